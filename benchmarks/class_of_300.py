@@ -21,8 +21,8 @@ from pathlib import Path
 from classes import Graded, environment, grade, grade_command, hand_in, small_course
 from memory import ITSELF, TOTAL, Peaks
 
-from rotflex.instructor import course as courses
-from rotflex.instructor.release import student_course
+from labcourse.grading import course as courses
+from labcourse.grading.release import student_course
 
 INTERVAL = 0.5  # s between two looks at the memory
 

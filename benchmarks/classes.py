@@ -19,8 +19,8 @@ from typing import Any
 
 from memory import Peaks, Sampler
 
-from rotflex.instructor import course as courses
-from rotflex.instructor.release import student_course, student_notebooks
+from labcourse.grading import course as courses
+from labcourse.grading.release import student_course, student_notebooks
 
 ROOT = Path(__file__).resolve().parents[1]
 WHOLE = ROOT / "solutions"  #: the folder of the whole course

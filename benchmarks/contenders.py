@@ -16,8 +16,8 @@ from pathlib import Path
 
 from classes import ROOT, WHOLE, answered, environment
 
-from rotflex.instructor import course as courses
-from rotflex.instructor.release import student_course
+from labcourse.grading import course as courses
+from labcourse.grading.release import student_course
 
 ASSIGNMENT = "course"
 SUBMITTED, EXECUTED = "submitted", "executed"

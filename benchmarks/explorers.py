@@ -29,10 +29,10 @@ import browser  # noqa: E402
 KERNEL = {"kernelspec": {"name": "python3", "display_name": "Python 3", "language": "python"}}
 BEGIN = """
 import numpy as np
-import rotflex.lab
-from rotflex.instructor import model
+import rotflex.course.lab
+from rotflex import model
 from rotflex import widgets
-lab = rotflex.lab.start("ada")
+lab = rotflex.course.lab.start("ada")
 system = model.state_space(lab.servo, lab.joint, lab.joint.J_l * 20.7**2, input="voltage")
 A, B = np.asarray(system.A), np.asarray(system.B)
 """

@@ -32,8 +32,8 @@ from classes import ROOT, WHOLE, answered, environment, grade, grade_command, ha
 from contenders import NbGrader, Papermill
 from memory import OTHERS, SANDBOX, TOTAL, WORKERS, Peaks, Sampler
 
-from rotflex.instructor import course as courses
-from rotflex.instructor.release import student_course
+from labcourse.grading import course as courses
+from labcourse.grading.release import student_course
 
 OURS = "rotflex grade --jobs {}"
 LOWER_BOUND, IMPORTS = "students' code alone", "its imports"

@@ -25,7 +25,7 @@ from honest_class import RIGHT, WAYS, solved_notebooks  # noqa: E402
 from honest_hand_in import Way  # noqa: E402
 from honest_marks import Graded, grade  # noqa: E402
 
-from rotflex.instructor.gradebook import Gradebook  # noqa: E402
+from labcourse.grading.gradebook import Gradebook  # noqa: E402
 
 CELL_TIMEOUT = 20  # s
 AT_A_TIME = os.cpu_count() or 1

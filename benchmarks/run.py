@@ -99,7 +99,7 @@ def main() -> None:
     parser.add_argument("--smoke", action="store_true", help="once, and on 2 s instead of 15")
     smoke = parser.parse_args().smoke
     repeats, swept, tracked = (1, 2.0, 2.0) if smoke else (REPEATS, 15.0, 10.0)
-    for module in ("rotflex", "rotflex.lab", "numpy"):
+    for module in ("rotflex", "rotflex.course.lab", "numpy"):
         print(f"import {module:<24}{import_time(f'import {module}', repeats) * 1e3:7.0f} ms")
     gain = [18.24, -17.15, 1.59, 0.633]
     with hil.open("virtual:?seed=1") as bench:

@@ -1,6 +1,6 @@
 """Courseware for the rotary flexible joint laboratory.
 
-A notebook starts with ``lab = rotflex.lab.start(student, bench="virtual")``; everything else hangs on that.
+A notebook starts with ``lab = rotflex.course.lab.start(student, bench="virtual")``; everything else hangs on that.
 Modules load when they are first used, so that ``import rotflex`` stays quick.
 """
 

@@ -14,14 +14,14 @@ from typing import Annotated, Any
 import typer
 import typer.core
 
+from labcourse import benches, course_file, course_place, files, hub, student_id
+from labcourse.files import COURSE_FILE
+from labcourse.jupyterlab import open_jupyterlab
+from labcourse.messages import DISK_FULL, FREE_SPACE
+from labcourse.released import course_folder
+from labcourse.run import commands as students_commands
+from labcourse.safe_text import no_escapes, say
 from rotflex import __version__, bench_commands
-from rotflex.courseware import benches, course_file, course_place, files, hub, student_id
-from rotflex.courseware.files import COURSE_FILE
-from rotflex.courseware.jupyterlab import open_jupyterlab
-from rotflex.courseware.messages import DISK_FULL, FREE_SPACE
-from rotflex.courseware.released import course_folder
-from rotflex.courseware.run import commands as students_commands
-from rotflex.courseware.safe_text import no_escapes, say
 from rotflex.errors import ConfigurationError, RotflexError, StudentIDError
 
 _INSTRUCTORS = "rotflex-instructor"  # the distribution that the instructor's commands come with
@@ -234,7 +234,7 @@ def _copied(folder: Path, course: Path) -> list[str]:
         (folder / name).parent.mkdir(exist_ok=True)
         files.write(folder / name, wanted[name].read_bytes())
     if copied and len(copied) == len(wanted):
-        from rotflex.courseware.messages import plural
+        from labcourse.messages import plural
 
         notebooks = plural(sum(name.endswith(".ipynb") for name in copied), "{count} notebook", "{count} notebooks")
         return [f"The course was copied to {folder}: {notebooks}."]
@@ -256,7 +256,7 @@ def _brought_up_to_date(folder: Path, released: Path, student: str | None) -> li
         return []
     lines: list[str] = []
     if any((folder / path.name).exists() for path in released.glob("*.ipynb")):
-        from rotflex.courseware.run.update import update
+        from labcourse.run.update import update
 
         lines, whole = update(folder, released, release)
         if not whole:  # to be tried again
@@ -317,7 +317,7 @@ def doctor(
     if bench:
         bench_commands.examine(bench, seconds, as_json)
         return
-    from rotflex.instructor.commands import grade
+    from labcourse.grading.commands import grade
 
     grade.doctor(as_json)
 
@@ -325,8 +325,8 @@ def doctor(
 students_commands.register(app)
 app.add_typer(bench_commands.app, name="bench", no_args_is_help=True)
 
-if importlib.util.find_spec("rotflex.instructor") is not None:
-    from rotflex.instructor import commands
+if importlib.util.find_spec("labcourse.grading") is not None:
+    from labcourse.grading import commands
 
     commands.register(app)
 

@@ -3,9 +3,9 @@
 from collections.abc import Mapping
 from typing import Any
 
+from labcourse.grading.course import Course
+from rotflex.course.questions import CATALOGUE
 from rotflex.hil.student_benches import DRAW, PRESETS, student_seed
-from rotflex.instructor.course import Course
-from rotflex.workbook.questions import CATALOGUE
 
 from . import real_benches
 from .given import given
@@ -30,7 +30,7 @@ COURSE = Course(
     own_seed=student_seed,
     given=given,
     benches=real_benches.faults(),
-    evidence="rotflex.recordings_folder:evidence",
+    evidence="rotflex.course.recordings_folder:evidence",
     bench_of_evidence=RealBench,
     knows_bench=on_virtual_bench,
     parameters={"bench": "virtual"},
@@ -38,10 +38,10 @@ COURSE = Course(
         "rotflex.experiments",
         "rotflex.figures.prelab",
         "rotflex.greybox",
-        "rotflex.lab",
+        "rotflex.course.lab",
         "rotflex.simulation",
-        "rotflex.workbook.reports",
-        "rotflex.workbook.spare_design",
+        "rotflex.course.reports",
+        "rotflex.course.spare_design",
         "control",
         "scipy.linalg",
         "scipy.optimize",

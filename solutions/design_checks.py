@@ -17,14 +17,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from labcourse.answers.parts import Part
+from labcourse.grading.marking.checks import NOT_TO_BE_HAD
+from labcourse.grading.marking.expression_checks import at
+from labcourse.grading.verdicts import Case, NothingFollows, Own, Verdict, follow_through, partly, right, wrong
+from rotflex import design, model
 from rotflex.config import Joint, Servo
-from rotflex.courseware.parts import Part
-from rotflex.instructor import design, model
-from rotflex.instructor.marking.checks import NOT_TO_BE_HAD
-from rotflex.instructor.marking.expression_checks import at
-from rotflex.instructor.verdicts import Case, NothingFollows, Own, Verdict, follow_through, partly, right, wrong
+from rotflex.course.probes import PLANT_PARAMETERS
 from rotflex.simulation import with_actuator
-from rotflex.workbook.probes import PLANT_PARAMETERS
 
 from . import tolerances
 from .own_answers import sound

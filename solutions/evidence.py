@@ -1,7 +1,7 @@
 """What a student hands in of a laboratory's bench: which bench each recording names, and whether it can be of that one.
 
 What comes here is a claim. The files were read in the sandbox, where the student's own code runs, too
-(:func:`rotflex.recordings_folder.evidence`); plain data came back, and is read strictly and within bounds. Whoever
+(:func:`rotflex.course.recordings_folder.evidence`); plain data came back, and is read strictly and within bounds. Whoever
 makes up a recording well is believed: ``docs/real_bench_marks.md`` says so.
 """
 
@@ -17,13 +17,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rotflex import plausible
-from rotflex.courseware.json_values import clean, read_dict, read_list, read_number, read_text, read_vector
+from labcourse.answers.json_values import clean, read_dict, read_list, read_number, read_text, read_vector
+from rotflex.course import plausible
+from rotflex.course.recordings_folder import CHANNELS, LONGEST, MOST_RECORDINGS, MOST_SAMPLES
 from rotflex.errors import AnswerError, RotflexError
 from rotflex.hil.bench_file import LONGEST_NAME
 from rotflex.hil.recorded_runs import SETTINGS, TOLD, VOLTAGE_LIMIT
 from rotflex.recording import Recording
-from rotflex.recordings_folder import CHANNELS, LONGEST, MOST_RECORDINGS, MOST_SAMPLES
 from rotflex.unanswered import HELD, LOST, MOST_NOTED, TIMING
 
 from .real_benches import KnownBench

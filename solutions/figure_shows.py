@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rotflex.courseware.parts import Part
-from rotflex.instructor.marking.curve_following import Trace
-from rotflex.instructor.marking.seen_curves import Seen, Wanted, best, find, own_trace
-from rotflex.instructor.marking.unit_words import ANGLE, VOLTAGE
-from rotflex.instructor.verdicts import Case, Verdict, for_a_person, partly, right, wrong
+from labcourse.answers.parts import Part
+from labcourse.grading.marking.curve_following import Trace
+from labcourse.grading.marking.seen_curves import Seen, Wanted, best, find, own_trace
+from labcourse.grading.marking.unit_words import ANGLE, VOLTAGE
+from labcourse.grading.verdicts import Case, Verdict, for_a_person, partly, right, wrong
 
 from .repeated import Again
 

@@ -1,13 +1,13 @@
-"""What is given to a class that begins in the middle (``rotflex/workbook/starts.py``), of a bench as it really is."""
+"""What is given to a class that begins in the middle (``rotflex/course/starts.py``), of a bench as it really is."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from rotflex.courseware.benches import REAL, BenchPolicy
-from rotflex.courseware.starts import Values
-from rotflex.instructor import design, model
-from rotflex.workbook import starts
+from labcourse.answers.starts import Values
+from labcourse.benches import REAL, BenchPolicy
+from rotflex import design, model
+from rotflex.course import starts
 
 from . import real_benches
 from .true_bench import TrueBench

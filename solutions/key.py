@@ -31,8 +31,8 @@ The policy
 The tolerances stand where they are used, in ``key_modeling.py`` and ``key_control.py``, with the reasons.
 """
 
-from rotflex.instructor.marking.checks import ForAPerson
-from rotflex.workbook.questions import CATALOGUE
+from labcourse.grading.marking.checks import ForAPerson
+from rotflex.course.questions import CATALOGUE
 
 from .key_control import CONTROL
 from .key_modeling import MODELING, WARM_UP

@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from labcourse.grading.marking.checks import NOT_TO_BE_HAD, ChoiceIs, ForAPerson, Number
 from rotflex.config import srv02
-from rotflex.instructor.marking.checks import NOT_TO_BE_HAD, ChoiceIs, ForAPerson, Number
 from rotflex.specifications import ZETA
 from rotflex.units import DEG
 

@@ -4,12 +4,12 @@ from functools import partial
 
 import numpy as np
 
+from labcourse.grading.marking import expression_checks
+from labcourse.grading.marking.checks import ForAPerson, Number, RecordingOf
+from labcourse.grading.marking.expression_checks import ExpressionIs, at
+from labcourse.grading.marking.figure_checks import FigureFollows, FigureOfSpectrum
+from labcourse.grading.verdicts import OwnBench
 from rotflex.hil.student_benches import FIRST_RUN
-from rotflex.instructor.marking import expression_checks
-from rotflex.instructor.marking.checks import ForAPerson, Number, RecordingOf
-from rotflex.instructor.marking.expression_checks import ExpressionIs, at
-from rotflex.instructor.marking.figure_checks import FigureFollows, FigureOfSpectrum
-from rotflex.instructor.verdicts import OwnBench
 from rotflex.units import DEG, HZ
 
 from . import tolerances

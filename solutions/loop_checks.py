@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from rotflex.courseware.parts import Part
-from rotflex.instructor.design import gain_by_place
-from rotflex.instructor.marking.checks import NOT_TO_BE_HAD
-from rotflex.instructor.verdicts import Case, NothingFollows, Verdict, follow_through, right, wrong
+from labcourse.answers.parts import Part
+from labcourse.grading.marking.checks import NOT_TO_BE_HAD
+from labcourse.grading.verdicts import Case, NothingFollows, Verdict, follow_through, right, wrong
+from rotflex.design import gain_by_place
 
 from . import tolerances
 from .design_checks import (

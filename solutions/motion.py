@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from rotflex.instructor.marking.expression_checks import Point, at
+from labcourse.grading.marking.expression_checks import Point, at
 
 STATE = ("theta", "alpha", "theta_dot", "alpha_dot", "tau")
 MOTION = frozenset((*STATE, "theta_ddot", "alpha_ddot"))  #: the symbols of what moves; all others are parameters

@@ -15,9 +15,9 @@ from typing import Any
 
 import numpy as np
 
-from rotflex.instructor.marking.expression_checks import points
-from rotflex.instructor.verdicts import NothingFollows, Own
-from rotflex.workbook.questions import CATALOGUE
+from labcourse.grading.marking.expression_checks import points
+from labcourse.grading.verdicts import NothingFollows, Own
+from rotflex.course.questions import CATALOGUE
 
 from .motion import COORDINATES, euler_lagrange, residual, slope
 from .wanted import desired_polynomial

@@ -14,10 +14,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from labcourse.grading.verdicts import Case, NothingFollows, Own
 from rotflex.config import Servo
-from rotflex.instructor.verdicts import Case, NothingFollows, Own
+from rotflex.course.probes import PLANT_PARAMETERS
 from rotflex.simulation import with_actuator
-from rotflex.workbook.probes import PLANT_PARAMETERS
 
 from .own_answers import sound
 

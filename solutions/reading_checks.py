@@ -11,10 +11,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
+from labcourse.answers.parts import Part
+from labcourse.grading.verdicts import Case, OwnBench, Verdict, follow_through, right, wrong
 from rotflex.config import Joint, joint
-from rotflex.courseware.parts import Part
 from rotflex.hil.student_benches import FIRST_RUN
-from rotflex.instructor.verdicts import Case, OwnBench, Verdict, follow_through, right, wrong
 from rotflex.units import HZ
 
 from . import readings, tolerances

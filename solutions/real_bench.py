@@ -5,12 +5,12 @@ An experiment is not run again on it: what the student recorded stands in its pl
 
 from __future__ import annotations
 
+from labcourse.benches import BenchPolicy
 from rotflex import hil
 from rotflex.config import srv02
-from rotflex.courseware.benches import BenchPolicy
+from rotflex.course.recordings_folder import bench_of
 from rotflex.errors import BenchError
 from rotflex.hil.student_benches import FIRST_RUN
-from rotflex.recordings_folder import bench_of
 
 from . import real_benches
 from .evidence import examine

@@ -2,7 +2,7 @@
 
 Where these are such that nothing can be recorded (the loop runs away, the bench stops at a limit, the servo does not
 follow), the right design for the bench stands in, as it does for answers that were not given; and so does the gain with
-which the notebooks went on then (:mod:`rotflex.workbook.spare_design`).
+which the notebooks went on then (:mod:`rotflex.course.spare_design`).
 """
 
 from __future__ import annotations
@@ -13,12 +13,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from labcourse.grading.marking.checks import NOT_TO_BE_HAD, said_run
+from labcourse.grading.verdicts import Case
+from rotflex.course import spare_design
 from rotflex.errors import RotflexError
 from rotflex.hil.student_benches import FIRST_RUN
-from rotflex.instructor.marking.checks import NOT_TO_BE_HAD, said_run
-from rotflex.instructor.verdicts import Case
 from rotflex.recording import Recording
-from rotflex.workbook import spare_design
 
 from .design_checks import Design
 from .own_answers import sound

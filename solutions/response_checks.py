@@ -16,12 +16,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from labcourse.answers.json_values import thin
+from labcourse.answers.parts import Part
+from labcourse.grading.marking.checks import misfit, refused_recording
+from labcourse.grading.verdicts import Case, Verdict, follow_through, for_a_person, partly, right, wrong
 from rotflex import response
-from rotflex.courseware.json_values import thin
-from rotflex.courseware.parts import Part
 from rotflex.errors import RotflexError
-from rotflex.instructor.marking.checks import misfit, refused_recording
-from rotflex.instructor.verdicts import Case, Verdict, follow_through, for_a_person, partly, right, wrong
 from rotflex.recording import Recording
 from rotflex.specifications import LIMITS as OF_SUMMARY
 from rotflex.units import DEG

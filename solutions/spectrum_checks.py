@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rotflex.courseware.parts import Part
-from rotflex.instructor.verdicts import Case, Verdict, partly, right, wrong
-from rotflex.workbook.probes import COMPOUND_SINES
+from labcourse.answers.parts import Part
+from labcourse.grading.verdicts import Case, Verdict, partly, right, wrong
+from rotflex.course.probes import COMPOUND_SINES
 
 Vector = NDArray[np.float64]
 _HALF = 0.5  # of the points, for peaks in the right places whose heights are not

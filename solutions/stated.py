@@ -3,10 +3,10 @@
 A text that says such a number in other words than these is not found: give it a pattern here when you write it.
 """
 
-from rotflex.instructor.course import Stated
+from labcourse.grading.course import Stated
+from rotflex.course.questions import CATALOGUE
 from rotflex.specifications import AMPLITUDE, FREQUENCY, LIMITS, OMEGA_N, P_3, P_4, SAMPLE_TIME, SETTLING_BAND, ZETA
 from rotflex.units import DEG
-from rotflex.workbook.questions import CATALOGUE
 
 from . import tolerances
 

@@ -10,9 +10,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
+from labcourse.benches import PRESET, BenchPolicy
 from rotflex import experiments, hil
 from rotflex.config import Joint, Servo, srv02
-from rotflex.courseware.benches import PRESET, BenchPolicy
 from rotflex.errors import RotflexError
 from rotflex.hil.student_benches import DRAW, FIRST_RUN, preset, student_bench, student_seed
 from rotflex.recording import Recording

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rotflex.instructor import design
+from rotflex import design
 from rotflex.specifications import OMEGA_N, P_3, P_4, ZETA
 
 Array = NDArray[Any]

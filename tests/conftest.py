@@ -13,7 +13,7 @@ import marks
 import pytest
 from hypothesis import settings
 
-from rotflex.courseware import course_place
+from labcourse import course_place
 from rotflex.recording import Recording
 
 #: Courses made for tests have notebooks; it is for the tests to run them.
@@ -97,7 +97,7 @@ def jupyterlab(tmp_path_factory: pytest.TempPathFactory) -> Iterator[browser.Ser
 @pytest.fixture(scope="session")
 def sandbox() -> None:
     """Isolation, where it is to be had."""
-    from rotflex.instructor.running import isolation_report
+    from labcourse.grading.running import isolation_report
 
     lacking = [layer for layer in isolation_report.examine().layers if layer.needed and not layer.good]
     if lacking:

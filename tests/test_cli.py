@@ -16,12 +16,12 @@ from made_notebooks import answer, code, notebook, saved, text
 from typer.main import get_command
 from typer.testing import CliRunner
 
+from labcourse import course_place
+from labcourse.grading.isolation.layers import Layer
+from labcourse.grading.isolation.selftest import Attempt
 from rotflex import __version__, cli
-from rotflex.courseware import course_place
+from rotflex.course.lab import Lab
 from rotflex.hil.student_benches import DRAW
-from rotflex.instructor.isolation.layers import Layer
-from rotflex.instructor.isolation.selftest import Attempt
-from rotflex.lab import Lab
 
 
 def rotflex(*arguments):
@@ -70,8 +70,8 @@ def test_help_does_not_load_what_only_a_command_needs():
         "nbformat",
         "papermill",
         "jinja2",
-        "rotflex.lab",
-        "rotflex.instructor.reports.grades",
+        "rotflex.course.lab",
+        "labcourse.grading.reports.grades",
     ]
     code = f"import sys, rotflex.cli; print([name for name in {heavy!r} if name in sys.modules])"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
@@ -375,8 +375,8 @@ def test_a_place_without_a_course_is_an_error_in_words(tmp_path, monkeypatch, co
 
 def test_without_the_instructors_libraries_a_command_says_what_to_install(monkeypatch):
     monkeypatch.setitem(sys.modules, "nbformat", None)
-    monkeypatch.delitem(sys.modules, "rotflex.instructor.release.student_notebooks", raising=False)
-    monkeypatch.delitem(sys.modules, "rotflex.instructor.release.student_course", raising=False)
+    monkeypatch.delitem(sys.modules, "labcourse.grading.release.student_notebooks", raising=False)
+    monkeypatch.delitem(sys.modules, "labcourse.grading.release.student_course", raising=False)
     monkeypatch.setattr(cli, "_is_installed", lambda distribution: False)
     done = rotflex("notebooks", "--course", ROOT)
     assert done.exit_code == 2
@@ -386,7 +386,7 @@ def test_without_the_instructors_libraries_a_command_says_what_to_install(monkey
 @pytest.fixture
 def isolated(monkeypatch):
     """As if the isolation had been examined."""
-    monkeypatch.setattr("rotflex.instructor.running.isolation_report.check", lambda: None)
+    monkeypatch.setattr("labcourse.grading.running.isolation_report.check", lambda: None)
 
 
 def graded(folder, *options, student="ada", out="out"):
@@ -409,8 +409,8 @@ LACKING = Layer("bubblewrap", False, "the program bwrap is not there", "apt-get 
     ids=["missing layer", "broke out", "root"],
 )
 def test_grade_runs_nobodys_code_unisolated(tmp_path, monkeypatch, layers, attempts, user, options, named):
-    monkeypatch.setattr("rotflex.instructor.isolation.layers.examine", lambda: layers)
-    monkeypatch.setattr("rotflex.instructor.isolation.selftest.run_all", lambda: attempts)
+    monkeypatch.setattr("labcourse.grading.isolation.layers.examine", lambda: layers)
+    monkeypatch.setattr("labcourse.grading.isolation.selftest.run_all", lambda: attempts)
     monkeypatch.setattr("os.geteuid", lambda: user)
     done = graded(tmp_path, *options)
     said = " ".join(done.output.split())
@@ -477,7 +477,7 @@ def test_a_slip_in_the_name_of_a_gradebook_makes_no_new_one(tmp_path, words):
 
 def test_doctor_shows_the_layers_and_says_what_to_do(monkeypatch):
     layers = [LACKING, Layer("cgroups", False, "not to be had", "", False)]
-    monkeypatch.setattr("rotflex.instructor.isolation.layers.examine", lambda: layers)
+    monkeypatch.setattr("labcourse.grading.isolation.layers.examine", lambda: layers)
     done = rotflex("doctor")
     assert done.exit_code == 3
     assert "apt-get install bubblewrap" in done.output and "it need not be" in done.output

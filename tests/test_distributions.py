@@ -73,11 +73,11 @@ def names(wheel):
 def test_together_they_hold_every_module_once_and_the_students_none_of_the_instructors(wheels):
     students, instructors = map(names, wheels)
     modules = {path.relative_to(ROOT).as_posix() for path in (ROOT / "rotflex").rglob("*.py")}
-    of_instructors = {name for name in modules if name.startswith("rotflex/instructor/")}
+    of_instructors = {name for name in modules if name.startswith("labcourse/grading/")}
     assert {name for name in students if name.endswith(".py")} == modules - of_instructors
     assert {name for name in instructors if name.endswith(".py")} == of_instructors
-    assert "rotflex/instructor/reports/templates/feedback.html" in instructors
-    assert {"rotflex/courseware/scene/explorer.js", "rotflex/courseware/scene/explorer.css"} <= students
+    assert "labcourse/grading/reports/templates/feedback.html" in instructors
+    assert {"labcourse/scene/explorer.js", "labcourse/scene/explorer.css"} <= students
     assert {f"rotflex/_course/notebooks/{path.name}" for path in (ROOT / "notebooks").glob("*.ipynb")} <= students
 
 
@@ -85,7 +85,7 @@ def test_a_source_distribution_for_students_has_no_solution_no_key_and_builds_th
     shutil.unpack_archive(built(ROOT, tmp_path, "sdist"), tmp_path)
     (folder,) = (path for path in tmp_path.iterdir() if path.is_dir())
     assert {path.name for path in folder.iterdir() if path.is_dir()} == {"rotflex", "notebooks"}
-    assert not (folder / "rotflex" / "instructor").exists()
+    assert not (folder / "labcourse" / "grading").exists()
     assert names(built(folder, tmp_path)) == names(wheels[0])
 
 
@@ -125,7 +125,7 @@ def test_release_finds_the_course_by_option_and_by_the_environment(installed, tm
     one, two = ((tmp_path / out / "rotflex-course.zip").read_bytes() for out in ("one", "two"))
     assert one == two
     released = tmp_path / "one" / "rotflex-course"
-    assert not (released / "rotflex" / "instructor").exists()
+    assert not (released / "labcourse" / "grading").exists()
     assert (released / "LICENSE").read_text(encoding="utf-8") == (ROOT / "LICENSE").read_text(encoding="utf-8")
 
 
@@ -140,11 +140,11 @@ def test_grade_finds_the_course_from_the_wheels(installed, tmp_path, sandbox):
 
 def test_students_check_and_pack_their_work_with_their_own_wheel_alone(alone, tmp_path):
     work = tmp_path / "work"
-    assert not (alone / "rotflex" / "instructor").exists()
+    assert not (alone / "labcourse" / "grading").exists()
     shutil.copytree(alone / "rotflex" / "_course" / "notebooks", work)
     start = work / "00_start.ipynb"
     answered = start.read_text("utf-8").replace("resolution = None", "resolution = helper.resolution")
-    start.write_text(answered.replace("import rotflex.lab", "import rotflex.lab\\n", 1), encoding="utf-8")
+    start.write_text(answered.replace("import rotflex.course.lab", "import rotflex.course.lab\\n", 1), encoding="utf-8")
     (work / "helper.py").write_text("resolution = 2 * 3.14159 / 4096\n", encoding="utf-8")
     notebook = json.loads(start.read_text("utf-8"))
     place = next(n for n, cell in enumerate(notebook["cells"]) if cell["id"] == "q0-1")

@@ -27,7 +27,7 @@ def shown(folder, *cells):
 @pytest.fixture(scope="module")
 def seen(tmp_path_factory):
     """An error in a cell by itself, in a function of an earlier cell's, and one that is not the course's."""
-    begin = "import rotflex.lab\nlab = rotflex.lab.start('ada', quiet=True)"
+    begin = "import rotflex.course.lab\nlab = rotflex.course.lab.start('ada', quiet=True)"
     folder = tmp_path_factory.mktemp("folder")
     return [
         shown(folder, begin, HELPER, last)
@@ -63,6 +63,6 @@ def test_one_that_no_cell_led_to_is_its_sentence():
 
 
 def test_in_plain_python_the_whole_traceback_is_printed():
-    code = "from rotflex.courseware.student_id import normalised\nnormalised('a/b')"
+    code = "from labcourse.student_id import normalised\nnormalised('a/b')"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert done.stderr.startswith("Traceback") and "in normalised" in done.stderr

@@ -20,7 +20,7 @@ HEAVY = [
 HEAVY += ["scipy.io", "scipy.signal", "scipy.optimize"]
 
 
-@pytest.mark.parametrize("room", ["rotflex", "rotflex.lab", "rotflex.experiments"])
+@pytest.mark.parametrize("room", ["rotflex", "rotflex.course.lab", "rotflex.experiments"])
 def test_heavy_libraries_load_only_where_they_are_used(room):
     done = subprocess.run(
         [sys.executable, "-c", f"import sys, {room}; print(*sys.modules)"], check=True, capture_output=True, text=True

@@ -9,14 +9,14 @@ import numpy as np
 import pytest
 import sympy
 
-import rotflex.lab
+import rotflex.course.lab
 from rotflex import experiments
 from rotflex.config import srv02
+from rotflex.course.probes import COMPOUND_SINES
+from rotflex.course.questions import CATALOGUE
 from rotflex.errors import AnswerError, BenchError, ConfigurationError, StudentIDError
 from rotflex.hil import twin
 from rotflex.hil.student_benches import DRAW, preset, student_bench, student_seed
-from rotflex.workbook.probes import COMPOUND_SINES
-from rotflex.workbook.questions import CATALOGUE
 
 
 @pytest.fixture(autouse=True)
@@ -27,36 +27,36 @@ def folder(tmp_path, monkeypatch):
 
 
 def quiet(student="ada", **more):
-    return rotflex.lab.start(student, quiet=True, **more)
+    return rotflex.course.lab.start(student, quiet=True, **more)
 
 
 def test_the_welcome_says_who_where_and_what_without_paths_or_times(capsys, folder):
-    rotflex.lab.start("ada")
+    rotflex.course.lab.start("ada")
     position = student_bench(student_seed("ada")).joint.arm_position
     said = capsys.readouterr().out
     assert re.fullmatch(rf"Student +ada\nBench .* position {position}, .* type E\nAnswers +answers\.json\n", said)
     lines = []
     for bench in ({"which": "own"}, {"which": "same", "seed": 3}, {"which": "preset", "preset": "real_bench"}):
         (folder / "course.json").write_text(json.dumps({"student": "ada", "draw": 2, "bench": bench}))
-        rotflex.lab.start()
+        rotflex.course.lab.start()
         lines.append(len(capsys.readouterr().out.splitlines()))
     assert lines == [3, 4, 4]  # whether everybody has this bench
 
 
 def test_without_an_id_the_student_is_the_courses_or_demo(capsys, folder):
-    assert rotflex.lab.start().student == "demo"
+    assert rotflex.course.lab.start().student == "demo"
     assert "student = " in capsys.readouterr().out
     (folder / "course.json").write_text(json.dumps({"student": "ada"}))
-    assert rotflex.lab.start().student == "ada"
+    assert rotflex.course.lab.start().student == "ada"
     assert "student = " not in capsys.readouterr().out
-    assert rotflex.lab.start("grace").student == "grace"
+    assert rotflex.course.lab.start("grace").student == "grace"
 
 
 def test_a_broken_course_file_is_told(folder):
     for broken in ("{", "[]", "{}", '{"student": 3}', '{"student": "a/b"}'):
         (folder / "course.json").write_text(broken)
         with pytest.raises(ConfigurationError, match=r"course\.json"):
-            rotflex.lab.start()
+            rotflex.course.lab.start()
 
 
 def test_an_unusable_id_is_told_and_is_not_put_down_to_the_course_file(folder):
@@ -64,7 +64,7 @@ def test_an_unusable_id_is_told_and_is_not_put_down_to_the_course_file(folder):
     unfit = {3: "not 3", str: "not <class", " ": "empty", "a\nb": "one line", "x" * 100: "100 characters", "a/b": "/"}
     for student, named in unfit.items():
         with pytest.raises(ConfigurationError, match=named) as error:
-            rotflex.lab.start(student)
+            rotflex.course.lab.start(student)
         assert "course.json" not in str(error.value)
         assert isinstance(error.value, StudentIDError) or not isinstance(student, str)
 
@@ -272,7 +272,7 @@ def test_the_experiments_call_themselves_what_the_catalogue_expects():
 def test_a_whole_course_of_answers_stays_within_the_size_of_the_file(folder):
     from matplotlib.figure import Figure
 
-    from rotflex.courseware.answers import MAX_BYTES
+    from labcourse.answers.answers import MAX_BYTES
     from rotflex.recording import Recording
 
     rng = np.random.default_rng(2)
@@ -292,7 +292,7 @@ def test_a_whole_course_of_answers_stays_within_the_size_of_the_file(folder):
 
 def test_a_session_with_numbers_alone_never_loads_sympy_or_matplotlib():
     code = (
-        "import sys, rotflex.lab; lab = rotflex.lab.start('ada');"
+        "import sys, rotflex.course.lab; lab = rotflex.course.lab.start('ada');"
         "lab.answer('2.12', K_s=1.3); lab.value('2.12', 'K_s');"
         "lab.answer('2.14', A=[[0.0] * 4] * 4); lab.progress();"
         "assert not {'sympy', 'matplotlib'} & set(sys.modules)"
@@ -316,7 +316,7 @@ def test_a_course_of_the_laboratorys_benches_is_rehearsed_with_a_twin_and_other_
     (folder / "course.json").write_text(json.dumps(said))
     twin.save(folder / "twin.toml", twin.Twin(preset("real_bench"), srv02()), {})
     (folder / "twin.toml").write_text('name = "north"\n' + (folder / "twin.toml").read_text())
-    lab = rotflex.lab.start("ada", f"virtual:{folder / 'twin.toml'}")
+    lab = rotflex.course.lab.start("ada", f"virtual:{folder / 'twin.toml'}")
     assert "on the laboratory's own benches" in capsys.readouterr().out
     with lab.bench() as bench:
         experiments.tracking(bench, [18.24, -17.15, 1.59, 0.63], duration=0.5, progress=False)

@@ -23,17 +23,17 @@ def test_questions_and_quantities_are_found_as_whole_words(text, found):
 
 def test_each_breach_names_its_file_and_line(tmp_path, monkeypatch, capsys):
     for name, text in {
-        "rotflex/courseware/kinds.py": "# any course\n# theta, as a question of springlab has it\n",
+        "labcourse/answers/kinds.py": "# any course\n# theta, as a question of springlab has it\n",
         "rotflex/hil/board.py": "# theta may be named here\n",
         "tests/test_page.py": "from playwright" + ".sync_api import sync_playwright\n",
     }.items():
         (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / name).write_text(text, encoding="utf-8")
     monkeypatch.setattr(lint_house, "ROOT", tmp_path)
-    monkeypatch.setitem(lint_house.CONTRACTS["models"], "forbidden_modules", ["rotflex.instructor.new"])
+    monkeypatch.setitem(lint_house.CONTRACTS["models"], "forbidden_modules", ["labcourse.grading.new"])
     assert lint_house.main() == 1
     places = [line.partition(": ")[0] for line in capsys.readouterr().out.splitlines()]
-    assert places == ["rotflex/courseware/kinds.py:2"] * 2 + ["pyproject.toml", "tests/test_page.py"]
+    assert places == ["labcourse/answers/kinds.py:2"] * 2 + ["pyproject.toml", "tests/test_page.py"]
 
 
 @pytest.mark.parametrize("program", marks.PROGRAMS)

@@ -12,8 +12,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from rotflex import experiments, hil, link, plausible
+from rotflex import experiments, hil, link
 from rotflex.config import srv02
+from rotflex.course import plausible
 from rotflex.hil.student_benches import REAL_BENCH
 from rotflex.recording import Recording
 

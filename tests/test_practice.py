@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 from made_courses import OURS
 
-import rotflex.lab
-from rotflex import experiments, identification, practice
+import rotflex.course.lab
+from labcourse.grading.marking.decoding import decode
+from labcourse.grading.marking.marking import mark
+from labcourse.grading.verdicts import Status
+from rotflex import experiments, identification
+from rotflex.course import practice
 from rotflex.errors import AnswerError, ConfigurationError
 from rotflex.hil.student_benches import student_seed
-from rotflex.instructor.marking.decoding import decode
-from rotflex.instructor.marking.marking import mark
-from rotflex.instructor.verdicts import Status
 from solutions.true_bench import TrueBench
 
 
@@ -20,7 +21,7 @@ from solutions.true_bench import TrueBench
 def lab(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     monkeypatch.delenv("ROTFLEX_RUNNING", raising=False)
-    return rotflex.lab.start("ada", quiet=True)
+    return rotflex.course.lab.start("ada", quiet=True)
 
 
 def swept(one):

@@ -7,15 +7,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-import rotflex.lab
-from rotflex import experiments, hil, plausible
-from rotflex.courseware.run import RUNNING
+import rotflex.course.lab
+from labcourse.run import RUNNING
+from rotflex import experiments, hil
+from rotflex.course import plausible
+from rotflex.course.recordings_folder import LONGEST, MOST_RECORDINGS, RecordingsFolder, evidence
 from rotflex.errors import NotRecorded, RecordingError
 from rotflex.hil import real
 from rotflex.hil.student_benches import student_bench
 from rotflex.hil.virtual import VirtualBoard
 from rotflex.recording import Recording
-from rotflex.recordings_folder import LONGEST, MOST_RECORDINGS, RecordingsFolder, evidence
 
 REAL = json.dumps({"student": "ada", "draw": 2, "bench": {"which": "real", "benches": ["north"]}})
 
@@ -40,7 +41,7 @@ def here(tmp_path, monkeypatch):
 
 
 def at_the_bench(**more):
-    return rotflex.lab.start("ada", bench="north:", quiet=True, **more)
+    return rotflex.course.lab.start("ada", bench="north:", quiet=True, **more)
 
 
 def short(bench):
@@ -65,7 +66,7 @@ def test_a_program_that_runs_the_notebooks_moves_no_bench_and_has_its_recordings
         made = short(bench)
     monkeypatch.setenv(RUNNING, running)
     monkeypatch.setattr(hil, "open", lambda *_uri, **_more: pytest.fail("the bench was opened"))
-    with rotflex.lab.start("ada", bench=started_at, quiet=True).bench(address) as bench:
+    with rotflex.course.lab.start("ada", bench=started_at, quiet=True).bench(address) as bench:
         again = short(bench)
         with pytest.raises(NotRecorded, match="This experiment has no recording of your bench: watch"):
             experiments.watch(bench, 0.1, progress=False)
@@ -124,7 +125,7 @@ def test_what_is_recorded_at_the_bench_is_kept_and_given_back(here, tmp_path, ca
     assert (kept.metadata["bench"]["run"], kept.metadata["experiment"]) == (1, "free decay")
 
     for address in ("virtual", "recorded"):  # the course's notebooks say "virtual"
-        home = rotflex.lab.start("ada", bench=address, quiet=True)
+        home = rotflex.course.lab.start("ada", bench=address, quiet=True)
         assert (home.joint, home.servo) == (lab.joint, lab.servo)
         with home.bench() as bench:
             again = short(bench)
@@ -137,14 +138,14 @@ def test_what_is_recorded_at_the_bench_is_kept_and_given_back(here, tmp_path, ca
 
 
 def test_before_anything_is_recorded_notebooks_open_and_say_so(here):
-    lab = rotflex.lab.start("ada", quiet=True)
+    lab = rotflex.course.lab.start("ada", quiet=True)
     assert lab.joint.arm_position == 1
     with lab.bench() as bench, pytest.raises(NotRecorded, match="Nothing was recorded at the bench yet"):
         short(bench)
 
 
 def test_a_bench_whose_name_the_course_does_not_have_is_told_before_anything_is_recorded(here, capsys):
-    rotflex.lab.start("ada", bench="elsewhere:", quiet=True)
+    rotflex.course.lab.start("ada", bench="elsewhere:", quiet=True)
     told = capsys.readouterr().out
     assert "This bench's name is 'east', and your course's benches are north: a person has to look" in told
     at_the_bench()
@@ -196,7 +197,7 @@ def test_evidence_is_plain_data_and_what_cannot_be_read_is_named(tmp_path):
 
 def test_virtual_benches_and_replays_leave_nothing_behind(here, tmp_path):
     (tmp_path / "ada/course.json").unlink()
-    lab = rotflex.lab.start("ada", quiet=True)
+    lab = rotflex.course.lab.start("ada", quiet=True)
     with lab.bench() as bench:
         path = short(bench).save(tmp_path / "log.mat")
     with lab.bench(f"replay:{path}") as bench:

@@ -5,15 +5,15 @@ from types import SimpleNamespace
 
 from jupyter_server.services.kernels.connection.base import BaseKernelWebsocketConnection
 
-from rotflex.courseware import jupyterlab
-from rotflex.server import PromptConnection
+from labcourse import jupyterlab
+from labcourse.server import PromptConnection
 
 
 def test_messages_are_not_gathered(monkeypatch):
     said = []
     connection = SimpleNamespace(websocket_handler=SimpleNamespace(set_nodelay=said.append))
     parent = SimpleNamespace(connect=lambda: said.append("connected"))
-    monkeypatch.setattr("rotflex.server.super", lambda: parent, raising=False)
+    monkeypatch.setattr("labcourse.server.super", lambda: parent, raising=False)
     PromptConnection.connect(connection)
     assert said == [True, "connected"]
 

@@ -1,4 +1,4 @@
-"""Commands import nothing from the folder in which they are called (``lab``: tests/courseware/test_jupyterlab.py)."""
+"""Commands import nothing from the folder in which they are called (``lab``: tests/labcourse/test_jupyterlab.py)."""
 
 import json
 import os

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from checkout import ROOT
 
-from rotflex.courseware import jupyterlab
+from labcourse import jupyterlab
 
 PAGES = ("jupyterhub.md", "without_installing.md")
 

@@ -77,7 +77,7 @@ def _finding(told: dict, scripts: Sequence[Path], starts: list[int]) -> Finding:
 
 def main() -> int:
     """Tell what is found; 0 if nothing is."""
-    from rotflex.courseware.scene import explorer
+    from labcourse.scene import explorer
 
     found = findings([Path(explorer.__file__).with_name(name) for name in explorer._SCRIPTS])
     for one in found:

@@ -27,7 +27,7 @@ sys.path[:0] = [str(ROOT), str(ROOT / "tests" / "helpers")]
 import marks  # noqa: E402
 import run_tests  # noqa: E402
 
-from rotflex.workbook.questions import CATALOGUE  # noqa: E402
+from rotflex.course.questions import CATALOGUE  # noqa: E402
 
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]
 CONTRACTS = {contract["id"]: contract for contract in PROJECT["importlinter"]["contracts"]}
@@ -40,8 +40,8 @@ PARTS = {"servo", "SRV02", "stiffness", "deflection", "torque", "workbook"}  #: 
 MADE_COURSES = re.compile(r"springlab|spring-course|01_spring")
 #: Files with versions of a library that look like questions.
 VERSIONS = {
-    "rotflex/instructor/running/inside/private_interfaces.py": ("3.10", "3.11"),
-    "rotflex/courseware/run/skippable_cells.py": ("3.12",),
+    "labcourse/grading/running/inside/private_interfaces.py": ("3.10", "3.11"),
+    "labcourse/run/skippable_cells.py": ("3.12",),
 }
 
 
@@ -113,7 +113,7 @@ def _listed(contract: str, field: str, parent: str) -> set[str]:
 
 def rules() -> Iterator[str]:
     """Find rooms that an import rule lacks; import-linter itself demands each room in the contracts of layers."""
-    general, models = (_listed(name, "source_modules", "rotflex.instructor") for name in ("neutral", "models"))
+    general, models = (_listed(name, "source_modules", "labcourse.grading") for name in ("neutral", "models"))
     for contract, field, wanted, listed in (
         (
             "neutral",
@@ -122,7 +122,7 @@ def rules() -> Iterator[str]:
             _listed("neutral", "forbidden_modules", "rotflex"),
         ),
         ("neutral", "source_modules", _rooms("instructor") - models, general),
-        ("models", "forbidden_modules", general, _listed("models", "forbidden_modules", "rotflex.instructor")),
+        ("models", "forbidden_modules", general, _listed("models", "forbidden_modules", "labcourse.grading")),
     ):
         if wanted != listed:
             wrong = ", ".join(sorted(wanted ^ listed))

@@ -14,9 +14,8 @@ from pathlib import Path
 
 import numpy as np
 
-from rotflex import experiments, hil
+from rotflex import design, experiments, hil, model
 from rotflex.identification import SWEEP_BAND
-from rotflex.instructor import design, model
 from rotflex.recording import Recording
 from rotflex.units import HZ
 

@@ -5,9 +5,9 @@ python tools/reading_time.py
 
 from __future__ import annotations
 
-from rotflex.instructor import course
-from rotflex.instructor.course_check import times
-from rotflex.instructor.release import student_notebooks
+from labcourse.grading import course
+from labcourse.grading.course_check import times
+from labcourse.grading.release import student_notebooks
 
 HEADINGS = ("words", "folded", "figures", "answers", "in words", "functions", "min")
 

@@ -19,11 +19,11 @@ import nbformat
 from nbclient import NotebookClient
 from nbformat import NotebookNode
 
+from labcourse import files
+from labcourse.run import RUNNING
+from labcourse.session import ANSWERS_FILE
 from rotflex import progress
-from rotflex.courseware import files
-from rotflex.courseware.run import RUNNING
-from rotflex.courseware.session import ANSWERS_FILE
-from rotflex.workbook.questions import CATALOGUE
+from rotflex.course.questions import CATALOGUE
 
 SOLUTIONS = Path(__file__).resolve().parents[1] / "solutions"
 ANSWERS = SOLUTIONS / ANSWERS_FILE

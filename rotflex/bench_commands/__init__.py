@@ -114,8 +114,8 @@ def notebook(
     out: Annotated[Path, typer.Option(help="The file that is written.")] = Path("commissioning.ipynb"),
 ) -> None:
     """Write a notebook that does what setup does, step by step with the reasons, for JupyterLab."""
+    from labcourse import files
     from rotflex import commissioning
-    from rotflex.courseware import files
 
     _check_out(out)
     if out.exists():
@@ -331,7 +331,7 @@ def unfinished(
     They wait here until --out writes them elsewhere, each with the reason in it, and none is deleted before it was read
     again as it was written.
     """
-    from rotflex.courseware.messages import plural
+    from labcourse.messages import plural
     from rotflex.hil import waiting
 
     folder = waiting.place()

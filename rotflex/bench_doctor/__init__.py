@@ -14,10 +14,10 @@ from collections.abc import Iterator
 from dataclasses import replace
 from functools import partial
 
+from labcourse.messages import plural
 from rotflex import __version__, hil
 from rotflex.bench_doctor import on_the_board
 from rotflex.bench_doctor.findings import Finding, Level
-from rotflex.courseware.messages import plural
 from rotflex.errors import RotflexError
 from rotflex.hil import bench_file, quanser, waiting
 from rotflex.hil.bench import Bench, Limits

@@ -20,7 +20,7 @@ beyond the book   ``frequency_response``, ``naive_against_true``, ``free_decay``
 ================  ===========================================================
 """
 
-from rotflex.courseware.pictures import ROLES, Picture, new_picture, show, style
+from labcourse.pictures import ROLES, Picture, new_picture, show, style
 from rotflex.figures.diagrams import (
     implementation_loop,
     simulation_loop,

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rotflex.courseware.messages import plural
+from labcourse.messages import plural
 from rotflex.errors import IdentificationError
 from rotflex.greybox.record import WINDOW, Record
 from rotflex.identification import Vector

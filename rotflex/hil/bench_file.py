@@ -15,8 +15,8 @@ from typing import Any
 
 import numpy as np
 
+from labcourse import files
 from rotflex.config import AMPLIFIERS, CABLE_GAINS, DAC_LIMIT, ENCODERS, check_mounted, joint, srv02
-from rotflex.courseware import files
 from rotflex.errors import ConfigurationError
 from rotflex.hil import commissioned
 from rotflex.hil.bench import Bench

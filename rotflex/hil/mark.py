@@ -11,7 +11,7 @@ import json
 import uuid
 from pathlib import Path
 
-from rotflex.courseware import files
+from labcourse import files
 
 _A_FEW = 5  # counts, half a degree
 _THIS_PROGRAM = uuid.uuid4().hex

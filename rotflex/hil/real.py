@@ -11,8 +11,8 @@ from collections.abc import Callable
 from dataclasses import asdict, dataclass, field, replace
 from functools import partial
 
+from labcourse import course_place
 from rotflex.config import Joint, Servo, joint, srv02
-from rotflex.courseware import course_place
 from rotflex.errors import BenchError
 from rotflex.hil import quanser as adapter
 from rotflex.hil import waiting

@@ -13,8 +13,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from labcourse.student_id import composed
 from rotflex.config import Joint, joint, one_of, srv02
-from rotflex.courseware.student_id import composed
 from rotflex.errors import ConfigurationError
 from rotflex.hil.terminals import AT_ONCE, Timing
 from rotflex.plant import PlantParameters

@@ -9,8 +9,8 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+from labcourse import files
 from rotflex.config import Servo, joint, srv02
-from rotflex.courseware import files
 from rotflex.errors import ConfigurationError
 from rotflex.hil.bench_file import toml_table
 from rotflex.hil.student_benches import VirtualPlantSpec

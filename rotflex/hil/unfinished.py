@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rotflex.courseware import course_place, files
+from labcourse import course_place, files
 from rotflex.errors import RecordingError
 from rotflex.hil.held import Held, is_held
 from rotflex.recording import Recording

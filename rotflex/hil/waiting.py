@@ -16,8 +16,8 @@ from pathlib import Path
 
 import numpy as np
 
-from rotflex.courseware import course_place
-from rotflex.courseware.messages import plural
+from labcourse import course_place
+from labcourse.messages import plural
 from rotflex.errors import RecordingError
 from rotflex.hil.unfinished import ENDED, beside, unfinished
 from rotflex.recording import Recording

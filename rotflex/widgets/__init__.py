@@ -11,7 +11,7 @@ results                  ``results_table(lab, "Table 2")``               ``lab.t
 =======================  ==============================================  ==============================================
 """
 
-from rotflex.courseware.scene.results import results_table
+from labcourse.scene.results import results_table
 from rotflex.widgets.console import open_console
 from rotflex.widgets.margins import margins
 from rotflex.widgets.overlay import fit_percent, overlay

@@ -18,11 +18,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from labcourse.pictures import Picture
+from labcourse.scene.explorer import Explorer
+from labcourse.scene.scene import Button, Choice, Column, Readout, Row, Scene
 from rotflex import experiments
 from rotflex.config import one_of
-from rotflex.courseware.pictures import Picture
-from rotflex.courseware.scene.explorer import Explorer
-from rotflex.courseware.scene.scene import Button, Choice, Column, Readout, Row, Scene
 from rotflex.errors import BenchError
 from rotflex.hil.bench import Bench
 from rotflex.recording import Recording
@@ -32,7 +32,7 @@ from rotflex.widgets.running import Experiment, Running, outcome
 from rotflex.widgets.scope import SECONDS, alt_text_of, picture, playable, reported, scope
 
 if TYPE_CHECKING:
-    from rotflex.lab import Lab
+    from rotflex.course.lab import Lab
 
 _COMPUTED = "This bench is computed: nothing can break. STOP, or the Escape key, ends a run."
 SAFETY = (

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from rotflex.courseware.scene.moving import GROUND, Moving
+from labcourse.scene.moving import GROUND, Moving
 from rotflex.units import DEG
 
 # Lengths are shares of the radius of the circle that is drawn around it.

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from rotflex.courseware.pictures import ROLES, WIDTH, Picture, new_picture, style
+from labcourse.pictures import ROLES, WIDTH, Picture, new_picture, style
 from rotflex.specifications import LIMITS
 from rotflex.units import DEG
 from rotflex.widgets.placement import Design

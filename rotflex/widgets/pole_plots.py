@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rotflex.courseware.scene.scene import Panel, Play
+from labcourse.scene.scene import Panel, Play
 from rotflex.hil.bench import Limits
 from rotflex.specifications import AMPLITUDE, LIMITS, SETTLING_BAND
 from rotflex.units import DEG

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
-from rotflex.courseware.scene.scene import Readout, Row
+from labcourse.scene.scene import Readout, Row
 from rotflex.specifications import LIMITS
 from rotflex.units import DEG
 from rotflex.widgets.cloud import COUNT, Cloud

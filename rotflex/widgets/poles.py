@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from rotflex.courseware.pictures import Picture
-from rotflex.courseware.scene.explorer import Explorer
-from rotflex.courseware.scene.saved_pictures import save
-from rotflex.courseware.scene.scene import Button, Choice, Column, Readout, Scene, Slider
+from labcourse.pictures import Picture
+from labcourse.scene.explorer import Explorer
+from labcourse.scene.saved_pictures import save
+from labcourse.scene.scene import Button, Choice, Column, Readout, Scene, Slider
 from rotflex.errors import DesignError
 from rotflex.specifications import AMPLITUDE
 from rotflex.widgets import pole_plots, pole_words
@@ -27,7 +27,7 @@ from rotflex.widgets.pole_plots import P3, P4
 from rotflex.widgets.region import Region
 
 if TYPE_CHECKING:
-    from rotflex.lab import Lab
+    from rotflex.course.lab import Lab
 
 _FEEDBACK = {"full": "full state", "partial": "partial (servo only)"}
 _BESIDE = {

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from rotflex.courseware.pictures import ROLES, WIDTH, Picture, new_picture, style
-from rotflex.courseware.scene.scene import Panel, Play, Readout, Row
+from labcourse.pictures import ROLES, WIDTH, Picture, new_picture, style
+from labcourse.scene.scene import Panel, Play, Readout, Row
 from rotflex.hil.bench import WATCHDOG_TIMEOUT, Bench
 from rotflex.recording import Recording
 from rotflex.units import DEG

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from labcourse.pictures import ROLES, WIDTH, Picture, new_picture, style
+from labcourse.scene.explorer import Explorer
+from labcourse.scene.scene import Button, Choice, Column, Panel, Readout, Row, Scene, Slider, around
 from rotflex import experiments
-from rotflex.courseware.pictures import ROLES, WIDTH, Picture, new_picture, style
-from rotflex.courseware.scene.explorer import Explorer
-from rotflex.courseware.scene.scene import Button, Choice, Column, Panel, Readout, Row, Scene, Slider, around
 from rotflex.errors import BenchError
 from rotflex.recording import Recording
 from rotflex.units import DEG
 from rotflex.widgets.spectra import SHOWN, Spectra, alt_text_of, spectra, stiffness_at
 
 if TYPE_CHECKING:
-    from rotflex.lab import Lab
+    from rotflex.course.lab import Lab
 
 _DRIVE = {"position": "position loop", "voltage": "motor voltage"}
 _AMPLITUDE = {"position": (4.0, "deg", 0.5, 6.0, DEG), "voltage": (0.8, "V", 0.2, 2.0, 1.0)}

@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
+from labcourse.pictures import ROLES, WIDTH, Picture, new_picture, style
+from labcourse.scene.explorer import Explorer
+from labcourse.scene.scene import Button, Choice, Column, Panel, Readout, Row, Scene, Slider, around
 from rotflex import greybox
 from rotflex.config import Joint, Servo
-from rotflex.courseware.pictures import ROLES, WIDTH, Picture, new_picture, style
-from rotflex.courseware.scene.explorer import Explorer
-from rotflex.courseware.scene.scene import Button, Choice, Column, Panel, Readout, Row, Scene, Slider, around
 from rotflex.errors import RotflexError
 from rotflex.greybox import FitResult
 from rotflex.plant import PlantParameters

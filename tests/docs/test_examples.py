@@ -20,7 +20,7 @@ from checkout import ROOT
 from traitlets.config import Config
 
 from rotflex import cli, experiments, greybox, hil
-from rotflex.workbook import spare_design
+from rotflex.course import spare_design
 
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]
 FENCE = re.compile(r"^(?P<margin> *)```(?P<language>\w+)\n(?P<code>.*?)^(?P=margin)```$", re.MULTILINE | re.DOTALL)

@@ -14,14 +14,15 @@ import typer
 from checkout import ROOT
 from guide_pages import GUIDE, PAGES, anchor, commands, fences, headings, languages, links, rows, spans, text
 
-from rotflex import cli, lab
-from rotflex.courseware import starts
+from labcourse.answers import starts
+from labcourse.grading import settings
+from labcourse.grading.outcomes import sheet_layout
+from labcourse.grading.verdicts import Status
+from rotflex import cli
+from rotflex.course import lab
+from rotflex.course.predictions import PREDICTIONS
+from rotflex.course.questions import CATALOGUE
 from rotflex.hil import bench_file
-from rotflex.instructor import settings
-from rotflex.instructor.outcomes import sheet_layout
-from rotflex.instructor.verdicts import Status
-from rotflex.workbook.predictions import PREDICTIONS
-from rotflex.workbook.questions import CATALOGUE
 
 NAMES = [page.name for page in PAGES]
 NOTEBOOKS = {name[:2]: name for name in CATALOGUE.notebooks}

@@ -16,8 +16,8 @@ from matplotlib.colors import to_hex
 from matplotlib.patches import FancyArrowPatch
 from PIL import Image
 
+from labcourse.pictures import ROLES, png
 from rotflex import config, figures
-from rotflex.courseware.pictures import ROLES, png
 from rotflex.figures import prelab
 from rotflex.recording import Recording
 

@@ -8,8 +8,8 @@ from pathlib import Path
 
 from gradebooks import enrol, graded, mark, prose, record, report_text
 
-from rotflex.instructor.gradebook import Delivery, Gradebook, MarkRecord
-from rotflex.instructor.graded_run import Facts
+from labcourse.grading.gradebook import Delivery, Gradebook, MarkRecord
+from labcourse.grading.graded_run import Facts
 
 HANDED_IN = datetime(2026, 3, 2, 12, tzinfo=UTC)
 NAMES = {"ada": "Ada Lovelace", "bob": "Bob Bell", "cleo": "", "dan": "Dan Dee", "eve": "Eve <b>Early</b>"}

@@ -8,10 +8,10 @@ import nbformat
 
 BEGIN = """
 import numpy as np
-import rotflex.lab
+import rotflex.course.lab
 from rotflex import experiments, widgets
-from rotflex.instructor import model
-lab = rotflex.lab.start("ada")
+from rotflex import model
+lab = rotflex.course.lab.start("ada")
 system = model.state_space(lab.servo, lab.joint, lab.joint.J_l * 20.7**2, input="voltage")
 A, B = np.asarray(system.A), np.asarray(system.B)
 """

@@ -8,8 +8,8 @@ import browser
 import numpy as np
 from checkout import ROOT
 
-from rotflex.courseware.scene.explorer import Explorer
-from rotflex.courseware.scene.scene import Scene
+from labcourse.scene.explorer import Explorer
+from labcourse.scene.scene import Scene
 
 _SHOW = """async ([module, style, scene, data, width]) => {
     const { render } = await import(URL.createObjectURL(new Blob([module], { type: 'text/javascript' })));
@@ -44,7 +44,7 @@ def opened() -> Iterator[Any]:
 
 def show(page: Any, scene: Scene, width: int = 836) -> None:
     """Show a scene, so many px wide. What the page tells Python is then in ``window.told``."""
-    style = (ROOT / "rotflex" / "courseware" / "scene" / "explorer.css").read_text(encoding="utf-8")
+    style = (ROOT / "labcourse" / "scene" / "explorer.css").read_text(encoding="utf-8")
     page.evaluate(_SHOW, [Explorer._esm, style, *_sent(scene, {}), width])
 
 

@@ -6,18 +6,18 @@ from types import SimpleNamespace
 
 from made_courses import loaded
 
-from rotflex.courseware.benches import THEIR_OWN
-from rotflex.instructor import batch
-from rotflex.instructor.batch import Batch, Settings
-from rotflex.instructor.gradebook import Gradebook
-from rotflex.instructor.marking import marking_processes as marker
-from rotflex.instructor.running import runner
-from rotflex.instructor.running.bundle import Bundle
-from rotflex.instructor.running.bundles import Chosen
+from labcourse.benches import THEIR_OWN
+from labcourse.grading import batch
+from labcourse.grading.batch import Batch, Settings
+from labcourse.grading.gradebook import Gradebook
+from labcourse.grading.marking import marking_processes as marker
+from labcourse.grading.running import runner
+from labcourse.grading.running.bundle import Bundle
+from labcourse.grading.running.bundles import Chosen
 from solutions.true_bench import TrueBench
 
 KEY = """
-from rotflex.instructor.marking.checks import ForAPerson, Number
+from labcourse.grading.marking.checks import ForAPerson, Number
 
 KEY = {{
     "2.11": {{
@@ -84,7 +84,7 @@ class FakeClass:
         monkeypatch.setattr(batch, "Bundles", lambda course: OneBundle(self.made))
         monkeypatch.setattr(batch.runner, "work", self.work)
         monkeypatch.setattr(batch, "Marker", InlineMarker)
-        monkeypatch.setattr("rotflex.instructor.regrade.Marker", InlineMarker)
+        monkeypatch.setattr("labcourse.grading.regrade.Marker", InlineMarker)
 
     def key(self, factor):
         self.terms = getattr(self, "terms", 0) + 1  # a course is loaded once in a program

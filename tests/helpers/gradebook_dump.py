@@ -8,8 +8,8 @@ from typing import Any
 
 from sqlalchemy import Connection, Table, select
 
-from rotflex.instructor.gradebook import Gradebook
-from rotflex.instructor.gradebook.tables import (
+from labcourse.grading.gradebook import Gradebook
+from labcourse.grading.gradebook.tables import (
     answers,
     audit,
     comments,

@@ -5,7 +5,7 @@ import io
 from pathlib import Path
 from typing import Any
 
-from rotflex.instructor.gradebook import Gradebook, Graded, MarkRecord, RunRecord
+from labcourse.grading.gradebook import Gradebook, Graded, MarkRecord, RunRecord
 
 
 def mark(status: str = "right", points: float = 2.0, reason: str = "Well.", given: str = "19.9 rad/s") -> MarkRecord:

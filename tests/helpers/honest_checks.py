@@ -9,9 +9,9 @@ from pathlib import Path
 
 from made_courses import OURS
 
-from rotflex.instructor.gradebook import Gradebook
-from rotflex.instructor.graded_run import facts_of, recorded_in
-from rotflex.instructor.release import student_course
+from labcourse.grading.gradebook import Gradebook
+from labcourse.grading.graded_run import facts_of, recorded_in
+from labcourse.grading.release import student_course
 
 Where = tuple[str, str]
 HERE, THERE = "here", "where grading runs"
@@ -20,8 +20,8 @@ _PROGRAM = """
 import json, sys
 from dataclasses import asdict
 from pathlib import Path
-from rotflex.courseware import released
-from rotflex.courseware.run.check import check
+from labcourse import released
+from labcourse.run.check import check
 folder, student, seconds = sys.argv[1:]
 masters = released.masters()
 found = check(Path(folder), masters, released.catalogue_of(masters), student=student, cell_timeout=float(seconds))
@@ -51,7 +51,7 @@ class Seen:
 def students_installation(folder: Path) -> Path:
     """The course as students have it, in a new folder, to be put on Python's path: nothing of an instructor's."""
     student_course.build(OURS, folder)
-    assert not (folder / "rotflex" / "instructor").exists()
+    assert not (folder / "labcourse" / "grading").exists()
     return folder
 
 

@@ -23,9 +23,9 @@ from typing import Any
 import nbformat
 from made_courses import copied
 
-from rotflex.courseware import words
-from rotflex.instructor import course as courses
-from rotflex.instructor.release import student_course
+from labcourse.answers import words
+from labcourse.grading import course as courses
+from labcourse.grading.release import student_course
 from solutions.true_bench import TrueBench
 
 START, PRELAB, STIFFNESS = "00_start.ipynb", "01_modeling_prelab.ipynb", "02_finding_stiffness.ipynb"
@@ -132,7 +132,11 @@ def _notebook(questions: Mapping[str, tuple[str, str, str]], canary: str) -> nbf
     parameters.metadata["tags"] = ["parameters"]
     secret = nbformat.v4.new_markdown_cell(f"For instructors: {canary}", id="secret")
     secret.metadata["tags"] = ["instructor"]
-    cells = [parameters, secret, _cell("setup", "import rotflex.lab\nlab = rotflex.lab.start(student, bench)", False)]
+    cells = [
+        parameters,
+        secret,
+        _cell("setup", "import rotflex.course.lab\nlab = rotflex.course.lab.start(student, bench)", False),
+    ]
     if "2.11" in questions:
         cells.append(_words_cell(canary))
     for number, (cell_id, source, parts) in questions.items():

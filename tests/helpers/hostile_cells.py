@@ -18,10 +18,10 @@ class Generous(types.ModuleType):
             file.write(_dumps({"format": 2, "points": 13, "answers": {question: dict.fromkeys(parts, {"points": 9})}}))
         return "recorded"
 import rotflex
-for name in ("rotflex.lab", "rotflex.courseware.answers", "rotflex.courseware.forms", "nbformat", "papermill"):
+for name in ("rotflex.course.lab", "labcourse.answers.answers", "labcourse.answers.forms", "nbformat", "papermill"):
     sys.modules[name] = Generous(name)
-rotflex.lab = sys.modules["rotflex.lab"]
-student, bench, lab = OUTSIDE["neighbour"], "virtual:?preset=workbook", rotflex.lab
+rotflex.course.lab = sys.modules["rotflex.course.lab"]
+student, bench, lab = OUTSIDE["neighbour"], "virtual:?preset=workbook", rotflex.course.lab
 """
 # The course's own calls record what they are told here.
 OTHER_LAB = """
@@ -57,7 +57,7 @@ for name in ("ROTFLEX_PROBE_SEED", "ROTFLEX_RUN", "ROTFLEX_BENCH"): os.environ[n
 
 
 NO_HOOKS = """
-from rotflex.courseware.run import cell_reports
+from labcourse.answers import cell_reports
 events = get_ipython().events
 for name, callbacks in events.callbacks.items():
     for callback in list(callbacks): events.unregister(name, callback)

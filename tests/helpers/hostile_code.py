@@ -175,9 +175,9 @@ json.dumps, json.loads = (lambda *_, **__: '{"points": 99}'), (lambda *_, **__: 
 J_l, K_s = 1e9, 1e9
 """
 PATCHES_LAB = """
-import pathlib, rotflex.lab
-from rotflex.courseware import forms
-from rotflex.workbook import questions
+import pathlib, rotflex.course.lab
+from labcourse.answers import forms
+from rotflex.course import questions
 def generous(self, question, /, **parts):
     book = _loads(pathlib.Path("answers.json").read_text())
     for number in ("2.10", "2.11", "2.12"):
@@ -186,11 +186,11 @@ def generous(self, question, /, **parts):
                                                                  "status": "right", "share": 1.0}
     book["answers"]["2.11"]["explanation"] = {"kind": "prose", "value": _dumps({"inside": True, "total": 999})}
     pathlib.Path("answers.json").write_text(_dumps(book))
-rotflex.lab.Lab.answer = generous
+rotflex.course.lab.Lab.answer = generous
 forms.encode = lambda *_: forms.Encoded({"kind": "number", "value": 1})
 J_l = K_s = 1.0
 try:
-    import rotflex.instructor.marking.marking as marking
+    import labcourse.grading.marking.marking as marking
     marking.mark = lambda *_: []
 except ImportError: pass
 """
@@ -265,9 +265,9 @@ os.environ["PYTHONSTARTUP"] = str(home / ".pythonrc")
 os.environ["PYTHONPATH"] = str(home)
 """
 ASKS_FOR_THEM = """
-import colorsys, re, numpy, sympy, rotflex.lab, importlib
+import colorsys, re, numpy, sympy, rotflex.course.lab, importlib
 ours = (os.getcwd(), os.path.expanduser("~"), "/tmp/colorsys", "/tmp/json", "/tmp/rotflex/")
-modules = [json, colorsys, re, numpy, sympy, rotflex, rotflex.lab, sys.modules.get("sitecustomize", os)]
+modules = [json, colorsys, re, numpy, sympy, rotflex, rotflex.course.lab, sys.modules.get("sitecustomize", os)]
 report["shadowed"] = [m.__name__ for m in modules if str(m.__file__).startswith(ours)]
 report["planted"] = os.path.exists("/tmp/planted")
 """

@@ -18,7 +18,7 @@ from typing import Any
 
 from hostile import HONEST, PRELAB, STIFFNESS, Attack
 
-from rotflex.instructor.running.intake import limits
+from labcourse.grading.running.intake import limits
 
 Notebooks = dict[str, dict[str, Any]]
 Outside = Mapping[str, Any]

@@ -21,16 +21,16 @@ _PLANTED = "open('/tmp/planted', 'w')\nanswer = start = loads = dumps = read = p
 #: Which of them would be imported in place of what bears the name; in capitals, in letters that look the same, packed.
 MODULES = (
     *("numpy.py", "NumPy.PY", "numpy/__init__.py", "numpy/__init__.abi3.so", "numpy.cpython-312-x86_64-linux-gnu.so"),
-    *("rotflex/__init__.py", "rotflex/lab.py", "Rotflex/courseware/run/cell_reports.py", "rotflex.pyc"),
+    *("rotflex/__init__.py", "rotflex/course/lab.py", "Rotflex/courseware/run/cell_reports.py", "rotflex.pyc"),
     *("sitecustomize.py", "usercustomize.py", "__main__.py", "ipykernel_launcher.py", "conftest.py", "evil.pth"),
     *("IPython.py", "ipython/__init__.py", "nbformat.py", "papermill/__init__.py", "json.py", "main.py", "watch.py"),
     *("\uff4e\uff55\uff4d\uff50\uff59.py", "num\u200bpy.py", "nump\u0443.py", "rotflex_inside/__init__.py"),
     *("matplotlibrc", "Matplotlibrc", "style/matplotlibrc", "ipython_config.py", "ipython_kernel_config.json"),
 )
 _SHADOWED = """
-import colorsys, importlib, json, numpy, matplotlib, rotflex.lab, IPython, nbformat
+import colorsys, importlib, json, numpy, matplotlib, rotflex.course.lab, IPython, nbformat
 here = (os.getcwd(), os.path.expanduser("~"))
-modules = [colorsys, json, numpy, matplotlib, rotflex, rotflex.lab, IPython, nbformat]
+modules = [colorsys, json, numpy, matplotlib, rotflex, rotflex.course.lab, IPython, nbformat]
 modules += [sys.modules.get(name) for name in ("sitecustomize", "usercustomize", "ipykernel_launcher", "papermill")]
 report["shadowed"] = [one.__name__ for one in modules if str(getattr(one, "__file__", "")).startswith(here)]
 report["planted"] = os.path.exists("/tmp/planted")

@@ -30,7 +30,7 @@ import importlib.util
 modules = []
 for name in ("marking.marking", "gradebook", "isolation", "design", "model", "stiffness", "symbolic", "course"):
     try:
-        if importlib.util.find_spec(f"rotflex.instructor.{{name}}"): modules.append(name)
+        if importlib.util.find_spec(f"labcourse.grading.{{name}}"): modules.append(name)
     except ImportError: pass
 report |= {{"got": got, "canaries": [one.decode() for one in found], "modules": modules}}
 """

@@ -12,7 +12,7 @@ import nbformat
 from checkout import ROOT
 from made_courses import OURS
 
-from rotflex.instructor.running.inside import main
+from labcourse.grading.running.inside import main
 
 PROGRAM = Path(main.__file__)
 #: What a kernel, or the program, is started with besides what this process has.

@@ -6,8 +6,8 @@ from pathlib import Path
 
 from checkout import ROOT
 
-from rotflex.instructor import course as courses
-from rotflex.instructor.course import Course
+from labcourse.grading import course as courses
+from labcourse.grading.course import Course
 
 
 def copied(folder: Path, notebooks: Iterable[str] = (), key: str = "", more: str = "") -> Path:

@@ -1,6 +1,6 @@
 """Runs with their marks, made up for tests of what a gradebook keeps."""
 
-from rotflex.instructor.gradebook import Graded, MarkRecord, RunRecord
+from labcourse.grading.gradebook import Graded, MarkRecord, RunRecord
 
 
 def mark(question="2.11", part="K_s", status="right", points=2.0, out_of=2.0, reason="Well.", given="1.3"):

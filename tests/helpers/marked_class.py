@@ -7,8 +7,8 @@ from pathlib import Path
 from gradebooks import enrol, record
 from made_courses import OURS
 
-from rotflex.courseware.catalogue import Catalogue
-from rotflex.instructor.gradebook import FOR_A_PERSON, GIVEN_BY_A_PERSON, Gradebook, Graded, MarkRecord, RunRecord
+from labcourse.answers.catalogue import Catalogue
+from labcourse.grading.gradebook import FOR_A_PERSON, GIVEN_BY_A_PERSON, Gradebook, Graded, MarkRecord, RunRecord
 
 SHARES = (0.0, 0.25, 0.5, 0.75, 1.0)
 BY_MACHINE = {0.0: "wrong", 1.0: "right"}

@@ -6,7 +6,7 @@ import io
 import pypdf
 import typst
 
-from rotflex.courseware.report_files import COMPOSED
+from labcourse.answers.report_files import COMPOSED
 
 GOOD_PAGES = """
 #set page(numbering: "1")

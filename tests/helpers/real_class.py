@@ -12,12 +12,12 @@ from typing import Any
 
 from made_courses import copied
 
-from rotflex.courseware.run import execute, submit
+from labcourse.grading import course as courses
+from labcourse.grading.course import Course
+from labcourse.grading.course_check import solved
+from labcourse.grading.release import student_course
+from labcourse.run import execute, submit
 from rotflex.hil.student_benches import VirtualPlantSpec, student_bench
-from rotflex.instructor import course as courses
-from rotflex.instructor.course import Course
-from rotflex.instructor.course_check import solved
-from rotflex.instructor.release import student_course
 
 SEED = 2**40 + 7  #: of the laboratory's bench, beyond those of students
 ADDRESS = "north:"

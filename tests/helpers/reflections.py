@@ -7,18 +7,18 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-import rotflex.lab
-from rotflex.courseware import answers, forms
-from rotflex.courseware.reflection import Reflection, reflect
+import rotflex.course.lab
+from labcourse.answers import answers, forms
+from labcourse.answers.reflection import Reflection, reflect
+from rotflex.course.questions import CATALOGUE
 from rotflex.errors import AnswerError
-from rotflex.workbook.questions import CATALOGUE
 
 
 @cache
-def lab_of(student: str) -> rotflex.lab.Lab:
+def lab_of(student: str) -> rotflex.course.lab.Lab:
     """A student's session, without answers."""
     with contextlib.redirect_stdout(io.StringIO()):
-        return rotflex.lab.start(student, folder=Path(tempfile.gettempdir(), "no such folder"), quiet=True)
+        return rotflex.course.lab.start(student, folder=Path(tempfile.gettempdir(), "no such folder"), quiet=True)
 
 
 Said = tuple[tuple[Any, ...], tuple[Any, ...], tuple[Any, ...]]

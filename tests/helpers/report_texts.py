@@ -5,8 +5,8 @@ from collections.abc import Mapping
 
 from PIL import Image
 
-from rotflex.courseware.report import counting
-from rotflex.courseware.report.document import (
+from labcourse.report import counting
+from labcourse.report.document import (
     Block,
     Document,
     Equation,

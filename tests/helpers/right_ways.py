@@ -18,7 +18,7 @@ import sympy
 from right_ways_types import Way, Written
 from working_through import J_l, K_s, Pen, Where, alpha, design, modeling, prelab, responses, theta
 
-import rotflex.lab
+import rotflex.course.lab
 
 WAYS: list[Way] = [
     *right_ways_symbols.WAYS,
@@ -60,7 +60,7 @@ TOLD: dict[tuple[Where, str], tuple[Written, str]] = {
 def worked(name: str, folder: Path, way: Way | None = None) -> tuple[dict[Where, Any], bytes]:
     """A student who works through the course: what they answer, and their ``answers.json``."""
     with contextlib.redirect_stdout(io.StringIO()):
-        lab = rotflex.lab.start(name, folder=folder, quiet=True)
+        lab = rotflex.course.lab.start(name, folder=folder, quiet=True)
         write = Pen(way.carried(lab) if way and way.carried else {}, {})
         write("0.1", "resolution", 0.0015339807878856412)
         prelab(write)
@@ -79,7 +79,7 @@ def rewritten(
     (folder / "answers.json").write_bytes(data)
     said = io.StringIO()
     with contextlib.redirect_stdout(said):
-        lab = rotflex.lab.start(name, folder=folder, quiet=True)
+        lab = rotflex.course.lab.start(name, folder=folder, quiet=True)
         for (question, part), change in written.items():
             lab.answer(question, **{part: change(own[question, part], own)})
     return lab.book.path.read_bytes(), said.getvalue().splitlines()

@@ -14,7 +14,7 @@ from working_through import FULL, ctrb
 
 from rotflex import simulation
 from rotflex.config import srv02
-from rotflex.workbook.questions import CATALOGUE
+from rotflex.course.questions import CATALOGUE
 
 KINDS = {(q.number, p.name): (p.kind, p.shape) for q in CATALOGUE.everything.values() for p in q.parts}
 NUMBERS = [where for where in FULL if KINDS[where][0] == "number"]

@@ -8,8 +8,8 @@ from right_ways_types import Ways
 from working_through import FULL, Change, Where, digits, spectrum
 
 from rotflex import experiments, identification
+from rotflex.course.questions import CATALOGUE
 from rotflex.units import HZ
-from rotflex.workbook.questions import CATALOGUE
 
 OMEGA_N, K_S = ("2.11", "omega_n"), ("2.12", "K_s")
 KINDS = {(q.number, p.name): p.kind for q in CATALOGUE.everything.values() for p in q.parts}

@@ -23,12 +23,12 @@ from scored_class import (
     Student,
 )
 
+from labcourse.answers.kinds.recordings import encode_recording
+from labcourse.benches import BenchPolicy
+from labcourse.grading.gradebook import Delivery, Gradebook, Graded, MarkRecord, RunRecord
+from labcourse.grading.graded_run import Facts
 from rotflex import experiments, hil
-from rotflex.courseware.benches import BenchPolicy
-from rotflex.courseware.kinds.recordings import encode_recording
 from rotflex.hil.student_benches import DRAW, student_seed
-from rotflex.instructor.gradebook import Delivery, Gradebook, Graded, MarkRecord, RunRecord
-from rotflex.instructor.graded_run import Facts
 
 
 def course(folder: Path) -> Path:

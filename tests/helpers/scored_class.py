@@ -13,7 +13,7 @@ from typing import Any
 
 from made_courses import OURS
 
-from rotflex.courseware.benches import BenchPolicy
+from labcourse.benches import BenchPolicy
 from rotflex.hil.student_benches import DRAW
 from solutions.true_bench import TrueBench
 

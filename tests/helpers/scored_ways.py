@@ -16,11 +16,11 @@ from scored_class import ANN, PARTS, TEACHER, Drawn, Person, Where
 from scoring_class import Client, clients, shown
 from typer.testing import CliRunner
 
+from labcourse.grading import course as courses
+from labcourse.grading.gradebook import Gradebook
+from labcourse.grading.scoring import rubric
+from labcourse.grading.scoring.desk import Desk
 from rotflex import cli
-from rotflex.instructor import course as courses
-from rotflex.instructor.gradebook import Gradebook
-from rotflex.instructor.scoring import rubric
-from rotflex.instructor.scoring.desk import Desk
 
 #: Parts that are scored on the page, and those by a table; all others are given to the gradebook as the page does it.
 ON_THE_PAGE: list[Where] = [("3.17", "explanation"), ("Modeling report, as a whole", "appearance")]

@@ -16,14 +16,14 @@ from typing import Any
 from checkout import ROOT
 from gradebooks import graded, mark, prose, record, report_text
 
-from rotflex.courseware.student_id import GRADEBOOK_FILE
-from rotflex.instructor.gradebook import Gradebook
-from rotflex.instructor.scoring.desk import Desk
-from rotflex.instructor.scoring.guards import HEADER, Scorer
-from rotflex.instructor.scoring.rubric import Item
-from rotflex.instructor.scoring.server import application
-from rotflex.instructor.settings import LevelSettings
-from rotflex.workbook.questions import CATALOGUE
+from labcourse.grading.gradebook import Gradebook
+from labcourse.grading.scoring.desk import Desk
+from labcourse.grading.scoring.guards import HEADER, Scorer
+from labcourse.grading.scoring.rubric import Item
+from labcourse.grading.scoring.server import application
+from labcourse.grading.settings import LevelSettings
+from labcourse.student_id import GRADEBOOK_FILE
+from rotflex.course.questions import CATALOGUE
 
 WORDS = ("2.11", "explanation")  #: 1 point
 COMPARED = ("2.16", "comparison")  #: 2 points

@@ -11,10 +11,10 @@ from made_courses import OURS
 from single_slips import STUDENT, Slip
 from working_through import FULL, Pen, Where, design, modeling, prelab, responses
 
-import rotflex.lab
+import rotflex.course.lab
+from labcourse.grading.marking.decoding import decode
+from labcourse.grading.marking.marking import mark
 from rotflex.hil.student_benches import student_seed
-from rotflex.instructor.marking.decoding import decode
-from rotflex.instructor.marking.marking import mark
 from solutions.true_bench import TrueBench
 
 Lost = dict[Where, tuple[float, str]]  # points lost, and the reason that is told
@@ -28,7 +28,7 @@ def _bench() -> TrueBench:
 def answers_with(slip: Slip | None) -> bytes:
     """The bytes of the ``answers.json`` of a student with a slip, or with none."""
     with tempfile.TemporaryDirectory() as folder, contextlib.redirect_stdout(io.StringIO()):
-        lab = rotflex.lab.start(STUDENT, folder=Path(folder), quiet=True)
+        lab = rotflex.course.lab.start(STUDENT, folder=Path(folder), quiet=True)
         write = Pen({}, {})
         if slip is not None:
             write.mistakes = {slip.where: lambda right: slip.change(right, write.answers)}

@@ -13,9 +13,9 @@ from typing import Any
 from gradebook_dump import dump
 from made_courses import copied
 
-from rotflex.instructor import course as courses
-from rotflex.instructor.gradebook import Gradebook
-from rotflex.instructor.release import student_course
+from labcourse.grading import course as courses
+from labcourse.grading.gradebook import Gradebook
+from labcourse.grading.release import student_course
 
 NOTEBOOK = "00_start.ipynb"
 _ANSWERS = (

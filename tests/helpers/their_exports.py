@@ -9,7 +9,7 @@ from pathlib import Path
 
 from gradebooks import graded, mark, prose, record
 
-from rotflex.instructor.gradebook import Gradebook
+from labcourse.grading.gradebook import Gradebook
 
 ROSTER = (
     "Student ID,Name,Email,Username,Canvas user ID,Identifier\n"

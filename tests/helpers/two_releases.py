@@ -14,7 +14,7 @@ from typing import Any
 
 from checkout import ROOT
 
-from rotflex.courseware.run.handed_in import HandIn, cells_of
+from labcourse.answers.handed_in import HandIn, cells_of
 
 SPRING = ROOT / "tests" / "courses" / "spring"
 NOTEBOOK = "01_spring.ipynb"

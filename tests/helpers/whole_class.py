@@ -38,11 +38,11 @@ from working_through import (
     theta_dot,
 )
 
-import rotflex.lab
+import rotflex.course.lab
 from rotflex import config, experiments, hil, simulation
 from rotflex.config import joint
+from rotflex.course.questions import CATALOGUE
 from rotflex.hil.student_benches import student_seed
-from rotflex.workbook.questions import CATALOGUE
 
 
 @dataclass(frozen=True)
@@ -85,7 +85,7 @@ class Student:
 def claims(name: str, student: Student, folder: Path) -> bytes | None:
     """The bytes of the ``answers.json`` of a student who works through the course; None if nothing was recorded."""
     with contextlib.redirect_stdout(io.StringIO()):
-        lab = rotflex.lab.start(name, folder=folder, quiet=True)
+        lab = rotflex.course.lab.start(name, folder=folder, quiet=True)
         write = Pen(student.mistakes, student.written)
         write("0.1", "resolution", 2 * np.pi / 4096)
         prelab(write)

@@ -14,7 +14,7 @@ from working_through import (
     Where,
 )
 
-from rotflex.instructor.release import student_course, student_notebooks
+from labcourse.grading.release import student_course, student_notebooks
 
 Notebooks = dict[str, dict[str, Any]]
 

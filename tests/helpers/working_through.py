@@ -13,8 +13,8 @@ import sympy
 from matplotlib.figure import Figure
 
 from rotflex import experiments, response, signals, simulation
-from rotflex.workbook import spare_design
-from rotflex.workbook.questions import CATALOGUE
+from rotflex.course import spare_design
+from rotflex.course.questions import CATALOGUE
 
 Where = tuple[str, str]  # question, part
 Change = Callable[[Any], Any]

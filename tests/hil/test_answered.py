@@ -11,16 +11,17 @@ from forged import changed
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-import rotflex.lab
-from rotflex import experiments, hil, plausible
+import rotflex.course.lab
+from rotflex import experiments, hil
 from rotflex.config import joint, srv02
+from rotflex.course import plausible
+from rotflex.course.recordings_folder import bench_of as bench_of_recordings
 from rotflex.errors import BenchError, NotRecorded
 from rotflex.hil import answered
 from rotflex.hil.halt import WATCHDOG_TIMEOUT
 from rotflex.hil.pace import Pace
 from rotflex.hil.student_benches import REAL_BENCH
 from rotflex.recording import Recording
-from rotflex.recordings_folder import bench_of as bench_of_recordings
 from rotflex.unanswered import HELD, LOST, MOST_NOTED, TIMING, mask, stretches
 
 GAIN = [18.2356, -17.1547, 1.5893, 0.6327]
@@ -229,7 +230,7 @@ def test_the_most_that_is_noted_can_be_handed_in(tmp_path, honest):
     timing = honest.metadata[TIMING] | pace.report()
     assert timing[HELD] == timing[LOST] == noted
     recording = Recording(honest.time, honest.channels, {**honest.metadata, TIMING: timing})
-    lab = rotflex.lab.start("ada", folder=tmp_path, quiet=True)
+    lab = rotflex.course.lab.start("ada", folder=tmp_path, quiet=True)
     lab.answer("3.13", response=recording)
     kept = json.loads((tmp_path / "answers.json").read_text(encoding="utf-8"))
     assert kept["answers"]["3.13"]["response"]["metadata"][TIMING][HELD] == noted

@@ -17,7 +17,7 @@ from accessible import findings
 from checkout import ROOT
 from website import chapters, secrets, staging
 
-from rotflex.instructor import model
+from rotflex import model
 
 pytestmark = pytest.mark.slow
 

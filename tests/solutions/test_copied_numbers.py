@@ -5,9 +5,9 @@ import itertools
 import numpy as np
 import pytest
 
-from rotflex.instructor.verdicts import Case, Status
+from labcourse.grading.verdicts import Case, Status
+from rotflex.course.questions import CATALOGUE
 from rotflex.units import HZ
-from rotflex.workbook.questions import CATALOGUE
 from solutions.key import KEY
 from solutions.true_bench import TrueBench
 

@@ -15,8 +15,8 @@ import nbformat
 import pytest
 from checkout import ROOT
 
+from labcourse.run import RUNNING
 from rotflex import greybox, progress
-from rotflex.courseware.run import RUNNING
 from rotflex.plant import PlantParameters
 
 NOTEBOOKS = sorted((ROOT / "solutions").glob("[01]*.ipynb"))

@@ -6,10 +6,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from labcourse.grading.marking.checks import ChoiceIs
+from labcourse.grading.verdicts import Case, Status
 from rotflex import simulation
-from rotflex.instructor.marking.checks import ChoiceIs
-from rotflex.instructor.verdicts import Case, Status
-from rotflex.workbook.questions import CATALOGUE
+from rotflex.course.questions import CATALOGUE
 from solutions import tolerances
 from solutions.design_checks import ArrayFrom, Design, PolesFrom, StateSpaceFunction
 from solutions.loop_checks import GainPlaces

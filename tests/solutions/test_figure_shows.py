@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from rotflex.courseware import forms
-from rotflex.instructor.verdicts import Case, Status
+from labcourse.answers import forms
+from labcourse.grading.verdicts import Case, Status
+from rotflex.course.questions import CATALOGUE
 from rotflex.recording import Recording
-from rotflex.workbook.questions import CATALOGUE
 from solutions.design_checks import Design
 from solutions.figure_shows import FigureShows
 from solutions.key import KEY

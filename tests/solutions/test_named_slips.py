@@ -5,7 +5,7 @@ import sympy
 from made_courses import OURS
 from sympy import Eq, Rational
 
-from rotflex.instructor.verdicts import Case, Status
+from labcourse.grading.verdicts import Case, Status
 
 theta, alpha, theta_dot, alpha_dot, theta_ddot, alpha_ddot, tau = sympy.symbols(
     "theta alpha theta_dot alpha_dot theta_ddot alpha_ddot tau"

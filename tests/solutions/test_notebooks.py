@@ -10,8 +10,8 @@ import nbformat
 import pytest
 from checkout import ROOT
 
-from rotflex.courseware.words import where_of
-from rotflex.workbook.questions import CATALOGUE
+from labcourse.answers.words import where_of
+from rotflex.course.questions import CATALOGUE
 
 SOLUTIONS = sorted((ROOT / "solutions").glob("*.ipynb"))
 FOR_STUDENTS = [path for path in SOLUTIONS if not path.name.startswith("9")]

@@ -22,11 +22,11 @@ from working_through import (
     theta_dot,
 )
 
-from rotflex.courseware import forms
-from rotflex.instructor.marking.decoding import Claims
-from rotflex.instructor.marking.marking import mark
-from rotflex.instructor.verdicts import Case, NothingFollows, Status
-from rotflex.workbook.questions import CATALOGUE
+from labcourse.answers import forms
+from labcourse.grading.marking.decoding import Claims
+from labcourse.grading.marking.marking import mark
+from labcourse.grading.verdicts import Case, NothingFollows, Status
+from rotflex.course.questions import CATALOGUE
 from solutions.design_checks import Design
 from solutions.key import KEY
 from solutions.own_answers import sound

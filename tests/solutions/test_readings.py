@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+from labcourse.grading.verdicts import Case, Status, Verdict
 from rotflex import identification
 from rotflex.config import joint
+from rotflex.course.questions import CATALOGUE
 from rotflex.hil.student_benches import student_seed
-from rotflex.instructor.verdicts import Case, Status, Verdict
 from rotflex.units import HZ
-from rotflex.workbook.questions import CATALOGUE
 from solutions import readings, tolerances
 from solutions.key import KEY
 from solutions.reading_checks import frequency_of, inertia_slips, is_of_other_arms

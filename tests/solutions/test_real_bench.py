@@ -12,15 +12,15 @@ from forged import ANOTHER, GAIN, OTHER_GAIN, OURS, changed, recorded, scaled
 from made_courses import OURS as COURSE
 from real_class import ARM, toml_of
 
-import rotflex.lab
+import rotflex.course.lab
+from labcourse.benches import BenchPolicy
+from labcourse.grading.marking import decoding, marking
+from labcourse.grading.verdicts import Status
 from rotflex import experiments
-from rotflex.courseware.benches import BenchPolicy
+from rotflex.course.recordings_folder import MOST_RECORDINGS, MOST_SAMPLES, RecordingsFolder, evidence
 from rotflex.errors import BenchError, ConfigurationError, NotRecorded
 from rotflex.hil.recorded_runs import TOLD
-from rotflex.instructor.marking import decoding, marking
-from rotflex.instructor.verdicts import Status
 from rotflex.recording import Recording
-from rotflex.recordings_folder import MOST_RECORDINGS, MOST_SAMPLES, RecordingsFolder, evidence
 from solutions import real_benches
 from solutions.real_bench import RealBench
 
@@ -216,7 +216,7 @@ def test_answers_are_marked_by_the_recordings_of_that_bench(tmp_path, made, monk
     (tmp_path / "course.json").write_text(
         json.dumps({"student": "ada", "draw": 2, "bench": POLICY.plain()}), encoding="utf-8"
     )
-    lab = rotflex.lab.start("ada", quiet=True)
+    lab = rotflex.course.lab.start("ada", quiet=True)
     with lab.bench() as bench:
         sweep = experiments.sweep(bench, progress=False)
     lab.answer("2.9", **{COURSE.catalogue.find("2.9").parts[0].name: sweep})

@@ -5,13 +5,13 @@ import itertools
 import numpy as np
 import pytest
 
+from labcourse.answers import forms
+from labcourse.grading.verdicts import Case, Status
 from rotflex import response
-from rotflex.courseware import forms
-from rotflex.instructor.verdicts import Case, Status
+from rotflex.course import spare_design
+from rotflex.course.questions import CATALOGUE
 from rotflex.signals import smooth_square_wave, time_axis
 from rotflex.simulation import closed_loop, with_actuator
-from rotflex.workbook import spare_design
-from rotflex.workbook.questions import CATALOGUE
 from solutions.design_checks import Design
 from solutions.repeated import own_gain, run_again, simulated_again, validated_again
 from solutions.response_checks import Measured, ResponseOf, Satisfied

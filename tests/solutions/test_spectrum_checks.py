@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from rotflex.instructor.verdicts import Case, Status
-from rotflex.workbook.probes import COMPOUND_SINES
+from labcourse.grading.verdicts import Case, Status
+from rotflex.course.probes import COMPOUND_SINES
 from solutions.spectrum_checks import SpectrumFunction, _three_peaks
 
 SEED = 11

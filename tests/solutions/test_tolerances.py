@@ -13,13 +13,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rotflex.courseware.json_values import thin
-from rotflex.instructor.marking.checks import Number, RecordingOf
-from rotflex.instructor.verdicts import Case, Status
+from labcourse.answers.json_values import thin
+from labcourse.grading.marking.checks import Number, RecordingOf
+from labcourse.grading.verdicts import Case, Status
+from rotflex.course.probes import COMPOUND_SINES, PLANT_PARAMETERS
+from rotflex.course.questions import CATALOGUE
 from rotflex.specifications import LIMITS as SPECIFIED
 from rotflex.units import DEG
-from rotflex.workbook.probes import COMPOUND_SINES, PLANT_PARAMETERS
-from rotflex.workbook.questions import CATALOGUE
 from solutions import tolerances
 from solutions.design_checks import ArrayFrom, Design, PolesFrom, StateSpaceFunction
 from solutions.key import KEY

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from labcourse.benches import BenchPolicy
 from rotflex import experiments, hil, identification
-from rotflex.courseware.benches import BenchPolicy
 from rotflex.hil.student_benches import DRAW, preset, student_bench, student_seed
 from solutions.true_bench import TrueBench
 

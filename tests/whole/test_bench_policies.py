@@ -5,10 +5,10 @@ from dataclasses import replace
 import pytest
 from made_courses import OURS
 
-from rotflex.courseware.benches import BenchPolicy
-from rotflex.instructor.course_check import solved
-from rotflex.instructor.marking import marking
-from rotflex.instructor.verdicts import Status
+from labcourse.benches import BenchPolicy
+from labcourse.grading.course_check import solved
+from labcourse.grading.marking import marking
+from labcourse.grading.verdicts import Status
 
 POLICIES = [BenchPolicy("same", seed=7), *(BenchPolicy("preset", preset=name) for name in OURS.presets)]
 

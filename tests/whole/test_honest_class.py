@@ -21,11 +21,11 @@ from honest_marks import WAITING, build, grade
 from made_courses import OURS
 from packs import packed
 
-from rotflex.courseware import words
-from rotflex.courseware.run import merge
-from rotflex.courseware.run.handed_in import as_released
-from rotflex.instructor.gradebook import Gradebook
-from rotflex.instructor.running import bundle, intake
+from labcourse.answers import words
+from labcourse.answers.handed_in import as_released
+from labcourse.grading.gradebook import Gradebook
+from labcourse.grading.running import bundle, intake
+from labcourse.run import merge
 
 pytestmark = pytest.mark.slow
 

@@ -13,9 +13,9 @@ from reflections import NOTHING, asked_of, said_by
 from right_ways import TOLD, WAYS, rewritten, worked
 from working_through import FULL
 
+from labcourse.grading.marking.decoding import decode
+from labcourse.grading.marking.marking import mark
 from rotflex.hil.student_benches import student_seed
-from rotflex.instructor.marking.decoding import decode
-from rotflex.instructor.marking.marking import mark
 from solutions.true_bench import TrueBench
 
 pytestmark = pytest.mark.usefixtures("runs_made_once")

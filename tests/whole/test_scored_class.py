@@ -21,7 +21,7 @@ from scored_book import course, fill, roster
 from scored_class import ABSENT, ASKED_STILL, COPIES, NOTEBOOK, PARTS, WAITING, Drawn
 from scored_ways import BY_TABLE, Scoring, run
 
-from rotflex.instructor.gradebook import Gradebook
+from labcourse.grading.gradebook import Gradebook
 
 HUNDREDTH = Fraction(1, 200)  #: what is shown to the hundredth is off by half of one at most
 COLUMN = 50  #: points of Canvas's column

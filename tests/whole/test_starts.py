@@ -10,14 +10,14 @@ import pytest
 from checkout import ROOT
 from made_courses import OURS, copied
 
-from rotflex.courseware.benches import BenchPolicy
-from rotflex.instructor import course as courses
-from rotflex.instructor.batch import Batch, Settings
-from rotflex.instructor.gradebook import Gradebook
-from rotflex.instructor.graded_run import facts_of
-from rotflex.instructor.release import student_course, student_notebooks
-from rotflex.instructor.reports.grades import Reports
-from rotflex.instructor.verdicts import Status
+from labcourse.benches import BenchPolicy
+from labcourse.grading import course as courses
+from labcourse.grading.batch import Batch, Settings
+from labcourse.grading.gradebook import Gradebook
+from labcourse.grading.graded_run import facts_of
+from labcourse.grading.release import student_course, student_notebooks
+from labcourse.grading.reports.grades import Reports
+from labcourse.grading.verdicts import Status
 
 NOTEBOOKS = [path.name for path in OURS.notebooks]
 SAME = '[bench]\nwhich = "same"\nseed = 7\n'

@@ -17,10 +17,10 @@ from whole_class_notebooks import NOTEBOOKS
 from whole_class_slips import SLIPS
 from working_through import FULL, JUDGED, PROSE
 
+from labcourse.grading.marking.decoding import decode
+from labcourse.grading.marking.marking import mark
+from rotflex.course.questions import CATALOGUE
 from rotflex.hil.student_benches import student_seed
-from rotflex.instructor.marking.decoding import decode
-from rotflex.instructor.marking.marking import mark
-from rotflex.workbook.questions import CATALOGUE
 from solutions.true_bench import TrueBench
 
 PROBE_SEED = 20_240_229

@@ -3,15 +3,15 @@
 import numpy as np
 import pytest
 
-import rotflex.lab
-from rotflex.instructor.model import state_space
+import rotflex.course.lab
+from rotflex.model import state_space
 
 
 @pytest.fixture
 def lab(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     monkeypatch.delenv("ROTFLEX_PICTURES", raising=False)
-    return rotflex.lab.start("ada", folder=tmp_path, quiet=True)
+    return rotflex.course.lab.start("ada", folder=tmp_path, quiet=True)
 
 
 @pytest.fixture

@@ -6,7 +6,7 @@ import pytest
 
 from rotflex.config import joint, srv02
 from rotflex.errors import DesignError
-from rotflex.instructor.model import state_space
+from rotflex.model import state_space
 from rotflex.units import DEG
 from rotflex.widgets.cloud import BIN, COUNT, cloud, spread_of
 from rotflex.widgets.optimal import lqr

@@ -309,7 +309,7 @@ def test_closing_the_widget_stops_the_run_and_lets_go_of_the_bench(live):
 
 ENDING = """
 import sys, time
-import rotflex.lab
+import rotflex.course.lab
 from rotflex.hil import virtual
 from rotflex.widgets.console import BenchConsole
 from rotflex.widgets.running import Running
@@ -320,7 +320,7 @@ def noted(self, channels, count, buffer):
     write(self, channels, count, buffer)
     written.append(float(buffer[0]))
 virtual.VirtualBoard.write_analog = noted
-lab = rotflex.lab.start("ada", folder=sys.argv[1], quiet=True)
+lab = rotflex.course.lab.start("ada", folder=sys.argv[1], quiet=True)
 console = BenchConsole(lab, [18.2, -17.2, 1.59, 0.633])
 console.connect()
 console.set("experiment", "sweep")

@@ -10,14 +10,14 @@ import numpy as np
 import pytest
 from explorer_events import change, control, notice, press, readout
 
-import rotflex.lab
+import rotflex.course.lab
+from labcourse.scene.explorer import Explorer
+from labcourse.scene.results import as_csv, as_html
+from labcourse.scene.scene import MOST_POINTS, Column, Panel, Scene, thinned
 from rotflex import experiments, widgets
-from rotflex.courseware.scene.explorer import Explorer
-from rotflex.courseware.scene.results import as_csv, as_html
-from rotflex.courseware.scene.scene import MOST_POINTS, Column, Panel, Scene, thinned
 from rotflex.errors import BenchError, IdentificationError, RotflexError
 from rotflex.hil.student_benches import student_bench, student_seed
-from rotflex.instructor.model import state_space
+from rotflex.model import state_space
 from rotflex.plant import PlantParameters
 from rotflex.recording import Recording
 from rotflex.units import DEG
@@ -168,7 +168,7 @@ def test_a_recording_of_another_bench_is_looked_at_and_not_run_again(lab):
     explorer = widgets.explore_sweep(recording=recording, J_l=3e-3)
     assert SweepExplorer(lab, recording).settings["duration"] == pytest.approx(6.0)
     assert not any(one["kind"] == "slider" for row in explorer.scene["controls"] for one in row)
-    live = rotflex.lab.start("ada", "virtual:?clock=wall", quiet=True)
+    live = rotflex.course.lab.start("ada", "virtual:?clock=wall", quiet=True)
     with pytest.raises(BenchError, match="recording=") as error:
         SweepExplorer(live)
     assert "simulated" in str(error.value)

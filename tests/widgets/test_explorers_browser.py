@@ -79,7 +79,7 @@ def test_a_pole_is_dragged_by_the_mouse_and_all_follows(opened, served):
     pair = complex(float(handle.get_attribute("data-x")), float(handle.get_attribute("data-y")))
     from rotflex.config import srv02  # the same by the plain function
     from rotflex.hil.student_benches import student_bench, student_seed
-    from rotflex.instructor.model import state_space
+    from rotflex.model import state_space
 
     arms = student_bench(student_seed("ada")).joint
     system = state_space(srv02(), arms, arms.J_l * 20.7**2, input="voltage")
@@ -271,7 +271,7 @@ def test_a_theme_that_changes_and_a_kernel_that_is_restarted_are_noticed(opened)
 
 
 def test_the_page_needs_nothing_from_elsewhere():
-    folder = ROOT / "rotflex" / "courseware" / "scene"
+    folder = ROOT / "labcourse" / "scene"
     for path in [*folder.glob("*.js"), *folder.glob("*.css")]:
         text = path.read_text(encoding="utf-8")
         assert "http" not in text and "import " not in text

@@ -7,7 +7,7 @@ from delay_margin import spectral_radius
 
 from rotflex.config import joint, srv02
 from rotflex.hil.controllers import DERIVATIVE_CUTOFF
-from rotflex.instructor.model import state_space
+from rotflex.model import state_space
 from rotflex.plant import PlantParameters
 from rotflex.widgets.margins import bode, margins
 from rotflex.widgets.optimal import lqr

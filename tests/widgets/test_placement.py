@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from rotflex import response, simulation
 from rotflex.config import joint, srv02
 from rotflex.errors import DesignError
-from rotflex.instructor.model import state_space
+from rotflex.model import state_space
 from rotflex.signals import smooth_square_wave, time_axis
 from rotflex.units import DEG
 from rotflex.widgets.placement import Dominant, design, reference, with_gain

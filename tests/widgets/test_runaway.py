@@ -6,7 +6,7 @@ from scipy.integrate import solve_ivp
 
 from rotflex.config import joint, srv02
 from rotflex.hil.bench import Limits
-from rotflex.instructor.model import state_space
+from rotflex.model import state_space
 from rotflex.units import DEG
 from rotflex.widgets.placement import Dominant, design, with_gain
 from rotflex.widgets.runaway import LONGEST, STEP

@@ -176,7 +176,7 @@ def _kept_back() -> Iterator[tuple[str, str]]:
         if path.suffix in (".py", ".toml") and path.name not in _HARMLESS:
             text = path.read_text(encoding="utf-8")
             yield f"solutions/{path.name}", code(text) if path.suffix == ".py" else text
-    for path in sorted((ROOT / "rotflex" / "instructor").rglob("*.py")):
+    for path in sorted((ROOT / "labcourse" / "grading").rglob("*.py")):
         yield path.relative_to(ROOT).as_posix(), code(path.read_text(encoding="utf-8"), bodies=True)
     derivation = (DOCS / "derivation.html").read_text(encoding="utf-8")
     yield "docs/derivation.html", html.unescape(_TAG.sub("", derivation))

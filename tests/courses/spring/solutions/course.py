@@ -5,7 +5,7 @@ from __future__ import annotations
 from springlab.catalogue import CATALOGUE
 from springlab.plant import Spring, seed_of
 
-from rotflex.instructor.course import Course
+from labcourse.grading.course import Course
 
 from .key import KEY
 

@@ -6,8 +6,8 @@ import math
 
 from springlab.plant import MASS
 
-from rotflex.instructor.marking.checks import ForAPerson, Number, RecordingOf
-from rotflex.instructor.marking.expression_checks import ExpressionIs
+from labcourse.grading.marking.checks import ForAPerson, Number, RecordingOf
+from labcourse.grading.marking.expression_checks import ExpressionIs
 
 KEY = {
     "1.1": {"run": RecordingOf(lambda bench: bench.release(), channel="x", rtol=0.01)},

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from rotflex.courseware.catalogue import Catalogue
-from rotflex.courseware.parts import Question, expression, number, prose, recording
+from labcourse.answers.catalogue import Catalogue
+from labcourse.answers.parts import Question, expression, number, prose, recording
 
 UNITS = {"x": "m"}
 

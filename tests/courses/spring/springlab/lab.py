@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from rotflex.courseware.course_file import bench_policy
-from rotflex.courseware.session import Session, student_of
+from labcourse.course_file import bench_policy
+from labcourse.session import Session, student_of
 from springlab.catalogue import CATALOGUE
 from springlab.plant import Spring, seed_of
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from rotflex.courseware.student_id import caseless
+from labcourse.student_id import caseless
 
 MASS = 0.5  # kg
 PULLED = 0.04  # m, from where it is let go

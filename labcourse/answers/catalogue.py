@@ -1,0 +1,149 @@
+"""A course's catalogue: its questions, results tables and reports, by number. It says nothing of what is right."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping
+from difflib import get_close_matches
+from typing import TYPE_CHECKING, Any
+
+from labcourse.answers.parts import Question, ReportItem, prose, whole
+from labcourse.answers.predictions import Foretold
+from rotflex.errors import AnswerError
+
+if TYPE_CHECKING:
+    from labcourse.answers.starts import Start
+
+
+class Catalogue:
+    """All that can be answered in a course.
+
+    Parameters
+    ----------
+    questions : in the order in which they are asked
+    warm_up : questions that give no points
+    tables : results tables
+    report_items : the rows of the reports' scoring sheets, in order
+    reports : number of a report → its section, notebook and title
+    outcomes : what the outcome codes stand for
+    predictions : number of a question → what can be predicted of its experiment
+    starts : where a class may begin in the middle
+
+    Attributes
+    ----------
+    warm_up, questions, tables, reports : number → question; a report's parts are the texts that it asks for
+    report_items, outcomes, predictions, starts : as given
+    everything : all that can be answered, by number
+    judged : the reports as a whole, by number: a person judges them so; there is nothing to answer, and no cell
+    report_judged : number of a report as a whole → number of the report
+    marked : all that gets marks, by number: everything, and what is judged
+    notebooks : names of the notebooks with something to answer, in order
+    """
+
+    def __init__(
+        self,
+        questions: Iterable[Question],
+        *,
+        warm_up: Iterable[Question] = (),
+        tables: Iterable[Question] = (),
+        report_items: Iterable[ReportItem] = (),
+        reports: Mapping[str, tuple[str, str, str]] | None = None,
+        outcomes: Mapping[str, str] | None = None,
+        predictions: Mapping[str, tuple[Foretold, ...]] | None = None,
+        starts: Iterable[Start] = (),
+    ) -> None:
+        self.starts = tuple(starts)
+        self.warm_up = {question.number: question for question in warm_up}
+        self.questions = {question.number: question for question in questions}
+        self.tables = {table.number: table for table in tables}
+        self.report_items = tuple(report_items)
+        self.reports = {number: self._report(number, *about) for number, about in (reports or {}).items()}
+        self.outcomes = dict(outcomes or {})
+        self.predictions = dict(predictions or {})
+        self.everything = self.warm_up | self.questions | self.tables | self.reports
+        wholes = [(number, self._as_a_whole(report)) for number, report in self.reports.items()]
+        self.judged = {question.number: question for _report, question in wholes if question.parts}
+        self.report_judged = {question.number: report for report, question in wholes if question.parts}
+        self.marked = self.everything | self.judged
+        self.notebooks = tuple(sorted({question.notebook for question in self.everything.values()}))
+
+    def _report(self, number: str, section: str, notebook: str, title: str) -> Question:
+        """The report's text: a prose part for each item that is written rather than shown."""
+        items = self.items(number)
+        written = [prose(item.part, item.outcomes[0], f"{item.heading}. {item.prompt}") for item in items if item.part]
+        outcomes = dict.fromkeys(part.outcome for part in written)
+        return Question(number, section, notebook, title, tuple(outcomes), tuple(written))
+
+    def _as_a_whole(self, report: Question) -> Question:
+        """What is judged of a report as a whole: a part for each row that says so."""
+        items = [item for item in self.items(report.number) if item.judged]
+        parts = [whole(item.judged, item.outcomes[0], f"{item.heading}. {item.prompt}") for item in items]
+        outcomes = dict.fromkeys(part.outcome for part in parts)
+        number = f"{report.number}, as a whole"
+        return Question(number, report.section, report.notebook, report.title, tuple(outcomes), tuple(parts))
+
+    def items(self, report: str) -> list[ReportItem]:
+        """The rows of a report's scoring sheet."""
+        return [item for item in self.report_items if item.report == report]
+
+    def find(self, number: Any) -> Question:
+        """The question, table or report of a number such as ``"1.2"``, ``"Table 1"`` or ``"First report"``.
+
+        Raises
+        ------
+        AnswerError
+            If there is none; the message names those that there are.
+        """
+        if not isinstance(number, str):
+            example = next(iter(self.questions), "")
+            raise AnswerError(
+                f'Give the number of the question as text, as in "{example}" (1.10 and 1.1 are two questions, '
+                f"but one number); it is {number!r}."
+            )
+        if number in self.judged:
+            raise AnswerError(
+                f"There is nothing to answer to {number!r}: a person judges it when they have read the texts of "
+                f"{self.report_judged[number]!r}. Write those."
+            )
+        if number not in self.everything:
+            near = get_close_matches(number, self.everything, n=1)
+            meant = f" Did you mean {near[0]!r}?" if near else ""
+            others = [repr(name) for name in (*self.tables, *self.reports)]
+            there = enumeration([*spans([*self.warm_up, *self.questions]), *others])
+            raise AnswerError(f"There is no question {number!r}.{meant} There are {there}.")
+        return self.everything[number]
+
+    def find_marked(self, number: Any) -> Question:
+        """As :meth:`find`, of all that gets marks: a report as a whole, too.
+
+        Raises
+        ------
+        AnswerError
+            If there is none; the message names those that there are.
+        """
+        judged = self.judged.get(number) if isinstance(number, str) else None
+        return judged or self.find(number)
+
+
+def spans(numbers: Iterable[str]) -> list[str]:
+    """Numbers in runs: "1.1", "4.1 to 4.3". A run ends where the part before the point changes, or a number lacks."""
+    runs: list[list[str]] = []
+    for number in numbers:
+        if runs and _follows(runs[-1][-1], number):
+            runs[-1].append(number)
+        else:
+            runs.append([number])
+    return [run[0] if len(run) == 1 else f"{run[0]} to {run[-1]}" for run in runs]
+
+
+_COUNTED = re.compile(r"(.*?)(\d+)$")
+
+
+def _follows(before: str, number: str) -> bool:
+    one, other = _COUNTED.match(before), _COUNTED.match(number)
+    return bool(one and other and one[1] == other[1] and int(other[2]) == int(one[2]) + 1)
+
+
+def enumeration(items: list[str]) -> str:
+    """As in "1.1, 4.1 to 4.3 and 'Table 1'"."""
+    return items[0] if len(items) < 2 else f"{', '.join(items[:-1])} and {items[-1]}"

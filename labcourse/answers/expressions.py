@@ -1,0 +1,300 @@
+"""Expressions as plain data: a sympy expression to a tree of lists and back, by a list of what is allowed.
+
+A tree is one of ``["int", 3]``, ``["rational", 1, 2]``, ``["float", 0.5]``, ``["pi"]``, ``["symbol", "x_0"]``,
+``["add", TREE, ...]``, ``["mul", TREE, ...]``, ``["pow", TREE, TREE]`` (the exponent a number), and ``["sqrt", TREE]``,
+``["sin", TREE]``, ``["cos", TREE]``, ``["exp", TREE]``. Trees are bounded in size, depth and exponents, so that one
+read back from an untrusted file cannot be built into something huge. Nothing is ever evaluated from text.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+import sys
+from typing import Any
+
+from labcourse.answers.json_values import FormError, NotAnswered, read_number
+from labcourse.answers.symbols import Names, listed, plain, without_time
+from rotflex.errors import AnswerError
+
+MAX_NODES = 1000  #: a page of formula
+MAX_DEPTH = 40  #: deeper than anybody can read
+MAX_INTEGER = 10**20  #: what is typed with 15 digits, in millionths
+MAX_EXPONENT = 64  #: of a power, and of powers within powers multiplied together
+_FUNCTIONS = ("sqrt", "sin", "cos", "exp")
+#: How many arguments there are to each kind: fewest and most.
+_ARGUMENTS = {"symbol": (1, 1), "int": (1, 1), "rational": (2, 2), "float": (1, 1), "pi": (0, 0), "pow": (2, 2)}
+_ARGUMENTS |= {"add": (1, MAX_NODES), "mul": (1, MAX_NODES)} | dict.fromkeys(_FUNCTIONS, (1, 1))
+_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,30}")
+_TOO_LARGE = "it is too large to be kept: simplify it first"
+
+
+def is_symbolic(value: Any) -> bool:
+    """Whether a value is one of sympy's (without importing it where nobody else has)."""
+    sympy = sys.modules.get("sympy")
+    return sympy is not None and isinstance(value, sympy.Basic | sympy.MatrixBase)
+
+
+# --- from sympy to a tree --------------------------------------------------------------------------------------------
+
+
+def encode(value: Any, symbols: tuple[str, ...], name: str = "") -> list[Any]:
+    """The tree of a sympy expression (or a number) in the given symbols.
+
+    Functions of time and their derivatives are taken as the symbols that are meant, and symbols as the given ones,
+    however they are spelt (:mod:`labcourse.answers.symbols`). With ``name``, an equation of the symbol of that name
+    and an expression stands for the expression; so does a dictionary in which it is a key, as ``sympy.solve`` gives it.
+
+    Raises
+    ------
+    NotAnswered
+        If there is nothing yet.
+    FormError
+        If it is no such expression; the message says what is wrong with it.
+    """
+    names = Names(symbols)
+    tree = _tree(without_time(_one_expression(value, name, names), names), names)
+    try:
+        check(tree, symbols)
+    except FormError:
+        raise
+    except AnswerError:
+        raise FormError(_TOO_LARGE) from None
+    return tree
+
+
+def encode_equation(value: Any, symbols: tuple[str, ...]) -> tuple[list[Any], list[Any]]:
+    """The trees of the two sides of an equation: ``sympy.Eq``, a pair (left, right), or an expression that is zero.
+
+    Raises
+    ------
+    NotAnswered
+        If there is nothing yet.
+    FormError
+        If it is no such equation; the message says what is wrong with it.
+    """
+    import sympy
+
+    if isinstance(value, bool | sympy.logic.boolalg.BooleanAtom):
+        raise FormError(
+            "it is just True or False: two sides compared with == are decided on the spot; write sympy.Eq(left, right)"
+        )
+    if isinstance(value, tuple | list) and len(value) == 1:
+        value = value[0]
+    if isinstance(value, tuple | list):
+        if len(value) != 2:
+            raise FormError(
+                f"an equation has two sides; this is a sequence of {len(value)}: write sympy.Eq(left, right)"
+            )
+        left, right = value
+    elif isinstance(value, sympy.Eq):
+        left, right = value.lhs, value.rhs
+    else:
+        left, right = value, 0
+    return encode(left, symbols), encode(right, symbols)
+
+
+def _one_expression(value: Any, name: str, names: Names) -> Any:
+    """The sympy expression meant by a value: wrappers that a student's code may leave around it are taken off."""
+    if value is None or value is Ellipsis:
+        raise NotAnswered("nothing yet")
+    import sympy
+
+    if isinstance(value, str):
+        raise FormError("it is text: write it with sympy symbols, without quotes")
+    if isinstance(value, bool | sympy.logic.boolalg.BooleanAtom):
+        raise FormError("it is just True or False, not an expression")
+    inside = _unwrapped(value, name, names)
+    if inside is not value:
+        return _one_expression(inside, name, names)
+    if isinstance(value, sympy.MatrixBase | sympy.MatrixExpr):
+        raise FormError("it is a matrix: give a single expression")
+    if callable(value) and not isinstance(value, sympy.Basic):
+        raise FormError("it is a function: give the expression itself")
+    try:
+        expression = sympy.sympify(value, strict=True)
+    except (sympy.SympifyError, TypeError, ValueError, AttributeError):
+        raise FormError(f"it is a {type(value).__name__}, not a sympy expression") from None
+    if not isinstance(expression, sympy.Expr):
+        raise FormError(f"it is a {type(value).__name__}, not a single sympy expression")
+    if expression.has(sympy.nan, sympy.oo, -sympy.oo, sympy.zoo):
+        raise FormError("it contains something infinite or undefined: look for a division by zero")
+    return expression
+
+
+def _unwrapped(value: Any, name: str, names: Names) -> Any:
+    """What is in a list or a matrix of one, in a solution of ``sympy.solve``, or on the right of an equation."""
+    import sympy
+
+    if isinstance(value, list | tuple | set | sympy.MatrixBase) and len(value) == 1:
+        return next(iter(value))
+    if isinstance(value, dict):
+        found = [formula for key, formula in value.items() if _means(key, name, names)]
+        if len(found) != 1:
+            raise FormError("it is a dict: give one expression, solution[symbol] for a solution of sympy.solve")
+        return found[0]
+    if isinstance(value, sympy.Eq):
+        if not _means(value.lhs, name, names):
+            raise FormError("it is an equation: give the expression alone")
+        return value.rhs
+    return value
+
+
+def _means(value: Any, name: str, names: Names) -> bool:
+    """Whether a symbol, or a derivative, is the one of a name."""
+    import sympy
+
+    return bool(name) and isinstance(value, sympy.Expr) and plain(str(without_time(value, names))) == plain(name)
+
+
+def _tree(expression: Any, names: Names) -> list[Any]:
+    import sympy
+
+    if not expression.args:
+        return _leaf(expression, names)
+    kinds = {sympy.Add: "add", sympy.Mul: "mul", sympy.Pow: "pow", sympy.sin: "sin", sympy.cos: "cos", sympy.exp: "exp"}
+    if expression.func not in kinds:
+        if isinstance(expression, sympy.Integral | sympy.Sum | sympy.Limit | sympy.UnevaluatedExpr):
+            what = expression.func.__name__
+            raise FormError(f"it contains {what}, which is not carried out: add .doit() to it")
+        raise _foreign(expression.func.__name__)
+    if expression.is_Pow and not expression.exp.is_Number:
+        raise FormError(f"it contains a power whose exponent is not a number: {expression.exp}")
+    return [kinds[expression.func], *(_tree(argument, names) for argument in expression.args)]
+
+
+def _leaf(expression: Any, names: Names) -> list[Any]:
+    import sympy
+
+    match expression:
+        case sympy.Symbol():
+            return ["symbol", names[expression.name]]
+        case sympy.Integer():
+            return ["int", int(expression)]
+        case sympy.Rational():
+            return ["rational", int(expression.p), int(expression.q)]
+        case sympy.Float():
+            return ["float", float(expression)]
+        case sympy.pi:
+            return ["pi"]
+        case sympy.E:
+            return ["exp", ["int", 1]]
+    raise _foreign(str(expression))
+
+
+def _foreign(what: str) -> FormError:
+    allowed = "sums, products, powers, sqrt, sin, cos and exp"
+    return FormError(f"it contains {what[:40]}, which does not belong here: use {allowed}")
+
+
+# --- from a tree to sympy --------------------------------------------------------------------------------------------
+
+
+def decode(tree: Any, symbols: tuple[str, ...] | None = None) -> Any:
+    """The sympy expression of a tree, its symbols plain ``sympy.Symbol`` of their names.
+
+    Raises
+    ------
+    AnswerError
+        If it is no tree, too large, or has symbols other than the given ones.
+    """
+    import sympy
+
+    check(tree, symbols)
+    expression = _build(tree)
+    if expression.has(sympy.nan, sympy.oo, -sympy.oo, sympy.zoo):
+        raise AnswerError("The expression is infinite or undefined.")
+    return expression
+
+
+def _build(tree: list[Any]) -> Any:
+    import sympy
+
+    kind, *arguments = tree
+    match kind:
+        case "symbol":
+            return sympy.Symbol(arguments[0])
+        case "int":
+            return sympy.Integer(arguments[0])
+        case "rational":
+            return sympy.Rational(*arguments)
+        case "float":
+            return sympy.Float(arguments[0])
+        case "pi":
+            return sympy.pi
+    makers = {"add": sympy.Add, "mul": sympy.Mul, "pow": sympy.Pow} | {
+        name: getattr(sympy, name) for name in _FUNCTIONS
+    }
+    return makers[kind](*(_build(argument) for argument in arguments))
+
+
+def check(tree: Any, symbols: tuple[str, ...] | None = None) -> None:
+    """Check that plain data is a tree, within the bounds, and in the given symbols (any, if None).
+
+    Raises
+    ------
+    AnswerError
+        If it is not.
+    """
+    _Check(symbols).node(tree, MAX_DEPTH, MAX_EXPONENT)
+
+
+class _Check:
+    def __init__(self, symbols: tuple[str, ...] | None) -> None:
+        self.symbols = symbols
+        self.nodes = 0
+
+    def node(self, tree: Any, depth: int, power: float, steep: bool = True) -> None:
+        """A node and what is below it.
+
+        ``depth`` is how many levels are left; ``power`` the largest exponent that is left for the powers below;
+        ``steep`` whether there may be an exponential. Within another, or within a sine, it would be a number whose
+        digits no computer can hold or reduce.
+        """
+        self.nodes += 1
+        if self.nodes > MAX_NODES or depth <= 0:
+            raise AnswerError("The expression is too large.")
+        if not isinstance(tree, list) or not tree or not isinstance(tree[0], str):
+            raise AnswerError("An expression is a list that begins with its kind.")
+        kind, *arguments = tree
+        fewest, most = _ARGUMENTS.get(kind, (1, 0))
+        if not fewest <= len(arguments) <= most:
+            raise AnswerError(f"There is no {kind[:20]!r} with {len(arguments)} arguments in an expression.")
+        match kind:
+            case "symbol":
+                self._symbol(arguments[0])
+            case "int" | "rational":
+                if not all(_is_integer(number) for number in arguments) or arguments[-1] <= 0 < len(arguments) - 1:
+                    raise AnswerError(f"{kind!r} should be made of integers of at most {MAX_INTEGER:.0e}.")
+            case "float":
+                read_number("A float", arguments[0])
+            case "pow":
+                self.node(arguments[0], depth - 1, power / self._exponent(arguments[1], power), steep)
+            case _:
+                if kind == "exp" and not steep:
+                    raise AnswerError("An exponential within an exponential or a sine is too large.")
+                for argument in arguments:
+                    self.node(argument, depth - 1, power, steep and kind not in ("exp", "sin", "cos"))
+
+    def _symbol(self, name: Any) -> None:
+        if not isinstance(name, str) or not _NAME.fullmatch(name):
+            raise AnswerError("A symbol should have a name.")
+        if self.symbols is not None and name not in self.symbols:
+            raise AnswerError(f"The symbol {name} is not among {listed(self.symbols)}.")
+
+    def _exponent(self, tree: Any, power: float) -> float:
+        """By how much an exponent uses up ``power``; at least 1."""
+        self.node(tree, 1, 1)
+        kind, *numbers = tree
+        if kind not in ("int", "rational", "float"):
+            raise AnswerError("An exponent should be a number.")
+        size = max(1.0, *(abs(float(number)) for number in numbers))
+        if kind == "float":
+            size = max(1.0, math.ceil(size))
+        if size > power:
+            raise AnswerError("An exponent is too large.")
+        return size
+
+
+def _is_integer(value: Any) -> bool:
+    return isinstance(value, int) and not isinstance(value, bool) and abs(value) <= MAX_INTEGER

@@ -1,0 +1,231 @@
+"""What a question is made of: parts, each with a name, a kind and its points.
+
+The kinds, and what an answer of each looks like to a student:
+
+===================  =============================================================================================
+``number``           one real number in ``unit``
+``matrix``           real numbers of ``shape``; with one row or column, or a one-dimensional shape, a vector
+``poles``            ``count`` real or complex numbers, in any order
+``choice``           one of ``choices``
+``prose``            text
+``expression``       a sympy expression in ``symbols``
+``equation``         ``sympy.Eq``, or a pair (left, right), or an expression that is zero, in ``symbols``
+``symbolic_matrix``  a sympy Matrix of ``shape``, in ``symbols``
+``function``         a function, called on the inputs of ``probe``
+``figure``           a matplotlib figure with curves
+``recording``        signals sampled together (:class:`~labcourse.answers.kinds.recordings.Sampled`), with ``channels``
+``whole``            nothing: a person judges a report by all of its texts
+===================  =============================================================================================
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from labcourse.answers.probes import Probe
+from rotflex.errors import AnswerError
+
+
+@dataclass(frozen=True)
+class Usual:
+    """What an answer usually is. Any other is recorded as well, and draws a hint.
+
+    Attributes
+    ----------
+    largest : the range of the size of a matrix's largest entry, in ``unit``
+    unit : in which entries of a matrix are to be given
+    digits : significant digits that at least one entry of a matrix has
+    settings : (name, value) pairs of a recording's metadata
+    """
+
+    largest: tuple[float, float] | None = None
+    unit: str = ""
+    digits: int = 0
+    settings: tuple[tuple[str, str], ...] = ()
+
+
+@dataclass(frozen=True)
+class Part:
+    """One thing asked for. ``lab.answer`` takes it by its name.
+
+    Attributes
+    ----------
+    name, kind, points, prompt : what every part has
+    outcome : the code of the outcome that it gives evidence of; empty where the course names none
+    marked : "auto", or "person" where somebody has to read it
+    unit : of a number; what the student is asked to give
+    plausible : the range (in ``unit``) outside which a number is worth a second look
+    shape : of a matrix; (n,) is a vector for which row or column does not matter
+    count : how many poles
+    symbols : the symbols that are given
+    choices : the allowed values
+    probe : the inputs on which a function is tried
+    channels : the channels that a recording must have
+    units : of all channels that are kept of a recording: name → unit
+    settings : (name, value) pairs that are expected in a recording's metadata
+    usual : what draws a hint where it is otherwise, and no more
+    shows : for the entry of a results table, the (question, part) that it carries over
+    """
+
+    name: str
+    kind: str
+    points: float
+    prompt: str
+    outcome: str = ""
+    marked: str = "auto"
+    unit: str = ""
+    plausible: tuple[float, float] | None = None
+    shape: tuple[int, ...] = ()
+    count: int = 0
+    symbols: tuple[str, ...] = ()
+    choices: tuple[str, ...] = ()
+    probe: Probe | None = None
+    channels: tuple[str, ...] = ()
+    units: Mapping[str, str] = field(default_factory=dict)
+    settings: tuple[tuple[str, str], ...] = ()
+    usual: Usual = Usual()
+    shows: tuple[str, str] | None = None
+
+
+@dataclass(frozen=True)
+class Question:
+    """One of the course's questions, a results table, or the text of a report.
+
+    Attributes
+    ----------
+    number : as in "1.2", "Table 1" or "First report"
+    section : of the course's text
+    notebook : where it is asked
+    title : in a few words
+    outcomes : the codes that the course gives it
+    parts : in the order in which they are asked
+    """
+
+    number: str
+    section: str
+    notebook: str
+    title: str
+    outcomes: tuple[str, ...]
+    parts: tuple[Part, ...]
+
+    @property
+    def points(self) -> float:
+        """Points of all its parts."""
+        return sum(part.points for part in self.parts)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of its parts."""
+        return tuple(part.name for part in self.parts)
+
+    def part(self, name: str) -> Part:
+        """The part of a name.
+
+        Raises
+        ------
+        AnswerError
+            If there is none; the message names those that there are.
+        """
+        for part in self.parts:
+            if part.name == name:
+                return part
+        raise AnswerError(f"Question {self.number} has no part {name!r}; it has {', '.join(self.names)}.")
+
+
+@dataclass(frozen=True)
+class ReportItem:
+    """A row of the scoring sheet of a report.
+
+    Attributes
+    ----------
+    report : number of the report, as in "First report"
+    number : as on the sheet, as in "II.1"
+    heading, prompt : what it is about and what it asks for
+    outcomes : the codes scored in this row
+    shows : the (question, part) that it shows or discusses; a part "" stands for all of the question
+    part : name of the report's part that holds its text; "" where answers are shown as they are
+    judged : name of the part under which the report as a whole is judged in this row; "" in all other rows
+    """
+
+    report: str
+    number: str
+    heading: str
+    prompt: str
+    outcomes: tuple[str, ...]
+    shows: tuple[tuple[str, str], ...] = ()
+    part: str = ""
+    judged: str = ""
+
+
+# --- parts, briefly, for the catalogue --------------------------------------------------------------------------------
+
+YES_NO = ("yes", "no")
+WHOLE = "whole"  #: the kind of what is judged, and not answered
+
+
+def prose(name: str, outcome: str, prompt: str, points: float = 1) -> Part:
+    """Text for a person to read."""
+    return Part(name, "prose", points, prompt, outcome, marked="person")
+
+
+def whole(name: str, outcome: str, prompt: str, points: float = 1) -> Part:
+    """One side of a report that a person judges when they have read all of it."""
+    return Part(name, WHOLE, points, prompt, outcome, marked="person")
+
+
+def number(
+    name: str, unit: str, plausible: tuple[float, float] | None, outcome: str, prompt: str, points: float = 1
+) -> Part:
+    """A number in a unit."""
+    return Part(name, "number", points, prompt, outcome, unit=unit, plausible=plausible)
+
+
+def matrix(
+    name: str, shape: tuple[int, ...], outcome: str, prompt: str, points: float = 1, usual: Usual = Usual()
+) -> Part:
+    """A matrix or vector of numbers."""
+    return Part(name, "matrix", points, prompt, outcome, shape=shape, usual=usual)
+
+
+def poles(name: str, count: int, outcome: str, prompt: str, points: float = 1) -> Part:
+    """A set of poles."""
+    return Part(name, "poles", points, prompt, outcome, count=count)
+
+
+def choice(name: str, choices: tuple[str, ...], outcome: str, prompt: str, points: float = 1) -> Part:
+    """One of a few words."""
+    return Part(name, "choice", points, prompt, outcome, choices=choices)
+
+
+def expression(name: str, symbols: tuple[str, ...], outcome: str, prompt: str, points: float = 2) -> Part:
+    """A sympy expression in given symbols."""
+    return Part(name, "expression", points, prompt, outcome, symbols=symbols)
+
+
+def figure(name: str, outcome: str, prompt: str, points: float = 1) -> Part:
+    """A figure."""
+    return Part(name, "figure", points, prompt, outcome)
+
+
+def recording(
+    name: str,
+    settings: Mapping[str, str],
+    channels: tuple[str, ...],
+    outcome: str,
+    prompt: str,
+    points: float = 1,
+    *,
+    units: Mapping[str, str],
+    usual: Usual = Usual(),
+) -> Part:
+    """A recording of an experiment."""
+    checked = tuple(settings.items())
+    return Part(
+        name, "recording", points, prompt, outcome, channels=channels, settings=checked, units=units, usual=usual
+    )
+
+
+def function(name: str, probe: Probe, outcome: str, prompt: str, points: float = 2) -> Part:
+    """A function, tried on a probe's inputs."""
+    return Part(name, "function", points, prompt, outcome, probe=probe)

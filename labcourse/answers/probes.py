@@ -1,0 +1,108 @@
+"""Probes: the inputs on which a student's function is tried, and what is kept of its outputs.
+
+A function cannot be stored as plain data, so it is called when it is answered, on inputs drawn from a seed. Grading
+draws the same inputs (with a seed that nobody knew before) and compares the outputs outside. Which probes there are is
+a course's own affair.
+"""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from labcourse.answers.json_values import FormError, NotAnswered
+from rotflex.errors import AnswerError
+
+
+@dataclass(frozen=True)
+class Probe:
+    """Inputs for a function and the form of its outputs.
+
+    Attributes
+    ----------
+    name : of the probe; with the seed, it fixes the inputs
+    signature : of the function, for messages
+    count : how many inputs there are
+    draw : the inputs, a list of argument tuples, from a numpy Generator
+    keep : an output as plain data; raises FormError or NotAnswered where it is none
+    read : an output's plain data as a tuple of arrays; raises AnswerError where it is none
+    """
+
+    name: str
+    signature: str
+    count: int
+    draw: Callable[[np.random.Generator], list[tuple[Any, ...]]]
+    keep: Callable[[Any], list[Any]]
+    read: Callable[[Any], tuple[NDArray[np.float64], ...]]
+
+    def inputs(self, seed: int) -> list[tuple[Any, ...]]:
+        """The argument tuples for a probe seed; probes of one seed do not depend on each other."""
+        return self.draw(np.random.default_rng([seed, zlib.crc32(self.name.encode())]))
+
+
+def pieces(output: Any, names: tuple[str, ...]) -> list[NDArray[np.float64]]:
+    """A function's output as so many arrays of finite numbers.
+
+    Raises
+    ------
+    NotAnswered
+        If there is nothing yet.
+    FormError
+        If it is anything else; the message is a hint for the student.
+    """
+    wanted = f"it should return ({', '.join(names)})"
+    if output is None or output is Ellipsis:
+        raise NotAnswered("nothing yet")
+    if isinstance(output, np.ndarray) and output.ndim > 1 and len(output) == len(names):  # its rows
+        output = list(output)
+    if not isinstance(output, tuple | list) or len(output) != len(names):
+        raise FormError(_another(wanted, output))
+    if any(piece is None or piece is Ellipsis for piece in output):
+        raise NotAnswered("nothing yet")
+    arrays = []
+    for name, piece in zip(names, output, strict=True):
+        array = _array(piece)
+        if array is None:
+            raise FormError(f"{wanted}, all numbers; {name} is not")
+        if array.dtype.kind == "c":
+            raise FormError(f"{name} is complex: take the magnitude, or drop an imaginary part that is zero")
+        if not np.isfinite(array).all():
+            raise FormError(f"{name} has values that are not finite (NaN or infinite)")
+        arrays.append(array.astype(np.float64))
+    return arrays
+
+
+def _another(wanted: str, output: Any) -> str:
+    type_name = type(output).__name__
+    if isinstance(output, tuple | list):
+        return f"{wanted}; it returned a {type_name} of {len(output)}"
+    return f"{wanted}; it returned a {type_name}"
+
+
+def _array(piece: Any) -> NDArray[Any] | None:
+    """A piece as an array of numbers, or None."""
+    try:
+        array = np.asarray(piece)
+        if array.dtype.kind == "O":  # sympy's numbers and the like
+            array = array.astype(np.float64)
+    except (TypeError, ValueError):
+        return None
+    return array if array.dtype.kind in "iufc" else None
+
+
+def check_seed(text: str) -> int:
+    """A probe seed from text (an environment variable).
+
+    Raises
+    ------
+    AnswerError
+        If it is not a non-negative integer.
+    """
+    if not text.isascii() or not text.isdigit() or len(text) > 30:
+        raise AnswerError(f"The probe seed should be a non-negative integer; it is {text[:40]!r}.")
+    return int(text)

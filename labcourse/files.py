@@ -1,0 +1,179 @@
+"""Files written whole or not at all: whatever happens, there is the old one or the new one, and nothing beside it."""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import itertools
+import json
+import os
+import stat
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path, PurePath
+from typing import Any, TypeVar
+
+from labcourse.safe_text import no_escapes
+
+ANSWERS_FILE = "answers.json"  #: beside the notebooks: what a student has answered
+COURSE_FILE = "course.json"  #: beside the notebooks: {"student": "..."}
+MAX_BYTES = 200_000_000  #: of a file in a student's folder; a notebook with all that it shows has some millions
+MAX_DEPTH = 100  #: lists and objects within each other in a JSON file; Python can copy and write ten times as many
+
+Content = str | bytes | Callable[[Path], object]
+
+_count = itertools.count()  # two threads may write the same file
+
+# Windows lets nobody replace a file that another program has open (a search, a virus scanner, a cloud's copy, another
+# notebook), and nobody read one that is being replaced. Elsewhere, what is refused stays refused.
+_MAY_BE_OPEN = sys.platform == "win32"
+_PATIENCE = 2.0  # s until it is an error; a virus scanner has a new file for a second
+_PAUSE = 0.05  # s between two tries; a program that reads a small file has it for less
+
+_Result = TypeVar("_Result")
+
+
+def patiently(act: Callable[[], _Result]) -> _Result:
+    """Do what another program may be in the way of for a moment, on Windows, and do it again until it is done.
+
+    Raises
+    ------
+    OSError
+        If it cannot be done.
+    """
+    until = time.monotonic() + _PATIENCE
+    while True:
+        try:
+            return act()
+        except PermissionError:
+            if not _MAY_BE_OPEN or time.monotonic() > until:
+                raise
+        time.sleep(_PAUSE)
+
+
+def ordinary(path: Path) -> os.stat_result:
+    """Return what is known of a file in a student's folder.
+
+    Raises
+    ------
+    OSError
+        If it is not there, or is a link, which might lead anywhere, a folder, a pipe or a device.
+    """
+    about = path.lstat()
+    if stat.S_ISLNK(about.st_mode):
+        raise OSError(errno.ELOOP, "it is a link, which is not followed; put the file itself there", str(path))
+    if not stat.S_ISREG(about.st_mode):
+        raise OSError(errno.EINVAL, "it is no ordinary file", str(path))
+    return about
+
+
+def read(path: Path, most: int | None = None) -> bytes:
+    """Read a file in a student's folder, where anything may lie.
+
+    Raises
+    ------
+    OSError
+        If it cannot be read, is not an ordinary file (see :func:`ordinary`), or has more than ``most`` bytes
+        (:data:`MAX_BYTES` unless given).
+    """
+    most = MAX_BYTES if most is None else most
+
+    def opener(name: str, flags: int) -> int:  # it may have been replaced just now
+        return os.open(name, flags | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0))
+
+    def content() -> bytes:
+        ordinary(path)
+        with open(path, "rb", opener=opener) as file:
+            return file.read(most + 1)
+
+    data = patiently(content)
+    if len(data) > most:
+        raise OSError(errno.EFBIG, f"it has more than {most / 1e6:.3g} MB", str(path))
+    return data
+
+
+def reason(error: Exception) -> str:
+    """Return why a file could not be read, without the system's number and path."""
+    return getattr(error, "strerror", None) or str(error)
+
+
+def replace(source: Path, target: Path) -> None:
+    """Give a file another's name, in its place.
+
+    Raises
+    ------
+    OSError
+        If it cannot be done.
+    """
+    patiently(lambda: os.replace(source, target))
+
+
+def from_json(data: bytes, **hooks: Any) -> Any:
+    """Parse a JSON file that may hold anything, so that what is returned can always be copied and written again.
+
+    Halves of surrogate pairs, which UTF-8 does not have, become question marks.
+
+    Parameters
+    ----------
+    data : the file's content
+    hooks : for :func:`json.loads`
+
+    Raises
+    ------
+    ValueError
+        If it is not JSON, or is nested too deeply.
+    """
+    try:
+        value = json.loads(data, **hooks)
+        if _depth(value) > MAX_DEPTH:
+            raise RecursionError
+    except RecursionError:
+        raise ValueError(f"more than {MAX_DEPTH} lists or objects lie within each other") from None
+    text = json.dumps(value, ensure_ascii=False)
+    written = text.encode(errors="replace")
+    return value if written.decode() == text else json.loads(written, **hooks)
+
+
+def _depth(value: Any) -> int:
+    inner = value.values() if isinstance(value, dict) else value if isinstance(value, list) else ()
+    return 1 + max(map(_depth, inner), default=0)
+
+
+def shown(path: str | PurePath) -> str:
+    """Return a path as text that can be printed: the bytes of its name may be no UTF-8."""
+    return no_escapes(str(path).encode(errors="replace").decode())
+
+
+def write(target: str | os.PathLike[str], content: Content) -> os.stat_result:
+    """Write a file in place of an earlier one, under a temporary name first.
+
+    Parameters
+    ----------
+    target : the file
+    content : bytes; or text, which is written as UTF-8, its line ends as they are; or a function that is given a path,
+        whose ending is not the target's, and writes the file there
+
+    Returns
+    -------
+    os.stat_result
+        Of what was written, taken before it bore the target's name: another program may have replaced it since.
+
+    Raises
+    ------
+    OSError
+        If it cannot be written.
+    """
+    target = Path(target)
+    scratch = target.with_name(f".{target.name}.{os.getpid()}-{next(_count)}.tmp")
+    try:
+        if callable(content):
+            content(scratch)
+        else:
+            scratch.write_bytes(content.encode() if isinstance(content, str) else content)
+        written = scratch.stat()
+        replace(scratch, target)
+    finally:
+        with contextlib.suppress(OSError):  # it is gone, after all went well; and what went wrong before says more
+            scratch.unlink()
+    return written

@@ -1,0 +1,72 @@
+"""Commands about a course: release, notebooks, check-course."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from labcourse.grading import course as courses
+from labcourse.grading.commands.options import SOME_TROUBLE, CourseFolder
+from labcourse.messages import plural
+
+
+def release(
+    out: Annotated[Path, typer.Argument(help="Folder for the release; made if needed.", file_okay=False)],
+    course: CourseFolder = None,
+    with_data: Annotated[bool, typer.Option("--with-data", help="Hand out the sample recordings, too.")] = False,
+    replace: Annotated[bool, typer.Option("--replace", help="Delete an earlier release in OUT.")] = False,
+    keep: Annotated[
+        bool, typer.Option("--keep/--no-keep", help="Keep the zip beside the course, for work begun under it.")
+    ] = True,
+) -> None:
+    """Make the students' folder and zip: no solutions, no key, none of the instructor's modules."""
+    from labcourse.grading.release import releases
+    from labcourse.grading.release.student_course import release as make
+
+    found = courses.find(course)
+    made = make(found, out, with_data, replace)
+    count = plural(len(made.notebooks), "{count} notebook", "{count} notebooks")
+    typer.echo(f"{count}: {', '.join(made.notebooks)}")
+    typer.echo(f"{made.folder}\n{made.archive}")
+    if keep:
+        typer.echo(f"Release {made.id}, kept as {releases.keep(found, made)}")
+    else:
+        typer.echo(f"Release {made.id}, not kept: what is done with it is run with the course as it is.")
+
+
+def notebooks(course: CourseFolder = None) -> None:
+    """Derive the student notebooks in notebooks/ from the course's anew."""
+    from labcourse.grading.release.student_course import write_notebooks
+
+    for path in write_notebooks(courses.find(course)):
+        typer.echo(str(path))
+
+
+def check_course(
+    course: CourseFolder = None,
+    run: Annotated[
+        bool, typer.Option("--run/--no-run", help="Run the notebooks with solutions, and mark what they answer.")
+    ] = True,
+) -> None:
+    """Say what is missing in a course, or contradicts itself: questions, key, cells, numbers in texts.
+
+    Exit code: 0 everything fits, 1 something does not.
+    """
+    from labcourse.grading.course_check import check
+
+    found = courses.find(course)
+    count = 0
+    for finding in check(found, run):
+        count += 1
+        typer.echo(str(finding))
+    asked = len(found.catalogue.everything)
+    if count:
+        typer.echo(f"{count} found.", err=True)
+        raise typer.Exit(SOME_TROUBLE)
+    typer.echo(
+        "{asked} questions, tables and reports in {notebooks}: everything fits.".format(
+            asked=asked, notebooks=plural(len(found.notebooks), "{count} notebook", "{count} notebooks")
+        )
+    )

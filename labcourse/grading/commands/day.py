@@ -1,0 +1,167 @@
+"""Commands of an instructor's day: class, publish; request, answer, requests."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from labcourse.grading import course as courses
+from labcourse.grading.commands.options import (
+    SOME_TROUBLE,
+    Book,
+    CourseFolder,
+    Marks,
+    Out,
+    open_existing,
+    results_beside,
+    results_in,
+)
+from labcourse.safe_text import say
+from rotflex.errors import GradingError
+
+if TYPE_CHECKING:
+    from labcourse.grading.gradebook import Request
+
+
+def at_a_glance(marks: Marks, course: CourseFolder = None, out: Out = None) -> None:
+    """Show the class: who handed in, who is in trouble, what waits for whom, what went wrong for many.
+
+    The same is written as a page, class.html, into the folder of results. It names students: it is for you alone.
+
+    Exit code: 0 all shown, 2 something could not be read or written.
+    """
+    from labcourse import files
+    from labcourse.grading.overview import glance, shown
+
+    folder = results_beside(marks, out)
+    found = courses.find(course)
+    with open_existing(marks) as book:
+        seen = glance.at(book, found)
+    for line in shown.lines(seen):
+        typer.echo(line)
+    if folder is None:
+        typer.echo("\nNo page was written: say where by --out.")
+        return
+    page = folder / shown.CLASS_FILE
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        files.write(page, shown.page(seen))
+    except OSError as error:
+        raise GradingError(f"{page} cannot be written: {error.strerror}.") from None
+    typer.echo(f"\nThe same as a page: {page}")
+
+
+def publish(
+    marks: Marks,
+    by: Annotated[str, typer.Option(help="Who gives it back.")],
+    note: Annotated[str, typer.Option(help="For the record, as: without the reports.")] = "",
+    course: CourseFolder = None,
+    out: Out = None,
+) -> None:
+    """Give feedback back: write everybody's pages anew, record who does it and when, and tell what is not ready.
+
+    Handing the pages to students is your platform's part. Where course.toml says that feedback opens later, the pages
+    say so and no more, and nothing is recorded as given back.
+
+    Exit code: 0 given back, 1 the pages are closed yet, 2 something could not be written.
+    """
+    from datetime import UTC, datetime
+
+    from labcourse.grading.overview import published
+    from labcourse.grading.overview.section import moment
+    from labcourse.grading.reports.grades import Reports
+    from labcourse.messages import plural
+
+    folder = results_in(marks, out)
+    found = courses.find(course)
+    begun = datetime.now(UTC)  # what is changed while pages are written may be in none, and is told the next time
+    with open_existing(marks) as book:
+        before = book.requests.publications()
+        changed = published.changed_since(book.audit(), before[-1].when) if before else []
+        count = Reports(folder, found, book).write_all()
+        untold = published.not_ready(book, found.settings, begun)
+        is_open = found.settings.feedback.is_open(begun)
+        done = book.requests.publish(by, note, begun) if is_open else None
+    typer.echo(f"Pages of {plural(count, '{count} student', '{count} students')}: {folder}")
+    say(*untold, *_not_renewed(folder))
+    if done is None:
+        raise typer.Exit(SOME_TROUBLE)
+    typer.echo(f"Given back on {moment(done.when)}, by {done.actor}.")
+    if before:
+        students = sorted({one.student for one in changed})
+        say(
+            "Since {when} marks of {students} have changed; tell them: {names}.".format(
+                when=moment(before[-1].when),
+                students=plural(len(students), "{count} student", "{count} students"),
+                names=", ".join(students),
+            )
+            if students
+            else f"No mark has changed since {moment(before[-1].when)}."
+        )
+
+
+def _not_renewed(folder: Path) -> list[str]:
+    """Which commands write what lies in a folder of results and is not made anew with the pages."""
+    from labcourse.grading.outcomes import class_report, sheet_files
+
+    files = {"rotflex outcomes": class_report.PAGE_FILE, "rotflex sheets": sheet_files.FOLDER}
+    there = {command: name for command, name in files.items() if (folder / name).exists()}
+    if not there:
+        return []
+    return [
+        f"As they were before, and not written anew: {', '.join(there.values())} (for that say {', '.join(there)})."
+    ]
+
+
+def request(
+    student: Annotated[str, typer.Argument(help="Who asks.")],
+    question: Annotated[str, typer.Argument(help="As 1.11.")],
+    part: Annotated[str, typer.Argument(help="As explanation.")],
+    text: Annotated[str, typer.Argument(help="What they ask, in their words; it is shown in their feedback.")],
+    gradebook: Book,
+) -> None:
+    """Note beside an answer that a student asks to have it looked at again. It stays open until it is answered."""
+    with open_existing(gradebook) as book:
+        made = book.requests.make(student, (question, part), text)
+    say(f"Request {made.number} of {made.student} is noted.")
+
+
+def answer(
+    number: Annotated[int, typer.Argument(help="Of the request, as rotflex requests lists it.")],
+    text: Annotated[str, typer.Argument(help="What there is to say; it is shown in the student's feedback.")],
+    by: Annotated[str, typer.Option(help="Who answers.")],
+    gradebook: Book,
+) -> None:
+    """Answer a student's request. The mark stays as it is: rotflex mark changes it."""
+    with open_existing(gradebook) as book:
+        done = book.requests.answer(number, by, text)
+    say(
+        f"Request {done.number} of {done.student}, {done.question} {done.part}, is answered. rotflex report "
+        "writes it down."
+    )
+
+
+def requests(
+    gradebook: Book,
+    everything: Annotated[bool, typer.Option("--all", help="Those that were answered, too.")] = False,
+) -> None:
+    """List what students ask to have looked at again."""
+    with open_existing(gradebook) as book:
+        there = book.requests.all(open_only=not everything)
+    if not there:
+        typer.echo("There are no requests." if everything else "No request is open.")
+    say(*_lines(there))
+
+
+def _lines(there: Sequence[Request]) -> list[str]:
+    from labcourse.grading.overview.section import moment
+
+    told = []
+    for one in there:
+        told.append(f"{one.number}  {moment(one.made)}  {one.student}  {one.question} {one.part}: {one.text}")
+        if one.answered is not None:
+            told.append(f"    {moment(one.answered)}  {one.answered_by}: {one.answer}")
+    return told

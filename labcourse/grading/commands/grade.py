@@ -1,0 +1,170 @@
+"""Commands that run students' code, and show whether it can be run in isolation: doctor, grade."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import replace
+from datetime import UTC, tzinfo
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from labcourse.grading import course as courses
+from labcourse.grading.commands.options import (
+    ALL_WELL,
+    NOT_ISOLATED,
+    SOME_TROUBLE,
+    Again,
+    CourseFolder,
+    Json,
+    open_gradebook,
+)
+from labcourse.messages import plural
+from labcourse.student_id import GRADEBOOK_FILE, INTAKE_FILE
+from rotflex.errors import GradingError, IsolationError
+
+if TYPE_CHECKING:
+    from labcourse.grading.batch import Settings
+
+
+def doctor(as_json: bool) -> None:
+    """Show, layer by layer, whether students' code can be run in isolation here, by trying to break out.
+
+    Exit code: 0 it can, 3 it cannot.
+    """
+    from labcourse.grading.running import isolation_report
+
+    examined = isolation_report.examine()
+    if as_json:
+        typer.echo(json.dumps(examined.as_data()))
+    else:
+        isolation_report.show(examined)
+    raise typer.Exit(ALL_WELL if examined.good else NOT_ISOLATED)
+
+
+def grade(
+    submissions: Annotated[
+        Path,
+        typer.Argument(help="A folder, or a zip, with what each student handed in, as learning platforms give it."),
+    ],
+    out: Annotated[Path, typer.Option(help="Folder for grades.csv and the feedback; made if needed.", file_okay=False)],
+    course: CourseFolder = None,
+    gradebook: Annotated[
+        str | None, typer.Option(help="A file, or the URL of a database.", show_default=f"OUT/{GRADEBOOK_FILE}")
+    ] = None,
+    jobs: Annotated[int, typer.Option(min=1, help="Submissions to run at a time.")] = 1,
+    scheduler: Annotated[
+        str | None, typer.Option(help="Run on the workers of this dask.distributed scheduler, as tcp://host:8786.")
+    ] = None,
+    cell_timeout: Annotated[int, typer.Option(min=1, help="Seconds that a cell may take.")] = 60,
+    deadline: Annotated[float, typer.Option(min=1, help="Seconds that a submission may take.")] = 600,
+    memory: Annotated[int, typer.Option(min=256, help="Megabytes that a submission may take.")] = 2048,
+    processes: Annotated[int, typer.Option(min=8, help="Processes that a submission may have.")] = 100,
+    probe_seed: Annotated[
+        int | None,
+        typer.Option(
+            min=0, max=2**53, help="For the inputs of students' functions.", show_default="by the gradebook's secret"
+        ),
+    ] = None,
+    every_cell: Annotated[
+        bool, typer.Option("--every-cell", help="Run the cells that only show something, too: slower, same marks.")
+    ] = False,
+    supply: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="STUDENT:QUESTION.PART=VALUE",
+            help="A value in place of a missing answer: it earns nothing, what builds on it can. Empty takes it back.",
+        ),
+    ] = None,
+    times: Annotated[
+        Path | None, typer.Option(help="A CSV of names and times: what was handed in when.", dir_okay=False)
+    ] = None,
+    time_zone: Annotated[
+        str, typer.Option(help="Of times in names and zips, which do not say theirs, as Europe/Berlin.")
+    ] = "UTC",
+    again: Again = None,
+    as_json: Json = False,
+    unsafe_no_isolation: Annotated[
+        bool, typer.Option("--unsafe-no-isolation", help="Run students' code with your own rights.")
+    ] = False,
+) -> None:
+    """Run and mark a class. What is in the gradebook already and has not changed is not run again.
+
+    Exit code: 0 all graded, 1 there was trouble with some submissions (they score what they earned), 2 nothing graded,
+    3 nothing graded, as students' code cannot be isolated here.
+    """
+    from labcourse.grading.batch import Batch, Settings
+    from labcourse.grading.reports import intake_table
+    from labcourse.grading.reports.changes import Before
+    from labcourse.grading.reports.grades import Reports, make_folder
+    from labcourse.grading.reports.live_report import JsonLines, Screen
+    from labcourse.grading.running import isolation_report, supplied
+    from labcourse.grading.running.intake import times as handing_in
+    from labcourse.grading.running.runner import Limits
+
+    if not math.isfinite(deadline):
+        raise typer.BadParameter("It should be a number of seconds.", param_hint="--deadline")
+    if not submissions.exists():  # or nothing is made
+        raise GradingError(f"There is no folder {submissions}.")
+    if submissions.is_dir() and not any(submissions.iterdir()):
+        raise GradingError(f"There is nothing in {submissions}.")
+    if out.resolve().is_relative_to(submissions.resolve()):
+        raise GradingError(f"{out} lies among the submissions: choose another folder for the results.")
+    zone = _zone(time_zone)
+    when, untold = handing_in.read(times, zone) if times else ({}, [])
+    limits = Limits(cell_timeout, deadline, memory * 2**20, processes)
+    try:
+        found = courses.find(course)
+        values = tuple(supplied.read(one, found.catalogue) for one in supply or ())
+        settings = Settings(
+            *(limits, jobs, scheduler, probe_seed, not unsafe_no_isolation, every_cell, values, when, zone),
+            again=tuple(again or ()),
+        )
+        _check_isolation(settings)
+        make_folder(out)
+        decided = intake_table.read(out / INTAKE_FILE)
+        decisions = {one.key: text for one, text in decided.items() if text}
+        settings = replace(settings, decisions=decisions)
+        with open_gradebook(gradebook or str(out / GRADEBOOK_FILE)) as book:
+            batch = Batch(submissions, found, book, settings)
+            before = Before(book)
+            progress = (JsonLines if as_json else Screen)(len(batch), [*batch.ignored, *untold], batch.absent)
+            with Reports(out, found, book, batch.students) as reports, progress:
+                try:
+                    for step in batch.grade():
+                        progress.add(step.ran, reports.write(step.graded), before.changes(step.graded))
+                finally:
+                    open_rows = intake_table.write(out / INTAKE_FILE, batch.doubts, decided)
+        to_decide = (
+            f"What cannot be known for certain is in {out / INTAKE_FILE}, with what was assumed "
+            f"({plural(open_rows, '{count} row', '{count} rows')}): write what is right under decision and grade again."
+        )
+        for line in filter(None, (reports.closed, reports.unknown, reports.hints, to_decide if open_rows else "")):
+            typer.echo(line, err=True)
+    except IsolationError as error:
+        isolation_report.refuse(error)
+        raise typer.Exit(NOT_ISOLATED) from None
+    raise typer.Exit(SOME_TROUBLE if progress.trouble else ALL_WELL)
+
+
+def _zone(name: str) -> tzinfo:
+    from zoneinfo import ZoneInfo
+
+    try:
+        return UTC if name == "UTC" else ZoneInfo(name)
+    except (ValueError, OSError, LookupError):
+        raise typer.BadParameter(
+            f"There is no time zone {name!r}; write it as Europe/Berlin.", param_hint="--time-zone"
+        ) from None
+
+
+def _check_isolation(settings: Settings) -> None:
+    """Try to break out before any submission can. (On a cluster it is the workers' isolation that counts.)"""
+    from labcourse.grading.running import isolation_report
+
+    if settings.isolated and settings.scheduler is None:
+        isolation_report.check()
+    elif not settings.isolated:
+        isolation_report.check_unisolated()

@@ -1,0 +1,245 @@
+"""Commands on what is in a gradebook: regrade, report, mark, comment, history, roster."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from labcourse.grading import course as courses
+from labcourse.grading.commands.options import (
+    SOME_TROUBLE,
+    Again,
+    Book,
+    CourseFolder,
+    Json,
+    open_existing,
+    open_or_make,
+)
+from labcourse.messages import plural
+from labcourse.safe_text import say
+from rotflex.errors import GradebookError, GradingError
+
+if TYPE_CHECKING:
+    from labcourse.grading.gradebook import Gradebook, MarkRecord
+
+_SHOWN = 60  # characters of an answer that was marked
+
+
+def regrade(
+    gradebook: Book,
+    course: CourseFolder = None,
+    question: Annotated[
+        list[str] | None, typer.Option(help="Mark only this question again; may be given several times.")
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Write grades.csv and the feedback here anew.", file_okay=False)
+    ] = None,
+    jobs: Annotated[int, typer.Option(min=1, help="Submissions to mark at a time.")] = 1,
+    as_json: Json = False,
+) -> None:
+    """Mark the answers in the gradebook again, by the key as it is now, and tell what changed. No notebook is run.
+
+    Marks that a person gave stay; those that the key would give otherwise are named.
+
+    Exit code: 0 all marked, 1 some could not be marked (their marks stay as they were), 2 nothing marked.
+    """
+    from contextlib import ExitStack
+
+    from labcourse.grading.graded_run import key_faults
+    from labcourse.grading.regrade import regrade as mark_again
+    from labcourse.grading.reports.changes import changes
+    from labcourse.grading.reports.grades import Reports
+
+    found = courses.find(course)
+    students = changed = failed = 0
+    faults: dict[str, None] = {}
+    with open_existing(gradebook) as book, ExitStack() as stack:
+        reports = None if out is None else stack.enter_context(Reports(out, found, book))
+        for done in mark_again(book, found, question or (), jobs):
+            told = changes(done.before, done.after)
+            students += 1
+            changed += bool(told.parts)
+            failed += bool(done.problem)
+            faults |= dict.fromkeys(key_faults(done.after))
+            if as_json:
+                left = [one.as_data() for one in done.left]
+                typer.echo(json.dumps({**told.as_data(), "left_alone": left, "problem": done.problem}))
+                continue
+            if done.problem:
+                say(
+                    f"{told.student}: {done.problem} The marks stay as they were.",
+                    err=True,
+                )
+            if told.parts:
+                say(str(told))
+            say(*(f"{told.student}, {one}" for one in done.left))
+    for line in (*faults, *([reports.hints] if reports and reports.hints else ())):
+        say(line, err=True)
+    if not as_json:
+        typer.echo(
+            "Other marks than before: {students}. The same: {same}.".format(
+                students=plural(changed, "{count} student", "{count} students"), same=students - changed
+            )
+            if changed
+            else "Nobody's marks changed."
+        )
+    if failed or faults:
+        raise typer.Exit(SOME_TROUBLE)
+
+
+def report(
+    gradebook: Book,
+    out: Annotated[Path, typer.Option(help="Folder for grades.csv and the feedback; made if needed.", file_okay=False)],
+    course: CourseFolder = None,
+) -> None:
+    """Write grades.csv and the feedback of everybody in the gradebook and its roster. Nothing is run or marked.
+
+    Exit code: 0 all written, 2 something could not be.
+    """
+    from labcourse.grading.reports.grades import Reports
+
+    found = courses.find(course)
+    with open_existing(gradebook) as book:
+        reports = Reports(out, found, book)
+        count = reports.write_all()
+    typer.echo(f"{plural(count, '{count} student', '{count} students')}: {out}")
+    for line in filter(None, (reports.closed, reports.unknown, reports.hints)):
+        typer.echo(line)
+
+
+def mark(
+    student: Annotated[str, typer.Argument(help="Whose.")],
+    question: Annotated[str, typer.Argument(help="As 1.11.")],
+    part: Annotated[str, typer.Argument(help="As explanation.")],
+    points: Annotated[float, typer.Argument(min=0, help="To give.")],
+    reason: Annotated[str, typer.Option(help="For the student, and for the record.")],
+    by: Annotated[str, typer.Option(help="Who gives them.")],
+    gradebook: Book,
+    expect: Annotated[
+        float | None,
+        typer.Option(
+            help="The points that these replace. Needed where a person has given some already.", show_default="none yet"
+        ),
+    ] = None,
+) -> None:
+    """Give points to an answer that a person has read. They stay for as long as the answer is the same.
+
+    Points that a person gave before are replaced only if --expect names them: of two who mark the same answer, the
+    second is told who was first.
+    """
+    with open_existing(gradebook) as book:
+        seen = _seen(book, student, question, part)
+        book.set_mark(student, question, part, points, reason, by, _expected(seen, expect))
+    given = " ".join(seen.given.split()) if seen is not None else ""
+    shown = given if len(given) <= _SHOWN else f"{given[:_SHOWN]}…"
+    say(f"{student}, {question}, {part}: {points:g}, for the answer {shown!r}. rotflex report writes it down.")
+
+
+def _seen(book: Gradebook, student: str, question: str, part: str) -> MarkRecord | None:
+    """A mark as it is now; None if there is none."""
+    graded = book.current(student)
+    marks = () if graded is None else graded.marks
+    return next((one for one in marks if one.where == (question, part)), None)
+
+
+def _expected(seen: MarkRecord | None, points: float | None) -> MarkRecord | None:
+    """What is to be replaced: a mark of these points; without any, one that no person gave."""
+    from labcourse.grading.gradebook import GIVEN_BY_A_PERSON
+    from labcourse.grading.verdicts import Status
+
+    if seen is None:
+        return None
+    if points is not None:  # 1/3 is told as 0.333333
+        return seen if f"{points:g}" == f"{seen.points:g}" else replace(seen, points=points)
+    return replace(seen, status=Status.FOR_A_PERSON.value) if seen.status == GIVEN_BY_A_PERSON else seen
+
+
+def comment(
+    student: Annotated[str, typer.Argument(help="To whom.")],
+    text: Annotated[str, typer.Argument(help="What there is to say; it is shown in the feedback.")],
+    by: Annotated[str, typer.Option(help="Who says it.")],
+    gradebook: Book,
+    question: Annotated[str | None, typer.Option(help="On this question, as 1.11; else on all of the work.")] = None,
+) -> None:
+    """Write a word to a student, on a question or on everything."""
+    with open_existing(gradebook) as book:
+        graded = book.current(student)
+        if question is not None and graded is not None and question not in {one.question for one in graded.marks}:
+            raise GradingError(
+                f"{student!r} has no marks for a question {question!r}: a word on it would be seen nowhere."
+            )
+        book.comment(student, text, by, question)
+    say(f"{student}: noted. rotflex report writes it down.")
+
+
+def history(
+    student: Annotated[str | None, typer.Argument(help="Whose; everybody's if left out.")] = None,
+    question: Annotated[str | None, typer.Option(help="Of this question only.")] = None,
+    *,
+    gradebook: Book,
+) -> None:
+    """Show every change of a mark: what it was and became, when, by whom, and why."""
+    with open_existing(gradebook) as book:
+        for entry in book.audit(student, question):
+            before, after = (
+                "–" if one is None else f"{one.points:g} ({one.status})" for one in (entry.before, entry.after)
+            )
+            words = (
+                f"{entry.when:%Y-%m-%d %H:%M} UTC  {entry.student}  {entry.question} {entry.part}: {before} → {after}"
+            )
+            say(f"{words}  {entry.actor}: {entry.reason}")
+
+
+def roster(
+    file: Annotated[
+        Path | None, typer.Argument(help="A CSV file with a line for each student.", dir_okay=False, show_default=False)
+    ] = None,
+    *,
+    gradebook: Book,
+    remove: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="ID",
+            help="Take this student out, of whom there is nothing but their name; may be given several times.",
+        ),
+    ] = None,
+    again: Again = None,
+) -> None:
+    """Take the names of a class into the gradebook: a CSV with a heading; id, name, email and section are read.
+
+    Empty cells leave what is known as it is; a cell of - removes it. Students who are not in the file stay: --remove
+    takes out whose ID was a slip, if nothing of theirs was handed in, graded or said.
+
+    Exit code: 0 all taken, 1 some lines were not, or somebody was not removed, 2 nothing taken.
+    """
+    if file is None and not remove:
+        raise GradingError("Say what the roster is: a CSV file; or by --remove whom to take out.")
+    troubles: list[str] = []
+    # Without a roster a slip in the gradebook's name must not make a new one.
+    with open_existing(gradebook) if file is None else open_or_make(gradebook) as book:
+        if file is not None:
+            troubles += _taken_in(book, file, again or ())
+        for student in remove or ():
+            try:
+                gone = book.remove(student)
+            except GradebookError as error:
+                troubles.append(str(error))
+            else:
+                say(f"{gone.student} is no longer in the gradebook.")
+    for trouble in troubles:
+        say(trouble, err=True)
+    if troubles:
+        raise typer.Exit(SOME_TROUBLE)
+
+
+def _taken_in(book: Gradebook, file: Path, again: Sequence[str]) -> tuple[str, ...]:
+    """Take a roster in, and tell of it; what was not taken."""
+    taken = book.import_roster(file, again)
+    typer.echo(f"{taken.added} added, {taken.changed} changed, {taken.unchanged} as they were.")
+    say(*taken.notes)
+    return taken.problems

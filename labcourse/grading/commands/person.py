@@ -1,0 +1,174 @@
+"""Commands about a person: forget, copy."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from labcourse.grading import course as courses
+from labcourse.grading.commands.options import (
+    SOME_TROUBLE,
+    Book,
+    CourseFolder,
+    Out,
+    open_existing,
+    results_beside,
+)
+from labcourse.safe_text import say
+from rotflex.errors import GradebookError, GradingError
+
+if TYPE_CHECKING:
+    from labcourse.grading.erasure.results import Results
+    from labcourse.grading.gradebook import Erased, Gradebook
+
+_MOST_TOLD = 30  # places of one sort; they fill a screen
+
+
+def forget(
+    student: Annotated[str, typer.Argument(help="Whom: the ID.")],
+    gradebook: Book,
+    by: Annotated[str, typer.Option(help="Who does it; this is kept, and not who was erased.")],
+    out: Out = None,
+    submissions: Annotated[
+        Path | None, typer.Option(help="Look here, too, for what they handed in, and tell of it.")
+    ] = None,
+    dry_run: Annotated[bool, typer.Option("--dry-run", help="Tell what would go, and erase nothing.")] = False,
+    yes: Annotated[bool, typer.Option("--yes", help="Do not ask.")] = False,
+    course: CourseFolder = None,
+) -> None:
+    """Erase a person: all that the gradebook and the folder of results have of them. It cannot be taken back.
+
+    What is made of the class is written anew. Who scored an answer stays: this is for students.
+
+    Exit code: 0 erased (or shown), 1 erased, but there is something left to do, which is told, 2 nothing erased.
+    """
+    from labcourse.grading.erasure import remains
+    from labcourse.grading.erasure.others import of_others
+    from labcourse.grading.erasure.results import Results
+
+    found, folder = courses.find(course), results_beside(gradebook, out)
+    results = None if folder is None else Results(folder, found)
+    with open_existing(gradebook) as book:
+        others = of_others(book, found, student)
+        told = _known(book, student, lambda: book.persons.would_be_erased(student, others))
+        say(*_what_goes(told, results))
+        handed_in = [] if submissions is None else [*remains.in_submissions(submissions, book, student)]
+        if dry_run:
+            say(*_what_stays(told, []), "Nothing was erased: --dry-run.")
+            return
+        if not yes and not typer.confirm("Erase all of it? It cannot be taken back."):
+            raise GradingError("Nothing was erased.")
+        there = [] if results is None else results.of_class()
+        if results is not None:
+            results.remove(student)  # first, so that it can be done again if what follows cannot be
+        try:
+            done = book.persons.erase(student, by, others)
+        finally:
+            unwritten = [] if results is None else results.write(book, there)
+    named = [] if folder is None else [*remains.in_folder(folder, done.about)]
+    named += [*handed_in, *remains.in_settings(found, done.about)]
+    say(f"{done.about.student} is erased.", *_what_stays(done, named))
+    say(*_what_cannot_be_seen(done, folder, submissions))
+    say(*unwritten, err=True)
+    if named or done.left or unwritten:
+        raise typer.Exit(SOME_TROUBLE)
+
+
+def _known(book: Gradebook, student: str, look: Callable[[], Erased]) -> Erased:
+    """What there is of a student; of who only scored, it is said that this stays."""
+    try:
+        return look()
+    except GradebookError as error:
+        if not book.scores.acts(actor=student) and student not in {one.actor for one in book.audit()}:
+            raise
+        raise GradingError(
+            f"{error} {student!r} is named as who scored or marked. That stays: who decided is part of what "
+            "others were given. Nothing was erased."
+        ) from None
+
+
+def _what_goes(told: Erased, results: Results | None) -> Iterator[str]:
+    about = told.about
+    yield "What there is of {who}:".format(who=", ".join(filter(None, (about.student, about.name, about.email))))
+    called = {
+        "deliveries": "files that were handed in, each version",
+        "submissions": "hand-ins",
+        "runs": "runs",
+        "answers": "records of answers",
+        "marks": "marks by the software",
+        "decisions": "marks by persons",
+        "audit": "lines of the audit trail",
+        "scores": "acts of scorers",
+        "claims": "answers that are being read",
+        "comments": "words to them",
+        "requests": "requests to look again",
+    }
+    for name, what in called.items():
+        if told.counts[name]:
+            yield f"{told.counts[name]:8}  {what}"
+    if results is None:
+        yield "No folder of results is named (--out): what lies in one is not looked at."
+    else:
+        yield from (f"  folder  {path}" for path in results.own(about.student))
+        yield from (f"    anew  {path}" for path in results.of_class())
+    if told.struck:
+        yield "Their name is struck out of what is said of others:"
+        yield from _some(told.struck)
+
+
+def _what_stays(told: Erased, named: Sequence[str]) -> Iterator[str]:
+    if told.left:
+        yield "They are named still in what others wrote themselves, or as who decided; this is left as it is:"
+        yield from _some(told.left)
+    if named:
+        yield "They are named still here, and this is yours to delete:"
+        yield from _some(named)
+    if told.unsought:
+        yield f"Too short to be looked for in texts of others: {', '.join(map(repr, told.unsought))}."
+
+
+def _some(lines: Sequence[str]) -> Iterator[str]:
+    yield from (f"  {line}" for line in lines[:_MOST_TOLD])
+    if len(lines) > _MOST_TOLD:
+        yield f"  and {len(lines) - _MOST_TOLD} more"
+
+
+def _what_cannot_be_seen(done: Erased, folder: Path | None, submissions: Path | None) -> Iterator[str]:
+    yield "What cannot be seen from here, and is yours to look after:"
+    if submissions is None:
+        came_in = f" (they came in: {', '.join(done.sources)})" if done.sources else ""
+        yield (
+            f"  what they handed in, where you keep it{came_in}. rotflex grade does not take it in again; it says so."
+        )
+    if folder is None:
+        yield "  the folder of results, which was not named"
+    yield "  texts that name them otherwise, as by a first name"
+    yield "  backups, tables and zips that were written elsewhere, the learning platform, e-mails"
+    yield "  their own folder and computer"
+
+
+def copy(
+    student: Annotated[str, typer.Argument(help="Of whom: the ID.")],
+    gradebook: Book,
+    into: Annotated[Path, typer.Argument(help="The zip to write.", dir_okay=False)],
+    out: Out = None,
+    force: Annotated[bool, typer.Option("--force", help="Write over a file that is there.")] = False,
+    course: CourseFolder = None,
+) -> None:
+    """Write a copy of all that is stored about a student, for them: a zip with all records, and each file as it came.
+
+    It holds the names of those who marked, and what class-mates are told of them is not in it.
+    """
+    from labcourse.grading.erasure import copied
+    from labcourse.grading.erasure.results import Results
+
+    if into.exists() and not force:
+        raise GradingError(f"{into} is there already; add --force to write over it.")
+    found, folder = courses.find(course), results_beside(gradebook, out)
+    with open_existing(gradebook) as book:
+        results = None if folder is None else Results(folder, found)
+        count = copied.write(into, book, results, student)
+    say(f"All records and {count} files that were handed in: {into}")

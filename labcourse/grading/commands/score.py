@@ -1,0 +1,111 @@
+"""The command with which persons score what they must read: a page in the browser, or a table for a way without one."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from labcourse.grading import course as courses
+from labcourse.grading.commands.options import SOME_TROUBLE, CourseFolder, Marks, open_existing
+from labcourse.messages import plural
+from labcourse.safe_text import say
+from rotflex.errors import GradingError
+
+if TYPE_CHECKING:
+    from labcourse.grading.scoring.desk import Desk
+
+
+def score(
+    marks: Marks,
+    course: CourseFolder = None,
+    names: Annotated[
+        list[str] | None, typer.Option("--as", metavar="NAME", help="Who scores; may be given several times.")
+    ] = None,
+    port: Annotated[int, typer.Option(min=0, max=65535, help="Where the page is served; 0: any free port.")] = 0,
+    show_names: Annotated[bool, typer.Option("--names", help="Show whose an answer is; else it has a number.")] = False,
+    browser: Annotated[bool, typer.Option(help="Open a browser for the first who scores.")] = True,
+    write: Annotated[
+        Path | None, typer.Option(help="Write all answers into this table (.xlsx or .csv), and do nothing else.")
+    ] = None,
+    read: Annotated[
+        Path | None, typer.Option(help="Take scores from this table, which --write wrote.", dir_okay=False)
+    ] = None,
+    by: Annotated[str | None, typer.Option(help="Who scored in the table.")] = None,
+    force: Annotated[bool, typer.Option("--force", help="Let --write write over a file that is there.")] = False,
+) -> None:
+    """Score the answers that a person reads, in a browser on this computer; or in a table, by --write and --read.
+
+    Exit code: 0 all well, 1 some rows of a table were not taken, 2 nothing done.
+    """
+    from labcourse.grading.scoring import rubric
+    from labcourse.grading.scoring.desk import Desk
+
+    found = courses.find(course)
+    with open_existing(marks) as book:
+        items = rubric.read(found.folder, found.catalogue)
+        desk = Desk(book, found.catalogue, items, found.settings.levels, show_names)
+        if write is not None and read is not None:
+            raise GradingError("Give --write or --read, and not both at once.")
+        if write is not None:
+            _write(desk, write, force)
+        elif read is not None:
+            _read(desk, read, by)
+        else:
+            _serve(desk, names or [], port, browser, found.title)
+
+
+def _serve(desk: Desk, names: list[str], port: int, browser: bool, title: str) -> None:
+    import webbrowser
+
+    from labcourse.grading.scoring import server
+    from labcourse.grading.scoring.guards import Scorer
+
+    told = [name.strip() for name in names]
+    if not told or not all(told):
+        raise GradingError("Say who scores: --as NAME, once for each. The gradebook keeps who gave which points.")
+    if len({name.casefold() for name in told}) < len(told):
+        raise GradingError("Two of those who score have one name; the gradebook could not tell them apart.")
+    scorers = [Scorer(name) for name in told]
+    with server.listening(port) as listener:
+        listener.listen()
+        there = listener.getsockname()[1]
+        for one in scorers:
+            typer.echo(f"{one.name}: {one.address(there)}")
+        typer.echo("Each opens their own address, in a browser on this computer. Ctrl-C ends it; nothing is lost.")
+        if browser:
+            webbrowser.open(scorers[0].address(there))
+        server.serve(server.application(desk, scorers, there, title), listener)
+
+
+def _write(desk: Desk, path: Path, force: bool) -> None:
+    from labcourse.grading.scoring import tables
+
+    if path.exists() and not force:
+        raise GradingError(
+            f"{path} is there already, and scores may stand in it: take them by --read first, name another file, "
+            "or add --force to write over it."
+        )
+    count, asked = tables.write(desk, path)
+    typer.echo(f"{plural(count, '{count} answer', '{count} answers')}: {path}. rotflex score --read takes it in again.")
+    if asked:
+        typer.echo(
+            f"Of {plural(asked, '{count} answer', '{count} answers')} the instructor is asked: the column "
+            "“state” says by whom, and what."
+        )
+
+
+def _read(desk: Desk, path: Path, by: str | None) -> None:
+    from labcourse.grading.scoring import tables
+
+    if not (by or "").strip():
+        raise GradingError("Say who scored in the table: --by NAME.")
+    taken = tables.read(desk, path, (by or "").strip())
+    typer.echo(str(taken))
+    say(*taken.replaced)
+    say(*taken.problems, err=True)
+    if taken.changed:
+        typer.echo("Pages and tables are as they were until rotflex report writes them anew.")
+    if taken.problems:
+        raise typer.Exit(SOME_TROUBLE)

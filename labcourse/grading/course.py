@@ -1,0 +1,267 @@
+"""A course as one object: its questions, its key, the truth of a student's bench, and what students get.
+
+A course's folder holds the notebooks with solutions, ``course.py``, whose ``COURSE`` is the object, and the settings,
+``course.toml``. Beside the folder lie the student notebooks (``notebooks/``, derived), what may be handed out with them
+(``data/``), and what was handed out before (``releases/``). Each process that needs the course loads it once, by the
+folder and the entry point, and passes it on from there.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import importlib
+import importlib.util
+import sys
+import traceback
+import types
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from labcourse.benches import FIRST_DRAW, REAL, BenchPolicy
+from labcourse.grading import settings
+from labcourse.grading.settings import CourseSettings
+from rotflex.errors import AnswerError, GradingError
+
+if TYPE_CHECKING:  # the commands begin here, and are quick to say what they can do
+    from labcourse.answers.catalogue import Catalogue
+    from labcourse.grading.verdicts import Key
+
+ENTRY = "course:COURSE"  #: module in the course's folder, and the name in it
+SETTING = "ROTFLEX_COURSE"  #: environment variable: the course's folder, where none is named
+OUTCOMES_FILE = "outcomes.toml"  #: in the course's folder: to which outcomes its codes go; there need not be one
+SHEETS_FILE = "sheets.toml"  #: in the course's folder: how its scoring sheets are laid out; there need not be one
+RUBRIC_FILE = "rubric.toml"  #: in the course's folder, what a person looks for in words; there need not be one
+USUAL = Path("solutions")  #: the course's folder in a checkout
+NOT_RELEASED = "instructor"  #: the folder of a package that students do not get
+_FIRST_INSTRUCTOR_NOTEBOOK = "90"  # from this number on, notebooks are for instructors only
+
+
+@dataclass(frozen=True)
+class Stated:
+    """A number of the course that stands in texts, too: wherever the pattern is found, it has to be this one.
+
+    Attributes
+    ----------
+    what : in words, for whoever has to mend a text
+    pattern : regular expression, with the number as its group; white space in it stands for any
+    value : the number
+    """
+
+    what: str
+    pattern: str
+    value: float
+
+
+@dataclass(frozen=True)
+class Course:
+    """A course, as instructors have it.
+
+    Attributes
+    ----------
+    name : of the folder and the zip that students get
+    catalogue : of its questions
+    key : question → part → check
+    bench : student's ID, which bench each student has → that student's bench as it really is, for the checks of the key
+    title : of the course, for people; that of its settings counts, where they have one
+    presets : names of the benches that all students may be given
+    draw : version of how it draws benches
+    own_seed : a student's ID → the seed of their own bench, by which a partner keeps it when the student is erased;
+        None where benches are not drawn from seeds
+    given : name of a start of the catalogue's, student's ID, policy → the values that are given to a class that begins
+        there: (question, part) → value
+    benches : names of the laboratory's benches whose truth it has, and what is wrong with it, if anything
+    evidence : function of the students' package, "package.module:function", that reads the files which a student
+        brought from a laboratory's bench, and returns plain data; it is called in the sandbox
+    bench_of_evidence : policy, what that function returned (JSON, a claim) → the bench that the files were made at, for
+        a policy of the laboratory's benches. Its ``problems`` and ``notes`` are told; where its ``is_known`` is false,
+        what was measured is for a person
+    knows_bench : whether the truth is known of the bench that notebooks are run on with some parameters. What answers
+        say of their bench is a claim: it is compared with the truth's ``identity``, if that has one, and told
+    packages : import names of the packages that students get; of each, everything but its folder ``instructor``
+    requires : packages that these need besides what rotflex needs, as pip takes them
+    parameters : what notebooks are run with when they are graded, besides ``student``
+    imports : modules that notebooks use, to be imported once for all of them
+    stated : numbers that texts repeat
+    settings : what is decided for a term
+    folder, entry : where it was loaded from
+    """
+
+    name: str
+    catalogue: Catalogue
+    key: Key
+    bench: Callable[[str, BenchPolicy], Any]
+    title: str = ""
+    presets: tuple[str, ...] = ()
+    draw: int = FIRST_DRAW
+    own_seed: Callable[[str], int] | None = None
+    given: Callable[[str, str, BenchPolicy], Mapping[tuple[str, str], Any]] | None = None
+    benches: Mapping[str, str] = field(default_factory=dict)
+    evidence: str = ""
+    bench_of_evidence: Callable[[BenchPolicy, bytes], Any] | None = None
+    knows_bench: Callable[[Mapping[str, Any]], bool] = lambda bench: True
+    packages: tuple[str, ...] = ("rotflex",)
+    requires: tuple[str, ...] = ()
+    parameters: Mapping[str, str] = field(default_factory=dict)
+    imports: tuple[str, ...] = ()
+    stated: Sequence[Stated] = ()
+    settings: CourseSettings = field(default_factory=CourseSettings)
+    folder: Path = Path()
+    entry: str = ENTRY
+
+    def true_bench(self, student: str, policy: BenchPolicy | None = None, evidence: bytes = b"") -> Any:
+        """A student's bench as it really is.
+
+        Parameters
+        ----------
+        student : the ID
+        policy : which bench each student has; as the settings say unless given (by an older release)
+        evidence : what the function ``evidence`` returned in the sandbox, as JSON
+        """
+        given = self.settings.bench if policy is None else policy
+        if given.which == REAL and self.bench_of_evidence is not None:
+            return self.bench_of_evidence(given, evidence)
+        return self.bench(student, given)
+
+    @property
+    def asked(self) -> Catalogue:
+        """What is asked of the class now: all of the catalogue, unless it begins in the middle."""
+        from labcourse.answers import starts
+
+        name = self.settings.given
+        return starts.narrowed(self.catalogue, starts.find(self.catalogue, name) if name else None)
+
+    @property
+    def notebooks(self) -> list[Path]:
+        """The notebooks that have a student version, in order."""
+        return [path for path in sorted(self.folder.glob("*.ipynb")) if path.name < _FIRST_INSTRUCTOR_NOTEBOOK]
+
+    @property
+    def student_notebooks(self) -> Path:
+        """The folder in which the derived notebooks are kept."""
+        return self.folder.parent / "notebooks"
+
+    @property
+    def data(self) -> Path:
+        """The folder of what may be handed out with the notebooks."""
+        return self.folder.parent / "data"
+
+    @property
+    def releases(self) -> Path:
+        """The folder in which releases are kept."""
+        return self.folder.parent / self.settings.releases
+
+
+def find(given: str | Path | None = None) -> Course:
+    """The course that is meant: the one that is given, else the one here.
+
+    Parameters
+    ----------
+    given : the course's folder, or the one above it, as given by a person; with an entry point after "::" if it is not
+        the usual one
+
+    Raises
+    ------
+    GradingError
+        If there is none; the message says how to name one.
+    """
+    folder, _sign, entry = str(given or "").partition("::")
+    file = f"{(entry or ENTRY).partition(':')[0]}.py"
+    place = Path(folder)
+    if not (place / file).is_file() and ((place / USUAL / file).is_file() or not given):
+        place = place / USUAL
+    if not place.is_dir():
+        raise GradingError(
+            f"There is no course at {place.resolve()}. Name the course's folder, the one that holds course.py, "
+            f"by --course FOLDER or by the environment variable {SETTING}."
+        )
+    return load(place, entry or ENTRY)
+
+
+def load(folder: Path, entry: str = ENTRY) -> Course:
+    """Load a course: its code is run, for it is ours.
+
+    Parameters
+    ----------
+    folder : of the course
+    entry : module and name in it, as "course:COURSE"
+
+    Raises
+    ------
+    GradingError
+        If it cannot be loaded, if its key does not fit its catalogue, or if its settings are not understood.
+    """
+    folder = folder.resolve()
+    module_name, _sign, name = entry.partition(":")
+    if not (folder / f"{module_name}.py").is_file():
+        raise GradingError(
+            f"{folder} is not a course's folder: it holds no {module_name}.py. Name one by --course FOLDER, or "
+            f"by the environment variable {SETTING}."
+        )
+    package = _package(folder)
+    if str(folder.parent) not in sys.path:
+        sys.path.append(str(folder.parent))  # the students' packages may lie beside the course
+    try:
+        module = importlib.import_module(f"{package}.{module_name}")
+    except Exception as error:
+        raise GradingError(
+            f"The course in {folder} cannot be loaded: {type(error).__name__}: {error}{_where(error, folder)}"
+        ) from error
+    course = getattr(module, name, None)
+    if not isinstance(course, Course):
+        raise GradingError(f"{folder} should define {name}, a labcourse.grading.course.Course, in {module_name}.py.")
+    _check_key(course)
+    decided = settings.read(folder, course.presets, course.draw, course.benches, course.catalogue)
+    title = decided.title or course.title or course.name
+    return replace(course, folder=folder, entry=entry, settings=decided, title=title)
+
+
+def _where(error: Exception, folder: Path) -> str:
+    """The course's file and line that an error came from; a syntax error says its own."""
+    frames = traceback.extract_tb(error.__traceback__)
+    ours = [frame for frame in frames if Path(frame.filename).is_relative_to(folder)]
+    if isinstance(error, SyntaxError) or not ours:
+        return ""
+    return f" ({Path(ours[-1].filename).name}, line {ours[-1].lineno})"
+
+
+def package_folder(name: str) -> Path:
+    """Where a package of students lies.
+
+    Raises
+    ------
+    GradingError
+        If there is none of that name.
+    """
+    found = importlib.util.find_spec(name)
+    if found is None or found.origin is None:
+        raise GradingError(f"The course needs the package {name}, which is not to be found.")
+    return Path(found.origin).parent
+
+
+def _package(folder: Path) -> str:
+    """A package name of this folder's own, so that courses of equal module names do not mix."""
+    name = f"rotflex_course_{hashlib.sha256(str(folder).encode()).hexdigest()[:12]}"
+    if name not in sys.modules:
+        package = types.ModuleType(name)
+        package.__path__ = [str(folder)]
+        sys.modules[name] = package
+    return name
+
+
+def _check_key(course: Course) -> None:
+    """Raise GradingError unless the key is one of this catalogue."""
+    for number, checks in course.key.items():
+        try:
+            question = course.catalogue.find_marked(number)
+        except AnswerError as error:
+            raise GradingError(f"The key: {error}") from None
+        if set(checks) != set(question.names):
+            raise GradingError(
+                f"The key: question {number} has the parts {', '.join(question.names)}, not "
+                f"{', '.join(map(repr, checks)) or 'none'}."
+            )
+        for part in question.parts:
+            if part.kind not in checks[part.name].kinds:
+                raise GradingError(f"The key: {number}, {part.name} is a {part.kind}; its check is for another kind.")

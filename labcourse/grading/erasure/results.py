@@ -1,0 +1,93 @@
+"""The folder of results when a person is erased: what is theirs goes, what is made of the class is written anew."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+
+from labcourse import files
+from labcourse.grading.course import Course
+from labcourse.grading.gradebook import Gradebook
+from labcourse.grading.outcomes import class_report, sheet_files
+from labcourse.grading.overview import glance, shown
+from labcourse.grading.reports.grades import Reports
+from labcourse.student_id import GRADES_FILE, HINTS_FILE, caseless
+from rotflex.errors import GradingError
+
+
+class Results:
+    """The folder of results of a gradebook.
+
+    Parameters
+    ----------
+    folder : the folder; it need not be there
+    course : whose questions these are
+    """
+
+    def __init__(self, folder: Path, course: Course) -> None:
+        self.folder, self._course = folder, course
+
+    def own(self, student: str) -> list[Path]:
+        """The folders of one student alone."""
+        holders = [one for one in (self.folder, self.folder / sheet_files.FOLDER) if one.is_dir()]
+        inside = (path for holder in holders for path in sorted(holder.iterdir()) if path.is_dir())
+        return [path for path in inside if caseless(path.name) == caseless(student)]
+
+    def of_class(self) -> list[Path]:
+        """The files that are made of the whole class, as far as they are there."""
+        return [self.folder / name for names in self._writers() for name in names if (self.folder / name).is_file()]
+
+    def remove(self, student: str) -> None:
+        """Take away what is of one student alone, and what is made of the whole class, until it is written anew.
+
+        Raises
+        ------
+        GradingError
+            If something cannot be taken away.
+        """
+        try:
+            for folder in self.own(student):
+                shutil.rmtree(folder)
+            for path in self.of_class():
+                path.unlink()
+        except OSError as error:
+            raise GradingError(
+                f"{error.filename} cannot be removed: {error.strerror}. The gradebook is as it was; nobody is erased."
+            ) from None
+
+    def write(self, book: Gradebook, there: list[Path]) -> list[str]:
+        """Write those of the class's files anew that were there, of who is left; in words, what could not be."""
+        before, untold = {path.name for path in there}, []
+        for names, write in self._writers().items():
+            if before & set(names) and book.students():
+                try:
+                    write(book)
+                except GradingError as error:
+                    missing = ", ".join(sorted(before & set(names)))
+                    untold.append(f"{missing}: taken away, and not written anew. {error}")
+        return untold
+
+    def _writers(self) -> dict[tuple[str, ...], Callable[[Gradebook], object]]:
+        """Files that are written together → what writes them."""
+        report = (class_report.PAGE_FILE, class_report.TABLE_FILE, class_report.STUDENTS_FILE)
+        return {
+            (GRADES_FILE, HINTS_FILE): lambda book: Reports(self.folder, self._course, book).write_all(),
+            (shown.CLASS_FILE,): self._write_class,
+            report: lambda book: class_report.write(self.folder, self._course, book),
+            (sheet_files.CLASS_FILE,): self._write_sheets,
+        }
+
+    def _write_sheets(self, book: Gradebook) -> None:
+        """Those of the students who have some: there may be sheets of a few only."""
+        there = {caseless(one.name) for one in (self.folder / sheet_files.FOLDER).iterdir() if one.is_dir()}
+        known = {caseless(one.student): one.student for one in book.students()}
+        if left := [known[one] for one in sorted(there) if one in known]:
+            sheet_files.write(self.folder, self._course, book, left)
+
+    def _write_class(self, book: Gradebook) -> None:
+        page = self.folder / shown.CLASS_FILE
+        try:
+            files.write(page, shown.page(glance.at(book, self._course)))
+        except OSError as error:
+            raise GradingError(f"{page} cannot be written: {error.strerror}.") from None

@@ -1,0 +1,221 @@
+"""Claims and key to marks. Points need positive evidence: what is missing, malformed or unknown earns none."""
+
+from __future__ import annotations
+
+import traceback
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from labcourse.answers import forms
+from labcourse.answers.parts import WHOLE, Part, Question
+from labcourse.answers.report_files import ReportFile
+from labcourse.grading.course import Course
+from labcourse.grading.marking.decoding import Claims, with_reports
+from labcourse.grading.marking.time_limit import within
+from labcourse.grading.verdicts import Case, Check, JudgesMissing, Key, Status, Verdict, for_a_person, wrong
+from rotflex.errors import RotflexError
+
+_MISSING = "No answer was recorded when your notebooks were run: its cell was left as it was, or leaves it empty."
+_NO_WORDS = "Nothing is written in its text cell of the notebook that was handed in."
+_NO_REPORT = "Nothing of the report is written in the notebook that was handed in."
+_SUPPLIED = (
+    "It was missing. Your instructor supplied this value, so that what builds on it could be run; it earns nothing."
+)
+
+KEY_FAILED = "{number}, {part} is not marked: the key failed. {fault}"  #: a problem; its fault comes last
+UNMARKED = "was answered; the key does not mark it."  #: how a note on that ends
+_NONE = Verdict(Status.MISSING, 0.0, _MISSING)
+_PATIENCE = 60.0  # s for one answer; the slowest honest one takes a few
+_LONGEST_SHOWN = 300  # characters of an expression
+
+
+@dataclass(frozen=True)
+class Mark:
+    """What became of the answer to one part.
+
+    Attributes
+    ----------
+    question, part : which
+    status : see :class:`~labcourse.grading.verdicts.Status`
+    points, out_of : earned, and possible
+    reason : for the student
+    given : the answer in a few words, all of it if it is prose; the student's own
+    """
+
+    question: str
+    part: str
+    status: Status
+    points: float
+    out_of: float
+    reason: str
+    given: str = ""
+
+    @property
+    def awaiting(self) -> float:
+        """Points that a person has yet to give or not."""
+        return self.out_of if self.status is Status.FOR_A_PERSON else 0.0
+
+
+@dataclass(frozen=True)
+class About:
+    """What is known of a run besides its answers.
+
+    Attributes
+    ----------
+    missing : (question, part) → why there is no answer
+    supplied : (question, part) of values that an instructor supplied
+    asked : (question, part) that the release which was worked with asks; None if that is all that the course asks
+    start : name of what was given to a class that began in the middle; "" where it began at the beginning
+    reports_in_pdf : number of a report → the PDF that was handed in, for a person to read
+    """
+
+    missing: Mapping[tuple[str, str], str] = field(default_factory=dict)
+    supplied: Collection[tuple[str, str]] = ()
+    asked: Collection[tuple[str, str]] | None = None
+    start: str = ""
+    reports_in_pdf: Mapping[str, ReportFile] = field(default_factory=dict)
+
+
+class KeyFault(Exception):
+    """A check of the key that failed for a reason of its own; the message names its place."""
+
+
+def mark(course: Course, claims: Claims, bench: Any, probe_seed: int, about: About = About()) -> list[Mark]:
+    """Marks for every part of every question in the key, in its order.
+
+    A fault of the key costs the part that it marks, and no other.
+
+    Parameters
+    ----------
+    course : with the key
+    claims : from :func:`labcourse.grading.marking.decoding.decode`; faults of the key are added to its problems
+    bench : the student's own, as it really is: what ``course.bench`` gives
+    probe_seed : from which the inputs of functions were drawn
+    about : what else is known of the run
+    """
+    claims = with_reports(claims, course.catalogue, about.reports_in_pdf)
+    case = case_of(course, claims, bench, probe_seed)
+    marks = []
+    for number, checks in course.key.items():
+        question = course.catalogue.find_marked(number)
+        for part in question.parts:
+            where = (number, part.name)
+            if not _is_asked(course, where, about):
+                continue
+            try:
+                one = mark_part(question, part, checks[part.name], claims, case)
+            except KeyFault as fault:
+                claims.problems.append(KEY_FAILED.format(number=number, part=part.name, fault=fault))
+                why = "The key that it is marked by has a fault; it will be marked when that is mended."
+                given = _given(part, claims.contents[where], claims.values[where]) if where in claims.values else ""
+                one = Mark(number, part.name, Status.NOT_MARKED, 0.0, part.points, why, given)
+            if where in about.supplied:
+                why = about.missing.get(where, "")
+                one = replace(one, status=Status.SUPPLIED, points=0.0, reason=f"{why} {_SUPPLIED}".strip())
+            elif one.status is Status.MISSING and where in about.missing:
+                one = replace(one, reason=about.missing[where])
+            marks.append(one)
+    return marks
+
+
+def _is_asked(course: Course, where: tuple[str, str], about: About) -> bool:
+    """Whether the release that was worked with asks for a part; for a report as a whole, for any of its texts."""
+    if about.asked is None:
+        return True
+    report = course.catalogue.report_judged.get(where[0])
+    return where in about.asked if report is None else any(number == report for number, _part in about.asked)
+
+
+def case_of(course: Course, claims: Claims, bench: Any, probe_seed: int) -> Case:
+    """What the answers of a submission are judged against. Parameters as for :func:`mark`."""
+
+    def own(question: str, part: str) -> Any:
+        return claims.values[question, part]  # a KeyError is a LookupError
+
+    known = course.knows_bench(course.parameters) and getattr(bench, "is_known", True)
+    return Case(bench, own, probe_seed, known)
+
+
+def mark_part(question: Question, part: Part, check: Check, claims: Claims, case: Case) -> Mark:
+    """The mark for one part.
+
+    Raises
+    ------
+    KeyFault
+        If its check fails for a reason of its own.
+    """
+    where = (question.number, part.name)
+    given = ""
+    if where in claims.values:
+        verdict = _verdict(check, part, claims.values[where], case)
+        given = _given(part, claims.contents[where], claims.values[where])
+    elif where in claims.malformed:
+        verdict = wrong(f"Malformed: {claims.malformed[where]}")
+    else:
+        verdict = _left_out(part, check, case)
+    points = round(verdict.share * part.points, 6)
+    return Mark(question.number, part.name, verdict.status, points, part.points, verdict.reason, given)
+
+
+def _left_out(part: Part, check: Check, case: Case) -> Verdict:
+    """The verdict on an answer that is not there: missing, but where the check finds that there is none to give."""
+    found = _judged(lambda: check.missing(part, case) or _NONE) if isinstance(check, JudgesMissing) else _NONE
+    if found.share > 0:
+        return found
+    return Verdict(Status.MISSING, 0.0, {"prose": _NO_WORDS, WHOLE: _NO_REPORT}.get(part.kind, _MISSING))
+
+
+def _verdict(check: Check, part: Part, value: Any, case: Case) -> Verdict:
+    return _judged(lambda: check.verdict(part, value, case))
+
+
+def _judged(judge: Callable[[], Verdict]) -> Verdict:
+    """A check's verdict; a person's, where a claim is so odd that the check fails on it. The other parts count."""
+    try:
+        # A claim may hold the largest numbers there are, and be built to be slow.
+        with np.errstate(all="ignore"), within(_PATIENCE):
+            return judge()
+    except (ArithmeticError, LookupError, ValueError, MemoryError, RecursionError, RotflexError) as error:
+        return for_a_person(f"It could not be compared ({type(error).__name__}: {error}); a person will look at it.")
+    except Exception as error:
+        raise KeyFault(_where(error)) from error
+
+
+def _where(error: Exception) -> str:
+    """What failed, and the line of the course's that it came from: the last that is none of the package's."""
+    ours = Path(__file__).resolve().parent
+    lines = [one for one in traceback.extract_tb(error.__traceback__) if Path(one.filename).resolve().parent != ours]
+    what = f"{type(error).__name__}: {error}"
+    if not lines:
+        return what
+    return f"{what} ({Path(lines[-1].filename).name}, line {lines[-1].lineno})"
+
+
+def _given(part: Part, content: dict[str, Any], value: Any) -> str:
+    if part.kind in ("prose", WHOLE):
+        return str(content["value"])
+    if part.kind in ("expression", "equation"):
+        sides = (value,) if part.kind == "expression" else (value.lhs, value.rhs)
+        text = " = ".join(map(str, sides))
+        return text if len(text) <= _LONGEST_SHOWN else f"{text[:_LONGEST_SHOWN]}…"
+    return forms.show(part, content).removeprefix(part.name).lstrip(" :=")
+
+
+def unmarked(key: Key, claims: Claims) -> list[str]:
+    """A message on answers to questions that the key does not have."""
+    numbers = dict.fromkeys(number for number, _part in claims.contents if number not in key)
+    return [f"Question {number} {UNMARKED}" for number in numbers]
+
+
+def nothing_earned(course: Course, reason: str, status: Status = Status.MISSING, about: About = About()) -> list[Mark]:
+    """Marks for a submission of which nothing could be read, or none that could be marked."""
+    return [
+        Mark(number, part.name, status, 0.0, part.points, reason)
+        for number in course.key
+        for part in course.catalogue.find_marked(number).parts
+        if _is_asked(course, (number, part.name), about)
+    ]

@@ -1,0 +1,205 @@
+"""Marking in processes of its own: what a submission claims can be built to be expensive, and must stop nothing.
+
+Each answer has a time, each process a size. Should a process die of an answer all the same, that submission is one for
+a person, and the next one is marked in a new process.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import importlib
+import json
+import multiprocessing
+import os
+import signal
+import threading
+from collections.abc import Callable, Mapping
+from concurrent.futures import BrokenExecutor, CancelledError, Future, ProcessPoolExecutor
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, TypeVar
+
+from labcourse import student_id
+from labcourse.answers.words import Words
+from labcourse.benches import BenchPolicy
+from labcourse.grading import course as courses
+from labcourse.grading.course import Course
+from labcourse.grading.marking import decoding, marking
+from labcourse.grading.marking.decoding import Claims
+from labcourse.grading.marking.marking import About, Mark
+from rotflex.errors import GradingError
+
+_T = TypeVar("_T")
+_MEMORY = 4 * 1024**3  # bytes of address space; twice what a run has
+_IMPORTED = ("PIL.PngImagePlugin", "control", "scipy.optimize", "scipy.signal", "sympy")
+_PATIENCE = 600.0  # s for all answers of a submission; as long as the submission's run may take
+_LONGEST_BENCH = 200  # characters of what answers say of their bench, in a message
+
+
+@dataclass(frozen=True)
+class Marked:
+    """The marks of a submission, and what there is to say about its answers."""
+
+    marks: tuple[Mark, ...]
+    problems: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Asked:
+    """A submission to be marked.
+
+    Attributes
+    ----------
+    student : whose bench it was run on
+    answers : what the run left; None if nothing
+    probe_seed : from which the inputs of functions were drawn
+    words : the answers in words, from the saved notebooks
+    about : what else is known of the run
+    policy : which bench each student has, if not as the course's settings say
+    evidence : what the course read of the student's files in the sandbox, JSON: a claim
+    """
+
+    student: str
+    answers: bytes | None
+    probe_seed: int
+    words: Mapping[tuple[str, str], Words] = field(default_factory=dict)
+    about: About = field(default_factory=About)
+    policy: BenchPolicy | None = None
+    evidence: bytes = b""
+
+
+class Marker:
+    """Marks answers by a course's key.
+
+    Parameters
+    ----------
+    course : each process loads it for itself, from its folder
+    processes : how many submissions to mark at a time
+    """
+
+    def __init__(self, course: Course, processes: int) -> None:
+        self._course, self._processes = course, processes
+        self._lock = threading.Lock()
+        self._pool = self._new_pool(processes)
+
+    def _new_pool(self, processes: int) -> ProcessPoolExecutor:
+        # Not forked: this program has threads.
+        context = multiprocessing.get_context("spawn")
+        return ProcessPoolExecutor(
+            processes, mp_context=context, initializer=_begin, initargs=(self._course.folder, self._course.entry)
+        )
+
+    def __enter__(self) -> Marker:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._end(self._pool)
+
+    def warm_up(self) -> None:
+        """Start a marking process, if none is idle, while there is something else to wait for."""
+        with contextlib.suppress(RuntimeError):  # broken just now: mark() sees to it
+            _submit(self._pool, _warm)
+
+    def mark(self, asked: Asked) -> Marked:
+        """Mark a submission's answers.
+
+        Raises
+        ------
+        GradingError
+            If the answers killed the process that marked them, or took it too long.
+        """
+        pool = self._pool
+        try:
+            return _submit(pool, _mark, asked).result(timeout=_PATIENCE)
+        except (RuntimeError, TimeoutError, CancelledError):  # broken, or ended just now by who found it broken
+            with self._lock:
+                if self._pool is pool:
+                    self._pool = self._new_pool(self._processes)
+                    self._end(pool)
+        # It may have been another submission's answers that broke the pool.
+        alone = self._new_pool(1)
+        try:
+            return _submit(alone, _mark, asked).result(timeout=_PATIENCE)
+        except (BrokenExecutor, TimeoutError) as error:
+            raise GradingError(f"The answers could not be marked ({type(error).__name__}).") from None
+        finally:
+            self._end(alone)
+
+    @staticmethod
+    def _end(pool: ProcessPoolExecutor) -> None:
+        """End a pool now, whatever its processes do."""
+        for process in list((pool._processes or {}).values()):
+            process.kill()
+        pool.shutdown(cancel_futures=True)
+
+
+def _submit(pool: ProcessPoolExecutor, work: Callable[..., _T], *given: object) -> Future[_T]:
+    """Have work done; a process that is started for it does not hear Ctrl-C, which is for this program to answer."""
+    if not hasattr(signal, "pthread_sigmask"):  # Windows
+        return pool.submit(work, *given)
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        return pool.submit(work, *given)
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+# --- in the marking process -------------------------------------------------------------------------------------------
+
+_courses: list[Course] = []
+
+
+def _begin(folder: Path, entry: str) -> None:
+    with contextlib.suppress(ImportError):  # Windows has no such limits
+        import resource
+
+        resource.setrlimit(resource.RLIMIT_AS, (_MEMORY, _MEMORY))
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+    _courses[:] = [courses.load(folder, entry)]
+
+
+def _warm() -> None:
+    """Import what checks import when they are called: there is time for it while the submission runs."""
+    for name in _IMPORTED:
+        importlib.import_module(name)
+
+
+def _end_with_parent() -> None:
+    """The pool's processes would wait for ever for a program that was killed."""
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)
+
+
+def _mark(asked: Asked) -> Marked:
+    (course,) = _courses
+    claims = decoding.decode(asked.answers, asked.probe_seed, course.catalogue)
+    if claims.student and student_id.caseless(claims.student) != student_id.caseless(asked.student):
+        claims.notes.append(f"The answers say that they are {claims.student[: student_id.LONGEST]!r}'s.")
+    bench = course.true_bench(asked.student, asked.policy, asked.evidence)
+    claims.problems.extend(getattr(bench, "problems", ()))
+    claims.notes.extend(getattr(bench, "notes", ()))
+    claims.problems.extend(_other_bench(course, bench, claims))
+    claims = decoding.with_words(claims, asked.words, course.catalogue)
+    if asked.about.start and course.given is not None:
+        policy = course.settings.bench if asked.policy is None else asked.policy
+        claims.values.update(course.given(asked.about.start, asked.student, policy))
+    marks = marking.mark(course, claims, bench, asked.probe_seed, asked.about)
+    return Marked(tuple(marks), tuple(claims.problems), (*claims.notes, *marking.unmarked(course.key, claims)))
+
+
+def _other_bench(course: Course, bench: Any, claims: Claims) -> list[str]:
+    """A message where answers say that they come from another bench than the one that they were run on."""
+    identity = getattr(bench, "identity", None)
+    if not claims.bench or identity is None:
+        return []
+    # Earlier releases may have said less of a bench.
+    if all(claims.bench[name] == value for name, value in identity.items() if name in claims.bench):
+        return []
+    claimed = json.dumps(claims.bench, sort_keys=True)[:_LONGEST_BENCH]
+    return [
+        f"The answers say that they come from another bench than the one on which they were run: {claimed}. They are "
+        "marked by the one on which they were run."
+    ]

@@ -1,0 +1,39 @@
+"""A bound on the time that something may take, for what untrusted input can make slow."""
+
+from __future__ import annotations
+
+import contextlib
+import signal
+import threading
+from collections.abc import Iterator
+from types import FrameType
+
+
+class TooSlow(ArithmeticError):
+    """A calculation was stopped because it took too long."""
+
+
+@contextlib.contextmanager
+def within(seconds: float) -> Iterator[None]:
+    """Stop the block with :class:`TooSlow` after so many seconds.
+
+    It needs the main thread of a program on Linux or macOS, which is where answers are marked
+    (:mod:`labcourse.grading.marking.marking_processes`); elsewhere the block is as slow as it is.
+    """
+    if threading.current_thread() is not threading.main_thread() or not hasattr(signal, "setitimer"):
+        yield
+        return
+
+    def stop(number: int, frame: FrameType | None) -> None:
+        raise TooSlow(f"stopped after {seconds:g} s")
+
+    previous = signal.signal(signal.SIGALRM, stop)
+    # Again and again: the first may be caught by something that takes it for an error of arithmetic.
+    signal.setitimer(signal.ITIMER_REAL, seconds, max(seconds / 10, 0.01))
+    try:
+        yield
+    finally:
+        try:
+            signal.setitimer(signal.ITIMER_REAL, 0)
+        finally:
+            signal.signal(signal.SIGALRM, previous)

@@ -1,0 +1,43 @@
+"""Templates of pages. Whatever is put into one is text: it is escaped, and turns no direction of writing."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import TYPE_CHECKING
+
+from markupsafe import Markup
+
+from labcourse.messages import plural
+from labcourse.safe_text import no_escapes
+
+if TYPE_CHECKING:
+    from jinja2 import Environment
+
+_PACKAGE, _SHARED = "labcourse.grading", "reports/templates"
+
+
+@cache
+def templates(folder: str = _SHARED) -> Environment:
+    """The templates of a folder of labcourse/grading; behind them those of reports, which all pages share.
+
+    Parameters
+    ----------
+    folder : as "overview/templates"
+    """
+    from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined
+
+    folders = dict.fromkeys([folder, _SHARED])
+    made = Environment(
+        loader=ChoiceLoader([PackageLoader(_PACKAGE, one) for one in folders]),
+        autoescape=True,
+        finalize=_plain,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    made.globals["plural"] = plural
+    return made
+
+
+def _plain(value: object) -> object:
+    return no_escapes(value) if isinstance(value, str) and not isinstance(value, Markup) else value

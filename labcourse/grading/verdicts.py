@@ -1,0 +1,134 @@
+"""What an answer is judged against, and what comes of it: cases, verdicts, and the protocol of a check."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Any, Protocol, runtime_checkable
+
+from labcourse.answers.parts import Part
+
+
+class Status(StrEnum):
+    """What became of an answer."""
+
+    RIGHT = "right"
+    FOLLOW_THROUGH = "right, given your own earlier answers"
+    PARTLY = "partly right"
+    WRONG = "wrong"
+    MISSING = "missing"
+    FOR_A_PERSON = "for a person"
+    BY_A_PERSON = "given by a person"
+    SUPPLIED = "supplied by your instructor"
+    NOT_MARKED = "not marked: key fault"
+
+
+#: Nothing is decided yet; not to be taken for no points.
+UNDECIDED = (Status.FOR_A_PERSON, Status.NOT_MARKED)
+
+
+class Own(Protocol):
+    """The student's own answers: ``own("1.2", "speed")``. Raises LookupError where there is none that can be used."""
+
+    def __call__(self, question: str, part: str) -> Any: ...
+
+
+class NothingFollows(LookupError):
+    """One of the student's own answers holds nothing that the next step could use; says which and what, for them.
+
+    What follows from it takes no work: zeros from zeros. A check takes it as an answer that is not there.
+    """
+
+    def __str__(self) -> str:
+        return " ".join(map(str, self.args))
+
+
+@dataclass(frozen=True)
+class Case:
+    """What an answer is judged against.
+
+    Attributes
+    ----------
+    bench : the student's own, as it really is: what the course's ``bench`` gives
+    own : the student's other answers
+    probe_seed : from which the inputs of functions were drawn
+    virtual : whether the answers come from a bench whose truth is known here, as a virtual one's
+    """
+
+    bench: Any
+    own: Own
+    probe_seed: int
+    virtual: bool = True
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """A status, the share of the points (0 to 1) that goes with it, and why."""
+
+    status: Status
+    share: float
+    reason: str
+
+
+@dataclass(frozen=True)
+class OwnBench:
+    """What makes a number that is measured on a student's own bench known again where it fits another's.
+
+    A check that has this as its ``own_bench`` is looked at by :mod:`labcourse.grading.reports.hints`.
+
+    Attributes
+    ----------
+    expected : of a bench
+    rtol : how near to it, relative, a number of that bench is
+    tells : whether an equal number says something by itself; not where everybody reads off the same scale
+    """
+
+    expected: Callable[[Any], float]
+    rtol: float
+    tells: bool = True
+
+
+class Check(Protocol):
+    """A way to compare an answer."""
+
+    kinds: tuple[str, ...]
+
+    def verdict(self, part: Part, value: Any, case: Case) -> Verdict:
+        """Judge an answer to a part."""
+
+
+def right(reason: str) -> Verdict:
+    """All of the points."""
+    return Verdict(Status.RIGHT, 1.0, reason)
+
+
+def follow_through(reason: str) -> Verdict:
+    """All of the points, for what is right given the student's own earlier answers."""
+    return Verdict(Status.FOLLOW_THROUGH, 1.0, reason)
+
+
+def partly(share: float, reason: str) -> Verdict:
+    """Some of the points."""
+    return Verdict(Status.PARTLY, share, reason)
+
+
+def wrong(reason: str) -> Verdict:
+    """No points."""
+    return Verdict(Status.WRONG, 0.0, reason)
+
+
+def for_a_person(reason: str) -> Verdict:
+    """No points yet."""
+    return Verdict(Status.FOR_A_PERSON, 0.0, reason)
+
+
+@runtime_checkable
+class JudgesMissing(Protocol):
+    """A check that may find it right that there is no answer."""
+
+    def missing(self, part: Part, case: Case) -> Verdict | None:
+        """Judge that there is none; None if it is just missing."""
+
+
+Key = Mapping[str, Mapping[str, Check]]  #: question → part → check

@@ -1,0 +1,31 @@
+"""Explain a NameError in a kernel that was restarted: the cells above have not been run.
+
+Kernels of ``rotflex lab`` run :func:`watch` when they start: ``PYTHONSTARTUP`` names ``jupyter/startup.py``.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+from labcourse.files import COURSE_FILE
+
+WHAT_TO_DO = "Python was restarted, so this name is gone: choose Run → Run All Above Selected Cell, then run this cell."
+
+
+def watch() -> None:
+    """Explain each NameError of this kernel that comes before the set-up cell of a course's notebook has run."""
+    from IPython.core.getipython import get_ipython
+
+    shell = get_ipython()
+    if shell is not None and Path(COURSE_FILE).is_file():
+        shell.set_custom_exc((NameError,), _explain)
+
+
+def _explain(
+    shell: Any, kind: type[BaseException], error: BaseException, traceback: TracebackType, tb_offset: int | None = None
+) -> None:
+    shell.showtraceback((kind, error, traceback), tb_offset=tb_offset)
+    if "lab" not in shell.user_ns:
+        print(WHAT_TO_DO)

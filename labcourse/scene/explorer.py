@@ -1,0 +1,188 @@
+"""The widget behind every explorer: shows a scene, receives what the reader does, and never fails in silence."""
+
+from __future__ import annotations
+
+import asyncio
+import math
+import os
+import threading
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+import anywidget
+import traitlets
+
+from labcourse.pictures import SWITCH, Picture, bundle
+from labcourse.scene.saved_explorers import EXPLORER, VIEW
+from labcourse.scene.scene import Scene
+from rotflex.errors import RotflexError
+
+_HERE = Path(__file__).parent
+# One module, in files that can be read.
+_SCRIPTS = ("drawing.js", "moving.js", "controls.js", "handles.js", "player.js", "explorer.js")
+
+
+class Explorer(anywidget.AnyWidget):
+    """A scene that answers.
+
+    A subclass says what is to be seen (:meth:`view`), the same as a static figure (:meth:`picture`), and what to do
+    when a control is set, a button pressed or a handle moved. An exception on the way is shown above the plots; what
+    was there stays.
+    """
+
+    _esm = "\n".join((_HERE / name).read_text(encoding="utf-8") for name in _SCRIPTS)
+    _css = _HERE / "explorer.css"
+    scene = traitlets.Dict().tag(sync=True)
+    data = traitlets.Bytes().tag(sync=True)
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._version = 0
+        self._loop = _running_loop()
+        self._answered: dict[str, Any] = {}
+        self.notice = ""
+        self.on_msg(self._on_message)
+        self.refresh()
+
+    # --- what a subclass says ---------------------------------------------------------------------------------------
+
+    def view(self) -> Scene:
+        """What is to be seen now."""
+        raise NotImplementedError
+
+    def picture(self) -> Picture:
+        """The same as a static figure."""
+        raise NotImplementedError
+
+    def set(self, name: str, value: float | str) -> None:
+        """A control was set."""
+
+    def press(self, name: str) -> None:
+        """A button was pressed."""
+
+    def move(self, name: str, x: float, y: float) -> None:
+        """A handle was moved."""
+
+    # --- what comes and goes ----------------------------------------------------------------------------------------
+
+    def receive(self, event: Mapping[str, Any]) -> None:
+        """Take an event of the page: ``{"kind": "set" | "press" | "moved" | "alive", "name": ..., ...}``."""
+        kind, name = event.get("kind"), str(event.get("name", ""))
+        if kind == "alive":  # a page shows that it is there, while something runs
+            return
+        self.notice, trouble = "", ""
+        try:
+            if kind == "set":
+                value = event["value"]
+                self.set(name, value if isinstance(value, str) else _finite(value))
+            elif kind == "press":
+                self.press(name)
+            elif kind == "moved":
+                self.move(name, _finite(event["x"]), _finite(event["y"]))
+        except Exception as error:
+            trouble = error_text(error)
+        self._answered = {"view": event.get("view"), "n": event.get("n")}
+        self.refresh(trouble)
+
+    def refresh(self, trouble: str = "") -> None:
+        """Show what is to be seen now, and what went wrong; if that was the showing itself, what was there before."""
+        scene, data = dict(self.scene), self.data
+        try:
+            scene, data = self.view().packed()
+        except Exception as error:
+            trouble = trouble or error_text(error)
+        self._version += 1
+        notice = {"kind": "error", "text": trouble} if trouble else {"kind": "info", "text": self.notice}
+        scene |= {"notice": notice, "version": self._version, "answered": self._answered}
+        scene.setdefault("columns", [])
+        scene.setdefault("alt", "")
+        with self.hold_sync():
+            self.data = data
+            self.scene = scene
+
+    def in_background(self, work: Callable[[], Any], done: Callable[[Any], None]) -> None:
+        """Do something long beside the kernel, which stays free for other messages meanwhile.
+
+        ``done`` is called with the result, or with the exception, where events are received; then the scene is shown
+        anew. Outside of a kernel it is done at once.
+        """
+
+        loop = self._loop
+        if loop is None or not loop.is_running():
+            done(_result(work))
+            return
+
+        def finish(result: Any) -> None:
+            trouble = ""
+            try:
+                done(result)
+            except Exception as error:
+                trouble = error_text(error)
+            self.refresh(trouble)
+
+        def run() -> None:
+            self.later(finish, _result(work))
+
+        threading.Thread(target=run, daemon=True).start()
+
+    def later(self, call: Callable[..., None], *values: Any) -> None:
+        """Call a function where events are received: widgets are not for several threads."""
+        if self._loop is not None and self._loop.is_running():
+            self._loop.call_soon_threadsafe(call, *values)
+        else:
+            call(*values)
+
+    def _on_message(self, _: object, content: Mapping[str, Any], __: object) -> None:
+        """Take a message of the page, on the kernel's own loop: JupyterLab may send it to a thread beside it."""
+        self.later(self.receive, content)
+
+    def static_view(self) -> tuple[dict[str, str], dict[str, Any]]:
+        """Display data and metadata for where there are no widgets."""
+        picture = self.picture()
+        return bundle(picture, picture.alt_text)
+
+    def _repr_mimebundle_(self, **options: Any) -> Any:
+        """The widget, and what stands for it in papermill's notebooks and on a printed page."""
+        live = super()._repr_mimebundle_(**options)
+        data, metadata = live if isinstance(live, tuple) else (live, {})
+        try:
+            picture, about = self.static_view()
+        except RotflexError:  # there is nothing to draw yet; the widget says why
+            picture, about = {}, {}
+        shown = {} if os.environ.get(SWITCH) == "off" else data or {}
+        mark = {VIEW: {EXPLORER: True}} if VIEW in shown else {}
+        return {**shown, **picture, "text/plain": repr(self)}, {**metadata, **about, **mark}
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}: {self.scene.get('alt', '')}"
+
+
+def _result(work: Callable[[], Any]) -> Any:
+    """What comes of some work, be it an exception."""
+    try:
+        return work()
+    except Exception as error:
+        return error
+
+
+def _running_loop() -> asyncio.AbstractEventLoop | None:
+    """The kernel's, or none outside of it."""
+    try:
+        return asyncio.get_running_loop()
+    except RuntimeError:
+        return None
+
+
+def error_text(error: Exception) -> str:
+    """An exception for a student: ours as they are, others with their kind."""
+    if isinstance(error, RotflexError):
+        return str(error)
+    return f"This did not work ({type(error).__name__}: {error}). What you see is as it was before."
+
+
+def _finite(value: Any) -> float:
+    number = float(value)
+    if not math.isfinite(number):
+        raise RotflexError(f"{value!r} is not a number that can be used here.")
+    return number

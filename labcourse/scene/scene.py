@@ -1,0 +1,331 @@
+"""What an explorer shows, as plain data: plots, handles to drag, drawings that move, controls, readouts.
+
+A scene knows nothing of the page it is drawn on. ``packed`` gives it as the page takes it: JSON, and all curves in one
+buffer of 32-bit floats. Angles on handles and in plots are in whatever unit the axis says.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from labcourse.scene.moving import Item, Moving
+from rotflex.errors import RotflexError
+
+MOST_POINTS = 1200  #: of a curve; more than a screen has across
+
+
+@dataclass
+class Panel:
+    """One plot.
+
+    Attributes
+    ----------
+    xlabel, ylabel : with units; without an xlabel, the panel shares the axis of the one below it
+    x, y : limits of the axes
+    height : share of its column
+    equal : a unit is as long in both directions
+    bare : without grid lines
+    xticks : value → text, where the axis is not to be divided evenly
+    """
+
+    ylabel: str
+    x: tuple[float, float]
+    y: tuple[float, float]
+    xlabel: str = ""
+    height: float = 1.0
+    equal: bool = False
+    bare: bool = False
+    xticks: Mapping[float, str] | None = None
+    items: list[Item] = field(default_factory=list)
+    handles: list[Item] = field(default_factory=list)
+
+    def line(self, x: ArrayLike, y: ArrayLike, role: str, label: str = "", **look: Any) -> None:
+        """A curve; ``role`` is one of :data:`~labcourse.pictures.ROLES`, or ghost, grid, axis."""
+        curve = thinned(np.asarray(x, dtype=float), np.asarray(y, dtype=float))
+        self.items.append({"kind": "line", "x": curve[0], "y": curve[1], "role": role, "label": label, **look})
+
+    def area(self, x: ArrayLike, y: ArrayLike, role: str, label: str = "", opacity: float = 0.3) -> None:
+        """The inside of a closed curve."""
+        self.items.append({"kind": "area", "x": x, "y": y, "role": role, "label": label, "opacity": opacity})
+
+    def band(self, low: float, high: float, role: str, label: str = "", axis: str = "y") -> None:
+        """All between two values of an axis."""
+        self.items.append({"kind": "band", "axis": axis, "span": [low, high], "role": role, "label": label})
+
+    def level(self, at: float, role: str, label: str = "", axis: str = "y", **look: Any) -> None:
+        """A straight line across the plot, at a value of an axis."""
+        self.items.append({"kind": "level", "axis": axis, "at": at, "role": role, "label": label, **look})
+
+    def mark(self, x: float, y: float, role: str, shape: str = "cross", label: str = "", size: float = 5) -> None:
+        """A cross, square or circle."""
+        look = {"role": role, "shape": shape, "label": label, "size": size}
+        self.items.append({"kind": "mark", "at": [float(x), float(y)], **look})
+
+    def points(self, x: ArrayLike, y: ArrayLike, role: str, label: str = "", size: float = 2) -> None:
+        """A cloud of dots."""
+        look = {"role": role, "shape": "dot", "label": label, "size": size}
+        self.items.append({"kind": "points", "x": x, "y": y, **look})
+
+    def text(self, x: float, y: float, text: str, anchor: str = "center") -> None:
+        """A word in the plot."""
+        self.items.append({"kind": "text", "at": [float(x), float(y)], "text": text, "anchor": anchor})
+
+    def handle(
+        self,
+        name: str,
+        x: float,
+        y: float,
+        label: str,
+        text: str,
+        step: tuple[float, float],
+        role: str = "measured",
+        shape: str = "cross",
+        axis: str = "both",
+        legend: str = "",
+    ) -> None:
+        """Something to drag, or to move with the arrow keys.
+
+        Parameters
+        ----------
+        name : by which the explorer hears of it
+        x, y : where it is
+        label, text : what it is, and where, in words
+        step : of one press of a key, in either direction
+        role, shape : its colour; cross or cursor
+        axis : "x" or "y" if it moves along one axis only
+        legend : its entry in the plot's legend; of handles that look the same, one has it
+        """
+        found = {"name": name, "x": float(x), "y": float(y), "label": label, "text": text, "step": list(step)}
+        self.handles.append(found | {"role": role, "shape": shape, "axis": axis, "legend": legend})
+
+
+@dataclass
+class Column:
+    """Plots and drawings above each other; ``width`` is the column's share."""
+
+    panels: Sequence[Panel | Moving]
+    width: float = 1.0
+
+
+@dataclass(frozen=True)
+class Slider:
+    """A number, by slider or box."""
+
+    name: str
+    label: str
+    unit: str
+    low: float
+    high: float
+    step: float
+    value: float
+    disabled: bool = False
+
+    def packed(self) -> Item:
+        """As the page takes it."""
+        span = {"min": self.low, "max": self.high, "step": self.step, "value": self.value}
+        return {"kind": "slider", "name": self.name, "label": self.label, "unit": self.unit, **span} | {
+            "disabled": self.disabled
+        }
+
+
+@dataclass(frozen=True)
+class Choice:
+    """One of several; ``options`` is value → text, a message that is still to be said."""
+
+    name: str
+    label: str
+    options: Mapping[str, str]
+    value: str
+    disabled: bool = False
+
+    def packed(self) -> Item:
+        """As the page takes it."""
+        options = [[value, text] for value, text in self.options.items()]
+        named = {"name": self.name, "label": self.label, "options": options}
+        return {"kind": "choice", **named, "value": self.value, "disabled": self.disabled}
+
+
+@dataclass(frozen=True)
+class Button:
+    """Something to press; ``look`` is "main", "stop" (which goes out at once, also by Escape) or plain."""
+
+    name: str
+    label: str
+    look: str = ""
+    disabled: bool = False
+    title: str = ""
+
+    def packed(self) -> Item:
+        """As the page takes it."""
+        fixed = {"name": self.name, "label": self.label, "look": self.look, "title": self.title}
+        return {"kind": "button", **fixed, "disabled": self.disabled}
+
+
+@dataclass(frozen=True)
+class Row:
+    """A line of a readout. ``mark`` is "met", "missed" or "unknown", told by ``words`` too: never by colour alone."""
+
+    label: str
+    values: Sequence[str] = ()
+    mark: str = ""
+    words: str = ""
+
+    def packed(self) -> Item:
+        """As the page takes it."""
+        return {"label": self.label, "values": list(self.values), "mark": self.mark, "words": self.words}
+
+
+@dataclass(frozen=True)
+class Readout:
+    """A small table beside the plots; one that is ``folded`` is opened by a click on its title."""
+
+    title: str
+    rows: Sequence[Row]
+    head: Sequence[str] = ()
+    folded: bool = False
+
+    def packed(self) -> Item:
+        """As the page takes it."""
+        rows = [row.packed() for row in self.rows]
+        return {"title": self.title, "rows": rows, "head": list(self.head) or None, "folded": self.folded}
+
+
+@dataclass
+class Play:
+    """A recording that drawings can go through in its own time.
+
+    Attributes
+    ----------
+    signals : name, as the drawings have it → (n,) values, evenly spaced in time
+    duration : s
+    auto : whether it begins by itself, once what it shows has changed and nothing is held
+    """
+
+    signals: Mapping[str, NDArray[np.float64]]
+    duration: float
+    auto: bool = False
+
+
+@dataclass
+class Scene:
+    """All that is shown.
+
+    Attributes
+    ----------
+    alt : the plots in words
+    columns : of plots
+    controls : rows of them, above the plots
+    readouts : below the plots, on a wide page beside them
+    height : of the plots, px; less where the whole explorer would not be in view at once, and as much again for each
+        column on a narrow page
+    play : what the player plays
+    live : whether something runs that must stop when the page is gone
+    """
+
+    alt: str
+    columns: Sequence[Column] = ()
+    controls: Sequence[Sequence[Slider | Choice | Button]] = ()
+    readouts: Sequence[Readout] = ()
+    height: int = 420
+    play: Play | None = None
+    live: bool = False
+
+    def packed(self) -> tuple[dict[str, Any], bytes]:
+        """The scene as JSON, and its numbers.
+
+        Raises
+        ------
+        RotflexError
+            If a signal that is played moves nothing.
+        """
+        buffer = _Buffer()
+        columns = []
+        for column in self.columns:
+            panels = [_packed_panel(panel, buffer) for panel in column.panels]
+            columns.append({"width": column.width, "panels": panels})
+        scene = {
+            "alt": self.alt,
+            "columns": columns,
+            "controls": [[control.packed() for control in row] for row in self.controls],
+            "readouts": [readout.packed() for readout in self.readouts],
+            "height": self.height,
+            "play": self._packed_play(buffer),
+            "live": self.live,
+        }
+        return scene, buffer.bytes()
+
+    def _packed_play(self, buffer: _Buffer) -> Item | None:
+        if self.play is None:
+            return None
+        drawings = [panel for column in self.columns for panel in column.panels if isinstance(panel, Moving)]
+        moved = {name for drawing in drawings for name in drawing.signals}
+        for name in self.play.signals:
+            if name not in moved:
+                raise RotflexError(
+                    f"No drawing has a signal {name!r} to be played; there are {', '.join(sorted(moved))}."
+                )
+        signals = {name: buffer.put(values) for name, values in self.play.signals.items()}
+        return {"signals": signals, "duration": self.play.duration, "auto": self.play.auto}
+
+
+def around(*curves: NDArray[np.float64]) -> tuple[float, float]:
+    """Limits of an axis that hold some curves, with a margin."""
+    low, high = min(float(one.min()) for one in curves), max(float(one.max()) for one in curves)
+    margin = 0.1 * (high - low) or 1.0
+    return low - margin, high + margin
+
+
+def thinned(x: NDArray[np.float64], y: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """A long curve with fewer points: of each stretch, the lowest and the highest, so that no peak is lost."""
+    if x.size <= MOST_POINTS:
+        return x, y
+    stretches = MOST_POINTS // 2
+    edges = np.linspace(0, x.size, stretches + 1).astype(int)
+    kept = []
+    for start, stop in zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True):
+        part = y[start:stop]
+        kept += sorted((start + int(part.argmin()), start + int(part.argmax())))
+    return x[kept], y[kept]
+
+
+def _packed_panel(panel: Panel | Moving, buffer: _Buffer) -> Item:
+    if isinstance(panel, Moving):
+        return panel.packed()
+    items = []
+    for item in panel.items:
+        curve = {axis: buffer.put(item[axis]) for axis in ("x", "y") if axis in item}
+        items.append(item | curve)
+    names = ("xlabel", "ylabel", "height", "equal", "bare", "handles")
+    fixed = {name: getattr(panel, name) for name in names}
+    if panel.xticks is not None:
+        fixed["xticks"] = [{"value": value, "text": text} for value, text in panel.xticks.items()]
+    return {"kind": "plot", "x": list(panel.x), "y": list(panel.y), "items": items, **fixed}
+
+
+class _Buffer:
+    """Curves, one after the other."""
+
+    def __init__(self) -> None:
+        self._parts: list[NDArray[np.float32]] = []
+        self._known: dict[int, list[int]] = {}
+        self._size = 0
+
+    def put(self, values: ArrayLike) -> list[int]:
+        """Add a curve, and return where it is: offset and count. The same array is not added twice."""
+        if id(values) in self._known:
+            return self._known[id(values)]
+        part = np.ascontiguousarray(values, dtype=np.float32)
+        place = [self._size, part.size]
+        self._parts.append(part)
+        self._size += part.size
+        self._known[id(values)] = place  # callers keep their arrays for as long as the scene is packed
+        return place
+
+    def bytes(self) -> bytes:
+        """All of it."""
+        return b"".join(part.tobytes() for part in self._parts)

@@ -1,0 +1,385 @@
+"""A student's session in a course: who they are, their answers, and how far they have come.
+
+A course's own ``lab`` builds on it, and adds the bench.
+"""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Iterable, Mapping
+from datetime import datetime
+from pathlib import Path
+from typing import Any
+
+from labcourse import course_file
+from labcourse.answers import cell_reports, forms, predicting, reflection
+from labcourse.answers.answers import AnswerBook
+from labcourse.answers.beginning import Beginning
+from labcourse.answers.catalogue import Catalogue
+from labcourse.answers.parts import Question
+from labcourse.answers.probes import check_seed
+from labcourse.answers.report_files import FolderReports
+from labcourse.answers.saved_words import SavedWords
+from labcourse.answers.tables import ResultsTable
+from labcourse.files import ANSWERS_FILE
+from labcourse.messages import plural
+from labcourse.report import fine_curves, making
+from labcourse.run import by_program, from_notebook
+from labcourse.run.from_notebook import cell_now
+from labcourse.whose import DEMO, student_of
+from rotflex.errors import AnswerError
+
+__all__ = ["DEMO", "PROBE_SEED", "Session", "student_of"]
+
+PROBE_SEED = "ROTFLEX_PROBE_SEED"  #: environment variable; grading sets it
+_RAISE = object()
+
+
+class Session:
+    """A student's session.
+
+    Parameters
+    ----------
+    student : the student's id
+    folder : where answers are kept
+    catalogue : of the course
+    bench : identity of the bench, plain data; it is kept with the answers
+    seed : of the student's bench; inputs of functions are drawn from it, unless grading gives another
+
+    Attributes
+    ----------
+    student : as given
+    beginning : where the class begins, and what is given to it
+    catalogue, questions : of what is asked of this class; everything of it that can be answered, by number
+    book : the answers so far, but for those in words
+    saved_words : the answers in words, as the notebooks in the folder hold them
+    report_files : the reports' PDFs in the folder
+    """
+
+    def __init__(self, student: str, folder: Path, catalogue: Catalogue, bench: Mapping[str, Any], seed: int) -> None:
+        self.student = student
+        self.beginning = Beginning(course_file.of(folder) or {}, catalogue, self)
+        self.catalogue = self.beginning.catalogue
+        self.questions = self.catalogue.everything
+        self._folder = folder
+        given_seed = os.environ.get(PROBE_SEED)
+        self.book = AnswerBook(
+            folder / ANSWERS_FILE,
+            student,
+            bench,
+            seed if given_seed is None else check_seed(given_seed),
+            None if by_program() else time.time,
+        )
+        self.saved_words = SavedWords(folder, self.catalogue)
+        self.report_files = FolderReports(folder, self.catalogue)
+
+    def print_notices(self) -> None:
+        """Print what happened to the answers that the student should know."""
+        for notices in (self.book.notices, self.saved_words.notices):
+            for notice in notices:
+                print(f"Note      {notice}")
+            notices.clear()
+
+    # --- answers -------------------------------------------------------------------------------------------------
+
+    def answer(self, question: str, /, **parts: Any) -> None:
+        """Give answers to parts of a question, by name. Each is acknowledged by a line, and kept if its form is right.
+
+        Only the form is looked at (kind, shape, units that are plausible), never the value.
+
+        Raises
+        ------
+        AnswerError
+            If there is no such question or part; the message names those that there are.
+        """
+        print(*self.record(question, **parts), sep="\n")
+        if not by_program():  # what is to be asked of words is asked while they are still in mind
+            self.saved_words.refresh()
+            self.print_notices()
+
+    def record(self, question: str, /, **parts: Any) -> list[str]:
+        """As :meth:`answer`, but returns the lines: for explorers, which show them themselves."""
+        parts, unasked = self.beginning.sorted_out(question, parts)
+        if unasked and not parts:
+            return unasked
+        replies = self.book.answer(self.beginning.whole.find(question), parts, cell_now())
+        for reply in replies:
+            if reply.refused:
+                cell_reports.refused(reply.question, reply.part, reply.refused)
+        if not by_program():
+            recorded = {reply.part: parts[reply.part] for reply in replies if reply.recorded}
+            fine_curves.keep_recorded(self._folder, self.catalogue.find(question), recorded, self.book)
+        self.print_notices()
+        return [*map(str, replies), *unasked]
+
+    def value(self, question: str, part: str, default: Any = _RAISE) -> Any:
+        """An answer that was given earlier, here or in another notebook.
+
+        Parameters
+        ----------
+        question, part : as in ``lab.value("1.2", "speed")``
+        default : returned, with a word of warning, where there is no answer yet
+
+        Returns
+        -------
+        float, array, text, sympy expression, ...: see :func:`labcourse.answers.forms.decode`
+
+        Raises
+        ------
+        AnswerError
+            If there is no such question or part, or no answer yet and no default; the message names the notebook that
+            asks for it.
+        """
+        asked = self.beginning.whole.find(question)
+        wanted = asked.part(part)
+        self.refresh()
+        self.beginning.tell(question, part)
+        content = self.content(question, part)
+        if content is not None:
+            try:
+                return forms.decode(wanted, content)
+            except AnswerError as error:
+                raise AnswerError(f"{question}  {part}  cannot be read: {error} Answer it again.") from None
+        if default is not _RAISE and self.beginning.tell_unasked(question, part):
+            return default
+        cell_reports.lacked(question, part)
+        missing = f"{question}  {part}  not answered yet: notebook {asked.notebook} asks for it"
+        if wanted.kind == "prose":
+            missing += " (words are read from the saved notebook)"
+        if default is _RAISE:
+            raise AnswerError(f"{missing}. Answer it there first.")
+        print(missing)
+        return default
+
+    def has(self, question: str, part: str) -> bool:
+        """Whether there is an answer to a part.
+
+        Raises
+        ------
+        AnswerError
+            If there is no such question or part.
+        """
+        self.beginning.whole.find(question).part(part)
+        self.refresh()
+        return self.content(question, part) is not None
+
+    def given(self, questions: str, *values: Any) -> bool:
+        """Whether a cell has what it needs; where it has not, a line says which questions give it.
+
+        Parameters
+        ----------
+        questions : their numbers, as in ``lab.given("1.2, 1.3", speed, K)``
+        values : what the cell needs of them; None is what is not there yet
+
+        Raises
+        ------
+        AnswerError
+            If there is no such question.
+        """
+        named = [self.beginning.whole.find(number.strip()).number for number in questions.split(",")]
+        if not any(value is None for value in values):
+            return True
+        asked = [number for number in named if number in self.catalogue.everything]
+        if not asked:
+            print("This cell builds on questions that your class is not asked. Go on below it.")
+        elif len(asked) == 1:
+            print(f"Answer question {asked[0]} first; then run this cell again.")
+        else:
+            listed = f"{', '.join(asked[:-1])} and {asked[-1]}"
+            print(f"Answer questions {listed} first; then run this cell again.")
+        return False
+
+    def content(self, question: str, part: str) -> dict[str, Any] | None:
+        """An answer as plain data, or None: what is given; words as the saved notebook has them; what was recorded."""
+        own = self.saved_words.get(question, part) or self.book.get(question, part)
+        return self.beginning.content(question, part) or own
+
+    def table(self, number: str) -> ResultsTable:
+        """A results table, by its number as "Table 1", as filled in so far, to be shown.
+
+        Raises
+        ------
+        AnswerError
+            If there is no such table.
+        """
+        if number not in self.catalogue.tables:
+            raise AnswerError(f"There is no table {number!r}; there are {', '.join(self.catalogue.tables)}.")
+        self.refresh()
+        return ResultsTable(self.catalogue.tables[number], self.book)
+
+    # --- progress ------------------------------------------------------------------------------------------------
+
+    def progress(self, notebook: str = "") -> None:
+        """Print which questions are answered: all of the course, or those of one notebook.
+
+        Answers in words are read from the notebooks as they are saved.
+
+        Raises
+        ------
+        AnswerError
+            If there is no such notebook.
+        """
+        if notebook and notebook not in self.catalogue.notebooks:
+            raise AnswerError(
+                f"There is no notebook {notebook!r} with questions; there are {', '.join(self.catalogue.notebooks)}."
+            )
+        self.refresh()
+        for question in self.questions.values():
+            if notebook in ("", question.notebook):
+                missing = self._missing(question)
+                state = f"missing: {', '.join(missing)}" if missing else "answered"
+                if own := self.report_files.own(question.number):
+                    state = f"in your own document, {own.name}"
+                print(f"{question.number:<16}  {question.title}: {state}")
+        self._say_what_is_read()
+
+    def summary(self) -> None:
+        """Print how much of each notebook is answered, a line for each. Words count as they are saved."""
+        self.refresh()
+        for notebook in self.catalogue.notebooks:
+            asked = [question for question in self.questions.values() if question.notebook == notebook]
+            done = sum(not self._missing(question) for question in asked)
+            print(
+                "{notebook:<26}  {done} of {questions} answered".format(
+                    notebook=notebook, done=done, questions=plural(len(asked), "{count} question", "{count} questions")
+                )
+            )
+        self._say_what_is_read()
+
+    # --- predictions ---------------------------------------------------------------------------------------------
+
+    def predict(self, question: str, /, **said: Any) -> None:
+        """Say what you expect of an experiment, before it. It stands then, and costs nothing if it is wrong.
+
+        Nothing of it is marked. Without a prediction, print what can be predicted, and what was.
+
+        Raises
+        ------
+        AnswerError
+            If nothing can be predicted of this question, or not this.
+        """
+        print(*predicting.predict(self.book, self.catalogue, question, said), sep="\n")
+
+    def observed(self, question: str, /, why: str = "") -> None:
+        """Print what was predicted of an experiment beside what was recorded, and what to think about.
+
+        Parameters
+        ----------
+        question : number, as in "1.2"
+        why : what you think of the difference, in a sentence: kept, never marked
+
+        Raises
+        ------
+        AnswerError
+            If nothing can be predicted of this question, or the sentence is none.
+        """
+        self.refresh()
+        print(*predicting.observed(self.book, self.catalogue, question, why, self._found), sep="\n")
+
+    def predicted(self, question: str, name: str) -> Any:
+        """What was predicted, to be drawn beside a recording: a number or a word; None if nothing was.
+
+        Raises
+        ------
+        AnswerError
+            If nothing can be predicted of this question.
+        """
+        self.book.refresh()
+        return predicting.value(self.book, self.catalogue, question, name)
+
+    # --- their own answers, against each other -----------------------------------------------------------------------
+
+    def checks(self) -> Iterable[reflection.Check]:
+        """What this student's own answers can be held against each other by: a course's own."""
+        return ()
+
+    def reflect(self, *notebooks: str) -> None:
+        """Print what your own answers and recordings ask each other: questions, never verdicts. No key takes part.
+
+        What does not go together is asked about, with the numbers of the questions to look at. Nothing is marked by
+        it, and nothing is kept of it.
+
+        Parameters
+        ----------
+        notebooks : by their numbers, as in ``lab.reflect("02")``: what can be asked when these are done; all unless
+            given
+
+        Raises
+        ------
+        AnswerError
+            If there is no such notebook.
+        ConfigurationError
+            If ``course.json`` cannot be read.
+        """
+        silent = reflection.silence(course_file.of(self._folder) or {}, datetime.now().astimezone())
+        if silent:
+            print(silent)
+            return
+        self.refresh()
+        checks = self.beginning.possible(self.checks())
+        print(reflection.reflect(reflection.of_notebooks(checks, self.beginning.whole, notebooks), self._found))
+
+    def _found(self, question: str, part: str) -> Any:
+        """An answer that is there; raises AnswerError where none is, or none that can be read."""
+        content = self.content(question, part)
+        return forms.decode(self.beginning.whole.everything[question].part(part), content)
+
+    def report(self, name: str, pdf: str | os.PathLike[str] = "") -> None:
+        """Make a report of what is recorded and saved, as HTML and PDF; or take a PDF of your own as the report.
+
+        Parameters
+        ----------
+        name : of the report, or how its name begins
+        pdf : file of your own document, which then is the report
+
+        Raises
+        ------
+        AnswerError
+            If there is no such report, or its notebook or your document cannot be read.
+        """
+        making.report(self, self._folder, name, cell_now(), pdf)
+
+    # --- before it is handed in ------------------------------------------------------------------------------------
+
+    def check(self) -> None:
+        """Print what is recorded of the saved notebooks when they are run for marking, what is not, and why.
+
+        They are run in a copy of the folder. Nothing is marked, and nothing is changed.
+        """
+        from_notebook.run("check", ["--student", self.student], self._folder, cell_now())
+
+    def submit(self, *partners: str) -> None:
+        """Check the saved notebooks, and pack them into one zip to be handed in, with a receipt.
+
+        Parameters
+        ----------
+        partners : IDs of those who hand in the same work
+        """
+        words = ["--student", self.student, *(f"--with={partner}" for partner in partners)]
+        from_notebook.run("submit", words, self._folder, cell_now(), needs_saving=True)
+
+    def restore(self, *notebooks: str | int) -> None:
+        """Give back cells and text of the course's that were changed, moved or deleted. No answer is touched.
+
+        Parameters
+        ----------
+        notebooks : by their numbers, as in ``lab.restore("02")``; all unless given
+        """
+        from_notebook.run("restore", ["--", *map(str, notebooks)], self._folder, cell_now(), needs_saving=True)
+
+    def _say_what_is_read(self) -> None:
+        if any(part.kind == "prose" for question in self.questions.values() for part in question.parts):
+            print("Answers in words are read from the saved notebooks: save, and run this cell again.")
+
+    def refresh(self) -> None:
+        """Read answers and saved notebooks again, where they have changed."""
+        self.book.refresh()
+        self.saved_words.refresh()
+        self.print_notices()
+
+    def _missing(self, question: Question) -> list[str]:
+        """Names of the parts that have no answer, but for texts of a report that is a document of the student's own."""
+        if self.report_files.own(question.number):
+            return []
+        return [part.name for part in question.parts if self.content(question.number, part.name) is None]

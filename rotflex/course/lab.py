@@ -1,0 +1,163 @@
+"""The laboratory as a notebook sees it: a student, their bench, and their answers.
+
+::
+
+    import rotflex.course.lab
+
+    lab = rotflex.course.lab.start(student="ada", bench="virtual")
+    with lab.bench() as on_the_bench:
+        recording = experiments.sweep(on_the_bench)
+    lab.answer("2.11", omega_n=omega_n)
+    K_s = lab.value("2.12", "K_s")
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable
+from pathlib import Path
+
+from labcourse import hub
+from labcourse.answers.reflection import Check
+from labcourse.benches import PRESET, REAL, SAME
+from labcourse.course_file import bench_policy
+from labcourse.run import RUNNING
+from labcourse.session import DEMO, Session, student_of
+from rotflex import hil
+from rotflex.course.practice import Practice
+from rotflex.course.questions import CATALOGUE
+from rotflex.course.recordings_folder import ADDRESS, RecordingsFolder
+from rotflex.hil.student_benches import DRAW, FIRST_RUN, student_seed
+
+VIRTUAL = "virtual"  #: the bench that the course gives the student
+
+
+def start(
+    student: str = "", bench: str = "virtual", folder: str | os.PathLike[str] | None = None, quiet: bool = False
+) -> Lab:
+    """Begin a session in the laboratory.
+
+    Parameters
+    ----------
+    student : whose bench and answers these are; without one, the student of ``course.json``, else the user of the
+        JupyterHub that this runs on, else "demo"
+    bench : address of the bench, see :func:`rotflex.hil.open`; "virtual" is the one that the course gives the student
+    folder : where answers are kept; the notebook's own by default
+    quiet : leave out the welcome
+
+    Raises
+    ------
+    ConfigurationError
+        If the student's ID cannot be one, see :mod:`labcourse.student_id`, or ``course.json`` cannot be read.
+    BenchError
+        If the bench's address is not understood.
+    """
+    place = Path(folder) if folder is not None else Path.cwd()
+    return Lab(student_of(student, place), bench, place, quiet)
+
+
+class Lab(Session):
+    """A student's session. Made by :func:`start`.
+
+    Attributes
+    ----------
+    student : the student's id
+    servo, joint : the parts on the bench as the data sheets state them (:mod:`rotflex.config`)
+    questions : everything that can be answered, by number
+    book : the answers so far
+    address : of the bench, see :func:`rotflex.hil.open`
+    seed : of the student's virtual bench
+    policy : which bench the course gives each student
+    recordings : those that were made at a real bench
+    """
+
+    def __init__(self, student: str, uri: str, folder: Path, quiet: bool = False) -> None:
+        self.address = uri
+        self.recordings = RecordingsFolder(folder)
+        self.policy = bench_policy(folder, DRAW)
+        self.seed = self.policy.seed_for(student, student_seed)
+        bench = self.bench()
+        self.servo = bench.servo
+        self.joint = bench.joint
+        super().__init__(student, folder, CATALOGUE, bench.identity, self.seed)
+        if not quiet:
+            self._welcome()
+        self.print_notices()
+
+    def __repr__(self) -> str:
+        return f"<Lab: student {self.student}, bench {self.address}>"
+
+    def _welcome(self) -> None:
+        note = ' (nobody in particular: write your id in student = "...")' if self.student == DEMO else ""
+        print(f"Student   {self.student}{note}")
+        if told := hub.another(self.student):
+            print(f"          {told}")
+        parts = f"arm in position {self.joint.arm_position}, encoders of type {self.servo.encoder}"
+        print(f"Bench     {self.address}: {parts}")
+        print(f"Answers   {self.book.path.name}")
+        if self.policy.which in (SAME, PRESET):
+            print("          Everybody in your course has this same bench.")
+        for line in self.beginning.lines():
+            print(line)
+        if self.policy.which == REAL:
+            print(
+                "Marks     are given for recordings made on the laboratory's own benches. There, write the "
+                'bench\'s address, as bench = "…". Anywhere else, your recordings of there are used: the '
+                f"folder recordings has {len(self.recordings.paths)}."
+            )
+
+    def bench(self, address: str | None = None, run: int = FIRST_RUN) -> hil.Bench:
+        """This student's bench, to be opened in a ``with`` statement; or the one at another address.
+
+        No two runs of a real bench are the same. A virtual bench does the same every time, unless it is told that this
+        is another ``run``: the same number gives the same recording, always.
+
+        What is recorded at a real bench is kept in the folder ``recordings``. The address "recorded" is that bench once
+        more, wherever the folder is: each experiment gives its recording, or says that there is none. Where the course
+        has benches of the laboratory's, "virtual" means the same; and so does a real bench's address in a check of the
+        whole work, which runs what will be marked, and moves nothing.
+        """
+        chosen = address or self.address
+        counts = self._counts(chosen)
+        if counts and RUNNING in os.environ:  # as it is marked; and nobody stands at that bench
+            chosen, counts = VIRTUAL, False
+        if chosen == ADDRESS or (chosen == VIRTUAL and self.policy.which == REAL):
+            return self.recordings.bench(run)
+        preset = self.policy.preset if self.policy.which == PRESET else None
+        bench = hil.open(chosen, seed=self.seed, preset=preset, draw=self.policy.draw, run=run)
+        if self.policy.which == REAL and not counts:
+            print("Note      No bench of the laboratory's: what is recorded here is not kept, and does not count.")
+        elif counts and self.policy.benches and (name := bench.identity.get("name", "")) not in self.policy.benches:
+            print(
+                f"Note      This bench's name is {name!r}, and your course's benches are "
+                f"{', '.join(self.policy.benches)}: a person has to look at what is recorded here before it counts. "
+                "Whoever looks after the bench can correct the name in its file."
+            )
+        return self.recordings.keeping(bench, run) if counts else bench
+
+    def _counts(self, address: str) -> bool:
+        """Whether what is recorded there is kept: at a real bench, and at a twin where a course rehearses with one."""
+        scheme, _colon, rest = address.partition(":")
+        if scheme == VIRTUAL:
+            return self.policy.which == REAL and rest.partition("?")[0].endswith(".toml")
+        return scheme not in ("replay", ADDRESS)
+
+    def practice(self, number: int | None = None) -> Practice:
+        """A bench to practise on, drawn anew at each call and never the student's own; nothing is kept or marked.
+
+        ``lab.practice(123)`` is the practice bench of that number again.
+
+        Raises
+        ------
+        ConfigurationError
+            If there is no practice bench of that number.
+        """
+        practice = Practice(number)
+        print(repr(practice))
+        return practice
+
+    def checks(self) -> Iterable[Check]:
+        """What :meth:`reflect` holds against each other, see :mod:`rotflex.course.reflection`."""
+        from rotflex.course import reflection
+
+        return reflection.checks(self.servo, self.joint, self.book.bench, self.book.probe_seed)

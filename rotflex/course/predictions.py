@@ -1,0 +1,111 @@
+"""What can be predicted of this course's experiments, and what a recording shows of it. Never marked."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from labcourse.answers.parts import choice, number
+from labcourse.answers.predictions import Foretold
+from rotflex.units import DEG
+
+Kept = Mapping[str, Any]  # a recording as the answers have it: 400 points of each channel
+
+_ALIKE = 0.1  # relative: swings whose times differ by less are "about as long"
+_AS_FAR = 0.03  # relative: so much a bench and its model differ by a count or two and the friction of a day
+_SWINGS = 1 * DEG  # rad: a deflection beyond this is seen
+
+
+def _values(kept: Kept, name: str) -> Any:
+    return kept["channels"][name]["values"]
+
+
+def _time_of_largest_swing(sweep: Kept) -> float:
+    alpha = np.abs(_values(sweep, "alpha"))
+    duration = (sweep["n"] - 1) * sweep["sample_time"]
+    return float(duration * np.argmax(alpha) / (alpha.size - 1))
+
+
+def _compared(ratio: float, room: float, more: str, same: str, less: str) -> str:
+    if abs(ratio - 1) <= room:
+        return same
+    return more if ratio > 1 else less
+
+
+def _turns_farther(validation: Kept) -> str:
+    ratio = np.ptp(_values(validation, "theta")) / np.ptp(_values(validation, "theta_model"))
+    return _compared(float(ratio), _AS_FAR, "bench", "about the same", "model")
+
+
+def _largest_deflection(response: Kept) -> float:
+    return float(np.abs(_values(response, "alpha")).max() / DEG)
+
+
+def _arm_swings(partial: Kept, full: Kept) -> str:
+    longer, shorter = (float(np.mean(np.abs(_values(one, "alpha")) > _SWINGS)) for one in (partial, full))
+    return _compared(longer / shorter, _ALIKE, "longer", "about as long", "less long")
+
+
+PREDICTIONS = {
+    "2.9": (
+        Foretold(
+            number(
+                "time_of_largest_swing",
+                "s",
+                (0.0, 15.0),
+                "",
+                "The sweep goes from 1 Hz to 5 Hz in 15 s. When will the arm swing widest?",
+                points=0,
+            ),
+            (("2.9", "sweep"),),
+            _time_of_largest_swing,
+            "Which frequency did the sweep have then? Why does the arm swing widest there, in one sentence?",
+        ),
+    ),
+    "2.15": (
+        Foretold(
+            choice(
+                "turns_farther",
+                ("bench", "model", "about the same"),
+                "",
+                "The same voltage goes to your bench and to your model. Whose servo turns farther (by more "
+                f"than {_AS_FAR:.0%}; otherwise it is about the same)?",
+                points=0,
+            ),
+            (("2.15", "validation"),),
+            _turns_farther,
+            "What does the bench have that the model lacks, and does it show, in one sentence?",
+        ),
+    ),
+    "3.13": (
+        Foretold(
+            number(
+                "largest_deflection_deg",
+                "deg",
+                (2.0, 60.0),
+                "",
+                "Your simulation gave a largest deflection of the arm. What will it be on your bench?",
+                points=0,
+            ),
+            (("3.13", "response"),),
+            _largest_deflection,
+            "Why is it larger or smaller than you expected, in one sentence?",
+        ),
+    ),
+    "3.15": (
+        Foretold(
+            choice(
+                "arm_swings",
+                ("longer", "about as long", "less long"),
+                "",
+                "Without feedback of the arm: how long will it swing after each turn, compared with full feedback?",
+                points=0,
+            ),
+            (("3.15", "response"), ("3.13", "response")),
+            _arm_swings,
+            "What took the energy out of the arm before, and what does it now, in one sentence?",
+        ),
+    ),
+}

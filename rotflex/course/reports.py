@@ -1,0 +1,14 @@
+"""The reports of this course, for their notebooks: the outline, and a button that makes the whole document."""
+
+from __future__ import annotations
+
+from labcourse.answers import reports
+from labcourse.report.button import button
+from labcourse.session import Session
+
+__all__ = ["button", "outline"]
+
+
+def outline(report: str, lab: Session) -> str:
+    """See :func:`labcourse.answers.reports.outline`; of what is asked of the student's class."""
+    return reports.outline(lab.catalogue, report, lab)

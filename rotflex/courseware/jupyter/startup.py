@@ -1,2 +1,0 @@
-# ruff: noqa: INP001 (no module: each kernel runs it in the notebook's names, and it leaves none behind)
-__import__("rotflex.courseware.restarted", fromlist=["watch"]).watch()

@@ -1,0 +1,298 @@
+"""The linear model of the rotary flexible joint, and what its poles and its controllability say.
+
+The state is x = [theta, alpha, theta_dot, alpha_dot], in rad and rad/s; the outputs are the two angles. With the torque
+tau at the load gear as input,
+
+    J_eq θ̈ = tau − B_eq θ̇ + K_s α + B_l α̇,
+    J_l (θ̈ + α̈) = −K_s α − B_l α̇.
+
+:mod:`rotflex.symbolic` derives these equations. Here they are typed once more, as numbers, and the tests
+hold the two together.
+"""
+
+from __future__ import annotations
+
+import math
+from numbers import Real
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.linalg import eig, matrix_balance
+
+from rotflex.config import Joint, Servo, one_of
+from rotflex.errors import ConfigurationError, DesignError
+from rotflex.simulation import with_actuator
+
+if TYPE_CHECKING:
+    from control import StateSpace
+
+STATES = ("theta", "alpha", "theta_dot", "alpha_dot")
+OUTPUTS = ("theta", "alpha")
+INPUTS = {"voltage": "V_m", "torque": "tau"}
+
+POLE_TOLERANCE = 1e-6  #: of the largest pole: typed with seven digits
+RANK_TOLERANCE = 1e-10  #: of the largest singular value of A, in balanced or natural units; far above rounding
+_EPS = float(np.finfo(float).eps)
+
+Array = NDArray[np.float64]
+
+
+# --- matrices --------------------------------------------------------------------------------------------------------
+
+
+def finite(name: str, value: ArrayLike, dtype: type = float) -> NDArray[Any]:
+    """``value`` as a non-empty array of finite real (or, with ``dtype=complex``, complex) numbers.
+
+    Raises
+    ------
+    DesignError
+        If it is not; the message calls it ``name``.
+    """
+    try:
+        array = np.asarray(value)
+    except ValueError:
+        raise DesignError(f"{name} has rows of different lengths.") from None
+    if array.dtype.kind not in ("iufc" if dtype is complex else "iuf"):
+        raise DesignError(f"{name} must hold {'' if dtype is complex else 'real '}numbers; it is {value!r}.")
+    if array.size == 0 or not np.isfinite(array).all():
+        raise DesignError(f"{name} must hold finite numbers, at least one; it is {value!r}.")
+    return array.astype(dtype)
+
+
+def system_matrix(A: ArrayLike) -> Array:
+    """``A`` as an array (n, n).
+
+    Raises
+    ------
+    DesignError
+        If it is no square matrix of finite real numbers.
+    """
+    matrix = finite("A", A)
+    if matrix.ndim != 2 or matrix.shape[0] != matrix.shape[1]:
+        raise DesignError(f"A must be a square matrix; its shape is {matrix.shape}.")
+    return matrix
+
+
+def system_pair(A: ArrayLike, B: ArrayLike) -> tuple[Array, Array]:
+    """``A`` as an array (n, n) and ``B`` as a column (n, 1); a B of shape (n,) is taken as that column.
+
+    Raises
+    ------
+    DesignError
+        If A is not square, or B is not one column of as many rows.
+    """
+    A, B = system_matrix(A), finite("B", B)
+    column = B[:, np.newaxis] if B.ndim == 1 else B
+    if column.shape != (A.shape[0], 1):
+        raise DesignError(f"B must be one column with a row for each row of A, {(A.shape[0], 1)}; it is {B.shape}.")
+    return A, column
+
+
+# --- the model -------------------------------------------------------------------------------------------------------
+
+
+def state_space(
+    servo: Servo, joint: Joint, stiffness: float, input: str = "voltage", link_damping: float | None = None
+) -> StateSpace:
+    """The linear model of servo and joint (Section 2.1.4; answers 2.7 and 2.13).
+
+    Parameters
+    ----------
+    servo, joint : the parts
+    stiffness : K_s of the joint, N·m/rad
+    input : "voltage" (the motor's, V) or "torque" (at the load gear, N·m)
+    link_damping : B_l, N·m/(rad/s); by default that of ``joint``
+
+    Returns
+    -------
+    control.StateSpace
+        A (4, 4), B (4, 1), C (2, 4), D (2, 1); states theta, alpha, theta_dot, alpha_dot; input V_m or tau; outputs
+        theta and alpha.
+
+    Raises
+    ------
+    ConfigurationError
+        If the stiffness is not a positive number, the damping a negative one, or the input none of the two.
+    """
+    import control
+
+    one_of("input", input, INPUTS)
+    K_s, B_l = stiffness, joint.B_l if link_damping is None else link_damping
+    if not (isinstance(K_s, Real) and 0 < K_s < math.inf):
+        raise ConfigurationError(f"stiffness must be a positive number of N·m/rad; it is {K_s!r}.")
+    if not (isinstance(B_l, Real) and 0 <= B_l < math.inf):
+        raise ConfigurationError(f"link_damping must be a number of N·m/(rad/s), not negative; it is {B_l!r}.")
+    J_eq, B_eq, J_l = servo.J_eq, servo.B_eq, joint.J_l
+    both = 1 / J_eq + 1 / J_l
+    A = np.array(
+        [
+            [0, 0, 1, 0],
+            [0, 0, 0, 1],
+            [0, K_s / J_eq, -B_eq / J_eq, B_l / J_eq],
+            [0, -K_s * both, B_eq / J_eq, -B_l * both],
+        ]
+    )
+    A += 0.0  # turns -0.0, which reads badly, into 0.0
+    B = np.array([[0], [0], [1 / J_eq], [-1 / J_eq]])
+    if input == "voltage":
+        A, B = with_actuator(A, B, servo)
+    return control.StateSpace(
+        A,
+        B,
+        np.eye(2, 4),
+        np.zeros((2, 1)),
+        states=list(STATES),
+        inputs=[INPUTS[input]],
+        outputs=list(OUTPUTS),
+        name="rotary_flexible_joint",
+    )
+
+
+# --- poles and stability ---------------------------------------------------------------------------------------------
+
+
+def poles(A: ArrayLike) -> NDArray[np.complex128]:
+    """Poles (n,) of a system: the eigenvalues of A, by rising real part (Equation 3.1).
+
+    Raises
+    ------
+    DesignError
+        If A is no square matrix of finite real numbers.
+    """
+    return np.sort_complex(np.linalg.eigvals(system_matrix(A)).astype(complex))
+
+
+def stability(poles_or_A: ArrayLike) -> str:
+    """Whether a system is stable, from its poles (n,) or its matrix A (n, n) (Section 3.2.1).
+
+    * "stable": all poles have negative real parts;
+    * "unstable": a pole has a positive real part, or one on the imaginary axis is repeated (see below);
+    * "marginally stable": anything else, that is, there are poles on the imaginary axis.
+
+    *Repeated poles on the axis.* What grows is a chain, like a double integrator: fewer independent eigenvectors than
+    poles. A repeated pole whose parts are not coupled, like two separate integrators, does not grow. Given A, that is
+    decided from A. Given poles alone it cannot be told, and the workbook's rule holds: a repeated pole on the axis is
+    unstable.
+
+    *Tolerance.* Given A, each computed pole counts as on the axis, or as equal to another, to within what rounding
+    can have done to it, which for repeated poles is far more than the last digit. Given poles alone it is
+    ``POLE_TOLERANCE`` of the largest.
+
+    Raises
+    ------
+    DesignError
+        If it is neither a list of poles nor a square matrix of finite real numbers.
+    """
+    given = finite("What is given as poles or A", poles_or_A, complex)
+    if given.ndim == 2:
+        balanced = matrix_balance(system_matrix(poles_or_A), permute=False)[0].astype(float)
+        values, uncertainty = _eigenvalues(balanced)
+    else:
+        balanced = None
+        values = given
+        if values.ndim != 1:
+            raise DesignError(f"Poles must be a list, (n,), and A a matrix, (n, n); this is {values.shape}.")
+        uncertainty = np.full(values.shape, POLE_TOLERANCE * np.abs(values).max())
+    if (values.real > uncertainty).any():
+        return "unstable"
+    on_axis = np.abs(values.real) <= uncertainty
+    if not on_axis.any():
+        return "stable"
+    if any(_grows(group, balanced) for group in _groups(values.imag[on_axis], uncertainty[on_axis])):
+        return "unstable"
+    return "marginally stable"
+
+
+def _eigenvalues(A: Array) -> tuple[NDArray[np.complex128], Array]:
+    """Eigenvalues of A and how far off each may be.
+
+    To first order, an eigenvalue moves by the rounding errors of A divided by the cosine between its left and its right
+    eigenvector. Where k eigenvalues nearly coincide the cosine vanishes, and the bound is rather the k-th root.
+    """
+    decomposition: Any = eig(A, left=True)  # scipy-stubs has its length wrong
+    values, left, right = decomposition
+    size = np.linalg.norm(A, 2)
+    cosine = np.abs(np.sum(left.conj() * right, axis=0))
+    first_order = 100 * _EPS * size / np.maximum(cosine, _EPS)
+    close = np.abs(values[:, np.newaxis] - values) <= size * _EPS ** (1 / max(len(A), 2))
+    return values, np.minimum(first_order, 10 * size * _EPS ** (1 / np.maximum(close.sum(axis=1), 2)))
+
+
+def _groups(frequencies: Array, uncertainty: Array) -> list[Array]:
+    """Frequencies (rad/s) of poles on the axis, in groups that cannot be told apart."""
+    order = np.argsort(frequencies)
+    frequencies, uncertainty = frequencies[order], uncertainty[order]
+    apart = np.diff(frequencies) > uncertainty[:-1] + uncertainty[1:]
+    return np.split(frequencies, np.flatnonzero(apart) + 1)
+
+
+def _grows(group: Array, A: Array | None) -> bool:
+    """Whether poles at the same place on the axis have fewer eigenvectors than there are poles."""
+    if A is None or len(group) == 1:
+        return len(group) > 1
+    shifted = A - 1j * group.mean() * np.eye(len(A))
+    eigenvectors = len(A) - np.linalg.matrix_rank(shifted, tol=RANK_TOLERANCE * np.linalg.norm(A, 2))
+    return bool(eigenvectors < len(group))
+
+
+# --- controllability -------------------------------------------------------------------------------------------------
+
+
+def natural_units(A: Array, B: Array) -> tuple[Array, float]:
+    """Units of the states (n,), and a rate, in which an (A, B) of any origin is of the size of 1.
+
+    A state's unit is how far B can get into it in fewer than n steps of A / rate, if nothing cancels. With
+    ``units, rate = natural_units(A, B)``, the scaled pair is ``A * units / units[:, None] / rate``,
+    ``B / units[:, None]``, and a gain K for (A, B) becomes ``K * units / rate``. The scaled pair is the same whatever
+    units A and B were in.
+    """
+    size = np.abs(A)
+    rate = float(np.abs(np.linalg.eigvals(size)).max()) or 1.0  # it is zero for integrators in a row
+    steps = [np.abs(B[:, 0])]
+    for _step in range(len(A) - 1):
+        steps.append(size @ steps[-1] / rate)
+    units: Array = np.max(steps, axis=0)
+    return np.where(units > 0, units, 1.0), rate
+
+
+class Controllability(NamedTuple):
+    """What :func:`controllability` finds: the matrix T (n, n), its rank, and whether the system is controllable."""
+
+    T: Array
+    rank: int
+    controllable: bool
+
+
+def controllability(A: ArrayLike, B: ArrayLike) -> Controllability:
+    """Controllability matrix T = [B, AB, ..., Aⁿ⁻¹B], its rank, and the verdict rank = n (Equations 3.2 and 3.3).
+
+    The columns of T differ by many powers of ten, so that its singular values say little. The rank is found by taking
+    the columns one after the other, in natural units: each is made orthogonal to those before it, and counts if
+    something is left at its own scale, that is, more than ``RANK_TOLERANCE`` of the largest that A makes of a unit
+    vector.
+
+    Raises
+    ------
+    DesignError
+        If A is not square, or B is not one column of as many rows.
+    """
+    A, B = system_pair(A, B)
+    n = len(A)
+    columns = [B]
+    for _step in range(n - 1):
+        columns.append(A @ columns[-1])
+
+    units, rate = natural_units(A, B)
+    step, new = A * units / units[:, np.newaxis] / rate, B / units[:, np.newaxis]
+    least = 0.0
+    basis = np.zeros((n, 0))
+    while basis.shape[1] < n:
+        new = new - basis @ (basis.T @ new)
+        if np.linalg.norm(new) <= least:
+            break
+        basis = np.hstack([basis, new / np.linalg.norm(new)])
+        new = step @ basis[:, -1:]
+        least = RANK_TOLERANCE * float(np.linalg.norm(step, 2))
+    rank = basis.shape[1]
+    return Controllability(np.hstack(columns), rank, rank == n)

@@ -1,0 +1,66 @@
+"""The outline of a report and its text, from what is recorded."""
+
+import re
+
+import pytest
+
+from labcourse.answers.reports import in_one_piece
+from labcourse.session import Session
+from rotflex.course import reports
+from rotflex.course.questions import CATALOGUE
+from rotflex.errors import AnswerError
+
+
+@pytest.fixture
+def lab(tmp_path):
+    return Session("ada", tmp_path, CATALOGUE, {}, 1)
+
+
+def rows(markdown):
+    found = [[cell.strip() for cell in line.strip("|").split("|")] for line in markdown.splitlines()[2:]]
+    return {cells[0]: cells for cells in found}
+
+
+@pytest.mark.parametrize("report", CATALOGUE.reports)
+def test_outline_has_every_row_of_the_scoring_sheet_with_as_many_cells_as_headings(report, lab):
+    markdown = reports.outline(report, lab)
+    headings = markdown.splitlines()[0].count("|")
+    assert {line.count("|") for line in markdown.splitlines()} == {headings}
+    assert list(rows(markdown)) == [item.number for item in CATALOGUE.report_items if item.report == report]
+
+
+def test_outline_names_what_a_row_still_lacks_and_says_when_it_is_complete(lab):
+    row = rows(reports.outline("Control report", lab))["III.7"]
+    assert row[3] == "3.17" and "3.17 explanation" in row[4] and "comparison_analysis" in row[4]
+    lab.answer("3.17", explanation="Nobody damps the link.")
+    row = rows(reports.outline("Control report", lab))["III.7"]
+    assert "3.17 explanation" not in row[4] and "comparison_analysis" in row[4]
+    lab.answer("Control report", comparison_analysis="As said in question 3.17.")
+    assert rows(reports.outline("Control report", lab))["III.7"][4] == "recorded"
+
+
+def test_row_that_shows_a_whole_question_wants_all_its_parts(lab):
+    state = rows(reports.outline("Control report", lab))["II.1"][4]
+    assert state.endswith("3.7 T, 3.7 T_c, 3.7 W")
+
+
+def test_rows_on_the_report_as_a_whole_rest_on_nothing(lab):
+    for report in CATALOGUE.reports:
+        for number, cells in rows(reports.outline(report, lab)).items():
+            if number.startswith("Format"):
+                assert cells[3:] == ["", ""]
+
+
+def test_one_piece_has_the_texts_under_their_headings_in_order():
+    texts = {"model_conclusion": "It is good.", "stiffness_procedure": "We shook it."}
+    text = in_one_piece(CATALOGUE.items("Modeling report"), texts)
+    assert "**I.1 Procedure: finding the stiffness**\n\nWe shook it." in text
+    assert text.index("We shook it.") < text.index("It is good.")
+    assert re.findall(r"^\*\*(\S+)", text, re.M) == ["I.1", "I.2", "I.3", "III.1", "III.2", "IV.1"]
+    assert text.count("*not written yet*") == 4
+
+
+def test_unknown_report_is_refused_with_the_names_of_those_that_there_are(lab):
+    for function in (reports.outline, reports.button):
+        with pytest.raises(AnswerError, match="Control report"):
+            function("Table 3", lab)

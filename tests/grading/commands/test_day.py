@@ -1,0 +1,139 @@
+"""The commands of an instructor's day: class, publish, request, answer, requests."""
+
+import json
+import os
+from datetime import UTC, datetime, timedelta
+
+import pytest
+from command_line import rotflex, said
+from day_class import fill, score
+from gradebooks import rows
+from made_courses import OURS, copied
+
+from labcourse.grading.gradebook import Gradebook
+from labcourse.grading.reports import grades
+
+
+@pytest.fixture
+def out(tmp_path):
+    folder = tmp_path / "out"
+    folder.mkdir()
+    with Gradebook(folder / "gradebook.sqlite") as book:
+        fill(book, tmp_path)
+        score(book)
+    return folder
+
+
+def test_class_prints_it_and_writes_the_page_beside_the_gradebook(out):
+    done = rotflex("class", out, "--course", OURS.folder)
+    assert done.exit_code == 0, done.output
+    assert "IN TROUBLE (to do)" in done.output and f"The same as a page: {out / 'class.html'}" in said(done)
+    page = (out / "class.html").read_text(encoding="utf-8")
+    assert page.startswith("<!doctype html>") and "Requests to look again" in page
+
+
+def test_class_takes_a_gradebook_and_another_folder(out, tmp_path):
+    done = rotflex("class", out / "gradebook.sqlite", "--course", OURS.folder, "--out", tmp_path / "new")
+    assert done.exit_code == 0, done.output
+    assert (tmp_path / "new" / "class.html").exists() and not (out / "class.html").exists()
+
+
+def test_of_a_database_no_page_is_written_unless_a_folder_is_named(out):
+    done = rotflex("class", f"sqlite:///{out / 'gradebook.sqlite'}", "--course", OURS.folder)
+    assert done.exit_code == 0 and "No page was written: say where by --out." in said(done)
+
+
+def test_a_folder_without_a_gradebook_is_told_and_gets_none(tmp_path):
+    done = rotflex("class", tmp_path, "--course", OURS.folder)
+    assert done.exit_code == 2 and "There is no gradebook" in said(done)
+    assert os.listdir(tmp_path) == []
+
+
+def test_a_page_that_cannot_be_written_is_told(out):
+    (out / "class.html").mkdir()
+    done = rotflex("class", out, "--course", OURS.folder)
+    assert done.exit_code == 2 and "class.html cannot be written" in said(done)
+
+
+def test_publish_writes_pages_records_it_and_tells_what_is_not_ready_and_who_is_to_be_told(out):
+    done = rotflex("publish", out, "--by", "lea", "--note", "first half", "--course", OURS.folder)
+    assert done.exit_code == 0, done.output
+    assert "Still to be read by a person: 7 answers of 5 students" in said(done)
+    assert "1 request not answered yet" in said(done) and "by lea." in said(done)
+    assert (out / "ada" / "feedback.html").exists() and (out / "grades.csv").exists()
+    with Gradebook(out / "gradebook.sqlite") as book:
+        (one,) = book.requests.publications()
+        assert (one.actor, one.note) == ("lea", "first half")
+        book.set_mark("cleo", "2.12", "K_s", 1.5, "rounding", "lea")
+    again = rotflex("publish", out, "--by", "lea", "--course", OURS.folder)
+    assert "marks of 1 student have changed; tell them: cleo." in said(again)
+    assert "No mark has changed since" in said(rotflex("publish", out, "--by", "lea", "--course", OURS.folder))
+
+
+def test_a_mark_that_is_changed_while_pages_are_written_is_told_the_next_time(out, monkeypatch):
+    write = grades.Reports.write_all
+
+    def and_meanwhile_somebody_marks(reports):
+        count = write(reports)
+        with Gradebook(out / "gradebook.sqlite") as book:
+            book.set_mark("cleo", "2.12", "K_s", 1.5, "rounding", "lea")
+        return count
+
+    words = ("publish", out, "--by", "lea", "--course", OURS.folder)
+    with monkeypatch.context() as changed:
+        changed.setattr(grades.Reports, "write_all", and_meanwhile_somebody_marks)
+        assert rotflex(*words).exit_code == 0
+    assert "marks of 1 student have changed; tell them: cleo." in said(rotflex(*words))
+
+
+def test_publish_says_what_of_before_it_does_not_write_anew(out):
+    words = ("publish", out, "--by", "lea", "--course", OURS.folder)
+    assert "not written anew" not in said(rotflex(*words))
+    (out / "sheets").mkdir()
+    assert "not written anew: sheets (for that say rotflex sheets)." in said(rotflex(*words))
+    (out / "attainment.html").write_text("of before", encoding="utf-8")
+    told = "not written anew: attainment.html, sheets (for that say rotflex outcomes, rotflex sheets)."
+    assert told in said(rotflex(*words))
+
+
+def test_while_feedback_is_closed_pages_say_so_and_nothing_counts_as_given_back(out, tmp_path):
+    opens = (datetime.now(UTC) + timedelta(days=3)).isoformat(timespec="seconds")
+    folder = copied(tmp_path / "closed")
+    (folder / "course.toml").write_text(f"[feedback]\nfrom = {opens}\n", encoding="utf-8")
+    done = rotflex("publish", out, "--by", "lea", "--course", folder)
+    assert done.exit_code == 1 and "So nothing is given back" in said(done)
+    assert "19.9 rad/s" not in (out / "ada" / "feedback.html").read_text(encoding="utf-8")
+    with Gradebook(out / "gradebook.sqlite") as book:
+        assert book.requests.publications() == []
+
+
+def test_a_request_is_made_listed_seen_beside_the_answer_and_stays_until_it_is_answered(out):
+    book = ("--gradebook", out / "gradebook.sqlite")
+    done = rotflex("request", "cleo", "2.12", "K_s", "Why <i>not</i>?", *book)
+    assert done.exit_code == 0 and "Request 3 of cleo is noted." in said(done)
+    assert "3 " in rotflex("requests", *book).output and "Why <i>not</i>?" in said(rotflex("requests", *book))
+    rotflex("report", *book, "--out", out, "--course", OURS.folder)
+    page = (out / "cleo" / "feedback.html").read_text(encoding="utf-8")
+    assert "K_s: Asked on" in page and "not answered yet." in page and "Why &lt;i&gt;not&lt;/i&gt;?" in page
+    assert page.index("Stiffness of the joint") < page.index("K_s: Asked on")
+    assert "2.12, K_s: Asked on" in rows(out)["cleo"]["notes"]
+
+    answered = rotflex("answer", "3", "Half a point more.", "--by", "tia", *book)
+    assert answered.exit_code == 0 and "Request 3 of cleo, 2.12 K_s, is answered." in said(answered)
+    rotflex("report", *book, "--out", out, "--course", OURS.folder)
+    page = (out / "cleo" / "feedback.html").read_text(encoding="utf-8")
+    assert "Half a point more." in page and "by tia." in page and "not answered yet" not in page
+    assert "not answered yet" not in rows(out)["cleo"]["notes"]
+    (kept,) = json.loads((out / "cleo" / "marks.json").read_text(encoding="utf-8"))["requests"]
+    assert kept["text"] == "Why <i>not</i>?" and kept["answer"] == "Half a point more."
+    assert "Why" not in said(rotflex("requests", *book))
+    assert "tia: Half a point more." in said(rotflex("requests", "--all", *book))
+
+
+def test_a_request_on_what_is_not_there_and_a_second_answer_are_told_as_mistakes(out):
+    book = ("--gradebook", out / "gradebook.sqlite")
+    wrong = rotflex("request", "cleo", "9.9", "x", "Why?", *book)
+    assert wrong.exit_code == 2 and "'cleo' has no mark for question 9.9" in said(wrong)
+    again = rotflex("answer", "2", "Again.", "--by", "udo", *book)
+    assert again.exit_code == 2 and "Request 2 was answered by tia" in said(again)
+    assert "There is no request 77." in said(rotflex("answer", "77", "What?", "--by", "udo", *book))

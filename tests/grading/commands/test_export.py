@@ -1,0 +1,130 @@
+"""The command ``rotflex export``."""
+
+import zipfile
+
+import pytest
+from gradebooks import graded, mark, prose, record
+from made_courses import OURS
+from their_exports import CANVAS, FILES, WORKSHEET, class_of_four
+from typer.testing import CliRunner
+
+from labcourse.grading.gradebook import Gradebook
+from rotflex import cli
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """A folder of results, and beside it a file of each platform's."""
+    (tmp_path / "out").mkdir()
+    class_of_four(tmp_path / "out")
+    for platform, content in FILES.items():
+        (tmp_path / f"{platform.split()[-1]}.csv").write_bytes(content)
+    return tmp_path
+
+
+def export(folder, *options):
+    words = ("export", folder / "out", "--course", OURS.folder, *options)
+    done = CliRunner().invoke(cli.app, list(map(str, words)))
+    return done, " ".join(done.output.split())
+
+
+def test_marks_go_beside_the_platforms_file_which_stays(folder):
+    done, said = export(folder, "--into", folder / "Canvas.csv", "--column", "Lab 3")
+    assert done.exit_code == 1  # some have no mark, and are named
+    assert (folder / "Canvas.csv").read_bytes() == FILES["Canvas"]
+    expected = CANVAS.replace('twice",,8', 'twice",83.33,8')
+    assert (folder / "Canvas-with-marks.csv").read_bytes().decode("utf-8-sig") == expected
+    assert said.startswith("Canvas, column 'Lab 3 (1234)', out of 100: 1 written (0 of them in place")
+    assert "s1003: left; still waits for a person: 2.11 explanation." in said
+    assert "Canvas-with-marks.csv" in said
+
+
+@pytest.mark.parametrize(
+    ("more", "code"),
+    [
+        ((), 0),
+        ((graded("s1003", mark("wrong", 0.0)),), 1),  # has no line in the file
+        ((graded("s1001", mark(), prose(), submission="second"),), 1),  # something of it waits
+    ],
+)
+def test_the_exit_code_says_whether_everybodys_mark_is_in(folder, more, code):
+    whole = FILES["Brightspace"].decode().splitlines(keepends=True)[:3]
+    (folder / "two.csv").write_text("".join(whole), newline="")
+    with Gradebook(folder / "two.sqlite") as book:
+        record(book, graded("s1001", mark()), graded("s1002", mark("wrong", 0.0)), *more)
+    words = ("export", folder / "two.sqlite", "--course", OURS.folder, "--into", folder / "two.csv")
+    done = CliRunner().invoke(cli.app, list(map(str, (*words, "--out", folder / "new.csv"))))
+    assert done.exit_code == code and "1 replaced: s1002: 8 → 0" in done.output
+    waits = code and more[0].run.student == "s1001"
+    assert ("ada@x.org,," if waits else "ada@x.org,20,") in (folder / "new.csv").read_text()
+
+
+def test_a_dry_run_tells_the_same_and_each_new_mark_and_writes_nothing(folder):
+    there = sorted(path.name for path in folder.rglob("*"))
+    asked = ("--into", folder / "worksheet.csv", "--feedback", folder / "feedback.zip")
+    dry, _ = export(folder, *asked, "--dry-run")
+    assert sorted(path.name for path in folder.rglob("*")) == there
+    done, _ = export(folder, *asked)
+    would, will = (set(one.output.splitlines()) for one in (dry, done))
+    assert would - will == {"1 into empty cells: s1001: 41.67", "Nothing was written (--dry-run)."}
+    assert will - would == {f"Written: {folder / 'worksheet-with-marks.csv'}"}
+
+
+def test_decimals_and_the_points_of_a_column_that_does_not_say_its_own(folder):
+    asked = ("--into", folder / "Moodle.csv", "--column", "Lab 3")
+    done, said = export(folder, *asked)
+    assert done.exit_code == 2 and "Moodle.csv: Moodle's file does not say how many points" in said
+    export(folder, *asked, "--out-of", "100", "--decimals", "0", "--unfinished")
+    written = (folder / "Moodle-with-marks.csv").read_text()
+    assert "ada@x.org,83," in written and "cleo@x.org,67," in written
+    done, said = export(folder, *asked, "--out-of", "many")
+    assert done.exit_code == 2 and "a number of points, not 'many'" in said
+
+
+def test_feedback_for_moodle_and_for_canvas(folder):
+    _, said = export(folder, "--into", folder / "worksheet.csv", "--feedback", folder / "moodle.zip")
+    names = zipfile.ZipFile(folder / "moodle.zip").namelist()
+    assert [name.split("_")[1] for name in names] == ["501", "502", "503"]
+    assert "3 pages of feedback in the zip." in said and "s1004: no page; nothing of theirs is graded." in said
+    with zipfile.ZipFile(folder / "submissions.zip", "w") as archive:
+        archive.writestr("lovelaceada_71_9001_lab.zip", b"")
+    asked = ("--into", folder / "Canvas.csv", "--column", "1234", "--submissions", folder / "submissions.zip")
+    export(folder, *asked, "--feedback", folder / "canvas.zip")
+    assert zipfile.ZipFile(folder / "canvas.zip").namelist() == ["lovelaceada_71_9001_lab.zip"]
+
+
+def test_feedback_that_cannot_be_is_refused_before_anything_is_written(folder):
+    done, said = export(folder, "--into", folder / "Blackboard.csv", "--feedback", folder / "feedback.zip")
+    assert done.exit_code == 2 and "no feedback files of a whole class" in said
+    assert not (folder / "Blackboard-with-marks.csv").exists() and not (folder / "feedback.zip").exists()
+
+
+@pytest.mark.parametrize(
+    ("options", "why"),
+    [
+        ((), "Missing option '--into'"),
+        (("--into", "{f}/Canvas.csv", "--submissions", "{f}/x.zip"), "--submissions gives names for --feedback"),
+        (("--into", "{f}/Canvas.csv", "--out", "{f}/../{n}/Canvas.csv"), "is what was given, and is not written over"),
+        (("--into", "{f}/Canvas.csv", "--out", "{f}/x", "--feedback", "{f}/x"), "cannot be both"),
+        (("--into", "{f}/none.csv"), "none.csv: it cannot be read: No such file"),
+        (("--into", "{f}/out/roster.csv"), "roster.csv: It is not a file of Canvas, Moodle, Blackboard or Brightspace"),
+        (("--into", "{f}/Canvas.csv", "--column", "Lab 9"), "Canvas.csv: It has no column 'Lab 9'"),
+        (("--into", "{f}/Brightspace.csv", "--out", "{f}/none/x.csv"), "x.csv cannot be written"),
+    ],
+)
+def test_what_cannot_be_is_refused_in_words_and_nothing_is_written(folder, options, why):
+    there = sorted(path.name for path in folder.rglob("*"))
+    done, said = export(folder, *(one.format(f=folder, n=folder.name) for one in options))
+    assert done.exit_code == 2 and why in said
+    assert sorted(path.name for path in folder.rglob("*")) == there
+
+
+def test_what_a_file_says_does_not_steer_the_terminal(folder):
+    (folder / "evil.csv").write_text(
+        WORKSHEET.replace('"Participant 501"', '"Participant 900"').replace(
+            '"Ada Lovelace",ada@x.org', '"Ada \x1b[31m\u202e",nobody@x.org'
+        ),
+        encoding="utf-8",
+    )
+    done, _ = export(folder, "--into", folder / "evil.csv")
+    assert "\\x1b[31m" in done.output and "\x1b[31m" not in done.output and "\u202e" not in done.output

@@ -1,0 +1,237 @@
+"""Commands on a gradebook: regrade, report, mark, comment, history."""
+
+import json
+import re
+
+import pytest
+from checkout import ROOT
+from command_line import rotflex, said
+from gradebooks import enrol, graded, mark, prose, record, rows
+from made_courses import OURS
+
+from labcourse.grading.gradebook import Gradebook, MarkRecord
+from labcourse.grading.regrade import LeftAlone, Regraded
+from rotflex.errors import GradingError
+
+
+@pytest.fixture
+def book(tmp_path):
+    """A gradebook's file, with two students' marks and a roster of three."""
+    with Gradebook(tmp_path / "book.sqlite") as opened:
+        record(opened, graded("ada"), graded("bob"))
+        enrol(opened, tmp_path, ("ada", "Ada L.", "", ""), ("eve", "Eve E.", "", ""))
+    return tmp_path / "book.sqlite"
+
+
+def give(book, points, by, *more, reason="Well."):
+    words = ("mark", "ada", "2.11", "explanation", points, "--reason", reason, "--by", by, "--gradebook", book)
+    return rotflex(*words, *more)
+
+
+def given(book):
+    with Gradebook(book) as opened:
+        return opened.current("ada").marks[1]
+
+
+def test_a_mark_is_given_and_the_answer_it_is_for_is_shown(book):
+    done = give(book, 0.5, "anna")
+    assert done.exit_code == 0
+    assert "ada, 2.11, explanation: 0.5, for the answer 'Because it bends.'" in said(done)
+    assert given(book).points == 0.5
+
+
+def test_the_second_of_two_who_mark_is_told_who_was_first(book):
+    give(book, 0.5, "anna", reason="Nearly.")
+    done = give(book, 1, "ben")
+    assert done.exit_code == 2 and given(book).points == 0.5
+    assert "'ada' has 0.5 points (given by a person) by now, from anna," in said(done)
+    assert "'Nearly.'. Nothing was changed." in said(done) and "--expect 0.5" in said(done)
+
+
+def test_a_persons_points_are_replaced_where_they_are_named(book):
+    give(book, 0.5, "anna")
+    assert give(book, 1, "ben", "--expect", "0.25").exit_code == 2 and given(book).points == 0.5
+    assert give(book, 1, "ben", "--expect", "0.5").exit_code == 0 and given(book).points == 1
+
+
+def test_points_that_are_told_in_short_are_expected_as_they_are_told(book):
+    give(book, 1 / 3, "anna")
+    told = re.search(r"--expect ([\d.]+)\)", said(give(book, 1, "ben")))[1]
+    assert give(book, 1, "ben", "--expect", told).exit_code == 0 and given(book).points == 1
+
+
+def test_what_another_gave_between_reading_and_writing_is_not_replaced(book, monkeypatch):
+    ours = Gradebook.set_mark
+
+    def somebody_is_first(self, *arguments):
+        monkeypatch.setattr(Gradebook, "set_mark", ours)
+        assert give(book, 0.25, "anna").exit_code == 0
+        return ours(self, *arguments)
+
+    monkeypatch.setattr(Gradebook, "set_mark", somebody_is_first)
+    done = give(book, 1, "ben")
+    assert done.exit_code == 2 and "from anna" in said(done)
+    assert given(book).points == 0.25
+
+
+@pytest.mark.parametrize(
+    ("words", "why"),
+    [
+        (("zoe", "2.11", "explanation", 1), "no student 'zoe'"),
+        (("eve", "2.11", "explanation", 1), "Nothing of 'eve' has been graded"),
+        (("ada", "9.9", "explanation", 1), "no mark for question 9.9"),
+        (("ada", "2.11", "explanation", 7), "give 0 to 1 points, not 7"),
+    ],
+)
+def test_a_mark_that_cannot_be_given_is_an_error_in_words(book, words, why):
+    done = rotflex("mark", *words, "--reason", "?", "--by", "anna", "--gradebook", book)
+    assert done.exit_code == 2 and why in said(done)
+
+
+def test_a_comment_is_in_the_feedback(book, tmp_path):
+    about = ("--by", "anna", "--gradebook", book)
+    assert rotflex("comment", "ada", "See me \x1b[31m.", *about).exit_code == 0
+    assert rotflex("comment", "ada", "Which unit?", "--question", "2.11", *about).exit_code == 0
+    assert rotflex("report", "--gradebook", book, "--out", tmp_path / "out", "--course", ROOT).exit_code == 0
+    page = (tmp_path / "out" / "ada" / "feedback.html").read_text(encoding="utf-8")
+    assert "See me \\x1b[31m." in page and "Which unit?" in page and "anna" in page
+
+
+def test_a_comment_that_nobody_would_see_is_refused(book):
+    about = ("--by", "anna", "--gradebook", book)
+    done = rotflex("comment", "ada", "?", "--question", "2.12", *about)
+    assert done.exit_code == 2 and "no marks for a question '2.12'" in said(done)
+    assert rotflex("comment", "zoe", "?", *about).exit_code == 2
+
+
+def test_reports_of_everybody_without_running_anything(book, tmp_path):
+    done = rotflex("report", "--gradebook", book, "--out", tmp_path / "out", "--course", ROOT)
+    assert done.exit_code == 0 and said(done).startswith("3 students:")
+    found = rows(tmp_path / "out")
+    assert list(found) == ["ada", "bob", "eve"] and found["eve"]["notes"] == "nothing handed in"
+
+
+@pytest.fixture
+def names(tmp_path):
+    path = tmp_path / "names.csv"
+    path.write_text("student,name,tutorial\nada,Ada,1\nbod,Bob,1\nebe,Eve,1\n", encoding="utf-8")
+    return path
+
+
+def students(book):
+    with Gradebook(book) as opened:
+        return [one.student for one in opened.students()]
+
+
+@pytest.mark.parametrize(
+    ("there", "named", "file"),
+    [
+        ("MARKS", "MARKS", "MARKS/gradebook.sqlite"),
+        ("", "MARKS", "MARKS/gradebook.sqlite"),
+        ("", "term/MARKS", "term/MARKS/gradebook.sqlite"),
+        ("", "MARKS/gradebook.sqlite", "MARKS/gradebook.sqlite"),
+        ("", "class.db", "class.db"),
+    ],
+)
+def test_a_roster_makes_the_gradebook_that_it_goes_into_and_its_folder(tmp_path, names, there, named, file):
+    (tmp_path / there).mkdir(exist_ok=True)
+    for told in ("3 added, 0 changed, 0 as they were.", "0 added, 0 changed, 3 as they were."):
+        done = rotflex("roster", names, "--gradebook", tmp_path / named)
+        assert done.exit_code == 0 and told in said(done) and "Columns that are not read: tutorial." in said(done)
+    assert (tmp_path / file).is_file() and students(tmp_path / file) == ["ada", "bod", "ebe"]
+
+
+def test_whose_id_was_a_slip_can_be_taken_out_and_whoever_has_marks_cannot(book, names):
+    rotflex("roster", names, "--gradebook", book)
+    done = rotflex("roster", "--remove", "BOD", "--remove", "ebe", "--gradebook", book)
+    assert done.exit_code == 0 and "bod is no longer in the gradebook." in said(done)
+    assert students(book) == ["ada", "bob", "eve"]
+    done = rotflex("roster", "--remove", "ada", "--remove", "zoe", "--remove", "eve", "--gradebook", book)
+    assert done.exit_code == 1 and "'ada' is not removed:" in said(done) and "no student 'zoe'" in said(done)
+    assert students(book) == ["ada", "bob"]
+    done = rotflex("roster", names, "--remove", "ebe", "--remove", "bod", "--gradebook", book)
+    assert done.exit_code == 0 and students(book) == ["ada", "bob"]
+
+
+def test_to_remove_somebody_makes_no_gradebook_and_nothing_to_do_is_a_mistake(book, tmp_path):
+    done = rotflex("roster", "--remove", "ada", "--gradebook", tmp_path / "slip.sqlite")
+    assert done.exit_code == 2 and "There is no gradebook" in said(done) and not (tmp_path / "slip.sqlite").exists()
+    done = rotflex("roster", "--gradebook", book)
+    assert done.exit_code == 2 and "Say what the roster is" in said(done)
+
+
+@pytest.fixture
+def marked_again(monkeypatch):
+    """Regrade with these outcomes."""
+
+    def outcomes(*found):
+        monkeypatch.setattr("labcourse.grading.regrade.regrade", lambda *_: iter(found))
+
+    return outcomes
+
+
+WRONG = graded("ada", mark("wrong", 0.0, "More than 1 % off \x1b[31m."), prose(), key="key 2")
+
+
+def test_regrade_says_what_changed_for_whom_and_why(book, marked_again):
+    left = LeftAlone(mark("given by a person", 1.0), mark())
+    marked_again(Regraded(graded("ada", mark(), prose()), WRONG), Regraded(graded("bob"), graded("bob"), left=(left,)))
+    done = rotflex("regrade", "--gradebook", book, "--course", ROOT)
+    assert done.exit_code == 0
+    assert done.output.splitlines() == [
+        "ada: 2 → 0 of 3 points; the key has changed",
+        "    2.11, omega_n: 2 of 2 (right) → 0 of 2 (wrong). More than 1 % off \\x1b[31m.",
+        "bob, 2.11, omega_n: 1 of 2, given by a person, stays; the key gives 2 of 2 (right).",
+        "Other marks than before: 1 student. The same: 1.",
+    ]
+
+
+def test_regrade_says_it_to_scripts_too(book, marked_again):
+    marked_again(Regraded(graded("ada", mark(), prose()), WRONG), Regraded(graded("bob"), graded("bob")))
+    done = rotflex("regrade", "--gradebook", book, "--course", ROOT, "--json")
+    ada, bob = map(json.loads, done.output.splitlines())
+    assert (ada["before"], ada["after"], ada["why"]) == (2, 0, "the key has changed")
+    ((part,), nothing) = ada["changes"], bob["changes"]
+    assert nothing == [] and (part["question"], part["part"]) == ("2.11", "omega_n")
+    assert part["before"]["status"] == "right" and part["after"]["points"] == 0
+
+
+def test_who_cannot_be_marked_again_is_named_and_it_is_trouble(book, marked_again):
+    marked_again(Regraded(graded("ada"), graded("ada"), "The answers could not be marked."))
+    done = rotflex("regrade", "--gradebook", book, "--course", ROOT)
+    assert done.exit_code == 1
+    assert "ada: The answers could not be marked. The marks stay as they were." in said(done)
+
+
+def test_an_error_amid_a_regrade_leaves_reports_of_everybody(book, tmp_path, monkeypatch):
+    def fails(*_):
+        yield Regraded(graded("ada"), graded("ada"))
+        raise GradingError("The database is gone.")
+
+    monkeypatch.setattr("labcourse.grading.regrade.regrade", fails)
+    done = rotflex("regrade", "--gradebook", book, "--course", ROOT, "--out", tmp_path / "out")
+    assert done.exit_code == 2 and "rotflex: The database is gone." in done.output
+    assert list(rows(tmp_path / "out")) == ["ada", "bob", "eve"]
+
+
+def measured(student, of, status):
+    """A run whose stiffness is that of a student's bench."""
+    content = {"kind": "number", "value": OURS.true_bench(of).K_s}
+    about = {"format": 1, "student": student, "bench": {}, "software": "rotflex 0", "probe_seed": 7}
+    answers = json.dumps({**about, "answers": {"2.12": {"K_s": content}}}).encode()
+    return graded(student, MarkRecord("2.12", "K_s", status, 0.0, 2.0, "Well.", ""), answers=answers)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("command", ["report", "regrade"])
+def test_answers_that_fit_a_class_mates_bench_are_told_in_one_line(tmp_path, command):
+    with Gradebook(tmp_path / "book.sqlite") as opened:
+        record(
+            opened, measured("ada", "ada", "right"), measured("bob", "ada", "wrong"), measured("eve", "eve", "right")
+        )
+    done = rotflex(command, "--gradebook", tmp_path / "book.sqlite", "--out", tmp_path / "out", "--course", OURS.folder)
+    assert done.exit_code == 0, done.output
+    told = "Answers that fit a class-mate's bench, as a hint and never a verdict: 1, listed in"
+    assert told in said(done) and "hints.md" in said(done)
+    text = (tmp_path / "out" / "hints.md").read_text(encoding="utf-8")
+    assert "* bob: 2.12 K_s = " in text and "the right answer of ada" in text and "eve:" not in text

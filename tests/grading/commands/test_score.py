@@ -1,0 +1,121 @@
+"""rotflex score: what it takes, what it says, and scores by a table."""
+
+import csv
+
+import pytest
+from checkout import ROOT
+from scoring_class import WORDS, new_class, texts
+from typer.testing import CliRunner
+
+from labcourse.grading.gradebook import Gradebook
+from labcourse.grading.scoring import server
+from labcourse.student_id import GRADEBOOK_FILE
+from rotflex.cli import app
+
+
+@pytest.fixture
+def marks(tmp_path):
+    (tmp_path / "marks").mkdir()
+    return new_class(tmp_path / "marks", texts(3))
+
+
+def run(marks, *words):
+    return CliRunner().invoke(app, ["score", str(marks), "--course", str(ROOT / "solutions"), *map(str, words)])
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        ((), "Say who scores: --as NAME"),
+        (("--as", " "), "Say who scores: --as NAME"),
+        (("--as", "Ann", "--as", "ANN"), "have one name"),
+        (("--read", "x.csv"), "Say who scored in the table"),
+        (("--read", "x.csv", "--by", "Ann"), "x.csv cannot be read"),
+        (("--read", "x.csv", "--write", "x.csv"), "not both at once"),
+        (("--write", "x.txt"), "ends in .xlsx or .csv"),
+    ],
+)
+def test_what_is_missing_is_told(marks, words, said):
+    done = run(marks, *words)
+    assert done.exit_code == 2
+    assert said in str(done.exception or "") + done.output
+
+
+def test_no_gradebook_is_made_by_a_slip(tmp_path):
+    done = run(tmp_path / "nothing", "--as", "Ann")
+    assert done.exit_code == 2
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_port_that_is_taken_is_told(marks):
+    with server.listening(0) as other:
+        other.listen()
+        port = other.getsockname()[1]
+        done = run(marks, "--as", "Ann", "--no-browser", "--port", port)
+    assert done.exit_code == 2
+    assert f"Port {port} cannot be used" in str(done.exception or "") + done.output
+
+
+def test_each_has_an_address_and_the_first_a_browser(marks, monkeypatch):
+    opened, served = [], []
+    monkeypatch.setattr("webbrowser.open", opened.append)
+    monkeypatch.setattr(server, "serve", lambda app, listener: served.append(listener.getsockname()))
+    done = run(marks, "--as", "Ann", "--as", "Bea")
+    assert done.exit_code == 0
+    ann, bea, _hint = done.output.splitlines()
+    ((host, port),) = served
+    assert host == "127.0.0.1"
+    assert ann.startswith(f"Ann: http://127.0.0.1:{port}/enter/")
+    assert bea.startswith(f"Bea: http://127.0.0.1:{port}/enter/")
+    assert opened == [ann.partition(": ")[2]]
+    assert ann.rpartition("/")[2] != bea.rpartition("/")[2]
+
+
+def fill_in(path, change):
+    with path.open(encoding="utf-8-sig", newline="") as file:
+        rows = [row | change(place, row) for place, row in enumerate(csv.DictReader(file))]
+    with path.open("w", encoding="utf-8", newline="") as file:
+        table = csv.DictWriter(file, rows[0])
+        table.writeheader()
+        table.writerows(rows)
+
+
+def test_out_and_in_again(marks, tmp_path):
+    path = tmp_path / "scores.csv"
+    assert run(marks, "--write", path).output.startswith("6 answers:")
+    fill_in(path, lambda place, row: {"level": {0: "3", 1: "7"}.get(place, "")})
+    done = run(marks, "--read", path, "--by", "Ann")
+    assert done.exit_code == 1
+    assert "1 scored, 4 as they were, 1 not taken." in done.output
+    assert "Row 3: there is no level '7'" in done.output
+    with Gradebook(marks / GRADEBOOK_FILE) as book:
+        assert [(act.actor, act.level) for act in book.scores.acts()] == [("Ann", 3)]
+    assert "until rotflex report writes them anew" in done.output
+    again = run(marks, "--read", path, "--by", "Ann")
+    assert "0 scored, 5 as they were, 1 not taken." in again.output
+    assert "rotflex report" not in again.output
+
+
+def test_a_table_that_is_there_is_not_written_over_unasked(marks, tmp_path):
+    path = tmp_path / "scores.csv"
+    path.write_text("filled in")
+    done = run(marks, "--write", path)
+    assert done.exit_code == 2
+    assert "--force to write over it" in str(done.exception or "") + done.output
+    assert path.read_text() == "filled in"
+    assert run(marks, "--write", path, "--force").exit_code == 0
+    assert path.read_text(encoding="utf-8-sig").startswith('"key",')
+
+
+def test_a_table_tells_of_questions_and_of_what_it_replaces(marks, tmp_path):
+    path = tmp_path / "scores.csv"
+    with Gradebook(marks / GRADEBOOK_FILE) as book:
+        book.scores.ask("student-000", WORDS, "Bea", remark="Is it?")
+        book.scores.give("student-001", WORDS, 0.25, "Bea", level=1)
+    said = run(marks, "--write", path).output
+    assert "Of 1 answer the instructor is asked" in said
+    fill_in(path, lambda place, row: {"level": "4", "points": ""} if row["state"] else {})
+    done = run(marks, "--read", path, "--by", "Cid")
+    assert done.exit_code == 0
+    assert "2 scored, 4 as they were, 0 not taken. Of 1 question to the instructor it decided 1." in done.output
+    assert "Bea gave it level 1" in done.output

@@ -1,0 +1,18 @@
+"""Fixtures for the tests of several rooms."""
+
+import pytest
+from fake_class import FakeClass
+
+from labcourse.grading.gradebook import Gradebook
+
+
+@pytest.fixture
+def book(tmp_path):
+    """An empty gradebook in a file."""
+    with Gradebook(tmp_path / "book.sqlite") as opened:
+        yield opened
+
+
+@pytest.fixture
+def fake_class(tmp_path, monkeypatch):
+    return FakeClass(tmp_path, monkeypatch)

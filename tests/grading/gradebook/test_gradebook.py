@@ -1,0 +1,552 @@
+"""The gradebook: the same promises on a file and on a real PostgreSQL server, which is started here."""
+
+import hashlib
+import itertools
+import json
+import math
+import tempfile
+import threading
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from datetime import UTC, datetime, timedelta, timezone
+from enum import StrEnum
+from pathlib import Path
+
+import pytest
+from gradebook_databases import KINDS, new_schema
+from gradebook_dump import dump
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from made_runs import graded, mark, prose, record, small_class
+
+from labcourse.grading.gradebook import (
+    DECIDED,
+    GIVEN_BY_A_PERSON,
+    Arrival,
+    Delivery,
+    Gradebook,
+    Graded,
+    MarkRecord,
+    MarkState,
+    RunRecord,
+    rows,
+    storable,
+)
+from rotflex.errors import GradebookError
+
+_keys = itertools.count()  # of runs
+
+
+def changes(book, **which):
+    """The audit trail in short: part, status and points before and after."""
+
+    def short(state):
+        return state and (state.status, state.points)
+
+    return [(one.part, short(one.before), short(one.after)) for one in book.audit(**which)]
+
+
+def test_what_was_recorded_is_read_again(book, url):
+    one = graded(probe_seed=2**48 - 1, problems=("p",), notes=("n", "µ Ω ∞ 学"), answers=bytes(range(256)) * 8192)
+    assert record(book, one) == 2
+    assert book.current("ada") == book.find("ada first") == one
+    with Gradebook(url) as again:
+        assert list(again.all_current()) == [one]
+
+
+def test_what_is_not_there_is_none(book):
+    assert book.find("?") is None and book.current("?") is None
+    assert list(book.all_current()) == book.students() == book.comments("?") == book.audit("?") == []
+
+
+def test_every_change_of_a_mark_leaves_a_trace(book):
+    start = datetime.now(UTC)
+    record(book, graded("ada", "first", mark(), mark(part="a"), mark(part="b"), mark(part="c", reason="So.")))
+    failed = graded("ada", "first", mark(points=0.0, status="missing"), mark(part="b"), mark(part="c", reason="Thus."))
+    assert record(book, failed, "prof", "Run again.") == 3
+    assert book.current("ada") == failed
+    assert len(book.audit()) == 7
+    gone, fallen, reworded = sorted(book.audit()[4:], key=lambda one: "aKc".index(one.part[0]))
+    assert (gone.part, gone.before, gone.after) == ("a", MarkState("right", 2.0, 2.0, "Well."), None)
+    assert (fallen.part, fallen.after) == ("K_s", MarkState("missing", 0.0, 2.0, "Well."))
+    assert (reworded.before.reason, reworded.after.reason) == ("So.", "Thus.")
+    assert {(one.student, one.actor, one.reason, one.run) for one in (gone, fallen, reworded)} == {
+        ("ada", "prof", "Run again.", "ada first")
+    }
+    assert start <= gone.when <= datetime.now(UTC)
+    assert all(one.before is None for one in book.audit()[:4])
+
+
+def test_the_newest_run_counts_and_an_old_one_can_count_again(book):
+    first = graded("ada", "first", mark(points=1.0))
+    second = graded("ada", "second", mark(points=2.0))
+    record(book, first)
+    assert record(book, second) == 1
+    assert book.current("ada") == second and book.find("ada first") == first
+    assert record(book, first) == 1
+    assert list(book.all_current()) == [first] and book.find("ada second") == second
+    assert [one.after.points for one in book.audit()] == [1.0, 2.0, 1.0]
+
+
+def test_students_are_told_apart_without_regard_to_capitals(book):
+    record(book, graded("Straße", "first"))
+    record(book, graded("STRASSE", "second"))
+    record(book, graded("adèle"))
+    assert [one.student for one in book.students()] == ["adèle", "Straße"]
+    assert book.current("strasse").run.student == "STRASSE"
+    assert [one.run.student for one in book.all_current()] == ["adèle", "STRASSE"]
+
+
+def test_students_are_told_apart_without_regard_to_how_accents_are_put_together(book):
+    composed, apart = "j\u00fcrgen", "ju\u0308rgen"
+    record(book, graded(apart, "first"))
+    record(book, graded(f" {composed.upper()} ", "second"))
+    assert [one.student for one in book.students()] == [composed]
+    for written in (composed, apart, apart.upper(), f"{apart} "):
+        assert book.current(written).run.student == composed.upper()
+        book.comment(written, "Well.", "prof")
+        assert len(book.audit(written)) == len(book.audit()) > 0
+    assert len(book.comments(apart)) == 4
+    assert book.set_mark(apart, mark().question, mark().part, 1.0, "Read.", "prof") == 1
+
+
+def test_a_key_belongs_to_one_student(book):
+    record(book, graded("ada", key="k"))
+    before = dump(book)
+    with pytest.raises(GradebookError, match="depend on the student"):
+        record(book, graded("bob", key="k"))
+    assert dump(book) == before
+
+
+def nested(inner, levels):
+    for _ in range(levels):
+        inner = [inner]
+    return inner
+
+
+@pytest.mark.parametrize(
+    "unfit",
+    [
+        graded("a/b"),
+        graded("NUL"),
+        graded(".ada"),
+        graded(""),
+        graded("a" * 81),
+        graded("a\nb"),
+        graded("ada", "first", mark(points=float("nan"))),
+        graded("ada", "first", mark(out_of=float("inf"))),
+        graded("ada", "first", mark(), mark()),
+        graded("ada", "first", prose(status=GIVEN_BY_A_PERSON)),
+        graded(probe_seed=2**63),
+        graded(supplied={"2.11.omega_n": float("nan")}),
+        graded(supplied={"2.11.omega_n": 10**5000}),
+        graded(claim={"2.11": {"K_s": object()}}),
+        graded(claim={"2.11": {1: "q2-11"}}),
+        graded(cells=tuple(nested({}, 10**5))),
+        graded(words={"2.12": {"why": {"text": "x" * storable.MOST_CHARACTERS}}}),
+    ],
+)
+@pytest.mark.parametrize("kind", ["sqlite"])
+def test_what_is_not_fit_is_refused_and_leaves_nothing(book, unfit):
+    with pytest.raises(GradebookError):
+        record(book, unfit)
+    assert dump(book) == {"students": [], "publications": [], "erasures": []}
+
+
+@pytest.mark.parametrize("wrap", [lambda inner: [inner], lambda inner: {"a": inner}], ids=["list", "object"])
+def test_what_is_kept_of_a_run_is_bounded_in_levels_and_characters(monkeypatch, wrap):
+    data = 1
+    for _level in range(storable._DEEPEST):
+        data = wrap(data)
+    assert storable._bounded("cells", data) == data
+    with pytest.raises(GradebookError, match="too deep"):
+        storable._bounded("cells", wrap(data))
+    monkeypatch.setattr(storable, "MOST_CHARACTERS", 58)
+    assert storable._bounded("words", {"a": "x" * 49}) == {"a": "x" * 49}
+    with pytest.raises(GradebookError, match=r"59 characters.* 58"):
+        storable._bounded("words", {"a": "x" * 50})
+
+
+class Status(StrEnum):
+    RIGHT = "right"
+
+
+def test_an_enumerations_string_is_its_value_and_nought_has_no_sign(book):
+    record(book, graded("ada", "first", mark(status=Status.RIGHT)))
+    assert type(book.current("ada").marks[0].status) is str
+    assert book.current("ada").marks[0].status == "right"
+    kept = storable._mark(mark(points=-0.0, out_of=-0.0))
+    assert math.copysign(1, kept.points) == math.copysign(1, kept.out_of) == 1
+
+
+def test_new_marks_for_the_same_answers(book):
+    record(book, graded())
+    with pytest.raises(GradebookError, match="no student"):
+        book.remark("bob", [mark()], "key 2", "prof", "")
+    new = [mark(points=1.0, status="partly right"), prose()]
+    assert book.remark("Ada", new, "key 2", "prof", "The key was wrong.") == 1
+    assert book.current("ada") == graded("ada", "first", *new, key_digest="key 2")
+    assert changes(book)[-1] == ("K_s", ("right", 2.0), ("partly right", 1.0))
+    assert book.remark("ada", new, "key 2", "prof", "Again.") == 0
+
+
+MONDAY, TUESDAY = (datetime(2026, 3, day, 12, 0, 0, 250000, tzinfo=UTC) for day in (2, 3))
+
+
+def handed_in(name="02.ipynb", content=b"{}", received=MONDAY, source="ada.zip", clock=None):
+    return Delivery(name, hashlib.sha256(content).hexdigest(), content, received, source, clock)
+
+
+def test_the_newest_of_each_file_counts_and_all_are_kept(book, url):
+    first = [handed_in(), handed_in("answers.json", bytes(range(256)) * 64), handed_in("own/helper.py", b"")]
+    later = handed_in(content=b"{ }", received=TUESDAY, source="ada (1).zip")
+    assert book.deliver("ada", first) == 3
+    assert book.deliver("ADA ", [later]) == 1
+    with Gradebook(url) as again:
+        assert again.delivered("Ada") == [later, *first[1:]]
+    kept = dump(book)["students"][0]["deliveries"]
+    assert [one["name"] for one in kept] == ["02.ipynb", "02.ipynb", "answers.json", "own/helper.py"]
+    assert [one["source"] for one in kept] == ["ada.zip", "ada (1).zip", "ada.zip", "ada.zip"]
+
+
+def test_the_newest_is_by_its_own_time_and_of_one_time_the_one_recorded_last(book):
+    book.deliver("ada", [handed_in(content=content, received=TUESDAY) for content in (b"one", b"other")])
+    book.deliver("ada", [handed_in(content=b"earlier, and comes to us later")])
+    assert book.delivered("ada") == [handed_in(content=b"other", received=TUESDAY)]
+
+
+def test_the_same_file_of_the_same_time_is_kept_once(book):
+    book.deliver("ada", [handed_in()])
+    before = dump(book)
+    east = timezone(timedelta(hours=5))
+    assert book.deliver("ada", [handed_in(), handed_in(received=MONDAY.astimezone(east), source="again.zip")]) == 0
+    assert dump(book) == before
+    assert book.deliver("ada", [handed_in(received=TUESDAY)]) == 1  # the same again, at another time
+    assert book.deliver("bob", [handed_in()]) == 1
+
+
+def test_who_has_handed_in_is_known_before_anything_is_graded(book):
+    record(book, graded("zoe"))
+    for student in ("bob", "Ada"):
+        book.deliver(student, [handed_in()])
+    assert book.handed_in() == ["Ada", "bob"]
+
+
+def test_a_notebook_came_when_what_counts_of_it_came_first(book):
+    """The same once more, later, has the time of the first; so has a version of before that came back."""
+    tuesday, later = TUESDAY, TUESDAY + timedelta(days=1)
+    book.deliver("ada", [handed_in(), handed_in("03.ipynb"), handed_in("data.csv")])
+    book.deliver("ada", [handed_in(received=tuesday), handed_in("03.ipynb", b"other", tuesday)])
+    assert book.received("ADA") == {"02.ipynb": Arrival(MONDAY), "03.ipynb": Arrival(tuesday)}
+    book.deliver("ada", [handed_in("03.ipynb", received=later)])
+    assert book.received("ada")["03.ipynb"] == Arrival(MONDAY)
+    book.deliver("bob", [handed_in(received=later), handed_in(received=tuesday)])
+    assert book.received("bob") == {"02.ipynb": Arrival(tuesday)} and book.received("nobody") == {}
+
+
+NAME = "the time in its name"
+
+
+@pytest.mark.parametrize(
+    ("earlier", "later", "counts"),
+    [
+        ((MONDAY, NAME), (TUESDAY, NAME), (MONDAY, NAME)),  # the same content once more makes nothing late
+        ((MONDAY, ""), (TUESDAY, NAME), (TUESDAY, NAME)),
+        ((MONDAY, None), (TUESDAY, NAME), (TUESDAY, NAME)),
+        ((TUESDAY, NAME), (MONDAY, ""), (TUESDAY, NAME)),
+        ((MONDAY, NAME), (TUESDAY, DECIDED), (TUESDAY, DECIDED)),
+        ((TUESDAY, DECIDED), (MONDAY, ""), (MONDAY, "")),  # the decision was taken back
+        ((MONDAY, ""), (MONDAY, NAME), (MONDAY, NAME)),
+    ],
+)
+def test_a_time_that_is_not_to_be_trusted_gives_way(book, earlier, later, counts):
+    for received, clock in (earlier, later):
+        book.deliver("ada", [handed_in(received=received, clock=clock)])
+    assert book.received("ada") == {"02.ipynb": Arrival(*counts)}
+
+
+@pytest.mark.parametrize("clocks", [("", NAME), (NAME, "")])
+def test_of_the_same_content_from_two_places_the_time_that_can_be_trusted_counts(book, clocks):
+    for source, received, clock in zip("ab", (MONDAY, TUESDAY), clocks, strict=True):
+        book.deliver("ada", [handed_in(received=received, source=source, clock=clock)])
+    assert book.received("ada")["02.ipynb"].clock == NAME
+
+
+def test_hostile_names_of_files_are_kept_as_any_text(book):
+    book.deliver("ada", [Delivery(HOSTILE, HOSTILE, b"\0", MONDAY, HOSTILE)])
+    assert book.delivered("ada") == [Delivery(KEPT, KEPT, b"\0", MONDAY, KEPT)]
+
+
+@pytest.mark.parametrize("kind", ["sqlite"])
+def test_a_file_that_is_too_large_is_refused_by_name(book, monkeypatch):
+    monkeypatch.setattr(storable, "MOST_BYTES", 10)
+    with pytest.raises(GradebookError, match=r"02\.ipynb.* 11 .* 10"):
+        book.deliver("ada", [handed_in("a", b""), handed_in(content=b"x" * 11)])
+    assert book.students() == []
+    assert book.deliver("ada", [handed_in(content=b"x" * 10)]) == 1
+
+
+def test_a_persons_mark_holds_while_the_same_is_given(book):
+    record(book, graded())
+    assert book.set_mark("ADA", "2.12", "why", 2.5, "Nearly.", "prof") == 1
+    given = prose(points=2.5, status=GIVEN_BY_A_PERSON, reason="Nearly.")
+    assert book.current("ada").marks == (mark(), given)
+    assert record(book, graded()) == 0
+    assert book.remark("ada", [mark(), prose()], "key 2", "prof", "") == 0
+    assert record(book, graded("ada", "second")) == 0
+    assert book.current("ada").marks == (mark(), given)
+    assert changes(book, question="2.12")[1:] == [("why", ("for a person", 0.0), (GIVEN_BY_A_PERSON, 2.5))]
+
+
+def test_another_answer_waits_again_and_the_trail_says_so(book):
+    record(book, graded())
+    book.set_mark("ada", "2.12", "why", 2.5, "Nearly.", "prof")
+    record(book, graded("ada", "second", mark(), prose("It does not.")))
+    assert book.current("ada").marks[1] == prose("It does not.")
+    assert book.audit()[-1].reason == f"Graded. {rows.NO_LONGER}"
+    record(book, graded())  # what the person read
+    assert book.current("ada").marks[1].points == 2.5
+    assert changes(book, question="2.12")[-1] == ("why", ("for a person", 0.0), (GIVEN_BY_A_PERSON, 2.5))
+
+
+@pytest.mark.parametrize(
+    ("first", "given"),
+    [
+        ("Because it bends.", "Because it\n\n  bends. "),
+        ("Because it bends.", "\tBecause\u00a0it bends.\r\n"),
+        ("F\u00fcr immer.", "Fu\u0308r immer."),
+    ],
+)
+def test_a_persons_mark_holds_when_only_white_space_or_the_make_of_an_accent_changes(book, first, given):
+    record(book, graded("ada", "first", mark(), prose(first)))
+    book.set_mark("ada", "2.12", "why", 2.5, "Nearly.", "prof")
+    record(book, graded("ada", "second", mark(), prose(given)))
+    kept = book.current("ada").marks[1]
+    assert (kept.points, kept.status) == (2.5, GIVEN_BY_A_PERSON)
+    assert kept.given == storable.text(given)  # as it was handed in last
+    assert book.current("ada").lapsed == ()
+    assert book.set_mark("ada", "2.12", "why", 2.5, "Nearly.", "prof") == 0
+
+
+def test_a_mark_that_no_longer_holds_is_told_with_who_gave_it(book):
+    record(book, graded())
+    before = datetime.now(UTC)
+    book.set_mark("ada", "2.12", "why", 2.5, "Nearly.", "prof")
+    after = datetime.now(UTC)
+    record(book, graded("ada", "second", mark(), prose("It does not.")))
+    (lapsed,) = book.current("ada").lapsed
+    assert lapsed.mark == prose(points=2.5, status=GIVEN_BY_A_PERSON, reason="Nearly.")
+    assert lapsed.actor == "prof" and before <= lapsed.when <= after
+    read, before = book.current("ada"), dump(book)
+    assert record(book, read) == 0 and dump(book) == before
+    book.set_mark("ada", "2.12", "why", 1.0, "Hm.", "prof")
+    assert book.current("ada").lapsed == ()
+
+
+def test_who_marks_second_is_told_who_was_first_and_changes_nothing(book):
+    record(book, graded())
+    seen = book.current("ada").marks[1]
+    assert book.set_mark("ada", "2.12", "why", 2.5, "Nearly.", "anna", expected=seen) == 1
+    before = dump(book)
+    with pytest.raises(GradebookError, match=r"2\.12, why.*ada.*anna.*Nearly.*--expect 2\.5"):
+        book.set_mark("ada", "2.12", "why", 1.0, "No.", "ben", expected=seen)
+    assert dump(book) == before
+    assert book.set_mark("ada", "2.12", "why", 2.5, "Nearly.", "anna", expected=seen) == 0  # the same once more
+    assert book.set_mark("ada", "2.12", "why", 1.0, "No.", "ben", expected=book.current("ada").marks[1]) == 1
+
+
+def test_who_has_read_another_answer_than_there_is_by_now_is_told(book):
+    record(book, graded())
+    seen = book.current("ada").marks[1]
+    record(book, graded("ada", "second", mark(), prose("It does not.")), actor="rotflex grade")
+    with pytest.raises(GradebookError, match=r"0 points \(for a"):
+        book.set_mark("ada", "2.12", "why", 2.5, "Nearly.", "anna", expected=seen)
+    assert book.current("ada").marks[1].points == 0
+
+
+def test_of_two_who_mark_at_once_one_is_told(url):
+    with Gradebook(url) as book:
+        record(book, graded())
+        seen = book.current("ada").marks[1]
+    together = threading.Barrier(2)
+
+    def give(points):
+        with Gradebook(url) as own:
+            together.wait(30)
+            try:
+                return own.set_mark("ada", "2.12", "why", points, "Read.", f"tutor {points}", expected=seen)
+            except GradebookError as error:
+                return str(error)
+
+    with ThreadPoolExecutor(2) as pool:
+        outcomes = list(pool.map(give, (1.0, 2.0)))
+    (told,) = [one for one in outcomes if one != 1]
+    with Gradebook(url) as book:
+        kept = book.current("ada").marks[1].points
+    assert f"{kept:g} points" in told and f"tutor {kept}" in told
+
+
+def test_when_the_points_that_there_are_change_a_person_looks_again(book):
+    record(book, graded())
+    book.set_mark("ada", "2.12", "why", 2.5, "Nearly.", "prof")
+    book.remark("ada", [mark(), replace(prose(), out_of=1.0)], "key 2", "prof", "Fewer points.")
+    assert book.current("ada").marks[1].status == "for a person"
+
+
+def test_a_person_may_overrule_the_software_and_change_their_mind(book):
+    record(book, graded())
+    assert book.set_mark("ada", "2.11", "K_s", 0, "Copied.", "prof") == 1
+    assert book.set_mark("ada", "2.11", "K_s", 2, "Sorry.", "prof") == 1
+    assert book.set_mark("ada", "2.11", "K_s", 2, "Sorry.", "dean") == 0
+    assert book.current("ada").marks[0] == mark(status=GIVEN_BY_A_PERSON, reason="Sorry.")
+
+
+@pytest.mark.parametrize("kind", ["sqlite"])
+@pytest.mark.parametrize("points", [-0.1, 3.1, float("nan"), float("inf")])
+def test_a_person_cannot_give_points_that_there_are_not(book, points):
+    record(book, graded())
+    with pytest.raises(GradebookError, match="0 to 3"):
+        book.set_mark("ada", "2.12", "why", points, "", "prof")
+    assert len(book.audit()) == 2
+
+
+@pytest.mark.parametrize("kind", ["sqlite"])
+def test_there_is_nothing_to_set_a_mark_for(book, tmp_path):
+    roster = tmp_path / "roster.csv"
+    roster.write_text("student\nbob\n")
+    book.import_roster(roster)
+    record(book, graded())
+    for student, part, said in [("eve", "why", "no student 'eve'"), ("bob", "why", "Nothing"), ("ada", "?", "no mark")]:
+        with pytest.raises(GradebookError, match=said):
+            book.set_mark(student, "2.12", part, 1, "", "prof")
+
+
+def test_marks_that_were_read_before_a_person_changed_one_do_not_undo_it(book):
+    record(book, graded())
+    book.set_mark("ada", "2.12", "why", 2.5, "Nearly.", "prof")
+    read, before = book.current("ada"), dump(book)
+    assert record(book, read) == 0
+    assert dump(book) == before  # with what the software said of it
+    book.set_mark("ada", "2.12", "why", 3.0, "Quite.", "prof")
+    assert record(book, replace(read, marks=(mark(points=1.0), read.marks[1])), "regrade") == 1
+    assert [one.points for one in book.current("ada").marks] == [1.0, 3.0]
+
+
+def test_comments_are_kept_in_order(book):
+    record(book, graded())
+    book.comment("ada", "Good.", "prof")
+    book.comment("Ada", "=1+1", "tutor", "2.12")
+    found = [(one.student, one.question, one.text, one.actor) for one in book.comments("ADA")]
+    assert found == [("ada", None, "Good.", "prof"), ("ada", "2.12", "=1+1", "tutor")]
+    with pytest.raises(GradebookError, match="no student"):
+        book.comment("bob", "?", "prof")
+
+
+HOSTILE = "NUL \0, half a pair \ud800, \x1b[2Jcleared, \x9b, é\r\nand\rmore\t=1+1 <b> '; DROP TABLE marks; -- %s :x {0}"
+KEPT = (
+    "NUL \\x00, half a pair \\ud800, \\x1b[2Jcleared, \\x9b, é\nand\nmore\t=1+1 <b> '; DROP TABLE marks; -- %s :x {0}"
+)
+
+
+def test_hostile_text_is_kept_so_that_databases_and_terminals_can_take_it(book):
+    texts = ("master", "software", "isolation", "key_digest", "release")
+    run = dict.fromkeys(texts, HOSTILE) | {"notes": (HOSTILE,), "claim": {HOSTILE: [HOSTILE]}, "files": (HOSTILE,)}
+    record(book, graded("ada", HOSTILE, mark(HOSTILE, HOSTILE, HOSTILE, reason=HOSTILE, given=HOSTILE), **run))
+    kept = book.current("ada")
+    book.set_mark("ada", kept.marks[0].question, kept.marks[0].part, 1.0, HOSTILE, HOSTILE)
+    book.comment("ada", HOSTILE, HOSTILE, HOSTILE)
+    assert kept.run.claim == {KEPT: [KEPT]} and kept.run.files == (KEPT,) and kept.run.release == KEPT
+    assert kept.marks[0].given == kept.run.notes[0] == book.comments("ada")[0].text == KEPT
+    assert book.audit()[-1].reason == book.audit(question=HOSTILE)[-1].actor == KEPT
+    assert book.find(f"ada {HOSTILE}").run == kept.run
+
+
+tame_text = st.text(st.characters(exclude_categories=("Cc", "Cs"), include_characters="\n\t"), max_size=40)
+points = st.floats(allow_nan=False, allow_infinity=False)
+
+
+def any_marks(words):
+    statuses = words.filter(lambda status: status != GIVEN_BY_A_PERSON)
+    one = st.builds(MarkRecord, words, words, statuses, points, points, words, words)
+    return st.lists(one, max_size=4, unique_by=lambda mark: mark.where)
+
+
+def any_runs(words):
+    leaves = st.none() | st.booleans() | st.integers(-(2**63), 2**63 - 1) | points | words
+    plain = st.recursive(leaves, lambda inner: st.lists(inner, max_size=3) | st.dictionaries(words, inner, max_size=3))
+    values = {
+        **dict.fromkeys(("claim", "words", "supplied"), st.dictionaries(words, plain, max_size=2)),
+        "cells": st.lists(st.dictionaries(words, plain, max_size=2), max_size=2).map(tuple),
+        "files": st.lists(words, max_size=2).map(tuple),
+        "probe_seed": st.integers(-(2**63), 2**63 - 1),
+        "answers": st.none() | st.binary(max_size=200),
+        "problems": st.lists(words, max_size=3).map(tuple),
+        **dict.fromkeys(("submission", "master", "software", "isolation", "release"), words),
+    }
+    numbered = st.integers(0, 2**64).map(lambda number: f"{number} {next(_keys)}")
+    return st.builds(RunRecord, key=numbered, student=numbered, **values)
+
+
+@pytest.fixture(scope="module", params=KINDS)
+def shared(request, tmp_path_factory):
+    if request.param == "sqlite":
+        address = str(tmp_path_factory.mktemp("shared") / "class.sqlite")
+    else:
+        address = new_schema(request.getfixturevalue("server"))
+    with Gradebook(address) as opened:
+        yield opened
+
+
+@settings(max_examples=15)
+@given(st.builds(Graded, any_runs(tame_text), any_marks(tame_text).map(tuple), tame_text))
+def test_tame_text_and_any_number_are_read_as_they_were_recorded(shared, one):
+    assert record(shared, one) == len(one.marks)
+    assert shared.current(one.run.student) == shared.find(one.run.key) == one
+
+
+def test_the_dump_is_the_same_on_every_database_and_holds_no_secret(book, undisturbed):
+    for one in small_class():
+        record(book, one)
+    assert dump(book) == undisturbed
+    assert [run["key"] for run in undisturbed["students"][1]["submissions"][0]["runs"]] == ["another key", "bob first"]
+    written = json.dumps(dump(book), ensure_ascii=False, allow_nan=False)
+    assert book.secret().hex() not in written and str(datetime.now(UTC).year) not in written
+
+
+@settings(max_examples=8)
+@given(order=st.permutations(["ada", "bob", "Çelik"]))
+def test_who_was_recorded_first_does_not_show_in_the_dump(order, undisturbed):
+    with tempfile.TemporaryDirectory() as folder, Gradebook(Path(folder) / "class.sqlite") as opened:
+        for one in sorted(small_class(), key=lambda one: order.index(one.run.student)):
+            record(opened, one)
+        assert dump(opened) == undisturbed
+
+
+@pytest.mark.parametrize("kind", ["sqlite"])
+@pytest.mark.parametrize(
+    "other",
+    [
+        graded(notes=("n",)),
+        graded(answers=b"{ }"),
+        graded(answers=None),
+        graded(key_digest="key 2"),
+        graded(claim={"2.11": {"K_s": "q2-11"}}),
+        graded(words={"2.12": {"why": {"text": "So.", "pictures": {}}}}),
+        graded("ada", "first", mark(given="1.4"), prose()),
+        graded("Ada"),
+    ],
+)
+def test_other_content_is_another_dump(new_url, other):
+    dumps = []
+    for one in (graded(), other):
+        with Gradebook(new_url()) as opened:
+            record(opened, one)
+            dumps.append(dump(opened))
+    assert dumps[0] != dumps[1]
+
+
+def test_the_secret_is_drawn_once(new_url):
+    url = new_url()
+    with Gradebook(url) as first, Gradebook(url) as again, Gradebook(new_url()) as other:
+        assert first.secret() == again.secret() != other.secret()
+        assert len(first.secret()) == len(other.secret()) == 32

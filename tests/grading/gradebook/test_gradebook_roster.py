@@ -1,0 +1,204 @@
+"""A class's CSV, as spreadsheets and course systems write it, into the gradebook."""
+
+from dataclasses import replace
+
+import pytest
+
+from labcourse.grading.gradebook import Graded, RosterReport, RunRecord, StudentRecord, roster
+from rotflex.errors import GradebookError
+
+ADA = StudentRecord("ada", "Ada Lovelace", "ada@example.org", "A", enrolled=True)
+
+
+@pytest.fixture
+def imported(book, tmp_path):
+    def bring_in(content):
+        file = tmp_path / "roster.csv"
+        file.write_bytes(content if isinstance(content, bytes) else content.encode())
+        return book.import_roster(file), book.students()
+
+    return bring_in
+
+
+def counts(report):
+    return report.added, report.changed, report.unchanged
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        "student,name,email,section\nada,Ada Lovelace,ada@example.org,A\n",
+        "\ufeffStudent ID;Full Name;E-Mail;Group\r\nada;Ada Lovelace;ada@example.org;A\r\n",
+        "SECTION\tEmail Address\tFirst_Name\tLast-Name\tUsername\tNickname\nA\tada@example.org\tAda\tLovelace\tada\tx",
+        "Student,ID,SIS User ID,Email,Section,Exam (7)\nAda Lovelace,17,ada,ada@example.org,A,3\n",
+        'sep=;\r\n"student";"name";"email";"section"\r\n"ada";" Ada\n Lovelace ";"ada@example.org";"A"\r\n;;;\r\n\r\n',
+        "id,name,email,section,\r ada ,Ada  Lovelace,ada@example.org,A,,,surplus\r",
+        "student\tname\temail\tsection\nada\tAda Lovelace\tada@example.org\tA\n".encode("utf-16"),
+    ],
+    ids=["plain", "mark and semicolons", "tabs", "course system", "Excel", "old Mac", "UTF-16"],
+)
+def test_rosters_of_many_makes_are_understood(imported, content):
+    report, students = imported(content)
+    assert counts(report) == (1, 0, 0)
+    other_names = ("17",) if ",17," in str(content) else ()  # a course system's own number
+    assert students == [replace(ADA, aliases=other_names)]
+
+
+@pytest.mark.parametrize(
+    ("content", "student", "aliases"),
+    [
+        (  # Canvas's gradebook
+            'Student,ID,SIS User ID,SIS Login ID,Section\n"Lovelace, Ada",12345,a0042,alovelace@example.org,A\n',
+            "a0042",
+            ("12345", "alovelace@example.org"),
+        ),
+        (  # Moodle's grading worksheet
+            "Identifier,Full name,ID number,Email address\nParticipant 1234567,Ada Lovelace,0042,ada@example.org\n",
+            "0042",
+            ("Participant 1234567",),
+        ),
+        (  # Blackboard's grade centre
+            '"Last Name","First Name","Username","Student ID"\nLovelace,Ada,alovelace,"=""0042"""\n',
+            "0042",
+            ("alovelace",),
+        ),
+        (  # Brightspace's export
+            "OrgDefinedId,Username,Last Name,First Name,Email,End-of-Line Indicator\n#0042,#alovelace,L,A,a@b.org,#\n",
+            "0042",
+            ("alovelace",),
+        ),
+        ("student,aliases\nada,Countess; alovelace ;;Countess\n", "ada", ("Countess", "alovelace")),
+        ("student,alias\n#ada,\n", "#ada", ()),
+    ],
+    ids=["Canvas", "Moodle", "Blackboard", "Brightspace", "by hand", "none"],
+)
+def test_names_by_which_platforms_know_a_student_are_kept(imported, content, student, aliases):
+    _report, (found,) = imported(content)
+    assert (found.student, found.aliases) == (student, aliases)
+    assert counts(imported(content)[0]) == (0, 0, 1)
+
+
+def test_a_roster_without_other_names_leaves_those_that_are_known(imported):
+    imported("student,alias\nada,alovelace\n")
+    _report, (found,) = imported("student,name\nada,Ada\n")
+    assert (found.name, found.aliases) == ("Ada", ("alovelace",))
+
+
+def test_only_what_the_roster_has_a_column_for_changes(imported):
+    imported("student,name,email,section\nada,Ada Lovelace,ada@example.org,A\nbob,Bob,,B\n")
+    assert imported("section,id\nC,bob\nA,ADA\nC,eve\n") == (
+        RosterReport(added=1, changed=2, unchanged=0, notes=("bob: section 'B' → 'C'.",)),
+        [
+            StudentRecord("ADA", ADA.name, ADA.email, "A", enrolled=True),
+            StudentRecord("bob", "Bob", "", "C", enrolled=True),
+            StudentRecord("eve", "", "", "C", enrolled=True),
+        ],
+    )
+    assert imported("student\nbob\n")[0] == RosterReport(added=0, changed=0, unchanged=1)
+
+
+def test_an_empty_cell_leaves_what_is_known_and_says_so(imported):
+    imported("student,name,email,section,alias\nada,Ada Lovelace,ada@example.org,A,17\n")
+    report, students = imported("student,name,email,section,alias\nada,Ada Lovelace,,,\n")
+    assert students == [replace(ADA, aliases=("17",))] and counts(report) == (0, 0, 1)
+    assert report.notes == (
+        "ada: email 'ada@example.org' stays; the roster's cell is empty.",
+        "ada: section 'A' stays; the roster's cell is empty.",
+        "ada: other names '17' stays; the roster's cell is empty.",
+    )
+
+
+def test_what_is_replaced_or_removed_by_a_dash_is_told_with_what_it_was(imported):
+    imported("student,name,email,section,alias\nada,Ada Lovelace,ada@example.org,A,17;18\nbob,,,,\n")
+    report, students = imported("student,name,email,section,alias\nada,Ada King,-,B,-\nbob,Bob,-,,19\neve,-,-,-,-\n")
+    assert students == [
+        StudentRecord("ada", "Ada King", "", "B", enrolled=True),
+        StudentRecord("bob", "Bob", aliases=("19",), enrolled=True),
+        StudentRecord("eve", enrolled=True),
+    ]
+    assert counts(report) == (1, 2, 0)
+    assert report.notes == (  # nothing of bob, of whom nothing was known, nor of eve
+        "ada: email 'ada@example.org' is removed.",
+        "ada: section 'A' → 'B'.",
+        "ada: name 'Ada Lovelace' → 'Ada King'.",
+        "ada: other names '17; 18' is removed.",
+    )
+
+
+def test_columns_that_are_not_read_are_told_in_a_line(imported):
+    report, _students = imported(
+        "student,tutorial,E-Mail,,First name,Name,email,group\nada,T1,a@b.org,,A,Ada,c@d.org,A\n"
+    )
+    assert report.notes == ("Columns that are not read: tutorial, First name, email.",)
+    many = ",".join(f"Exam {number}" for number in range(14))
+    report, _students = imported(f"student,{many}\nada\n")
+    assert report.notes[0].endswith("Exam 10, Exam 11 and 2 more.") and "Exam 12" not in report.notes[0]
+    assert imported("student,section\nada,A\n")[0].notes == ()
+
+
+def test_those_who_are_graded_already_get_their_names(book, imported):
+    run = RunRecord("k", "ada", "s", "m", "rotflex 0", 7, "isolated")
+    book.record(Graded(run, (), "key"), "batch", "")
+    report, students = imported("Student,Name\nAda,Ada Lovelace\n")
+    assert (report.changed, students) == (1, [StudentRecord("Ada", "Ada Lovelace", enrolled=True)])
+    assert book.current("Ada").run == run
+
+
+def test_doubtful_lines_are_told_and_not_taken(imported):
+    report, students = imported(
+        "Student,SIS ID,Section\n    Points Possible,,\nAda,ada,A\nAda,ADA,A\nAda,ada,A\nBob,bob,B\nBob,bob,C\nX,"
+        + "x" * 81 + ",\nY,a\x1bb,\n"
+    )  # fmt: skip
+    assert [one.student for one in students] == ["ada", "bob"] and report.added == 2
+    assert "81 characters" in report.problems[3]
+    assert [problem.partition(":")[0] for problem in report.problems] == [
+        "Line 2 has no ID in the column 'SIS ID'",
+        "Line 4",
+        "Line 7",
+        "Line 8",
+        "Line 9",
+    ]
+    assert "'bob' is in line 6 already" in report.problems[2]
+    assert students[1].section == "B"
+
+
+def test_an_id_is_kept_as_everywhere_else(imported):
+    report, students = imported("student\nju\u0308rgen\nJ\u00dcRGEN\nada  l\na/b\n")
+    assert [one.student for one in students] == ["ada  l", "j\u00fcrgen"]
+    assert "is in line 2 already" in report.problems[0] and "/ cannot stand" in report.problems[1]
+    report, students = imported("student,name\nju\u0308rgen,J\n")
+    assert (report.changed, students[1].name) == (1, "J")
+
+
+def test_cells_are_text_whatever_they_begin_with(imported):
+    _, (student,) = imported('student,name,email,section\n="0042","=HYPERLINK(""x"")",@ada,-1+1\n')
+    assert student == StudentRecord("0042", '=HYPERLINK("x")', "@ada", "-1+1", enrolled=True)
+
+
+@pytest.mark.parametrize(
+    ("content", "said"),
+    [
+        ("", "no column of IDs"),
+        ("ada,Ada Lovelace\nbob,Bob\n", "no column of IDs: call one 'student'"),
+        (b"student,name\nada,Ad\xe4\n", "not UTF-8"),
+        (b"\xff\xfe\x00", "not UTF-8"),
+        ("student\n" + "x" * 200_000, "not a CSV that can be read"),
+    ],
+)
+def test_what_is_no_roster_is_refused_as_a_whole(book, imported, content, said):
+    with pytest.raises(GradebookError, match=said):
+        imported(content)
+    assert book.students() == []
+
+
+def test_a_roster_that_is_not_there(book, tmp_path):
+    with pytest.raises(GradebookError, match="No such file"):
+        book.import_roster(tmp_path / "none.csv")
+
+
+def test_an_error_amid_the_import_leaves_what_was_before(book, imported, monkeypatch):
+    entries = (roster.Entry("ada", {}), roster.Entry("bob", {"shoe": "42"}))
+    monkeypatch.setattr(roster, "read", lambda _: roster.Roster(entries))
+    with pytest.raises(Exception, match="shoe"):
+        imported("")
+    assert book.students() == []

@@ -1,0 +1,77 @@
+"""A student of whom there is nothing can be taken out, and nobody else: on a file and on a real PostgreSQL server."""
+
+from datetime import UTC, datetime, timedelta
+
+import pytest
+from gradebook_dump import dump
+from gradebooks import enrol, graded, record
+
+from labcourse.grading.gradebook import Delivery, StudentRecord
+from labcourse.grading.gradebook.removal import THEIRS
+from labcourse.grading.gradebook.tables import metadata
+from rotflex.errors import GradebookError
+
+EXPLAINED = ("2.11", "explanation")
+
+
+@pytest.fixture
+def book(book, tmp_path):
+    enrol(book, tmp_path, ("ada", "Ada", "", "A"), ("bod", "Bob", "b@x.org", "B"))
+    return book
+
+
+def test_who_has_only_a_line_of_the_roster_is_taken_out_and_may_come_again(book, tmp_path):
+    record(book, graded("ada"))
+    before = dump(book)
+    assert book.remove("BOD") == StudentRecord("bod", "Bob", "b@x.org", "B", enrolled=True)
+    assert [one.student for one in book.students()] == ["ada"]
+    with pytest.raises(GradebookError, match="no student 'bod'"):
+        book.remove("bod")
+    enrol(book, tmp_path, ("bod", "Bob", "b@x.org", "B"))
+    assert dump(book) == before
+
+
+def deliver(book):
+    book.deliver("ada", [Delivery("a.ipynb", "1", b"{}", datetime(2026, 3, 2, tzinfo=UTC))])
+
+
+def score(book):
+    record(book, graded("ada"))
+    book.scores.ask("ada", EXPLAINED, "tia")
+
+
+def claim(book):
+    record(book, graded("ada"))
+    assert book.scores.claim(["ada"], EXPLAINED, "tia", timedelta(minutes=5).total_seconds()) == "ada"
+
+
+def ask(book):
+    record(book, graded("ada"))
+    book.requests.make("ada", EXPLAINED, "Why?")
+
+
+@pytest.mark.parametrize(
+    ("done", "what"),
+    [
+        (deliver, "files that were handed in"),
+        (lambda book: record(book, graded("ada")), "files that were handed in, marks"),
+        (lambda book: book.comment("ada", "Come and see me.", "tia"), "words to them"),
+        (score, "files that were handed in, marks, what scorers did"),
+        (claim, "files that were handed in, marks, what scorers did"),
+        (ask, "files that were handed in, marks, requests to look again"),
+    ],
+    ids=["handed in", "graded", "comment", "scored", "being scored", "request"],
+)
+def test_of_whom_there_is_more_stays_and_it_is_said_what(book, done, what):
+    done(book)
+    before = dump(book)
+    with pytest.raises(GradebookError) as refused:
+        book.remove("Ada")
+    assert str(refused.value) == (
+        f"'ada' is not removed: the gradebook has more of them than a line of a roster, {what}."
+    )
+    assert dump(book) == before
+
+
+def test_each_table_that_holds_something_of_students_is_looked_into():
+    assert set(THEIRS) == {name for name, table in metadata.tables.items() if "student_id" in table.c}

@@ -1,0 +1,318 @@
+"""Scoring in a gradebook: levels, claims, questions to the instructor, taking back; requests; on both databases."""
+
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from datetime import UTC, datetime, timedelta
+
+import pytest
+from gradebook_dump import dump
+from gradebooks import graded, mark, prose, record, report_text
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from sqlalchemy import insert, select
+
+from labcourse.grading.gradebook import FOR_A_PERSON, GIVEN_BY_A_PERSON, Gradebook, rows
+from labcourse.grading.gradebook.database import Database
+from labcourse.grading.gradebook.tables import scores as scores_table
+from labcourse.grading.verdicts import Status
+from rotflex.errors import GradebookError
+
+WORDS = ("2.11", "explanation")  # 1 point
+COMPARED = ("2.16", "comparison")  # 2 points
+NUMBER = ("2.11", "omega_n")
+HOUR = 3600.0
+
+
+@pytest.fixture
+def class_of_three(book):
+    record(book, *map(graded, ("ada", "bob", "eve")))
+    return book
+
+
+def mark_now(book, student, where):
+    return {one.where: one for one in book.current(student).marks}[where]
+
+
+def test_the_gradebook_knows_the_statuses_of_persons_by_the_names_that_marking_gives_them():
+    assert (Status.FOR_A_PERSON, Status.BY_A_PERSON) == (FOR_A_PERSON, GIVEN_BY_A_PERSON)
+
+
+def test_what_a_person_reads_is_given_by_student_and_part_and_nothing_else(book):
+    blank = prose(status="missing", given="")
+    record(book, graded("bob"), graded("ada", mark(), blank, report_text()))
+    found = [(one.student, one.where) for one in book.scores.answers()]
+    assert found == [("ada", COMPARED), ("bob", WORDS), ("bob", COMPARED)]  # blank ones are done
+    assert [one.student for one in book.scores.answers([WORDS])] == ["bob"]
+    assert book.scores.answers([]) == []
+    assert all(one.waiting and not one.asked and one.last() is None for one in book.scores.answers())
+
+
+def test_what_a_person_marked_stays_among_the_answers_also_where_the_machine_had_decided(class_of_three):
+    class_of_three.set_mark("ada", *NUMBER, 1, "The unit was in the text.", "prof")
+    (answer,) = class_of_three.scores.answers([NUMBER])
+    assert (answer.student, answer.mark.points, answer.waiting) == ("ada", 1.0, False)
+
+
+def test_a_level_becomes_the_mark_with_its_remark_and_a_line_in_the_audit_trail(class_of_three):
+    before = datetime.now(UTC)
+    act = class_of_three.scores.give("ada", COMPARED, 1.5, "kim", level=3, remark="Say how much.")
+    after = datetime.now(UTC)
+    now = mark_now(class_of_three, "ada", COMPARED)
+    assert (now.status, now.points, now.reason) == (GIVEN_BY_A_PERSON, 1.5, "Say how much.")
+    line = class_of_three.audit("ada")[-1]
+    assert (line.actor, line.after.points, line.reason) == ("kim", 1.5, "Say how much.")
+    assert (act.level, act.points, act.out_of, act.given) == (3, 1.5, 2.0, "It was fine.")
+    assert before <= act.when <= after
+    answer = {one.student: one for one in class_of_three.scores.answers([COMPARED])}["ada"]
+    assert not answer.waiting and answer.last() == act
+
+
+def test_without_a_remark_the_audit_trail_says_the_level(class_of_three):
+    class_of_three.scores.give("ada", COMPARED, 1.5, "kim", level=3)
+    assert class_of_three.audit("ada")[-1].reason == "level 3"
+
+
+@pytest.mark.parametrize("points", [-0.1, 2.1, float("nan"), float("inf")])
+def test_points_that_there_are_not_are_refused(class_of_three, points):
+    with pytest.raises(GradebookError, match=r"give 0 to 2 points"):
+        class_of_three.scores.give("ada", COMPARED, points, "kim")
+    assert class_of_three.scores.acts() == []
+
+
+@pytest.mark.parametrize("student, where, said", [("nobody", COMPARED, "'nobody'"), ("ada", ("9.9", "x"), "9.9, x")])
+def test_who_or_what_is_not_there_is_told(class_of_three, student, where, said):
+    for done in (class_of_three.scores.give, class_of_three.scores.ask):
+        with pytest.raises(GradebookError, match=said):
+            done(student, where, *((1.0,) if done == class_of_three.scores.give else ()), "kim")
+
+
+def test_of_two_who_score_the_same_answer_the_second_is_told_of_the_first_and_nothing_is_written(class_of_three):
+    seen = mark_now(class_of_three, "ada", COMPARED)
+    class_of_three.scores.give("ada", COMPARED, 2, "kim", level=4, expected=seen)
+    for late in (
+        lambda: class_of_three.scores.give("ada", COMPARED, 1, "lee", level=2, expected=seen),
+        lambda: class_of_three.scores.ask("ada", COMPARED, "lee", expected=seen),
+    ):
+        with pytest.raises(GradebookError, match=r"2 points .*by now, from kim"):
+            late()
+    assert mark_now(class_of_three, "ada", COMPARED).points == 2
+    assert len(class_of_three.scores.acts()) == 1
+
+
+def test_an_answer_that_was_handed_in_anew_meanwhile_is_not_scored_unread(class_of_three):
+    seen = mark_now(class_of_three, "ada", COMPARED)
+    record(class_of_three, graded("ada", report_text(given="Another text."), submission="second"))
+    with pytest.raises(GradebookError, match="Nothing was changed"):
+        class_of_three.scores.give("ada", COMPARED, 2, "kim", expected=seen)
+
+
+def test_a_score_holds_for_the_same_text_only_and_comes_back_with_it(class_of_three):
+    class_of_three.scores.give("ada", COMPARED, 2, "kim", level=4)
+    record(class_of_three, graded("ada", report_text(given="Another text."), submission="second"))
+    (answer,) = [one for one in class_of_three.scores.answers([COMPARED]) if one.student == "ada"]
+    assert answer.waiting and answer.acts == ()
+    record(class_of_three, graded("ada", report_text(given="It was  fine. "), submission="third"))
+    (answer,) = [one for one in class_of_three.scores.answers([COMPARED]) if one.student == "ada"]
+    assert not answer.waiting and answer.last().level == 4
+
+
+def test_what_is_asked_waits_until_somebody_decides(class_of_three):
+    class_of_three.scores.give("ada", COMPARED, 2, "kim", level=4)
+    class_of_three.scores.ask("ada", COMPARED, "kim", remark="Is this a copy?")
+    answer = class_of_three.scores.answers([COMPARED])[0]
+    assert answer.asked and answer.waiting and answer.mark.status == FOR_A_PERSON
+    assert class_of_three.scores.claim(["ada"], COMPARED, "lee", HOUR) is None  # the instructor's, and nobody else's
+    class_of_three.set_mark("ada", *COMPARED, 1, "No.", "prof")
+    answer = class_of_three.scores.answers([COMPARED])[0]
+    assert not answer.asked and not answer.waiting
+
+
+def test_taking_back_restores_what_was_there_and_keeps_that_it_happened(class_of_three):
+    class_of_three.set_mark("ada", *COMPARED, 0.5, "By hand.", "prof")
+    first = class_of_three.scores.give("ada", COMPARED, 2, "kim", level=4)
+    asked = class_of_three.scores.ask("ada", COMPARED, "kim")
+    class_of_three.scores.undo(asked.number, "kim")
+    assert mark_now(class_of_three, "ada", COMPARED).points == 2
+    class_of_three.scores.undo(first.number, "kim")
+    now = mark_now(class_of_three, "ada", COMPARED)
+    assert (now.points, now.reason) == (0.5, "By hand.")
+    assert [one.undoes for one in class_of_three.scores.acts()] == [None, None, asked.number, first.number]
+    assert [one.after.points for one in class_of_three.audit("ada")][-5:] == [0.5, 2, 0, 2, 0.5]
+
+
+def test_taking_back_the_first_score_lets_the_answer_wait_again(class_of_three):
+    act = class_of_three.scores.give("ada", COMPARED, 2, "kim", level=4)
+    class_of_three.scores.undo(act.number, "kim")
+    answer = class_of_three.scores.answers([COMPARED])[0]
+    assert answer.waiting and answer.acts == ()
+
+
+def test_what_another_decided_since_is_not_taken_back(class_of_three):
+    act = class_of_three.scores.give("ada", COMPARED, 2, "kim", level=4)
+    class_of_three.scores.give("ada", COMPARED, 1, "lee", level=2)
+    with pytest.raises(GradebookError, match=r"1 points .*from lee"):
+        class_of_three.scores.undo(act.number, "kim")
+    assert mark_now(class_of_three, "ada", COMPARED).points == 1
+
+
+def test_only_ones_own_acts_are_taken_back_and_once(class_of_three):
+    act = class_of_three.scores.give("ada", COMPARED, 2, "kim", level=4)
+    for number, actor in ((act.number, "lee"), (act.number + 99, "kim")):
+        with pytest.raises(GradebookError, match="has no act"):
+            class_of_three.scores.undo(number, actor)
+    undone = class_of_three.scores.undo(act.number, "kim")
+    with pytest.raises(GradebookError, match="was taken back before"):
+        class_of_three.scores.undo(act.number, "kim")
+    with pytest.raises(GradebookError, match="has no act"):
+        class_of_three.scores.undo(undone.number, "kim")
+
+
+@settings(max_examples=12, deadline=None)
+@given(st.lists(st.tuples(st.sampled_from(["give", "ask", "undo"]), st.integers(0, 4), st.booleans()), max_size=12))
+def test_the_mark_is_always_what_the_acts_that_stand_say(tmp_path_factory, steps):
+    with Gradebook(tmp_path_factory.mktemp("scores") / "class.sqlite") as book:
+        record(book, graded("ada"))
+        stack: list[tuple[int, float | None]] = []
+        for what, quarter, _ in steps:
+            if what == "give":
+                stack.append((book.scores.give("ada", COMPARED, quarter / 2, "kim").number, quarter / 2))
+            elif what == "ask":
+                stack.append((book.scores.ask("ada", COMPARED, "kim").number, None))
+            elif stack:
+                book.scores.undo(stack.pop()[0], "kim")
+            now = mark_now(book, "ada", COMPARED)
+            decided = stack[-1][1] if stack else None
+            assert (now.status == GIVEN_BY_A_PERSON) == (decided is not None)
+            assert now.points == (decided or 0)
+
+
+def test_two_scorers_are_never_given_the_same_answer(class_of_three):
+    order = ["eve", "ADA", "bob"]
+    assert class_of_three.scores.claim(order, WORDS, "kim", HOUR) == "eve"
+    assert class_of_three.scores.claim(order, WORDS, "lee", HOUR) == "ada"
+    held = class_of_three.scores.claimed(WORDS)
+    assert {student: actor for student, (actor, _until) in held.items()} == {"eve": "kim", "ada": "lee"}
+    assert class_of_three.scores.claim(order, WORDS, "pat", HOUR) == "bob"
+    assert class_of_three.scores.claim(order, WORDS, "sam", HOUR) is None
+    assert class_of_three.scores.claim(order, COMPARED, "sam", HOUR) == "eve"  # another part is another matter
+
+
+def test_many_at_once_are_given_different_answers(book):
+    names = [f"s{number}" for number in range(12)]
+    record(book, *map(graded, names))
+    with ThreadPoolExecutor(6) as threads:
+        given = list(threads.map(lambda actor: book.scores.claim(names, WORDS, f"a{actor}", HOUR), range(12)))
+    assert sorted(given) == sorted(names)
+
+
+def test_what_a_scorer_held_is_let_go_when_they_claim_anew_or_leave(class_of_three):
+    class_of_three.scores.claim(["ada"], WORDS, "kim", HOUR)
+    assert class_of_three.scores.claim(["ada", "bob"], WORDS, "kim", HOUR) == "ada"  # their own is theirs again
+    assert class_of_three.scores.claim(["bob"], WORDS, "kim", HOUR) == "bob"
+    assert list(class_of_three.scores.claimed(WORDS)) == ["bob"]
+    class_of_three.scores.let_go("kim")
+    assert class_of_three.scores.claimed(WORDS) == {}
+
+
+def test_a_claim_that_has_run_out_is_anybodys(class_of_three, monkeypatch):
+    class_of_three.scores.claim(["ada"], WORDS, "kim", 60)
+    assert class_of_three.scores.claim(["ada"], WORDS, "lee", 60) is None
+    later = rows.now() + timedelta(seconds=61)
+    monkeypatch.setattr(rows, "now", lambda: later)
+    assert class_of_three.scores.claimed(WORDS) == {}
+    assert class_of_three.scores.claim(["ada"], WORDS, "lee", 60) == "ada"
+
+
+def test_what_is_decided_is_claimed_by_nobody(class_of_three):
+    class_of_three.scores.give("ada", WORDS, 1, "kim")
+    assert class_of_three.scores.claim(["ada"], WORDS, "lee", HOUR) is None
+
+
+def test_acts_of_a_second_round_in_a_gradebook_of_an_earlier_version_change_nothing(class_of_three, url):
+    first = class_of_three.scores.give("ada", COMPARED, 2, "kim", level=4)
+    before = class_of_three.scores.answers()
+    with Database(url).writing() as connection:
+        (row,) = connection.execute(select(scores_table).where(scores_table.c.id == first.number)).mappings()
+        second = {name: value for name, value in row.items() if name != "id"}
+        second |= {"round": 2, "actor": "lee", "level": 1, "points": 0.5}
+        (number,) = connection.execute(insert(scores_table).values(second)).inserted_primary_key
+    assert class_of_three.scores.answers() == before and class_of_three.scores.acts() == [first]
+    with pytest.raises(GradebookError, match="has no act"):
+        class_of_three.scores.undo(number, "lee")
+    class_of_three.scores.undo(first.number, "kim")
+    assert mark_now(class_of_three, "ada", COMPARED).status == FOR_A_PERSON
+
+
+def test_what_was_opened_is_held_whatever_became_of_it(class_of_three):
+    scores = class_of_three.scores
+    scores.ask("ada", WORDS, "kim")
+    assert scores.claim(["ada"], WORDS, "kim", HOUR) is None  # asked: nobody is given it
+    scores.claim(["bob"], WORDS, "lee", HOUR)
+    assert scores.hold("ADA", WORDS, "lee", HOUR) is None
+    assert {one: who for one, (who, _until) in scores.claimed(WORDS).items()} == {"ada": "lee"}
+    assert scores.hold("ADA", WORDS, "kim", HOUR) == "lee"
+    assert scores.hold("ada", WORDS, "lee", HOUR) is None  # their own is theirs again
+    scores.let_go("lee")
+    assert scores.hold("ada", WORDS, "kim", HOUR) is None
+
+
+def test_a_request_is_open_until_it_is_answered(class_of_three):
+    made = class_of_three.requests.make("ADA", COMPARED, " Please read the second paragraph.\r\n")
+    assert (made.student, made.where, made.text) == ("ada", COMPARED, "Please read the second paragraph.")
+    assert made.is_open and class_of_three.requests.all(open_only=True) == [made]
+    answered = class_of_three.requests.answer(made.number, "prof", "I did: 2 points.")
+    assert not answered.is_open and (answered.answered_by, answered.answer) == ("prof", "I did: 2 points.")
+    assert class_of_three.requests.all(open_only=True) == [] and class_of_three.requests.all() == [answered]
+    with pytest.raises(GradebookError, match=r"was answered by prof on .*I did: 2 points"):
+        class_of_three.requests.answer(made.number, "kim", "No.")
+
+
+@pytest.mark.parametrize(
+    "ask, said",
+    [
+        (lambda requests: requests.make("ada", COMPARED, " \n"), "this one is empty"),
+        (lambda requests: requests.make("ada", ("9.9", "x"), "Why?"), "9.9"),
+        (lambda requests: requests.make("nobody", COMPARED, "Why?"), "'nobody'"),
+        (lambda requests: requests.answer(7, "prof", "Yes."), "request 7"),
+        (lambda requests: requests.answer(1, "prof", ""), "this one is empty"),
+    ],
+)
+def test_requests_that_say_nothing_or_go_nowhere_are_refused(class_of_three, ask, said):
+    with pytest.raises(GradebookError, match=said):
+        ask(class_of_three.requests)
+    assert class_of_three.requests.all() == []
+
+
+def test_each_publication_is_kept(book):
+    assert book.requests.publications() == []
+    first, second = book.requests.publish("prof"), book.requests.publish("kim", "after the requests")
+    assert book.requests.publications() == [first, second]
+    assert (second.actor, second.note) == ("kim", "after the requests") and first.when <= second.when
+
+
+def test_acts_are_those_of_parts_and_of_a_scorer(class_of_three):
+    give = class_of_three.scores.give
+    first, second = give("ada", COMPARED, 2, "kim"), give("ada", WORDS, 1, "kim")
+    third = give("bob", COMPARED, 1, "lee")
+    acts = class_of_three.scores.acts
+    assert acts() == [first, second, third]
+    assert acts([COMPARED]) == [first, third] and acts([]) == []
+    assert acts(actor="kim") == [first, second] and acts([COMPARED], "kim") == [first]
+
+
+def test_the_dump_has_what_scorers_did_and_names_what_was_taken_back(class_of_three):
+    act = class_of_three.scores.give("bob", COMPARED, 2, "kim", level=4)
+    class_of_three.scores.undo(act.number, "kim")
+    class_of_three.requests.make("bob", COMPARED, "Why?")
+    class_of_three.requests.publish("prof")
+    bob = next(one for one in dump(class_of_three)["students"] if one["student"] == "bob")
+    assert [one["undoes"] for one in bob["scores"]] == [None, 0]
+    assert [one["text"] for one in bob["requests"]] == ["Why?"]
+    assert [one["actor"] for one in dump(class_of_three)["publications"]] == ["prof"]
+
+
+def test_untrusted_text_is_kept_as_the_gradebook_keeps_text(class_of_three):
+    act = class_of_three.scores.give("ada", COMPARED, 1, "k\x00im", remark="a\x1b[31mb")
+    assert (act.actor, act.remark) == ("k\\x00im", "a\\x1b[31mb")
+    assert class_of_three.scores.undo(act.number, "k\x00im").undoes == act.number
+    assert replace(act, number=0).where == COMPARED

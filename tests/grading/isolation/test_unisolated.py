@@ -1,0 +1,134 @@
+"""The run without isolation: the sandbox's call, for those who trust the code. Only harmless commands are run here."""
+
+import inspect
+import os
+import secrets
+import sys
+import tempfile
+import threading
+import time
+from pathlib import Path
+
+import psutil
+import pytest
+
+from labcourse.grading.isolation import sandbox, unisolated
+from labcourse.grading.isolation.sandbox import Ending, Limits
+from rotflex.errors import IsolationError
+
+
+@pytest.fixture
+def run(monkeypatch, tmp_path):
+    """Run a shell script unisolated; were this root, it would be refused."""
+    monkeypatch.setattr(unisolated, "_refuse_root", lambda: None)
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+
+    def bare_run(script, **more):
+        outcome = unisolated.run(["/bin/sh", "-c", script], visible=[], wanted="answer", largest=100, **more)
+        assert list(tmp_path.iterdir()) == []  # its folder is gone, whatever was in it
+        return outcome
+
+    return bare_run
+
+
+def with_word(word):
+    found = []
+    for process in psutil.process_iter(["cmdline", "status"]):
+        found += [process] * (word in (process.info["cmdline"] or []))
+    return found
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason="not root")
+def test_root_runs_nothing_without_isolation(tmp_path):
+    with pytest.raises(IsolationError, match="Root"):
+        unisolated.run(["touch", str(tmp_path / "ran")], visible=[], wanted="answer", largest=1)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_root_is_known_by_its_rights(monkeypatch):
+    monkeypatch.setattr(os, "geteuid", lambda: 1000)
+    unisolated._refuse_root()
+    monkeypatch.setattr(os, "geteuid", lambda: 0)
+    with pytest.raises(IsolationError, match="rights"):
+        unisolated._refuse_root()
+
+
+def test_windows_is_told_what_to_do(monkeypatch):
+    monkeypatch.setattr(unisolated.os, "name", "nt")
+    monkeypatch.setattr(sys, "platform", "win32")
+    with pytest.raises(IsolationError, match="WSL2"):
+        unisolated._refuse_root()
+
+
+def test_it_is_called_as_the_sandbox_is():
+    assert inspect.signature(unisolated.run) == inspect.signature(sandbox.run)
+
+
+def test_a_file_comes_back(run):
+    outcome = run("cat > answer; pwd; echo $HOME >&2; exit 7", stdin=b"said" * 10)
+    assert (outcome.ending, outcome.code, outcome.file, outcome.layers) == (Ending.FINISHED, 7, b"said" * 10, ())
+    work, home = map(Path, outcome.output.decode().split())
+    assert (work.name, home.name, work.parent) == ("work", "home", home.parent)
+
+
+def test_its_environment_is_its_own(run, monkeypatch):
+    monkeypatch.setenv("GRADERS_SECRET", "secret")
+    said = run("env", environment={"GIVEN": "this"}).output.decode()
+    assert "GIVEN=this" in said.splitlines()
+    assert "secret" not in said
+
+
+@pytest.mark.parametrize(
+    ("left", "trouble"),
+    [
+        ("ln -s /etc/passwd answer", "cannot be read"),
+        ("mkfifo answer", "is not an ordinary file"),
+        ("head -c 101 /dev/zero > answer", "has more than 100 bytes"),
+    ],
+)
+def test_only_an_ordinary_file_of_bounded_size_is_read(run, left, trouble):
+    outcome = run(left)
+    assert outcome.file is None
+    assert outcome.trouble.startswith(trouble)
+
+
+def test_another_folder_in_the_working_folders_place_is_not_looked_into(run):
+    assert run("echo true > answer; mv ../work ../old; mkdir ../work; echo false > ../work/answer").file == b"true\n"
+
+
+def test_folders_can_be_deep_and_closed(run):
+    dig = "import os\nfor _ in range(3000): os.mkdir('d'); os.chdir('d')\nprint('dug')"
+    assert run(f'{sys.executable} -I -S -c "{dig}"; mkdir -p ../c/in; chmod 000 ../c').output == b"dug\n"
+
+
+def test_children_that_have_left_the_group_end_with_it(run):
+    word = secrets.token_hex(8)
+    start = f"setsid sh -c 'while :; do sleep 1; done' {word} & "
+    outcome = run(3 * start + "echo started > answer")
+    assert outcome.file == b"started\n"
+    assert with_word(word) == []
+
+
+def test_the_deadline_ends_it(run):
+    word = secrets.token_hex(8)
+    outcome = run(f"echo before > answer; sh -c 'while :; do sleep 1; done' {word}", limits=Limits(seconds=1))
+    assert (outcome.ending, outcome.code, outcome.file) == (Ending.DEADLINE, None, b"before\n")
+    assert with_word(word) == []
+
+
+def test_too_much_output_ends_it(run):
+    outcome = run("while :; do echo again; done", limits=Limits(output=1000))
+    assert (outcome.ending, len(outcome.output)) == (Ending.OUTPUT, 1000)
+
+
+def test_it_can_be_given_up(run):
+    given_up, word = threading.Event(), secrets.token_hex(8)
+
+    def when_it_runs():
+        while not with_word(word):
+            time.sleep(0.01)
+        given_up.set()
+
+    threading.Thread(target=when_it_runs, daemon=True).start()
+    assert run(f"sh -c 'while :; do sleep 1; done' {word}", cancelled=given_up).ending is Ending.CANCELLED
+    assert with_word(word) == []

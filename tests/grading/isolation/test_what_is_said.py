@@ -1,0 +1,316 @@
+"""What is said of isolation is so: of each layer by itself, of the system calls' filter, and of all together."""
+
+import json
+import os
+import sys
+from dataclasses import replace
+from types import SimpleNamespace
+
+import pytest
+
+from labcourse.grading.isolation import bubblewrap, cgroups, layers, remedies, sandbox, seccomp, selftest
+from labcourse.grading.isolation.bubblewrap import User
+from labcourse.grading.isolation.cgroups import ParentGroup
+from labcourse.grading.isolation.layers import Layer
+from labcourse.grading.isolation.outcome import Ending, Limits, Outcome
+from labcourse.grading.isolation.selftest import Attempt
+from labcourse.grading.running import isolation_report
+from labcourse.grading.running.isolation_report import Examined
+from rotflex.errors import IsolationError
+
+STATUS = "Name:\tcat\nCapInh:\t0000000000000000\nCapEff:\t0000000000000000\nCapAmb:\t0000000000000000\nNoNewPrivs:\t1\n"
+MEMORY = f"Max address space         {Limits().memory}           {Limits().memory}           bytes\n"
+NETWORK = "Inter-|   Receive\n face |bytes\n    lo:       0       0    0    0    0     0          0         0   0  0\n"
+MOUNTS = "overlay / overlay ro,relatime 0 0\ntmpfs /tmp tmpfs rw,nosuid 0 0\n"
+MOUNTS += "tmpfs /dev/shm tmpfs rw,nosuid 0 0\nproc /proc proc rw,nosuid 0 0\n"
+ETHERNET = "  eth0:       0       0    0    0    0     0          0         0   0  0\n"
+
+
+def seen(status=STATUS, memory=MEMORY, network=NETWORK, mounts=MOUNTS, processes=3, user=1000) -> str:
+    listed = "".join(f"/proc/{number}\n" for number in range(1, processes + 1))
+    return f"{status}{memory}{network}{mounts}\n=\n{listed}{user}\n"
+
+
+@pytest.fixture
+def said(monkeypatch):
+    """What is said of the layers, where a trusted program sees something."""
+
+    def look(output, file=b"seen\n", filtered=("system calls",)):
+        def run(command, *, visible, wanted, largest, limits):
+            assert limits.memory == Limits().memory and largest >= len(b"seen\n")
+            return Outcome(Ending.FINISHED, 0, file, "", output.encode(), 0.1, filtered)
+
+        monkeypatch.setattr(sandbox, "run", run)
+        return {layer.name: layer for layer in layers._inside()}
+
+    return look
+
+
+def test_where_all_is_well_every_layer_is_called_good(said):
+    found = said(seen())
+    assert list(found) == ["file system", "network", "processes", "privileges", "limits", "system calls"]
+    assert all(layer.good and layer.remedy == "" for layer in found.values())
+    assert found["network"].found == "interfaces: lo"
+    assert found["processes"].found == "3 to be seen, all of the sandbox"
+    assert [layer.needed for layer in found.values()] == [True] * 5 + [False]
+
+
+@pytest.mark.parametrize(
+    ("name", "otherwise"),
+    [
+        ("file system", {"mounts": MOUNTS.replace("/ overlay ro", "/ overlay rw")}),
+        ("file system", {"mounts": MOUNTS + "disk /home ext4 rw,relatime 0 0\n"}),
+        ("file system", {"mounts": MOUNTS + "disk /tmp/of/another ext4 rw,relatime 0 0\n"}),
+        ("file system", {"mounts": ""}),
+        ("network", {"network": NETWORK + ETHERNET}),
+        ("network", {"network": ""}),
+        ("processes", {"processes": 6}),
+        ("processes", {"processes": 0}),
+        ("privileges", {"status": STATUS.replace("CapEff:\t0000000000000000", "CapEff:\t00000000a80425fb")}),
+        ("privileges", {"status": STATUS.replace("NoNewPrivs:\t1", "NoNewPrivs:\t0")}),
+        ("privileges", {"status": ""}),
+        ("privileges", {"user": 0}),
+        ("limits", {"memory": "Max address space         unlimited            unlimited            bytes\n"}),
+        ("limits", {"memory": MEMORY.replace(str(Limits().memory), str(Limits().memory * 10))}),
+        ("limits", {"memory": ""}),
+    ],
+)
+def test_a_layer_that_is_not_there_is_said_not_to_be_and_no_other(said, name, otherwise):
+    found = said(seen(**otherwise))
+    assert [layer.name for layer in found.values() if not layer.good] == [name]
+    assert found[name].found.startswith("not so: ") and "Do not grade here" in found[name].remedy
+
+
+@pytest.mark.parametrize(("processes", "good"), [(1, True), (5, True), (6, False)])
+def test_a_handful_of_processes_are_the_sandboxs_own(said, processes, good):
+    assert said(seen(processes=processes))["processes"].good == good
+
+
+@pytest.mark.parametrize(("filtered", "words"), [(("system calls",), "filtered"), ((), "not filtered")])
+def test_system_calls_are_called_filtered_where_they_are(said, filtered, words):
+    layer = said(seen(), filtered=filtered)["system calls"]
+    assert (layer.good, layer.needed) == (bool(filtered), False) and layer.found.startswith(words)
+
+
+@pytest.mark.parametrize("file", [None, b"", b"other\n"])
+def test_a_sandbox_in_which_a_trusted_program_does_not_run_is_said_to_be_none(said, file):
+    (layer,) = said("sh: not found", file=file).values()
+    assert (layer.name, layer.good, layer.needed) == ("sandbox", False, True)
+    assert layer.found == "a trusted program does not run in it: sh: not found" and layer.remedy
+
+
+def isolated(*command):
+    return sandbox.run(command, visible=[], wanted="answer", largest=100)
+
+
+@pytest.mark.isolation
+@pytest.mark.usefixtures("sandbox")
+@pytest.mark.parametrize("filtering", [True, False])
+def test_what_a_run_says_of_its_layers_is_so(monkeypatch, filtering):
+    if not filtering:
+        monkeypatch.setattr(seccomp, "program", lambda machine: None)
+    elif seccomp.program(os.uname().machine) is None:
+        pytest.skip("no filter is known for this machine")
+    outcome = isolated("/bin/sh", "-c", "grep Seccomp: /proc/self/status > answer")
+    assert ("system calls" in outcome.layers) == filtering
+    mode = int(outcome.file.split()[1])
+    assert (mode == 2) == filtering  # SECCOMP_MODE_FILTER
+    found = {layer.name: layer for layer in layers.examine()}
+    assert found["system calls"].good == filtering
+
+
+@pytest.mark.isolation
+@pytest.mark.usefixtures("sandbox")
+def test_groups_that_are_said_to_be_active_are_those_that_can_be_had():
+    outcome = isolated("/bin/sh", "-c", "true")
+    said = {layer.name for layer in layers.examine() if layer.good and layer.name.endswith("of all together")}
+    assert {name for name in outcome.layers if name.endswith("of all together")} == said
+
+
+@pytest.mark.parametrize("parents", [{}, {"memory": 1}, {"pids": 2}, {"memory": 2, "pids": 2}])
+def test_what_is_limited_together_is_said_of_each_by_itself(parents, monkeypatch, tmp_path):
+    there = {name: ParentGroup(tmp_path, version) for name, version in parents.items()}
+    monkeypatch.setattr(cgroups, "parent_groups", lambda: there)
+    for controller, name in (("memory", "memory of all together"), ("pids", "processes of all together")):
+        layer = layers._together(controller, name)
+        assert (layer.name, layer.good, layer.needed) == (name, controller in parents, False)
+        expected = f"control group (version {parents[controller]})" if layer.good else "no control group to be had"
+        assert layer.found == expected and bool(layer.remedy) != layer.good
+
+
+def test_the_number_of_processes_together_leaves_room_for_the_two_shells(tmp_path, monkeypatch):
+    monkeypatch.setattr(cgroups, "_remove", lambda folder: None)
+    parents = {name: ParentGroup(tmp_path, 2) for name in ("memory", "pids")}
+    with cgroups.limited_groups(Limits(memory=12345, processes=6), parents) as groups:
+        assert (groups.limited["pids"] / "pids.max").read_text() == "8"
+        assert (groups.limited["memory"] / "memory.max").read_text() == "12345"
+        assert groups.add(7) == ("memory of all together", "processes of all together")
+
+
+@pytest.mark.parametrize(
+    ("release", "good"), [("5.13.19", False), ("5.14.0-1", True), ("6.1.2", True), ("4.19", False)]
+)
+def test_the_oldest_kernel_is_5_14(release, good, monkeypatch):
+    monkeypatch.setattr(layers.platform, "release", lambda: release)
+    layer = layers._system()
+    assert layer.good == good and release in layer.found and bool(layer.remedy) != good
+
+
+@pytest.mark.parametrize(("version", "good"), [("0.7.9", False), ("0.8.0", True), ("0.11.0", True), ("1.0", True)])
+def test_the_oldest_bubblewrap_is_0_8(version, good, monkeypatch):
+    reported = SimpleNamespace(stdout=f"bubblewrap {version}\n")
+    monkeypatch.setattr(layers.shutil, "which", lambda name: "/usr/bin/bwrap")
+    monkeypatch.setattr(layers.subprocess, "run", lambda *given, **more: reported)
+    layer = layers._bubblewrap()
+    assert (layer.good, layer.found) == (good, f"bubblewrap {version} (/usr/bin/bwrap)")
+    assert layer.remedy == ("" if good else remedies.INSTALL)
+
+
+def test_who_a_run_becomes_is_said(monkeypatch, tmp_path):
+    monkeypatch.setattr(bubblewrap, "sandbox_user", lambda: User(1000, False))
+    assert layers._user() == Layer("user", True, "an ordinary user, in a user namespace")
+    monkeypatch.setattr(bubblewrap, "sandbox_user", lambda: User(70000, True))
+    program = tmp_path / "setpriv"
+    monkeypatch.setattr(bubblewrap, "setpriv_prefix", lambda user: [str(program)])
+    missing = layers._user()
+    assert not missing.good and missing.found == f"root, and there is no {program}" and "util-linux" in missing.remedy
+    program.touch()
+    assert layers._user() == Layer("user", True, "root, who becomes another user for each run")
+
+
+def test_after_a_first_layer_that_is_missing_nothing_more_is_looked_at(monkeypatch):
+    for name in ("_system", "_bubblewrap", "_user"):
+        with monkeypatch.context() as context:
+            context.setattr(layers, "_inside", lambda: pytest.fail("a sandbox is set up"))
+            before = {"_system": "system", "_bubblewrap": "bubblewrap", "_user": "user"}
+            for other, title in before.items():
+                context.setattr(
+                    layers, other, lambda title=title, other=other, name=name: Layer(title, other != name, "")
+                )
+            found = layers.examine()
+            assert found[-1].name == before[name] and [layer.good for layer in found].count(False) == 1
+
+
+GOOD = Layer("network", True, "interfaces: lo")
+LACKING = Layer("limits", False, "not so: memory", "Report it.")
+OPTIONAL = Layer("system calls", False, "not filtered", "Use another machine.", needed=False)
+HELD = Attempt("write outside", True, "no such folder")
+BROKE_OUT = Attempt("reach a TCP listener", False, "it was heard")
+MAY_BREAK = Attempt("take too much memory together", False, "3 GiB", needed=False)
+
+
+@pytest.mark.parametrize(
+    ("found", "attempts", "good"),
+    [
+        ((GOOD,), (HELD,), True),
+        ((GOOD, OPTIONAL), (HELD, MAY_BREAK), True),
+        ((GOOD, LACKING), (), False),
+        ((LACKING, GOOD), (HELD,), False),
+        ((GOOD,), (HELD, BROKE_OUT), False),
+        ((GOOD,), (BROKE_OUT, HELD), False),
+    ],
+)
+def test_what_is_shown_of_all_is_what_was_found(found, attempts, good, monkeypatch, capsys):
+    monkeypatch.setenv("COLUMNS", "200")
+    examined = Examined(found, attempts)
+    assert examined.good == good and examined.as_data()["good"] == good
+    isolation_report.show(examined)
+    shown = capsys.readouterr().out
+    assert ("can be run in isolation here." in shown) == good
+    assert ("cannot be run in isolation here: nothing is graded." in shown) != good
+    for name, holds, needed in [
+        *((layer.name, layer.good, layer.needed) for layer in found),
+        *((attempt.name, attempt.contained, attempt.needed) for attempt in attempts),
+    ]:
+        (line,) = [line for line in shown.splitlines() if f"│ {name} " in line]
+        assert ("good" in line, " NO " in line, "need not be" in line) == (
+            holds,
+            not holds and needed,
+            not holds and not needed,
+        )
+    for layer in found:
+        assert (f"{layer.name}: {layer.remedy}" in shown) == (not layer.good)
+
+
+@pytest.mark.parametrize(
+    ("found", "attempts", "error"),
+    [
+        ((GOOD, OPTIONAL), (HELD, MAY_BREAK), None),
+        ((GOOD, LACKING, OPTIONAL), (), ("limits", r"^limits: not so: memory.*Report it")),
+        ((GOOD,), (HELD, BROKE_OUT), ("reach a TCP listener", "broke out: reach a TCP listener: it was heard")),
+    ],
+)
+def test_grading_begins_where_all_holds_that_is_needed_and_not_otherwise(found, attempts, error, monkeypatch):
+    monkeypatch.setattr(isolation_report, "examine", lambda: Examined(found, attempts))
+    if error is None:
+        isolation_report.check()
+        return
+    layer, words = error
+    with pytest.raises(IsolationError, match=words) as caught:
+        isolation_report.check()
+    assert caught.value.layer == layer
+
+
+@pytest.mark.parametrize(("found", "tried"), [((GOOD,), 1), ((GOOD, OPTIONAL), 1), ((GOOD, LACKING), 0)])
+def test_breaking_out_is_tried_where_every_needed_layer_is_there(found, tried, monkeypatch):
+    calls = []
+    monkeypatch.setattr(layers, "examine", lambda: list(found))
+    monkeypatch.setattr(selftest, "run_all", lambda: calls.append(1) or [HELD])
+    examined = isolation_report.examine()
+    assert len(calls) == tried and examined == Examined(found, (HELD,) * tried)
+
+
+@pytest.mark.parametrize(("user", "refused"), [(0, True), (1, False), (1000, False)])
+def test_root_does_not_grade_without_isolation(user, refused, monkeypatch):
+    monkeypatch.setattr(os, "geteuid", lambda: user, raising=False)
+    if refused:
+        with pytest.raises(IsolationError, match="not for root"):
+            isolation_report.check_unisolated()
+    else:
+        isolation_report.check_unisolated()
+
+
+def test_a_refusal_names_the_error_and_the_way_on(capsys):
+    isolation_report.refuse(IsolationError("No sandbox.", "sandbox", "Install one."))
+    said = " ".join(capsys.readouterr().err.split())
+    assert "No sandbox. Install one." in said and "rotflex doctor" in said and "--unsafe-no-isolation" in said
+
+
+@pytest.mark.parametrize("contained", [True, False])
+@pytest.mark.parametrize("outside", ["", "it was heard outside"])
+def test_what_the_outside_saw_counts_against_what_was_said_inside(contained, outside):
+    attempt = selftest._judged("reach a UDP listener", contained, "refused", outside)
+    assert attempt.contained == (contained and not outside)
+    assert attempt.said == (outside or "refused") and attempt.needed
+
+
+@pytest.mark.parametrize("filtering", [True, False])
+def test_what_only_a_filter_holds_is_needed_where_there_is_one(filtering, monkeypatch):
+    monkeypatch.setattr(seccomp, "program", lambda machine: b"..." if filtering else None)
+    for name in selftest._FILTERED:
+        assert selftest._judged(name, True, "", "").needed == filtering
+    assert selftest._judged("write outside", True, "", "").needed
+    assert not selftest._judged(selftest._TOGETHER, True, "", "").needed
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="looks for processes in /proc")
+@pytest.mark.parametrize(
+    ("ending", "file", "contained"),
+    [(Ending.DEADLINE, b"left\n", True), (Ending.FINISHED, b"left\n", False), (Ending.DEADLINE, None, False)],
+)
+def test_what_was_left_behind_is_judged_by_its_ending_and_its_file(ending, file, contained, monkeypatch):
+    outcome = Outcome(ending, None, file, "", b"", 1.0)
+    monkeypatch.setattr(sandbox, "run", lambda command, **more: outcome)
+    attempt = selftest._left_behind("outlive the deadline", Ending.DEADLINE, "exec sleep 60", 0.3)
+    assert attempt.contained == contained
+    assert attempt.said.startswith("ended; no process left" if contained else "it ended otherwise")
+
+
+def test_a_self_test_that_did_not_come_to_its_end_is_no_good_one(monkeypatch):
+    outcome = Outcome(Ending.DEADLINE, None, json.dumps({}).encode(), "", b"stuck", 1.0)
+    monkeypatch.setattr(sandbox, "run", lambda command, **more: outcome)
+    with pytest.raises(IsolationError, match="end: stuck"):
+        selftest._attacked({})
+    monkeypatch.setattr(sandbox, "run", lambda command, **more: replace(outcome, file=None, output=b""))
+    with pytest.raises(IsolationError, match=f"end: {Ending.DEADLINE.value}"):
+        selftest._attacked({})

@@ -1,0 +1,202 @@
+"""What a mark is known by: another key, tolerance or check is another way of marking; another report is not."""
+
+import shutil
+from dataclasses import replace
+
+import pytest
+from checkout import ROOT
+from made_courses import OURS
+
+from labcourse.grading import settings
+from labcourse.grading.marking import digest
+from labcourse.grading.settings import CourseSettings, entries
+
+
+@pytest.fixture
+def tree(tmp_path, monkeypatch):
+    """A copy of the package and of the course's folder, for the digest to look at."""
+    ignored = shutil.ignore_patterns("__pycache__", "*.ipynb", "*.json")
+    shutil.copytree(ROOT / "rotflex", tmp_path / "rotflex", ignore=ignored)
+    shutil.copytree(ROOT / "solutions", tmp_path / "solutions", ignore=ignored)
+    package = tmp_path / "rotflex"
+    monkeypatch.setattr(digest, "_PACKAGE", package)
+    monkeypatch.setattr(digest, "package_folder", lambda name: tmp_path / name)
+    unaffected = [path.relative_to(ROOT / "rotflex") for path in digest._NO_PART]
+    monkeypatch.setattr(digest, "_NO_PART", tuple(package / path for path in unaffected))
+    return tmp_path
+
+
+def of(tree):
+    return digest.marking_digest(replace(OURS, folder=tree / "solutions"))
+
+
+def change(path):
+    path.write_text(path.read_text(encoding="utf-8") + "\n# changed\n", encoding="utf-8")
+
+
+def test_the_same_is_the_same(tree):
+    assert of(tree) == of(tree) == digest.marking_digest(OURS)
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "solutions/key.py",
+        "solutions/tolerances.py",
+        "solutions/design_checks.py",
+        "solutions/true_bench.py",
+        "labcourse/grading/marking/checks.py",
+        "labcourse/grading/verdicts.py",
+        "rotflex/model.py",
+        "labcourse/answers/kinds/values.py",
+        "rotflex/course/catalogue_modeling.py",
+        "rotflex/specifications.py",
+        "rotflex/plant.py",
+    ],
+)
+def test_a_changed_key_check_or_bench_is_another(tree, name):
+    before = of(tree)
+    change(tree / name)
+    assert of(tree) != before
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        *("02_finding_stiffness.ipynb", "answers.json", "rubric.toml", "outcomes.toml", "sheets.toml"),
+        "__pycache__/key.pyc",
+    ],
+)
+def test_what_a_run_leaves_beside_the_key_marks_nothing_again(tree, name):
+    before = of(tree)
+    (tree / "solutions" / name).parent.mkdir(exist_ok=True)
+    (tree / "solutions" / name).write_text("{}")
+    assert of(tree) == before
+
+
+@pytest.mark.parametrize(
+    "name", ["reports/feedback.py", "isolation/sandbox.py", "gradebook/store.py", "accounts/__init__.py"]
+)
+def test_what_has_no_part_in_marking_marks_nothing_again(tree, name):
+    before = of(tree)
+    change(tree / "labcourse" / "grading" / name)
+    assert of(tree) == before
+
+
+#: Folders of ``labcourse/grading`` that have no part in marking; all else has, as far as anybody knows.
+APART = {"accounts", "gradebook", "isolation", "outcomes", "overview", "platforms"}
+APART |= {"release", "reports", "running", "scoring"}
+
+
+@pytest.mark.slow
+def test_every_module_but_those_that_have_no_part_counts_when_it_alone_changes(tree):
+    before = of(tree)
+    counting = [*(tree / "solutions").glob("*.py")]
+    for path in (tree / "rotflex").rglob("*.py"):
+        parts = path.relative_to(tree).parts
+        if not (parts[1] == "instructor" and parts[2] in APART):
+            counting.append(path)
+    unseen = []
+    for path in counting:
+        content = path.read_bytes()
+        path.write_bytes(content + b"#")
+        if of(tree) == before:
+            unseen.append(path.name)
+        path.write_bytes(content)
+    assert len(counting) > 100 and unseen == [] and of(tree) == before
+
+
+def test_only_folders_of_the_instructors_have_no_part():
+    assert {path.relative_to(ROOT / "rotflex").as_posix() for path in digest._NO_PART} == {
+        f"instructor/{name}" for name in APART
+    }
+
+
+def test_each_package_that_students_get_counts(tree):
+    course = replace(OURS, folder=tree / "solutions", packages=("rotflex", "springlab"))
+    plant = tree / "springlab" / "plant.py"
+    plant.parent.mkdir()
+    seen = [of(tree)]
+    for source in ("K = 1\n", "K = 2\n"):
+        plant.write_text(source)
+        seen.append(digest.marking_digest(course))
+    assert len(set(seen)) == 3
+
+
+#: Each section of course.toml, with something else than usual.
+OTHERWISE = {
+    "course": 'term = "2026 autumn"',
+    "bench": 'which = "same"\nseed = 7',
+    "given": 'from = "stiffness"',
+    "feedback": "points = false",
+    "reflect": "asks = false",
+    "report": "page_limit = 12",
+    "releases": 'folder = "old"',
+    "marks": 'drop = ["2.3"]\nweights = {"2.11" = 2}\nout_of = 100\ndecimals = 0\npredictions = 0.5',
+    "levels": "shares = {3 = 80}\nthresholds = {4 = 95}",
+    "deadline": "due = 2026-11-21",
+    "extension": 'until = 2026-11-28\nstudents = ["ada"]',
+    "late": "per_day = 10",
+    "outcomes": "level = 2",
+}
+
+
+def with_settings(tree, *sections):
+    """The digest of the course with these sections of course.toml."""
+    lines = [f"{entries.heading(name)}\n{OTHERWISE[name]}\n" for name in sections]
+    (tree / "solutions" / "course.toml").write_text("".join(lines), encoding="utf-8")
+    decided = settings.read(tree / "solutions", catalogue=OURS.catalogue)
+    assert decided != CourseSettings() or not sections
+    return digest.marking_digest(replace(OURS, folder=tree / "solutions", settings=decided))
+
+
+@pytest.mark.parametrize("section", OTHERWISE)
+def test_settings_of_what_is_made_of_marks_mark_nothing_again(tree, section):
+    """Nor does a word of comment."""
+    needs = ["deadline"] if section in ("extension", "late") else []
+    same = with_settings(tree) == with_settings(tree, *needs, section)
+    assert same == (section not in ("course", "bench", "reflect", "releases"))
+
+
+def test_the_settings_that_are_tried_are_all_there_are():
+    assert set(OTHERWISE) == set(entries.SECTIONS)
+
+
+@pytest.mark.parametrize("name", ["tables/limits.csv", "roster.txt", "expected.json", "expected.toml"])
+def test_what_lies_in_the_courses_folder_counts_by_its_content(tree, name):
+    path = tree / "solutions" / name
+    path.parent.mkdir(exist_ok=True)
+    seen = [of(tree)]
+    for text in ("a = 1\n", "a = 2\n"):
+        path.write_text(text)
+        seen.append(of(tree))
+    assert len(set(seen)) == 3
+
+
+def test_a_renamed_and_a_missing_module_are_another_way_of_marking(tree):
+    seen = [of(tree)]
+    module = tree / "labcourse" / "grading" / "verdicts.py"
+    module = module.rename(module.with_name("decisions.py"))
+    seen.append(of(tree))
+    module.unlink()
+    seen.append(of(tree))
+    assert len(set(seen)) == 3
+
+
+def test_content_does_not_move_from_one_file_to_the_next_unseen(tree):
+    one, other = tree / "solutions" / "aa.txt", tree / "solutions" / "ab.txt"
+    seen = []
+    for first, second in (("12", "3"), ("1", "23")):
+        one.write_text(first)
+        other.write_text(second)
+        seen.append(of(tree))
+    assert len(set(seen)) == 2
+
+
+@pytest.mark.parametrize("folder", [".git", "__pycache__", "a/.ipynb_checkpoints"])
+def test_what_hides_in_a_folder_counts_for_nothing(tree, folder):
+    before = of(tree)
+    path = tree / "solutions" / folder / "HEAD.py"
+    path.parent.mkdir(parents=True)
+    path.write_text("x")
+    assert of(tree) == before

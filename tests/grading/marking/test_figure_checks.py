@@ -1,0 +1,361 @@
+"""Figures of a recording and of its spectrum, plotted in the ways that students plot, rightly and wrongly."""
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+from scipy.optimize import brentq
+
+from labcourse.answers import forms
+from labcourse.grading.marking.curve_following import Trace
+from labcourse.grading.marking.figure_checks import FigureFollows, FigureOfSpectrum
+from labcourse.grading.verdicts import Case, Status
+from rotflex.course.questions import CATALOGUE
+from rotflex.recording import Recording
+from solutions.key import KEY
+from solutions.true_bench import TrueBench
+
+PLOT, SPECTRUM = (CATALOGUE.find(number).part("figure") for number in ("2.9", "2.10"))
+OWN = ("2.9", "sweep")
+BENCH = TrueBench("ada")
+
+
+def another():
+    return next(
+        bench
+        for name in ("bob", "cy", "di", "eve", "fay")
+        if abs((bench := TrueBench(name)).omega_n / BENCH.omega_n - 1) > 0.1
+    )
+
+
+def stored(part, figure):
+    return forms.decode(part, forms.encode(part, figure, 1).content)
+
+
+def case(own=None, bench=BENCH):
+    answers = {} if own is None else {OWN: own}
+    return Case(bench, lambda question, part: answers[question, part], 7, True)
+
+
+def judged(check, part, figure, own=None, bench=BENCH):
+    return check.verdict(part, stored(part, figure), case(own, bench))
+
+
+def plotted(x, y, xlabel="time (s)", ylabel="alpha (deg)", draw="plot", **limits):
+    figure = Figure()
+    ax = figure.subplots()
+    getattr(ax, draw)(x, y)
+    ax.set(xlabel=xlabel, ylabel=ylabel, **limits)
+    return figure
+
+
+SWEEP = BENCH.sweep()
+T, DEGREES, RADIANS = SWEEP.time, SWEEP.degrees("alpha"), SWEEP["alpha"]
+SHUFFLED = np.random.default_rng(1).permutation(T.size)
+PADDING = 1500
+
+
+def with_others(many):
+    figure = plotted(T, DEGREES)
+    for place in range(many):
+        figure.axes[0].plot(T, SWEEP.degrees("theta") + place)
+    return figure
+
+
+def in_pieces(count, xlabel="time (s)"):
+    figure = Figure()
+    ax = figure.subplots()
+    for piece in np.array_split(np.arange(T.size), count):
+        ax.plot(T[piece], DEGREES[piece])
+    ax.set(xlabel=xlabel, ylabel="alpha (deg)")
+    return figure
+
+
+def on_a_twin():
+    figure = plotted(T, SWEEP.degrees("theta"), ylabel="theta (deg)")
+    other = figure.axes[0].twinx()
+    other.plot(T, RADIANS)
+    other.set_ylabel("alpha (rad)")
+    return figure
+
+
+def below_another():
+    figure = Figure()
+    upper, lower = figure.subplots(2, 1)
+    upper.plot(T, DEGREES)
+    lower.plot(T, SWEEP.degrees("theta"))
+    upper.set_ylabel("alpha (deg)")
+    lower.set(xlabel="time (s)", ylabel="theta (deg)")
+    return figure
+
+
+def some(count):
+    return np.sort(np.random.default_rng(2).choice(T.size, count, replace=False))
+
+
+RIGHTLY = {
+    "s and deg": lambda: plotted(T, DEGREES),
+    "ms": lambda: plotted(1e3 * T, DEGREES, "t / ms"),
+    "rad": lambda: plotted(T, RADIANS, ylabel="alpha in rad"),
+    "TeX": lambda: plotted(T, DEGREES, r"$t\ [\mathrm{s}]$", r"$\alpha\ [^\circ]$"),
+    "siunitx": lambda: plotted(1e3 * T, DEGREES, r"$t$ (\si{\milli\second})", r"$\alpha$ (\si{\degree})"),
+    "columns of a table": lambda: plotted(1e3 * T, DEGREES, "time_ms", "alpha_deg"),
+    "limits about the resonance": lambda: plotted(T, DEGREES, xlim=(3, 12)),
+    "limits far beyond": lambda: plotted(T, DEGREES, xlim=(-30, 60), ylim=(-100, 100)),
+    "limits the other way round": lambda: plotted(T, DEGREES, xlim=(13, 2)),
+    "a window with its own time": lambda: plotted(T[1500:6500] - T[1500], DEGREES[1500:6500]),
+    "a window with its own time in ms": lambda: plotted(1e3 * (T[1500:6500] - T[1500]), DEGREES[1500:6500], "t (ms)"),
+    "time from -0.5 s": lambda: plotted(T - 0.5, DEGREES),
+    "NaN before 0": lambda: plotted(
+        np.concatenate([T[:250] - 0.5, T]), np.concatenate([np.full(250, np.nan), DEGREES])
+    ),
+    "constant before 0 and after the end": lambda: plotted(
+        np.arange(-PADDING, T.size + PADDING) * 0.002, np.pad(DEGREES, PADDING, mode="edge")
+    ),
+    "padded with zeros": lambda: plotted(np.arange(16384) * 0.002, np.pad(DEGREES, (0, 16384 - T.size))),
+    "every tenth sample": lambda: plotted(T[::10], DEGREES[::10]),
+    "100 samples": lambda: plotted(T[some(100)], DEGREES[some(100)]),
+    "25 points with markers": lambda: plotted(T[some(25)], DEGREES[some(25)]),
+    "unsorted": lambda: plotted(T[SHUFFLED], DEGREES[SHUFFLED]),
+    "scattered": lambda: plotted(T, DEGREES, draw="scatter"),
+    "steps": lambda: plotted(T, DEGREES, draw="step"),
+    "stem": lambda: plotted(T[::50], DEGREES[::50], draw="stem"),
+    "offset": lambda: plotted(T, DEGREES + 3),
+    "among 15 others": lambda: with_others(15),
+    "in 5 pieces": lambda: in_pieces(5),
+    "in 20 pieces": lambda: in_pieces(20),
+    "on a twin axis in rad": on_a_twin,
+    "above another, one label for both": below_another,
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("how", RIGHTLY)
+def test_the_own_recording_plotted_rightly_has_full_marks_too(how):
+    """On a bench where it is another's, from the few samples that are kept of it."""
+    own = forms.decode(SWEEP_PART, forms.encode(SWEEP_PART, SWEEP, 1).content)
+    verdict = judged(KEY["2.9"]["figure"], PLOT, RIGHTLY[how](), own, OTHER)
+    assert verdict.status is Status.FOLLOW_THROUGH, verdict.reason
+
+
+SWEEP_PART = CATALOGUE.find("2.9").part("sweep")
+OTHER = another()
+OTHERS_DEGREES = OTHER.sweep().degrees("alpha")
+HALF, NOTHING = 0.5, 0.0
+
+WRONGLY = {
+    "no labels": (lambda: plotted(T, DEGREES, "", ""), HALF, "lacks its unit: write a symbol"),
+    "no unit of time": (lambda: plotted(T, DEGREES, "time"), HALF, "horizontal axis lacks its unit"),
+    "no unit of the angle": (lambda: plotted(T, DEGREES, ylabel="alpha"), HALF, "vertical axis lacks its unit"),
+    "ms said, s drawn": (lambda: plotted(T, DEGREES, "time (ms)"), HALF, "says ms, and the curve is in s"),
+    "s said, ms drawn": (lambda: plotted(1e3 * T, DEGREES), HALF, "says s, and the curve is in ms"),
+    "deg said, rad drawn": (lambda: plotted(T, RADIANS), HALF, "says deg, and the curve is in rad"),
+    "rad, mrad drawn": (lambda: plotted(T, 1e3 * RADIANS, ylabel="α (rad)"), HALF, "the curve is in mrad"),
+    "a German word": (lambda: plotted(T, DEGREES, ylabel="Winkel (Grad)"), HALF, "such as “deg” or “degrees”"),
+    "volts said": (lambda: plotted(T, DEGREES, ylabel="alpha (V)"), HALF, "names no unit that is known for it"),
+    "samples": (lambda: plotted(np.arange(T.size), DEGREES, "time (samples)"), HALF, "number of the sample"),
+    "samples said to be s": (lambda: plotted(np.arange(T.size), DEGREES), HALF, "number of the sample"),
+    "both wrong": (lambda: plotted(T, RADIANS, "time (ms)"), HALF, "in s: let one follow the other and the vertical"),
+    "another channel": (lambda: plotted(T, SWEEP.degrees("theta")), NOTHING, "No curve in the figure follows alpha"),
+    "upside down": (lambda: plotted(T, -DEGREES), NOTHING, "upside down"),
+    "backwards": (lambda: plotted(T, DEGREES[::-1]), NOTHING, "No curve"),
+    "too large": (lambda: plotted(T, 1.37 * DEGREES), NOTHING, "No curve"),
+    "its size alone": (lambda: plotted(T, np.abs(DEGREES)), NOTHING, "No curve"),
+    "flat": (lambda: plotted(T, 0 * T), NOTHING, "No curve"),
+    "the first 4 s": (lambda: plotted(T, DEGREES, xlim=(0, 4)), NOTHING, "over too short a time"),
+    "a strip about 0": (lambda: plotted(T, DEGREES, ylim=(-0.2, 0.2)), NOTHING, "hardly anything happens"),
+    "the angle against the other": (lambda: plotted(SWEEP.degrees("theta"), DEGREES), NOTHING, "No curve"),
+    "another bench's": (lambda: plotted(T, OTHERS_DEGREES), NOTHING, "Plot the recording of your bench"),
+    "its derivative": (lambda: plotted(T, np.gradient(DEGREES, T)), NOTHING, "No curve"),
+    "10 points": (lambda: plotted(T[::750], DEGREES[::750]), NOTHING, "No curve"),
+}  # fmt: skip
+
+
+def spectrum(y, padded=8192, window=1.0):
+    f = np.fft.rfftfreq(padded, 0.002)
+    return f, 2 * np.abs(np.fft.rfft(window * (y - y.mean()), padded)) / y.size
+
+
+def shown(to_x=lambda f: f, to_y=lambda a: a, xlabel="f (Hz)", ylabel="amplitude (deg)", y=DEGREES, most=10, **how):
+    f, amplitude = spectrum(y)
+    part = (f > 0) & (f <= most)
+    return plotted(to_x(f[part]), to_y(amplitude[part]), xlabel, ylabel, **how)
+
+
+SPECTRUM_RIGHTLY = {
+    "Hz": shown,
+    "rad/s": lambda: shown(lambda f: 2 * np.pi * f, xlabel="ω (rad/s)"),
+    "dB": lambda: shown(to_y=lambda a: 20 * np.log10(a), ylabel="amplitude (dB)"),
+    "dB of the power, no unit below": lambda: shown(to_y=lambda a: 10 * np.log10(a**2), ylabel="power [dB re 1 deg²]"),
+    "dB, all of it": lambda: shown(to_y=lambda a: 20 * np.log10(a), ylabel="amplitude (dB)", most=250, xlim=(0, 8)),
+    "power": lambda: shown(to_y=lambda a: a**2, ylabel="power (deg²)"),
+    "rad": lambda: shown(y=RADIANS, ylabel="amplitude (rad)"),
+    "not divided": lambda: shown(to_y=lambda a: a * 7501 / 2, ylabel="|FFT|"),
+    "logarithmic": lambda: shown(most=250, draw="loglog", xlim=(0.5, 20)),
+    "semilogarithmic": lambda: shown(most=250, draw="semilogy", xlim=(0, 10)),
+    "limits about the peak": lambda: shown(most=250, xlim=(BENCH.omega_n / 7, BENCH.omega_n / 5.5)),
+    "all of it": lambda: shown(most=250),
+    "stems": lambda: shown(draw="stem"),
+    "points": lambda: shown(draw="scatter"),
+}  # fmt: skip
+
+
+SPECTRUM_WRONGLY = {
+    "no unit": (lambda: shown(xlabel="frequency"), HALF, "horizontal axis lacks its unit: write a symbol"),
+    "an unknown unit": (lambda: shown(xlabel="f (bins)"), HALF, "names no unit that is known"),
+    "no vertical label": (lambda: shown(ylabel=""), HALF, "the vertical axis has no label"),
+    "dB that are not named": (lambda: shown(to_y=lambda a: 20 * np.log10(a)), HALF, "write dB"),
+    "Hz said, rad/s drawn": (lambda: shown(lambda f: 2 * np.pi * f), NOTHING, "says Hz, and the curve is in rad/s"),
+    "rad/s said, Hz drawn": (lambda: shown(xlabel="ω (rad/s)"), NOTHING, "says rad/s, and the curve is in Hz"),
+    "stretched": (lambda: shown(lambda f: 1.2 * f), NOTHING, "No curve in the figure has its peak where"),
+    "of the command": (lambda: shown(y=SWEEP.degrees("theta_ref")), NOTHING, "No curve"),
+    "another bench's": (lambda: shown(y=OTHERS_DEGREES), NOTHING, "No curve"),
+    "the peak out of sight": (lambda: shown(most=250, xlim=(BENCH.omega_n / 5.5, 20)), NOTHING, "its peak in sight"),
+    "the recording": (lambda: plotted(T, DEGREES, "f (Hz)"), NOTHING, "No curve"),
+    "flat": (lambda: shown(to_y=lambda a: 0 * a), NOTHING, "No curve"),
+}  # fmt: skip
+
+
+PARTS = {"2.9": PLOT, "2.10": SPECTRUM}
+
+
+@pytest.mark.parametrize(
+    ("number", "draw"),
+    [*(("2.9", one) for one in RIGHTLY.values()), *(("2.10", one) for one in SPECTRUM_RIGHTLY.values())],
+    ids=[*RIGHTLY, *SPECTRUM_RIGHTLY],
+)
+def test_a_figure_plotted_rightly_has_full_marks(number, draw):
+    verdict = judged(KEY[number]["figure"], PARTS[number], draw())
+    assert verdict.status is Status.RIGHT, verdict.reason
+
+
+@pytest.mark.parametrize(
+    ("number", "how"),
+    [*(("2.9", one) for one in WRONGLY.values()), *(("2.10", one) for one in SPECTRUM_WRONGLY.values())],
+    ids=[*WRONGLY, *SPECTRUM_WRONGLY],
+)
+def test_a_figure_plotted_wrongly_earns_what_it_shows_and_the_reason_is_told(number, how):
+    draw, share, reason = how
+    verdict = judged(KEY[number]["figure"], PARTS[number], draw())
+    assert verdict.share == share, verdict.reason
+    assert reason in verdict.reason
+
+
+EVEN = np.arange(7501) * 0.002  # 15 s
+WAVE = np.sin(2 * np.pi * EVEN) + 0.3 * np.sin(2 * np.pi * 0.31 * EVEN)
+
+
+def made(values=WAVE, time=EVEN):
+    return Recording.of(time, alpha=values)
+
+
+def follows(figure, recording):
+    return judged(FigureFollows(lambda bench: recording, OWN, "alpha"), PLOT, figure)
+
+
+@pytest.mark.parametrize(
+    ("off", "status"), [(0.098, Status.RIGHT), (-0.098, Status.RIGHT), (0.102, Status.WRONG), (-0.102, Status.WRONG)]
+)
+def test_a_curve_follows_within_ten_per_cent(off, status):
+    assert follows(plotted(EVEN, (1 + off) * WAVE, ylabel="(rad)"), made()).status is status
+
+
+@pytest.mark.parametrize(("share", "status"), [(0.5, Status.RIGHT), (0.48, Status.WRONG)])
+@pytest.mark.parametrize("start", [0, 2000])
+def test_half_of_the_recording_is_enough(share, status, start):
+    part = slice(start, start + round(7500 * share) + 1)
+    assert follows(plotted(EVEN[part], WAVE[part], ylabel="(rad)"), made()).status is status
+    assert follows(plotted(EVEN[part] - EVEN[start], WAVE[part], ylabel="(rad)"), made()).status is status
+
+
+@pytest.mark.parametrize(("share", "status"), [(0.255, Status.RIGHT), (0.245, Status.WRONG)])
+def test_a_quarter_of_the_swing_is_to_be_seen(share, status):
+    wave = np.where(EVEN < 8, share, 1.0) * np.sin(2 * np.pi * EVEN)
+    verdict = follows(plotted(EVEN, wave, ylabel="(rad)", xlim=(0, 7.9)), made(wave))
+    assert verdict.status is status
+    assert ("hardly anything" in verdict.reason) is (status is Status.WRONG)
+
+
+@pytest.mark.parametrize(("points", "status"), [(20, Status.RIGHT), (19, Status.WRONG)])
+def test_twenty_points_are_a_curve(points, status):
+    which = np.linspace(0, 7500, points).astype(int)
+    assert follows(plotted(EVEN[which], WAVE[which], ylabel="(rad)"), made()).status is status
+
+
+def peaked(place, width=0.3, spacing=0.004):
+    """A curve with its peak at a place, and of no spectrum's shape."""
+    f = place + spacing * np.arange(-90, 91)
+    return plotted(f, np.maximum(0, 1 - np.abs(f - place) / width), "f (Hz)", "amplitude (rad)")
+
+
+def shows_spectrum(figure, recording):
+    return judged(FigureOfSpectrum(lambda bench: recording, OWN, "alpha", band=(1.0, 5.0)), SPECTRUM, figure)
+
+
+@pytest.mark.parametrize(
+    ("off", "status"), [(0.049, Status.RIGHT), (-0.049, Status.RIGHT), (0.051, Status.WRONG), (-0.051, Status.WRONG)]
+)
+def test_a_peak_is_in_its_place_within_five_per_cent(off, status):
+    sine = made(np.sin(2 * np.pi * 3 * EVEN))
+    assert shows_spectrum(peaked(3 * (1 + off)), sine).status is status
+
+
+@pytest.mark.parametrize(
+    ("off", "status"), [(0.98, Status.RIGHT), (-0.98, Status.RIGHT), (1.02, Status.WRONG), (-1.02, Status.WRONG)]
+)
+def test_a_peak_may_be_in_the_next_bin_of_a_short_recording(off, status):
+    short = EVEN[:1501]  # 3 s: a third of a hertz
+    sine = made(np.sin(2 * np.pi * 3 * short), short)
+    assert shows_spectrum(peaked(3 + off / 3, width=1.0), sine).status is status
+
+
+@pytest.mark.parametrize(("off", "status"), [(0.98, Status.RIGHT), (1.02, Status.WRONG)])
+def test_the_shape_of_a_coarse_spectrum_is_right_within_fifteen_per_cent(off, status):
+    wave = np.sin(2 * np.pi * 3 * EVEN) + np.sin(2 * np.pi * 3.7 * EVEN + 1) + np.sin(2 * np.pi * 8.31 * EVEN)
+    f = np.sort(np.concatenate([0.55 + 0.25 * np.arange(40), [3.01, 3.71, 8.3]]))  # more than two bins apart
+    swinging = wave - wave.mean()
+    amplitude = np.array([2 * abs(np.exp(-2j * np.pi * one * EVEN) @ swinging) / EVEN.size for one in f])
+    rough = np.where(amplitude < 0.1, np.random.default_rng(3).uniform(0, 1, f.size), 0)
+
+    def difference(height):
+        given = amplitude + height * rough
+        scaled = amplitude * (given @ amplitude) / (amplitude @ amplitude)
+        return np.std(given - scaled) / np.std(scaled)
+
+    height = brentq(lambda height: difference(height) - 0.15 * off, 0, 10)
+    figure = plotted(f, amplitude + height * rough, "f (Hz)", "amplitude (rad)")
+    assert shows_spectrum(figure, made(wave)).status is status
+
+
+@pytest.mark.parametrize("check", [KEY["2.9"]["figure"], KEY["2.10"]["figure"]], ids=["recording", "spectrum"])
+@pytest.mark.parametrize(
+    "x", [np.zeros(200), np.linspace(0, 1e307, 200), np.linspace(-1e307, 1e307, 200), np.linspace(0, 15, 200)]
+)
+@pytest.mark.parametrize("y", [np.zeros(200), np.linspace(-1e307, 1e307, 200), np.full(200, 1e-320)])
+def test_any_numbers_are_only_wrong(check, x, y):
+    line = {"label": "", "n": 200, "x": x, "y": y}
+    label = "(s), (ms), (min), (Hz), (rad/s), (deg), (rad), (10^99 rad), (10^-99 s) dB"
+    figure = {"axes": [{"title": "", "xlabel": label, "ylabel": label, "lines": [line] * 24}] * 2}
+    with np.errstate(all="ignore"):  # as in marking
+        assert check.verdict(PLOT, figure, case()).share == 0
+
+
+def test_a_figure_without_points_is_wrong():
+    line = {"label": "", "n": 0, "x": np.zeros(0), "y": np.zeros(0)}
+    figure = {"axes": [{"title": "", "xlabel": "", "ylabel": "", "lines": [line]}]}
+    for part in ("2.9", "2.10"):
+        assert KEY[part]["figure"].verdict(PLOT, figure, case()).share == 0
+
+
+STEP = 0.1  # s
+TIME = STEP * np.arange(200)
+
+
+def channel(time):
+    return np.sin(1.7 * time) + 0.5 * np.cos(4.1 * time)
+
+
+@pytest.mark.parametrize("part", [0.0, 0.49, 0.51])
+def test_a_time_at_a_sample_or_half_way_to_the_next_is_found(part):
+    start = (40 + part) * STEP
+    curve = STEP * np.arange(60)
+    found = Trace(TIME, channel(TIME)).best_shift(curve, channel(curve + start))
+    assert abs(found - start) <= 0.02 * STEP

@@ -1,0 +1,488 @@
+"""Claims and marks: what is read, what it is worth, and why. Expected marks follow from solutions/key.py's policy."""
+
+import json
+import math
+from dataclasses import replace
+
+import matplotlib.figure
+import numpy as np
+import pytest
+from made_courses import OURS, loaded
+
+import rotflex.course.lab
+from labcourse.answers import forms
+from labcourse.benches import BenchPolicy
+from labcourse.grading import course as courses
+from labcourse.grading.marking import decoding, marking
+from labcourse.grading.marking import marking_processes as marker
+from labcourse.grading.marking.checks import ForAPerson, Number, RecordingOf
+from labcourse.grading.marking.marking import About
+from labcourse.grading.verdicts import Case, Status, right, wrong
+from rotflex import hil, model
+from rotflex.course.questions import CATALOGUE
+from rotflex.errors import GradingError
+from rotflex.experiments import sweep
+from rotflex.hil.student_benches import student_bench, student_seed
+from solutions.true_bench import TrueBench
+
+SEED = 2024
+SWEEP, PLOT, SPECTRUM_PLOT = ("2.9", "sweep"), ("2.9", "figure"), ("2.10", "figure")
+ADA = TrueBench("ada")  # runs its sweep once, when it is first asked for
+RIGHT, FOLLOWS, PARTLY, WRONG = Status.RIGHT, Status.FOLLOW_THROUGH, Status.PARTLY, Status.WRONG
+
+
+def load():
+    """The real key, as far as these tests know what to expect of it."""
+    return only({number: OURS.key[number] for number in ("0.1", "2.9", "2.10", "2.11", "2.12")})
+
+
+def only(key):
+    return replace(OURS, key=key)
+
+
+@pytest.fixture(scope="module")
+def key():
+    return load()
+
+
+@pytest.fixture(scope="module")
+def bench():
+    return ADA
+
+
+def file(contents, **changes):
+    """The bytes of an answers.json with plain data for (question, part)."""
+    book = {"format": 1, "student": "ada", "bench": {"uri": "virtual"}, "software": "rotflex", "probe_seed": SEED}
+    answers = {}
+    for (question, part), content in contents.items():
+        answers.setdefault(question, {})[part] = content
+    return json.dumps({**book, "answers": answers} | changes).encode()
+
+
+def claims(values, **changes):
+    contents = {
+        (question, part): forms.encode(CATALOGUE.find(question).part(part), value, SEED).content
+        for (question, part), value in values.items()
+    }
+    return decoding.decode(file(contents, **changes), SEED, CATALOGUE)
+
+
+@pytest.fixture
+def marks(key, bench):
+    def mark(values, course=None, **changes):
+        found = marking.mark(course or key, claims(values, **changes), bench, SEED)
+        return {(mark.question, mark.part): mark for mark in found}
+
+    return mark
+
+
+NUMBER = {"kind": "number", "value": 19.9}
+OMEGA = ("2.11", "omega_n")
+
+
+def test_an_answer_is_read():
+    read = decoding.decode(file({OMEGA: NUMBER}), SEED, CATALOGUE)
+    assert read.values == {OMEGA: 19.9}
+    assert (read.problems, read.notes, read.malformed) == ([], [], {})
+
+
+@pytest.mark.parametrize(
+    "data",
+    [
+        b"",
+        b"not json",
+        b"\xff\xfe\x00",
+        b"[1, 2]",
+        file({OMEGA: NUMBER}).replace(b"19.9", b"NaN"),
+        file({OMEGA: NUMBER}).replace(b"19.9", b"-Infinity"),
+        file({OMEGA: NUMBER}).replace(b'"kind"', b'"value": 1, "kind"'),
+        file({OMEGA: NUMBER}).replace(b"19.9", b"9" * 21),
+        file({OMEGA: NUMBER}).replace(b"19.9", b"9" * 5000),
+        file({OMEGA: NUMBER}).replace(b"19.9", b"[" * 100 + b"]" * 100),
+        file({OMEGA: NUMBER}).replace(b"19.9", b"[" * 100_000),
+        file({OMEGA: NUMBER}, format=2),
+        file({OMEGA: NUMBER}, answers=[]),
+        file({OMEGA: NUMBER}, extra=1),
+        file({OMEGA: NUMBER}) + b" " * 1_000_001,
+    ],
+    ids=range(15),
+)
+def test_a_file_that_no_answer_writes_is_refused_as_a_whole(data):
+    read = decoding.decode(data, SEED, CATALOGUE)
+    assert read.values == {}
+    assert len(read.problems) == 1 and read.problems[0].startswith("answers.json cannot be read")
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        {"kind": "number", "value": "19.9"},
+        {"kind": "number", "value": True},
+        {"kind": "number", "value": [19.9]},
+        {"kind": "number"},
+        {"kind": "prose", "value": "19.9"},
+        {"value": 19.9},
+        {"kind": "number", "value": 19.9, "right": True},
+    ],
+)
+def test_an_answer_of_another_form_is_malformed_and_wrong_and_the_others_count(content, key, bench):
+    read = decoding.decode(
+        file({OMEGA: content, ("2.12", "J_l"): {"kind": "number", "value": bench.J_l}}), SEED, CATALOGUE
+    )
+    found = {(mark.question, mark.part): mark for mark in marking.mark(key, read, bench, SEED)}
+    assert (found[OMEGA].status, found[OMEGA].points) == (WRONG, 0)
+    assert found[OMEGA].reason.startswith("Malformed")
+    assert found["2.12", "J_l"].points == 1
+
+
+def test_a_number_beyond_all_floats_is_malformed():
+    read = decoding.decode(file({OMEGA: NUMBER}).replace(b"19.9", b"1e999"), SEED, CATALOGUE)
+    assert OMEGA in read.malformed
+
+
+def test_answers_to_unknown_questions_are_noted_and_ignored():
+    read = decoding.decode(file({("7.1", "x"): NUMBER, ("2.11", "K"): NUMBER, OMEGA: NUMBER}), SEED, CATALOGUE)
+    assert list(read.values) == [OMEGA]
+    assert len(read.notes) == 2
+
+
+def test_outputs_on_other_inputs_than_those_drawn_do_not_count():
+    values = {("2.10", "spectrum"): amplitude_spectrum}
+    assert ("2.10", "spectrum") in claims(values).values
+    assert ("2.10", "spectrum") in claims(values, probe_seed=SEED + 1).malformed
+
+
+def test_no_file_is_no_answer():
+    read = decoding.decode(None, SEED, CATALOGUE)
+    assert (read.values, read.problems) == ({}, [])
+
+
+def test_the_true_bench_is_the_students_own(bench):
+    drawn = student_bench(student_seed("ADA "))
+    assert bench.omega_n == pytest.approx(math.sqrt(drawn.parameters.K_s / drawn.parameters.J_l))
+    assert bench.joint.arm_position == drawn.joint.arm_position
+
+
+@pytest.mark.parametrize(("factor", "points"), [(1, 2), (1.15, 0), (0.85, 0), (-1, 0), (0, 0)])
+def test_the_natural_frequency_is_right_on_ones_own_bench(marks, bench, factor, points):
+    assert marks({OMEGA: bench.omega_n * factor})[OMEGA].points == points
+
+
+def test_hertz_for_radians_per_second_is_wrong_and_said_so(marks, bench):
+    mark = marks({OMEGA: bench.omega_n / (2 * np.pi)})[OMEGA]
+    assert mark.points == 0 and "Hz" in mark.reason
+
+
+@pytest.mark.parametrize(
+    ("omega_n", "J_l", "K_s", "status"),
+    [
+        (1.0, 1.0, 1.02, RIGHT),  # by a frequency 1 % high
+        (1.2, 1.0, 1.02, RIGHT),  # right is right, though it does not follow from omega_n
+        (1.2, 1.0, 1.2**2, FOLLOWS),
+        (1.0, 3.0, 3.0, FOLLOWS),
+        (1.2, 1.0, 1.2**2 * 1.019, FOLLOWS),
+        (1.2, 1.0, 1.2**2 * 1.021, WRONG),
+        (1.2, None, 1.2**2, WRONG),  # nothing to follow from
+        (1.2, 1.0, 1.2, WRONG),
+        (0.0, 1.0, 0.0, WRONG),  # zero follows from zero, and is no stiffness
+        (1e200, 1e200, 1e300, WRONG),
+    ],
+)
+def test_a_stiffness_is_right_or_follows_from_ones_own_numbers_or_is_wrong(marks, bench, omega_n, J_l, K_s, status):
+    values = {OMEGA: omega_n * bench.omega_n, ("2.12", "K_s"): K_s * bench.K_s}
+    if J_l is not None:
+        values["2.12", "J_l"] = J_l * bench.J_l
+    mark = marks(values)["2.12", "K_s"]
+    assert mark.status is status
+    assert mark.points == (0 if status is WRONG else 2)
+
+
+@pytest.mark.parametrize("turned", [1, 2])
+def test_the_inertia_of_the_own_arm_in_another_position_is_wrong_and_said_so(marks, bench, turned):
+    from rotflex.config import joint
+
+    position = (bench.joint.arm_position + turned - 1) % 3 + 1
+    elsewhere = replace(bench.joint, d_12=joint(position).d_12)
+    mark = marks({("2.12", "J_l"): elsewhere.J_l})["2.12", "J_l"]
+    assert mark.points == 0 and f"not at anchor {position} " in mark.reason
+
+
+def test_prose_waits_for_a_person_and_earns_nothing_yet(marks):
+    mark = marks({("2.11", "explanation"): "Because theta is not flat."})["2.11", "explanation"]
+    assert (mark.status, mark.points, mark.awaiting) == (Status.FOR_A_PERSON, 0, 1)
+
+
+def test_what_is_not_there_is_missing_and_earns_nothing(marks):
+    found = marks({}).values()
+    assert {mark.status for mark in found} == {Status.MISSING}
+    assert sum(mark.points for mark in found) == 0
+    assert sum(mark.out_of for mark in found) == 11
+
+
+@pytest.fixture(scope="module")
+def own_sweep():
+    with hil.open("virtual", seed=student_seed("ada")) as opened:
+        return sweep(opened, progress=False)
+
+
+@pytest.fixture(scope="module")
+def others_sweep():
+    with hil.open("virtual", seed=student_seed("bob")) as opened:
+        return sweep(opened, progress=False)
+
+
+def drawn(x, y, xlabel="time (s)", ylabel="alpha (deg)"):
+    figure = matplotlib.figure.Figure()
+    axes = figure.subplots()
+    axes.plot(x, y)
+    axes.set(xlabel=xlabel, ylabel=ylabel)
+    return figure
+
+
+def test_a_recording_of_ones_own_bench_is_right_and_another_ones_is_not(marks, own_sweep, others_sweep):
+    assert marks({SWEEP: own_sweep})[SWEEP].status is RIGHT
+    assert marks({SWEEP: others_sweep})[SWEEP].status is WRONG
+
+
+@pytest.fixture(scope="module")
+def second_run():
+    with hil.open("virtual", seed=student_seed("ada"), run=2) as opened:
+        return sweep(opened, progress=False)
+
+
+def test_a_recording_is_held_against_the_run_that_it_says_it_is(bench, second_run):
+    """A tighter tolerance than the key's, which two runs of one bench may both keep."""
+    strict = RecordingOf(lambda bench, run: bench.sweep(run), channel="alpha", rtol=1e-4, runs=True)
+    part, case = CATALOGUE.find("2.9").part("sweep"), Case(bench, lambda question, part: {}[question], SEED)
+    value = forms.decode(part, forms.encode(part, second_run, SEED).content)
+    assert strict.verdict(part, value, case).status is RIGHT
+    value["metadata"]["bench"]["run"] = 1
+    assert strict.verdict(part, value, case).status is WRONG
+    del value["metadata"]["bench"]["run"]  # as of a release that knew no runs
+    assert strict.verdict(part, value, case).status is WRONG
+
+
+def test_a_recording_of_part_of_the_sweep_is_wrong(marks, own_sweep):
+    assert "length" in marks({SWEEP: own_sweep.between(0, 10)})[SWEEP].reason
+
+
+def test_where_notebooks_are_run_on_another_bench_than_a_virtual_one_it_is_for_a_person(marks, key, own_sweep):
+    wired = replace(key, parameters={"bench": "quanser:q2_usb/0"})
+    found = marks({SWEEP: own_sweep, PLOT: drawn(own_sweep.time, own_sweep["alpha"])}, course=wired)
+    assert found[SWEEP].status is found[PLOT].status is Status.FOR_A_PERSON
+
+
+def test_a_bench_that_answers_claim_to_come_from_changes_no_mark(marks, others_sweep):
+    """Or wrong numbers would wait for a person."""
+    assert marks({SWEEP: others_sweep}, bench={"uri": "quanser:q2_usb/0"})[SWEEP].status is WRONG
+
+
+@pytest.mark.parametrize("most", [10, 250], ids=["to 10 Hz", "all of it"])
+@pytest.mark.parametrize("padded", [7501, 8192, 65536])
+def test_a_figure_of_the_spectrum_is_right_with_any_padding(marks, own_sweep, padded, most):
+    f = np.fft.rfftfreq(padded, 0.002)
+    amplitude = np.abs(np.fft.rfft(own_sweep.degrees("alpha"), padded)) / len(own_sweep) * 2
+    figure = drawn(f[f <= most], amplitude[f <= most], "f (Hz)", "amplitude (deg)")
+    assert marks({SPECTRUM_PLOT: figure})[SPECTRUM_PLOT].status is RIGHT
+
+
+@pytest.mark.parametrize("inside", [2, 4])
+def test_points_at_the_peaks_frequency_alone_are_no_spectrum(marks, own_sweep, inside):
+    """A flat line, and one that stands in the right place and falls off nowhere: nobody has computed these."""
+    f, amplitude = amplitude_spectrum(own_sweep.degrees("alpha"), 0.002)
+    peak = f[np.argmax(np.where((f > 2) & (f < 4.5), amplitude, 0.0))]
+    for x in (np.full(50, peak), np.r_[0.0, np.linspace(peak, peak * (1 + 0.01 * inside), 50)]):
+        for y in (np.zeros(x.size), np.ones(x.size), np.r_[0.0, np.ones(x.size - 1)]):
+            assert marks({SPECTRUM_PLOT: drawn(x, y, "f (Hz)", "amplitude (deg)")})[SPECTRUM_PLOT].status is WRONG
+
+
+def amplitude_spectrum(x, dt, padded=None, factor=2.0):
+    f = np.fft.rfftfreq(padded or len(x), dt)
+    return f, factor * np.abs(np.fft.rfft(x, padded)) / len(x)
+
+
+def by_sums(x, dt):
+    """The Fourier sum, frequency by frequency, with the highest first."""
+    t = np.arange(len(x)) * dt
+    f = np.arange(0.0, 9.0, 1 / (len(x) * dt))[::-1]
+    return f.tolist(), [2 * abs(np.mean(x * np.exp(-2j * np.pi * one * t))) for one in f]
+
+
+def by_a_window(x, dt):
+    w = np.hanning(len(x))
+    return np.fft.rfftfreq(len(x), dt), 2 * np.abs(np.fft.rfft((x - x.mean()) * w)) / w.sum()
+
+
+def by_periodogram(x, dt):
+    from scipy.signal import periodogram
+
+    f, power = periodogram(x, 1 / dt, scaling="spectrum")
+    return f, np.sqrt(2 * power)
+
+
+@pytest.mark.parametrize(
+    "method",
+    [amplitude_spectrum, lambda x, dt: amplitude_spectrum(x, dt, 2**14), by_sums, by_a_window, by_periodogram],
+    ids=["fft", "padded", "sums", "window", "periodogram"],
+)
+def test_any_method_that_gives_amplitudes_is_right(marks, method):
+    mark = marks({("2.10", "spectrum"): method})["2.10", "spectrum"]
+    assert (mark.status, mark.points) == (RIGHT, 2)
+
+
+@pytest.mark.parametrize(
+    ("method", "words"),
+    [
+        (lambda x, dt: amplitude_spectrum(x, dt, factor=1), "half as high"),
+        (lambda x, dt: amplitude_spectrum(x, dt, factor=2 * len(x)), "number of samples"),
+        (lambda x, dt: amplitude_spectrum(x, dt, factor=len(x)), "half the number of samples"),
+        (lambda x, dt: amplitude_spectrum(x, dt, factor=2.2), "same factor"),
+        (lambda x, dt: (amplitude_spectrum(x, dt)[0], amplitude_spectrum(x, dt)[1] ** 2), "not their amplitudes"),
+    ],
+    ids=["not doubled", "not divided", "neither", "another factor", "power"],
+)
+def test_the_right_places_with_the_wrong_heights_earn_half(marks, method, words):
+    mark = marks({("2.10", "spectrum"): method})["2.10", "spectrum"]
+    assert (mark.status, mark.points) == (PARTLY, 1)
+    assert words in mark.reason
+
+
+@pytest.mark.parametrize(
+    "method",
+    [
+        lambda x, dt: (2 * np.pi * amplitude_spectrum(x, dt)[0], amplitude_spectrum(x, dt)[1]),
+        lambda x, dt: (np.linspace(0, 10, 500), np.ones(500)),
+        lambda x, dt: (np.linspace(0, 10, 500), np.full(500, 1e308)),
+        lambda x, dt: (np.arange(len(x) // 2) / 100, amplitude_spectrum(x, dt)[1][: len(x) // 2]),
+    ],
+    ids=["rad/s", "flat", "enormous", "other frequencies"],
+)
+def test_peaks_in_the_wrong_places_are_wrong(marks, method):
+    assert marks({("2.10", "spectrum"): method})["2.10", "spectrum"].status is WRONG
+
+
+def test_a_check_that_fails_on_an_odd_claim_leaves_it_to_a_person_and_the_others_count(bench):
+    broken, sound = Number("x", lambda bench: float("?"), 0.1), Number("x", lambda bench: bench.K_s, 0.1)
+    key = {"2.12": {"J_l": broken, "K_s": sound}}
+    found = marking.mark(only(key), claims({("2.12", "J_l"): 1.0, ("2.12", "K_s"): bench.K_s}), bench, SEED)
+    assert [(mark.status, mark.points) for mark in found] == [(Status.FOR_A_PERSON, 0), (RIGHT, 2)]
+    assert "ValueError" in found[0].reason
+
+
+@pytest.mark.parametrize(
+    ("body", "words"),
+    [
+        ("KEY = {'7.7': {}}", "'7.7'"),
+        ("KEY = {'2.11': {}}", "omega_n"),
+        ("KEY = {'2.11': {'omega_n': ForAPerson(), 'explanation': ForAPerson()}}", "another kind"),
+        ("KEY = {'2.11': nonsense}", "NameError.*nonsense"),
+    ],
+    ids=["no such question", "parts left out", "check of another kind", "a slip"],
+)
+def test_a_key_that_does_not_fit_the_catalogue_is_refused(tmp_path, body, words):
+    with pytest.raises(GradingError, match=words):
+        loaded(tmp_path, key=f"from labcourse.grading.marking.checks import *\n{body}\n")
+
+
+def test_a_course_that_is_not_there_is_said_to_be_missing_and_how_to_name_one(tmp_path):
+    with pytest.raises(GradingError, match=r"no course\.py.*--course FOLDER.*ROTFLEX_COURSE"):
+        courses.load(tmp_path)
+
+
+def test_answers_that_the_key_does_not_mark_are_noted():
+    key = {"2.11": {"omega_n": Number("x", lambda bench: 1, 0.1), "explanation": ForAPerson()}}
+    read = claims({OMEGA: 1.0, ("2.12", "J_l"): 1.0})
+    (note,) = marking.unmarked(key, read)
+    assert "2.12" in note
+
+
+def test_feedback_shows_the_students_own_expression_and_equation():
+    import sympy
+
+    K_s, alpha = sympy.symbols("K_s alpha")
+    expression = CATALOGUE.find("2.1").part("V")
+    assert marking._given(expression, {}, K_s * alpha**2 / 2) == "K_s*alpha**2/2"
+    equation = CATALOGUE.find("2.5").part("equation")
+    assert marking._given(equation, {}, sympy.Eq(K_s * alpha, 0, evaluate=False)) == "K_s*alpha = 0"
+    assert len(marking._given(expression, {}, sympy.Add(*sympy.symbols("long_name_of_a_symbol_1:60")))) <= 301
+
+
+class Perhaps:
+    """A check that finds it right that there is no answer, or not."""
+
+    kinds = ("number",)
+
+    def __init__(self, finds):
+        self._finds = finds
+
+    def verdict(self, part, value, case):
+        return wrong("Given.")
+
+    def missing(self, part, case):
+        return self._finds()
+
+
+def fails():
+    raise ArithmeticError("on what there is")
+
+
+@pytest.mark.parametrize(
+    ("finds", "status", "points"),
+    [
+        (lambda: right("There is none to give."), Status.RIGHT, 2.0),
+        (lambda: None, Status.MISSING, 0.0),
+        (fails, Status.MISSING, 0.0),
+        (lambda: {}["fault"], Status.MISSING, 0.0),
+    ],
+)
+def test_a_check_may_find_it_right_that_there_is_no_answer(bench, finds, status, points):
+    question = CATALOGUE.find("2.11")
+    key = {"2.11": {part.name: Perhaps(finds) if part.name == "omega_n" else ForAPerson() for part in question.parts}}
+    claims = decoding.Claims()
+    marks = marking.mark(replace(OURS, key=key), claims, bench, 7)
+    assert [(one.status, one.points) for one in marks if one.part == "omega_n"] == [(status, points)]
+
+
+def test_a_fault_of_a_check_that_looks_at_a_missing_answer_is_a_fault_of_the_key(bench):
+    question = CATALOGUE.find("2.11")
+    key = {"2.11": {part.name: Perhaps(lambda: 1 + "1") for part in question.parts}}
+    claims = decoding.Claims()
+    marks = marking.mark(replace(OURS, key=key), claims, bench, 7)
+    assert {one.status for one in marks} == {Status.NOT_MARKED}
+    assert "2.11, omega_n is not marked" in claims.problems[0]
+
+
+OWN_BENCH = BenchPolicy(draw=OURS.draw)
+MATRICES = [("2.14", name) for name in "ABCD"]
+
+
+@pytest.fixture
+def answers_with(tmp_path):
+    def of(K_s):
+        lab = rotflex.course.lab.start("ada", folder=tmp_path)
+        lab.answer("2.12", J_l=lab.joint.J_l, K_s=K_s)
+        made = model.state_space(lab.servo, lab.joint, K_s, input="torque", link_damping=0.0)
+        lab.answer("2.14", **{name: getattr(made, name) for name in "ABCD"})
+        return (tmp_path / "answers.json").read_bytes(), lab.book.probe_seed
+
+    return of
+
+
+def marks_given(answers_with, about):
+    data, seed = answers_with
+    marker._courses[:] = [OURS]
+    done = marker._mark(marker.Asked("ada", data, seed, about=about, policy=OWN_BENCH))
+    return {(one.question, one.part): one.status for one in done.marks}
+
+
+def test_what_a_student_claims_in_place_of_what_is_given_counts_for_nothing(answers_with):
+    claimed = answers_with(2.6)
+    assert marks_given(claimed, About())["2.14", "A"] == Status.FOLLOW_THROUGH  # who was asked for it: it follows
+    given = marks_given(claimed, About(asked=MATRICES, start="stiffness"))
+    assert set(given) == set(MATRICES) and given["2.14", "A"] == Status.WRONG
+
+
+def test_what_follows_from_what_is_given_is_right(answers_with):
+    values = OURS.given("stiffness", "ada", OWN_BENCH)
+    found = marks_given(answers_with(values["2.12", "K_s"]), About(asked=MATRICES, start="stiffness"))
+    assert set(found.values()) == {Status.RIGHT}

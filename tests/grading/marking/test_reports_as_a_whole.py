@@ -1,0 +1,116 @@
+"""A report as a whole waits for a person where anything of it was written; their mark lapses with any text of it."""
+
+import re
+from dataclasses import replace
+
+import pytest
+from gradebooks import graded, record
+from made_courses import OURS
+
+from labcourse.answers.words import Words
+from labcourse.grading.graded_run import mark_records
+from labcourse.grading.marking import decoding, marking
+from labcourse.grading.marking.decoding import Claims
+from labcourse.grading.marking.marking import About
+from labcourse.grading.verdicts import Status
+
+REPORT, WHOLE = "Modeling report", "Modeling report, as a whole"
+COURSE = replace(OURS, key={number: OURS.key[number] for number in (REPORT, WHOLE)})
+AIM, END = (REPORT, "stiffness_procedure"), (REPORT, "model_conclusion")
+
+
+def claims(texts):
+    return decoding.with_words(Claims(), {where: Words(text) for where, text in texts.items()}, OURS.catalogue)
+
+
+def marks(texts, asked=None):
+    found = marking.mark(COURSE, claims(texts), bench=None, probe_seed=1, about=About(asked=asked))
+    return {(one.question, one.part): one for one in found}
+
+
+def test_it_waits_for_a_person_where_any_text_is_written():
+    found = marks({AIM: "We shook it."})
+    for part in ("organisation", "appearance"):
+        one = found[WHOLE, part]
+        assert (one.status, one.points, one.out_of, one.awaiting) == (Status.FOR_A_PERSON, 0, 1, 1)
+
+
+def test_it_is_missing_where_nothing_is_written_and_says_so():
+    one = marks({("Control report", "poles_analysis"): "The eigenvalues."})[WHOLE, "organisation"]
+    assert (one.status, one.points, one.awaiting, one.given) == (Status.MISSING, 0, 0, "")
+    assert one.reason == "Nothing of the report is written in the notebook that was handed in."
+
+
+def test_whoever_judges_it_has_all_of_its_texts_under_their_headings():
+    given = marks({END: "It is good.", AIM: "We shook it."})[WHOLE, "appearance"].given
+    assert given.startswith("**I.1 Procedure: finding the stiffness**\n\nWe shook it.")
+    assert given.endswith("**IV.1 Conclusion: the model**\n\nIt is good.")
+    assert re.findall(r"^\*\*(\S+)", given, re.M) == ["I.1", "I.2", "I.3", "III.1", "III.2", "IV.1"]
+    assert given.count("*not written yet*") == 4
+
+
+def test_an_answer_to_it_that_somebody_smuggles_in_is_none():
+    where = (WHOLE, "organisation")
+    read = decoding.with_words(Claims(), {where: Words("Give me the point.")}, OURS.catalogue)
+    decoding._claim(read, OURS.catalogue, *where, {"kind": "whole", "value": "Give me the point."})
+    assert where not in read.values
+    assert read.notes == [f"Ignored an answer to {WHOLE!r}, 'organisation': there is no such thing."]
+    found = marking.mark(COURSE, read, bench=None, probe_seed=1)
+    assert {one.status for one in found} == {Status.MISSING}
+
+
+def test_marking_leaves_the_claims_as_they_are_and_tells_faults_of_the_key_in_them():
+    class Failing:
+        kinds = ("whole",)
+
+        def verdict(self, part, value, case):
+            raise TypeError("a slip")
+
+    key = {**COURSE.key, WHOLE: {"organisation": Failing(), "appearance": OURS.key[WHOLE]["appearance"]}}
+    read = claims({AIM: "We shook it."})
+    found = {(one.question, one.part): one for one in marking.mark(replace(COURSE, key=key), read, None, 1)}
+    assert found[WHOLE, "organisation"].status is Status.NOT_MARKED
+    assert found[WHOLE, "organisation"].given == found[WHOLE, "appearance"].given != ""
+    assert list(read.values) == [AIM]
+    assert any(f"{WHOLE}, organisation is not marked" in line for line in read.problems)
+
+
+@pytest.mark.parametrize(("asked", "expected"), [((AIM,), True), ((("Control report", "poles_analysis"),), False)])
+def test_it_is_judged_where_the_release_that_was_worked_with_asks_for_its_texts(asked, expected):
+    found = marks({AIM: "We shook it."}, asked)
+    assert ("organisation" in {part for question, part in found if question == WHOLE}) is expected
+
+
+def test_what_could_not_be_read_at_all_is_missing_as_a_whole_too():
+    found = marking.nothing_earned(COURSE, "Nothing can be read.")
+    assert [one.part for one in found if one.question == WHOLE] == ["organisation", "appearance"]
+
+
+def run(texts, submission="first"):
+    return graded("ada", *mark_records(tuple(marks(texts).values())), submission=submission)
+
+
+def judged(book):
+    return next(one for one in book.current("ada").marks if one.where == (WHOLE, "organisation"))
+
+
+BOTH = {AIM: "We shook it.", END: "It is good."}
+
+
+@pytest.mark.parametrize(
+    ("then", "stays"),
+    [
+        (BOTH | {AIM: "We shook\nit. "}, True),
+        (BOTH | {END: "It is bad."}, False),
+        ({AIM: BOTH[AIM]}, False),
+        (BOTH | {("Control report", "poles_analysis"): "The eigenvalues."}, True),
+    ],
+    ids=["other white space", "another text", "a text less", "another report"],
+)
+def test_a_persons_mark_holds_for_as_long_as_no_text_of_the_report_changes(book, then, stays):
+    record(book, run(BOTH))
+    book.set_mark("ada", WHOLE, "organisation", 0.75, "Well ordered.", "anna", expected=judged(book))
+    record(book, run(then, "second"))
+    assert (judged(book).points == 0.75) is stays
+    lapsed = [one.mark.where for one in book.current("ada").lapsed]
+    assert lapsed == ([] if stays else [(WHOLE, "organisation")])

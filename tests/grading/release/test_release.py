@@ -1,0 +1,368 @@
+"""What students get, and what they must not get."""
+
+import json
+import subprocess
+import sys
+import tomllib
+import zipfile
+from dataclasses import replace
+from pathlib import Path
+
+import nbformat
+import pytest
+from checkout import ROOT
+from made_courses import OURS
+
+from labcourse.answers import words
+from labcourse.answers.catalogue import Catalogue
+from labcourse.answers.parts import Question, number, prose
+from labcourse.benches import BenchPolicy
+from labcourse.grading.release import student_course, student_notebooks
+from labcourse.grading.release.student_notebooks import BEGIN, END
+from rotflex.errors import GradingError
+
+
+def code(source, cell_id="a", **metadata):
+    return nbformat.v4.new_code_cell(source, id=cell_id, metadata=metadata)
+
+
+def answer(source, cell_id="q1"):
+    return code(source, cell_id, nbgrader={"grade_id": cell_id, "solution": True, "grade": True, "schema_version": 3})
+
+
+def stripped(*cells):
+    return student_notebooks.student_version(
+        nbformat.v4.new_notebook(cells=list(cells)), "demo.ipynb", Catalogue(())
+    ).cells
+
+
+def test_every_solution_becomes_one_line_at_its_own_indentation():
+    source = (
+        "x = None\n### BEGIN SOLUTION\nx = 1\nx += 1\n### END SOLUTION\n"
+        "def f():\n    ### BEGIN SOLUTION\n    return 2\n    ### END SOLUTION\n    return None"
+    )
+    (cell,) = stripped(answer(source))
+    assert cell.source == "x = None\n# Your code here.\ndef f():\n    # Your code here.\n    return None"
+
+
+def test_instructor_cells_go_and_the_others_stay():
+    kept = stripped(
+        code("1", "a"), code("2", "b", tags=["instructor", "x"]), nbformat.v4.new_markdown_cell("w", id="c")
+    )
+    assert [cell.id for cell in kept] == ["a", "c"]
+
+
+def test_outputs_counts_and_traces_of_a_run_go_and_grading_metadata_stays():
+    cell = answer("### BEGIN SOLUTION\n1\n### END SOLUTION")
+    cell.outputs = [nbformat.v4.new_output("stream", text="K_s = 1.4")]
+    cell.execution_count = 7
+    cell.metadata["execution"] = {"iopub.status.busy": "2026"}
+    (kept,) = stripped(cell)
+    assert (kept.outputs, kept.execution_count) == ([], None)
+    assert set(kept.metadata) == {"deletable", "nbgrader"}
+
+
+@pytest.mark.parametrize(
+    "source",
+    [
+        "### BEGIN SOLUTION\nx = 1",
+        "x = 1\n### END SOLUTION",
+        "### BEGIN SOLUTION\n### BEGIN SOLUTION\n### END SOLUTION",
+        "### Begin solution\nx = 1\n### End solution",
+        "x = 1",
+    ],
+    ids=["no end", "no beginning", "nested", "misspelt", "none"],
+)
+def test_an_answer_that_would_be_released_with_its_solution_is_refused_by_name(source):
+    with pytest.raises(GradingError, match=r"demo\.ipynb, cell 'q1'"):
+        stripped(answer(source))
+
+
+@pytest.mark.parametrize("place", ["before", "in", "after"])
+@pytest.mark.parametrize(
+    "spelt",
+    [
+        *(
+            "### Begin Solution",
+            "### begin solution",
+            "###BEGIN SOLUTION",
+            "# BEGIN SOLUTION",
+            "### BEGIN SOLUTION ###",
+        ),
+        *("### BEGIN  SOLUTION", "### BEGIN\tSOLUTION", "### BEGIN\u00a0SOLUTION", "### BEGIN_SOLUTION"),
+        *("### BeginSolution", "### BEGIN-SOLUTIONS", "### beg\u0131n solution", "x = 0  ### BEGIN SOLUTION"),
+    ],
+)
+@pytest.mark.parametrize("kind", ["code", "words"])
+def test_a_second_mark_in_other_letters_beside_a_right_pair_is_refused(kind, spelt, place):
+    begin, end, cell = (BEGIN, END, answer) if kind == "code" else (words.BEGIN, words.END, in_words)
+    other = spelt.replace("egin", "nd").replace("EGIN", "ND").replace("BND", "END").replace("Bnd", "End")
+    second = f"{spelt}\nsecret = 2\n{other}"
+    right = f"{begin}\nsecret = 1\n{second if place == 'in' else ''}\n{end}"
+    source = {"before": f"{second}\n{right}", "in": right, "after": f"{right}\n{second}"}[place]
+    with pytest.raises(GradingError):
+        released_cells(cell(source))
+
+
+def test_prose_and_names_that_only_contain_the_words_of_a_mark_are_no_mark():
+    source = "backendsolution = weekend_solutions\n# at the end. Solution: see above"
+    assert stripped(code(source))[0].source == source
+
+
+def test_a_solution_outside_of_an_answer_cell_is_refused():
+    for source in ("### BEGIN SOLUTION\nx\n### END SOLUTION", f"{words.BEGIN}\nx\n{words.END}"):
+        with pytest.raises(GradingError, match=r"demo\.ipynb, cell 'm'"):
+            stripped(nbformat.v4.new_markdown_cell(source, id="m"))
+
+
+HEADING = words.heading("Your answer: 1.1, why")
+WORDS_CATALOGUE = Catalogue(
+    [
+        Question("1.1", "1", "demo", "Why", (), (prose("why", "", "Why?", points=3), number("k", "N", None, "", "k?"))),
+        Question("1.2", "1", "demo", "How", (), (prose("how", "", "How?", points=2),)),
+    ]
+)
+
+
+def in_words(source, cell_id="q1-1-why", question="1.1", part="why", **more):
+    about = {"grade_id": cell_id, "solution": True, "grade": True, "locked": False, "schema_version": 3}
+    metadata = {"nbgrader": about, words.KEY: {"question": question, "part": part}}
+    return nbformat.v4.new_markdown_cell(source, id=cell_id, metadata=metadata, **more)
+
+
+def released_cells(*cells):
+    notebook = nbformat.v4.new_notebook(cells=list(cells))
+    return student_notebooks.student_version(notebook, "demo.ipynb", WORDS_CATALOGUE).cells
+
+
+def test_a_model_answer_in_words_becomes_a_line_to_be_written_over_and_its_pictures_go():
+    pictures = {"model.png": {"image/png": "bW9kZWw="}, "hint.png": {"image/png": "aGludA=="}}
+    source = f"{HEADING}\n\n![](attachment:hint.png)\n{words.BEGIN}\nSecret.\n\n![](attachment:model.png)\n{words.END}"
+    (cell,) = released_cells(in_words(source, attachments=pictures))
+    assert cell.source == f"{HEADING}\n\n![](attachment:hint.png)\n{words.STUB}"
+    assert cell.attachments == {"hint.png": {"image/png": "aGludA=="}}
+    assert cell.metadata[words.KEY] == {"question": "1.1", "part": "why"}
+    assert cell.metadata.nbgrader.points == 3
+    assert "editable" not in cell.metadata and cell.metadata.deletable is False
+
+
+@pytest.mark.parametrize(
+    "source",
+    ["It bends.", f"{words.BEGIN}\nIt bends.", "### BEGIN SOLUTION\nIt bends.\n### END SOLUTION"],
+    ids=["none", "no end", "the marks of code"],
+)
+def test_a_model_answer_that_would_be_released_is_refused_by_name(source):
+    with pytest.raises(GradingError, match=r"demo\.ipynb, cell 'q1-1-why'"):
+        released_cells(in_words(source))
+
+
+def test_an_answer_cell_for_words_that_does_not_say_whose_is_refused():
+    cell = in_words(f"{HEADING}\n{words.BEGIN}\nx\n{words.END}")
+    del cell.metadata[words.KEY]
+    with pytest.raises(GradingError, match=r'"rotflex": \{"question"'):
+        released_cells(cell)
+
+
+def test_points_of_words_are_their_own_and_code_says_which_question_it_answers():
+    kept = released_cells(
+        in_words(f"{HEADING}\n{words.BEGIN}\nx\n{words.END}"),
+        answer("k = None\n### BEGIN SOLUTION\nk = 1\n### END SOLUTION", "q1-1"),
+        code('lab.answer("1.1", k=k)', "q1-1-answer"),
+        in_words(f"**✎ 1.2, how**\n{words.BEGIN}\nx\n{words.END}", "q1-2-how", "1.2", "how"),
+        answer("%%time\n### BEGIN SOLUTION\nk = 1\n### END SOLUTION", "q1-1b"),
+        code('lab.answer("1.1", k=k)', "q1-1b-answer"),
+    )
+    assert [cell.metadata.nbgrader.get("points") for cell in kept if student_notebooks.is_answer(cell)] == [3, 1, 2, 1]
+    assert kept[1].source == words.heading("Your answer: 1.1 (code, in the next cell)")
+    assert kept[1].metadata == {"deletable": False, "editable": False}
+    assert kept[2].source == "# ✎ Your answer: 1.1 " + 67 * "─" + "\nk = None\n# Your code here."
+    assert kept[6].source.startswith("%%time\n")  # which must come first
+
+
+def test_what_students_may_change_is_by_role_and_not_by_hand():
+    kept = released_cells(
+        nbformat.v4.new_markdown_cell("Text.", id="text", metadata={"editable": True}),
+        code("student = ''", "parameters", tags=["parameters"]),
+        code("1", "locked", deletable=True),
+        code("2", "open-cell", tags=["open"], editable=False),
+        answer("### BEGIN SOLUTION\n1\n### END SOLUTION", "q1"),
+        in_words(f"{HEADING}\n{words.BEGIN}\nx\n{words.END}"),
+    )
+    assert {cell.id for cell in kept if cell.metadata.get("editable") is False} == {"text", "locked"}
+    assert all(cell.metadata.deletable is False for cell in kept)
+
+
+def test_student_notebooks_are_in_step_with_the_solutions():
+    """If this fails, say `rotflex notebooks`."""
+    derived = student_course.derived(OURS)
+    stored = {path.name: path.read_text(encoding="utf-8") for path in (ROOT / "notebooks").glob("*.ipynb")}
+    assert stored.keys() == derived.keys()
+    assert [name for name in derived if stored[name] != derived[name]] == []
+
+
+@pytest.fixture(scope="module")
+def released(tmp_path_factory):
+    return student_course.release(OURS, tmp_path_factory.mktemp("release") / "out")
+
+
+def test_a_release_holds_what_a_student_needs_and_nothing_else(released):
+    top = "LICENSE README.md notebooks pyproject.toml rotflex"
+    assert {path.name for path in released.folder.iterdir()} == set(top.split())
+    suffixes = ["", *[".md", ".toml", ".py", ".js", ".css", ".ipynb", ".json", ".html", ".typ"]]
+    assert {path.suffix for path in released.folder.rglob("*") if path.is_file()} <= set(suffixes)
+    assert {path.name for path in released.folder.rglob("*.json")} == {"course.json", "default_setting_overrides.json"}
+
+
+@pytest.mark.parametrize(
+    ("policy", "said"),
+    [
+        (BenchPolicy(), "own virtual bench"),
+        (BenchPolicy("same", seed=3), "same virtual bench"),
+        (BenchPolicy("preset", preset="real_bench"), "same virtual bench"),
+        (BenchPolicy("real", benches=("north",)), "laboratory's own bench"),
+    ],
+)
+def test_the_readme_says_whose_the_bench_is(tmp_path, policy, said):
+    course = replace(OURS, settings=replace(OURS.settings, bench=policy))
+    student_course.build(course, tmp_path / "out")
+    assert said in (tmp_path / "out" / "README.md").read_text(encoding="utf-8")
+
+
+def test_a_release_has_none_of_the_instructors_modules(released):
+    package = ROOT / "rotflex"
+    here = {path.relative_to(package) for path in package.rglob("*.py")}
+    there = {path.relative_to(released.folder / "rotflex") for path in (released.folder / "rotflex").rglob("*.py")}
+    assert here - there == {path for path in here if path.parts[0] == "instructor"}
+    assert there <= here
+
+
+def test_a_new_module_of_the_instructors_folder_is_not_released(tmp_path, monkeypatch):
+    package = tmp_path / "lab_of_ours"
+    for name in ("__init__.py", "lab.py", "instructor/__init__.py", "instructor/marking_helper.py"):
+        (package / name).parent.mkdir(parents=True, exist_ok=True)
+        (package / name).write_text("")
+    monkeypatch.syspath_prepend(tmp_path)
+    made = student_course.release(replace(OURS, packages=("rotflex", package.name)), tmp_path / "out")
+    assert {path.name for path in (made.folder / package.name).rglob("*")} == {"__init__.py", "lab.py"}
+
+
+def test_hidden_files_and_what_python_leaves_are_not_released_from_wherever(tmp_path, monkeypatch):
+    package, data = tmp_path / "lab_of_ours", tmp_path / "data"
+    stray = [".env", ".git/config", ".ipynb_checkpoints/01-checkpoint.ipynb", "__pycache__/x.py", "x.pyc"]
+    for folder in (package, package / "deep" / "down", data, data / "deep"):
+        for name in (*stray, "kept.py"):
+            (folder / name).parent.mkdir(parents=True, exist_ok=True)
+            (folder / name).write_text("")
+    monkeypatch.syspath_prepend(tmp_path)
+    (package / "__init__.py").write_text("")
+    monkeypatch.setattr(type(OURS), "data", data)
+    course = replace(OURS, packages=("rotflex", package.name))
+    made = student_course.release(course, tmp_path / "out", with_data=True)
+    with zipfile.ZipFile(made.archive) as archive:
+        packed = archive.namelist()
+    there = [path.relative_to(made.folder.parent).as_posix() for path in made.folder.rglob("*") if path.is_file()]
+    assert sorted(packed) == sorted(there) and sum(name.endswith("/kept.py") for name in packed) == 4
+    assert not [name for name in packed if "/." in name or "__pycache__" in name or name.endswith(".pyc")]
+
+
+def test_no_line_of_a_solution_is_left_in_the_released_notebooks(released):
+    for path in OURS.notebooks:
+        text = (released.folder / "notebooks" / path.name).read_text(encoding="utf-8")
+        assert "SOLUTION" not in text
+        kept = {cell["id"]: "".join(cell["source"]).split("\n") for cell in json.loads(text)["cells"]}
+        for cell in student_notebooks.read(path).cells:
+            for line in _solution_lines(cell.source):
+                assert line not in kept[cell.id]
+
+
+def _solution_lines(source):
+    inside, lines = False, []
+    for line in source.split("\n"):
+        begin, end = (student_notebooks.BEGIN, words.BEGIN), (student_notebooks.END, words.END)
+        inside = (inside or line.strip() in begin) and line.strip() not in end
+        if inside and len(line.strip()) > 3 and line.strip() not in begin:
+            lines.append(line)
+    return lines
+
+
+def test_released_notebooks_are_valid_and_without_outputs(released):
+    for name in released.notebooks:
+        notebook = nbformat.read(released.folder / "notebooks" / name, as_version=4)
+        nbformat.validate(notebook)
+        assert not [cell for cell in notebook.cells if cell.get("outputs") or cell.get("execution_count")]
+        assert set(notebook.metadata) == {"kernelspec", "language_info"}
+
+
+def test_the_zip_holds_the_folder_and_is_the_same_every_time(released, tmp_path):
+    again = student_course.release(OURS, tmp_path)
+    assert again.archive.read_bytes() == released.archive.read_bytes()
+    with zipfile.ZipFile(again.archive) as packed:
+        names = set(packed.namelist())
+    assert names == {
+        f"rotflex-course/{path.relative_to(again.folder).as_posix()}"
+        for path in again.folder.rglob("*")
+        if path.is_file()
+    }
+
+
+def test_the_released_project_installs_with_its_notebooks_and_without_the_instructors_extras(released, tmp_path):
+    project = tomllib.loads((released.folder / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    assert "optional-dependencies" not in project
+    original = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    assert set(project["dependencies"]) == set(original["dependencies"])
+    build = f"import hatchling.build; print(hatchling.build.build_wheel({str(tmp_path)!r}))"
+    done = subprocess.run(
+        [sys.executable, "-c", build], cwd=released.folder, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    with zipfile.ZipFile(tmp_path / done.stdout.strip()) as wheel:
+        names = set(wheel.namelist())
+    assert {f"rotflex/_course/notebooks/{name}" for name in released.notebooks} <= names
+    assert "labcourse/answers/kinds/symbolic.py" in names  # not to be mistaken for the instructor's symbolic.py
+    assert not [name for name in names if name.startswith("labcourse/grading")]
+
+
+def test_the_released_command_has_no_instructors_commands(released):
+    done = _in_release(released, "-m", "rotflex.cli", "--help")
+    assert done.returncode == 0, done.stderr
+    assert " lab " in done.stdout
+    assert " grade " not in done.stdout and " release " not in done.stdout
+
+
+def test_the_released_package_stands_alone(released):
+    done = _in_release(released, "-c", "import rotflex.course.lab, labcourse.grading")
+    assert "No module named 'labcourse.grading'" in done.stderr
+    done = _in_release(released, "-c", "import rotflex.course.lab; print(rotflex.__file__)")
+    assert Path(done.stdout.strip()).is_relative_to(released.folder)
+
+
+def _in_release(released, *arguments):
+    return subprocess.run(
+        [sys.executable, *arguments], cwd=released.folder, capture_output=True, text=True, check=False
+    )
+
+
+def test_an_earlier_release_is_only_replaced_when_asked(tmp_path):
+    first = student_course.release(OURS, tmp_path)
+    (first.folder / "notebooks" / "answers.json").write_text("{}")
+    with pytest.raises(GradingError, match="--replace"):
+        student_course.release(OURS, tmp_path)
+    student_course.release(OURS, tmp_path, replace=True)
+    assert not (first.folder / "notebooks" / "answers.json").exists()
+    assert not [path for path in tmp_path.iterdir() if path.name.startswith(".")]
+
+
+def test_a_course_without_notebooks_is_refused(tmp_path):
+    with pytest.raises(GradingError, match="no notebooks"):
+        student_course.release(replace(OURS, folder=tmp_path), tmp_path / "out")
+    assert not (tmp_path / "out" / "rotflex-course").exists()
+
+
+def test_a_notebook_that_nothing_leads_to_is_not_deleted_but_reported(tmp_path):
+    (tmp_path / "solutions").mkdir()
+    nbformat.write(nbformat.v4.new_notebook(cells=[code("1")]), tmp_path / "solutions" / "00_start.ipynb")
+    (tmp_path / "notebooks").mkdir()
+    (tmp_path / "notebooks" / "mine.ipynb").write_text("precious")
+    with pytest.raises(GradingError, match=r"mine\.ipynb"):
+        student_course.write_notebooks(replace(OURS, folder=tmp_path / "solutions"))
+    assert (tmp_path / "notebooks" / "mine.ipynb").read_text() == "precious"

@@ -1,0 +1,41 @@
+"""What students get, run as they get it: every notebook, empty, on the released folder alone."""
+
+import os
+
+import nbformat
+import pytest
+from checkout import ROOT
+from made_courses import OURS
+from nbclient import NotebookClient
+
+from labcourse.grading.release import student_course
+
+pytestmark = pytest.mark.slow
+
+NAMES = sorted(path.name for path in (ROOT / "notebooks").glob("*.ipynb"))
+_WHERE = "import rotflex, importlib.util as u; print(rotflex.__file__, u.find_spec('labcourse.grading'))"
+
+
+@pytest.fixture(scope="module")
+def course(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("released") / "rotflex-course"
+    student_course.build(OURS, folder)
+    return folder
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_runs_to_its_end_empty(course, name):
+    notebook = nbformat.read(course / "notebooks" / name, as_version=4)
+    # The first cell tells whose package runs; it is there for the test only.
+    notebook.cells.insert(0, nbformat.v4.new_code_cell(_WHERE))
+    environment = os.environ | {"PYTHONPATH": str(course), "ROTFLEX_PROGRESS": "off"}
+    client = NotebookClient(notebook, timeout=120, resources={"metadata": {"path": str(course / "notebooks")}})
+    client.execute(env=environment)
+    assert notebook.cells[0].outputs[0].text == f"{course / 'rotflex' / '__init__.py'} None\n"
+    recorded = [
+        "".join(output.get("text", "") for output in cell.outputs)
+        for cell in notebook.cells
+        if cell.cell_type == "code" and cell.source.startswith("lab.answer(")
+    ]
+    assert recorded
+    assert all("not answered yet" in text and "  recorded" not in text for text in recorded)

@@ -1,0 +1,110 @@
+"""What another marking changed, in words and as data."""
+
+import json
+from datetime import UTC, datetime
+
+from gradebooks import graded, mark, prose, record
+
+from labcourse.grading.gradebook import GivenMark, Gradebook, MarkRecord
+from labcourse.grading.reports.changes import HANDED_IN_AGAIN, KEY_CHANGED, RUN_AGAIN, Before, changes
+from labcourse.grading.reports.live_report import JsonLines, Screen
+from labcourse.grading.reports.result import result_of
+
+
+def test_each_part_that_changed_is_told_from_what_to_what_and_why():
+    wrong = mark("wrong", 0.0, "More than 1 % off.")
+    found = changes(graded("ada", mark(), prose()), graded("ada", wrong, prose(), key="key 2"))
+    first, second = str(found).splitlines()
+    assert "ada: 2 → 0" in first and "2.11, omega_n" in second and wrong.reason in second
+    assert found.as_data() == {
+        "student": "ada",
+        "before": 2.0,
+        "after": 0.0,
+        "why": KEY_CHANGED,
+        "changes": [
+            {
+                "question": "2.11",
+                "part": "omega_n",
+                "before": {"status": "right", "points": 2.0, "out_of": 2.0, "reason": "Well."},
+                "after": {"status": "wrong", "points": 0.0, "out_of": 2.0, "reason": "More than 1 % off."},
+            }
+        ],
+    }
+
+
+def test_a_part_that_comes_or_goes_is_told():
+    new = MarkRecord("2.12", "K_s", "right", 1.0, 1.0, "Well.")
+    came, went = changes(graded("ada", mark(), prose()), graded("ada", mark(), new)).parts
+    assert (came.as_data()["before"], went.as_data()["after"]) == (None, None)
+    assert "2.12, K_s" in str(came) and "2.11, explanation" in str(went)
+
+
+def test_points_that_shift_between_parts_are_told_though_the_sum_stays():
+    before = graded("ada", mark(points=1.0), prose("given by a person", 1.0))
+    after = graded("ada", mark(points=2.0), prose("given by a person", 0.0))
+    found = changes(before, after)
+    assert found.before == found.after and len(found.parts) == 2
+
+
+def test_another_reason_for_the_same_mark_is_no_change():
+    after = graded("ada", mark(reason="Within 1 %.", given="20"), key="key 2")
+    assert changes(graded("ada", mark()), after).parts == ()
+
+
+def test_the_reason_says_who_did_something():
+    one = graded("ada", submission="first")
+    assert changes(one, graded("ada", submission="second")).why == HANDED_IN_AGAIN
+    assert changes(one, graded("ada", key="key 2")).why == KEY_CHANGED
+    again = graded("ada", submission="other notebooks")
+    again = type(again)(type(again.run)(**{**vars(again.run), "submission": "first"}), again.marks, "key 1")
+    assert changes(one, again).why == RUN_AGAIN
+
+
+def test_who_had_no_marks_or_has_the_same_has_no_changes(tmp_path):
+    with Gradebook(tmp_path / "book.sqlite") as book:
+        record(book, graded("ada", answers=b"x", words={"2.11": {}}), graded("bob"))
+        before = Before(book)
+    assert before.changes(graded("cleo", mark("wrong", 0.0))) is None
+    assert before.changes(graded("ADA", answers=b"x")) is None
+    changed = before.changes(graded("Bob", mark("wrong", 0.0), prose()))
+    assert changed is not None and (changed.before, changed.after) == (2.0, 0.0)
+
+
+BEFORE = graded("ada", mark(), prose())
+REMARKED = graded("ada", mark("wrong", 0.0, "More than 1 % off."), prose(), key="key 2")
+AGAIN = graded("ada", mark("wrong", 0.0, "More than 1 % off."), prose(), submission="second")
+LAPSED = GivenMark(
+    MarkRecord("2.11", "explanation", "given by a person", 0.5, 1.0, "Nearly.", "Before."),
+    "tutor",
+    datetime(2026, 3, 2, tzinfo=UTC),
+)
+
+
+def shown(kind, after, capsys, lapsed=()):
+    with kind(1, [], []) as report:
+        result = result_of(type(after)(after.run, after.marks, after.key_digest, lapsed))
+        report.add(False, result, changes(BEFORE, after))
+    return capsys.readouterr().out
+
+
+def test_the_screen_says_what_a_changed_key_changed(capsys):
+    text = shown(Screen, REMARKED, capsys)
+    assert "ada: 2 → 0" in text and "key has changed" in text
+    assert "2.11, omega_n" in text and REMARKED.marks[0].reason in text
+
+
+def test_the_screen_leaves_out_what_changed_as_other_work_was_handed_in(capsys):
+    assert "→" not in shown(Screen, AGAIN, capsys)
+
+
+def test_scripts_are_told_what_changed_and_why(capsys):
+    event = json.loads(shown(JsonLines, AGAIN, capsys).splitlines()[0])
+    assert event["why"] == "handed in again" and event["changes"][0]["after"]["status"] == "wrong"
+    assert event["points"] == 0 and event["not_marked"] == 0
+
+
+def test_a_mark_that_lapsed_is_told(capsys):
+    assert "ada, 2.11, explanation: tutor gave 0.5 of 1 points on 2026-03-02" in " ".join(
+        shown(Screen, REMARKED, capsys, (LAPSED,)).split()
+    )
+    assert json.loads(shown(JsonLines, REMARKED, capsys, (LAPSED,)).splitlines()[0])["lapsed"][0].startswith("2.11, ")

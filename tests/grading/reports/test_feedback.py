@@ -1,0 +1,210 @@
+"""The page that a student gets back: what it says, what it folds away, and what cannot get onto it."""
+
+import html
+import io
+import json
+import re
+from base64 import b64encode
+from dataclasses import replace
+from datetime import UTC, datetime
+
+import pytest
+from PIL import Image
+
+from labcourse.answers.catalogue import Catalogue
+from labcourse.grading.gradebook import CommentRecord, GivenMark, MarkRecord, RunRecord
+from labcourse.grading.marking.marking import Mark
+from labcourse.grading.reports import feedback
+from labcourse.grading.reports.grades import Result
+from labcourse.grading.verdicts import Status
+from rotflex.course.questions import CATALOGUE
+
+OMEGA = Mark("2.11", "omega_n", Status.RIGHT, 2.0, 2.0, "Within 5 %.", "19.9 rad/s")
+WHY = Mark("2.11", "explanation", Status.BY_A_PERSON, 1.0, 1.0, "Well reasoned.", "Because it bends.")
+STIFFNESS = Mark("2.12", "K_s", Status.FOLLOW_THROUGH, 2.0, 2.0, "It agrees with your own omega_n.", "1.3 N·m/rad")
+FIGURE = {
+    "title": "",
+    "xlabel": "time (s)",
+    "ylabel": "deflection (deg)",
+    "lines": [{"label": "alpha", "n": 3, "x": [0.0, 1.0, 2.0], "y": [0.0, 1.0, 0.0]}],
+}
+
+
+def page(*marks, run=None, catalogue=CATALOGUE, **more):
+    return feedback.page(Result("ada", marks, stamp="Run in isolation.", **more), catalogue, "A course", run, "Spring")
+
+
+def seen(text):
+    plain = re.sub(r"<style.*?</style>|<[^>]+>", " ", text, flags=re.DOTALL)
+    return " ".join(html.unescape(plain).split())
+
+
+def run(answers=None, **more):
+    content = {"format": 1, "student": "ada", "bench": {}, "software": "rotflex", "probe_seed": 7}
+    data = None if answers is None else json.dumps({**content, "answers": answers}).encode()
+    return RunRecord("k", "ada", "s", "m", "rotflex", 7, "Run in isolation.", data, **more)
+
+
+def opened(text):
+    found = re.findall(r'<details class="question" id="[^"]*"( open)?>\s*<summary><h3>Question ([^:]+):', text)
+    return {number: bool(is_open) for is_open, number in found}
+
+
+def test_a_whole_page(snapshot):
+    """One mark of each sort, a name, comments, a mark that lapsed, problems and notes; read as text."""
+    when = datetime(2026, 3, 2, tzinfo=UTC)
+    marks = [
+        OMEGA,
+        replace(WHY, status=Status.FOR_A_PERSON, points=0.0),
+        STIFFNESS,
+        Mark("2.12", "J_l", Status.WRONG, 0.0, 1.0, "More than 1 % off.", "4"),
+        Mark("2.16", "comparison", Status.NOT_MARKED, 0.0, 2.0, "key.py, line 3.", "So."),
+        Mark("3.1", "explanation", Status.MISSING, 0.0, 1.0, "3.1 stopped: NameError, line 3", ""),
+    ]
+    said = [CommentRecord("ada", None, "Good.", "prof", when), CommentRecord("ada", "2.11", "Unit?", "tutor", when)]
+    lapsed = GivenMark(MarkRecord("2.12", "K_s", "given by a person", 1.0, 2.0, "", ""), "tutor", when)
+    more = {"name": "Ada L.", "section": "B", "problems": ("A problem.",), "notes": ("A note.",)}
+    text = page(*marks, comments=tuple(said), lapsed=(lapsed,), **more)
+    body = re.sub(r"<head.*?</head>", "", text, flags=re.DOTALL)
+    lines = re.sub(r"</(?:p|h\d|li|tr|summary|div|section|header)>", "\n", body)
+    lines = [" ".join(html.unescape(re.sub(r"<[^>]+>", " ", line)).split()) for line in lines.splitlines()]
+    assert "\n".join(filter(None, lines)) == snapshot
+
+
+def test_the_summary_goes_by_section_and_says_what_to_look_at_again():
+    wrong = replace(OMEGA, status=Status.WRONG, points=0.0)
+    lost = Mark("3.1", "explanation", Status.BY_A_PERSON, 0.5, 1.0, "Which way?", "Stable.")
+    text = page(wrong, WHY, STIFFNESS, lost)
+    assert 'scope="col"' in text and 'scope="row"' in text
+    rows = [seen(row) for row in re.findall(r"<tr>.*?</tr>", text, flags=re.DOTALL)]
+    assert rows[1:] == [
+        "2.3.1 02_finding_stiffness 3 5 2.11: Natural frequency",
+        "3.3 05_control_prelab 0.5 1 3.1: Stability",
+        "All 3.5 6",
+    ]
+    assert '<a href="#q-2-11">' in text and 'id="q-2-11"' in text
+
+
+def test_where_all_of_a_section_is_to_be_looked_at_again_it_is_said_once():
+    missing = [replace(one, status=Status.MISSING, points=0.0, given="") for one in (OMEGA, STIFFNESS)]
+    (row,) = re.findall(r"<tr>.*?2\.3\.1.*?</tr>", page(*missing), flags=re.DOTALL)
+    assert "from 2.11" in seen(row) and "2.12" not in row
+
+
+def test_each_mark_says_in_words_what_its_colour_and_sign_say():
+    for status in Status:
+        text = page(replace(OMEGA, status=status))
+        assert f"<strong>{status.value}</strong>" in text and "Within 5 %." in text
+
+
+def test_what_stopped_is_said_where_the_answer_would_be():
+    reason = "2.11 stopped: NameError, 'omgea' is not defined, line 3"
+    both = [replace(one, status=Status.MISSING, points=0.0, given="", reason=reason) for one in (OMEGA, WHY)]
+    text = page(*both)
+    assert seen(text).count(reason) == 1  # once for all parts
+    assert opened(text) == {"2.11": True}
+
+
+def test_a_question_that_the_catalogue_does_not_have_is_shown_all_the_same():
+    assert "Question 2.11: " in page(OMEGA, catalogue=Catalogue([]))
+
+
+@pytest.mark.parametrize(
+    ("marks", "is_open"),
+    [
+        ((OMEGA, WHY), False),
+        ((OMEGA,), False),
+        ((OMEGA, replace(WHY, points=0.5)), True),
+        ((OMEGA, replace(WHY, status=Status.FOR_A_PERSON, points=0.0)), True),
+        ((replace(OMEGA, status=Status.FOLLOW_THROUGH),), True),
+        ((replace(OMEGA, status=Status.WRONG, points=0.0), WHY), True),
+        ((replace(OMEGA, status=Status.NOT_MARKED, points=0.0),), True),
+    ],
+    ids=["all well", "right", "points lost", "waits", "follows", "wrong", "key fault"],
+)
+def test_only_what_is_all_well_is_folded_away(marks, is_open):
+    assert opened(page(*marks)) == {"2.11": is_open}
+
+
+def test_what_a_person_had_to_say_is_not_folded_away():
+    comment = CommentRecord("ada", "2.11", "Nice.", "prof", datetime.now(UTC))
+    assert opened(page(OMEGA, STIFFNESS, comments=(comment,))) == {"2.11": True, "2.12": True}
+
+
+DRAWN = Mark("2.9", "figure", Status.RIGHT, 1.0, 1.0, "Well.", "1 diagram, 1 curve")
+
+
+def test_the_students_own_figure_is_drawn_with_its_description():
+    text = page(DRAWN, run=run({"2.9": {"figure": {"kind": "figure", "axes": [FIGURE]}}}))
+    assert '<svg class="drawn"' in text and "deflection (deg)" in seen(text)
+    assert 'aria-label="Diagram of deflection (deg) against time (s)' in text
+    assert "1 diagram, 1 curve" not in text
+
+
+def with_axes(axes, number="2.9"):
+    return {number: {"figure": {"kind": "figure", "axes": axes}}}
+
+
+@pytest.mark.parametrize(
+    "answers",
+    [
+        None,
+        {},
+        with_axes("none"),
+        with_axes([{**FIGURE, "lines": [{"label": "", "n": 1, "x": ["<b>"], "y": [1]}]}]),
+        {"2.9": {"figure": {"kind": "number", "value": 1.0}}},
+        with_axes([FIGURE], "9.9"),
+    ],
+    ids=["nothing left", "none", "no axes", "no numbers", "of another kind", "of no question"],
+)
+def test_what_is_no_figure_is_not_drawn_and_stops_nothing(answers):
+    text = page(DRAWN, run=run(answers))
+    assert "<svg" not in text and "1 diagram, 1 curve" in text
+
+
+def test_words_from_text_cells_are_rendered_in_place_of_their_source():
+    drawn = io.BytesIO()
+    Image.new("RGB", (4, 3), "red").save(drawn, format="PNG")
+    pictures = {"attachment:a.png": b64encode(drawn.getvalue()).decode(), "attachment:broken.png": "%%"}
+    written = "It **bends**, as $\\frac{1}{2}$ <b>says</b>.\n\n* much\n\n"
+    written += "![drawn](attachment:a.png) ![no](attachment:broken.png)"
+    words = {"2.11": {"explanation": {"text": written, "pictures": pictures}}}
+    text = page(OMEGA, WHY, run=run(words=words))
+    assert "Because it bends." not in text and "It <strong>bends</strong>" in text and "<li>much</li>" in text
+    assert "&lt;b&gt;says" in text and "<mfrac>" in text
+    assert re.findall(r'<img[^>]*src="([^"]{22})', text) == ["data:image/png;base64,"]
+
+
+EVIL = "<script>alert(1)</script><img src=x onerror=y>\"'--><style>*{display:none}</style>"
+
+
+def test_whatever_a_student_can_put_in_is_escaped():
+    when = datetime.now(UTC)
+    mark = Mark("2.11", "explanation", Status.FOR_A_PERSON, 0, 1, EVIL, EVIL)
+    figure = {**FIGURE, "title": EVIL[:200], "xlabel": EVIL[:200], "ylabel": EVIL[:200]}
+    figure["lines"] = [{**FIGURE["lines"][0], "label": EVIL[:200]}]
+    given = GivenMark(MarkRecord(EVIL, EVIL, EVIL, 1.0, 2.0, EVIL, EVIL), EVIL, when)
+    result = Result(EVIL, (mark, DRAWN), (EVIL,), (EVIL,), EVIL, EVIL, EVIL, EVIL,
+                    (CommentRecord("ada", None, EVIL, EVIL, when),), (given,))  # fmt: skip
+    answers = {"2.9": {"figure": {"kind": "figure", "axes": [figure]}}}
+    words = {"2.11": {"explanation": {"text": EVIL, "pictures": {}}}}
+    text = feedback.page(result, CATALOGUE, EVIL, run(answers, words=words), EVIL)
+    assert "<script" not in text and "<img" not in text and text.count("<style>") == 1
+    assert text.count("&lt;script&gt;alert") >= 14
+
+
+def test_nothing_turns_the_direction_of_the_page():
+    turning = "\u202e2 of 2\u2066\x9b31m"
+    mark = Mark("2.11", "explanation", Status.FOR_A_PERSON, 0.0, 1.0, turning, turning)
+    text = feedback.page(Result(turning, (mark,), (turning,), (turning,), turning), CATALOGUE)
+    assert not set("\u202e\u2066\x9b") & set(text)
+    assert text.count(r"\u202e2 of 2\u2066\x9b31m") == 7  # twice as the name, and wherever else it is put
+
+
+def test_the_page_runs_and_loads_nothing():
+    text = page(OMEGA, DRAWN, run=run({"2.9": {"figure": {"kind": "figure", "axes": [FIGURE]}}}))
+    assert "default-src 'none'; style-src 'unsafe-inline'; img-src data:" in text
+    assert "<script" not in text and "http://" not in text and "https://" not in text
+    assert not re.search(r"\son\w+=|javascript:|url\(|@import", text)
+    assert text.startswith("<!doctype html>") and '<html lang="en">' in text
+    assert "prefers-color-scheme: dark" in text and "@media print" in text

@@ -1,0 +1,131 @@
+"""The folder of results: everybody, every time, from the gradebook and its roster."""
+
+import errno
+import json
+from datetime import UTC, datetime
+
+import pytest
+from gradebooks import enrol, graded, mark, prose, record, report_text, rows
+from made_courses import OURS
+
+from labcourse import files
+from labcourse.grading.gradebook import Delivery
+from labcourse.grading.reports.grades import Reports
+from labcourse.grading.reports.grades_table import NOT_GRADED_YET
+from rotflex.errors import GradingError
+
+
+@pytest.fixture
+def out(tmp_path):
+    return tmp_path / "out"
+
+
+def test_everybody_is_in_the_reports_whoever_was_graded_just_now(book, out, tmp_path):
+    record(book, graded("bob"), graded("ada"), graded("zoe"))
+    enrol(book, tmp_path, ("ada", "Ada L.", "ada@x.org", "B"), ("eve", "Eve E.", "", "A"))
+    with Reports(out, OURS, book) as reports:
+        reports.write(graded("bob"))
+    found = rows(out)
+    assert list(found) == ["ada", "bob", "eve", "zoe"]
+    assert found["ada"]["name"] == "Ada L." and found["ada"]["total"] == "2"
+    assert found["eve"]["notes"] == "nothing handed in"
+    assert sorted(path.name for path in out.iterdir()) == ["ada", "bob", "grades.csv", "zoe"]
+    assert {path.name for path in (out / "zoe").iterdir()} == {"marks.json", "feedback.html"}
+
+
+@pytest.mark.parametrize("end", [KeyboardInterrupt, GradingError("The scheduler is gone.")])
+def test_whatever_ends_a_batch_everybody_is_in_the_reports(book, out, tmp_path, end):
+    record(book, graded("ada"), graded("bob"))
+    with pytest.raises(BaseException) as caught, Reports(out, OURS, book, ["cleo", "Ada"]) as reports:
+        reports.write(graded("ada"))
+        raise end
+    assert caught.type is (end if isinstance(end, type) else type(end))
+    found = rows(out)
+    assert list(found) == ["ada", "bob", "cleo"]
+    assert found["cleo"]["notes"] == "handed in, not graded yet"
+    assert not (out / "cleo").exists()
+
+
+def test_who_has_files_in_the_gradebook_and_no_marks_has_handed_in(book, out):
+    book.deliver("dan", [Delivery("02.ipynb", "d", b"{}", datetime.now(UTC))])
+    Reports(out, OURS, book).write_all()
+    assert rows(out)["dan"]["notes"] == NOT_GRADED_YET
+
+
+def test_a_students_folder_bears_the_rosters_spelling(book, out, tmp_path):
+    record(book, graded("ADA"))
+    enrol(book, tmp_path, ("Ada", "Ada L.", "", ""))
+    Reports(out, OURS, book).write_all()
+    assert list(rows(out)) == ["Ada"]
+    assert [path.name for path in out.iterdir() if path.is_dir()] == ["Ada"]
+
+
+def test_marks_as_data_hold_what_people_said(book, out):
+    record(book, graded("ada"))
+    book.comment("ada", "Good.", "prof", "2.11")
+    book.set_mark("ada", "2.11", "explanation", 0.5, "Nearly.", "tutor")
+    record(book, graded("ada", mark(), prose(given="Otherwise."), report_text(), submission="second"))
+    Reports(out, OURS, book).write_all()
+    data = json.loads((out / "ada" / "marks.json").read_text(encoding="utf-8"))
+    assert (data["total"], data["awaiting"], data["not_marked"], data["out_of"]) == (2, 3, 0, 5)
+    ((comment,), (lapsed,)) = data["comments"], data["lapsed"]
+    assert (comment["question"], comment["text"], comment["by"]) == ("2.11", "Good.", "prof")
+    assert lapsed.startswith("2.11, explanation: tutor gave 0.5 of 1 points on ")
+
+
+def test_a_question_that_the_course_does_not_have_any_more_stops_nothing(book, out):
+    gone = [mark(), prose()]
+    gone[0] = type(gone[0])("9.9", "gone", "right", 1.0, 1.0, "Well.", "1")
+    record(book, graded("ada", *gone))
+    Reports(out, OURS, book).write_all()
+    assert rows(out)["ada"]["9.9"] == "1"
+    assert "Question 9.9" in (out / "ada" / "feedback.html").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("in_the_way", ["folder", "file", "read-only"])
+def test_a_place_that_cannot_be_written_to_is_told_before_anything_is_run(book, out, monkeypatch, in_the_way):
+    def refuse(target, content):
+        raise OSError(errno.EROFS, "", str(target))
+
+    if in_the_way == "folder":
+        (out / "grades.csv").mkdir(parents=True)
+    elif in_the_way == "file":
+        out.write_text("")
+    else:
+        monkeypatch.setattr(files, "write", refuse)
+    with pytest.raises(GradingError, match=r"grades\.csv" if in_the_way == "folder" else "out"):
+        Reports(out, OURS, book)
+
+
+def test_a_folder_of_a_student_that_cannot_be_made_costs_the_others_nothing(book, out):
+    record(book, graded("ada"), graded("bob"))
+    reports = Reports(out, OURS, book)
+    (out / "ada").write_text("a file")
+    with pytest.raises(GradingError, match=r"ada.*rotflex report"):
+        reports.write_all()
+    assert (out / "bob" / "feedback.html").exists() and list(rows(out)) == ["ada", "bob"]
+
+
+def full(path, data):
+    raise OSError(errno.ENOSPC, "No space left on device", str(path))
+
+
+def test_a_disk_that_is_full_is_told_once_and_what_was_there_stays(book, out, monkeypatch):
+    record(book, graded("ada"), graded("bob"))
+    Reports(out, OURS, book).write_all()
+    before = {path: path.read_bytes() for path in out.rglob("*") if path.is_file()}
+    book.comment("ada", "Well.", "prof")
+    reports = Reports(out, OURS, book)
+
+    monkeypatch.setattr("pathlib.Path.write_bytes", full)
+    with pytest.raises(GradingError, match=r"grades\.csv.* 4 more.*Free some space.*rotflex grade") as told:
+        reports.write_all()
+    assert "rotflex report" not in str(told.value)
+    assert {path: path.read_bytes() for path in out.rglob("*") if path.is_file()} == before
+
+
+def test_a_page_that_cannot_be_written_in_the_course_of_a_batch_stops_nothing(book, out, monkeypatch):
+    record(book, graded("ada"))
+    with pytest.raises(GradingError, match="No space left"), Reports(out, OURS, book) as reports:
+        monkeypatch.setattr("pathlib.Path.write_bytes", full)
+        assert reports.write(graded("ada")).total == 2

@@ -1,0 +1,195 @@
+"""Students' words as people read them: formulas and pictures are there, and nothing that does anything."""
+
+import io
+import re
+from html.parser import HTMLParser
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from PIL import Image
+
+from labcourse.grading.reports.formulas import FormulaError, as_mathml
+from labcourse.grading.reports.rendered_words import MOST_BYTES, as_html
+
+USUAL = re.compile("p|strong|em|s|code|pre|[uo]l|li|blockquote|[hb]r|img|span|table|thead|tbody|t[rhd]")
+MATHS = re.compile(
+    "math|m(row|i|n|o|text|su[bp]|subsup|frac|sqrt|root|over|under|underover|table|t[rd]|style|space|padded|phantom)"
+)
+ATTRIBUTES = {"src", "alt", "class", "start", "style"}
+
+
+class Elements(HTMLParser):
+    def __init__(self, page):
+        super().__init__()
+        self.names, self.attributes, self.words = set(), [], []
+        self.feed(str(page))
+
+    def handle_starttag(self, tag, attrs):
+        self.names.add(tag)
+        self.attributes += [(tag, *pair) for pair in attrs]
+
+    def handle_data(self, data):
+        self.words.append(data)
+
+
+def harmless(page):
+    """Look at all that a page has, and give the words in it."""
+    found = Elements(page)
+    assert [name for name in found.names if not USUAL.fullmatch(name) and not MATHS.fullmatch(name)] == []
+    for tag, name, value in found.attributes:
+        if USUAL.fullmatch(tag):
+            assert name in ATTRIBUTES, (tag, name)
+            assert name != "src" or value.startswith("data:image/png;base64,")
+            assert name != "style" or re.fullmatch(r"text-align:(left|right|center)", value)
+        else:
+            assert not re.search(r"[:()/<>\"']", value or ""), (tag, name, value)
+    return " ".join("".join(found.words).split())
+
+
+def png():
+    packed = io.BytesIO()
+    Image.new("RGB", (4, 3)).save(packed, "PNG")
+    return packed.getvalue()
+
+
+def test_paragraphs_lists_tables_and_emphasis_are_shown():
+    page = as_html("Größe **wichtig**, *oder* ~~nicht~~\n\n1. eins\n2. zwei\n\n| a | b |\n|--:|---|\n| 1 | `x` |")
+    for piece in ("<strong>wichtig</strong>", "<em>oder</em>", "<s>nicht</s>", "<ol>", "<th", "<code>x</code>"):
+        assert piece in page
+    harmless(page)
+
+
+def test_formulas_become_mathml_in_a_line_and_on_lines_of_their_own():
+    page = as_html("So $\\omega_n=\\sqrt{K_s/J_l}$.\n\n$$\nx_1\n- y = \\frac{a}{b}\n$$\n\nand $$a*b*c$$ too")
+    assert page.count("<math") == 3
+    assert "<msub><mi>ω</mi><mi>n</mi></msub>" in page and "<msqrt>" in page and "<mfrac>" in page
+    assert "<li>" not in page and "<em>" not in page
+    assert page.count('display="block"') == 2
+    matrix = as_html("\\begin{bmatrix}\na & b \\\\\nc & d\n\\end{bmatrix}")
+    assert "<mtable>" in matrix and "<p>" in matrix
+
+
+@pytest.mark.parametrize("text", ["$$ab$$", "$$ab\n$$", "$$\nab$$", "$$\nab\n$$", "so\n\n$$ab$$\n\nand"])
+def test_a_formula_on_lines_of_its_own_is_whole_wherever_its_signs_stand(text):
+    page = as_html(text)
+    assert page.count("<math") == 1 and "$" not in page
+    assert re.findall(r"<mi>(\w+)</mi>", page) == ["a", "b"]
+
+
+@pytest.mark.parametrize("text", ["It costs $5.", "`$x$` is typed so", "5 \\$ and 6 \\$", "$ $", "$$"])
+def test_what_is_no_formula_stays(text):
+    page = as_html(text)
+    assert "<math" not in page
+    assert "$" in page
+
+
+@pytest.mark.parametrize("latex", [r"\frac{", r"\begin{matrix} a", "{" * 500, "x" * 1001])
+def test_a_formula_that_is_not_understood_is_shown_as_it_was_typed(latex):
+    with pytest.raises(FormulaError):
+        as_mathml(latex)
+    assert f"<code>${latex}$</code>" in as_html(f"a ${latex}$ b")
+
+
+def test_pictures_that_came_along_are_shown_once_each():
+    pictures = {"attachment:my%20plot.png": png(), "plots/ü.png": png()}
+    page = as_html("![the *plot*](attachment:my%20plot.png) ![](plots/ü.png) ![x](attachment:my%20plot.png)", pictures)
+    assert page.count("<img ") == 2 and 'alt="the *plot*"' in page
+    assert "[picture as above: x]" in page
+    harmless(page)
+
+
+def test_pictures_from_elsewhere_are_words():
+    page = as_html("![plot](https://example.org/a.png) ![b](file:///etc/passwd) ![c](attachment:none.png)")
+    assert "<img" not in page
+    assert "[picture not available: plot]" in page and "[picture not available: c]" in page
+
+
+def test_what_is_no_png_is_not_shown():
+    assert "<img" not in as_html("![a](attachment:a)", {"attachment:a": b"<svg onload='alert(1)'/>"})
+
+
+def test_the_address_of_a_link_is_shown_and_is_no_markup():
+    page = as_html("[see](https://example.org/%3Cimg%20src=x%20onerror=alert(1)%3E)")
+    assert "<img" not in page and "see (https://example.org/&lt;img" in page
+
+
+def test_links_are_words_with_their_address():
+    page = as_html("[see](https://example.org/x) <https://example.org/y>")
+    assert "see (https://example.org/x)" in page and page.count("https://example.org/y") == 1
+    assert "href" not in page and "<a" not in page
+
+
+def test_headings_are_the_pages_own():
+    assert as_html("# Title\n\nand\n===") == "<p><strong>Title</strong></p>\n<p><strong>and</strong></p>\n"
+
+
+HOSTILE = [
+    "<script>alert(1)</script>",
+    "<img src=x onerror=alert(1)>",
+    "<svg/onload=alert(1)>\n\n<style>*{display:none}</style>",
+    "[x](javascript:alert(1)) [y](data:text/html,<script>alert(1)</script>) <javascript:alert(1)>",
+    '![x](javascript:alert(1)) ![" onerror="alert(1)](attachment:a) ![x](attachment:a "t\\" onload=\\"alert(1)")',
+    '[x]: https://evil.example/ "onmouseover=alert(1)"\n\n[x] ![x]',
+    "$<script>alert(1)</script>$ $\\text{<img src=x onerror=alert(1)>}$",
+    '$\\href{javascript:alert(1)}{x}$ $\\style{background:url(//evil.example)}{x}$ $\\class{a" onload="b}{x}$',
+    '$\\color{red" onload="alert(1)}x$ $\\unicode{60}script\\unicode{62}$ $&lt;script&gt;$ $\\&\\#60;$',
+    '```<script>\n<script>alert(1)</script>\n```\n~~~ " onload=alert(1)\nx\n~~~',
+    "&lt;script&gt; &#60;script&#62; \x1b[31m\u202e\u2066",
+    "</div></body></html><!-- <iframe src=//evil.example> -->",
+    "| <script> | b |\n|---|---|\n| <img onerror=x> | [a](javascript:x) |",
+    "<details open ontoggle=alert(1)> <math><mi xlink:href=javascript:alert(1)>x</mi></math>",
+]
+
+
+@pytest.mark.parametrize("text", HOSTILE, ids=range(len(HOSTILE)))
+def test_nothing_that_runs_loads_or_leads_away_is_left(text):
+    page = as_html(text, {"attachment:a": png()})
+    harmless(page)
+    assert "\x1b" not in page and "\u202e" not in page
+
+
+@given(st.text(alphabet="$\\{}^_&<>\"'[]()!*`~#|-+> \n1a:/%=", max_size=300))
+def test_no_text_becomes_anything_that_does_something(text):
+    harmless(as_html(text, {"attachment:a": png()}))
+
+
+DEEP = {
+    "quotes": ">" * 5000,
+    "lists": "\n".join("  " * n + "- x" for n in range(100)),
+    "a thousand levels of lists": "- " * 1000 + "x",
+    "numbers": "1. " * 1000,
+    "brackets": "[" * 5000,
+    "pictures": "![" * 2500,
+    "links": "[a](" * 1200,
+    "stars": "*a **b " * 700,
+    "backticks": "".join("`" * n + " " for n in range(95)),
+    "table": "|" * 2400 + "\n" + "|-" * 1200 + "|\n" + "|\n" * 100,
+    "narrow table": "|a" * 39 + "|\n" + "|-" * 39 + "|\n" + "|\n" * 2400,
+    "dollars": "$" * 5000,
+    "half formulas": "$a " * 1600,
+    "formulas": "$\\frac{a}{b}$ " * 350,
+    "braces": "$" + "{" * 900 + "}" * 900 + "$",
+    "fractions": "$" + "\\frac" * 190 + "$",
+    "scripts": "$" + "a^" * 450 + "a$",
+    "roots": "$" + "\\sqrt" * 190 + "a$",
+    "left": "$" + "\\left(" * 150 + "$",
+    "environments": "$" + "\\begin{matrix}" * 60 + "$",
+    "definitions": "$\\def\\a{\\b\\b}\\def\\b{\\c\\c}\\newcommand{\\c}{\\d\\d}\\a\\a$",
+    "matrix": "$\\begin{matrix}" + "&" * 900 + "\\end{matrix}$",
+    "entities": "&amp;" * 1000,
+    "references": "[a]: b\n" * 800 + "[a]" * 100,
+    "the same picture": "![](attachment:a)" * 290,
+}
+
+
+@pytest.mark.timeout(60)
+@pytest.mark.parametrize("text", DEEP.values(), ids=DEEP)
+def test_what_is_built_to_be_large_takes_little_room(text):
+    page = as_html(text, {"attachment:a": png()})
+    assert len(page) < MOST_BYTES + 1000
+    harmless(page)
+
+
+def test_a_reference_does_not_bring_back_what_turns_the_direction_of_writing():
+    assert "\u202e" not in as_html("right &#x202e; left") and "\\u202e" in as_html("right &#x202e; left")

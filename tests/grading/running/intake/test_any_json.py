@@ -1,0 +1,92 @@
+"""Any JSON value anywhere in a file of a hand-in costs at most this file."""
+
+import json
+import tempfile
+from pathlib import Path
+
+import pytest
+from any_json import damaged
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from packings import WANTED, lay, notebook, work
+
+from labcourse.answers.handed_in import NotebookError
+from labcourse.grading.running import intake
+from labcourse.grading.running.intake import limits, notebooks
+from labcourse.grading.running.prepared import _claim
+from rotflex.course.questions import CATALOGUE
+
+BROKEN = WANTED[1]
+NEW = json.loads(notebook(BROKEN))
+OLD = {
+    "nbformat": 3,
+    "metadata": {"name": ""},
+    "worksheets": [
+        {
+            "cells": [
+                {
+                    "cell_type": "code",
+                    "input": ["x = 1\n", "x"],
+                    "metadata": {},
+                    "outputs": [{"output_type": "pyout", "text": ["1"], "prompt_number": 2}],
+                },
+                {"cell_type": "heading", "level": 2, "source": "Springs", "metadata": {}},
+            ]
+        }
+    ],
+}
+ANSWERS = {
+    "format": 2,
+    "student": "ada",
+    "bench": {"draw": 1},
+    "software": "rotflex",
+    "probe_seed": 1,
+    "answers": {"2.11": {"omega_n": {"kind": "number", "value": 20.0}}},
+    "cells": {"2.11": {"omega_n": "q2-11"}},
+    "when": {"2.11": {"omega_n": 1}},
+}
+COURSE = {"student": "ada", "with": ["bob"], "release": "r1", "draw": 2, "bench": {"which": "own"}}
+GOOD = {**work("ada"), "answers.json": json.dumps(ANSWERS).encode(), "course.json": json.dumps(COURSE).encode()}
+
+
+def taken_in(root, files):
+    lay(root / "ada", files)
+    for submission in intake.find(root).submissions:
+        if submission.student == "ada":
+            found = intake.read(submission, WANTED)
+            hand_in, _notes = intake.newest([item for one in found for item in one.items()], WANTED)
+            return hand_in, [*intake.problems(found), *intake.notes(found), *submission.problems, *submission.notes]
+    return None
+
+
+@settings(max_examples=300, deadline=None, derandomize=True)
+@given(
+    st.tuples(st.just(BROKEN), damaged(NEW) | damaged(OLD))
+    | st.tuples(st.just("answers.json"), damaged(ANSWERS))
+    | st.tuples(st.just("course.json"), damaged(COURSE))
+)
+def test_the_other_files_are_read_and_this_one_is_or_is_named(broken):
+    name, content = broken
+    with tempfile.TemporaryDirectory() as folder:
+        hand_in, told = taken_in(Path(folder), {**GOOD, name: content})
+    others = [one for one in WANTED if one != name]
+    assert [hand_in.notebooks[one][0].source for one in others] == ["x = 1"] * len(others)
+    if name == BROKEN:
+        assert (BROKEN in hand_in.notebooks) != any(BROKEN in line for line in told)
+    elif name == "answers.json":
+        claim, said = _claim(hand_in.claim, CATALOGUE, "ada")
+        assert (claim is not None) != any("answers.json" in line for line in said)
+    else:
+        assert hand_in.course or content == b"{}" or any("course.json" in line for line in told)
+
+
+@pytest.mark.parametrize("sheets", [[{"cells": 5}], [5], 5, [{"cells": [{"cell_type": "code"}]}, {"cells": "x"}]])
+def test_an_old_notebook_without_cells_is_named_and_the_others_are_graded(tmp_path, sheets):
+    hand_in, told = taken_in(tmp_path, {**GOOD, BROKEN: json.dumps({"nbformat": 3, "worksheets": sheets}).encode()})
+    assert sorted(hand_in.notebooks) == [WANTED[0], WANTED[2]] and any(BROKEN in line for line in told)
+
+
+def test_a_large_notebook_of_format_3_is_refused_and_not_taken_for_an_empty_one(monkeypatch):
+    monkeypatch.setattr(limits, "MAX_NOTEBOOK", 100)
+    with pytest.raises(NotebookError, match="format 4"):
+        notebooks.read(json.dumps(OLD).encode())

@@ -1,0 +1,134 @@
+"""Names that platforms give, read: also those that are not theirs."""
+
+from datetime import datetime
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from labcourse.grading.running.intake import labels
+from labcourse.grading.running.intake.labels import Label
+
+WHEN = datetime(2026, 11, 21, 13, 5, 59)
+
+
+@pytest.mark.parametrize(
+    ("name", "label"),
+    [
+        ("Ada Lovelace_1234567_assignsubmission_file_", Label("Moodle", ("Ada Lovelace",), "1234567")),
+        ("Ada Lovelace_1234567_assignsubmission_file", Label("Moodle", ("Ada Lovelace",), "1234567")),
+        (
+            "Group 3-Mary-Ann Smith_7_assignsubmission_file_my_work-1.ipynb",
+            Label("Moodle", ("Group 3-Mary-Ann Smith", "Mary-Ann Smith", "Ann Smith"), "7", rest="my_work-1.ipynb"),
+        ),
+        ("Teilnehmer_12_assignsubmission_file_", Label("Moodle", (), "12")),
+        (
+            "Ada_1_assignsubmission_onlinetext_onlinetext.html",
+            Label("Moodle", ("Ada",), "1", rest="onlinetext.html", own=True),
+        ),
+        (
+            "lovelaceada_12345_678901_02_03_x-1.ipynb",
+            Label("Canvas", ("lovelaceada",), "12345", attempt=678901, rest="02_03_x-1.ipynb"),
+        ),
+        ("o_neill_LATE_1_2_x.zip", Label("Canvas", ("o_neill",), "1", attempt=2, rest="x.zip")),
+        ("o_neill_late_1_2_x.zip", Label("Canvas", ("o_neill",), "1", attempt=2, rest="x.zip")),
+        ("LATE_anon_a1B2c_99_x.ipynb", Label("Canvas", (), "a1B2c", attempt=99, rest="x.ipynb")),
+        (
+            "Lab_1_a_lovelace_attempt_2026-11-21-13-05-59_ada work.zip",
+            Label("Blackboard", ("1_a_lovelace", "a_lovelace", "lovelace"), time=WHEN, rest="ada work.zip"),
+        ),
+        ("Lab_ada_attempt_2026-11-21-13-05-59.txt", Label("Blackboard", ("ada",), time=WHEN, own=True)),
+        (
+            "12345-678910 - Mary-Ann Smith - Nov 21, 2026 105 PM",
+            Label("Brightspace", ("Mary-Ann Smith",), time=WHEN.replace(second=0)),
+        ),
+        (
+            "12345-67891 - N0012345 - Ada Lovelace- Nov 21, 2026 1305 - report - final.zip",
+            Label(
+                "Brightspace",
+                ("N0012345 - Ada Lovelace", "N0012345", "Ada Lovelace"),
+                time=WHEN.replace(second=0),
+                rest="report - final.zip",
+            ),
+        ),
+        ("1-2 - Ada - 21 novembre 2026 13 05", Label("Brightspace", ("Ada",))),
+    ],
+)
+def test_a_platforms_name_is_read(name, label):
+    assert labels.read(name) == label
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        *(
+            "ada",
+            "ada (1)",
+            "02_x.ipynb",
+            "a_1_b",
+            "1_2_x",
+            "ada_lovelace",
+            "2026-11-21",
+            "1-2 - Ada",
+            "1-2 - Ada - June",
+        ),
+        *("Ada Lovelace_assignsubmission_file_", "Lab_ada_attempt_2026-11-21", "ada - Nov 21, 2026 105 PM", "x" * 5000),
+    ],
+)
+def test_other_names_are_not_taken_for_a_platforms(name):
+    assert labels.read(name) is None
+
+
+@pytest.mark.parametrize(
+    ("name", "again"),
+    [
+        ("ada (1)", ("ada", 1)),
+        ("ada(12)", ("ada", 12)),
+        ("ada-2", ("ada", 2)),
+        ("ada_2", ("ada", 2)),
+        ("ada - Copy", ("ada", 1)),
+        ("ada copy 3", ("ada", 3)),
+        ("ada", None),
+        ("ada-2026", None),
+    ],
+)
+def test_what_was_handed_in_again_is_told(name, again):
+    assert labels.again(name) == again
+
+
+@given(st.text(st.sampled_from("a1_- ,:/()LATEattempt\u00fc\n"), max_size=400))
+def test_any_name_is_read_at_once(name):
+    labels.read(name)
+    labels.again(name)
+
+
+@pytest.mark.parametrize(
+    ("name", "platform", "person", "time"),
+    [
+        ("bytebob_12346_678902_ada_attempt_2099-11-10-10-00-00_w.zip", "Canvas", "bytebob", None),
+        ("bytebob_LATE_12346_678902_ada_attempt_2026-11-10-10-00-00_w.zip", "Canvas", "bytebob", None),
+        (
+            "Lab_bob_attempt_2026-11-23-10-00-00_ada_attempt_2026-11-10-10-00-00_w.zip",
+            "Blackboard",
+            "bob",
+            datetime(2026, 11, 23, 10),
+        ),
+        (
+            "123-456 - Bob Byte - Nov 23, 2026 105 PM - x_ada_attempt_2026-11-10-10-00-00_w.zip",
+            "Brightspace",
+            "Bob Byte",
+            datetime(2026, 11, 23, 13, 5),
+        ),
+        ("Bob Byte_12346_assignsubmission_file_ada_attempt_2026-11-10-10-00-00_w.zip", "Moodle", "Bob Byte", None),
+    ],
+)
+def test_a_students_own_name_for_a_file_changes_neither_owner_nor_time(name, platform, person, time):
+    label = labels.read(name)
+    assert (label.platform, label.time) == (platform, time)
+    assert person in label.people and "ada" not in label.people
+
+
+@pytest.mark.parametrize("name", ["1_" * 150, "1-1 - " + "a - " * 70, "a_attempt_" * 30, "-" * 300, "_1" * 149 + "_"])
+def test_names_made_to_take_long_do_not(name):
+    labels.read(name)
+    labels.again(name)

@@ -1,0 +1,375 @@
+"""What learning platforms hand over is understood: their packings, their names, and what they say of time."""
+
+from datetime import UTC, datetime, timedelta, timezone
+
+import packings
+import pytest
+from hypothesis import example, given
+from hypothesis import strategies as st
+from packings import WANTED, before, lay, renamed, under, work, zipped
+
+from labcourse.grading.gradebook.records import StudentRecord
+from labcourse.grading.running import intake
+from labcourse.grading.running.intake import labels, times
+from labcourse.grading.running.intake.labels import Label
+from labcourse.grading.running.intake.people import People
+from rotflex.errors import GradingError
+
+ROSTER = [
+    StudentRecord("ada", "Ada King Lovelace", "ada@example.org", aliases=("alovelace", "12345")),
+    StudentRecord("bob", "Noether, Emmy", aliases=("Participant 1234568", "23456")),
+    StudentRecord("jürgen", "Jürgen Groß"),
+    StudentRecord("mary", "Mary-Ann Smith-Jones"),
+]
+
+
+def first_answer(found, student, name=WANTED[0]):
+    submission = next(one for one in found.submissions if one.student == student)
+    delivered = intake.read(submission, WANTED)
+    hand_in, _notes = intake.newest((item for one in delivered for item in one.items()), WANTED)
+    assert intake.problems(delivered) == []
+    assert set(hand_in.notebooks) == set(WANTED)
+    return hand_in.notebooks[name][0].source
+
+
+def students(found):
+    return [one.student for one in found.submissions]
+
+
+def class_of(*packed):
+    return {path: content for one in packed for path, content in one.items()}
+
+
+# The same three students, as each platform hands them over, with course.json or without.
+CLASSES = {
+    "Moodle": lambda files: class_of(
+        packings.moodle("Ada King Lovelace", 1234567, files("ada")),
+        packings.moodle("Group 3-Emmy Noether", 1234568, {"mine.zip": zipped(files("bob"))}, ending=""),
+        packings.moodle("Jürgen Groß", 1234569, {"work (1).zip": zipped(under("notebooks", files("jürgen")))}),
+    ),
+    "Moodle without folders": lambda files: class_of(
+        packings.moodle_flat("Ada King Lovelace", 1234567, files("ada")),
+        packings.moodle_flat("Emmy Noether", 1234568, {"mine.zip": zipped(files("bob"))}),
+        packings.moodle_flat("Jürgen Groß", 1234569, files("jürgen")),
+    ),
+    "Moodle, marked blind": lambda files: class_of(
+        packings.moodle("Participant", 1234568, files("bob")),
+        {"ada/" + name: content for name, content in files("ada").items()},
+        under("JÜRGEN", files("jürgen")),
+    ),
+    "Canvas": lambda files: class_of(
+        packings.canvas("lovelaceadaking", 12345, files("ada"), late=True),
+        packings.canvas("noetheremmy", 23456, {"bob.zip": zipped(files("bob"))}),
+        packings.canvas("großjürgen", 34567, renamed(files("jürgen"), "-1")),
+    ),
+    "Blackboard": lambda files: class_of(
+        packings.blackboard("alovelace", "2026-11-21-13-05-59", files("ada")),
+        packings.blackboard("bob", "2026-11-21-13-06-59", {"x_y.zip": zipped(files("bob"))}, "Lab_1"),
+        packings.blackboard("Jürgen Groß", "2026-11-21-13-07-59", files("jürgen")),
+    ),
+    "Brightspace": lambda files: class_of(
+        packings.brightspace("Ada King Lovelace", "Nov 21, 2026 105 PM", files("ada")),
+        packings.brightspace("N0123 - Emmy Noether", "21 novembre 2026 13 05", {"a.zip": zipped(files("bob"))}),
+        before("39786-640693 - Jürgen Groß- Nov 21, 2026 1105 AM - ", files("jürgen")),
+    ),
+}
+
+
+@pytest.fixture(params=CLASSES)
+def downloaded(request):
+    return CLASSES[request.param]
+
+
+@pytest.fixture(params=["unpacked", "in a folder", "zip", "zip with a folder", "zip alone"])
+def laid(request, tmp_path):
+    """A class's files, in each way in which an instructor may leave a download."""
+
+    def lay_out(files):
+        folder = tmp_path / "in"
+        if request.param == "unpacked":
+            return lay(folder, files)
+        if request.param == "in a folder":
+            return lay(folder, under("Laboratory 1 Download", files))
+        inner = under("Laboratory 1", files) if "folder" in request.param else files
+        lay(folder, {"submissions.zip": zipped(inner)})
+        return folder / "submissions.zip" if "alone" in request.param else folder
+
+    return lay_out
+
+
+def numbered(student):
+    """A student's files, from which it can be told whose they are, though nothing in them says so."""
+    return work(None, f"whose = {student!r}")
+
+
+def test_each_students_work_is_found_by_the_roster(downloaded, laid):
+    found = intake.find(laid(downloaded(numbered)), ROSTER)
+    assert students(found) == ["ada", "bob", "jürgen"]
+    for student in students(found):
+        assert first_answer(found, student) == f"whose = {student!r}"
+
+
+def test_without_a_roster_it_is_found_by_the_course_file(downloaded, laid):
+    found = intake.find(laid(downloaded(lambda student: work(student, f"whose = {student!r}"))))
+    assert [student.casefold() for student in students(found)] == ["ada", "bob", "jürgen"]
+    for student in students(found):
+        assert first_answer(found, student) == f"whose = {student.casefold()!r}"
+
+
+def test_nobody_is_guessed_without_either(tmp_path):
+    files = packings.moodle("Ada King Lovelace", 1234567, work(None))
+    with pytest.raises(GradingError, match="roster"):
+        intake.find(lay(tmp_path, files))
+
+
+def test_nobody_is_guessed_whom_the_roster_does_not_have(tmp_path):
+    lay(tmp_path, packings.moodle("Grace Hopper", 7, work(None)))
+    lay(tmp_path, packings.canvas("noetheremmy", 23456, work("bob")))
+    found = intake.find(tmp_path, ROSTER)
+    assert students(found) == ["bob"]
+    (told,) = found.ignored
+    assert "'Grace Hopper_7_assignsubmission_file_'" in told and "rotflex roster" in told
+
+
+def test_two_of_one_name_are_told_apart_by_their_number_or_not_at_all(tmp_path):
+    roster = [StudentRecord("a1", "Ada Lovelace", aliases=("111",)), StudentRecord("a2", "Ada Lovelace")]
+    lay(tmp_path, packings.canvas("lovelaceada", 111, work(None)))
+    lay(tmp_path, packings.canvas("lovelaceada", 222, work(None)))
+    lay(tmp_path, under("Ada Lovelace", work(None)))
+    found = intake.find(tmp_path, roster)
+    assert students(found) == ["a1"]
+    assert len(found.ignored) == 1 and "'lovelaceada_222_" in found.ignored[0] and "'Ada Lovelace'" in found.ignored[0]
+    assert "it may be any of a1, a2." in found.ignored[0]
+
+
+def test_a_number_that_is_somebody_elses_decides_nothing(tmp_path):
+    """A student's number at the university may be another's at the platform."""
+    roster = [StudentRecord("12345", "Bob Smith"), StudentRecord("777", "Ada Lovelace")]
+    lay(tmp_path, packings.canvas("lovelaceada", 12345, work(None)))
+    lay(tmp_path, packings.canvas("hoppergrace", 12345, work(None)))
+    with pytest.raises(GradingError, match=r"\(12345, 777\)"):
+        intake.find(tmp_path, roster)
+
+
+def test_what_the_platform_wrote_itself_is_told_and_not_read(tmp_path):
+    lay(tmp_path, packings.blackboard("bob", "2026-11-21-13-06-59", work("bob")))
+    lay(tmp_path, {"Ada King Lovelace_1_assignsubmission_onlinetext_/onlinetext.html": b"<p>Here it is</p>"})
+    lay(tmp_path, {"index.html": b""})
+    moodle, blackboard, index = intake.find(tmp_path, ROSTER).ignored
+    assert "'Ada King Lovelace_1_assignsubmission_onlinetext_'" in moodle and "Moodle itself" in moodle
+    assert "2026-11-21-13-06-59.txt'" in blackboard and "Blackboard itself" in blackboard
+    assert index.startswith("'index.html'")
+
+
+def only_piece(found, student="ada"):
+    (submission,) = [one for one in found.submissions if one.student == student]
+    (piece,) = submission.pieces
+    return piece
+
+
+@pytest.mark.parametrize(
+    ("files", "when"),
+    [
+        (packings.blackboard("ada", "2026-11-21-13-05-59", work()), datetime(2026, 11, 21, 13, 5, 59)),
+        (packings.blackboard("ada", "2026-13-41-13-05-59", work()), None),
+        (packings.brightspace("ada", "Nov 21, 2026 105 PM", work()), datetime(2026, 11, 21, 13, 5)),
+        (packings.brightspace("ada", "Sept 1, 2026 1230 AM", work()), datetime(2026, 9, 1, 0, 30)),
+        (packings.brightspace("ada", "November 21, 2026 12:07 PM", work()), datetime(2026, 11, 21, 12, 7)),
+        (packings.brightspace("ada", "21 novembre 2026 13 05", work()), None),
+    ],
+)
+def test_the_time_in_a_platforms_name_counts(tmp_path, files, when):
+    saved = datetime(2026, 1, 2, tzinfo=UTC)
+    piece = only_piece(intake.find(lay(tmp_path, files, saved), ROSTER))
+    assert piece.received == (when.replace(tzinfo=UTC) if when else saved)
+    assert ("name" in piece.clock) == (when is not None)
+
+
+def test_a_list_of_times_counts_where_names_have_none(tmp_path):
+    sheet = (
+        "Identifier,Full name,Email address,Status,Grade,Last modified (submission)\n"
+        'Participant 1234567,Ada King Lovelace,,Submitted,-,"Saturday, 21 November 2026, 1:05 PM"\n'
+        "Participant 1234568,Emmy Noether,,Submitted,-,2026-11-22T08:00:00+01:00\n"
+        "Participant 9,Nobody,,No submission,-,-\n"
+        "Participant 10,Somebody,,Submitted,-,yesterday\n"
+    )
+    (tmp_path / "times.csv").write_text(sheet)
+    when, problems = times.read(tmp_path / "times.csv")
+    assert problems == ["Line 5: 'yesterday' is not a time; write it as 2026-11-21 13:05."]
+    lay(tmp_path / "in", packings.moodle("Ada King Lovelace", 1234567, work()))
+    lay(tmp_path / "in", packings.moodle("Participant", 1234568, work("bob")))
+    found = intake.find(tmp_path / "in", ROSTER, when)
+    assert only_piece(found).received == datetime(2026, 11, 21, 13, 5, tzinfo=UTC)
+    assert only_piece(found, "bob").received == datetime(2026, 11, 22, 7, 0, tzinfo=UTC)
+    assert only_piece(found, "bob").clock == "the list of times"
+
+
+@pytest.mark.parametrize("heading", ["name,time", "student;submitted", "File\tReceived"])
+def test_a_list_of_times_may_name_files_or_students(tmp_path, heading):
+    separator = heading.strip("abcdefghijklmnopqrstuvwxyzFR")[0]
+    (tmp_path / "t.csv").write_text(f"{heading}\nada.zip{separator}2026-11-21 13:05\n", encoding="utf-8-sig")
+    lay(tmp_path / "in", {"ada.zip": zipped(work())})
+    when, problems = times.read(tmp_path / "t.csv")
+    assert (only_piece(intake.find(tmp_path / "in", (), when)).received.hour, problems) == (13, [])
+
+
+@pytest.mark.parametrize("content", [b"", b"who,then\n", b"\xff\xfe\xff", b"name\n"])
+def test_what_is_no_list_of_times_is_refused(tmp_path, content):
+    (tmp_path / "t.csv").write_bytes(content)
+    with pytest.raises(GradingError, match="The times"):
+        times.read(tmp_path / "t.csv")
+
+
+SAVED, LAID = datetime(2026, 11, 21, 13, 5, 58, tzinfo=UTC), datetime(2026, 11, 25, 9, 0, tzinfo=UTC)
+
+
+@pytest.mark.parametrize(
+    ("files", "is_trusted"),
+    [
+        ({"ada.zip": zipped(work(), SAVED)}, True),
+        ({"class.zip": zipped({"ada.zip": zipped(work(), SAVED)}, LAID)}, True),
+        (packings.moodle("Ada King Lovelace", 1234567, {"ada.zip": zipped(work(), SAVED)}), True),
+        ({"ada.zip": zipped({"inner.zip": zipped(work(), SAVED)}, SAVED)}, True),
+        ({f"ada/{name}": data for name, data in work().items()}, False),
+        ({"ada/work.zip": zipped(work(), SAVED)}, False),  # unpacked of another zip, maybe
+        ({"class.zip": zipped({f"ada/{name}": data for name, data in work().items()}, SAVED)}, False),
+        (packings.moodle("Ada King Lovelace", 1234567, work()), False),
+    ],
+)
+def test_the_clock_of_the_students_computer_is_no_time_of_receipt(tmp_path, files, is_trusted):
+    found = intake.find(lay(tmp_path, files, LAID), ROSTER)
+    piece = only_piece(found)
+    assert bool(piece.clock) == is_trusted == (intake.TIME not in {one.about for one in found.doubts})
+    if is_trusted:
+        assert piece.received == LAID
+
+
+def test_the_newest_of_each_notebook_counts_and_what_came_when_is_told(tmp_path):
+    lay(tmp_path, packings.blackboard("ada", "2026-11-21-13-05-59", {"ada.zip": zipped(work(answer="old = 1"))}))
+    stage = work(answer="new = 1", names=WANTED[1:])
+    lay(tmp_path, packings.blackboard("ada", "2026-12-01-09-00-00", {"ada.zip": zipped(stage)}))
+    found = intake.find(tmp_path, ROSTER)
+    assert [first_answer(found, "ada", name) for name in WANTED] == ["old = 1", "new = 1", "new = 1"]
+    items = [item for one in intake.read(found.submissions[0], WANTED) for item in one.items()]
+    first, second = intake.newest(items, WANTED)[1]
+    assert "2026-11-21 13:05" in first and [name in first for name in WANTED] == [True, False, False]
+    assert "2026-12-01 09:00" in second and [name in second for name in WANTED] == [False, True, True]
+
+
+@pytest.mark.parametrize(
+    "names",
+    [
+        ("ada.zip", "ada (1).zip"),
+        ("ada.zip", "ada-1.zip"),
+        ("ada (1).zip", "ada (2).zip"),
+        ("ada (2).zip", "ada (10).zip"),
+        ("ada.zip", "ada - Copy.zip"),
+    ],
+)
+@pytest.mark.parametrize("roster", [ROSTER, []], ids=["roster", "no roster"])
+def test_archives_of_one_time_are_taken_by_the_number_of_the_attempt(tmp_path, names, roster):
+    first, second = names
+    lay(tmp_path, {first: zipped(work(answer="old = 1")), second: zipped(work(answer="new = 1"))})
+    found = intake.find(tmp_path, roster)
+    assert students(found) == ["ada"] and first_answer(found, "ada") == "new = 1"
+
+
+def test_of_loose_files_of_one_name_the_newer_counts_and_it_is_told(tmp_path):
+    """Who hands the same notebook in again has a higher number there."""
+    lay(tmp_path, packings.canvas("lovelaceada", 12345, work(answer="old = 1")))
+    lay(tmp_path, packings.canvas("lovelaceada", 12345, work(answer="new = 1", names=WANTED[:1]), first=700000))
+    found = intake.find(tmp_path, ROSTER)
+    assert [first_answer(found, "ada", name) for name in WANTED] == ["new = 1", "old = 1", "old = 1"]
+    (told,) = [line for line in found.ignored if "there is a newer one of the same name" in line]
+    assert "_678901_" in told
+
+
+@given(st.datetimes(datetime(1990, 1, 1), datetime(2090, 1, 1)), st.sampled_from(["%I", "%H"]))
+@example(datetime(2026, 11, 21, 12, 5), "%I")
+@example(datetime(2026, 11, 21, 0, 5), "%I")
+@example(datetime(2026, 11, 21, 12, 0), "%H")
+def test_times_with_and_without_am_and_pm_are_read_as_strptime_reads_them(when, hour):
+    half = " %p" if hour == "%I" else ""
+    for pattern in (f"%A, %d %B %Y, {hour}:%M{half}", f"%d %b %Y at {hour}:%M:%S{half.strip().lower()}"):
+        written = when.strftime(pattern)
+        assert times.parsed(written) == datetime.strptime(written, pattern).replace(second=0, tzinfo=UTC)
+    written = when.strftime(f"%b %d, %Y {hour}%M{half}")
+    label = labels.read(f"12345-678910 - Ada Lovelace - {written}")
+    assert label.time == datetime.strptime(written, f"%b %d, %Y {hour}%M{half}")
+
+
+@pytest.mark.parametrize("clock", ["13:05 AM", "13:05 PM", "25:05 PM", "24:05", "12:60 PM"])
+def test_a_time_that_no_clock_shows_is_none(clock):
+    assert times.parsed(f"21 November 2026, {clock}") is None
+    assert labels.read(f"1-2 - Ada - Nov 21, 2026 {clock.replace(':', '')}").time is None
+
+
+@given(st.permutations(["name", "Full name", "Student ID", "Username", "time", "Status"]))
+def test_every_column_of_names_in_a_list_of_times_counts_wherever_it_stands(tmp_path_factory, headings):
+    path = tmp_path_factory.getbasetemp() / "columns.csv"
+    cells = {"time": "2026-11-21 13:05", "Status": "Submitted"}
+    path.write_text("\n".join([",".join(headings), ",".join(cells.get(one, f"by {one}") for one in headings)]))
+    names = {f"by {one}" for one in headings if one not in cells}
+    assert times.read(path) == (dict.fromkeys(names, datetime(2026, 11, 21, 13, 5, tzinfo=UTC)), [])
+
+
+@pytest.mark.parametrize(
+    ("ada", "bob"),
+    [
+        ({"aliases": ("Emmy Noether",)}, {"name": "Emmy Noether"}),
+        ({"name": "Noether, Emmy"}, {"name": "Emmy Noether"}),
+        ({"aliases": ("Emmy Noether",)}, {"aliases": ("emmy noether",)}),
+        ({"email": "Emmy Noether"}, {"name": "Emmy Noether"}),
+    ],
+)
+def test_a_name_that_two_students_have_is_nobodys(tmp_path, ada, bob):
+    roster = [StudentRecord("ada", **ada), StudentRecord("bob", **bob), StudentRecord("eve", "Eve")]
+    for order in (roster, roster[::-1]):
+        known = People(order)
+        assert known.named("Emmy Noether").students == () == known.labelled(Label("Moodle", ("Emmy Noether",))).students
+    lay(tmp_path, packings.moodle("Emmy Noether", 7, work(None)) | under("eve", work("eve")))
+    assert students(intake.find(tmp_path, roster)) == ["eve"]
+
+
+@pytest.mark.parametrize("about", [{"aliases": ("bob",)}, {"name": "Bob"}, {"email": "BOB"}])
+def test_an_id_means_its_own_student_where_another_is_called_so_too(about):
+    for order in (
+        [StudentRecord("ada", **about), StudentRecord("bob")],
+        [StudentRecord("bob"), StudentRecord("ada", **about)],
+    ):
+        known = People(order)
+        assert known.named("bob").students == ("bob",) == known.labelled(Label("Moodle", ("bob",))).students
+
+
+@pytest.mark.parametrize(
+    ("names", "added"),
+    [
+        ("a-1.py", {"a.py": "a-1.py"}),
+        ("a-1.py a.py", {}),  # which is there
+        ("a-1.py a-2.py", {}),  # which of them, nobody knows
+        ("a-31.py a-2.csv b.csv", {"a.py": "a-31.py", "a.csv": "a-2.csv"}),
+    ],
+)
+def test_a_file_that_canvas_may_have_counted_never_replaces_another(names, added):
+    assert labels.before_canvas({name: name for name in names.split()}) == added
+
+
+def test_own_files_that_differ_in_a_number_only_are_both_had_under_their_own_names(tmp_path):
+    own = {"tools.py": b"G = 1\n", "tools-1.py": b"G = 2\n", "data-1.csv": b"3\n"}
+    lay(tmp_path, packings.canvas("lovelaceadaking", 12345, work() | own))
+    (submission,) = intake.find(tmp_path, ROSTER).submissions
+    delivered = intake.read(submission, WANTED)
+    hand_in, _notes = intake.newest([item for one in delivered for item in one.items()], WANTED)
+    assert hand_in.files == own | {"data.csv": b"3\n"}
+
+
+def test_a_time_without_a_zone_is_of_the_one_where_it_is_read():
+    east = timezone(timedelta(hours=5, minutes=30))
+    assert times.in_utc(datetime(2026, 11, 21, 13, 5), east) == datetime(2026, 11, 21, 7, 35, tzinfo=UTC)
+    assert times.in_utc(datetime(2026, 11, 21, 13, 5, tzinfo=UTC), east) == datetime(2026, 11, 21, 13, 5, tzinfo=UTC)
+
+
+def test_of_several_archives_in_one_folder_the_later_counts(tmp_path):
+    old, new = (zipped(work(answer=f"{word} = 1"), datetime(2026, 11, day)) for word, day in (("old", 3), ("new", 7)))
+    lay(tmp_path, packings.moodle("Ada King Lovelace", 1, {"z.zip": old, "a.zip": new}))
+    assert first_answer(intake.find(tmp_path, ROSTER), "ada") == "new = 1"

@@ -1,0 +1,504 @@
+"""Submissions are read as untrusted input: what is taken, what is noted, what is refused."""
+
+import io
+import json
+import os
+import random
+import re
+import stat
+import struct
+import tarfile
+import zipfile
+from datetime import datetime
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from packings import NOTEBOOKS, WANTED, lay, notebook, renamed, tarred, under, work, zipped
+
+from labcourse.answers import answers, own_files
+from labcourse.grading.running import intake
+from labcourse.grading.running.intake import limits, notebook_names, places, stores
+from labcourse.run import student_folder, submit
+
+A, B, C = WANTED
+
+
+PACKED = {
+    **{
+        f"ada.tar{ending}": lambda files, ending=ending: tarred(files, f"w:{ending[1:]}")
+        for ending in ("", ".bz2", ".xz")
+    },
+    "ada.TGZ": tarred,
+    "ada (1).zip": lambda files: compressed(files, zipfile.ZIP_LZMA),
+    "ada.zip": lambda files: compressed(files, zipfile.ZIP_BZIP2),
+}
+
+
+def compressed(files, method):
+    packed = io.BytesIO()
+    with zipfile.ZipFile(packed, "w", method) as archive:
+        for name, content in files.items():
+            archive.writestr(name, content)
+    return packed.getvalue()
+
+
+class Read:
+    def __init__(self, root, masters=None, packages=("rotflex",)):
+        self.found = intake.find(root)
+        (submission,) = self.found.submissions
+        self.delivered = intake.read(submission, WANTED, masters, packages)
+        self.problems = intake.problems(self.delivered)
+        self.notes = [note for one in self.delivered for note in one.notes]
+        self.hand_in, self.missing = intake.newest([item for one in self.delivered for item in one.items()], WANTED)
+
+    @property
+    def notebooks(self):
+        return list(self.hand_in.notebooks)
+
+    def first(self, name):
+        return self.hand_in.notebooks[name][0].source
+
+
+def as_folder(root, files):
+    lay(root / "ada", files)
+
+
+def as_zip(root, files):
+    lay(root, {"ada.zip": zipped(files)})
+
+
+def as_zip_in_a_folder(root, files):
+    lay(root / "ada", {"x.zip": zipped(under("work", files))})
+
+
+def as_tar(root, files):
+    lay(root, {"ada.tar.gz": tarred(files)})
+
+
+@pytest.fixture(params=[as_folder, as_zip, as_zip_in_a_folder, as_tar])
+def taken(request, tmp_path):
+    def take(files, **more):
+        request.param(tmp_path, files)
+        return Read(tmp_path, **more)
+
+    return take
+
+
+def test_notebooks_own_files_the_claim_and_the_course_file_are_taken(taken):
+    own = {"helpers.py": b"G = 2\n", "data/run 1.csv": b"1,2\n", "scratch.ipynb": b"{}"}
+    result = taken(work(release="r7") | {"answers.json": b'{"a": 1}'} | own)
+    assert result.notebooks == WANTED and result.first(A) == "x = 1"
+    assert result.hand_in.files == own
+    assert result.hand_in.claim == b'{"a": 1}'
+    assert result.hand_in.course == {"student": "ada", "release": "r7"}
+    assert (result.problems, result.notes, result.missing) == ([], [], [])
+
+
+@pytest.mark.parametrize("partners", [[], ["bob"]])
+def test_what_rotflex_submit_packs_is_taken_just_as_it_is_at_home(tmp_path, partners):
+    own = {"helpers.py": b"G = 2\n", "data/m\u00fc.csv": b"1", "receipt.json": b"of an earlier zip", "random.py": b""}
+    home = lay(tmp_path / "home" / "work", work("ada", release="r7") | own | {"answers.json": b"{}"})
+    submitted = submit.submit(home, WANTED, partners=partners, out=tmp_path / "in")
+    submitted.receipts.unlink()
+    found = intake.find(tmp_path / "in")
+    assert [one.student for one in found.submissions] == ["ada", *partners] and found.ignored == []
+    (delivered,) = intake.read(found.submissions[0], WANTED)
+    hand_in, _notes = intake.newest(delivered.items(), WANTED)
+    at_home = student_folder.read(home, WANTED).hand_in
+    assert hand_in.files == at_home.files == {"helpers.py": b"G = 2\n", "data/m\u00fc.csv": b"1"}
+    assert (hand_in.notebooks, hand_in.claim) == (at_home.notebooks, at_home.claim)
+    assert hand_in.course == {**at_home.course, **({"with": partners} if partners else {})}
+    assert intake.problems([delivered]) == delivered.notes == []
+
+
+def test_the_receipts_beside_it_are_told_and_do_no_harm(tmp_path):
+    lay(tmp_path, {"ada.zip": zipped(work()), "ada-receipts.txt": b""})
+    assert [one.student for one in intake.find(tmp_path).submissions] == ["ada"]
+
+
+def test_a_whole_release_handed_in_counts_by_the_folder_of_its_notebooks(taken):
+    release = {
+        "README.md": b"",
+        "LICENSE": b"",
+        "rotflex/course/lab.py": b"",
+        **under("notebooks", work() | {"h.py": b""}),
+    }
+    result = taken(release)
+    assert result.notebooks == WANTED and list(result.hand_in.files) == ["h.py"]
+    (note,) = result.notes
+    assert all(name in note for name in ("LICENSE", "README.md", "rotflex/course/lab.py"))
+
+
+def test_notebooks_count_where_most_lie_and_the_others_are_told(taken):
+    result = taken(
+        {
+            f"old/{A}": notebook(A, "old = 1"),
+            **under("work/now", work()),
+            f".ipynb_checkpoints/{A}": notebook(A, "hidden = 1"),
+            f"__MACOSX/._{A}": b"junk",
+        }
+    )
+    assert result.first(A) == "x = 1" and result.problems == []
+    (note,) = result.notes
+    assert A in note and ("'old/" in note or f"'work/old/{A}'" in note)
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "{stem} (1).ipynb",
+        "{stem}-1.ipynb",
+        "{stem}-Copy1.ipynb",
+        "{stem}_copy.ipynb",
+        "{stem} - Copy (2).ipynb",
+        "Copy of {stem}.ipynb",
+        "{stem}.ipynb.txt",
+        "{stem}.ipynb.json",
+        "{stem}_final_version2.ipynb",
+        "ada_{stem}.ipynb",
+        "lovelaceada_LATE_12345_678901_{stem}-2.ipynb",
+        "{spaced}.IPYNB",
+    ],
+)
+def test_a_notebook_that_was_renamed_on_the_way_is_found(taken, name):
+    stem = A.removesuffix(".ipynb")
+    files = work(names=[B, C])
+    given = name.format(stem=stem, spaced=stem.replace("_", " "))
+    result = taken(files | {given: notebook(A, "mine = 1")})
+    assert result.first(A) == "mine = 1" and result.problems == []
+    assert len(result.notes) == 1 and f"is taken for {A}." in result.notes[0] and given in result.notes[0]
+
+
+def test_a_copy_does_not_count_beside_the_notebook_itself_and_of_copies_the_last_does(taken):
+    stem = B.removesuffix(".ipynb")
+    result = taken(
+        {A: notebook(A, "itself = 1")}
+        | renamed({A: notebook(A, "copy = 1")}, "-Copy1")
+        | {f"{stem} (2).ipynb": notebook(B, "second = 1"), f"{stem} (10).ipynb": notebook(B, "tenth = 1")}
+    )
+    assert (result.first(A), result.first(B)) == ("itself = 1", "tenth = 1")
+    assert len(result.notes) == 2 and result.hand_in.files == {}
+
+
+def test_a_notebook_renamed_beyond_recognition_is_told_by_its_cells(taken):
+    files = work(names=[A]) | {"my answers.ipynb": notebook(B, "mine = 1"), "own.ipynb": b'{"cells": []}'}
+    result = taken(
+        files, masters={name: {one: {"id": one, "source": ""} for one in ids} for name, ids in NOTEBOOKS.items()}
+    )
+    assert result.first(B) == "mine = 1" and list(result.hand_in.files) == ["own.ipynb"]
+    (note, unknown), (missing,) = result.notes, result.missing
+    assert "my answers.ipynb'" in note and B in note and "cells" in note and missing.startswith(C)
+    assert "own.ipynb" in unknown
+
+
+MASTERS = {name: {cell["id"]: cell for cell in json.loads(notebook(name, "# your turn"))["cells"]} for name in WANTED}
+
+
+def with_new_ids(name, **written):
+    """Return a notebook with new cell ids and without metadata, as some editors save it."""
+    cells = json.loads(notebook(name))["cells"]
+    cells[0]["source"] = "x = 1"
+    kept = [{**cell, "id": f"new-{place}", "metadata": {}} for place, cell in enumerate(cells)]
+    more = [{**kept[1], "id": f"more-{place}", "source": f"pass  # {place}"} for place in range(2)]
+    return json.dumps({"nbformat": 4, "nbformat_minor": 5, "metadata": {}, "cells": [*kept, *more]} | written).encode()
+
+
+def test_a_notebook_of_another_name_and_new_ids_is_known_by_the_texts_of_its_cells(taken, monkeypatch):
+    monkeypatch.setattr(notebook_names, "_FEWEST_CELLS", 2)
+    few = {name: content for name, content in work().items() if name != WANTED[1]}
+    result = taken(few | {"rotflex-nb.ipynb": with_new_ids(WANTED[1])}, masters=MASTERS)
+    assert result.notebooks == WANTED and result.problems == []
+
+
+def test_a_notebook_that_is_not_recognised_is_named_where_one_is_missing(taken):
+    stranger = {"notes.ipynb": with_new_ids(WANTED[1], cells=[])}
+    few = {name: content for name, content in work().items() if name != WANTED[1]}
+    (note,) = taken(few | stranger, masters=MASTERS).notes
+    assert "notes.ipynb" in note
+
+
+def test_a_notebook_of_ones_own_beside_all_of_the_course_is_not_named(taken):
+    assert taken(work() | {"notes.ipynb": with_new_ids(WANTED[1], cells=[])}, masters=MASTERS).notes == []
+
+
+def test_a_notebook_with_outputs_of_many_megabytes_is_taken_without_them(taken):
+    large = json.loads(notebook(A, "x = 1"))
+    large["cells"][0]["outputs"] = [{"data": {"image/png": "A" * 6_000_000, "text": ['"[{\\"\u00fc']}}]
+    large["metadata"] = {"widgets": {"state": [{"a": "]"}] * 1000}}
+    files = work(names=[B, C]) | {A: json.dumps(large, ensure_ascii=False).encode()}
+    result = taken(files)
+    assert result.first(A) == "x = 1" and result.problems == []
+    assert all(len(item.content) < 10_000 for one in result.delivered for item in one.items())
+
+
+@pytest.mark.parametrize("depth", [1, 2, 3])
+def test_what_cannot_be_compressed_is_read_from_a_zip_whatever_its_size(tmp_path, depth):
+    large = json.loads(notebook(A, "x = 1"))
+    large["cells"][0]["outputs"] = [{"data": {"image/png": random.Random(1).randbytes(2 * limits.MAX_DIRECTORY).hex()}}]
+    noise = random.Random(2).randbytes(3 * 10**6)
+    packed = zipped(work(names=[B, C]) | {A: json.dumps(large).encode(), "noise.bin": noise})
+    for _ in range(depth - 1):
+        packed = zipped({"inner.zip": packed})
+    lay(tmp_path, {"ada.zip": packed})
+    result = Read(tmp_path)
+    assert result.notebooks == WANTED and result.problems == []
+    assert result.hand_in.files == {"noise.bin": noise}
+
+
+@pytest.mark.parametrize("content", ["{", "[]", "null", '{"cells": 3}', "", "[" * 100_000, '{"worksheets": 3}'])
+def test_what_is_no_notebook_is_a_problem_and_the_others_are_taken(taken, content):
+    result = taken({A: content.encode(), B: notebook(B)})
+    assert result.notebooks == [B]
+    assert len(result.problems) == 1 and result.problems[0].startswith(f"{A} cannot be read: it is")
+
+
+def test_a_submission_without_any_notebook_is_a_problem(taken):
+    (said,) = taken({"essay.txt": b"I think that"}).problems
+    assert ".ipynb" in said and ("essay.txt" in said or "x.zip" in said)
+
+
+def test_a_notebook_that_cannot_be_read_leaves_the_one_before_it(tmp_path):
+    lay(tmp_path, {"ada.zip": zipped(work(answer="old = 1")), "ada (1).zip": zipped({A: b"{", B: notebook(B)})})
+    result = Read(tmp_path)
+    assert result.first(A) == "old = 1"
+    assert len(result.problems) == 1 and A in result.problems[0] and "before it" in result.problems[0]
+
+
+def test_a_notebook_that_could_not_be_read_and_was_handed_in_again_is_no_problem(tmp_path):
+    lay(tmp_path, {"ada.zip": zipped({A: b"{"}), "ada (1).zip": zipped(work())})
+    assert Read(tmp_path).problems == []
+
+
+def test_a_zip_that_cannot_be_read_is_told_and_no_longer_a_problem_once_it_was_handed_in_again(tmp_path):
+    lay(tmp_path, {"ada.zip": b"no zip"})
+    assert "'ada.zip'" in intake.problems(intake.read(intake.find(tmp_path).submissions[0], WANTED))[0]
+    lay(tmp_path, {"ada (1).zip": zipped(work(), datetime(2107, 1, 1))})
+    ada = intake.read(intake.find(tmp_path).submissions[0], WANTED)
+    assert intake.problems(ada) == [] and "'ada.zip'" in intake.notes(ada)[0]
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["random.py", "Random.py", "numpy.py", "rotflex.py", "numpy/__init__.py", "sitecustomize.py", "matplotlibrc"],
+)
+def test_a_file_that_would_come_before_a_module_does_not_come_along(taken, name):
+    result = taken(work() | {name: b"", "mine.py": b""})
+    assert list(result.hand_in.files) == ["mine.py"]
+    assert len(result.notes) == 1 and name in result.notes[0]
+
+
+def test_nor_one_named_like_a_package_of_the_course(taken):
+    assert taken(work() | {"springlab.py": b""}, packages=["springlab"]).hand_in.files == {}
+
+
+def test_a_claim_or_an_own_file_that_is_too_large_is_told(taken, monkeypatch):
+    monkeypatch.setattr(answers, "MAX_BYTES", 100)
+    monkeypatch.setattr(own_files, "MAX_FILE", 100)
+    result = taken(work() | {"answers.json": b" " * 101, "a.csv": b" " * 101})
+    assert result.hand_in.claim is None and result.hand_in.files == {}
+    assert any("answers.json is not read: it has more than 100 bytes." in note for note in result.notes)
+    assert any("a.csv" in note for note in result.notes)
+
+
+def test_own_files_may_be_shorter_than_the_zip_says_but_never_longer(tmp_path, monkeypatch):
+    monkeypatch.setattr(own_files, "MAX_FILE", 100)
+    packed = zipped(work() | {"a.csv": b" " * 200})
+    said = struct.pack("<L", 200)
+    place = packed.rindex(said)
+    lay(tmp_path, {"ada.zip": packed[:place] + struct.pack("<L", 50) + packed[place + 4 :]})
+    result = Read(tmp_path)
+    assert "a.csv" not in result.hand_in.files or len(result.hand_in.files["a.csv"]) <= 100
+
+
+def test_links_and_pipes_in_a_folder_are_not_followed(tmp_path):
+    secret = lay(tmp_path / "secret", work(None))
+    folder = lay(tmp_path / "in" / "ada", work(names=[B]))
+    (folder / A).symlink_to(secret / A)
+    (folder / "linked").symlink_to(secret, target_is_directory=True)
+    (folder / "again").symlink_to(folder, target_is_directory=True)
+    (folder / "pipes").mkdir()
+    os.mkfifo(folder / "pipes" / A)
+    result = Read(tmp_path / "in")
+    assert result.notebooks == [B] and result.hand_in.files == {}
+    assert len(result.notes) == 1 and "it is a link, or another thing than a file" in result.notes[0]
+
+
+def test_a_link_put_in_a_files_place_between_finding_and_reading_is_not_followed(tmp_path):
+    secret = lay(tmp_path / "secret", work(None, "secret = 1"))
+    folder = lay(tmp_path / "in" / "ada", work(None))
+    found = intake.find(tmp_path / "in")
+    (folder / A).unlink()
+    (folder / A).symlink_to(secret / A)
+    (delivered,) = intake.read(found.submissions[0], WANTED)
+    assert A not in delivered.notebooks and A in delivered.unread
+
+
+def test_names_in_a_zip_that_point_elsewhere_write_nothing_anywhere(tmp_path):
+    as_zip(tmp_path, {f"../../evil/{A}": notebook(A), f"/etc/{B}": notebook(B), "\\..\\x.csv": b""})
+    before = set(tmp_path.rglob("*"))
+    result = Read(tmp_path)
+    assert set(tmp_path.rglob("*")) == before
+    assert result.notebooks == [B] and result.hand_in.files == {}
+    assert any("its name leads outside" in note for note in result.notes)
+
+
+def test_a_link_in_a_zip_is_not_taken_for_a_notebook(tmp_path):
+    link = zipfile.ZipInfo(A)
+    link.external_attr = (stat.S_IFLNK | 0o777) << 16
+    with zipfile.ZipFile(tmp_path / "ada.zip", "w") as packed:
+        packed.writestr(link, "/etc/passwd")
+        packed.writestr(B, notebook(B))
+    result = Read(tmp_path)
+    assert result.notebooks == [B] and "it is a link" in result.notes[0]
+
+
+def test_a_zip_that_swells_is_read_no_further_than_the_limit(tmp_path, monkeypatch):
+    monkeypatch.setattr(limits, "MAX_NOTEBOOK_FILE", 1_000_000)
+    as_zip(tmp_path, {A: b"[" + b" " * 20_000_000, B: notebook(B)})
+    assert (tmp_path / "ada.zip").stat().st_size < 200_000
+    result = Read(tmp_path)
+    assert result.notebooks == [B] and "more than 1000000 bytes" in result.problems[0]
+
+
+def test_zips_within_zips_end(tmp_path, monkeypatch):
+    monkeypatch.setattr(limits, "MAX_INNER_ARCHIVE", 500_000)
+    bomb = zipped({A: notebook(A)})
+    for _ in range(10):
+        bomb = zipped({"x.zip": bomb})
+    swelling = zipped({A: notebook(A), "zeros.csv": b"\0" * 400_000_000})
+    as_zip(tmp_path, {B: notebook(B), "bomb.zip": bomb, "large.zip": zipped({"in.zip": swelling + bytes(10**6)})})
+    result = Read(tmp_path)
+    assert result.notebooks == [B]
+
+
+def test_a_hand_in_of_countless_zips_is_looked_into_so_often_and_no_further(tmp_path, monkeypatch):
+    looked = []
+    look = places.Child.look
+    monkeypatch.setattr(places.Child, "look", lambda *args, **more: looked.append(args) or look(*args, **more))
+    many = zipped({f"{number}.zip": zipped({"x.csv": b""}) for number in range(30)})
+    lay(tmp_path, {"ada.zip": zipped({f"{number}.zip": many for number in range(30)} | {B: notebook(B)})})
+    assert Read(tmp_path).notebooks == [B]
+    assert len(looked) <= limits.MAX_INNER_ARCHIVES + 4
+
+
+def test_a_zip_with_an_endless_table_of_contents_is_not_read(tmp_path):
+    entry = b"PK\1\2" + bytes(42) + b"a"
+    entry = entry[:28] + b"\1" + entry[29:]  # a name of one letter
+    table = entry * (limits.MAX_DIRECTORY // len(entry) + 1)
+    end = struct.pack("<4s4H2LH", b"PK\5\6", 0, 0, 1, 1, len(table), 0, 0)
+    (tmp_path / "ada.zip").write_bytes(table + end)
+    result = Read(tmp_path)
+    assert result.notebooks == [] and f"{limits.MAX_DIRECTORY} bytes" in result.problems[0]
+
+
+@pytest.mark.parametrize("content", [b"", b"PK", b"this is no zip at all", b"PK\x05\x06" + b"\xff" * 18])
+def test_what_is_no_zip_is_a_problem(tmp_path, content):
+    (tmp_path / "ada.zip").write_bytes(content)
+    result = Read(tmp_path)
+    assert result.notebooks == [] and "cannot be read" in result.problems[0]
+
+
+def test_an_encrypted_zip_and_one_of_another_make_are_problems(tmp_path):
+    packed = bytearray(zipped({A: notebook(A)}))
+    for sign, flag in ((b"PK\3\4", 6), (b"PK\1\2", 8)):
+        packed[packed.index(sign) + flag] |= 1
+    lay(tmp_path / "in", {"ada.zip": bytes(packed), "bob/work.7z": b"7z"})
+    found = intake.find(tmp_path / "in")
+    told = {one.student: intake.problems(intake.read(one, WANTED)) for one in found.submissions}
+    assert A in told["ada"][0] and "encrypted" in told["ada"][0]
+    assert "ordinary zip" in told["bob"][0]
+
+
+def test_a_file_without_a_name_in_a_zip_is_passed_over(tmp_path):
+    packed = zipped({"?name?": b"", B: notebook(B)})
+    lay(tmp_path, {"ada.zip": packed.replace(b"?name?", b"\0name?")})
+    assert Read(tmp_path).notebooks == [B]
+
+
+@given(data=st.data())
+def test_a_damaged_zip_never_raises(data, tmp_path_factory):
+    root = tmp_path_factory.mktemp("damaged")
+    content = bytearray(zipped(work() | {"x.csv": b"1"}))
+    for place in data.draw(st.lists(st.integers(0, len(content) - 1), min_size=1, max_size=8)):
+        content[place] = data.draw(st.integers(0, 255))
+    (root / "ada.zip").write_bytes(content)
+    assert set(Read(root).notebooks) <= set(WANTED)
+
+
+@given(
+    st.recursive(
+        st.none() | st.booleans() | st.floats() | st.text() | st.sampled_from(["q1", "code"]),
+        lambda inner: st.lists(inner) | st.dictionaries(st.sampled_from(["cells", "id", "source", "metadata"]), inner),
+        max_leaves=20,
+    )
+)
+def test_json_of_any_shape_never_raises(tmp_path_factory, content):
+    root = tmp_path_factory.mktemp("shape")
+    lay(root / "ada", {A: json.dumps(content).encode(), B: notebook(B), "course.json": json.dumps(content).encode()})
+    assert Read(root).first(B) == "x = 1"
+
+
+parts = st.text(st.sampled_from("ab.~/\\ :\u00fc\u202e\x07é*"), min_size=1, max_size=6)
+path_names = st.sampled_from(["x.csv", "a/x.csv", "a", "h.py", "random.py", "so.so", ".git/x", A, f"a/{A}"]) | parts
+
+
+@given(files=st.dictionaries(path_names, st.just(b"1"), max_size=6))
+def test_nothing_leads_outside_and_everything_is_taken_or_told(files, tmp_path_factory):
+    """Of what is in a zip; but what programs leave behind stays behind without a word."""
+    root = tmp_path_factory.mktemp("any")
+    lay(root, {"ada.zip": zipped(work() | files)})
+    result = Read(root)
+    taken = set(result.hand_in.files)
+    for path in taken:
+        assert not path.startswith("/") and not {"..", ".", ""} & set(path.split("/")) and "\\" not in path
+        assert not any(one.startswith(f"{path}/") for one in taken)
+    told = " ".join(result.notes)
+    many = re.findall(r" and \d+ more", told)
+    with stores.opened(stores.Where(root / "ada.zip")) as store:
+        listing = store.listing(1000)
+    for path in {*listing.files, *listing.others} - taken - {*WANTED, "course.json"}:
+        left_by_programs = any(part.startswith((".", "~$")) for part in path.split("/"))
+        assert left_by_programs or many or repr(path)[1:-1] in told or path in told, path
+
+
+@pytest.mark.parametrize("name", PACKED)
+def test_what_pythons_library_unpacks_is_read(tmp_path, name):
+    lay(tmp_path, {name: PACKED[name](under("course", work()))})
+    read = Read(tmp_path)
+    assert (read.notebooks, read.problems, read.missing) == (WANTED, [], [])
+    assert read.found.submissions[0].student == "ada"
+
+
+def test_of_a_tar_only_ordinary_files_within_it_are_read(tmp_path):
+    packed = io.BytesIO()
+    with tarfile.open(fileobj=packed, mode="w:gz") as archive:
+        for name, content in (work() | {"../outside.py": b"1", "/etc/own.py": b"2"}).items():
+            entry = tarfile.TarInfo(name)
+            entry.size = len(content)
+            archive.addfile(entry, io.BytesIO(content))
+        for kind in (tarfile.SYMTYPE, tarfile.LNKTYPE, tarfile.FIFOTYPE, tarfile.CHRTYPE):
+            entry = tarfile.TarInfo(f"link-{kind.decode()}.py")
+            entry.type, entry.linkname = kind, "/etc/passwd"
+            archive.addfile(entry)
+    lay(tmp_path, {"ada.tar.gz": packed.getvalue()})
+    read = Read(tmp_path)
+    assert read.notebooks == WANTED
+    assert set(read.hand_in.files) <= {"etc/own.py"}
+
+
+@pytest.mark.parametrize("name", ["ada.tar.gz", "ada.tar.xz", "ada.tar.bz2", "ada.tar"])
+def test_a_tar_that_is_damaged_or_too_large_is_the_students_and_is_told(tmp_path, name, monkeypatch):
+    whole = tarred(work(), f"w:{name.rpartition('.')[2].replace('tar', '')}")
+    monkeypatch.setattr(limits, "MAX_INNER_ARCHIVE", 50_000)
+    for content in (whole[: len(whole) // 2], b"no archive", tarred({"a.ipynb": b"0" * 60_000}, "w:gz")):
+        lay(tmp_path, {name: content})
+        read = Read(tmp_path)
+        assert read.notebooks == [] and read.problems
+
+
+@pytest.mark.parametrize("name", ["ada.7z", "ada.rar"])
+def test_an_archive_that_is_not_read_is_its_students_and_named(tmp_path, name):
+    lay(tmp_path, {name: b"7z"})
+    read = Read(tmp_path)
+    assert any(name in line or "ordinary zip" in line for line in read.problems)

@@ -1,0 +1,302 @@
+"""Whose a hand-in is: by its name, by its course.json, and where these contradict each other."""
+
+import unicodedata
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from packings import WANTED, before, lay, moodle, under, work, zipped
+
+from labcourse.grading.gradebook.records import StudentRecord
+from labcourse.grading.running import intake
+from labcourse.grading.running.intake import names
+from rotflex.errors import GradingError
+
+COMPOSED, APART = "j\u00fcrgen", "ju\u0308rgen"
+ROSTER = [
+    StudentRecord("ada", "Ada Lovelace"),
+    StudentRecord("bob", "Bob Noether"),
+    StudentRecord(COMPOSED, "Jürgen G"),
+]
+
+
+def found_in(folder, roster=()):
+    found = intake.find(folder, roster)
+    return {one.student: one for one in found.submissions}, found.ignored
+
+
+def test_submissions_are_folders_and_zips_by_the_students_names(tmp_path):
+    for folder in ("grace", "Ada L", ".git"):
+        (tmp_path / folder).mkdir()
+    lay(tmp_path, {"emmy.ZIP": b"", "readme.txt": b"", "lonely.ipynb": b"{}", "work.rar": b""})
+    (tmp_path / "linked").symlink_to(tmp_path / "grace", target_is_directory=True)
+    found, ignored = found_in(tmp_path)
+    assert list(found) == ["Ada L", "emmy", "grace", "work"]
+    neither, nobodys = ignored
+    assert "'linked', 'readme.txt'" in neither and "'lonely.ipynb'" in nobodys
+
+
+@pytest.mark.parametrize(
+    "name", ["grades.csv", "Gradebook.sqlite", "gradebook.sqlite-wal", "a\nb", "x" * 81, "NUL", "a:b", "ada."]
+)
+def test_a_name_that_cannot_be_an_id_is_reported_and_not_used(tmp_path, name):
+    (tmp_path / name).mkdir()
+    (tmp_path / "ada").mkdir()
+    found, ignored = found_in(tmp_path)
+    assert list(found) == ["ada"]
+    assert "not named by a student's ID" in ignored[0]
+
+
+def test_but_its_course_file_counts(tmp_path):
+    lay(tmp_path / ("x" * 81), work("ada"))
+    found, ignored = found_in(tmp_path)
+    assert list(found) == ["ada"] and found["ada"].pieces[0].rule == "the ID in course.json" and ignored == []
+
+
+def test_a_name_as_macs_write_it_and_spaces_around_it_are_the_students_own(tmp_path):
+    (tmp_path / APART).mkdir()
+    (tmp_path / " ada .zip").write_bytes(b"")
+    found, ignored = found_in(tmp_path)
+    assert list(found) == ["ada", COMPOSED] and ignored == []
+
+
+@pytest.mark.parametrize("other", [APART, APART.upper(), COMPOSED.upper(), f"{APART} "])
+@pytest.mark.parametrize("roster", [ROSTER, ()], ids=["roster", "no roster"])
+def test_names_that_differ_in_accents_capitals_or_spaces_only_are_one_students(tmp_path, other, roster):
+    (tmp_path / COMPOSED).mkdir()
+    (tmp_path / f"{other}.zip").write_bytes(b"")
+    found, ignored = found_in(tmp_path, roster)
+    assert len(found) == 1 and ignored == []
+    (submission,) = found.values()
+    assert len(submission.pieces) == 2 and submission.student.casefold() == COMPOSED
+
+
+@pytest.mark.parametrize("as_read", ["cp437", "cp1252", "latin-1"])
+@pytest.mark.parametrize("roster", [ROSTER, ()], ids=["roster", "no roster"])
+def test_a_name_in_utf_8_that_was_taken_for_something_else_is_put_right(tmp_path, as_read, roster):
+    lay(tmp_path / COMPOSED.encode().decode(as_read), work(None if roster else APART))
+    found, _ignored = found_in(tmp_path, roster)
+    assert list(found) == [COMPOSED] and found[COMPOSED].problems == ()
+
+
+def test_a_zip_that_does_not_say_that_its_names_are_utf_8_is_read_as_such(tmp_path):
+    files = moodle("Jürgen G", 7, {"messung_ü.csv": b"1"} | work(None))
+    lay(tmp_path, {"class.zip": zipped(files, plain=True)})
+    found, _ignored = found_in(tmp_path, ROSTER)
+    assert list(found) == [COMPOSED]
+    assert "messung_ü.csv" in intake.read(found[COMPOSED], WANTED)[0].files
+
+
+def test_a_name_in_the_code_of_old_windows_is_told_by_the_roster(tmp_path):
+    (tmp_path / "Jürgen G".encode("cp850").decode("latin-1")).mkdir()
+    assert list(found_in(tmp_path, ROSTER)[0]) == [COMPOSED]
+
+
+@given(st.text(max_size=12))
+def test_a_name_is_first_of_all_what_it_is(name):
+    assert next(names.alternatives(name)) == unicodedata.normalize("NFC", name)
+    assert names.unflagged(name.encode(errors="replace").decode("cp437")).encode() == name.encode(errors="replace")
+
+
+def test_no_folder_and_an_empty_folder_are_errors(tmp_path):
+    with pytest.raises(GradingError, match="no folder"):
+        intake.find(tmp_path / "nowhere")
+    with pytest.raises(GradingError, match="no submissions"):
+        intake.find(tmp_path)
+
+
+def test_where_nothing_can_be_read_each_reason_is_told(tmp_path):
+    (tmp_path / "notes.txt").write_text("x")
+    (tmp_path / "ada.").mkdir()
+    with pytest.raises(GradingError, match=r"'notes\.txt'.*'ada\.'"):
+        intake.find(tmp_path)
+
+
+def test_loose_notebooks_may_begin_with_an_id_of_the_roster(tmp_path):
+    known = [*ROSTER, StudentRecord("ada_b")]
+    lay(tmp_path, before("ada_", work(None)) | before("ADA_B - ", work(None)) | before("eve_", work(None)))
+    found, ignored = found_in(tmp_path, known)
+    assert list(found) == ["ada", "ada_b"]
+    for submission in found.values():
+        assert set(intake.read(submission, WANTED)[0].notebooks) == set(WANTED)
+    assert len(ignored) == 1 and "'eve_01_first_look.ipynb'" in ignored[0]
+
+
+@pytest.mark.parametrize("roster", [ROSTER, ()], ids=["roster", "no roster"])
+def test_where_name_and_course_file_contradict_each_other_the_name_counts_and_it_is_trouble(tmp_path, roster):
+    lay(tmp_path / "ada", work("bob"))
+    found, _ignored = found_in(tmp_path, roster)
+    assert list(found) == ["ada"] and found["ada"].bench_of == "ada"
+    (problem,) = found["ada"].problems
+    assert "'bob'" in problem and "'ada'" in problem
+
+
+@pytest.mark.parametrize("says", ["ADA ", "", None, 7, ["ada"]])
+def test_the_same_student_written_otherwise_and_nobody_are_no_contradiction(tmp_path, says):
+    lay(tmp_path / "ada", work("x") | work(says) if says is not None else work(None))
+    assert found_in(tmp_path)[0]["ada"].problems == ()
+
+
+def test_a_course_file_that_names_what_cannot_be_an_id_is_told(tmp_path):
+    lay(tmp_path / "ada", work("a/b"))
+    assert "'a/b'" in found_in(tmp_path)[0]["ada"].problems[0]
+
+
+def test_a_name_that_nobody_has_gives_way_to_the_course_file(tmp_path):
+    lay(tmp_path / "final version", work("ada"))
+    lay(tmp_path / "zoe", work(None))
+    lay(tmp_path / "Homework", work("eve"))
+    lay(tmp_path / "old stuff", {"x.txt": b""})
+    found, ignored = found_in(tmp_path, ROSTER)
+    assert list(found) == ["ada", "eve", "zoe"]
+    assert "course.json" in found["eve"].notes[0] and "name of 'zoe'" in found["zoe"].notes[0]
+    assert len(ignored) == 1 and "'old stuff'" in ignored[0]
+
+
+def test_nobodys_own_hand_in_gives_way_to_a_course_file_in_a_folder_of_another_name(tmp_path):
+    lay(tmp_path / "ada", work("ada"))
+    lay(tmp_path / "mallory", work("ada", "spoilt = 1"))
+    lay(tmp_path / "C:", work("ada", "spoilt = 1"))
+    found, ignored = found_in(tmp_path, ROSTER)
+    assert {student: [piece.source for piece in one.pieces] for student, one in found.items()} == {
+        "ada": ["ada"],
+        "mallory": ["mallory"],
+    }
+    assert found["mallory"].problems[0].startswith("course.json names the student 'ada'; this counts as 'mallory'")
+    assert "'C:' is not read: its course.json names ada, who handed in under that name as well." in ignored[0]
+
+
+def test_a_students_own_folder_can_be_given_as_it_is(tmp_path):
+    lay(tmp_path, work("ada") | {"data/x.csv": b"1"})
+    found, ignored = found_in(tmp_path)
+    assert list(found) == ["ada"] and ignored == []
+    assert "data/x.csv" in intake.read(found["ada"], WANTED)[0].files
+
+
+@pytest.mark.parametrize("roster", [ROSTER, ()], ids=["roster", "no roster"])
+@pytest.mark.parametrize("name", ["ada+bob", "Ada+BOB.zip", "ada + bob (1).zip"])
+def test_a_pair_is_named_so(tmp_path, name, roster):
+    if name.endswith(".zip"):
+        lay(tmp_path, {name: zipped(work("bob"))})
+    else:
+        lay(tmp_path / name, work("bob"))
+    found, _ignored = found_in(tmp_path, roster)
+    assert [student.casefold() for student in found] == ["ada", "bob"]
+    ada, bob = found.values()
+    assert (ada.bench_of.casefold(), bob.bench_of.casefold()) == ("bob", "bob")
+    assert (ada.partners, bob.partners) == ((bob.student,), (ada.student,))
+    assert ada.pieces == bob.pieces and not ada.claimed_by and not bob.claimed_by
+
+
+def test_without_a_course_file_it_is_the_first_ones_bench(tmp_path):
+    lay(tmp_path / "bob+ada", work(None))
+    assert {one.bench_of for one in found_in(tmp_path, ROSTER)[0].values()} == {"bob"}
+
+
+@pytest.mark.parametrize("files", [work(None), work("ada+lab@example.org")])
+def test_an_id_with_a_plus_is_no_pair_unless_something_says_so(tmp_path, files):
+    lay(tmp_path / "ada+lab@example.org", files)
+    assert list(found_in(tmp_path)[0]) == ["ada+lab@example.org"]
+    known = [*ROSTER, StudentRecord("ada+lab@example.org"), StudentRecord("lab@example.org")]
+    assert list(found_in(tmp_path, known)[0]) == ["ada+lab@example.org"]
+
+
+def test_a_course_file_may_name_a_partner_who_handed_in_nothing(tmp_path):
+    lay(tmp_path / "ada", work("ada", **{"with": ["BOB", "nobody/at/all", 7]}))
+    found, _ignored = found_in(tmp_path, ROSTER)
+    assert list(found) == ["ada", "bob"]
+    assert (found["bob"].claimed_by, found["ada"].claimed_by) == ("ada", "")
+    assert found["bob"].notes[-1] == "Handed in by ada, whose course.json says that it was made together."
+    assert {one.bench_of for one in found.values()} == {"ada"}
+    assert len(found["ada"].notes) == 2 and "with 'nobody/at/all', whom nobody knows" in found["ada"].notes[0]
+
+
+def test_both_may_hand_in_the_same(tmp_path):
+    together = work("ada", **{"with": ["bob"]})
+    lay(tmp_path, under("ada", together) | {"bob.zip": zipped(together)})
+    found, _ignored = found_in(tmp_path, ROSTER)
+    assert [len(one.pieces) for one in found.values()] == [2, 2]
+    assert {one.bench_of for one in found.values()} == {"ada"}
+    assert all(one.problems == () for one in found.values())
+
+
+def test_nobodys_own_hand_in_gives_way_to_a_claim(tmp_path):
+    lay(tmp_path / "bob", work("bob"))
+    lay(tmp_path / "ada", work("ada", "spoilt = 1", **{"with": ["bob"]}))
+    found, _ignored = found_in(tmp_path, ROSTER)
+    assert [piece.source for piece in found["bob"].pieces] == ["bob"] and found["bob"].partners == ()
+    assert (
+        "says that it was made with bob, who handed in something else, and did not say so" in found["ada"].problems[0]
+    )
+
+
+@pytest.mark.parametrize(("before", "counts"), [(None, True), (["ada", "bob"], True), (["bob"], False), ([], False)])
+def test_nor_what_somebody_handed_in_before(tmp_path, before, counts):
+    lay(tmp_path / "ada", work("bob", "spoilt = 1", **{"with": ["ada"]}))
+    found = {one.student: one for one in intake.find(tmp_path, ROSTER, earlier={"bob": before}.get).submissions}
+    assert ("bob" in found) == counts
+    assert found["ada"].bench_of == ("bob" if counts else "ada")
+    assert len(found["ada"].problems) == (not counts)
+
+
+def test_nobodys_work_is_run_on_the_bench_of_one_who_did_not_say_so(tmp_path):
+    """A copy of ada's folder, in which bob wrote himself."""
+    lay(tmp_path / "ada", work("ada"))
+    lay(tmp_path / "bob", work("ada", **{"with": ["bob"]}))
+    found, _ignored = found_in(tmp_path, ROSTER)
+    assert (found["bob"].bench_of, found["ada"].bench_of) == ("bob", "ada")
+    assert len(found["ada"].pieces) == 1 and len(found["bob"].problems) == 1
+
+
+def test_a_students_zip_with_folders_of_others_is_nothing_of_theirs(tmp_path):
+    for roster in (ROSTER, ()):
+        folder = tmp_path / str(len(roster))
+        lay(folder / "ada", work("ada"))
+        lay(folder, {"bob.zip": zipped(under("ada", work("ada", "spoilt = 1")) | under("x/ada", work("ada")))})
+        found, _ignored = found_in(folder, roster)
+        assert [piece.source for piece in found["ada"].pieces] == ["ada"]
+        assert [piece.source for piece in found["bob"].pieces] == ["bob.zip"] and found["bob"].problems
+
+
+def test_a_class_download_without_a_roster_is_believed_alone_only(tmp_path):
+    lay(tmp_path, {"class.zip": zipped(moodle("Ada Lovelace", 1, work("ada"))), "bob.zip": zipped(work("bob"))})
+    found, ignored = found_in(tmp_path)
+    assert list(found) == ["bob"] and "it holds the hand-ins of several" in ignored[0]
+    assert list(found_in(tmp_path, ROSTER)[0]) == ["ada", "bob"]
+
+
+entry_names = st.sampled_from(
+    [
+        *("ada", "ada.zip", "ada (1).zip", "ADA-1.zip", "ada+bob.zip", "x.7z", "notes.txt", "index.html", ".git"),
+        *("Ada Lovelace_1_assignsubmission_file_", "lovelaceada_1_2_work.zip", "lovelaceada_1_3_01_first_look.ipynb"),
+        *("L_bob_attempt_2026-11-21-13-05-59.txt", "L_bob_attempt_2026-11-21-13-05-59_x.zip", "who_1_2_run.csv"),
+        *("1-2 - Bob Noether - Nov 21, 2026 105 PM", "class.zip", "course.json", "01_first_look.ipynb"),
+    ]
+)
+
+
+@given(
+    given_names=st.lists(entry_names, max_size=7, unique_by=str.casefold),
+    course=st.booleans(),
+    roster=st.sampled_from([ROSTER, []]),
+)
+def test_every_entry_is_taken_or_told(tmp_path_factory, given_names, course, roster):
+    root = tmp_path_factory.mktemp("any")
+    for name in given_names:
+        inside = work("bob" if course else None, names=WANTED[:1])
+        if name.endswith(".zip"):
+            packed = moodle("Bob Noether", 3, inside) if name == "class.zip" else inside
+            (root / name).write_bytes(zipped(packed))
+        elif "." in name[1:] and not name.startswith("."):
+            (root / name).write_bytes(b'{"student": "ada"}' if name == "course.json" else b'{"cells": []}')
+        else:
+            lay(root / name, inside)
+    try:
+        found = intake.find(root, roster)
+        sources = [piece.source for one in found.submissions for piece in one.pieces]
+        files = [path for one in found.submissions for piece in one.pieces for path in piece.files]
+        told = " ".join([*sources, *files, *found.ignored])
+    except GradingError as error:
+        told = str(error)
+    for name in given_names:
+        assert name.startswith(".") or name in told or name.split("_")[-1] in told, name

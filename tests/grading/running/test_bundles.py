@@ -1,0 +1,250 @@
+"""Work is run and marked under the release that it was begun with, though the course has changed since."""
+
+import io
+import json
+import subprocess
+import sys
+import zipfile
+from dataclasses import replace
+
+import pytest
+import two_releases
+from two_releases import FIRST, NOTEBOOK, SECOND, SEED, TwoReleases
+
+from labcourse.answers.cell_reports import REPORTS_FILE
+from labcourse.answers.handed_in import HandIn
+from labcourse.benches import BenchPolicy
+from labcourse.grading import course as courses
+from labcourse.grading.marking import decoding, marking
+from labcourse.grading.release import releases
+from labcourse.grading.release.releases import Releases
+from labcourse.grading.running import bundle, runner
+from labcourse.grading.running.bundles import Bundles
+from labcourse.grading.running.prepared import prepare
+from labcourse.grading.running.runner import Job
+from rotflex.errors import GradingError
+
+PROBE_SEED = 5
+#: Right under either release, if run with that release's packages.
+SOLVED = {
+    "q1-1": "run = lab.bench().release()",
+    "q1-3": 'formula = sympy.sqrt(sympy.Symbol("k") / sympy.Symbol("m"))\nomega = lab.bench().omega',
+    "q1-5": "period = 2 * math.pi / omega",
+}
+
+
+def solved(edition: int) -> dict[str, str]:
+    """Answers that are right with the packages of one release only."""
+    return {**SOLVED, "q1-2": f"k = lab.bench().k if springlab.lab.EDITION == {edition} else None"}
+
+
+@pytest.fixture(scope="module")
+def two(tmp_path_factory) -> TwoReleases:
+    return two_releases.made(tmp_path_factory.mktemp("two"))
+
+
+@pytest.fixture(scope="module")
+def course(two):
+    return courses.load(two.course)
+
+
+@pytest.fixture(scope="module")
+def bundles(course):
+    return Bundles(course)
+
+
+def marks(course, chosen: bundle.Bundle, hand_in: HandIn, student: str = "ada") -> dict[tuple[str, str], float]:
+    prepared = prepare(hand_in, chosen, course.catalogue, student)
+    job = Job(student, prepared.merged.notebooks, PROBE_SEED, chosen.parameters, chosen.imports)
+    run = runner.run(chosen.packed, job)
+    assert run.problems == ()
+    claims = decoding.decode(run.answers, PROBE_SEED, course.catalogue)
+    made = marking.mark(course, claims, course.true_bench(student, chosen.policy), PROBE_SEED)
+    return {(one.question, one.part): one.points for one in made if (one.question, one.part) in chosen.asked}
+
+
+def test_each_release_is_named_by_its_term_and_content_and_kept(two, course):
+    first, second = two.about(two.first), two.about(two.second)
+    assert first["release"].startswith("2026-spring-") and second["release"].startswith("2026-autumn-")
+    kept = Releases(course)
+    assert {one.id: one.term for one in kept.all} == {first["release"]: FIRST, second["release"]: SECOND}
+    assert kept.problems == []
+    assert kept.find(first["release"]).policy == BenchPolicy("own")
+    assert kept.find(second["release"]).policy == BenchPolicy("same", seed=SEED)
+    assert kept.find(first["release"]).packages == ("rotflex", "springlab")
+    assert kept.find("2026-winter-00000000") is None
+
+
+def test_the_course_as_it_is_bears_the_name_of_its_release(two, bundles):
+    assert bundles.current.release == two.about(two.second)["release"]
+    assert bundles.names == (NOTEBOOK,)
+
+
+def test_what_was_not_asked_then_is_not_asked_of_it(two, bundles):
+    older = bundles.built(two.about(two.first)["release"])
+    assert bundles.current.asked - older.asked == {("1.5", "period")}
+    assert older.asked < bundles.current.asked
+    assert older.digest != bundles.current.digest
+
+
+def test_each_is_run_with_its_own_notebooks_and_packages_and_marked_on_its_own_bench(sandbox, two, course, bundles):
+    for which, edition, policy in ((two.first, 1, BenchPolicy("own")), (two.second, 2, BenchPolicy("same", seed=SEED))):
+        hand_in = two.hand_in(which, solved(edition), **two.about(which))
+        chosen = bundles.of(hand_in)
+        assert chosen.problems == ()
+        assert chosen.bundle.policy == policy
+        earned = marks(course, chosen.bundle, hand_in)
+        machine = {part: points for part, points in earned.items() if part[1] != "why"}
+        expected = {("1.1", "run"): 1, ("1.2", "k"): 2, ("1.3", "formula"): 3, ("1.3", "omega"): 1}
+        assert machine == expected | ({("1.5", "period"): 1} if edition == 2 else {})
+
+
+def test_packages_that_cannot_note_what_stopped_a_cell_are_run_with_what_can(bundles, tmp_path):
+    """As an early release's, which were made before it."""
+    with zipfile.ZipFile(io.BytesIO(bundles.current.packed)) as archive:
+        archive.extractall(tmp_path)
+    (tmp_path / "labcourse" / "run" / "cell_reports.py").unlink()
+    code = f"from {bundle.INSIDE} import cell_reports; print(cell_reports.REPORTS_FILE)"
+    done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.stdout.strip() == REPORTS_FILE, done.stderr
+
+
+def test_an_older_release_is_told(two, bundles):
+    name = two.about(two.first)["release"]
+    chosen = bundles.of(two.hand_in(two.first, {}, student="ada", release=name))
+    assert chosen.bundle.release == name
+    assert chosen.notes == (f"Run and marked under an earlier release, {name}.",)
+    assert bundles.of(two.hand_in(two.second, {}, release=two.about(two.second)["release"])).notes == ()
+
+
+@pytest.mark.parametrize("about", [{}, {"student": "ada"}, {"release": 3}, {"release": ""}])
+def test_where_no_release_is_named_the_notebooks_tell(two, bundles, about):
+    for which in (two.first, two.second):
+        chosen = bundles.of(two.hand_in(which, SOLVED, **about))
+        assert chosen.bundle.release == two.about(which)["release"]
+        assert chosen.problems == ()
+    assert bundles.of(HandIn(course=about)).bundle is bundles.current
+
+
+def test_notebooks_of_another_release_than_the_file_names_count_and_it_is_told(two, bundles):
+    first, second = two.about(two.first)["release"], two.about(two.second)["release"]
+    for which, meant, named in ((two.first, first, second), (two.second, second, first)):
+        chosen = bundles.of(two.hand_in(which, SOLVED, release=named))
+        assert chosen.bundle.release == meant
+        assert chosen.notes[0] == f"course.json names the release {named}, but the notebooks are those of {meant}."
+
+
+def test_where_the_notebooks_are_of_both_the_file_counts(two, bundles):
+    both = [two.hand_in(which, {}).notebooks[NOTEBOOK] for which in (two.first, two.second)]
+    for named in (two.about(two.first)["release"], two.about(two.second)["release"]):
+        hand_in = HandIn({NOTEBOOK: (*both[0], *both[1])}, course={"release": named})
+        assert bundles.of(hand_in).bundle.release == named
+
+
+def test_a_release_that_is_not_kept_is_trouble_and_it_is_told_what_to_do(two, bundles, course):
+    chosen = bundles.of(two.hand_in(two.first, {}, release="2025-autumn\x1b[31m" + "x" * 200))
+    (problem,) = chosen.problems
+    assert r"names the release '2025-autumn\x1b[31mxx" in problem and len(problem) < 500
+    assert f"not kept in {course.releases}: put the zip that was handed out there, and grade again" in problem
+    assert chosen.bundle.release == two.about(two.first)["release"]  # the closest
+
+
+def test_a_release_from_before_there_were_names_is_known_by_its_notebooks(sandbox, two, course):
+    """As it was handed out then: no course.json, and no module that is new."""
+    name = two.about(two.first)["release"]
+    archive = course.releases / "old.zip"
+    with zipfile.ZipFile(course.releases / f"{name}.zip") as packed, zipfile.ZipFile(archive, "w") as old:
+        for entry in packed.namelist():
+            content = packed.read(entry)
+            if entry.endswith(NOTEBOOK):
+                content = content.replace(b"let go.", b"let go!")
+            if not entry.endswith("course.json"):
+                old.writestr(entry, content)
+    try:
+        found = releases.read(archive)
+        assert found.id.startswith("unnamed-") and found.policy == BenchPolicy("own")
+        again = Bundles(course)
+        hand_in = two.hand_in(two.first, solved(1), student="ada")
+        text = json.dumps(two.notebook(two.first)).replace("let go.", "let go!")
+        older = HandIn(
+            {NOTEBOOK: tuple(cell for cell in hand_in.notebooks[NOTEBOOK] if cell.id != "title")},
+            course={"student": "ada"},
+        )
+        title = next(cell for cell in two_releases.cells_of(text.encode()) if cell.id == "title")
+        older = HandIn({NOTEBOOK: (title, *older.notebooks[NOTEBOOK])}, course=older.course)
+        chosen = again.of(older)
+        assert chosen.bundle.release == found.id
+        assert marks(course, chosen.bundle, older)[("1.2", "k")] == 2
+    finally:
+        archive.unlink()
+
+
+def test_modules_that_an_older_release_does_not_have_are_not_imported_for_it(two, course):
+    later = replace(course, imports=("springlab.lab", "springlab.later", "math", "rotflex.no.such"))
+    older = Releases(course).find(two.about(two.first)["release"])
+    assert bundle.of_release(older, later).imports == ("springlab.lab", "math")
+
+
+def test_the_same_content_has_the_same_name_and_is_kept_once(two, course, tmp_path):
+    before = sorted(path.name for path in course.releases.iterdir())
+    said = two_releases.release(two.course.parent, tmp_path / "again")
+    name = two.about(two.second)["release"]
+    assert f"Release {name}, kept as {course.releases / name}.zip" in said
+    assert sorted(path.name for path in course.releases.iterdir()) == before
+
+
+def test_a_trial_is_not_kept(two, course, tmp_path):
+    path = two.course / NOTEBOOK
+    written = path.read_text(encoding="utf-8")
+    before = sorted(path.name for path in course.releases.iterdir())
+    path.write_text(written.replace("Half a kilogram", "A pound"), encoding="utf-8")
+    try:
+        said = two_releases.release(two.course.parent, tmp_path / "trial", "--no-keep")
+    finally:
+        path.write_text(written, encoding="utf-8")
+    assert "not kept: what is done with it is run with the course as it is." in said
+    assert two.about(two.second)["release"] not in said
+    assert sorted(path.name for path in course.releases.iterdir()) == before
+
+
+WHOLE = {"x/pyproject.toml": "", "x/notebooks/a.ipynb": '{"cells": []}'}
+
+
+@pytest.mark.parametrize(
+    ("content", "told"),
+    [
+        (b"no zip", "File is not a zip file"),
+        ({"x/readme.txt": "x"}, "it holds no pyproject.toml"),
+        ({"x/pyproject.toml": "", "x/springlab/__init__.py": ""}, "it holds no notebooks"),
+        ({"x/pyproject.toml": "", "x/notebooks/a.ipynb": "{"}, "a.ipynb: it is not JSON"),
+        ({**WHOLE, "x/notebooks/course.json": "["}, "course.json: "),
+        ({**WHOLE, "x/notebooks/course.json": '{"bench": {"which": "x"}}'}, 'course.json: "bench" should be'),
+    ],
+    ids=["no zip", "no project", "no notebooks", "no notebook", "no JSON", "no policy"],
+)
+def test_what_is_no_release_is_passed_over_and_told(two, course, content, told):
+    archive = course.releases / "zz.zip"
+    if isinstance(content, bytes):
+        archive.write_bytes(content)
+    else:
+        with zipfile.ZipFile(archive, "w") as packed:
+            for name, text in content.items():
+                packed.writestr(name, text)
+    try:
+        kept = Releases(course)
+        assert len(kept.all) == 2
+        (problem,) = kept.problems
+    finally:
+        archive.unlink()
+    assert problem.startswith(f"{archive} is not a release of the course: ") and told in problem
+    assert problem.endswith("Replace it by the zip that was handed out, or remove it.")
+
+
+def test_a_release_that_cannot_be_kept_is_told_with_what_to_do(two, course, tmp_path):
+    from labcourse.grading.release import student_course
+
+    (tmp_path / "kept").write_text("a file")
+    made = student_course.Release(two.first, two.first.with_suffix(".zip"), (), "x-1")
+    elsewhere = replace(course, settings=replace(course.settings, releases=str(tmp_path / "kept")))
+    with pytest.raises(GradingError, match=str(tmp_path / "kept")):
+        releases.keep(elsewhere, made)

@@ -1,0 +1,304 @@
+"""Each deadline is the one that was asked for, from the command to the clock that ends a run; the clocks are ours."""
+
+import json
+import signal
+import subprocess
+import sys
+import threading
+from types import SimpleNamespace
+
+import pytest
+from made_courses import OURS
+from typer.testing import CliRunner
+
+from labcourse.grading import batch
+from labcourse.grading.isolation import sandbox, unisolated
+from labcourse.grading.isolation.outcome import Ending, Outcome
+from labcourse.grading.isolation.outcome import Limits as SandboxLimits
+from labcourse.grading.running import executors, isolation_report, runner
+from labcourse.grading.running.inside import EVIDENCE_FILE, watch
+from labcourse.grading.running.inside import main as inside_main
+from labcourse.run import from_notebook
+from rotflex.cli import app
+from rotflex.errors import GradingError
+
+
+class Clock:
+    """Time that passes while somebody waits, and not otherwise."""
+
+    def __init__(self, now=1000.0):
+        self.begun = self.now = now
+
+    def monotonic(self):
+        return self.now
+
+    def pass_by(self, seconds):
+        self.now += seconds
+
+    @property
+    def passed(self):
+        return round(self.now - self.begun, 3)
+
+
+USUAL = runner.Limits()
+
+
+@pytest.fixture
+def settings_of(tmp_path, monkeypatch):
+    (tmp_path / "in" / "ada").mkdir(parents=True)
+    seen = []
+
+    class Batch:
+        def __init__(self, submissions, course, gradebook, settings):
+            seen.append(settings)
+            raise GradingError("enough")
+
+    monkeypatch.setattr(batch, "Batch", Batch)
+    monkeypatch.setattr(isolation_report, "check", lambda: None)
+    monkeypatch.setattr(isolation_report, "check_unisolated", lambda: None)
+
+    def made(*options):
+        command = ["grade", str(tmp_path / "in"), "--out", str(tmp_path / "out"), "--course", str(OURS.folder)]
+        done = CliRunner().invoke(app, [*command, *options])
+        assert done.exit_code == 2 and len(seen) == 1, done.output
+        return seen.pop()
+
+    return made
+
+
+def test_without_options_the_limits_are_the_usual_ones(settings_of):
+    made = settings_of()
+    assert made == batch.Settings() and made.limits == USUAL and made.isolated and not made.every_cell
+
+
+@pytest.mark.parametrize(
+    ("options", "limits"),
+    [
+        (("--cell-timeout", "7"), {"cell": 7}),
+        (("--deadline", "77.5"), {"submission": 77.5}),
+        (("--memory", "300"), {"memory": 300 * 2**20}),
+        (("--processes", "9"), {"processes": 9}),
+    ],
+)
+def test_each_option_changes_its_limit_and_no_other(settings_of, options, limits):
+    made = settings_of(*options).limits
+    assert made == runner.Limits(**limits) != USUAL
+
+
+def test_the_other_options_are_each_their_own(settings_of):
+    made = settings_of("--jobs", "3", "--probe-seed", "5", "--every-cell", "--unsafe-no-isolation")
+    assert (made.jobs, made.probe_seed, made.every_cell, made.isolated) == (3, 5, True, False)
+
+
+@pytest.mark.parametrize(
+    ("option", "least"),
+    [("--cell-timeout", 1), ("--deadline", 1), ("--memory", 256), ("--processes", 8), ("--jobs", 1)],
+)
+def test_options_have_a_least_value(settings_of, tmp_path, option, least):
+    settings_of(option, str(least))
+    command = ["grade", str(tmp_path / "in"), "--out", str(tmp_path / "out"), option, str(least - 1)]
+    said = " ".join(CliRunner().invoke(app, command).output.replace("│", " ").split())
+    assert f"should be greater than or equal to {least} " in said and option in said
+
+
+LIMITS = runner.Limits(cell=7, submission=77.5, memory=300 * 2**20, processes=9, folder=12345)
+
+
+@pytest.mark.parametrize("isolated", [True, False])
+def test_a_run_is_given_its_limits_and_what_it_depends_on(tmp_path, monkeypatch, isolated):
+    asked = []
+
+    def run(command, **given):
+        asked.append((command, given))
+        return Outcome(
+            Ending.FINISHED, 0, b"{}", "", b"", 1.0, (), {runner.REPORTS_FILE: b"reports", EVIDENCE_FILE: b"{}"}
+        )
+
+    def other(command, **given):
+        pytest.fail("the other way of running")
+
+    monkeypatch.setattr(runner, "unpacked", lambda packed: tmp_path)
+    monkeypatch.setattr(sandbox, "run", run if isolated else other)
+    monkeypatch.setattr(unisolated, "run", other if isolated else run)
+    cancelled = threading.Event()
+    job = runner.Job(
+        "ada",
+        {"a.ipynb": {"cells": []}},
+        5,
+        {"bench": "x", "student": "b"},
+        ("m",),
+        {"f": b"1"},
+        LIMITS,
+        isolated,
+        evidence="m:read",
+    )
+    done = runner.run_from(runner.work(runner.job_bytes(job), b"packed", cancelled))
+    assert done == runner.Run(b"{}", (), True, b"reports", b"{}")
+    ((command, given),) = asked
+    assert command[-2:] == ["-P", str(tmp_path / "inside" / "main.py")] and given["visible"] == [tmp_path]
+    assert given["limits"] == SandboxLimits(seconds=77.5, memory=300 * 2**20, processes=9, folder=12345)
+    also = {runner.REPORTS_FILE: 1_000_000, EVIDENCE_FILE: 40_000_000}
+    assert (given["largest"], given["also"]) == (2_000_000, also)
+    assert given["cancelled"] is cancelled and given["environment"]["ROTFLEX_PROBE_SEED"] == "5"
+    assert json.loads(given["stdin"]) == {
+        "notebooks": {"a.ipynb": {"cells": []}},
+        "parameters": {"bench": "x", "student": "ada"},
+        "imports": ["m"],
+        "files": {"f": "MQ=="},
+        "cell_timeout": 7,
+        "evidence": "m:read",
+    }
+
+
+def test_a_worker_of_another_version_runs_nothing(monkeypatch):
+    asked = runner.job_bytes(runner.Job("ada", {}, 5))
+    monkeypatch.setattr(runner.rotflex, "__version__", "0.0.1")
+    with pytest.raises(GradingError, match=r"0\.0\.1"):
+        runner.work(asked, b"")
+
+
+@pytest.mark.parametrize(
+    ("ending", "code", "said"),
+    [
+        (Ending.DEADLINE, None, ("The run took longer than 77.5 s and was stopped.",)),
+        (Ending.OUTPUT, None, ("The run was stopped: it said too much.",)),
+        (Ending.CANCELLED, None, ("The run was called off.",)),
+        (Ending.FINISHED, 0, ()),
+        (Ending.FINISHED, 10, ("A cell took longer than 7 s and was stopped.",)),
+    ],
+)
+def test_what_is_said_of_an_ending_has_its_own_limit_in_it(ending, code, said):
+    told = runner._problems(Outcome(ending, code, None, "", b"", 1.0), LIMITS)
+    assert len(told) == len(said)
+    for line, expected in zip(told, said, strict=True):
+        assert line == expected or (code == 10 and " 7 s" in line)
+
+
+@pytest.fixture
+def watched(monkeypatch):
+    """A child that reports at some times, and is ended by a signal or never."""
+
+    def made(reports, timeout, ended_by=None, ends_at=None, number=100):
+        clock, told = Clock(), []
+        coming = sorted(reports)
+        monkeypatch.setattr(watch.time, "monotonic", clock.monotonic)
+
+        def select(reading, writing, errors, seconds):
+            if coming and clock.passed + seconds >= coming[0]:
+                clock.now = clock.begun + coming.pop(0)
+                return reading, [], []
+            clock.pass_by(max(seconds, 0.001))
+            return [], [], []
+
+        def killpg(child, signal_number):
+            told.append((signal_number, clock.passed))
+
+        def waitpid(child, how):
+            over = any(number == ended_by for number, _when in told) or (
+                ends_at is not None and clock.passed >= ends_at
+            )
+            return (child, 99 << 8) if over or how == 0 else (0, 0)
+
+        monkeypatch.setattr(watch.select, "select", select)
+        monkeypatch.setattr(watch.os, "read", lambda pipe, most: b".")
+        monkeypatch.setattr(watch.os, "killpg", killpg)
+        monkeypatch.setattr(watch.os, "waitpid", waitpid)
+        return watch._Watch(7, 8, number, timeout).wait(), told
+
+    return made
+
+
+def test_a_cell_is_interrupted_at_its_timeout_and_killed_five_seconds_later(watched):
+    assert watched([], 60) == (watch.TIMED_OUT, [(signal.SIGINT, 60.0), (signal.SIGKILL, 65.0)])
+
+
+def test_each_report_begins_the_time_anew(watched):
+    ended, told = watched([10.0, 50.0], 60)
+    assert told == [(signal.SIGINT, 110.0), (signal.SIGKILL, 115.0)] and ended == watch.TIMED_OUT
+
+
+def test_a_cell_that_heard_the_interrupt_goes_on_and_the_next_has_all_of_its_time(watched):
+    ended, told = watched([62.0], 60, ends_at=120.0)
+    assert (ended, [number for number, _when in told]) == (watch.TIMED_OUT, [signal.SIGINT, signal.SIGKILL])
+    assert told[0][1] == 60.0 and told[1][1] >= 120.0
+
+
+def test_what_ends_by_itself_is_not_interrupted(watched):
+    ended, told = watched([10.0, 20.0], 60, ends_at=25.0)
+    assert ended == watch.FINE and [number for number, _when in told] == [signal.SIGKILL]
+
+
+def test_each_notebook_is_run_with_the_time_that_was_asked_for(monkeypatch, tmp_path):
+    inside_main._load_package()
+    asked = []
+    job = SimpleNamespace(run=lambda name, notebook: None)
+    monkeypatch.setattr(inside_main, "_prepared", lambda parameters, imports: job)
+    watching = inside_main.importlib.import_module(f"{inside_main.PACKAGE}.watch")
+    codes = iter([0, 10, 11, 0])
+    monkeypatch.setattr(
+        watching, "run", lambda work, steps, timeout: asked.append((work.args[0], steps, timeout)) or next(codes)
+    )
+    monkeypatch.chdir(tmp_path)
+    notebooks = {name: {"cells": [{}] * number} for name, number in (("a", 3), ("b", 0), ("c", 1), ("d", 2))}
+    specification = {"parameters": {}, "imports": [], "files": {}, "cell_timeout": 7, "notebooks": notebooks}
+    assert inside_main.run(specification) == 11
+    assert asked == [("a", 4, 7), ("b", 1, 7), ("c", 2, 7), ("d", 3, 7)]
+
+
+@pytest.mark.parametrize("hears", [0, 1, 2])
+def test_a_program_in_a_cell_is_waited_for_then_asked_and_then_ended(hears):
+    done = []
+
+    class Child:
+        def poll(self):
+            return None
+
+        def wait(self, timeout=None):
+            done.append(timeout)
+            if len([one for one in done if one not in ("terminate", "kill")]) <= hears:
+                raise subprocess.TimeoutExpired("rotflex", timeout)
+
+        def terminate(self):
+            done.append("terminate")
+
+        def kill(self):
+            done.append("kill")
+
+    from_notebook._end(Child())
+    waits = [one for one in done if isinstance(one, int | float)]
+    assert waits[0] == 5 and (hears == 0 or waits[1] == 15)
+    assert ("terminate" in done, "kill" in done) == (hears > 0, hears > 1)
+
+
+@pytest.mark.parametrize("workers", [True, False])
+def test_a_scheduler_and_a_worker_are_waited_for_fifteen_seconds_each(monkeypatch, workers):
+    waited = []
+
+    class Client:
+        def __init__(self, address, timeout, set_as_default):
+            waited.append((address, timeout, set_as_default))
+
+        def wait_for_workers(self, number, timeout):
+            waited.append((number, timeout))
+            if not workers:
+                raise TimeoutError
+
+        def nthreads(self):
+            return {"one": 3, "two": 4}
+
+        def get_executor(self, pure, retries):
+            waited.append((pure, retries))
+            return SimpleNamespace(shutdown=lambda wait: None)
+
+        def close(self):
+            waited.append("closed")
+
+    monkeypatch.setitem(sys.modules, "distributed", SimpleNamespace(Client=Client))
+    if workers:
+        with executors.cluster("tcp://host:8786") as pool:
+            assert pool.capacity == 7
+        assert waited == [("tcp://host:8786", 15, False), (1, 15), (False, 3), "closed"]
+    else:
+        with pytest.raises(GradingError, match="has no workers"), executors.cluster("tcp://host:8786"):
+            pass
+        assert waited == [("tcp://host:8786", 15, False), (1, 15), "closed"]

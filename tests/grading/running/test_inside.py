@@ -1,0 +1,211 @@
+"""The program that runs notebooks inside: what it leaves, how it ends; and nothing in a notebook stops the rest."""
+
+import json
+import sys
+from pathlib import Path
+
+import pytest
+from inside_runs import ENVIRONMENT, PROGRAM, ROOT, notebook, run, specification
+
+from labcourse.grading.isolation import sandbox as isolation
+from labcourse.grading.running.inside import BROKEN, DIED, FINE, TIMED_OUT
+
+pytestmark = pytest.mark.slow
+
+NOTES = "answers.json"  # what the sandbox gives back
+NOTE = f"""
+def note(**what):
+    import json
+    with open({NOTES!r}, 'a') as file:
+        file.write(json.dumps(what) + chr(10))
+"""
+
+
+QUIET = {
+    "first": [
+        "note(first=student, bench=bench)",
+        "import sys, time\nsys.stdout.write('x' * 10**8)\nimport os\nn = os.write(1, b'x' * 10**7)",
+        "import numpy as np, random, sympy.core.random\n"
+        "note(drawn=[int(np.random.randint(2**31)), random.random(), sympy.core.random.random()])",
+    ],
+    "second": [
+        "note(second=len(open('answers.json').readlines()))",
+        "note(drawn=[int(__import__('numpy').random.randint(2**31)), __import__('random').random(),"
+        " __import__('sympy').core.random.random()])",
+    ],
+    "errors": [
+        "1 / 0",
+        "raise SystemExit",
+        "for",
+        "input()",
+        "%no_such_magic",
+        "import sys\nsys.stdout = None",
+        "note(errors=1)",
+        "get_ipython().run_cell = None",
+        "get_ipython().displayhook = None\n1",
+        "raise KeyboardInterrupt",
+    ],
+    "pictures": [
+        "from matplotlib.backends.backend_agg import FigureCanvasAgg as Canvas\n"
+        "drawn, draw = [], Canvas.draw\n"
+        "Canvas.draw = lambda self, *args: (drawn.append(self), draw(self, *args))\n"
+        "import matplotlib.pyplot as plt",
+        "plt.plot([1, 2])",
+        "note(drawn_unasked=len(drawn), left_open=plt.get_fignums())",
+        "from rotflex import figures\nfigures.show(figures.joint_angles())\nfigures.lumped_model()",
+        "figure, axes = plt.subplots()\nplt.plot([1, 2])\nplt.show()\nfigure",
+        "note(drawn_unasked=len(drawn), left_open=plt.get_fignums())",
+        "figure.savefig('figure.png')\nnote(drawn_asked=len(drawn), saved=open('figure.png', 'rb').read(4).hex())",
+    ],
+    "modules": [
+        "open('rotflex.py', 'w').write('planted = 1')\nopen('mine.py', 'w').write('value = 2')",
+        "import mine, rotflex, sys",
+        "note(mine=mine.value, planted=hasattr(rotflex, 'planted'), debugpy=bool(sys.modules.get('debugpy')))",
+    ],
+}
+
+
+@pytest.fixture(scope="module")
+def quiet(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("quiet")
+    done = run(specification({name: notebook([NOTE, *cells]) for name, cells in QUIET.items()}), folder)
+    assert (done.stdout, done.stderr) == ("", "")
+    return done.returncode, [json.loads(line) for line in (folder / NOTES).read_text().splitlines()]
+
+
+def noted(notes, name):
+    return [note[name] for note in notes if name in note]
+
+
+def test_errors_are_no_reason_to_stop_and_the_run_is_fine(quiet):
+    code, notes = quiet
+    assert code == FINE
+    assert noted(notes, "errors") == [1]
+
+
+def test_parameters_come_before_the_cells_and_files_are_carried_on(quiet):
+    _, notes = quiet
+    assert notes[0] == {"first": "ada", "bench": "virtual"}
+    assert noted(notes, "second") == [2]
+
+
+def test_each_notebook_has_random_numbers_of_its_own(quiet):
+    _, notes = quiet
+    first, second = noted(notes, "drawn")
+    assert all(one != other for one, other in zip(first, second, strict=True))
+
+
+def test_nothing_is_drawn_unless_a_cell_asks_for_it_and_figures_are_closed(quiet):
+    _, notes = quiet
+    assert noted(notes, "drawn_unasked") == [0, 0]
+    assert noted(notes, "left_open") == [[], []]
+    assert noted(notes, "drawn_asked")[0] > 0
+    assert noted(notes, "saved") == [b"\x89PNG".hex()]
+
+
+def test_the_students_package_is_the_released_one_and_their_own_modules_are_found(quiet):
+    _, notes = quiet
+    assert {"mine": 2, "planted": False, "debugpy": False} in notes
+
+
+def test_a_cell_over_its_time_is_stopped_and_exit_ends_its_notebook_alone(tmp_path):
+    slow = ["while True: pass", "import asyncio\nawait asyncio.sleep(60)", "note(after='loops')"]
+    leaving = ["note(before='exit')", "exit()", "note(after='exit')"]
+    notebooks = {"slow": slow, "leaving": leaving, "last": ["note(after='all')"]}
+    told = {name: notebook([NOTE, *cells]) for name, cells in notebooks.items()}
+    assert run(specification({"slow": told["slow"]}, cell_timeout=1), tmp_path).returncode == TIMED_OUT
+    assert run(specification({"leaving": told["leaving"], "last": told["last"]}), tmp_path).returncode == DIED
+    notes = [json.loads(line) for line in (tmp_path / NOTES).read_text().splitlines()]
+    assert notes == [{"after": "loops"}, {"before": "exit"}, {"after": "all"}]
+
+
+def test_where_the_package_cannot_be_imported_nothing_is_run(tmp_path, monkeypatch):
+    (tmp_path / "rotflex").mkdir()
+    (tmp_path / "rotflex" / "__init__.py").write_text("raise OSError('half a package')")
+    monkeypatch.setitem(ENVIRONMENT, "PYTHONPATH", str(tmp_path))
+    done = run(specification({"first": notebook([NOTE, "note(ran=1)"])}), tmp_path)
+    assert done.returncode == BROKEN
+    assert "half a package" in done.stderr
+    assert not (tmp_path / NOTES).exists()
+
+
+#: The first line of each attack. Should there be no sandbox, nothing happens.
+SANDBOXED = f"""
+import os, signal, sys, threading, time
+assert os.getcwd() == {isolation.WORK!r} and not os.path.exists({str(ROOT / "tests")!r})
+"""
+HARMFUL = {
+    "exits": "os._exit(0)",
+    "segfault": "import ctypes\nctypes.string_at(0)",
+    "kills-itself": "os.kill(os.getpid(), signal.SIGKILL)",
+    "kills-its-group": "os.killpg(0, signal.SIGKILL)",
+    "aborts": "os.abort()",
+    "deep": "sys.setrecursionlimit(10**9)\ndef deep(n): return [deep(n + 1)]\ndeep(0)",
+    "uninterruptible": "sum(__import__('itertools').repeat(0))",
+}
+HARMLESS = {
+    "threads": """
+started = []
+for _ in range(300):
+    thread = threading.Thread(target=time.sleep, args=(60,))
+    try: thread.start()
+    except RuntimeError: break
+""",
+    "closes": "os.closerange(0, 3)",
+    "closes-all": "os.closerange(0, 256)",
+    "forks": "os.fork()",
+    "at-exit": "import atexit\natexit.register(time.sleep, 60)",
+    "tracing": "sys.settrace(lambda *args: None)\nsys.setprofile(lambda *args: None)",
+    "streams": "sys.stdout = sys.stderr = sys.__stdout__ = 3",
+    "patches": """
+import json, asyncio, papermill, select
+from IPython.core.interactiveshell import InteractiveShell
+json.dumps = json.loads = os.write = os.read = os.waitpid = select.select = print
+signal.signal = asyncio.run = os._exit = os.getpid = print
+InteractiveShell.run_cell = InteractiveShell.run_cell_async = print
+""",
+    "memory": "[bytearray(2**30) for _ in range(64)]",
+    "output": "for _ in range(200): os.write(1, bytes(10**6)); os.write(2, bytes(10**6))",
+    "interrupts": "signal.raise_signal(signal.SIGINT)",
+}
+
+
+@pytest.fixture(scope="module")
+def hostile(sandbox):
+    notebooks = {}
+    for name, attack in {**HARMLESS, **HARMFUL}.items():
+        cells = [NOTE, f"note(before={name!r})", f"{SANDBOXED}{attack}", f"note(after={name!r})"]
+        notebooks[name] = notebook(cells)
+    notebooks["honest"] = notebook([NOTE, "note(before='honest')", "note(after='honest')"])
+    prefix = Path(sys.prefix).resolve()
+    outcome = isolation.run(
+        [sys.executable, "-P", str(PROGRAM)],
+        visible=[ROOT / "rotflex", prefix],
+        wanted=NOTES,
+        largest=10**6,
+        stdin=json.dumps(specification(notebooks, cell_timeout=4)).encode(),
+        environment=ENVIRONMENT,
+        limits=isolation.Limits(seconds=200),
+    )
+    assert outcome.file is not None, outcome
+    return outcome, [json.loads(line) for line in outcome.file.splitlines()]
+
+
+def test_whatever_a_notebook_does_those_after_it_are_run(hostile):
+    outcome, notes = hostile
+    assert noted(notes, "before") == [*HARMLESS, *HARMFUL, "honest"]
+    assert outcome.code == DIED
+    assert b"assert" not in outcome.output
+
+
+@pytest.mark.parametrize("name", [*HARMLESS, "honest"])
+def test_what_does_not_end_its_process_does_not_end_its_notebook(hostile, name):
+    _, notes = hostile
+    expected = 1 if name != "patches" else 0  # its own cells are lost
+    assert noted(notes, "after").count(name) == expected
+
+
+@pytest.mark.parametrize("name", HARMFUL)
+def test_what_ends_its_process_ends_its_notebook_alone(hostile, name):
+    _, notes = hostile
+    assert name not in noted(notes, "after")

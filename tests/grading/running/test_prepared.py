@@ -1,0 +1,110 @@
+"""What is told of a hand-in that is made ready: what is untouched, what is there twice, what cannot be taken."""
+
+import json
+
+import pytest
+
+from labcourse.answers.catalogue import Catalogue
+from labcourse.answers.handed_in import MAX_SOURCE, HandIn, cells_of
+from labcourse.answers.parts import Question, number
+from labcourse.grading.running import prepared
+from labcourse.grading.running.bundle import Bundle
+from labcourse.grading.running.prepared import prepare
+
+CATALOGUE = Catalogue([Question(name, "1", "a", "", (), (number("x", "", None, "", ""),)) for name in ("1", "2")])
+
+
+def code(name, source, solution=False):
+    grading = {"nbgrader": {"grade_id": name, "solution": solution}}
+    return {"id": name, "cell_type": "code", "source": source, "metadata": grading}
+
+
+MASTER = [
+    {"id": "text", "cell_type": "markdown", "source": "What is x?", "metadata": {}},
+    code("setup", "lab = start()"),
+    code("q1", "x = None", True),
+    code("q1-answer", 'lab.answer("1", x=x)'),
+    code("q2", "y = None", True),
+    code("q2-answer", 'lab.answer("2", x=y)'),
+]
+BUNDLE = Bundle(b"", {"a.ipynb": {"cells": MASTER}}, {"a.ipynb": ["q1", "q2"]}, {}, (), "0" * 64)
+
+
+def made(*cells, bundle=BUNDLE, **files):
+    notebooks = {"a.ipynb": cells_of(json.dumps({"cells": list(cells)}).encode())}
+    return prepare(HandIn(notebooks=notebooks, **files), bundle, CATALOGUE, "ada")
+
+
+def answered(name, source):
+    return [cell | {"source": source} if cell["id"] == name else cell for cell in MASTER]
+
+
+@pytest.mark.parametrize(
+    ("cells", "told"),
+    [
+        (MASTER, True),
+        (answered("text", "What is x"), True),
+        (answered("q1", "  x = None\n"), True),
+        (answered("q1", ""), True),
+        (answered("q1", "x = 1"), False),
+        (answered("q2", "y = 1"), False),
+        ([*MASTER, code("mine", "print(1)")], False),
+        ([*MASTER, code("mine", " \n")], True),
+    ],
+)
+def test_a_notebook_in_which_nothing_is_written_is_told_and_no_other(cells, told):
+    assert len(made(*cells).notes) == told
+
+
+def test_a_notebook_that_asks_for_nothing_is_not_called_untouched():
+    cells = [cell for cell in MASTER if not cell["id"].startswith("q")]
+    bundle = Bundle(b"", {"a.ipynb": {"cells": cells}}, {}, {}, (), "0" * 64)
+    assert made(*cells, bundle=bundle).notes == ()
+
+
+@pytest.mark.parametrize("times", [1, 2, 3])
+def test_two_answer_cells_of_one_id_are_told_each_with_its_number(times):
+    mine = [*answered("q1", "x = 1"), *[code("q2", "y = 2", True)] * (times - 1)]
+    told = [note for note in made(*mine).notes if "q2" in note]
+    assert [f" {times} times" in note for note in told] == [True] * (times > 1)
+
+
+def test_two_cells_that_cannot_be_taken_are_both_told_with_their_places():
+    long = "x" * (MAX_SOURCE + 1)
+    cells = [code("one", long), *MASTER, code("two", long), code("three", "x" * MAX_SOURCE)]
+    problems = made(*cells).problems
+    assert len(problems) == 2 and all(f"cell {n} " in problem for n, problem in zip((1, 8), problems, strict=True))
+
+
+def claim(**changes):
+    about = {"format": 2, "student": "Ada", "bench": {}, "software": "", "probe_seed": 1, "answers": {}, "cells": {}}
+    return json.dumps(about | changes).encode()
+
+
+ANSWERS = {"1": {"x": {"kind": "number", "value": 1.0}}, "2": {"x": {}}, "9": {"x": {}}}
+
+
+@pytest.mark.parametrize(
+    ("data", "cells", "said"),
+    [
+        (None, None, ""),
+        (b"[]", None, "cannot be read"),
+        (claim(student="bob"), None, "'bob'"),
+        (claim(), {}, ""),
+        (claim(answers=ANSWERS, cells={"1": {"x": "q1"}}), {"1": {"x": "q1"}, "2": {"x": ""}}, ""),
+        (claim(answers=ANSWERS, cells={"1": {"x": "q" * 65}}), {"1": {"x": "q" * 64}, "2": {"x": ""}}, ""),
+    ],
+)
+def test_what_was_recorded_at_home_is_a_claim_of_ones_own_answers(data, cells, said):
+    found, told = prepared._claim(data, CATALOGUE, "ada")
+    assert (None if found is None else found.cells) == cells
+    assert (said in "".join(told)) and bool(told) == bool(said)
+
+
+@pytest.mark.parametrize(("version", "knows"), [(1, False), (2, True)])
+def test_a_claim_of_the_first_format_knows_no_cells(version, knows):
+    data = json.loads(claim(format=version))
+    if version == 1:
+        data.pop("cells")
+    found, _told = prepared._claim(json.dumps(data).encode(), CATALOGUE, "ada")
+    assert found.knows_cells == knows

@@ -1,0 +1,107 @@
+"""What stands beside an answer: its figures and pictures, the student's own numbers, what the machine found."""
+
+import base64
+import io
+import json
+
+from gradebooks import graded, mark, prose, record
+from PIL import Image
+from scoring_class import COMPARED, RUBRIC, WORDS, desk
+
+from labcourse.grading.gradebook import MarkRecord
+from labcourse.grading.scoring.cards import card
+from rotflex.course.questions import CATALOGUE
+
+REPORT = "Modeling report"
+ANALYSIS = (REPORT, "stiffness_analysis")  # about 2.11 and 2.12
+WHOLE = (f"{REPORT}, as a whole", "organisation")
+
+
+def text(where, given="Well said.", status="for a person"):
+    return MarkRecord(*where, status, 0.0, 1.0, "A person will read this.", given)
+
+
+def number(where, given, status="right", reason="Well."):
+    return MarkRecord(*where, status, 1.0, 1.0, reason, given)
+
+
+def png(colour):
+    content = io.BytesIO()
+    Image.new("RGB", (4, 4), colour).save(content, "PNG")
+    return base64.b64encode(content.getvalue()).decode()
+
+
+#: As a kernel leaves it.
+FIGURE = {
+    "title": "",
+    "xlabel": "f (Hz)",
+    "ylabel": "|A|",
+    "lines": [{"label": "measured", "n": 3, "x": [0.0, 1.0, 2.0], "y": [0.0, 1.0, 0.0]}],
+}
+
+
+def shown(book, where, *marks, **run):
+    record(book, graded("ada", *marks, **run))
+    made = desk(book)
+    return card(made, made.next("Ann", where))
+
+
+def test_beside_a_text_stand_the_marks_of_its_question_with_what_the_machine_found(book):
+    other = number(("2.12", "K_s"), "1.31 N·m/rad", "wrong", "Twice too much.")
+    found = shown(book, WORDS, mark(status="wrong", reason="A factor of 2π is missing."), prose(), other)
+    (fact,) = found.first.found
+    assert (fact.name, fact.given, fact.status) == ("omega_n", "19.9 rad/s", "wrong")
+    assert fact.reason == "A factor of 2π is missing."
+    same_section = CATALOGUE.find("2.12").section == CATALOGUE.find("2.11").section
+    assert [one.given for one in found.first.section] == (["1.31 N·m/rad"] if same_section else [])
+
+
+def test_the_levels_are_the_rubrics_and_what_they_are_worth(book):
+    found = shown(book, WORDS, mark(), prose())
+    assert [(one.level, one.points, one.text) for one in found.levels] == [
+        *((level, level / 4, RUBRIC[WORDS].levels[level]) for level in (4, 3, 2, 1)),
+        (0, 0.0, ""),
+    ]
+
+
+def test_a_part_without_a_rubric_is_scored_all_the_same(book):
+    found = shown(book, COMPARED, text(COMPARED))
+    assert [one.text for one in found.levels] == [""] * 5
+    assert found.remarks == []
+
+
+def test_beside_a_reports_text_stands_what_it_is_about(book):
+    marks = [mark(), prose(given="Of 2.11."), number(("2.12", "K_s"), "1.31 N·m/rad"), number(("2.14", "A"), "[[0]]")]
+    found = shown(book, ANALYSIS, *marks, text(ANALYSIS, "The report says so."))
+    assert {one.name for one in found.first.found} == {"2.11 omega_n", "2.11 explanation", "2.12 K_s"}
+    words = next(one for one in found.first.found if one.name == "2.11 explanation")
+    assert (words.given, words.status) == ("Of 2.11.", "")  # another's mark is not to sway
+
+
+def test_what_is_cut_says_so(book):
+    found = shown(book, ANALYSIS, prose(given="x" * 400), text(ANALYSIS))
+    (fact,) = found.first.found
+    assert fact.given == "x" * 300 + " …"
+
+
+def test_pictures_of_a_text_are_shown_and_of_a_report_as_a_whole_those_of_its_texts(book):
+    written = {REPORT: {"stiffness_analysis": {"text": "See ![the peak](attachment:a.png)"}}}
+    written[REPORT]["stiffness_analysis"]["pictures"] = {"attachment:a.png": png("red")}
+    marks = [text(ANALYSIS, "See ![the peak](attachment:a.png)"), text(WHOLE, "All. ![the peak](attachment:a.png)")]
+    for where in (ANALYSIS, WHOLE):
+        found = shown(book, where, *marks, words=written)
+        assert f'"data:image/png;base64,{png("red")}" alt="the peak"' in found.first.words
+
+
+def test_formulas_are_shown_as_formulas(book):
+    assert "<math" in shown(book, WORDS, prose(given=r"So $\omega = \sqrt{k / J}$.")).first.words
+
+
+def test_the_students_figure_is_drawn_beside_what_it_belongs_to(book):
+    content = {"format": 1, "student": "ada", "bench": {}, "software": "rotflex 0", "probe_seed": 7}
+    answers = json.dumps({**content, "answers": {"2.10": {"figure": {"kind": "figure", "axes": [FIGURE]}}}}).encode()
+    found = shown(book, WHOLE, text(WHOLE), text(ANALYSIS), answers=answers)
+    ((name, drawn),) = found.first.figures
+    assert name == "2.10 figure"
+    assert '<path class="curve' in drawn
+    assert shown(book, ANALYSIS, text(WHOLE), text(ANALYSIS), answers=answers).first.figures == []

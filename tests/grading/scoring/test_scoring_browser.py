@@ -1,0 +1,309 @@
+"""The scoring page in a browser: by keys alone, two at once, killed in between, with hostile texts, for everybody."""
+
+from itertools import count
+
+import browser
+import pytest
+from accessible import findings
+from gradebooks import graded, mark, prose, record, report_text
+from scoring_class import WORDS, fill, new_class, serving, texts
+
+from labcourse.grading.gradebook import Gradebook
+from labcourse.student_id import GRADEBOOK_FILE
+
+PART = f"/score?question={WORDS[0]}&part={WORDS[1]}"
+QUIET = "() => document.querySelector('#card')?.getAttribute('aria-busy') === 'false'"
+
+
+class Seat:
+    def __init__(self, chromium, address, scheme="light"):
+        self.context = chromium.new_context(color_scheme=scheme, viewport={"width": 1280, "height": 720})
+        self.page = self.context.new_page()
+        self.page.set_default_timeout(browser.PATIENCE)
+        self.errors, self.abroad = [], []
+        home = address.partition("/enter")[0]
+        self.page.on("console", lambda one: self.errors.append(one.text) if one.type == "error" else None)
+        self.page.on("pageerror", lambda error: self.errors.append(str(error)))
+        self.page.on(
+            "request", lambda one: None if one.url.startswith((home, "data:")) else self.abroad.append(one.url)
+        )
+        self.page.goto(address)
+        self.home = home
+
+    def open(self, path=PART):
+        self.page.goto(self.home + path)
+        self.page.wait_for_function(QUIET)
+        return self
+
+    def press(self, key):
+        self.page.keyboard.press(key)
+        self.page.wait_for_function(QUIET)
+
+    @property
+    def keys(self):
+        return self.page.eval_on_selector_all(".answer", "all => all.map((one) => one.dataset.key)")
+
+    @property
+    def message(self):
+        return self.page.inner_text("#message")
+
+    def close(self):
+        self.context.close()
+
+
+def acts(folder):
+    with Gradebook(folder / GRADEBOOK_FILE) as book:
+        return book.scores.acts()
+
+
+def test_sixty_answers_are_scored_by_keys_alone(tmp_path, chromium):
+    with serving(new_class(tmp_path, texts(60)), "Ann") as (_process, (address,)):
+        seat = Seat(chromium, address).open()
+        given = []
+        for n in count():
+            if not seat.keys:
+                break
+            (key,) = seat.keys
+            level = "43210"[n % 5]
+            seat.press(level)
+            given.append((key, int(level)))
+        assert "All of this part is scored" in seat.page.inner_text("#card")
+        assert seat.errors == seat.abroad == []
+        seat.close()
+    written = acts(tmp_path)
+    assert len({act.student for act in written}) == len(written) == len(given) == 60
+    assert [act.level for act in written] == [level for _key, level in given]
+    assert [act.points for act in written] == [level / 4 for _key, level in given]
+
+
+def test_keys_for_remarks_points_asking_skipping_and_undoing(tmp_path, chromium):
+    with serving(new_class(tmp_path, texts(5)), "Ann") as (_process, (address,)):
+        seat = Seat(chromium, address).open()
+        page = seat.page
+        (skipped,) = seat.keys
+        seat.press("s")
+        seat.press("r")
+        page.keyboard.type("Good: 3 of 4 causes? u")  # typed, and no key for the page
+        assert len(acts(tmp_path)) == 0
+        page.keyboard.press("Escape")
+        (first,) = seat.keys
+        seat.press("4")
+        seat.press("p")
+        page.keyboard.type("0,6")
+        seat.press("Enter")
+        typed = page.locator(".use", has_text="Good: 3 of 4")  # after the rubric's
+        seat.press(typed.get_attribute("data-use"))
+        seat.press("2")
+        seat.press("r")
+        page.keyboard.type("Does this count?")
+        page.keyboard.press("Control+Enter")
+        seat.press("?")
+        assert seat.keys == [skipped]
+        seat.press("4")
+        assert seat.keys == []
+        seat.press("u")
+        assert seat.keys == [skipped]
+        assert "Taken back" in seat.message
+        page.keyboard.press("h")
+        page.keyboard.press("0")  # while the keys are shown, none of them acts
+        assert page.is_visible("#help")
+        page.keyboard.press("Escape")
+        page.keyboard.press("o")
+        page.wait_for_selector(".asked")
+        assert "Does this count?" in page.inner_text(".asked")
+        assert seat.errors == []
+        seat.close()
+    done = [(act.level, act.points, act.remark, act.asked) for act in acts(tmp_path) if act.undoes is None]
+    assert done == [
+        (4, 1.0, "Good: 3 of 4 causes? u", False),
+        (None, 0.6, "", False),
+        (2, 0.5, "Good: 3 of 4 causes? u", False),
+        (None, None, "Does this count?", True),
+        (4, 1.0, "", False),
+    ]
+    assert first != skipped
+
+
+def test_a_key_that_comes_too_soon_scores_nothing_that_was_not_seen(tmp_path, chromium):
+    with serving(new_class(tmp_path, texts(3)), "Ann") as (_process, (address,)):
+        seat = Seat(chromium, address).open()
+        pressed = "new KeyboardEvent('keydown', { key, bubbles: true })"
+        seat.page.evaluate(f"() => {{ for (const key of '40') document.body.dispatchEvent({pressed}); }}")
+        seat.page.wait_for_function("() => document.getElementById('message').textContent.includes('level')")
+        seat.page.wait_for_function(QUIET)
+        assert "Nothing of yours" not in seat.message
+        assert [act.level for act in acts(tmp_path)] == [4]
+        seat.close()
+
+
+def test_what_is_alike_is_scored_together_and_none_that_was_not_in_view(tmp_path, chromium):
+    text = " ".join(f"The curve of word{n} bends in the model as we saw." for n in range(12))
+    alike = [text.replace("word7", f"wort{chr(97 + n)}") for n in range(7)]
+    with serving(new_class(tmp_path, alike), "Ann") as (_process, (address,)):
+        seat = Seat(chromium, address).open()
+        page = seat.page
+        assert len(seat.keys) == 7
+        assert page.locator(".answer ins").count() == 6
+        assert page.locator(".answer").first.locator("ins").count() == 0
+        page.evaluate("() => { document.querySelector('.answers').style.maxHeight = '150px'; }")
+        page.wait_for_timeout(200)
+        page.evaluate("() => watch()")  # as if the window had been this low at the beginning
+        page.wait_for_timeout(200)
+        presses = 0
+        while seat.keys and presses < 20:
+            seat.press("3")
+            presses += 1
+            if seat.keys:
+                assert "had not been in view" in seat.message
+                assert acts(tmp_path) == []
+            page.wait_for_timeout(100)
+        assert presses > 1
+        assert [act.level for act in acts(tmp_path)] == [3] * 7
+        seat.press("u")
+        assert sorted(seat.keys) == sorted(set(seat.keys))
+        assert len(seat.keys) == 7
+        seat.press("x")
+        seat.press("1")
+        assert "level 1" in seat.message
+        seat.close()
+
+
+def test_killed_between_any_two_nothing_is_lost(tmp_path, chromium):
+    new_class(tmp_path, texts(7))
+    given = []
+    for n in count():
+        with serving(tmp_path, "Ann") as (process, (address,)):
+            seat = Seat(chromium, address).open()
+            if not seat.keys:
+                seat.close()
+                break
+            for level in "31"[: 1 + n % 2]:
+                if seat.keys:
+                    seat.press(level)
+                    given.append(int(level))
+            process.kill()
+            process.wait()
+            if seat.keys:  # a key that comes too late is told, and not lost on the quiet
+                seat.press("4")
+                assert "does not answer" in seat.message
+            seat.close()
+        assert [act.level for act in acts(tmp_path)] == given
+    assert len({act.student for act in acts(tmp_path)}) == len(given) == 7
+
+
+def test_two_at_once_never_read_the_same_and_overwrite_nothing_unseen(tmp_path, chromium):
+    with serving(new_class(tmp_path, texts(10)), "Ann", "Bea") as (_process, addresses):
+        ann, bea = (Seat(chromium, address).open() for address in addresses)
+        assert "Bea" in bea.context.new_page().goto(bea.home + "/").text()
+        for _turn in range(4):
+            assert not set(ann.keys) & set(bea.keys)
+            ann.press("4")
+            bea.press("0")
+        # Bea opens what Ann has before her; both decide.
+        (key,) = ann.keys
+        bea.open(f"{PART}&key={key}")
+        assert bea.keys == [key]
+        ann.press("4")
+        bea.press("0")
+        assert "Ann gave it level 4" in bea.message
+        assert "Nothing of yours was written" in bea.message
+        assert bea.keys == [key]
+        # In one browser, another's address makes the page that is open the other's: it may not act.
+        ann.context.new_page().goto(addresses[1])
+        before = len(acts(tmp_path))
+        ann.press("2")
+        assert "this browser is Bea's now" in ann.message
+        assert len(acts(tmp_path)) == before
+        ann.close()
+        bea.close()
+    assert len({act.student for act in acts(tmp_path)}) == len(acts(tmp_path)) == 9
+
+
+def test_nothing_of_a_students_runs_or_loads(tmp_path, chromium):
+    hostile = [
+        "<script>window.ran = 1</script><img src=x onerror='window.ran=1'>",
+        "</textarea></div><svg onload=window.ran=1><style>body{display:none}</style>",
+        "[x](javascript:window.ran=1) ![x](https://example.com/beacon.png) <iframe src='https://example.com'></iframe>",
+        "$\\href{javascript:window.ran=1}{x}$ &lt;script&gt;window.ran=1&lt;/script&gt;",
+    ]
+    with Gradebook(tmp_path / GRADEBOOK_FILE) as book:
+        for n, text in enumerate(hostile):
+            record(book, graded(f"h{n}", mark(given=text, reason=text), prose(given=text), report_text(given=text)))
+    with serving(tmp_path, "<b>Ann</b>", options=("--names",)) as (_process, (address,)):
+        seat = Seat(chromium, address)
+        for part in (PART, "/score?question=2.16&part=comparison"):
+            seat.open(part)
+            for _one in hostile:
+                assert seat.keys
+                assert seat.page.is_visible(".answer")
+                seat.page.click(".answer .words")
+                seat.page.wait_for_timeout(50)
+                assert seat.page.evaluate("() => window.ran") is None
+                assert seat.page.locator("#card :is(script, iframe, style, a, img)").count() == 0
+                seat.press("3")
+        seat.page.goto(seat.home + "/")
+        assert seat.page.evaluate("() => window.ran") is None
+        assert seat.abroad == seat.errors == []
+        seat.close()
+    assert len(acts(tmp_path)) == 8
+
+
+def test_keys_without_an_answer_say_so_and_do_nothing(tmp_path, chromium):
+    with serving(new_class(tmp_path, texts(2)), "Ann") as (_process, (address,)):
+        seat = Seat(chromium, address).open()
+        seat.press("n")
+        assert "This part is not done" in seat.message
+        seat.press("x")
+        assert "only this one answer" in seat.message
+        for _answer in range(2):
+            seat.press("?")
+        assert "2 answers are with the instructor" in seat.page.inner_text("#card")
+        for key in "?430xsrpa":
+            seat.page.evaluate("() => say('')")
+            seat.press(key)
+            assert "There is no answer on this page" in seat.message, key
+        assert len(acts(tmp_path)) == 2
+        seat.press("u")
+        assert len(seat.keys) == 1
+        assert seat.errors == []
+        seat.close()
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_the_pages_can_be_used_by_everybody(tmp_path, chromium, scheme):
+    alike = ["It bends, for there is friction in the joint.", "It bends for there was friction in the joint"]
+    with Gradebook(tmp_path / GRADEBOOK_FILE) as book:
+        fill(book, [*alike, *texts(3)])
+        book.scores.ask("student-004", WORDS, "Ann", remark="Is it?")
+    with serving(tmp_path, "Ann") as (_process, (address,)):
+        seat = Seat(chromium, address, scheme)
+
+        assert findings(seat.page) == []
+        seat.open()
+        while len(seat.keys) != 2:
+            seat.press("s")
+        assert findings(seat.page) == []
+        seat.page.keyboard.press("h")
+        assert findings(seat.page) == []
+        seat.page.keyboard.press("Escape")
+        while seat.keys:
+            seat.press("3")
+        assert findings(seat.page) == []
+        seat.page.goto(seat.home)
+        assert findings(seat.page) == []
+        assert seat.errors == []
+        seat.close()
+
+
+def test_what_changes_is_in_view_on_a_small_screen(tmp_path, chromium):
+    long = "\n\n".join(f"Paragraph {n} of an answer that goes on, and on." for n in range(60))
+    with serving(new_class(tmp_path, [long, *texts(2)]), "Ann") as (_process, (address,)):
+        seat = Seat(chromium, address).open()
+        for _answer in range(3):
+            levels = (".level >> nth=0", ".level >> nth=4")
+            for place in ("#state", ".answer h2", ".machine", *levels, "#remark", "#message"):
+                box = seat.page.locator(place).first.bounding_box()
+                assert box["y"] >= 0 and box["y"] + box["height"] <= 720, place
+            assert seat.page.evaluate("() => document.documentElement.scrollHeight <= innerHeight")
+            seat.press("4")
+        seat.close()

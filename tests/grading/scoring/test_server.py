@@ -1,0 +1,421 @@
+"""The scoring page without a browser: who is let in, what an act may say, and that a student's text is only text."""
+
+import re
+from datetime import UTC, datetime, timedelta
+from html.parser import HTMLParser
+from itertools import count
+
+import pytest
+from gradebooks import graded, mark, prose, record, report_text
+from scoring_class import WORDS, Client, clients, desk, fill, shown, texts
+
+from labcourse.grading.gradebook import Gradebook, rows
+from labcourse.grading.scoring.guards import HEADER, MOST_BYTES, POLICY
+from labcourse.grading.scoring.sent import sent_sheet
+
+SENT = {"question": WORDS[0], "part": WORDS[1]}
+HOSTILE = [
+    "<script>window.ran = 1</script>",
+    "<img src=x onerror='window.ran=1'>",
+    "</textarea></div><svg onload=window.ran=1>",
+    "[click](javascript:window.ran=1) ![x](javascript:window.ran=1)",
+    "![x](https://example.com/beacon.png) <https://example.com>",
+    "\u202egnp.exe {{ 7 * 7 }} {% raw %}",
+    "$\\href{javascript:window.ran=1}{x}$ &lt;script&gt;",
+    '" autofocus onfocus="window.ran=1',
+]
+
+
+#: Tags of the page's own, of Markdown, and of MathML.
+TAGS = """
+    html head meta title link body main header section article aside div span p h1 h2 ul ol li dl dt dd details summary
+    label input textarea button kbd strong em b code pre a table thead tbody tr th td progress
+    math mrow mi mo mn mtext semantics annotation mstyle msub msup
+"""
+
+
+def harm(page):
+    """Tags and attributes that are not the page's own, or that lead or load from elsewhere or run something."""
+    found = []
+
+    class Reader(HTMLParser):
+        def handle_starttag(self, tag, attrs):
+            if tag not in TAGS.split():
+                found.append(tag)
+            for name, value in attrs:
+                own = name == "href" and re.match(r"/(?!/)|data:,$", value)
+                if name.startswith("on") or name == "style" or (name in ("href", "src", "action") and not own):
+                    found.append((tag, name, value))
+
+    Reader(convert_charrefs=True).feed(page)
+    return found
+
+
+@pytest.fixture
+def book(tmp_path):
+    with Gradebook(tmp_path / "gradebook.sqlite") as made:
+        fill(made, texts(4))
+        yield made
+
+
+@pytest.fixture
+def both(book):
+    return clients(desk(book), "Ann", "Bea")
+
+
+@pytest.fixture
+def ann(both):
+    return both[0]
+
+
+def test_an_address_is_exchanged_for_a_cookie_that_scripts_do_not_see(ann):
+    reply = ann.get(f"/enter/{ann.scorer.token}")
+    assert (reply.status_code, reply.headers["location"]) == (303, "/")
+    assert re.fullmatch(r"rotflex-score-8765=[\w-]{43}; HttpOnly; SameSite=Strict; Path=/", reply.headers["set-cookie"])
+    assert ann.scorer.token not in reply.headers["set-cookie"]
+
+
+def test_nobody_is_let_in_without_their_own(both):
+    ann, bea = both
+    nobody = Client(ann.app)
+    stranger = Client(ann.app, cookies={"rotflex-score-8765": "x" * 43})
+    for path in ("/", "/score?question=2.11&part=explanation", "/scoring.js", "/scoring.css", "/drawn.css"):
+        assert ann.get(path).status_code == 200
+        for one in (nobody, stranger):
+            reply = one.get(path)
+            assert (reply.status_code, "Open that address again" in reply.text) == (403, True)
+    for token in ("", "x" * 43, ann.scorer.session, ann.scorer.page):
+        assert nobody.get(f"/enter/{token}").status_code == 403
+    assert nobody.act("next", SENT).status_code == 403
+    assert "Ann" in ann.get("/").text
+    assert "Ann" not in bea.get("/").text
+
+
+@pytest.mark.parametrize(
+    "other",
+    ['x={"a": 1}', "foo", "a b=c", "prefs=[1,2]", "name=Zoë", '_xsrf="2|1:0"', "=", "rotflex-score-8766=" + "x" * 43],
+)
+def test_cookies_of_other_programs_lock_nobody_out(ann, other):
+    """A browser sends them along, for it does not tell ports apart; in any order."""
+    own = f"rotflex-score-8765={ann.scorer.session}"
+    for cookie in (f"{other}; {own}", f"{own}; {other}"):
+        assert "You are <strong>Ann</strong>" in ann.request("GET", "/", {"cookie": cookie.encode()}).text
+    stranger = f"{other}; rotflex-score-8765={'x' * 43}"
+    assert ann.request("GET", "/", {"cookie": stranger.encode()}).status_code == 403
+
+
+@pytest.mark.parametrize("host", ["example.com", "example.com:8765", "127.0.0.1", "127.0.0.1:80", "[::1]:8765", ""])
+def test_another_host_name_is_refused_also_with_the_right_cookie(ann, host):
+    assert ann.get("/", host=host).status_code == 421
+    assert ann.get(f"/enter/{ann.scorer.token}", host=host).status_code == 421
+    assert ann.act("next", SENT, host=host, origin=f"http://{host}").status_code == 421
+
+
+def test_localhost_is_this_host_too(ann):
+    assert ann.get("/", host="localhost:8765").status_code == 200
+    assert ann.act("next", SENT, host="localhost:8765", origin="http://localhost:8765").status_code == 200
+
+
+@pytest.mark.parametrize(
+    "origin",
+    [None, "null", "http://example.com", "https://127.0.0.1:8765", "http://localhost:8765", "http://127.0.0.1:80"],
+)
+def test_an_act_from_another_site_is_refused(ann, book, origin):
+    card = shown(ann.act("next", SENT))
+    reply = ann.act("give", {**SENT, "answers": card, "level": 4}, origin=origin)
+    assert (reply.status_code, "another site" in reply.json()["problem"]) == (403, True)
+    assert book.scores.acts() == []
+
+
+def test_an_act_without_the_pages_word_or_with_anothers_is_refused(both, book):
+    ann, bea = both
+    card = shown(ann.act("next", SENT))
+    for word in (None, "", "x", bea.scorer.page, ann.scorer.session):
+        reply = ann.act("give", {**SENT, "answers": card, "level": 4}, **{HEADER: word})
+        assert (reply.status_code, "Nothing was done" in reply.json()["problem"]) == (403, True)
+    assert book.scores.acts() == []
+
+
+def test_a_form_cannot_act(ann, book):
+    headers = {"origin": "http://127.0.0.1:8765"}
+    assert ann.request("POST", "/act/give", headers, data={"level": "4"}).status_code == 403
+    headers[HEADER] = ann.scorer.page
+    assert ann.request("POST", "/act/give", headers, data={"level": "4"}).status_code == 415
+    assert ann.get("/act/give").status_code == 405
+    assert ann.request("DELETE", "/", headers).status_code == 405
+    assert book.scores.acts() == []
+
+
+def test_each_answer_of_the_server_has_the_headers(ann):
+    replies = [
+        ann.get("/"),
+        ann.get("/nothing"),
+        ann.act("next", SENT),
+        Client(ann.app).get("/"),
+        ann.get("/", host="x"),
+    ]
+    assert [one.status_code for one in replies] == [200, 404, 200, 403, 421]
+    for one in replies:
+        assert one.headers["content-security-policy"] == POLICY
+        assert one.headers["cache-control"] == "no-store"
+        assert one.headers["referrer-policy"] == "no-referrer"
+        assert one.headers["x-content-type-options"] == "nosniff"
+    assert "unsafe" not in POLICY
+    assert "http" not in POLICY
+
+
+@pytest.mark.parametrize(
+    ("sent", "said"),
+    [
+        ([], "object"),
+        ({}, "question and part"),
+        ({**SENT, "answers": []}, "Tick at least one"),
+        ({**SENT, "answers": [1], "level": 4}, "key"),
+        ({**SENT, "answers": [{"key": 1, "seen": 2}], "level": 4}, "text"),
+        ({**SENT, "answers": [{"key": "a", "seen": "b"}]}, "either"),
+        ({**SENT, "answers": [{"key": "a", "seen": "b"}], "level": 3, "points": 1}, "either"),
+        ({**SENT, "answers": [{"key": "a", "seen": "b"}], "level": 5}, "no level 5"),
+        ({**SENT, "answers": [{"key": "a", "seen": "b"}], "level": True}, "no level"),
+        ({**SENT, "answers": [{"key": "a", "seen": "b"}], "level": [3]}, "no level"),
+        ({**SENT, "answers": [{"key": "a", "seen": "b"}], "points": 10**400}, "number"),
+        ({**SENT, "answers": [{"key": "a", "seen": "b"}], "points": "1"}, "number"),
+        ({**SENT, "answers": [{"key": "a", "seen": "b"}], "level": 3, "remark": "x" * 2001}, "2000"),
+        ({**SENT, "answers": [{"key": "a", "seen": "b"}] * 51, "level": 3}, "Tick"),
+        ({**SENT, "answers": [{"key": "a", "seen": "b"}], "shown": [["a"]], "level": 3}, "list of keys"),
+        ({**SENT, "answers": [{"key": "a", "seen": "b"}], "shown": ["a"] * 51, "level": 3}, "list of keys"),
+        ({**SENT, "answers": "x" * MOST_BYTES, "level": 3}, "too long"),
+    ],
+)
+def test_what_no_page_sends_is_refused_in_words(both, book, sent, said):
+    reply = both[0].act("give", sent)
+    assert 400 <= reply.status_code < 500
+    assert said in reply.json()["problem"]
+    assert book.scores.acts() == []
+
+
+def test_fifty_answers_and_a_remark_of_2000_characters_are_taken():
+    read = sent_sheet({"answers": [{"key": "a", "seen": "b"}] * 50, "shown": ["a"] * 50, "remark": "x" * 2000})
+    assert (len(read.picks), len(read.shown), len(read.remark)) == (50, 50, 2000)
+
+
+def test_what_is_no_json_and_points_that_there_are_not_are_told(ann, book):
+    headers = {"origin": "http://127.0.0.1:8765", HEADER: ann.scorer.page, "content-type": "application/json"}
+    for body in (b"{", b"\xff", b"[" * 20_000, b'{"points": NaN, "question": "2.11", "part": "explanation"}'):
+        assert ann.request("POST", "/act/give", headers, content=body).status_code == 400
+    card = shown(ann.act("next", SENT))
+    for points in (1.1, -0.1):
+        body = f'{{"question": "2.11", "part": "explanation", "points": {points}, "answers": '
+        body += f'[{{"key": "{card[0]["key"]}", "seen": "{card[0]["seen"]}"}}]}}'
+        reply = ann.request("POST", "/act/give", headers, content=body.encode())
+        assert "give 0 to 1 points" in reply.json()["message"]
+    assert book.scores.acts() == []
+
+
+def test_what_changes_is_the_servers_and_a_students_text_is_text(tmp_path):
+    with Gradebook(tmp_path / "other.sqlite") as book:
+        for n, text in enumerate(HOSTILE):
+            record(book, graded(f"h{n}", mark(given=text, reason=text), prose(given=text), report_text()))
+        (ann,) = clients(desk(book, names=True), text_name := '<b onclick="x">Ann</b>')
+        assert text_name not in ann.get("/").text
+        while card := shown(ann.act("next", SENT)):
+            reply = ann.act("next", {**SENT, "key": card[0]["key"]}).json()
+            assert harm(reply["html"]) == []
+            assert "\u202e" not in reply["html"]
+            ann.act("give", {**SENT, "answers": card, "level": 3, "remark": "<script>alert(1)</script>"})
+        assert len(book.scores.acts()) == len(HOSTILE)
+        own = re.sub(r'<link rel="stylesheet" href="/\w+\.css">', "", ann.get("/").text)
+        assert harm(own) == []
+
+
+def test_names_are_nowhere_unless_they_are_asked_for(ann):
+    reply = ann.act("next", SENT)
+    assert "student-" not in reply.text
+    assert re.search(r"Answer \d", reply.text)
+    assert "student-" not in ann.get("/").text
+
+
+def test_the_time_that_is_left_is_told_by_ones_own_times(tmp_path, monkeypatch):
+    with Gradebook(tmp_path / "class.sqlite") as book:
+        fill(book, texts(9))
+        ann, bea = clients(desk(book), "Ann", "Bea")
+        clock = count()
+        monkeypatch.setattr(rows, "now", lambda: datetime(2026, 3, 1, tzinfo=UTC) + timedelta(seconds=20 * next(clock)))
+        for _answer in range(6):
+            card = shown(ann.act("next", SENT))
+            told = ann.act("give", {**SENT, "answers": card, "level": 1}).json()["state"]
+        assert "min left" in told
+        assert "min left" not in bea.act("next", SENT).json()["state"]
+
+
+def test_of_two_at_once_the_later_is_told_and_writes_nothing(both, book):
+    ann, bea = both
+    card = shown(ann.act("next", SENT))
+    same = shown(bea.act("next", {**SENT, "key": card[0]["key"]}))
+    assert same == card
+    assert ann.act("give", {**SENT, "answers": card, "level": 4}).json()["trouble"] is False
+    told = bea.act("give", {**SENT, "answers": same, "level": 0}).json()
+    assert told["trouble"] is True
+    assert "Ann gave it level 4" in told["message"]
+    assert [act.level for act in book.scores.acts()] == [4]
+
+
+def test_what_is_asked_stands_on_the_first_page_until_it_is_decided(both):
+    ann, bea = both
+    card = shown(ann.act("next", SENT))
+    ann.act("ask", {**SENT, "answers": card, "remark": "Is that <right>?"})
+    page = bea.get("/").text
+    assert "Is that &lt;right&gt;?" in page
+    link = re.search(r'href="(/score\?[^"]*key=\w+)"', page)[1].replace("&amp;", "&")
+    assert f'data-key="{card[0]["key"]}"' in bea.get(link).text
+    found = bea.act("next", {**SENT, "key": card[0]["key"]})
+    assert "Ann asked the instructor" in found.text
+    bea.act("give", {**SENT, "answers": shown(found), "level": 2})
+    assert "For the instructor" not in bea.get("/").text
+
+
+def test_undo_shows_what_it_took_back(ann, book):
+    card = shown(ann.act("next", SENT))
+    ann.act("give", {**SENT, "answers": card, "level": 4})
+    reply = ann.act("undo", SENT)
+    assert "Taken back: Answer" in reply.json()["message"]
+    assert shown(reply) == card
+
+
+def test_after_a_part_is_done_the_next_is_offered(ann):
+    while card := shown(reply := ann.act("next", SENT)):
+        ann.act("give", {**SENT, "answers": card, "level": 4})
+    assert "All of this part is scored" in reply.json()["html"]
+    assert "question=2.16&amp;part=comparison" in reply.json()["html"]
+
+
+def test_a_slip_in_the_points_leaves_the_answer_there_with_what_was_typed(ann, book):
+    (card,) = shown(ann.act("next", SENT))
+    ann.act("next", {**SENT, "skip": card["key"]})
+    ann.act("next", {**SENT, "key": card["key"]})  # by its link: in turn it is another's
+    typed = {**SENT, "answers": [card], "remark": "Which <way>?", "points": 10}
+    reply = ann.act("give", typed)
+    assert (reply.json()["trouble"], "give 0 to 1 points, not 10" in reply.json()["message"]) == (True, True)
+    assert "replaces" not in reply.json()["message"]
+    assert (shown(reply), remark(reply), points(reply)) == ([card], "Which &lt;way&gt;?", "10")
+    assert book.scores.acts() == []
+    reply = ann.act("give", {**typed, "points": 0.6})
+    assert [(act.points, act.remark) for act in book.scores.acts()] == [(0.6, "Which <way>?")]
+    assert card["key"] not in [one["key"] for one in shown(reply)]
+    assert (remark(reply), points(reply)) == ("", "")
+
+
+def test_who_comes_second_keeps_the_remark_sees_what_is_there_and_can_replace_it(both, book):
+    ann, bea = both
+    (card,) = shown(ann.act("next", SENT))
+    bea.act("next", {**SENT, "key": card["key"]})
+    ann.act("give", {**SENT, "answers": [card], "level": 4})
+    for act, more in (("give", {"level": 0}), ("ask", {})):
+        reply = bea.act(act, {**SENT, "answers": [card], "remark": "It bends.", **more})
+        message = reply.json()["message"]
+        assert "Ann gave it level 4" in message and message.endswith("what you give replaces that, s leaves it.")
+        (now,) = shown(reply)
+        assert (now["key"], now["seen"] != card["seen"], remark(reply)) == (card["key"], True, "It bends.")
+        assert '<p class="now">Ann gave it level 4' in reply.json()["html"]
+    assert len(book.scores.acts()) == 1
+    left = bea.act("next", {**SENT, "skip": card["key"]})
+    assert card["key"] not in [one["key"] for one in shown(left)]
+    bea.act("give", {**SENT, "answers": [now], "level": 1, "remark": "It bends."})
+    assert [(act.actor, act.level) for act in book.scores.acts()] == [("Ann", 4), ("Bea", 1)]
+
+
+def test_where_nothing_was_written_all_that_was_shown_comes_again_ticked_as_it_was(tmp_path):
+    with Gradebook(tmp_path / "alike.sqlite") as book:
+        fill(book, ALIKE)
+        (ann,) = clients(desk(book), "Ann")
+        first, second, third = shown(ann.act("next", SENT))
+        keys = [one["key"] for one in (first, second, third)]
+        reply = ann.act("give", {**SENT, "answers": [second, third], "shown": keys, "points": 7})
+        assert list(ticks(reply).items()) == [(keys[0], False), (keys[1], True), (keys[2], True)]
+        assert reply.json()["message"].count("give 0 to 1 points") == 1  # and not once for each
+        assert book.scores.acts() == []
+
+
+ALIKE = [f"It bends{comma} for there is friction in the joint{end}" for comma, end in ((",", "."), ("", "."), ("", ""))]
+
+
+def ticks(reply):
+    cards = re.findall(
+        r'data-key="(\w+)".*?<input type="checkbox"( checked)? class="tick">', reply.json()["html"], re.S
+    )
+    return {key: bool(on) for key, on in cards}
+
+
+def remark(reply):
+    return re.search(r"<textarea[^>]*>(.*?)</textarea>", reply.json()["html"], re.S)[1]
+
+
+def points(reply):
+    return re.search(r'<input id="points"[^>]* value="([^"]*)">', reply.json()["html"])[1]
+
+
+def test_undo_brings_back_what_was_ticked_and_the_remark(tmp_path):
+    with Gradebook(tmp_path / "alike.sqlite") as book:
+        fill(book, ALIKE)
+        ann, bea = clients(desk(book), "Ann", "Bea")
+        first, left_out, third = shown(ann.act("next", SENT))
+        assert set(ticks(ann.act("next", SENT)).values()) == {True}
+        ann.act("give", {**SENT, "answers": [first, third], "level": 4, "remark": "Which <way>?"})
+        back = ann.act("undo", SENT)
+        assert ticks(back) == {first["key"]: True, third["key"]: True}
+        assert remark(back) == "Which &lt;way&gt;?"
+        whole = ann.act("next", SENT)  # as after the page was opened anew
+        assert ticks(whole) == {first["key"]: True, left_out["key"]: False, third["key"]: True}
+        assert remark(whole) == "Which &lt;way&gt;?"
+        ann.act("leave", SENT)
+        other = bea.act("next", SENT)
+        assert (set(ticks(other).values()), remark(other)) == ({True}, "")
+        bea.act("leave", SENT)
+        again = ann.act("give", {**SENT, "answers": [first, third], "level": 3})
+        assert (ticks(again), remark(again)) == ({left_out["key"]: True}, "")
+        assert [act.level for act in book.scores.acts() if act.undoes is None] == [4, 4, 3, 3]
+
+
+def test_a_question_that_is_taken_back_comes_back_too(ann):
+    ann.act("ask", {**SENT, "answers": shown(ann.act("next", SENT)), "remark": "Is it?"})
+    assert remark(ann.act("undo", SENT)) == "Is it?"
+
+
+def test_of_two_who_open_one_question_to_the_instructor_the_second_is_told(both):
+    ann, bea = both
+    (card,) = shown(ann.act("next", SENT))
+    ann.act("ask", {**SENT, "answers": [card]})
+    ann.act("leave", SENT)
+    assert "has it open" not in ann.get("/").text
+    opened = {**SENT, "key": card["key"]}
+    assert bea.act("next", opened).json()["message"] == ""
+    assert "<strong>Bea has it open.</strong>" in ann.get("/").text
+    told = ann.act("next", opened).json()
+    assert (told["message"], told["trouble"]) == ("Bea is reading this one, too, and had it before you.", True)
+    assert "Bea is reading" in ann.act("renew", opened).json()["message"]
+    assert bea.act("renew", opened).json()["message"] == ""  # it stays hers
+    bea.act("leave", SENT)
+    assert ann.act("renew", opened).json()["message"] == ""
+    assert "<strong>Ann has it open.</strong>" in bea.get("/").text
+
+
+def test_what_is_with_the_instructor_is_not_called_scored(both):
+    ann, bea = both
+    for n in range(4):
+        reply = ann.act("ask" if n < 3 else "give", {**SENT, "answers": shown(ann.act("next", SENT))} | {"level": 4})
+        if n == 2:
+            waiting = bea.act("next", SENT).json()["html"]
+            assert "1 answer waits" in waiting
+    page = reply.json()["html"]
+    assert "3 answers" in page and "part is scored" not in page
+
+
+def test_each_page_says_whose_it_is_also_when_the_browser_became_anothers(both):
+    ann, bea = both
+    paths = ("/", "/score?question=2.11&part=explanation")
+    for scorer, other in ((ann, bea), (bea, ann)):
+        for path in paths:
+            header = re.search(r"<header>.*?</header>", scorer.get(path).text, re.S)[0]
+            assert re.search(rf"You are <strong[^>]*>{scorer.scorer.name}</strong>", header)
+            assert other.scorer.name not in header
+    ann.cookies = dict(bea.cookies)
+    assert re.search(r"You are <strong[^>]*>Bea</strong>", ann.get(paths[1]).text)

@@ -1,0 +1,258 @@
+"""``rotflex check-course``: what is forgotten or contradicts itself is told, with its place."""
+
+import json
+import re
+import shutil
+from dataclasses import dataclass, replace
+from typing import Any
+
+import pytest
+from checkout import ROOT
+from made_courses import OURS
+
+from labcourse.answers.catalogue import Catalogue
+from labcourse.answers.parts import Question, number
+from labcourse.grading import course_check
+from labcourse.grading.course import Stated
+from labcourse.grading.course_check import solved
+from labcourse.grading.marking.checks import Number
+
+pytestmark = pytest.mark.slow
+
+
+def found(course, run=False):
+    return [str(finding) for finding in course_check.check(course, run)]
+
+
+def with_key(question, **checks):
+    return replace(OURS, key={**OURS.key, question: {**OURS.key[question], **checks}})
+
+
+def test_this_course_is_whole():
+    assert found(OURS) == []
+
+
+STIFFNESS, MODELING, VALIDATION = (
+    f"{name}.ipynb" for name in ("02_finding_stiffness", "01_modeling_prelab", "03_model_validation")
+)
+EXPLANATION = "q2-11-explanation"
+
+
+def another_question(notebook="02_finding_stiffness"):
+    asked = Question("2.19", "2.3.1", notebook, "Period", (), (number("T", "s", None, "", "The period."),))
+    catalogue = Catalogue([*OURS.catalogue.questions.values(), asked])
+    rest = {one: checks for one, checks in OURS.key.items() if one in catalogue.everything}
+    return replace(OURS, catalogue=catalogue, key=rest)
+
+
+def dearer_question():
+    asked = OURS.catalogue.find("2.11")
+    dearer = replace(asked, parts=(replace(asked.parts[0], points=7), *asked.parts[1:]))
+    catalogue = Catalogue(
+        [dearer if one.number == "2.11" else one for one in OURS.catalogue.questions.values()],
+        warm_up=OURS.catalogue.warm_up.values(),
+        tables=OURS.catalogue.tables.values(),
+        report_items=OURS.catalogue.report_items,
+        reports={one.number: (one.section, one.notebook, one.title) for one in OURS.catalogue.reports.values()},
+        outcomes=OURS.catalogue.outcomes,
+    )
+    return replace(OURS, catalogue=catalogue)
+
+
+def test_a_question_that_was_only_put_into_the_catalogue_is_missed_in_key_and_cells():
+    places = {one.where for one in course_check.check(another_question(), run=False)}
+    assert {"question 2.19, T", "the key"} <= places
+    assert "question 2.19" in {one.where for one in course_check.check(another_question("02_nonsense"), run=False)}
+
+
+def test_what_catalogue_key_and_numbers_forget_is_told(snapshot):
+    without = {one: checks for one, checks in OURS.key.items() if one != "Modeling report, as a whole"}
+    nameless = Number("it", lambda bench: bench.omega_n, 0.05, follow=lambda own: 1.0)
+    course = with_key("2.11", omega_n=nameless)
+    key = {number: course.key[number] for number in without}
+    stated = [Stated("the answer", r"the answer is (\d+)", 42)]
+    assert listed({"key and numbers": found(replace(dearer_question(), key=key, stated=stated))}) == snapshot
+
+
+@pytest.fixture
+def copy(tmp_path):
+    """Make copies of this course, each in a folder of its own, with its student notebooks."""
+
+    def made(name="course"):
+        shutil.copytree(
+            ROOT / "solutions", tmp_path / name / "solutions", ignore=shutil.ignore_patterns("__pycache__", "*.json")
+        )
+        shutil.copytree(ROOT / "notebooks", tmp_path / name / "notebooks", ignore=shutil.ignore_patterns("*.json"))
+        return replace(OURS, folder=tmp_path / name / "solutions")
+
+    return made
+
+
+def listed(told):
+    """Return the messages about several courses, as one text for a snapshot."""
+    return "\n".join(f"{what}\n" + "\n".join(f"  {line}" for line in lines) for what, lines in told.items())
+
+
+def edit(course, name, change):
+    path = course.folder / name
+    notebook = json.loads(path.read_text(encoding="utf-8"))
+    cells = {cell["id"]: cell for cell in notebook["cells"]}
+    change(cells)
+    notebook["cells"] = list(cells.values())
+    path.write_text(json.dumps(notebook), encoding="utf-8")
+
+
+def without_heading(cells):
+    cells[EXPLANATION]["source"] = cells[EXPLANATION]["source"][1:]
+
+
+def same_heading(cells):
+    cells["q2-5-strategy"]["source"][0] = cells["q2-4-strategy"]["source"][0]
+
+
+def not_preset(cells):
+    assert any(line.startswith("J_l") for line in cells["q2-12"]["source"])
+    cells["q2-12"]["source"] = ["### BEGIN SOLUTION\n", "J_l, K_s = 1, 2\n", "### END SOLUTION"]
+
+
+def no_answer_cell(cells):
+    cells["q2-12"]["metadata"]["nbgrader"]["solution"] = False
+    cells[EXPLANATION]["metadata"]["nbgrader"].update(solution=False)
+    cells["parameters"]["metadata"]["tags"] = []
+
+
+def without(cell):
+    return lambda cells: cells.pop(cell)
+
+
+def recording(cell, source):
+    return lambda cells: cells[cell].update(source=source)
+
+
+def asking(cell, **about):
+    return lambda cells: cells[cell]["metadata"].update(rotflex=about)
+
+
+#: What is wrong, in which notebooks.
+SPOILT = {
+    "recorded nowhere": [
+        (STIFFNESS, without("q2-11-answer")),
+        (MODELING, without("q2-4-strategy")),
+        (STIFFNESS, not_preset),
+    ],
+    "recorded twice, or for what there is not": [
+        (STIFFNESS, recording("q2-11-answer", 'lab.answer("2.11", omega_n=omega_n, explanation=None)')),
+        (STIFFNESS, recording("q2-12-answer", 'lab.answer("2.11", omega_n=K_s)')),
+        (MODELING, recording("q2-1-answer", 'lab.answer("2.91", V=V)')),
+    ],
+    "text cells for no question, no part, a number, another notebook, nothing": [
+        (STIFFNESS, asking(EXPLANATION, question="2.91", part="explanation")),
+        (MODELING, asking("q2-4-strategy", question="2.4", part="reason")),
+        (MODELING, asking("q2-5-strategy", question="2.5", part="equation")),
+        (VALIDATION, asking("q2-16-comparison", question="2.11", part="explanation")),
+        (VALIDATION, asking("q2-17-reason")),
+    ],
+    "headings": [(STIFFNESS, without_heading), (MODELING, same_heading)],
+    "solutions outside of answer cells, and a missing tag": [(STIFFNESS, no_answer_cell)],
+}
+
+
+def test_what_is_wrong_in_notebooks_is_told_with_its_place(copy, snapshot):
+    told = {}
+    for what, edits in SPOILT.items():
+        course = copy(what)
+        for notebook, spoil in edits:
+            edit(course, notebook, spoil)
+        told[what] = [line for line in found(course) if "student notebooks: " not in line]
+    assert listed(told) == snapshot
+
+
+def test_what_is_wrong_in_rubric_map_and_sheets_is_told(copy, snapshot):
+    def taken_out(path, table):
+        text = path.read_text(encoding="utf-8")
+        start = text.index(f"{table}\n")
+        return text[start : text.index("\n[", start) + 1]
+
+    told = {}
+    for name, *changes in (
+        ("rubric.toml", ('["2.11".explanation]', None), ('["Control report, as a whole".organisation]', None)),
+        ("outcomes.toml", ("GS-2 =", "GS-3 =")),
+        ("sheets.toml", ('"II.3" = ["2.18"]', "")),
+        ("sheets.toml", ('"2.10"', '"2.99"')),
+    ):
+        course = copy(f"{name} {len(told)}")
+        path = course.folder / name
+        for old, new in changes:
+            text = path.read_text(encoding="utf-8")
+            there = taken_out(path, old) if new is None else old
+            assert there in text
+            path.write_text(text.replace(there, new or ""), encoding="utf-8")
+        told[f"{name}, {changes[0][0]}"] = [line.replace(str(course.folder), "…") for line in found(course)]
+    assert listed(told) == snapshot
+
+
+@pytest.mark.parametrize("files", [["rubric.toml"], ["outcomes.toml", "sheets.toml"]])
+def test_a_course_without_rubric_or_without_map_and_sheets_is_whole(copy, files):
+    course = copy()
+    for name in files:
+        (course.folder / name).unlink()
+    assert found(course) == []
+
+
+def test_a_model_answer_that_is_not_there_is_missed(copy, sandbox):
+    def empty(cells):
+        cells[EXPLANATION]["source"][2:] = ["<!-- BEGIN SOLUTION -->\n", "<!-- END SOLUTION -->"]
+
+    course = copy()
+    edit(course, STIFFNESS, empty)
+    assert "the key, 2.11 explanation" in {one.where for one in course_check.check(course, run=True)}
+
+
+@pytest.mark.parametrize(("words", "told"), [("your own poles", 0), ("", 1)])
+def test_where_an_answer_may_follow_from_several_each_needs_its_words(words, told):
+    @dataclass(frozen=True)
+    class Several(Number):
+        follow: Any = (("your own model", lambda own: 1.0), (words, lambda own: 1.0))
+
+    course = with_key("2.11", omega_n=Several("it", lambda bench: bench.omega_n, 0.05))
+    assert sum("no follow_what" in line for line in found(course)) == told
+
+
+def test_each_number_that_texts_repeat_is_missed_when_it_changes():
+    changed = [replace(one, what=f"number {n}", value=one.value + 1) for n, one in enumerate(OURS.stated)]
+    said = found(replace(OURS, stated=changed))
+    for one in changed:
+        assert any(f"{one.what} is {one.value:g}; this text says" in line for line in said), one.pattern
+    assert all("this text says" in line for line in said)
+
+
+@pytest.fixture(scope="module")
+def claims(sandbox):
+    return solved.answers_of_solutions(OURS)
+
+
+def judged(course, claims):
+    return [str(finding) for finding in solved.judged(course, claims)]
+
+
+def test_the_solutions_earn_all_and_wrong_answers_nothing(claims):
+    assert claims.problems == []
+    assert judged(OURS, claims) == []
+
+
+def omega_n(expected, **others):
+    return with_key("2.11", omega_n=Number("it", expected, **{"rtol": 0.05, **others}))
+
+
+def test_a_slip_in_the_key_is_told_with_its_question(claims, snapshot):
+    slips = {
+        "expected": omega_n(lambda bench: 2 * bench.omega_n),
+        "lambda": omega_n(lambda bench: bench.omega),
+        "too wide": omega_n(lambda bench: bench.omega_n, rtol=0.9),
+        "slip": omega_n(lambda bench: bench.omega_n, slips=lambda bench: {"x": bench.nothing}),
+        "follow-through": omega_n(lambda bench: bench.omega_n, follow=lambda own: nobody),  # noqa: F821 (an undefined name, on purpose)
+        "no such question": omega_n(lambda bench: bench.omega_n, follow=lambda own: own("2.91", "x")),
+    }
+    told = {what: [line for line in judged(course, claims) if "2.11 omega_n" in line] for what, course in slips.items()}
+    assert {len(lines) for lines in told.values()} == {1}
+    assert re.sub(r"line \d+|\d\d\.\d+", "…", listed(told)) == snapshot

@@ -1,0 +1,107 @@
+"""A decision in ``intake.csv`` holds when a class is graded again, and can be changed back."""
+
+import csv
+import json
+import os
+from datetime import UTC, datetime
+
+import pytest
+
+from labcourse.grading.gradebook import DECIDED, Arrival, Delivery
+from labcourse.grading.reports import intake_table
+from labcourse.grading.running.intake import Doubt, find
+from rotflex.errors import GradingError
+
+CELL = {"id": "q1", "cell_type": "code", "metadata": {}}
+
+
+def test_the_file_that_an_instructor_decides_counts_there_and_back(fake_class):
+    folder = fake_class.folder / "in" / "ada"
+    folder.mkdir(parents=True)
+    for name, source in (("a.ipynb", "first"), ("a (1).ipynb", "second")):
+        (folder / name).write_text(json.dumps({"cells": [{**CELL, "source": source}]}))
+        os.utime(folder / name, (1e9, 1e9))
+    ran = []
+    for decision in ("", "a (1).ipynb", "a.ipynb", "a (1).ipynb"):
+        fake_class.asked.clear()
+        fake_class.grade(decisions={("ada", "a.ipynb"): decision})
+        if "ada" in fake_class.asked:
+            ran.append(json.dumps(fake_class.asked["ada"]["notebooks"]).count("second"))
+    assert ran == [0, 1]  # each was run once: back again, its marks are known
+    with fake_class.book() as book:
+        assert b"second" in book.delivered("ada")[0].content
+
+
+def test_the_time_that_an_instructor_decides_holds_though_it_is_later(fake_class):
+    fake_class.hand_in("ada")
+    fake_class.grade()
+    (doubt,) = find(fake_class.folder / "in").doubts
+    fake_class.grade(decisions={doubt.key: "2027-01-02 10:00"})
+    with fake_class.book() as book:
+        assert book.received("ada") == {"a.ipynb": Arrival(datetime(2027, 1, 2, 10, tzinfo=UTC), DECIDED)}
+
+
+def test_a_time_that_an_instructor_decides_is_asked_anew_of_what_is_saved_later(fake_class):
+    fake_class.hand_in("ada")
+    path, folder = fake_class.folder / "in" / "ada" / "a.ipynb", fake_class.folder / "in"
+    os.utime(path, (1e9, 1e9))
+    (doubt,) = find(folder).doubts
+    decisions = {doubt.key: "2027-01-02 10:00"}
+    assert find(folder, decisions=decisions).submissions[0].pieces[0].clock == DECIDED
+    os.utime(path, (2e9, 1.1e9))
+    found = find(folder, decisions=decisions)
+    assert (found.submissions[0].pieces[0].clock, found.doubts[0].assumed) == ("", "")
+    intake_path = fake_class.folder / "intake.csv"
+    assert intake_table.write(intake_path, found.doubts, {doubt: "2027-01-02 10:00"}) == 1
+
+
+def test_the_owner_that_an_instructor_decides_has_the_marks_and_the_former_has_none(fake_class):
+    fake_class.hand_in("ada")
+    assert fake_class.grade() == {"ada": 2}
+    assert fake_class.grade(decisions={("ada", "owner"): "bob"}) == {"ada": 0, "bob": 2}
+    with fake_class.book() as book:
+        assert book.delivered("ada") == [] and "bob" in book.current("ada").run.problems[0]
+
+
+DOUBT = Doubt("=1+1.zip", "a.ipynb", "a.ipynb", "as it is newer", "a (1).ipynb")
+
+
+@pytest.mark.parametrize("separator", [",", ";"])
+def test_a_decision_is_read_as_a_spreadsheet_saves_it_and_stays_on_its_row(tmp_path, separator):
+    path = tmp_path / "intake.csv"
+    assert intake_table.write(path, [DOUBT], {}) == 1
+    with open(path, encoding="utf-8-sig", newline="") as file:
+        heading, row = csv.reader(file)
+    assert heading[-1] == "decision" and not any(cell.startswith("=") for cell in row)
+    with open(path, "w", encoding="utf-8", newline="") as file:
+        csv.writer(file, delimiter=separator).writerows([heading, [*row[:-1], "a (1).ipynb"]])
+    earlier = intake_table.read(path)
+    assert earlier == {DOUBT: "a (1).ipynb"}
+    assert intake_table.write(path, [], earlier) == 0  # graded without this submission
+    assert intake_table.read(path) == earlier
+    assert intake_table.write(path, [], {DOUBT: ""}) == 0 and not path.exists()
+
+
+def test_a_table_without_its_columns_is_an_error_that_names_one(tmp_path):
+    (tmp_path / "intake.csv").write_text("submission,about\n")
+    with pytest.raises(GradingError, match="'assumed'"):
+        intake_table.read(tmp_path / "intake.csv")
+
+
+MONDAY, TUESDAY = datetime(2026, 11, 23, tzinfo=UTC), datetime(2026, 11, 24, tzinfo=UTC)
+
+
+@pytest.mark.parametrize(("source", "received"), [("ada.zip", TUESDAY), ("other.zip", MONDAY)])
+def test_a_decided_time_replaces_that_of_its_own_submission_only(fake_class, source, received):
+    with fake_class.book() as book:
+        book.deliver("ada", [Delivery("a.ipynb", "digest", b"{}", MONDAY, "ada.zip", "the list of times")])
+        book.deliver("ada", [Delivery("a.ipynb", "digest", b"{}", TUESDAY, source, DECIDED)])
+        assert book.received("ada")["a.ipynb"].received == received
+
+
+def test_a_submission_that_is_given_over_leaves_one_of_the_same_name_of_another_day(fake_class):
+    with fake_class.book() as book:
+        for student, when in (("ada", MONDAY), ("bob", TUESDAY)):
+            book.deliver(student, [Delivery("a.ipynb", student, b"{}", when, "work.zip")])
+        assert book.give_over("work.zip", TUESDAY, "cleo") == ["bob"]
+        assert book.delivered("ada") and not book.delivered("bob")

@@ -1,0 +1,86 @@
+"""What the gradebook keeps of a run comes back as it was, each part of it by itself, and is what marking is given."""
+
+from dataclasses import fields, replace
+
+import pytest
+from gradebooks import graded, record
+
+from labcourse.answers.cell_reports import CellError, CellReport, Refusal, Reports
+from labcourse.answers.report_files import ReportFile
+from labcourse.answers.words import Words
+from labcourse.benches import BenchPolicy
+from labcourse.grading import graded_run
+from labcourse.grading.gradebook import Gradebook
+from labcourse.grading.graded_run import Facts, facts_of, plain_words, supplied_parts, to_be_marked, with_messages
+from labcourse.grading.marking.marking_processes import Marked
+
+REPORTS = Reports(
+    (
+        CellReport("a.ipynb", "one", True, None, ()),
+        CellReport("a.ipynb", "two", True, CellError("NameError", "name 'x'", 3), (("1", "x"), ("2", "y"))),
+        CellReport("b.ipynb", "three", False, CellError("Left", "", None), ()),
+    ),
+    (Refusal("1", "x", "it is a text"), Refusal("2", "y", "it is too large")),
+)
+#: Each part of what is known of a run, with a value that it does not usually have.
+PARTS = {
+    "reports": REPORTS,
+    "ended": ("The run was stopped.", "It said too much."),
+    "problems": ("one problem", "another"),
+    "notes": ("one note", "another"),
+    "missing": {("1", "x"): "It stopped.", ("2", "y"): "It builds on 1."},
+    "asked": [("1", "x"), ("2", "y")],
+    "bench_of": "bob",
+    "policy": BenchPolicy("real", benches=("north",)),
+    "reports_in_pdf": {"First report": ReportFile("First report", "first_report.pdf", "0" * 64, 9000, True, 7, "")},
+    "start": "speed",
+    "evidence": b'{"recordings": []}',
+}
+NOTHING = Facts(missing={})
+
+
+def run_of(facts, **more):
+    return replace(graded("ada").run, cells=facts.plain(), **more)
+
+
+def test_all_parts_are_looked_at():
+    assert set(PARTS) == {one.name for one in fields(Facts)}
+
+
+@pytest.mark.parametrize("name", PARTS)
+def test_each_part_of_what_is_known_comes_back_as_it_was(name, tmp_path):
+    facts = replace(NOTHING, **{name: PARTS[name]})
+    assert facts != NOTHING and facts_of(run_of(facts)) == facts
+    with Gradebook(tmp_path / "book.sqlite") as book:
+        record(book, replace(graded("ada"), run=run_of(facts)))
+        assert facts_of(book.current("ada").run) == facts
+
+
+def test_of_a_run_of_an_early_version_it_is_known_what_was_said():
+    run = replace(graded("ada").run, cells=(), problems=("stopped",), notes=("a note", f"2.11 {graded_run.UNMARKED}"))
+    assert facts_of(run) == Facts(problems=("stopped",), notes=("a note",), bench_of="ada")
+
+
+@pytest.mark.parametrize(("bench_of", "student"), [("", "ada"), ("bob", "bob")])
+def test_marking_is_given_whose_bench_it_was_and_all_that_was_recorded(bench_of, student):
+    words = {("1", "why"): Words("So.", {"a.png": b"1"}), ("1", "how"): Words("Thus."), ("2", "why"): Words("No.")}
+    facts = Facts(**PARTS | {"bench_of": bench_of})
+    run = run_of(facts, answers=b"{}", words=plain_words(words), supplied={"1.x": 3, "2.11.omega_n": 4}, probe_seed=5)
+    asked = to_be_marked(run)
+    assert (asked.student, asked.answers, asked.probe_seed, asked.words) == (student, b"{}", 5, words)
+    assert (asked.about.missing, asked.about.asked, asked.policy) == (facts.missing, facts.asked, facts.policy)
+    assert asked.evidence == facts.evidence
+    assert asked.about.supplied == supplied_parts(run) == {("1", "x"), ("2.11", "omega_n")}
+
+
+def test_what_marking_says_is_put_behind_what_was_known_once_and_replaces_what_an_earlier_key_said():
+    run = run_of(Facts(problems=("p", "q"), notes=("n",)), problems=("p", "q", "of an earlier key"), notes=("n", "old"))
+    found = with_messages(run, Marked((), ("q", "r", "r"), ("n", "m")))
+    assert (found.problems, found.notes) == (("p", "q", "r"), ("n", "m"))
+
+
+def test_two_questions_two_parts_each_are_told_apart():
+    data = b'{"format": 2, "student": "ada", "bench": {}, "software": "", "probe_seed": 1, "cells": {}, "answers": '
+    data += b'{"1": {"x": {}, "y": {}}, "2": {"x": {}, "z": {}}}}'
+    assert graded_run.recorded_in(data) == {("1", "x"), ("1", "y"), ("2", "x"), ("2", "z")}
+    assert graded_run.recorded_in(None) == graded_run.recorded_in(b"[]") == set()

@@ -1,0 +1,338 @@
+"""What a batch owes to honest people: faults contained, marks kept, hand-ins put together, reasons told."""
+
+import csv
+import json
+import os
+
+import pytest
+from fake_class import perfect
+from made_courses import loaded
+from packings import WANTED, lay, work
+
+from labcourse.answers import cell_reports
+from labcourse.grading import batch, stages
+from labcourse.grading.gradebook import Gradebook
+from labcourse.grading.graded_run import key_faults
+from labcourse.grading.overview import waiting
+from labcourse.grading.platforms.earned import earned
+from labcourse.grading.regrade import regrade
+from labcourse.grading.reports import live_report
+from labcourse.grading.reports.changes import Before
+from labcourse.grading.reports.grades import Reports
+from labcourse.grading.reports.result import result_of
+from labcourse.grading.running import intake, runner, supplied
+from labcourse.grading.verdicts import Status
+
+FAULTY = """
+from labcourse.grading.marking.checks import ForAPerson, Number
+
+KEY = {
+    "2.11": {"omega_n": Number("it", lambda bench: bench.omega, rtol=0.05), "explanation": ForAPerson()},
+    "0.1": {"resolution": Number("it", lambda bench: 3.0, rtol=0.1)},
+}
+"""
+
+
+def marks(book, student):
+    return {f"{one.question} {one.part}": one for one in book.current(student).marks}
+
+
+def test_a_fault_of_the_key_costs_its_part_and_no_other(fake_class):
+    fake_class.hand_in("ada")
+    fake_class.grade()
+    with fake_class.book() as book:
+        book.set_mark("ada", "2.11", "explanation", 1.0, "Well put.", actor="prof")
+    fake_class.course = loaded(fake_class.folder / "faulty", key=FAULTY)
+    fake_class.grade()
+    with fake_class.book() as book:
+        found = marks(book, "ada")
+        assert found["2.11 omega_n"].status == "not marked: key fault"
+        assert (found["2.11 explanation"].points, found["2.11 explanation"].status) == (1.0, "given by a person")
+        (problem,) = book.current("ada").run.problems
+        assert problem.startswith("2.11, omega_n is not marked: the key failed. AttributeError")
+        assert "key.py, line 5" in problem
+    fake_class.key(1.0)  # mended
+    fake_class.grade()
+    with fake_class.book() as book:
+        assert marks(book, "ada")["2.11 omega_n"].points == 2
+        assert marks(book, "ada")["2.11 explanation"].points == 1
+        assert book.current("ada").run.problems == ()
+    assert fake_class.runs == ["ada"]
+
+
+def test_where_grading_fails_what_was_there_stays(fake_class, monkeypatch):
+    fake_class.hand_in("ada")
+    assert fake_class.grade() == {"ada": 2}
+    fake_class.hand_in("ada", source="something else")
+    fake_class.leaves["ada"] = OSError("the disk is full")
+    assert fake_class.grade() == {"ada": 2}
+    with fake_class.book() as book:
+        assert "the disk is full" in book.current("ada").run.problems[0]
+    del fake_class.leaves["ada"]
+    assert fake_class.grade() == {"ada": 2}
+    with fake_class.book() as book:
+        assert book.current("ada").run.problems == ()
+    assert fake_class.runs == ["ada", "ada", "ada"]
+
+
+def test_where_grading_fails_at_first_nothing_is_marked_yet(fake_class):
+    fake_class.hand_in("ada")
+    fake_class.leaves["ada"] = OSError("the disk is full")
+    fake_class.grade()
+    with fake_class.book() as book:
+        assert {one.status for one in book.current("ada").marks} == {Status.NOT_MARKED.value}
+
+
+def test_where_grading_fails_nothing_shows_a_number(fake_class, tmp_path, capsys):
+    fake_class.hand_in("ada")
+    fake_class.leaves["ada"] = OSError("the disk is full")
+    fake_class.grade()
+    fake_class.grade()
+    with fake_class.book() as book:
+        current, before = book.current("ada"), Before(book)
+        (problem,) = current.run.problems
+        assert "Not graded" in problem and "the disk is full" in problem
+        Reports(tmp_path / "out", fake_class.course, book).write_all()
+        result = result_of(current)
+        with live_report.Screen(1, [], []) as screen:
+            screen.add(True, result)
+        with live_report.JsonLines(1, [], []) as lines:
+            lines.add(True, result)
+        table, _newline, event = capsys.readouterr().out.partition("{")
+        assert "not graded" in table and "0 of" not in table
+        assert json.loads("{" + event.splitlines()[0])["points"] is None
+        given = earned(book, fake_class.course)["ada"]
+        assert given.share is None and "not graded" in given.why_none
+        assert not waiting.faults([current]).urgent
+        (row,) = csv.DictReader((tmp_path / "out" / "grades.csv").read_text().splitlines())
+        assert row["total"] == row["final"] == row["2.11"] == "" and row["notes"].startswith("Not graded")
+        page = (tmp_path / "out" / "ada" / "feedback.html").read_text()
+        assert "Not graded yet" in page and "0 of" not in page
+        marks = json.loads((tmp_path / "out" / "ada" / "marks.json").read_text())
+        assert marks["total"] is None and marks["account"] is None
+        del fake_class.leaves["ada"]
+        assert fake_class.grade() == {"ada": 2}
+        assert before.changes(book.current("ada")) is None
+
+
+@pytest.mark.parametrize("graded_before", [False, True])
+def test_where_grading_fails_what_was_supplied_is_not_lost(fake_class, graded_before):
+    fake_class.hand_in("ada", source="omega_n = omgea")
+    if graded_before:
+        fake_class.grade()
+    fake_class.leaves["ada"] = OSError("the disk is full")
+    fake_class.grade(supplied=supply(fake_class, "ada:2.11.omega_n=19.5"))
+    del fake_class.leaves["ada"]
+    fake_class.grade()
+    with fake_class.book() as book:
+        assert book.current("ada").run.supplied == {"2.11.omega_n": 19.5}
+
+
+def test_own_files_go_into_the_run_and_change_it(fake_class):
+    fake_class.hand_in("ada")
+    folder = fake_class.folder / "in" / "ada"
+    (folder / "helpers.py").write_text("x = 1\n")
+    (folder / "numpy.py").write_text("x = 1\n")
+    fake_class.grade()
+    assert list(fake_class.asked["ada"]["files"]) == ["helpers.py"]
+    with fake_class.book() as book:
+        assert book.current("ada").run.files == ("helpers.py",)
+        assert any("numpy.py" in note for note in book.current("ada").run.notes)
+    (folder / "helpers.py").write_text("x = 2\n")
+    fake_class.grade()
+    assert fake_class.runs == ["ada", "ada"]
+
+
+def test_an_added_cell_is_run_where_it_stands(fake_class):
+    fake_class.hand_in("ada")
+    path = fake_class.folder / "in" / "ada" / "a.ipynb"
+    content = json.loads(path.read_text())
+    content["cells"].insert(0, {"id": "mine", "cell_type": "code", "source": "helper = 1", "metadata": {}})
+    path.write_text(json.dumps(content))
+    fake_class.grade()
+    (notebook,) = fake_class.asked["ada"]["notebooks"].values()
+    assert [cell["source"] for cell in notebook["cells"]][:2] == ["helper = 1", "omega_n = 1"]
+
+
+def test_what_is_handed_in_later_is_put_together_with_what_came_before(fake_class):
+    fake_class.hand_in("ada")
+    fake_class.grade()
+    path = fake_class.folder / "in" / "ada" / "a.ipynb"
+    path.unlink()
+    (path.parent / "more.py").write_text("x = 1\n")
+    assert fake_class.grade() == {"ada": 2}
+    assert list(fake_class.asked["ada"]["files"]) == ["more.py"]
+
+
+def claim(student, **cells):
+    book = {"format": 2, "student": student, "bench": {}, "software": "rotflex", "probe_seed": 1}
+    number = {"kind": "number", "value": 1.0}
+    return json.dumps({**book, "answers": {"2.11": {"omega_n": number}}, "cells": {"2.11": cells}})
+
+
+@pytest.mark.parametrize(
+    ("cell", "words"),
+    [
+        ("", "by the button of an explorer or by hand"),
+        ("gone", "the cell that did it, gone, is no longer in a.ipynb"),
+        ("q1-answer", "a.ipynb, run from top to bottom, leaves it empty"),
+    ],
+)
+def test_what_was_recorded_at_home_and_is_missing_is_trouble_with_its_reason(fake_class, cell, words):
+    fake_class.hand_in("ada")
+    (fake_class.folder / "in" / "ada" / "answers.json").write_text(claim("ada", omega_n=cell))
+    fake_class.leaves["ada"] = runner.Run(None)
+    fake_class.grade()
+    with fake_class.book() as book:
+        (problem,) = book.current("ada").run.problems
+        assert problem.startswith("Recorded at home and missing here: 2.11 omega_n; ") and words in problem
+        assert words in marks(book, "ada")["2.11 omega_n"].reason
+        assert book.current("ada").run.claim == {"2.11": {"omega_n": cell}}
+
+
+def test_what_was_recorded_at_home_and_is_here_is_no_trouble(fake_class):
+    fake_class.hand_in("ada")
+    (fake_class.folder / "in" / "ada" / "answers.json").write_text(claim("ada", omega_n="q1-answer"))
+    assert fake_class.grade() == {"ada": 2}
+    with fake_class.book() as book:
+        assert book.current("ada").run.problems == ()
+
+
+def stopped(*cells):
+    """What a run says whose first answer stopped."""
+    lines = [{"event": "ended", "cell": cell, "error": None} for cell in cells]
+    error = {"type": "NameError", "message": "name 'omgea' is not defined", "line": 1}
+    lines.append({"event": "ended", "cell": "q1", "error": error})
+    return "".join(json.dumps({"notebook": "a.ipynb", **line}) + "\n" for line in lines).encode()
+
+
+def test_what_stopped_is_told_and_stays_told_when_marked_again(fake_class):
+    fake_class.hand_in("ada", source="omega_n = omgea")
+    fake_class.leaves["ada"] = runner.Run(None, reports=stopped())
+    fake_class.grade()
+    why = "2.11 stopped: NameError, name 'omgea' is not defined, line 1."
+    with fake_class.book() as book:
+        assert book.current("ada").run.problems == (why,)
+        assert marks(book, "ada")["2.11 omega_n"].reason == why
+    fake_class.key(2.0)
+    fake_class.grade()
+    with fake_class.book() as book:
+        assert marks(book, "ada")["2.11 omega_n"].reason == why
+        list(regrade(book, fake_class.course))
+        assert book.current("ada").run.problems == (why,)
+    assert fake_class.runs == ["ada"]
+
+
+def test_a_cell_for_a_newer_python_is_told_as_that(fake_class):
+    fake_class.hand_in("ada", source='print(f"{d["unit"]}")')
+    notebook = fake_class.folder / "in" / "ada" / "a.ipynb"
+    about = {"metadata": {"language_info": {"version": "3.99.1"}}}
+    notebook.write_text(json.dumps({**json.loads(notebook.read_text()), **about}))
+    line = {"event": "ended", "cell": "q1", "error": {"type": "SyntaxError", "message": "f-string", "line": 1}}
+    fake_class.leaves["ada"] = runner.Run(None, reports=json.dumps({"notebook": "a.ipynb", **line}).encode())
+    fake_class.grade()
+    with fake_class.book() as book:
+        assert any("needs Python 3.99" in one for one in book.current("ada").run.problems)
+        assert "needs Python 3.99; grading runs 3." in marks(book, "ada")["2.11 omega_n"].reason
+
+
+def supply(fake_class, text):
+    return (supplied.read(text, fake_class.course.catalogue),)
+
+
+def test_a_supplied_value_is_run_earns_nothing_and_stays_until_it_is_taken_back(fake_class):
+    fake_class.hand_in("ada", "bob", source="omega_n = omgea")
+    fake_class.leaves["ada"] = runner.Run(None, reports=stopped())
+    fake_class.grade()
+    fake_class.leaves["ada"] = runner.Run(perfect("ada", 7), reports=stopped())
+    for again in range(2):
+        fake_class.grade(probe_seed=7, supplied=() if again else supply(fake_class, "Ada:2.11.omega_n=19.5"))
+        with fake_class.book() as book:
+            found = marks(book, "ada")["2.11 omega_n"]
+            assert (found.status, found.points) == ("supplied by your instructor", 0)
+            assert "NameError" in found.reason and "earns nothing" in found.reason
+            assert book.current("ada").run.supplied == {"2.11.omega_n": 19.5}
+            assert marks(book, "bob")["2.11 omega_n"].points == 2
+    (notebook,) = fake_class.asked["ada"]["notebooks"].values()
+    before = [cell["source"] for cell in notebook["cells"] if cell["id"] == "supplied-q1-answer"]
+    assert before == ["omega_n = 19.5\nlab.answer('2.11', omega_n=19.5)"]
+    assert "supplied" not in json.dumps(fake_class.asked["bob"])
+    fake_class.grade(probe_seed=7, supplied=supply(fake_class, "ada:2.11.omega_n="))
+    with fake_class.book() as book:
+        assert book.current("ada").run.supplied == {}
+        assert marks(book, "ada")["2.11 omega_n"].status == "right"
+
+
+def test_who_handed_in_before_is_not_named_as_absent(fake_class):
+    fake_class.hand_in("ada", "bob")
+    (fake_class.folder / "class.csv").write_text("id\nada\nbob\ncleo\n")
+    with fake_class.book() as book:
+        book.import_roster(fake_class.folder / "class.csv")
+    fake_class.grade()
+    for path in (fake_class.folder / "in" / "ada").iterdir():
+        os.unlink(path)
+    (fake_class.folder / "in" / "ada").rmdir()
+    with fake_class.book() as book:
+        assert batch.Batch(fake_class.folder / "in", fake_class.course, book).absent == ["cleo"]
+
+
+def test_reports_that_are_no_reports_cost_nobody_anything(fake_class):
+    fake_class.hand_in("ada")
+    fake_class.leaves["ada"] = runner.Run(perfect("ada", 7), reports=b"\xff{[" * 1000)
+    assert fake_class.grade(probe_seed=7) == {"ada": 2}
+    assert cell_reports.read(b"\xff{[" * 1000).cells == ()
+
+
+def test_a_regrade_by_a_faulty_key_says_where_the_fault_is(fake_class):
+    fake_class.hand_in("ada")
+    fake_class.grade()
+    with fake_class.book() as book:
+        (done,) = regrade(book, loaded(fake_class.folder / "faulty", key=FAULTY))
+        (fault,) = key_faults(done.after)
+        assert fault.startswith("2.11, omega_n is not marked: the key failed. AttributeError") and "line 5" in fault
+        assert key_faults(done.before) == []
+
+
+FUTURE = 4e9  # what a file says of itself, somebody may have written there
+
+
+@pytest.fixture
+def stage(tmp_path):
+    """Grade folders, {name: (answer, partners, student of the course.json)}; return what counts for each student."""
+    taken = []
+
+    def take(**folders):
+        folder = tmp_path / f"stage-{len(taken)}"
+        taken.append(folder)
+        for name, (answer, partners, student) in folders.items():
+            lay(folder / name, work(student, answer, **{"with": partners}))
+            for path in (folder / name).iterdir():
+                os.utime(path, (FUTURE, FUTURE) if name == "mallory" else None)
+        with Gradebook(tmp_path / "book.sqlite") as book:
+            found = intake.find(folder, earlier=stages.named_in(book)).submissions
+            return {one.student: _answer(stages.kept(book, one, intake.read(one, WANTED))[1]) for one in found}
+
+    return take
+
+
+def _answer(delivered):
+    newest = max((one for one in delivered if one.name == WANTED[0]), key=lambda one: one.received)
+    return json.loads(newest.content)["cells"][0]["source"]
+
+
+def test_a_pair_hands_in_together_and_again(stage):
+    assert stage(bob=("x = 1", ["ada"], "bob")) == {"ada": "x = 1", "bob": "x = 1"}
+    assert stage(bob=("x = 2", ["ada"], "bob")) == {"ada": "x = 2", "bob": "x = 2"}
+    assert stage(ada=("x = 3", ["bob"], "ada"))["ada"] == "x = 3"
+
+
+def test_what_somebody_handed_in_before_is_not_replaced_in_their_name(stage):
+    assert stage(ada=("x = 1", [], "ada")) == {"ada": "x = 1"}
+    assert stage(mallory=("spoilt = 1", ["mallory"], "ada")) == {"mallory": "spoilt = 1"}
+    assert stage(mallory=("spoilt = 2", ["ada"], "mallory")) == {"mallory": "spoilt = 2"}
+
+
+def test_what_somebody_hands_in_later_comes_before_what_was_said_in_their_name(stage):
+    assert stage(mallory=("spoilt = 1", ["ada"], "mallory")) == {"ada": "spoilt = 1", "mallory": "spoilt = 1"}
+    assert stage(ada=("x = 1", [], "ada")) == {"ada": "x = 1"}
+    assert stage(mallory=("spoilt = 2", ["ada"], "mallory")) == {"mallory": "spoilt = 2"}

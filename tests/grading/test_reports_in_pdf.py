@@ -1,0 +1,333 @@
+"""A report's PDF from what comes in to who scores it: taken in, counted, marked by, shown; and what is refused."""
+
+import io
+import json
+import zipfile
+from dataclasses import replace
+from urllib.parse import urlencode
+
+import pytest
+from fake_class import FakeClass
+from made_courses import loaded
+from pdfs import blank, composed, typeset
+from scoring_class import LEVELS, clients
+
+from labcourse.answers import report_files, reports
+from labcourse.grading.gradebook import Gradebook
+from labcourse.grading.graded_run import facts_of
+from labcourse.grading.reports.feedback import page
+from labcourse.grading.reports.result import result_of
+from labcourse.grading.running import counted_pages, executors, intake
+from labcourse.grading.scoring import cards, documents, server
+from labcourse.grading.scoring.desk import Desk, key_of
+from rotflex.course.questions import CATALOGUE
+
+REPORT, WHOLE, PART = "Modeling report", "Modeling report, as a whole", "organisation"
+NAME = report_files.file_name(REPORT)
+TEXT = "stiffness_procedure"
+KEY = """
+from labcourse.grading.marking.checks import ForAPerson
+from rotflex.course.questions import CATALOGUE
+
+KEY = {name: {part.name: ForAPerson() for part in CATALOGUE.marked[name].parts}
+       for name in ("Modeling report", "Modeling report, as a whole")}
+"""
+
+
+class Class(FakeClass):
+    """A class that hands in reports; its PDFs are counted here unless a test says otherwise."""
+
+    def __init__(self, folder, monkeypatch):
+        super().__init__(folder, monkeypatch)
+        monkeypatch.setattr(counted_pages, "work", self.count)
+        self.counted = []
+
+    def key(self, factor):
+        self.course = loaded(self.folder / "term", key=KEY)
+
+    def count(self, data, isolated, cancelled=None):
+        self.counted.append(data)
+        return b'{"pages": 7, "encrypted": false}'
+
+    def report(self, student, data, name=NAME):
+        self.hand_in(student)
+        (self.folder / "in" / student / name).write_bytes(data)
+
+    def marks(self, student):
+        self.grade()
+        with self.book() as book:
+            return {one.where: one for one in book.current(student).marks}
+
+    def book(self):
+        return Gradebook(self.folder / "book.sqlite")
+
+
+@pytest.fixture
+def made(tmp_path, monkeypatch):
+    return Class(tmp_path, monkeypatch)
+
+
+def taken(folder):
+    (submission,) = intake.find(folder).submissions
+    return intake.read(submission, ["a.ipynb"], {}, (), [NAME])[0]
+
+
+def hand_in(folder, files):
+    with zipfile.ZipFile(folder / "ada.zip", "w") as packed:
+        for name, data in {"work/a.ipynb": b'{"cells": []}', **files}.items():
+            packed.writestr(name, data)
+
+
+@pytest.mark.parametrize(
+    "name", [NAME, "modeling_report (1).pdf", "Modeling_Report-Copy1.PDF", "ada_12_modeling_report.pdf"]
+)
+def test_whatever_its_name_became_it_is_the_report_and_no_file_of_ones_own(tmp_path, name):
+    hand_in(tmp_path, {f"work/{name}": blank()})
+    found = taken(tmp_path)
+    assert (found.reports, found.files, found.problems) == ({NAME: blank()}, {}, [])
+    assert bool(found.notes) == (name != NAME)
+    read, _notes = intake.newest(found.items(), ["a.ipynb"], [NAME])
+    assert (read.reports, read.files) == ({NAME: blank()}, {})
+
+
+def test_a_pdf_of_another_name_is_a_file_like_any_other(tmp_path):
+    hand_in(tmp_path, {"work/data sheet.pdf": blank()})
+    found = taken(tmp_path)
+    assert (found.reports, list(found.files)) == ({}, ["data sheet.pdf"])
+
+
+@pytest.mark.parametrize(
+    ("data", "why"), [(b"PK\x03\x04", "no PDF"), (b"%PDF-1.7" + bytes(report_files.MAX_BYTES), "more than")]
+)
+def test_what_is_no_pdf_or_too_large_is_told_and_kept_nowhere(tmp_path, data, why):
+    hand_in(tmp_path, {f"work/{NAME}": data})
+    found = taken(tmp_path)
+    assert (found.reports, found.files) == ({}, {})
+    assert NAME in found.problems[0] and why in found.problems[0]
+
+
+def test_a_zip_that_unpacks_to_far_more_is_not_read_to_its_end(tmp_path):
+    hand_in(tmp_path, {})
+    packed = io.BytesIO()
+    with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as bomb:
+        bomb.writestr("work/a.ipynb", b'{"cells": []}')
+        bomb.writestr(f"work/{NAME}", b"%PDF-1.7" + bytes(40_000_000))
+    (tmp_path / "ada.zip").write_bytes(packed.getvalue())
+    assert taken(tmp_path).reports == {} and taken(tmp_path).problems
+
+
+def counted(data, isolated=True):
+    with executors.local(1) as pool:
+        return counted_pages.counted({NAME: data}, CATALOGUE, pool, isolated)
+
+
+@pytest.mark.isolation
+@pytest.mark.parametrize(
+    ("data", "pages", "why"),
+    [(blank(3), 3, ""), (blank(password="x"), None, "password"), (b"%PDF-1.4 and no more", None, "damaged")],
+    ids=["sound", "locked", "damaged"],
+)
+def test_pages_are_counted_in_a_sandbox_and_what_goes_wrong_is_told(data, pages, why):
+    found = counted(data)
+    assert found.files[REPORT].pages == pages
+    assert (why in "".join(found.problems)) and bool(found.notes) == (not why)
+
+
+@pytest.mark.parametrize(
+    "said",
+    [
+        None,
+        b"",
+        b"[[[",
+        b"[" * 900,
+        b'{"pages": 0}',
+        b'{"pages": -3}',
+        b'{"pages": true}',
+        b'{"pages": "7"}',
+        b'{"pages": 1e9}',
+        b'{"pages": 2001}',
+        b'{"error": "<script>"}',
+        b'{"pages": 99999999999999999999999999}',
+    ],
+)
+def test_what_the_sandbox_says_is_a_claim(monkeypatch, said):
+    monkeypatch.setattr(counted_pages, "work", lambda data, isolated, cancelled=None: said)
+    found = counted(blank())
+    assert found.files[REPORT].pages is None
+    assert found.problems == (f"{REPORT}: {NAME} may be damaged: its pages could not be counted.",)
+
+
+def test_a_report_of_2000_pages_is_believed(monkeypatch):
+    monkeypatch.setattr(counted_pages, "work", lambda data, isolated, cancelled=None: b'{"pages": 2000}')
+    assert counted(blank()).files[REPORT].pages == 2000
+
+
+def test_it_is_opened_for_a_submission_that_is_new_and_for_no_other(made):
+    made.report("ada", blank())
+    made.grade()
+    made.grade()
+    assert made.counted == [blank()]
+
+
+def test_texts_of_ones_own_document_wait_for_a_person_and_are_not_missing(made):
+    made.hand_in("bob")
+    made.report("ada", typeset())
+    marks, without = made.marks("ada"), made.marks("bob")
+    given = report_files.of_data(REPORT, typeset()).given
+    assert {one.status for one in marks.values()} == {"for a person"}
+    assert {one.given for one in marks.values()} == {given}
+    assert {one.status for one in without.values()} == {"missing"}
+
+
+def test_a_report_that_is_made_of_empty_cells_leaves_them_missing(made):
+    made.report("ada", composed())
+    marks = made.marks("ada")
+    assert marks[REPORT, TEXT].status == "missing"
+    assert marks[WHOLE, PART].status == "for a person" and NAME in marks[WHOLE, PART].given
+
+
+def test_a_persons_mark_lapses_with_the_document_and_the_notebooks_are_not_run_again(made):
+    made.report("ada", typeset())
+    made.marks("ada")
+    with made.book() as book:
+        book.set_mark("ada", WHOLE, PART, 1.0, "Neat.", "ann")
+    assert made.marks("ada")[WHOLE, PART].points == 1
+    made.report("ada", blank(2))
+    assert made.marks("ada")[WHOLE, PART].status == "for a person"
+    with made.book() as book:
+        (lapsed,) = book.current("ada").lapsed
+        assert lapsed.mark.where == (WHOLE, PART)
+    made.report("ada", typeset())
+    assert made.marks("ada")[WHOLE, PART].points == 1
+    assert made.runs == ["ada"]
+
+
+def test_a_document_alone_can_be_scored_too(made):
+    made.hand_in("ada")
+    (made.folder / "in" / "ada" / "a.ipynb").unlink()
+    (made.folder / "in" / "ada" / NAME).write_bytes(typeset())
+    assert made.marks("ada")[WHOLE, PART].status == "for a person"
+    with made.book() as book:
+        assert "There is no notebook" in book.current("ada").run.problems[0]
+
+
+def test_the_feedback_names_it(made):
+    made.report("ada", typeset())
+    made.grade()
+    with made.book() as book:
+        graded = book.current("ada")
+    shown = page(result_of(graded), CATALOGUE, run=graded.run)
+    assert f"your own document, {NAME} (PDF, 7 pages" in shown
+    assert f"[PDF: {NAME}]" in shown and report_files.of_data(REPORT, typeset()).digest not in shown
+
+
+@pytest.fixture(scope="module")
+def scored(tmp_path_factory):
+    with pytest.MonkeyPatch.context() as patch:
+        made = Class(tmp_path_factory.mktemp("scored"), patch)
+        made.report("ada", typeset())
+        made.report("bob", blank(2))
+        made.hand_in("cleo")
+        made.grade()
+    with made.book() as book:
+        yield Desk(book, CATALOGUE, {}, LEVELS)
+
+
+def address(student, where=(WHOLE, PART), **more):
+    sent = {"question": where[0], "part": where[1], "key": key_of(student, where), **more}
+    return f"/report?{urlencode(sent)}"
+
+
+def test_two_documents_are_never_scored_together(scored):
+    for where in ((WHOLE, PART), (REPORT, TEXT)):
+        assert len(scored.next("ann", where)) == 1
+
+
+def test_the_card_links_to_it_and_says_where_to_look(scored):
+    (ann,) = clients(scored, "Ann")
+    for where, look in (((WHOLE, PART), False), ((REPORT, TEXT), True)):
+        (answer,) = [one for one in scored.book.scores.answers([where]) if one.student == "ada"]
+        shown = cards.card(scored, [answer]).first
+        assert (shown.pdf, shown.look_in_pdf) == ("PDF, 7 pages", look)
+        sent = {"question": where[0], "part": where[1], "key": key_of("ada", where)}
+        html = ann.act("next", sent).json()["html"]
+        assert "The report as handed in (PDF, 7 pages)" in html
+        assert ("Its text cell is empty" in html) == look
+
+
+def test_the_card_of_the_whole_says_of_each_text_that_is_not_in_its_cell_to_look_in_the_document(scored):
+    (answer,) = [one for one in scored.book.scores.answers([(WHOLE, PART)]) if one.student == "ada"]
+    said = "“not written yet” says that a text cell is empty"
+    items = CATALOGUE.items(REPORT)
+    for texts, wanted in (({TEXT: "We shook it."}, True), ({one.part: "Ours." for one in items if one.part}, False)):
+        given = f"{answer.mark.given}\n\n{reports.in_one_piece(items, texts)}"
+        shown = cards.card(scored, [replace(answer, mark=replace(answer.mark, given=given))])
+        assert shown.first.some_in_pdf == wanted
+        html = (
+            server.templates(server._PAGE).get_template("card.html").render(card=shown, points=str, round=1, again=None)
+        )
+        assert (said in html) == wanted
+
+
+def test_it_is_served_as_it_came_with_a_policy_of_its_own(scored):
+    (ann,) = clients(scored, "Ann")
+    reply = ann.get(address("ada"))
+    assert (reply.status_code, reply.content) == (200, typeset())
+    headers = reply.headers
+    assert headers["content-type"] == "application/pdf"
+    assert headers["content-disposition"] == f'inline; filename="{NAME}"'
+    assert headers["x-content-type-options"] == "nosniff"
+    assert headers["content-security-policy"] == documents.POLICY  # one policy, and not the page's besides
+    assert documents.POLICY.endswith("; sandbox") and "allow" not in documents.POLICY
+    assert headers["cross-origin-resource-policy"] == "same-origin" and headers["cache-control"] == "no-store"
+    assert ann.get(address("bob")).content == blank(2)
+
+
+@pytest.mark.parametrize(
+    "sent",
+    [
+        {"key": key_of("cleo", (WHOLE, PART))},  # handed in none
+        {"key": key_of("ada", (REPORT, TEXT))},  # another part's
+        {"key": "0" * 16},
+        {"key": ""},
+        {"key": "../../etc/passwd"},
+        {"question": "../" + WHOLE},
+        {"question": "Control report, as a whole"},
+        {"part": f"{PART}/../{NAME}"},
+        {"key": "ada"},
+    ],
+)
+def test_nothing_else_is_to_be_had_by_it(scored, sent):
+    (ann,) = clients(scored, "Ann")
+    reply = ann.get(address("ada", **sent))
+    assert reply.status_code == 404
+    assert b"%PDF" not in reply.content
+
+
+def test_who_is_not_let_in_more_than_one_would_type_and_nothing_at_all_are_refused(scored):
+    (ann,) = clients(scored, "Ann")
+    assert type(ann)(ann.app).get(address("ada")).status_code == 403
+    assert ann.get("/report").status_code == 400
+    assert ann.get(address("ada", key="x" * 3000)).status_code == 400
+    assert ann.get(f"/report/{NAME}").status_code == 404
+
+
+def test_only_the_version_that_was_marked_is_served(made):
+    made.report("ada", typeset())
+    made.grade()
+    with made.book() as book:
+        about = facts_of(book.current("ada").run).reports_in_pdf[REPORT]
+        assert book.content("ada", NAME, about.digest) == typeset()
+        assert book.content("ada", NAME, "0" * 64) is None
+        assert book.content("ada", "a.ipynb", about.digest) is None
+        assert book.content("bob", NAME, about.digest) is None
+
+
+def test_a_partner_without_files_of_their_own_is_scored_by_the_pairs_report(made):
+    made.report("ada", typeset())
+    (made.folder / "in" / "ada" / "course.json").write_text(json.dumps({"student": "ada", "with": ["bob"]}))
+    made.grade()
+    with made.book() as book:
+        desk = Desk(book, CATALOGUE, {}, LEVELS)
+        about, content = documents.found(desk, WHOLE, PART, key_of("bob", (WHOLE, PART)))
+    assert (about.name, content) == (NAME, typeset())

@@ -1,0 +1,341 @@
+"""The settings of a course: what is read, and what is told of what cannot be."""
+
+import re
+import sys
+import tomllib
+from dataclasses import replace
+from datetime import UTC, datetime, timedelta, timezone
+from pathlib import Path
+
+import pytest
+from checkout import ROOT
+from made_courses import OURS, copied
+from refused import refused
+
+from labcourse import course_file
+from labcourse.answers import reflection
+from labcourse.benches import BenchPolicy
+from labcourse.grading import course as courses
+from labcourse.grading import settings
+from labcourse.grading.release import student_course
+from labcourse.grading.settings import (
+    CourseSettings,
+    Deadline,
+    Extension,
+    LateSettings,
+    MarkSettings,
+    OutcomeSettings,
+    entries,
+)
+from rotflex.errors import GradingError
+from rotflex.hil.student_benches import DRAW
+
+DUE = "[[deadline]]\ndue = 2026-11-21\n"
+
+
+def read(folder: Path, text: str, presets: tuple[str, ...] = ("workbook",)) -> CourseSettings:
+    (folder / "course.toml").write_text(text, encoding="utf-8")
+    return settings.read(folder, presets)
+
+
+def test_without_a_file_or_with_an_empty_one_everything_is_as_usual(tmp_path):
+    usual = settings.read(tmp_path)
+    assert usual == read(tmp_path, "") == CourseSettings()
+    assert usual.bench == BenchPolicy("own")
+    assert usual.feedback.points and usual.feedback.reasons and usual.feedback.is_open(datetime.now(UTC))
+
+
+def test_everything_that_may_be_said_is_read(tmp_path):
+    found = read(
+        tmp_path,
+        '[course]\ntitle = "Regelungstechnik für Anfänger"\nterm = "2026 autumn"\n'
+        '[bench]\nwhich = "same"\nseed = 7\n'
+        "[feedback]\npoints = false\nreasons = false\nfrom = 2026-12-01T12:00:00+01:00\n"
+        '[releases]\nfolder = "kept"\n',
+    )
+    assert (found.title, found.term, found.releases) == ("Regelungstechnik für Anfänger", "2026 autumn", "kept")
+    assert found.bench == BenchPolicy("same", seed=7)
+    assert not found.feedback.points and not found.feedback.reasons
+    assert found.feedback.opens == datetime(2026, 12, 1, 12, tzinfo=timezone(timedelta(hours=1)))
+    assert not found.feedback.is_open(datetime(2026, 12, 1, 10, 59, tzinfo=UTC))
+    assert found.feedback.is_open(datetime(2026, 12, 1, 11, tzinfo=UTC))
+    (tmp_path / "course.toml").write_text('[bench]\nwhich = "real"\nbenches = ["north"]\n', encoding="utf-8")
+    real = settings.read(tmp_path, benches={"north": "", "south": "its file"}).bench
+    assert real == BenchPolicy("real", benches=("north",))
+    with pytest.raises(GradingError, match=r"bench\.benches: north\.toml cannot be used: it knows no entry 'J_eqq'"):
+        settings.read(tmp_path, benches={"north": "north.toml cannot be used: it knows no entry 'J_eqq'"})
+    assert read(tmp_path, '[bench]\nwhich = "preset"\npreset = "workbook"').bench == BenchPolicy(
+        "preset", preset="workbook"
+    )
+
+
+@pytest.mark.parametrize("given", ["2026-12-01", "2026-12-01T00:00:00"])
+def test_a_time_without_a_zone_is_this_computers_and_a_date_begins_at_midnight(tmp_path, given):
+    opens = read(tmp_path, f"[feedback]\nfrom = {given}").feedback.opens
+    assert opens == datetime(2026, 12, 1).astimezone() and opens.tzinfo is not None
+
+
+#: Each with one fault.
+REFUSED = [
+    "[bank]\n",
+    'title = "x"\n',
+    "bench = 3\n",
+    "[feedback]\npoint = true\n",
+    '[course]\nlanguage = "de"\n',
+    '[course]\ntitle = ""\n',
+    '[course]\nterm = "a\\nb"\n',
+    "[course]\npython = 3.11\n",
+    '[bench]\nwhich = "mine"\n',
+    '[bench]\nwhich = "same"\nseed = "x"\n',
+    '[bench]\nwhich = "same"\nseed = true\n',
+    '[bench]\nwhich = "real"\n',
+    '[bench]\nwhich = "real"\nbenches = []\n',
+    '[bench]\nwhich = "real"\nbenches = ["east"]\n',
+    '[bench]\nbenches = ["east"]\n',
+    '[bench]\nwhich = "same"\n',
+    '[bench]\nwhich = "preset"\n',
+    "[bench]\nseed = 7\n",
+    '[bench]\nwhich = "preset"\npreset = "mars"\n',
+    '[feedback]\nfrom = "tomorrow"\n',
+    "[reflect]\nasks = 1\n",
+    "[reflect]\nfrom = 1\n",
+    "[report]\npage_limit = 0\n",
+    "[reflect]\nasks = false\nfrom = 2026-11-02\n",
+    '[marks]\ndrop = "1.2"\n',
+    "[marks]\nweights = {1.2 = 2}\n",
+    '[marks]\nweights = {"1.2" = 0}\n',
+    "[marks]\nout_of = nan\n",
+    "[marks]\ndecimals = 5\n",
+    "[marks]\npractice = 1\n",
+    '[marks]\ndrop = ["1.2"]\nweights = {"1.2" = 2}\n',
+    "[levels]\nshares = {5 = 100}\n",
+    "[levels]\nshares = {3 = 40}\n",
+    "[levels]\nthresholds = {4 = 70}\n",
+    "[levels]\nshares = {3 = 95}\n",
+    "[deadline]\ndue = 2026-11-21\n",
+    "deadline = [1]\n",
+    "[[marks]]\n",
+    '[[deadline]]\nnotebooks = ["x"]\n',
+    "[[deadline]]\ndue = 9999-12-31\n",
+    "[[deadline]]\ndue = 2026-11-21\nfor = 1\n",
+    "[[deadline]]\ndue = 2026-11-21\n[[deadline]]\ndue = 2026-11-21\nnotebooks = []\n",
+    "[late]\nper_day = 10\n",
+    "[[extension]]\nuntil = 2026-11-22\nstudents = ['a']\n",
+    f"{DUE}[[extension]]\nuntil = 2026-11-22\n",
+    f"{DUE}[[extension]]\nuntil = 2025-11-28\nstudents = ['a']\n",
+    f"{DUE}notebooks = ['a']\n[[extension]]\nuntil = 2026-11-28\nstudents = ['a']\nnotebooks = ['b']\n",
+]
+
+
+def test_what_is_not_understood_is_told_with_file_entry_what_is_expected_and_an_example(tmp_path, snapshot):
+    said = refused(GradingError, lambda text: read(tmp_path, text), REFUSED, tmp_path)
+    assert all(line.startswith("…/course.toml cannot be used: ") for line in said.splitlines())
+    assert said == snapshot
+
+
+def test_what_marks_come_to_is_read(tmp_path):
+    found = read(
+        tmp_path,
+        '[marks]\ndrop = ["1.2", "2.3 speed"]\nweights = {"1.4" = 2, "First report" = 0.5}\nout_of = 100\n'
+        "decimals = 1\npredictions = 0.25\n"
+        "[levels]\nshares = {3 = 80, 2 = 60}\nthresholds = {4 = 85, 1 = 10}\n"
+        "[[deadline]]\ndue = 2026-11-21T18:00:00+01:00\n"
+        '[[deadline]]\ndue = 2026-12-01T18:00:00Z\nnotebooks = ["01_first.ipynb", "02_second"]\nsection = "B"\n'
+        '[[extension]]\nuntil = 2026-12-24\nstudents = ["ada"]\nsection = "C"\nnotebooks = ["02_second"]\n'
+        "[late]\nper_day = 10\ncap = 50.5\ngrace_hours = 2\n"
+        "[outcomes]\nlevel = 2\nshare = 60\nfewest = 8\n",
+    )
+    assert found.marks == MarkSettings(("1.2", "2.3 speed"), {"1.4": 2, "First report": 0.5}, 100, 1, 0.25)
+    assert found.levels.shares == {4: 1, 3: 0.8, 2: 0.6, 1: 0.25, 0: 0}
+    assert found.levels.thresholds == {4: 0.85, 3: 0.75, 2: 0.5, 1: 0.1}
+    assert found.deadlines == (
+        Deadline(datetime(2026, 11, 21, 17, tzinfo=UTC)),
+        Deadline(datetime(2026, 12, 1, 18, tzinfo=UTC), ("01_first", "02_second"), "B"),
+    )
+    end_of_day = datetime(2026, 12, 25).astimezone() - timedelta(microseconds=1)
+    assert found.extensions == (Extension(end_of_day, ("ada",), "C", ("02_second",)),)
+    assert found.late == LateSettings(10, 50.5, 2) and found.outcomes == OutcomeSettings(2, 60, 8)
+
+
+def test_per_cents_with_decimals_are_the_shares_that_they_say(tmp_path):
+    found = read(tmp_path, "[levels]\nshares = {3 = 70.7}\nthresholds = {3 = 70.7, 1 = 1e-5}\n").levels
+    assert (found.shares[3], found.thresholds[3], found.thresholds[1]) == (0.707, 0.707, 1e-7)  # 70.7 / 100 is not
+
+
+def test_the_points_of_a_level_are_that_level_again():
+    levels = CourseSettings().levels
+    assert {level: levels.level_of(worth) for level, worth in levels.shares.items()} == {n: n for n in range(5)}
+
+
+@pytest.mark.parametrize(
+    ("share", "level"),
+    [(1.0, 4), (0.9, 4), (0.899, 3), (0.75, 3), (0.749, 2), (0.5, 2), (0.49, 1), (0.001, 1), (0.0, 0)],
+)
+def test_a_share_of_points_has_the_highest_level_that_it_reaches(tmp_path, share, level):
+    assert CourseSettings().levels.level_of(share) == level
+    stricter = read(tmp_path, "[levels]\nthresholds = {1 = 10}").levels
+    assert stricter.level_of(share) == (level if share >= 0.1 else 0)
+
+
+@pytest.mark.parametrize(
+    ("text", "name"),
+    [
+        ('[marks]\ndrop = ["2.111"]', "2.11"),
+        ('[marks]\ndrop = ["2.11 omega"]', "omega_n"),
+        ('[marks]\nweights = {"2.11 omega_n" = 2, "Table 9" = 2}', "Table 9"),
+        (f'{DUE}notebooks = ["02_stiffness"]', "02_stiffness"),
+        (f"{DUE}[[extension]]\nuntil = 2026-12-01\nstudents = ['a']\nnotebooks = ['x.ipynb']", "x.ipynb"),
+    ],
+)
+def test_names_that_the_catalogue_does_not_have_are_told(tmp_path, text, name):
+    (tmp_path / "course.toml").write_text(text, encoding="utf-8")
+    with pytest.raises(GradingError, match=f"{name}") as raised:
+        settings.read(tmp_path, catalogue=OURS.catalogue)
+    assert len(str(raised.value).splitlines()) == 2
+    settings.read(tmp_path)  # nobody knows better without one
+    (copied(tmp_path) / "course.toml").write_text(text, encoding="utf-8")
+    with pytest.raises(GradingError, match=f"{name}"):
+        courses.load(tmp_path / "solutions")
+
+
+def test_names_that_it_has_are_taken(tmp_path):
+    names = ["2.11", "2.11 explanation", "Table 2", "Table 2 K_s", "Modeling report", "Modeling report model_procedure"]
+    (tmp_path / "course.toml").write_text(f"[marks]\ndrop = {names}\n{DUE}notebooks = ['00_start.ipynb']\n")
+    assert settings.read(tmp_path, catalogue=OURS.catalogue).marks.drop == tuple(names)
+
+
+def test_the_examples_in_our_file_are_understood(tmp_path):
+    """All of those after the settings of a term, with their comment signs taken away."""
+    text = (ROOT / "solutions" / "course.toml").read_text(encoding="utf-8")
+    said = re.sub(r"^# (\[+\w+\]+|\w+ = .*)$", r"\1", text.partition("[marks]")[2], flags=re.MULTILINE)
+    (tmp_path / "course.toml").write_text(f"[marks]{said}", encoding="utf-8")
+    found = settings.read(tmp_path, catalogue=OURS.catalogue)
+    assert found.marks.drop and found.marks.weights and found.marks.out_of == 100
+    assert found.deadlines[0].section == "B" and found.extensions[0].students == ("ada", "bob")
+    assert (found.late.per_day, found.late.cap, found.late.grace_hours) == (10, 50, 2)
+
+
+def test_the_examples_in_messages_are_understood(tmp_path):
+    for section, known in entries.SECTIONS.items():
+        for name, entry in known.items():
+            (found,) = tomllib.loads(entry.example).items()
+            assert found[0] == name and entry.fits(found[1]), (section, name)
+
+
+@pytest.mark.parametrize(
+    ("entry", "least", "most"),
+    [
+        ("marks.out_of", 0.001, 1000),
+        ("marks.decimals", 0, 4),
+        ("marks.predictions", 0, 100),
+        ("late.per_day", 0, 100),
+        ("late.cap", 0, 100),
+        ("late.grace_hours", 0, 1000),
+        ("outcomes.level", 1, 4),
+        ("outcomes.share", 0, 100),
+        ("outcomes.fewest", 1, 1000),
+    ],
+)
+def test_numbers_are_taken_from_the_least_to_the_most(entry, least, most):
+    section, _dot, name = entry.partition(".")
+    fits = entries.SECTIONS[section][name].fits
+    assert fits(least) and fits(most)
+    assert not any(map(fits, (least - 0.0005, most + 1, -1, True, "1", None, float("nan"), float("inf"))))
+
+
+def test_all_faults_are_told_at_once(tmp_path):
+    with pytest.raises(GradingError) as raised:
+        read(tmp_path, '[course]\ntitel = "x"\n[bench]\nwhich = 1\n[feedback]\nfrom = 1\n')
+    told = [line.split(":")[0].strip() for line in str(raised.value).splitlines()[1:]]
+    assert told == ["course.titel", "bench.which", "feedback.from"]
+
+
+@pytest.mark.parametrize(
+    ("text", "released"),
+    [
+        ("", "on"),
+        ("[reflect]\nasks = true\n", "on"),
+        ("[reflect]\nasks = false\n", "off"),
+        ("[reflect]\nfrom = 2026-11-02T08:00:00+01:00\n", "2026-11-02T08:00:00+01:00"),
+        ("[reflect]\nfrom = 2026-11-02\n", datetime(2026, 11, 2).astimezone().isoformat()),
+    ],
+)
+def test_whether_reflect_asks_is_released_as_students_read_it(tmp_path, text, released):
+    plain = read(tmp_path, text).reflect.plain()
+    assert plain == released
+    before, after = datetime(2026, 11, 1, tzinfo=UTC), datetime(2026, 11, 4, tzinfo=UTC)
+    asks = [not reflection.silence({"reflect": plain}, now) for now in (before, after)]
+    assert asks == {"on": [True, True], "off": [False, False]}.get(plain, [False, True])
+
+
+@pytest.mark.parametrize(("text", "limit"), [("", {}), ("[report]\npage_limit = 12\n", {"page_limit": 12})])
+def test_a_page_limit_is_released_where_there_is_one(tmp_path, text, limit):
+    decided = read(tmp_path, text)
+    (tmp_path / "notebooks").mkdir()
+    about = student_course._about(replace(OURS, settings=decided), tmp_path / "notebooks")
+    assert {name: value for name, value in about.items() if name == course_file.PAGE_LIMIT} == limit
+
+
+@pytest.mark.parametrize(
+    ("text", "python"),
+    [("", f"{sys.version_info.major}.{sys.version_info.minor}"), ('[course]\npython = "3.10"\n', "3.10")],
+)
+def test_the_python_that_grades_is_released_and_no_part_of_the_name(tmp_path, text, python):
+    (tmp_path / "notebooks").mkdir()
+    about = student_course._about(replace(OURS, settings=read(tmp_path, text)), tmp_path / "notebooks")
+    usual = student_course._about(replace(OURS, settings=read(tmp_path, "")), tmp_path / "notebooks")
+    assert (about["python"], about["release"]) == (python, usual["release"])
+
+
+@pytest.mark.parametrize("content", [b"\xff\xfe", b"[bench\n"])
+def test_a_file_that_is_no_text_or_no_toml_is_told(tmp_path, content):
+    (tmp_path / "course.toml").write_bytes(content)
+    with pytest.raises(GradingError, match=r"course\.toml"):
+        settings.read(tmp_path)
+
+
+def test_our_file_says_what_counts_without_it_but_for_the_title():
+    assert OURS.settings.title == OURS.title == "The rotary flexible joint laboratory"
+    assert OURS.settings == CourseSettings(title=OURS.title, bench=BenchPolicy(draw=DRAW))
+
+
+def test_a_course_has_its_settings_and_the_presets_are_its_own(tmp_path):
+    folder = copied(tmp_path)
+    (folder / "course.toml").write_text('[bench]\nwhich = "preset"\npreset = "real_bench"\n[releases]\nfolder = "old"')
+    course = courses.load(folder)
+    assert course.settings.bench == BenchPolicy("preset", preset="real_bench", draw=DRAW)
+    assert course.title == course.name == "rotflex-course"
+    assert course.releases == tmp_path / "old"
+    (folder / "course.toml").write_text('[bench]\nwhich = "preset"\npreset = "mars"')
+    with pytest.raises(GradingError, match='it has "real_bench", "workbook"'):
+        courses.load(folder)
+
+
+def read_ours(folder: Path, text: str, benches: tuple[str, ...] = ()) -> CourseSettings:
+    (folder / "course.toml").write_text(text, encoding="utf-8")
+    return settings.read(folder, OURS.presets, DRAW, dict.fromkeys(benches, ""), OURS.catalogue)
+
+
+def test_a_class_may_begin_in_the_middle(tmp_path):
+    assert read_ours(tmp_path, "").given == ""
+    assert read_ours(tmp_path, '[given]\nfrom = "stiffness"\n').given == "stiffness"
+    assert (
+        read_ours(tmp_path, '[given]\nfrom = "gain"\n[bench]\nwhich = "preset"\npreset = "workbook"\n').given == "gain"
+    )
+    real = '[bench]\nwhich = "real"\nbenches = ["north"]\n[given]\nfrom = "gain"\n'
+    assert read_ours(tmp_path, real, ("north",)).given == "gain"
+
+
+def test_what_cannot_be_given_is_told(tmp_path, snapshot):
+    texts = [
+        '[given]\nfrom = "model"\n',
+        '[given]\nfrom = "gain"\n',
+        '[bench]\nwhich = "real"\nbenches = ["north", "south"]\n[given]\nfrom = "stiffness"\n',
+        "[given]\nfrom = 3\n",
+    ]
+    benches = ("north", "south")
+    assert refused(GradingError, lambda text: read_ours(tmp_path, text, benches), texts, tmp_path) == snapshot
+
+
+def test_what_is_given_changes_no_mark_by_itself():
+    assert CourseSettings(given="gain").of_marking() == CourseSettings().of_marking()

@@ -1,0 +1,254 @@
+"""A report put together of a student's folder: answers, texts and captions of the saved notebook; and what is said."""
+
+import base64
+import json
+from datetime import datetime
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+from report_texts import png
+
+from labcourse.answers import parts
+from labcourse.answers.catalogue import Catalogue
+from labcourse.answers.parts import Question, ReportItem
+from labcourse.report import checklist, composing, fine_curves, making
+from labcourse.report.button import button
+from labcourse.report.document import Equation, Place
+from labcourse.run import RUNNING
+from labcourse.session import Session
+from rotflex.errors import AnswerError
+
+REPORT = "First report"
+NOON = datetime(2026, 11, 23, 12)
+_K = parts.number("K", "N/m", None, "A-1", "The stiffness.")
+_SPEED = (parts.figure("figure", "A-1", "The speed over time."), parts.matrix("W_c", (2, 2), "A-1", "W."))
+_ROWS = (_K, parts.poles("poles", 3, "A-1", "The poles."), parts.matrix("A", (1, 2), "A-1", "The matrix."))
+_ROWS += (parts.number("t_s", "s", None, "A-1", "The settling time."),)
+CATALOGUE = Catalogue(
+    [
+        Question("1.2", "1", "02_measuring", "The speed", (), _SPEED),
+        Question("1.3", "1", "02_measuring", "Stiffness", (), (_K,)),
+    ],
+    tables=[Question("Table 3", "1", "04_results", "Results of the measurement", (), _ROWS)],
+    report_items=[
+        ReportItem(REPORT, "I.1", "Procedure: measuring", "What.", ("A-1",), (("1.2", ""),), "procedure"),
+        ReportItem(REPORT, "II.1", "Results: the speed", "", ("A-1",), (("1.2", ""),)),
+        ReportItem(REPORT, "II.2", "Results: Table 3", "", ("A-1",), (("Table 3", ""),)),
+        ReportItem(REPORT, "III.1", "Analysis: why", "Why.", ("A-1",), (("1.3", ""),), "analysis"),
+        ReportItem(REPORT, "F.1", "Appearance", "", ("A-1",), judged="appearance"),
+    ],
+    reports={REPORT: ("5", "04_results", "Report on the first laboratory")},
+)
+FRONT = """<div><b>✎ Your text: captions</b></div>
+
+* **Authors:** Ada Lovelace, Charles Babbage; C. Third
+* **Figure 1.2:** The speed $v$
+  after the step.
+* **Table 3:**
+* **Figure 7:** Of nothing.
+* **[1]** A. Author, *A title*.
+* **[2]**
+"""
+
+
+def text_cell(part, source, attachments=None):
+    about = {"question": REPORT, "part": part}
+    return {
+        "cell_type": "markdown",
+        "id": f"report-{part}",
+        "metadata": {"rotflex": about, "nbgrader": {"grade_id": f"report-{part}", "solution": True}},
+        "source": source,
+        "attachments": attachments or {},
+    }
+
+
+def save(folder, *cells, front=FRONT):
+    first = {"cell_type": "markdown", "id": "front", "metadata": {"rotflex": {"front": REPORT}}, "source": front}
+    notebook = {"cells": [first, *cells], "metadata": {}, "nbformat": 4, "nbformat_minor": 5}
+    (folder / "04_results.ipynb").write_text(json.dumps(notebook), encoding="utf-8")
+
+
+@pytest.fixture
+def lab(tmp_path, monkeypatch):
+    monkeypatch.delenv(RUNNING, raising=False)
+    monkeypatch.setattr("labcourse.session.by_program", lambda: False)
+    monkeypatch.setattr(making, "by_program", lambda: False)
+    shown = {"image/png": base64.b64encode(png()).decode()}
+    save(
+        tmp_path,
+        text_cell("procedure", "We measured.\n\n$$ a = b \\tag{law} $$\n\n![Mine](attachment:m.png)", {"m.png": shown}),
+        text_cell("analysis", "By (law).\n\n$$ c = d $$"),
+    )
+    return Session("ada", tmp_path, CATALOGUE, {}, 1)
+
+
+def speed(points=5000):
+    figure, ax = plt.subplots()
+    t = np.linspace(0, 10, points)
+    ax.plot(t, np.sin(40 * t), label="measured")
+    ax.set(xlabel="time (s)", ylabel=r"speed $\omega$ (rad/s)")
+    plt.close(figure)
+    return figure
+
+
+def composed(lab, tmp_path):
+    return composing.composed(lab, tmp_path, REPORT, NOON)
+
+
+def test_sections_follow_the_items_but_for_what_is_judged(lab, tmp_path):
+    document = composed(lab, tmp_path)
+    assert [(one.number, one.heading) for one in document.sections] == [
+        ("I.1", "Procedure: measuring"),
+        ("II.1", "Results: the speed"),
+        ("II.2", "Results: Table 3"),
+        ("III.1", "Analysis: why"),
+    ]
+    assert document.sections[0].place == Place("04_results.ipynb", "report-procedure")
+    assert document.sections[0].place.link == "04_results.ipynb#cell-id=report-procedure"
+
+
+def test_the_front_cell_gives_authors_captions_and_sources(lab, tmp_path):
+    document = composed(lab, tmp_path)
+    assert document.authors == ("Ada Lovelace", "Charles Babbage", "C. Third")
+    assert document.date == "2026-11-23"
+    figure = next(one for one in document.figures if one.label == "Figure 1.2")
+    assert (figure.caption, figure.own_caption) == ("The speed $v$\nafter the step.", True)
+    table = next(iter(document.tables))
+    assert (table.caption, table.own_caption) == ("Results of the measurement", False)
+    assert [(one.key, one.text) for one in document.references] == [("1", "A. Author, *A title*.")]
+    assert [what for what, _place in document.told if "'Figure 7' is none" in what]
+
+
+def test_a_front_cell_that_is_gone_is_told(lab, tmp_path):
+    save(tmp_path, front="Nothing.")
+    document = composed(lab, tmp_path)
+    assert document.authors == ()
+    (tmp_path / "04_results.ipynb").write_text('{"cells": [], "nbformat": 4, "nbformat_minor": 5}', encoding="utf-8")
+    assert "is missing: lab.restore() gives it back" in composed(lab, tmp_path).told[0][0]
+
+
+def test_numbers_run_through_the_whole_report(lab, tmp_path):
+    lab.answer("1.2", figure=speed(), W_c=[[1, 2], [3, 4]])
+    document = composed(lab, tmp_path)
+    assert [(one.number, one.label) for one in document.figures] == [(1, "attachment:m.png"), (2, "Figure 1.2")]
+    assert [(one.number, one.tag, one.latex) for one in document.equations] == [
+        (1, "law", "a = b"),
+        (2, "", r"W_{c} = \begin{bmatrix} 1 & 2 \\ 3 & 4 \end{bmatrix}"),
+        (3, "", "c = d"),
+    ]
+    assert next(document.texts).pictures["attachment:m.png"].startswith(b"\x89PNG")
+
+
+def test_what_is_not_recorded_has_its_place_and_its_number(lab, tmp_path):
+    document = composed(lab, tmp_path)
+    figure = next(one for one in document.figures if one.label == "Figure 1.2")
+    assert (figure.number, figure.svg, figure.axes) == (2, "", ())
+    table = next(iter(document.tables))
+    assert [row[2] for row in table.rows] == ["", "", "", ""]
+    assert not [one for one in document.equations if isinstance(one, Equation) and "W" in one.latex]
+
+
+def test_rows_of_a_table_have_symbols_values_and_units(lab, tmp_path):
+    lab.answer("Table 3", K=0.000123456, poles=[-1, -2 + 3j, -2 - 3j], A=[[1e-15, 20000]], t_s=0.5)
+    table = next(iter(composed(lab, tmp_path).tables))
+    assert table.head == ("Description", "Symbol", "Value", "Unit")
+    assert table.rows == (
+        ("The stiffness", "$K$", r"$0.0001235$", "N/m"),
+        ("The poles", r"$\text{poles}$", r"$\begin{matrix} -2 \pm 3j \\ -1 \end{matrix}$", "1/s"),
+        ("The matrix", "$A$", r"$\begin{bmatrix} 0 & 2 \cdot 10^{4} \end{bmatrix}$", "SI"),
+        ("The settling time", "$t_{s}$", "$0.5$", "s"),
+    )
+
+
+def test_a_figure_is_drawn_with_the_points_that_it_had_and_it_is_told_where_they_are_gone(lab, tmp_path):
+    lab.answer("1.2", figure=speed())
+    document = composed(lab, tmp_path)
+    figure = next(one for one in document.figures if one.label == "Figure 1.2")
+    assert not [what for what, _place in document.told if "few" in what]
+    assert figure.axes[0].y_label == r"speed $\omega$ (rad/s)"
+    assert "Diagram of speed ω (rad/s) against time (s), from 0 to 10" in figure.alt
+    content = lab.content("1.2", "figure")
+    fine = fine_curves.find(tmp_path, "1.2", "figure", content)
+    assert len(fine[0]["lines"][0]["x"]) > 5 * len(content["axes"][0]["lines"][0]["x"])
+    for kept in (tmp_path / fine_curves.FOLDER).iterdir():
+        kept.unlink()
+    told = composed(lab, tmp_path).told
+    assert [what for what, _place in told if what.startswith("Figure 1.2 is drawn from the points")]
+
+
+def test_points_of_another_figure_are_not_taken_and_those_of_a_refused_one_not_kept(lab, tmp_path):
+    lab.answer("1.2", figure=speed())
+    before = lab.content("1.2", "figure")
+    lab.answer("1.2", figure=speed(300))
+    assert fine_curves.find(tmp_path, "1.2", "figure", before) is None
+    lab.answer("1.2", figure="no figure")
+    assert fine_curves.find(tmp_path, "1.2", "figure", lab.content("1.2", "figure")) is not None
+
+
+def test_thinned_curves_keep_their_extremes():
+    values = np.sin(np.linspace(0, 1000, 100_000))
+    kept = fine_curves.envelope(values, 400)
+    assert len(kept) <= 400
+    assert values[kept].max() == values.max() and values[kept].min() == values.min()
+    assert (kept[0], kept[-1]) == (0, 99_999)
+
+
+def test_a_course_sets_title_term_and_limit(lab, tmp_path):
+    about = {"student": "ada", "title": "Mechanics", "term": "2026", "page_limit": 2}
+    (tmp_path / "course.json").write_text(json.dumps(about), encoding="utf-8")
+    document = composed(lab, tmp_path)
+    assert (document.course, document.term, document.page_limit) == ("Mechanics", "2026", 2)
+
+
+def test_results_that_a_section_lacks_are_named_with_their_cell(lab, tmp_path):
+    section = composed(lab, tmp_path).sections[1]
+    assert (section.missing, section.place.notebook) == (("W_c",), "02_measuring.ipynb")
+    lab.answer("1.2", W_c=[[1, 2], [3, 4]])
+    assert composed(lab, tmp_path).sections[1].missing == ()
+
+
+def test_a_report_is_written_beside_the_notebooks(lab, tmp_path, capsys):
+    lab.report("first")
+    said = capsys.readouterr().out
+    assert "first_report.pdf, first_report.html" in said
+    assert "pages, from 04_results.ipynb as it was saved at" in said
+    assert "04_results.ipynb: Table 1 (Table 3): not filled in" in said and checklist.NOT_CHECKED in said
+    assert (tmp_path / "first_report.pdf").read_bytes().startswith(b"%PDF-")
+    assert "We measured." in (tmp_path / "first_report.html").read_text(encoding="utf-8")
+    lab.report("first")  # what it made itself, it makes anew
+    assert "Written in" in capsys.readouterr().out
+
+
+def test_without_libraries_it_says_how_to_install_them_and_writes_nothing(lab, tmp_path, capsys, monkeypatch):
+    for missing in (["pypandoc"], ["typst"], ["pypandoc", "typst"]):
+        monkeypatch.setattr(making, "find_spec", lambda name, missing=missing: None if name in missing else True)
+        lab.report("first")
+        assert f"%pip install {' '.join(making.NEEDED[name] for name in missing)}" in capsys.readouterr().out
+        assert not list(tmp_path.glob("*report*"))
+
+
+def test_nothing_half_made_is_written(lab, tmp_path, capsys, monkeypatch):
+    from labcourse.report import writing
+
+    monkeypatch.setattr(writing, "_template", lambda: "#panic()")
+    lab.report("first")
+    assert "typst" in capsys.readouterr().out
+    assert not list(tmp_path.glob("*report*"))
+
+
+def test_where_a_program_runs_the_notebook_nothing_is_made_or_needed(lab, tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(making, "by_program", lambda: True)
+    monkeypatch.setattr("labcourse.report.button.by_program", lambda: True)
+    monkeypatch.setattr(making, "find_spec", lambda name: None)
+    button(REPORT, lab)
+    assert capsys.readouterr().out.startswith("lab.report() ")
+    assert not list(tmp_path.glob("*report*"))
+
+
+def test_a_report_is_named_by_its_beginning_and_none_is_guessed():
+    for name in ("First report", "first", "FIRST", "firsst"):
+        assert making.find(CATALOGUE.reports, name) == REPORT
+    for name in ("", "second", "report"):
+        with pytest.raises(AnswerError, match="First report"):
+            making.find(CATALOGUE.reports, name)

@@ -1,0 +1,235 @@
+"""A student's own PDF as the report: what is taken, what is said of it, and what no list asks for any more."""
+
+import functools
+import os
+import zipfile
+
+import pytest
+from made_notebooks import notebook, saved
+from pdfs import blank, composed, typeset
+from report_texts import of_text
+
+from labcourse.answers import report_files, reports
+from labcourse.answers.catalogue import Catalogue
+from labcourse.answers.parts import Question, ReportItem, number
+from labcourse.report import attaching, checklist, writing
+from labcourse.run import reports_along, student_folder
+from labcourse.run.asked import Asked
+from labcourse.run.check import GOOD, State, _Home, _part
+from labcourse.run.submit import submit
+from labcourse.session import Session
+from rotflex.errors import AnswerError
+
+TITLES = ["Procedure", "Results", "Analysis", "Conclusion"]
+CATALOGUE = Catalogue(
+    [Question("1.1", "1", "01", "Swing", (), (number("k", "N/m", None, "", "?"),))],
+    report_items=[
+        *(ReportItem("First report", str(n), f"{one}: it", "?", ("B",), part=one) for n, one in enumerate(TITLES)),
+        ReportItem("First report", "F", "Looks", "?", ("G",), judged="looks"),
+    ],
+    reports={"First report": ("2", "02", "On the swing")},
+)
+NAME = "first_report.pdf"
+
+
+@pytest.fixture
+def folder(tmp_path):
+    work = tmp_path / "work"
+    work.mkdir()
+    (work / "02.ipynb").write_bytes(saved(notebook()))
+    return work
+
+
+@pytest.fixture
+def lab(folder):
+    return Session("ada", folder, CATALOGUE, {}, 1)
+
+
+def attach(lab, capsys, data, name="mine.pdf"):
+    (lab._folder / name).write_bytes(data)
+    lab.report("first", pdf=name)
+    return capsys.readouterr().out
+
+
+@pytest.mark.parametrize("name", ["mine.pdf", NAME])
+def test_a_document_lies_beside_the_notebooks_under_the_reports_name(lab, folder, capsys, name):
+    said = attach(lab, capsys, typeset(), name)
+    assert (folder / NAME).read_bytes() == typeset()
+    assert f"{name} (2 pages)" in said and NAME in said and checklist.NOT_CHECKED_OF_PDF in said
+    with pytest.raises(AnswerError, match=r"nowhere\.pdf"):
+        lab.report("first", pdf="nowhere.pdf")
+
+
+def test_the_file_of_another_report_is_not_taken_for_this_one(lab, folder, capsys, monkeypatch):
+    monkeypatch.setitem(CATALOGUE.reports, "Second report", CATALOGUE.reports["First report"])
+    with pytest.raises(AnswerError, match="another report than the First report"):
+        attach(lab, capsys, typeset(), "second_report.pdf")
+    assert not (folder / NAME).exists()
+
+
+@pytest.mark.parametrize(
+    ("data", "why"),
+    [
+        (b"PK\x03\x04 a .docx", "no PDF"),
+        (b"", "no PDF"),
+        (b"%PDF-1.7\n nothing more", "cannot be read as a PDF"),
+        (blank(password="x"), "asks for a password"),
+        (blank(attaching.MOST_PAGES + 1), "150 at most"),
+        (b"%PDF-1.7" + bytes(report_files.MAX_BYTES), "20 MB"),
+    ],
+    ids=["other", "empty", "damaged", "locked", "long", "large"],
+)
+def test_what_cannot_be_handed_in_is_refused_and_nothing_is_written(lab, folder, capsys, data, why):
+    with pytest.raises(AnswerError, match=why):
+        attach(lab, capsys, data)
+    assert not (folder / NAME).exists()
+
+
+def test_without_the_library_it_is_taken_and_that_nothing_was_looked_at_is_said(lab, folder, capsys, monkeypatch):
+    monkeypatch.setattr(attaching, "find_spec", lambda name: None)
+    said = attach(lab, capsys, typeset())
+    assert (folder / NAME).exists()
+    assert "not looked at" in said and "%pip install pypdf" in said  # a student's package has no extra of that name
+
+
+def test_the_notebooks_report_does_not_write_over_it(lab, folder, capsys):
+    attach(lab, capsys, typeset())
+    lab.report("first")
+    assert (folder / NAME).read_bytes() == typeset()
+    assert "document of your own" in capsys.readouterr().out
+
+
+@functools.cache
+def texts():
+    return tuple(attaching.read(typeset(), "x"))
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "limit", "kinds"),
+    [
+        ("", "", 2, []),
+        ("", "", 1, ["pages"]),
+        ("Conclusion", "End", 2, ["headings"]),
+        ("Figure 1 shows", "One plot shows", 2, ["mention"]),
+        ("Figure 1 shows", "Figs. 3 and 1 show", 2, []),
+    ],
+)
+def test_what_is_missing_in_a_document_is_found(old, new, limit, kinds):
+    there = [text.replace(old, new) if old else text for text in texts()]
+    found = checklist.faults_of_pdf(there, NAME, TITLES, limit)
+    assert [one.kind for one in found] == kinds
+
+
+def test_of_a_scan_it_is_told_that_it_is_one_and_nothing_else(lab, capsys):
+    said = attach(lab, capsys, blank(3))
+    assert "its pages are pictures" in said and "No heading" not in said
+
+
+def test_its_texts_are_missing_nowhere_until_it_is_gone_again(lab, folder, capsys):
+    assert "missing: First report Procedure" in reports.outline(CATALOGUE, "First report", lab)
+    attach(lab, capsys, typeset())
+    outline = reports.outline(CATALOGUE, "First report", lab)
+    assert "missing" not in outline and outline.count(f"in your own document, {NAME}") == 4
+    lab.progress("02")
+    assert f"On the swing: in your own document, {NAME}" in capsys.readouterr().out
+    (folder / NAME).unlink()
+    assert "missing" in reports.outline(CATALOGUE, "First report", lab)
+
+
+def test_a_report_that_is_made_of_empty_cells_is_no_document_of_ones_own(lab, folder):
+    (folder / NAME).write_bytes(composed())
+    assert lab.report_files.own("First report") is None
+    assert "missing: First report Procedure" in reports.outline(CATALOGUE, "First report", lab)
+    assert report_files.is_composed(writing.written(of_text("Words.")).pdf)
+    assert not report_files.is_composed(typeset())
+
+
+@pytest.mark.parametrize(
+    ("written", "own", "state"),
+    [
+        ([], [], State.EMPTY),
+        ([], ["First report"], State.IN_PDF),
+        ([("First report", "Results")], ["First report"], State.WRITTEN),
+        ([], ["Other report"], State.EMPTY),
+    ],
+)
+def test_what_a_check_says_of_a_text(written, own, state):
+    asked = Asked("02.ipynb", ("First report", "Results"), True, True)
+    assert _part(asked, dict.fromkeys(written), ({}, None), _Home(), "", own).state is state
+    assert (state in GOOD) == (state is not State.EMPTY)
+
+
+def along(folder, written=()):
+    work = student_folder.read(folder, ["02.ipynb"], catalogue=CATALOGUE)
+    return list(reports_along.notes(work, report_files.of_files(work.hand_in.reports, CATALOGUE), written, CATALOGUE))
+
+
+def test_a_check_names_the_texts_that_are_looked_for_in_it(folder):
+    (folder / NAME).write_bytes(typeset())
+    about, texts = along(folder)
+    assert "your own document" in about and NAME in about
+    assert "Procedure, Results, Analysis, Conclusion are not written in their cells" in texts
+    assert "some text cells are filled in, too" in along(folder, [("First report", "Results")])[-1]
+
+
+def test_a_report_that_is_older_than_its_notebook_is_asked_about(folder):
+    (folder / NAME).write_bytes(composed())
+    assert len(along(folder)) == 1
+    os.utime(folder / NAME, (0, 1000))
+    assert "was made before 02 was saved last" in along(folder)[1]
+
+
+def packed(folder, **options):
+    done = submit(folder, ["02.ipynb"], student="ada", **{"catalogue": CATALOGUE, **options})
+    with zipfile.ZipFile(done.path) as found:
+        return {name: found.read(name) for name in found.namelist()}, "\n".join(done.lines)
+
+
+def test_it_is_packed_and_the_receipt_names_it_and_a_change_changes_the_content(folder):
+    (folder / NAME).write_bytes(typeset())
+    (folder / "first_report.html").write_text("for the student alone")
+    content, lines = packed(folder)
+    assert content[NAME] == typeset() and "first_report.html" not in content
+    assert f"Report     First report: your own document, {NAME}" in lines
+    (folder / NAME).write_bytes(blank(2))
+    assert packed(folder)[1].split("Content")[1].split("\n")[0] != lines.split("Content")[1].split("\n")[0]
+
+
+def test_a_report_is_no_file_of_ones_own_that_a_run_depends_on(folder):
+    (folder / NAME).write_bytes(typeset())
+    work = student_folder.read(folder, ["02.ipynb"], catalogue=CATALOGUE)
+    assert (dict(work.hand_in.files), list(work.hand_in.reports)) == ({}, [NAME])
+
+
+def test_another_pdf_beside_the_notebooks_is_asked_about_unless_there_is_a_report(folder):
+    (folder / "Report final.pdf").write_bytes(typeset())
+    (note,) = student_folder.read(folder, ["02.ipynb"], catalogue=CATALOGUE).notes
+    assert "Report final.pdf" in note and "lab.report" in note
+    (folder / NAME).write_bytes(typeset())
+    assert student_folder.read(folder, ["02.ipynb"], catalogue=CATALOGUE).notes == ()
+
+
+@pytest.mark.skipif(os.name == "nt", reason="links need rights there")
+def test_what_is_no_pdf_or_a_link_is_not_handed_in_and_that_is_told(folder, tmp_path):
+    (folder / NAME).write_bytes(b"PK\x03\x04")
+    assert NAME in "".join(student_folder.read(folder, ["02.ipynb"], catalogue=CATALOGUE).problems)
+    (folder / NAME).unlink()
+    (tmp_path / "else.pdf").write_bytes(typeset())
+    (folder / NAME).symlink_to(tmp_path / "else.pdf")
+    work = student_folder.read(folder, ["02.ipynb"], catalogue=CATALOGUE)
+    assert work.hand_in.reports == {} and "it is a link" in work.problems[0]
+
+
+def test_while_a_program_runs_the_notebook_nothing_is_taken(lab, folder, capsys, monkeypatch):
+    (folder / "mine.pdf").write_bytes(typeset())
+    monkeypatch.setattr("labcourse.report.making.by_program", lambda: True)
+    lab.report("first", pdf="mine.pdf")
+    assert not (folder / NAME).exists() and "lab.report()" in capsys.readouterr().out
+
+
+def test_a_name_says_which_of_two_files_a_mark_was_given_for():
+    one, other = (report_files.of_data("First report", data) for data in (blank(1), blank(2)))
+    assert one.given != other.given
+    assert report_files.is_given(f"A text.\n\n{one.given}") and not report_files.is_given("[PDF: x.pdf]")
+    assert report_files.without_digests(one.given) == f"[PDF: {NAME}]"
+    assert report_files.ReportFile.from_plain(one.plain()) == one

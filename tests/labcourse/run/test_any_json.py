@@ -1,0 +1,213 @@
+"""Any JSON value anywhere in a file of a student's folder costs at most this file, in words and without a traceback."""
+
+import copy
+import json
+import os
+import sys
+import tempfile
+import zipfile
+from datetime import datetime
+from pathlib import Path
+
+import nbformat
+import pytest
+from any_json import damaged
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from made_notebooks import ANSWER, answer, code, locked, notebook, saved, text
+
+from labcourse import course_file
+from labcourse.answers import answers, cell_reports, reflection
+from labcourse.answers.answers import AnswerBook
+from labcourse.answers.handed_in import cells_of, document
+from labcourse.run import check, from_notebook, restore, student_folder, submit, update
+from labcourse.session import Session
+from rotflex.course.questions import CATALOGUE
+from rotflex.errors import AnswerError, ConfigurationError, RotflexError
+
+FIRST, BROKEN = "01_swing.ipynb", "02_finding_stiffness.ipynb"
+
+
+def words(name, question, part):
+    grading = {**ANSWER, "grade_id": name, "cell_type": "markdown"}
+    about = {"question": question, "part": part}
+    return {**text(name, "Because."), "metadata": {"nbgrader": grading, "rotflex": about}}
+
+
+MASTER = notebook(
+    text("title", "# Swing"),
+    code("parameters", 'student = ""', ["parameters"]),
+    words("why", "2.11", "explanation"),
+    answer("q1", "omega_n = None\n# Your code here."),
+    locked("q1-answer", 'lab.answer("2.11", omega_n=omega_n)'),
+)
+MASTERS = {FIRST: MASTER, BROKEN: MASTER}
+NEW = copy.deepcopy(MASTER)
+NEW["cells"][0]["attachments"] = {"a.png": {"image/png": "AAAA"}}
+NEW["cells"][3] |= {"source": ["omega_n = 20.0\n", "omega_n"], "execution_count": 3}
+NEW["cells"][3]["outputs"] = [{"output_type": "stream", "name": "stdout", "text": ["20.0"]}]
+NEW["metadata"]["widgets"] = {"state": {}}
+OLD = {
+    "nbformat": 3,
+    "nbformat_minor": 0,
+    "metadata": {"name": ""},
+    "worksheets": [
+        {
+            "cells": [
+                {"cell_type": "heading", "level": 2, "source": "Swing", "metadata": {}},
+                {
+                    "cell_type": "code",
+                    "input": ["omega_n = 20.0\n", "omega_n"],
+                    "collapsed": False,
+                    "metadata": {"nbgrader": {"grade_id": "q1"}},
+                    "outputs": [{"output_type": "pyout", "text": ["20.0"], "prompt_number": 2}],
+                },
+            ]
+        }
+    ],
+}
+ANSWERS = {
+    "format": 2,
+    "student": "ada",
+    "bench": {"draw": 1},
+    "software": "rotflex",
+    "probe_seed": 1,
+    "answers": {"2.11": {"omega_n": {"kind": "number", "value": 20.0}}},
+    "cells": {"2.11": {"omega_n": "q1-answer"}},
+    "when": {"2.11": {"omega_n": 1}},
+    "predictions": {"2.9": {"said": {"time_of_largest_swing": {"kind": "number", "value": 1.0}}, "why": "so"}},
+}
+COURSE = {
+    "student": "ada",
+    "with": ["bob"],
+    "release": "r1",
+    "draw": 2,
+    "title": "Laboratory",
+    "page_limit": 20,
+    "reflect": "2026-12-01",
+    "bench": {"which": "own", "seed": 1, "benches": ["a"]},
+}
+
+
+def laid(folder, files):
+    for name, content in files.items():
+        folder.joinpath(name).parent.mkdir(parents=True, exist_ok=True)
+        folder.joinpath(name).write_bytes(content)
+    return folder
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _nothing_is_run():
+    """Instead of the kernels' book of answers, the check gets the one that is to be compared with it."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(check, "_run", lambda work, *_others: (work.hand_in.claim, cell_reports.read(b""), ()))
+        yield
+
+
+@settings(max_examples=300, deadline=None, derandomize=True)
+@given(
+    st.tuples(st.just(BROKEN), damaged(NEW) | damaged(OLD))
+    | st.tuples(st.just("answers.json"), damaged(ANSWERS))
+    | st.tuples(st.just("course.json"), damaged(COURSE))
+)
+def test_the_other_files_are_read_and_this_one_is_or_is_named(broken):
+    name, content = broken
+    good = {FIRST: saved(NEW), BROKEN: saved(NEW)}
+    good |= {"answers.json": json.dumps(ANSWERS).encode(), "course.json": json.dumps(COURSE).encode()}
+    with tempfile.TemporaryDirectory() as scratch:
+        folder = laid(Path(scratch, "work"), {**good, name: content})
+        released = laid(Path(scratch, "released"), dict.fromkeys(MASTERS, saved(notebook(text("title", "# New")))))
+        _packed_and_checked(folder, name)
+        _session(folder, name)
+        _mended(folder, released, name)
+
+
+def _packed_and_checked(folder, name):
+    work = student_folder.read(folder, list(MASTERS), catalogue=CATALOGUE)
+    assert work.hand_in.notebooks[FIRST] == cells_of(saved(NEW))
+    assert (BROKEN in work.hand_in.notebooks) != any(BROKEN in line for line in work.problems)
+    for act in (
+        lambda: submit.submit(folder, list(MASTERS), student="ada", catalogue=CATALOGUE),
+        lambda: check.check(folder, MASTERS, CATALOGUE, student="ada"),
+    ):
+        try:
+            act()
+        except RotflexError as error:  # partners that cannot be any, as a person would write them
+            assert name == "course.json" and "with" in str(error).casefold()
+
+
+def _session(folder, name):
+    assert from_notebook._cells(folder / FIRST)
+    from_notebook._cells(folder / BROKEN)
+    try:
+        course_file.bench_policy(folder)
+        reflection.silence(course_file.of(folder), datetime.now().astimezone())
+        lab = Session("ada", folder, CATALOGUE, {}, 1)
+    except ConfigurationError as error:
+        assert name == "course.json" and name in str(error)
+        return
+    lab.refresh()
+    broken = any(BROKEN in notice for notice in lab.saved_words.notices)
+    assert not broken or name == BROKEN
+    lab.print_notices()
+    try:
+        assert lab.value("2.11", "omega_n", 20.0) == 20.0 or name == "answers.json"
+    except AnswerError as error:
+        assert name == "answers.json" and "2.11" in str(error)
+    lab.summary()
+    lab.observed("2.9")
+    lab.answer("2.11", omega_n=21.0)
+    assert answers.parse((folder / "answers.json").read_bytes())["answers"]["2.11"]["omega_n"]["value"] == 21.0
+
+
+def _mended(folder, released, name):
+    (folder / "course.json").unlink()
+    try:
+        restore.restore(folder, BROKEN, MASTER)
+    except RotflexError as error:
+        assert name == BROKEN and name in str(error)
+    else:
+        nbformat.v4.reads((folder / BROKEN).read_text(encoding="utf-8"))
+        assert restore.restore(folder, BROKEN, MASTER).lines == ()
+    lines, whole = update.update(folder, released, "r2")
+    assert whole or any(BROKEN in line and "could not be read" in line for line in lines)
+    assert document((folder / FIRST).read_bytes())["cells"][0]["source"] == "# New"
+
+
+NOT_UTF_8 = os.fsdecode(b"02_\xff.ipynb")
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="other systems refuse such names")
+def test_a_file_name_that_is_no_utf_8_is_named_and_all_else_is_packed(tmp_path):
+    folder = laid(
+        tmp_path / "work", {FIRST: saved(NEW), NOT_UTF_8: b"{}", os.fsdecode(b"\xfe.csv"): b"1", "a.csv": b"2"}
+    )
+    done = submit.submit(folder, list(MASTERS), student="ada", catalogue=CATALOGUE)
+    with zipfile.ZipFile(done.path) as packed:
+        assert {FIRST, "a.csv"} <= set(packed.namelist())
+    told = "\n".join(done.lines).encode().decode()
+    assert "02_?.ipynb" in told and "?.csv" in told
+
+
+@pytest.mark.parametrize(("source", "becomes"), [(["a", 1], "a1"), (5, "5"), (None, ""), ({"a": 1}, '{"a": 1}')])
+def test_a_source_that_is_no_text_is_given_back_as_one(source, becomes):
+    broken = notebook(*MASTER["cells"], {**code("mine", ""), "source": source})
+    done, lines = restore.mend(saved(broken), MASTER)
+    nbformat.validate(nbformat.from_dict(done))
+    assert ("".join(done["cells"][-1]["source"]), len(lines)) == (becomes, 1)
+
+
+def test_a_notebook_of_format_3_is_given_back_in_format_4():
+    done, _lines = restore.mend(json.dumps(OLD).encode(), MASTER)
+    nbformat.validate(nbformat.from_dict(done))
+    cells = {cell["id"]: cell for cell in done["cells"]}
+    assert "".join(cells["q1"]["source"]) == "omega_n = 20.0\nomega_n"
+    assert cells["q1"]["outputs"][0]["data"] == {"text/plain": ["20.0"]}
+    assert "## Swing" in [cell["source"] for cell in done["cells"]]
+
+
+@pytest.mark.parametrize("number", [b"1e999", b"-1e999", b"NaN"])
+def test_an_answer_that_is_no_number_costs_only_its_file(tmp_path, number):
+    laid(tmp_path, {"answers.json": json.dumps(ANSWERS).encode().replace(b"20.0", number)})
+    book = AnswerBook(tmp_path / "answers.json", "ada", {}, 1)
+    assert any("answers.broken" in notice for notice in book.notices)

@@ -1,0 +1,90 @@
+"""Which of a student's files come along to a run, and what is told of the others."""
+
+from pathlib import PurePosixPath
+
+from labcourse import files
+from labcourse.answers import own_files
+
+COURSE = ["01_springs.ipynb"]
+
+
+def choice(*names, size=10, modules=()):
+    return own_files.chosen([(PurePosixPath(name), size) for name in names], COURSE, modules)
+
+
+def test_what_a_student_put_there_comes_along():
+    names = ["helpers.py", "tools/fits.py", "tools/__init__.py", "data/sweep 1.csv", "messung_ü.txt", "scratch.ipynb"]
+    # Folders of these names hide no module of Python's: they hold data.
+    names += ["old/01_springs.ipynb", "test/a.csv", "numpy/a.csv", "code/b.py", "Makefile", "springlab.py"]
+    for name in names:
+        assert choice(name) == own_files.Chosen((PurePosixPath(name),), ())
+
+
+def test_what_is_the_courses_or_a_programs_stays_behind_without_a_word():
+    names = ["01_springs.ipynb", "01_Springs.IPYNB", "answers.json", "old/answers.json", "answers.broken.json"]
+    names += ["course.json", ".git/config", ".ipynb_checkpoints/a-checkpoint.ipynb", "tools/.env", "~$report.docx"]
+    names += ["__pycache__/helpers.cpython-311.pyc", "__MACOSX/helpers.py", "01_springs.before-restore.ipynb"]
+    for name in [*names, "ada-receipts.txt"]:
+        assert choice(name) == own_files.Chosen((), ())
+
+
+def test_a_virtual_environment_stays_behind_whatever_its_name():
+    assert choice("env/pyvenv.cfg", "env/lib/site.py", "env2/a.py").paths == (PurePosixPath("env2/a.py"),)
+
+
+def test_size_and_number_are_bounded_and_small_files_are_not_lost_for_a_large_one():
+    found = own_files.chosen([(PurePosixPath("a.bin"), own_files.MAX_FILE + 1), (PurePosixPath("b.py"), 1)], COURSE)
+    assert found.paths == (PurePosixPath("b.py"),)
+    assert len(found.notes) == 1 and "a.bin" in found.notes[0] and "10 MB" in found.notes[0]
+    names = [f"f{number:03}" for number in range(own_files.MAX_FILES + 30)]
+    many = choice(*names)
+    assert [str(path) for path in many.paths] == names[: own_files.MAX_FILES]
+    assert len(many.notes) == 21 and "10 more files" in many.notes[-1]
+    heavy = choice("a", "b", "c", "d", size=own_files.MAX_FILE)
+    assert len(heavy.paths) == 3 and "30 MB" in heavy.notes[0]
+
+
+def test_files_are_read_from_a_folder_and_links_are_not_followed(tmp_path):
+    (tmp_path / "work" / "tools").mkdir(parents=True)
+    (tmp_path / "work" / "tools" / "fits.py").write_bytes(b"a = 1\r\n")
+    (tmp_path / "work" / "env" / "lib").mkdir(parents=True)
+    (tmp_path / "work" / "env" / "pyvenv.cfg").write_text("")
+    (tmp_path / "work" / "env" / "lib" / "a.py").write_text("")
+    (tmp_path / "work" / "01_springs.ipynb").write_text("{}")
+    (tmp_path / "secret").write_text("secret")
+    (tmp_path / "work" / "link").symlink_to(tmp_path / "secret")
+    (tmp_path / "work" / "all").symlink_to(tmp_path)
+    (tmp_path / "work" / "u\u0308ber.csv").write_bytes(b"1")  # as macOS names it
+    found = own_files.read(tmp_path / "work", COURSE)
+    assert found.files == {"tools/fits.py": b"a = 1\r\n", "\u00fcber.csv": b"1"}
+    assert [note.split()[0] for note in found.notes] == ["all", "link"]
+
+
+HARMFUL = {
+    "a run writes": ["cell_reports.jsonl/a.txt", "Cell_Reports.JSONL"],
+    "matplotlib's settings": ["matplotlibrc", "tools/matplotlibrc"],
+    "module __main__ already": ["__main__.py"],
+    "module numpy already": [
+        "numpy.py",
+        "NumPy.PY",
+        "numpy/__init__.py",
+        "numpy/__init__.cpython-312-x86_64-linux-gnu.so",
+    ],
+    "module statistics already": ["statistics.py", "statistics.cpython-311-x86_64-linux-gnu.so"],
+    "module nbformat already": ["nbformat.abi3.so"],
+    "module ipython already": ["IPython.py"],
+    "module sitecustomize already": ["sitecustomize.py", "sitecustomize.pyc"],
+    "module mine already": ["mine.py", "mine/__init__.py"],
+    "8 folders": ["a/b/c/d/e/f/g/h/i/j.py"],
+    "too long": ["x" * 300, "a\\..\\b.txt", "a\\b.py", "\x1b[2J.txt", "a\x1b[31m.py", "\u202etxt.py"],
+}
+
+
+def test_what_is_meant_to_harm_or_no_system_takes_does_not_come_along_and_is_told():
+    for fragment, names in HARMFUL.items():
+        for name in names:
+            chosen = choice(name, modules=["mine"])
+            assert chosen.paths == ()
+            (note,) = chosen.notes
+            assert note.startswith(f"{files.shown(name)} does not come along") and fragment in note
+    assert len(choice("numpy/__init__.py", "numpy/linalg/extra.py").notes) == 2  # all files of such a package

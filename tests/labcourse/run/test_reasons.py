@@ -1,0 +1,169 @@
+"""Why answers are missing: the words that a student and an instructor read."""
+
+import pytest
+
+from labcourse.answers.catalogue import Catalogue
+from labcourse.answers.cell_reports import LEFT, CellError, CellReport, Refusal, Reports
+from labcourse.answers.handed_in import CODE, Cell, as_released
+from labcourse.answers.parts import Question, number
+from labcourse.run.merge import merged
+from labcourse.run.reasons import Claim, explain
+
+ONE, TWO = "1_one.ipynb", "2_two.ipynb"
+
+
+def question(name, notebook):
+    return Question(name, "1", notebook.removesuffix(".ipynb"), "", (), (number("x", "", None, "", ""),))
+
+
+CATALOGUE = Catalogue([question("1", ONE), question("2", ONE), question("3", TWO), question("4", TWO)])
+
+
+def asked(name, variable, stub):
+    grading = {"nbgrader": {"grade_id": f"q{name}", "solution": True}}
+    return [
+        {"id": f"q{name}", "cell_type": CODE, "source": stub, "metadata": grading},
+        {"id": f"q{name}-answer", "cell_type": CODE, "source": f'lab.answer("{name}", x={variable})', "metadata": {}},
+    ]
+
+
+def fetched(name, variable):
+    source = f'{variable} = lab.value("{name}", "x", default=None)'
+    return {"id": f"get-{name}", "cell_type": CODE, "source": source, "metadata": {}}
+
+
+PRISTINE = {
+    ONE: {"cells": [*asked("1", "a", "a = None"), *asked("2", "b", "b = None")]},
+    TWO: {"cells": [fetched("2", "b"), *asked("3", "c", "c = None"), *asked("4", "d", "d = None")]},
+}
+NAME = CellError("NameError", "name 'omgea' is not defined", 3)
+
+
+def told(answers, reports, recorded, claim=None, added=(), handed_in=(ONE, TWO), refusals=(), seconds=60, python=None):
+    """``answers``: cell → source. ``reports``: cell → error (or "died"), or what it lacked."""
+    cells = {name: as_released(PRISTINE[name], answers) for name in handed_in}
+    for name, place, cell in added:
+        mine = list(cells[name])
+        mine.insert(place, cell)
+        cells[name] = tuple(mine)
+    made = merged(PRISTINE, cells)
+    found = []
+    for name, notebook in made.notebooks.items():
+        for cell in notebook["cells"]:
+            what = reports.get(cell["id"])
+            if what == "not run":
+                break
+            error = what if isinstance(what, CellError) else None
+            lacked = what if isinstance(what, tuple) else ()
+            found.append(CellReport(name, cell["id"], what != "died", error, lacked))
+    return explain(
+        PRISTINE,
+        made,
+        Reports(tuple(found), tuple(refusals)),
+        {(number, "x") for number in recorded},
+        CATALOGUE,
+        handed_in=handed_in,
+        claim=claim,
+        seconds=seconds,
+        python=python,
+    )
+
+
+def test_nothing_is_said_where_all_is_well_or_nothing_was_written():
+    found = told({"q1": "a = 1"}, {}, "1234", claim=Claim({"1": {"x": "q1-answer"}}))
+    assert (found.missing, found.stops, found.lost) == ({}, (), ())
+    assert told({}, {}, "").missing == {}
+
+
+def name_error(name):
+    return CellError("NameError", f"name '{name}' is not defined", 1)
+
+
+def test_each_reason_names_the_question_the_error_and_its_line():
+    def of_one(error, **options):
+        return told({"q1": "a = 1"}, {"q1": error, **options}, "34" if options else "234")
+
+    gone = {"q1-answer": "not run"}
+    died, exited = of_one("died", **gone), of_one(CellError(LEFT, ""), **gone)
+    for found, fragment in ((died, "the Python process ended in it"), (exited, "exit()")):
+        stopped, first, second = *found.stops, *found.missing.values()
+        assert all(fragment in sentence for sentence in (stopped, first, second))
+        assert "nothing after it in this notebook was run" in stopped and stopped.endswith("2 builds on it.")
+        assert second.startswith("It builds on what stopped before it: 1 (")
+    bench = CellError("LimitExceeded", "The deflection reached 30.7 deg at t = 1 s.\nStopped.", 2)
+    for error, fragments in (
+        (CellError("KeyboardInterrupt", "", 2), ["60 s", "line 2"]),
+        (bench, ["your bench stopped: The deflection reached 30.7 deg at t = 1 s. Stopped, line 2"]),
+        (CellError("SyntaxError", "invalid syntax", 4), ["SyntaxError, invalid syntax, line 4"]),
+        (CellError("Odd", "", None), ["Odd."]),
+    ):
+        found = of_one(error)
+        assert [*found.missing.values()] == [*found.stops] and found.stops[0].startswith("1 stopped: ")
+        assert all(fragment in found.stops[0] for fragment in fragments)
+    refused = told({"q1": "a = 'x'"}, {}, "234", refusals=[Refusal("1", "x", "it is text")])
+    assert [*refused.missing.values()] == ["It was given, and not recorded: it is text."]
+
+
+@pytest.mark.parametrize(("python", "named"), [(None, False), ((3, 8), False), ((3, 99), True)])
+def test_a_newer_python_than_the_one_that_grades_is_named(python, named):
+    found = told({"q1": "a = 1"}, {"q1": CellError("SyntaxError", "invalid syntax", 4)}, "234", python=python)
+    assert all(("needs Python 3.99" in one) is named for one in (*found.stops, *found.missing.values()))
+
+
+def test_what_builds_on_a_cell_that_stopped_names_it_and_a_module_that_lacks_is_told():
+    chain = {"q1": "a = 1\n\na = omgea", "q2": "b = a + 1", "q3": "c = b * 2", "q4": "d = c + 1"}
+    none = CellError("TypeError", "unsupported operand", 1)
+    broken = {"q1": NAME, "q1-answer": name_error("a"), "q2": none, "get-2": (("2", "x"),), "q3": none, "q4": none}
+    found = told(chain, broken, "")
+    error = "NameError, name 'omgea' is not defined, line 3"
+    assert found.stops == (f"1 stopped: {error}; 2, 3 and 4 build on it.",)
+    assert {where[0]: error in sentence for where, sentence in found.missing.items()} == dict.fromkeys("1234", True)
+    assert found.missing["4", "x"] == f"It builds on what stopped before it: 1 ({error})."
+    helper = Cell("mine", "", CODE, "import pandas\ntable = 1")
+    no_module = {"mine": CellError("ModuleNotFoundError", "No module named 'pandas.io'", 1), "q1": name_error("table")}
+    found = told({"q1": "a = table"}, no_module, "234", added=[(ONE, 0, helper)])
+    assert [*found.missing.values()] == [*found.stops] and found.stops[0].startswith("Your own cell before 1 stopped: ")
+    assert "pandas is not installed where grading runs" in found.stops[0] and "line 1" in found.stops[0]
+
+
+def test_what_was_recorded_at_home_and_is_missing_says_what_became_of_it():
+    for claim, handed_in, fragment in (
+        (Claim({"1": {"x": ""}}), (ONE, TWO), "button of an explorer"),
+        (Claim({"1": {"x": "gone"}}), (ONE, TWO), "the cell that did it, gone, is no longer in 1_one.ipynb"),
+        (Claim({"1": {"x": "q1-answer"}}), (ONE, TWO), "1_one.ipynb, run from top to bottom, leaves it empty"),
+        (Claim({"1": {"x": "q1-answer"}}), (TWO,), "1_one.ipynb was not handed in"),
+        (
+            Claim({"1": {"x": ""}}, knows_cells=False),
+            (ONE, TWO),
+            "1_one.ipynb, run from top to bottom, leaves it empty",
+        ),
+    ):
+        found = told({}, {}, "234", claim=claim, handed_in=handed_in)
+        (lost,), (missing,) = found.lost, found.missing.values()
+        assert lost.startswith("Recorded at home and missing here: 1 x; ") and fragment in lost
+        assert missing.startswith("It was recorded at home; ") and fragment in missing
+
+
+def test_two_causes_are_told_apart():
+    answers = {"q1": "a = omgea", "q2": "b = undefined"}
+    assert len(told(answers, {"q1": NAME, "q2": name_error("undefined")}, "34").stops) == 2
+
+
+def test_what_builds_on_an_answer_that_was_never_given():
+    found = told({"q3": "c = b + 1"}, {"get-2": (("2", "x"),), "q3": CellError("TypeError", "None", 1)}, "1")
+    assert found.missing["3", "x"] == "It builds on 2, which is not answered."
+    assert found.stops == ()
+
+
+def test_a_cell_of_no_consequence_is_not_held_against_anybody():
+    found = told({"q1": "a = 1"}, {"mine": NAME}, "1234", added=[(ONE, 4, Cell("mine", "", CODE, "omgea"))])
+    assert found.stops == ()
+    assert found.harmless == (
+        "Your own cell mine in 1_one.ipynb stopped: NameError, name 'omgea' is not defined, line 3; no answer is "
+        "missing for it.",
+    )
+
+
+def test_of_what_stopped_it_is_not_said_again_that_it_was_recorded_at_home():
+    found = told({"q1": "a = omgea"}, {"q1": NAME}, "234", claim=Claim({"1": {"x": "q1-answer"}}))
+    assert found.lost == () and len(found.stops) == 1

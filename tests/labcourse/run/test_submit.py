@@ -1,0 +1,130 @@
+"""Work packed to be handed in, and its receipt."""
+
+import json
+import zipfile
+from datetime import UTC, datetime
+from pathlib import Path
+
+import pytest
+from made_notebooks import answer, locked, notebook, saved
+
+from labcourse.run.check import Checked, Part, State
+from labcourse.run.submit import MAX_OUTPUT, slim, submit
+from rotflex.errors import CheckError
+
+NAME = "01_swing.ipynb"
+NOTEBOOK = notebook(answer("q1", "k = 3.5"), locked("q1-answer", 'lab.answer("1", k=k)'))
+NOON = datetime(2026, 3, 1, 12, 0, 0, tzinfo=UTC)
+CHECKED = Checked(
+    "ada", Path(), (Part(NAME, "1", "k", State.RECORDED), Part(NAME, "2", "omega", State.MISSING, "It stopped."))
+)
+
+
+@pytest.fixture
+def folder(tmp_path):
+    work = tmp_path / "desk" / "work"
+    work.mkdir(parents=True)
+    (work / NAME).write_bytes(saved(NOTEBOOK))
+    (work / "course.json").write_text('{"student": "ada", "release": "r1"}')
+    (work / "answers.json").write_text('{"student": "ada"}')
+    (work / "helpers.py").write_text("x = 1")
+    return work
+
+
+def pack(folder, **options):
+    return submit(folder, [NAME], **{"now": NOON, "checked": CHECKED, **options})
+
+
+def content(path):
+    with zipfile.ZipFile(path) as packed:
+        return {name: packed.read(name) for name in packed.namelist()}
+
+
+def test_a_zip_named_by_the_id_holds_what_counts_and_a_receipt(folder):
+    done = pack(folder)
+    assert done.path == folder.parent / "ada.zip"
+    found = content(done.path)
+    receipt = json.loads(found.pop("receipt.json"))
+    assert found == {
+        NAME: saved(NOTEBOOK),
+        "answers.json": b'{"student": "ada"}',
+        "course.json": b'{"student": "ada", "release": "r1"}\n',
+        "helpers.py": b"x = 1",
+    }
+    assert (receipt["student"], receipt["with"], receipt["time"]) == ("ada", [], "2026-03-01T12:00:00+00:00")
+    assert (receipt["answered"], receipt["not_answered"], receipt["checked"]) == (["1"], ["2"], True)
+    assert receipt["content"] == done.digest and receipt["files"].keys() == found.keys()
+
+
+def test_the_receipt_is_printed_and_added_to_those_before(folder):
+    (folder / "numpy.py").write_text("")  # does not come along
+    first, second = pack(folder), pack(folder, now=NOON.replace(hour=13), checked=None)
+    receipts = "\n".join([*first.lines, "", *second.lines, "", ""])
+    assert (folder.parent / "ada-receipts.txt").read_text() == receipts
+    for receipt, fragments in (
+        (first.lines, ["Receipt    ada", "2026-03-01", f"{first.digest[:16]} (4 files)", "1 of 2", "2", "numpy.py"]),
+        (second.lines, ["Receipt    ada", "2026-03-01", f"{first.digest[:16]} (4 files)", "not checked", "numpy.py"]),
+    ):
+        assert len(receipt) == len(fragments) + 1
+        assert all(fragment in line for fragment, line in zip(fragments, receipt, strict=False))
+        assert str(first.path) in receipt[-1]
+    assert "It replaces the one that was there" not in first.lines[-1]
+    assert "It replaces the one that was there" in second.lines[-1]
+    assert json.loads(content(second.path)["receipt.json"])["checked"] is False
+    assert "numpy.py" not in content(second.path)
+
+
+def test_the_same_content_has_the_same_hash_whenever_and_wherever_it_is_packed(folder, tmp_path):
+    first = pack(folder)
+    assert pack(folder, now=NOON.replace(year=2027), out=tmp_path / "new", checked=None).digest == first.digest
+    (folder / "helpers.py").write_text("x = 2")
+    assert pack(folder).digest != first.digest
+
+
+def test_partners_are_named_in_the_course_file(folder):
+    for given, course, found in (
+        (["bob", "Bob", "ada"], '{"student": "ada"}', ["bob"]),
+        ([], '{"student": "ada", "with": ["carl"]}', ["carl"]),
+        (["bob"], '{"student": "ada", "with": ["carl"]}', ["bob"]),
+    ):
+        (folder / "course.json").write_text(course)
+        done = pack(folder, partners=given)
+        assert json.loads(content(done.path)["course.json"])["with"] == found
+        assert done.lines[0].endswith(f"ada, {found[0]}")
+    with pytest.raises(CheckError, match="a/b"):
+        pack(folder, partners=["a/b"])
+
+
+def test_without_an_id_it_says_how_to_give_one_and_the_answers_may_know_it(folder):
+    (folder / "course.json").unlink()
+    assert pack(folder).path.name == "ada.zip"
+    (folder / "answers.json").unlink()
+    with pytest.raises(CheckError, match="rotflex submit --student YOUR-ID"):
+        pack(folder)
+    assert pack(folder, student="bob").path.name == "bob.zip"
+
+
+def test_the_zip_does_not_lie_in_what_it_holds_and_a_place_that_cannot_be_written_is_told(folder, tmp_path):
+    for place in (folder, folder / "out"):
+        with pytest.raises(CheckError, match="--out"):
+            pack(folder, out=place)
+    (tmp_path / "file").write_text("")
+    with pytest.raises(CheckError, match="--out"):
+        pack(folder, out=tmp_path / "file")
+    assert sorted(path.name for path in folder.parent.iterdir()) == ["work"]
+
+
+def test_large_outputs_are_left_out_and_told_and_small_ones_stay(folder):
+    own = notebook(*NOTEBOOK["cells"])
+    small = [{"output_type": "stream", "name": "stdout", "text": "3.5"}]
+    own["cells"][0]["outputs"] = small
+    own["cells"][1]["outputs"] = [{"output_type": "stream", "name": "stdout", "text": "x" * MAX_OUTPUT}]
+    own["metadata"]["widgets"] = {"state": "y" * 1000}
+    data, dropped = slim(saved(own))
+    assert dropped == 1
+    slimmed = json.loads(data)
+    assert [cell["outputs"] for cell in slimmed["cells"]] == [small, []]
+    assert slimmed["metadata"] == NOTEBOOK["metadata"]
+    assert [cell["source"] for cell in slimmed["cells"]] == [cell["source"] for cell in own["cells"]]
+    (folder / NAME).write_bytes(saved(own))
+    assert any("1 cell " in line for line in pack(folder).lines)

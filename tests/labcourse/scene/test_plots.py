@@ -1,0 +1,234 @@
+"""Plots on the page: what their legends name, where a drag ends, how high they are, who hears the keys."""
+
+import browser
+import explorer_page
+import numpy as np
+import pytest
+
+from labcourse.scene.scene import Button, Choice, Column, Panel, Play, Readout, Row, Scene, Slider
+
+pytestmark = pytest.mark.skipif(browser.CHROMIUM is None, reason="chromium is not installed (apt-get install chromium)")
+
+MARKS = ("as it was", "as it is now", "as it was asked for", "as somebody else has it", "a limit", "where it is good")
+
+
+@pytest.fixture(scope="module")
+def page():
+    with explorer_page.opened() as page:
+        yield page
+
+
+def marked():
+    panel = Panel("imaginary (rad/s)", (-10.0, 2.0), (-5.0, 5.0), "real (rad/s)")
+    panel.mark(-1, 0, "ghost", "circle", MARKS[0])
+    panel.mark(-2, 0, "model", "square", MARKS[1])
+    panel.mark(-3, 0, "measured", "cross", "")
+    panel.points([-3.0, -4.0], [0.0, 1.0], "highlight", MARKS[3])
+    panel.level(0.0, "highlight", MARKS[4])
+    panel.band(1, 2, "voltage", MARKS[5])
+    panel.handle("pole", -5.0, 1.0, "a pole", "−5", (0.5, 0.5), legend=MARKS[2])
+    panel.handle("other", -6.0, 0.0, "another pole", "−6", (0.5, 0.0), axis="x")
+    return panel
+
+
+def scene(**more):
+    controls = [[Slider("gain", "gain", "V", 0, 10, 1, 5), Choice("kind", "kind", {"a": "A", "b": "B"}, "a")]]
+    controls.append([Button("reset", "Reset"), Button("never", "Never", disabled=True)])
+    readouts = [
+        Readout("Found", [Row("gain", ("5 V",), "met", "met")]),
+        Readout("More", [Row("x", ("1",))], folded=True),
+    ]
+    fixed = {"alt": "poles", "columns": [Column([marked()])], "controls": controls, "readouts": readouts}
+    return Scene(**fixed | more)
+
+
+WRITTEN = """() => {
+    const found = [];
+    const write = CanvasRenderingContext2D.prototype.fillText;
+    CanvasRenderingContext2D.prototype.fillText = function (text, x, y) {
+        const wide = this.measureText(text).width;
+        const left = x - { left: 0, right: wide, center: wide / 2 }[this.textAlign];
+        found.push([text, left, left + wide, y]);
+    };
+    heard['change:scene']();
+    return new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => {
+        CanvasRenderingContext2D.prototype.fillText = write;
+        done(found);
+    })));
+}"""
+
+
+@pytest.mark.parametrize("width", [836, 420, 260])
+def test_a_legend_names_every_mark_once_and_wraps(page, width):
+    explorer_page.show(page, scene(), width)
+    written = page.evaluate(WRITTEN)
+    entries = {text: (left, right, y) for text, left, right, y in written if text in MARKS}
+    assert sorted(text for text, *_ in written if text in MARKS) == sorted(MARKS)
+    assert all(left > 0 and right < width for left, right, _ in entries.values())
+    (title,) = [(left, right, y) for text, left, right, y in written if text == "imaginary (rad/s)"]
+    lines = {}
+    for left, right, y in [title, *entries.values()]:
+        lines.setdefault(y, []).append((left, right))
+    assert len(lines) > (width < 500)
+    for line in lines.values():
+        for (_, end), (begin, _) in zip(sorted(line), sorted(line)[1:], strict=False):
+            assert begin - end >= 14  # with room for the mark
+    ticks = [y for text, _, _, y in written if text in ("−4", "−2", "0", "2", "4")]
+    assert max(lines) < min(ticks)  # above the plot
+
+
+def drag(page, name, to):
+    box = page.locator(f'.handle[data-name="{name}"]').bounding_box()
+    page.mouse.move(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+    page.mouse.down()
+    page.mouse.move(*to, steps=3)
+    page.mouse.up()
+    selector = f'.handle[data-name="{name}"]'
+    return page.evaluate("selector => [told.at(-1), document.querySelector(selector).dataset]", selector)
+
+
+@pytest.mark.parametrize(("to", "edge"), [((2000, -500), (2.0, 5.0)), ((-500, 2000), (-10.0, -5.0))])
+def test_a_drag_ends_at_the_edge_of_the_plot(page, to, edge):
+    explorer_page.show(page, scene())
+    page.evaluate("() => { heard = {}; }")
+    told, shown = drag(page, "pole", to)
+    last = told if told["kind"] == "moved" else None
+    assert last["name"] == "pole"
+    box = page.locator(".stage").bounding_box()
+    knob = page.locator('.handle[data-name="pole"]').bounding_box()
+    assert (float(shown["x"]), float(shown["y"])) == pytest.approx(edge)
+    assert box["x"] <= knob["x"] + knob["width"] / 2 <= box["x"] + box["width"]
+    assert box["y"] <= knob["y"] + knob["height"] / 2 <= box["y"] + box["height"]
+
+
+def test_what_is_told_while_a_handle_is_dragged_is_within_the_plot(page):
+    explorer_page.show(page, scene())
+    drag(page, "pole", (2000, -500))
+    first = page.evaluate("() => told[0]")  # Python answers it: then the latest goes out
+    explorer_page.update(page, scene(), version=2, answered={"view": first["view"], "n": first["n"]})
+    last = page.evaluate("() => told.at(-1)")
+    assert (last["x"], last["y"]) == pytest.approx((2.0, 5.0))
+
+
+HEARD = """() => {
+    window.outside = [];
+    document.addEventListener('keydown', (event) => outside.push(event.key));
+}"""
+ELEMENTS = (
+    '.handle[data-name="pole"]',
+    'button[data-name="reset"]',
+    'button[data-name="never"]',
+    ".player button",
+    'input[data-name="gain"]',
+    'input[data-name="gain-number"]',
+    'select[data-name="kind"]',
+    ".player input",
+    "summary",
+    "canvas",
+    "table.readout",
+    ".row",
+)
+
+
+@pytest.mark.parametrize("element", ELEMENTS)
+def test_keys_stay_in_the_explorer_wherever_it_was_clicked(page, element):
+    """JupyterLab listens at the document, or looks at the focused element and those around it for a mark."""
+    drawing = marked()
+    signals = {"x": np.zeros(3)}
+    from labcourse.scene.moving import Moving
+
+    shown = scene(columns=[Column([drawing, Moving({"x": 0.0}, (0, 1), (0, 1))])], play=Play(signals, 1.0))
+    explorer_page.show(page, shown)
+    page.evaluate(HEARD)
+    where = {"position": {"x": 3, "y": 3}} if element in ("canvas", ".row") else {}
+    page.locator(element).first.click(force="never" in element, **where)  # a disabled one can be clicked, too
+    marked_itself, inside = page.evaluate(
+        """() => [document.activeElement.dataset.lmSuppressShortcuts,
+            Boolean(document.activeElement.closest('.rotflex-explorer'))]"""
+    )
+    assert inside and marked_itself == "true"
+    for key in ("d", "d", "j", "a", "m", "x", "Enter", "Shift+Enter", "Escape"):
+        page.keyboard.press(key)
+    assert page.evaluate("() => outside") == []
+
+
+@pytest.mark.parametrize(("width", "beside"), [(836, False), (1200, True)])
+def test_a_whole_explorer_is_in_view_and_readouts_stand_beside_the_plots_where_there_is_room(page, width, beside):
+    explorer_page.show(page, scene(height=900), width)
+    whole, stage, readouts = (page.locator(one).bounding_box() for one in (".rotflex-explorer", ".stage", ".readouts"))
+    assert whole["y"] >= 0 and whole["y"] + whole["height"] <= 720
+    assert stage["height"] >= 500  # and makes use of the room
+    assert (readouts["x"] >= stage["x"] + stage["width"]) is beside
+    assert (readouts["y"] >= stage["y"] + stage["height"]) is not beside
+
+
+def test_a_plot_has_a_least_height(page):
+    many = [Readout(str(number), [Row(f"row {n}", ()) for n in range(30)]) for number in range(3)]
+    explorer_page.show(page, scene(readouts=many, height=400))
+    assert page.locator(".stage").bounding_box()["height"] == 240
+    explorer_page.show(page, scene(readouts=many, height=150))
+    assert page.locator(".stage").bounding_box()["height"] == 150
+
+
+def test_what_is_folded_opens_and_stays_open_when_it_changes(page):
+    explorer_page.show(page, scene())
+    table = page.locator("details table.readout")
+    assert not table.is_visible()
+    page.locator("summary", has_text="More").click()
+    assert table.is_visible() and "1" in table.inner_text()
+    explorer_page.update(page, scene(readouts=[Readout("Found", []), Readout("More", [Row("x", ("2",))], folded=True)]))
+    assert table.is_visible() and "2" in table.inner_text()
+    explorer_page.update(page, scene(readouts=[Readout("More", [Row("x", ("3",))])]))
+    assert page.locator("details").count() == 0
+    assert page.locator("table.readout").inner_text().split() == ["More", "x", "3"]
+
+
+def test_a_notice_that_goes_waits_until_the_handle_is_let_go(page):
+    """What is below it would move away from under the hand."""
+    explorer_page.show(page, scene())
+    explorer_page.update(page, scene(), notice={"kind": "info", "text": "Kept."}, version=2)
+    box = page.locator('.handle[data-name="pole"]').bounding_box()
+    page.mouse.move(box["x"] + 13, box["y"] + 13)
+    page.mouse.down()
+    page.mouse.move(box["x"] + 23, box["y"] + 13)
+    said = page.evaluate("() => told.at(-1)")
+    answered = {"view": said["view"], "n": said["n"]}
+    explorer_page.update(page, scene(), version=3, answered=answered)
+    assert page.locator(".notice").inner_text() == "Kept."
+    page.mouse.up()
+    assert page.locator(".notice").inner_text() == ""
+
+
+def test_given_ticks_stand_at_their_values(page):
+    panel = Panel("|L|", (0.0, 2.0), (0.0, 1.0), "frequency (rad/s)", xticks={0.0: "1", 1.0: "10", 2.0: "100"})
+    explorer_page.show(page, scene(columns=[Column([panel])]))
+    written = {
+        text: (left + right) / 2 for text, left, right, _ in page.evaluate(WRITTEN) if text in ("1", "10", "100")
+    }
+    assert written["10"] - written["1"] == pytest.approx(written["100"] - written["10"], abs=0.6)
+
+
+def test_a_recording_that_changes_begins_by_itself_once_nothing_is_held(page):
+    from labcourse.scene.moving import Moving
+
+    def playing(end):
+        drawing = Moving({"x": 0.0}, (0, 1), (0, 1))
+        return scene(columns=[Column([marked(), drawing])], play=Play({"x": np.linspace(0, end, 5)}, 0.2, auto=True))
+
+    clock = page.locator(".player output")
+    explorer_page.show(page, playing(1.0))
+    page.wait_for_timeout(500)
+    assert clock.inner_text() == "0.00 s"  # nobody has touched anything yet
+    explorer_page.update(page, playing(1.0), version=2)
+    page.wait_for_timeout(500)
+    assert clock.inner_text() == "0.00 s"  # the same as before
+    box = page.locator('.handle[data-name="pole"]').bounding_box()
+    page.mouse.move(box["x"] + 13, box["y"] + 13)
+    page.mouse.down()
+    page.mouse.move(box["x"] + 23, box["y"] + 13)
+    said = page.evaluate("() => told.at(-1)")
+    explorer_page.update(page, playing(2.0), version=3, answered={"view": said["view"], "n": said["n"]})
+    page.wait_for_timeout(500)
+    assert clock.inner_text() == "0.00 s"
+    page.mouse.up()
+    page.wait_for_function("() => document.querySelector('.player output').textContent === '0.20 s'")

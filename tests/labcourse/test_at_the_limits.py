@@ -1,0 +1,346 @@
+"""Each bound on what a student's work may be like, at either side of its value: what just fits is taken."""
+
+import base64
+import io
+import json
+from functools import reduce
+from pathlib import PurePosixPath
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+from PIL import Image
+
+from labcourse import files, student_id
+from labcourse.answers import (
+    answers,
+    attached_pictures,
+    cell_reports,
+    expressions,
+    forms,
+    handed_in,
+    own_files,
+    saved_words,
+)
+from labcourse.answers.attached_pictures import Budget, PictureError, as_png, pictures_of
+from labcourse.answers.handed_in import NotebookError, cells_of
+from labcourse.answers.kinds import figures, recordings, values
+from labcourse.answers.parts import Question, figure, number, prose, recording
+from labcourse.run import check, student_folder, submit
+from rotflex.errors import AnswerError, StudentIDError
+from rotflex.recording import Channel, Recording
+
+FITS = pytest.mark.parametrize("fits", [True, False], ids=["fits", "one more"])
+WORDS = prose("why", "", "")
+
+
+def taken(fits, act, error, words="."):
+    """What is made where it fits; else the error, whose words are looked for."""
+    if fits:
+        return act()
+    with pytest.raises(error, match=words):
+        act()
+    return None
+
+
+@FITS
+def test_bytes_of_a_file_of_answers(monkeypatch, fits):
+    data = b'{"answers": {}, "student": "ada", "format": 2, "bench": {}, "probe_seed": 1, "software": ""}'
+    monkeypatch.setattr(answers, "MAX_BYTES", len(data) - (not fits))
+    with pytest.raises(AnswerError) as error:  # for another reason, where it is read at all
+        answers.parse(data)
+    assert (f"{len(data)} bytes" in str(error.value)) != fits
+
+
+@FITS
+def test_bytes_of_one_answer(monkeypatch, fits):
+    size = len(json.dumps({"kind": "prose", "value": "So it is."}))
+    monkeypatch.setattr(forms, "MAX_BYTES", size - (not fits))
+    taken(fits, lambda: forms.encode(WORDS, "So it is.", 1), AnswerError, f"at most {size - 1}")
+
+
+@FITS
+def test_the_file_grows_to_its_limit(tmp_path, monkeypatch, fits):
+    question = Question("1", "1", "a", "", (), (WORDS, number("x", "", None, "", "")))
+
+    def reply_in(name):
+        book = answers.AnswerBook(tmp_path / name, "ada", {"uri": "virtual"}, 1)
+        (reply,) = book.answer(question, {"why": "y" * 500})
+        return reply
+
+    assert reply_in("free.json").recorded
+    size = (tmp_path / "free.json").stat().st_size
+    monkeypatch.setattr(answers, "MAX_BYTES", size - (not fits))
+    reply = reply_in("held.json")
+    assert reply.recorded == fits
+    assert fits or f"would be larger than {size - 1} bytes" in reply.refused
+
+
+@FITS
+def test_characters_of_words(monkeypatch, fits):
+    text = "x" * (values.LONGEST_PROSE + (not fits))
+    assert len(text) in (5000, 5001)
+    taken(fits, lambda: forms.encode(WORDS, text, 1), AnswerError, "5001 characters")
+    taken(fits, lambda: forms.decode(WORDS, {"kind": "prose", "value": text}), AnswerError)
+
+
+@FITS
+def test_diagrams_of_a_figure(fits):
+    made = Figure()
+    for axes in made.subplots(figures.MOST_AXES + (not fits), 1):
+        axes.plot(range(30), range(30))
+    taken(fits, lambda: forms.encode(figure("f", "", ""), made, 1), AnswerError, "9 diagrams")
+
+
+@FITS
+def test_curves_of_a_diagram(fits):
+    made = Figure()
+    axes = made.subplots()
+    for place in range(figures.MOST_LINES + (not fits)):
+        axes.plot(range(30), np.arange(30) + place)
+    encoded = forms.encode(figure("f", "", ""), made, 1)
+    assert len(encoded.content["axes"][0]["lines"]) == figures.MOST_LINES == 24
+    assert any("25 curves" in hint for hint in encoded.hints) is not fits
+
+
+@pytest.mark.parametrize("size", [199, 200, 201, 5000])
+def test_points_of_a_curve(size):
+    made = Figure()
+    made.subplots().plot(range(size), range(size))
+    (axes,) = forms.encode(figure("f", "", ""), made, 1).content["axes"]
+    (line,) = axes["lines"]
+    assert len(line["x"]) == len(line["y"]) <= 200 and len(line["x"]) >= min(size, 100)
+    assert (line["x"][0], line["x"][-1]) == (0, size - 1)
+
+
+def run_of(samples, metadata=None):
+    return Recording(0.01 * np.arange(samples), {"theta": Channel(np.zeros(samples), "rad")}, metadata or {})
+
+
+PART = recording("r", {}, ("theta",), "", "", units={"theta": "rad"})
+
+
+@FITS
+def test_samples_of_a_recording(monkeypatch, fits):
+    monkeypatch.setattr(recordings, "MOST_SAMPLES", 1000)
+    taken(fits, lambda: forms.encode(PART, run_of(1000 + (not fits)), 1), AnswerError, "too long")
+
+
+@FITS
+def test_characters_of_a_recordings_metadata(monkeypatch, fits):
+    metadata = {"note": "x" * 300}
+    size = len(json.dumps(metadata))
+    monkeypatch.setattr(recordings, "_LONGEST_METADATA", size - (not fits))
+    taken(fits, lambda: forms.encode(PART, run_of(100, metadata), 1), AnswerError, "metadata")
+
+
+@pytest.mark.parametrize("samples", [399, 400, 401, 9000])
+def test_points_of_a_recording(samples):
+    content = forms.encode(PART, run_of(samples), 1).content
+    kept = len(content["channels"]["theta"]["values"])
+    assert kept <= 400 and kept >= min(samples, 200) and content["n"] == samples
+
+
+X = ["symbol", "x"]
+
+
+@FITS
+@pytest.mark.parametrize(
+    ("words", "tree"),
+    [
+        ("integers", lambda more: ["int", 10**20 + more]),
+        ("integers", lambda more: ["int", -(10**20) - more]),
+        ("too large", lambda more: ["add", *([["int", 1]] * (expressions.MAX_NODES - 1 + more))]),
+        ("too large", lambda more: reduce(lambda tree, _: ["sin", tree], range(expressions.MAX_DEPTH - 1 + more), X)),
+        ("exponent", lambda more: ["pow", X, ["int", 64 + more]]),
+        ("exponent", lambda more: ["pow", ["pow", X, ["int", 8 + more]], ["int", 8]]),
+    ],
+)
+def test_integers_nodes_levels_and_exponents_of_an_expression(fits, words, tree):
+    taken(fits, lambda: expressions.check(tree(not fits)), AnswerError, words)
+
+
+def png(width, height):
+    packed = io.BytesIO()
+    Image.new("RGB", (width, height), "white").save(packed, format="PNG")
+    return packed.getvalue()
+
+
+@FITS
+@pytest.mark.parametrize("size", [(20, 10), (10, 20)])
+@pytest.mark.parametrize(
+    ("name", "limit", "words"),
+    [("MAX_BYTES", None, "million bytes"), ("MAX_PIXELS", 200, "million pixels"), ("MAX_SIDE", 20, "pixels")],
+)
+def test_bytes_pixels_and_sides_of_a_picture(monkeypatch, fits, size, name, limit, words):
+    data = png(*size)
+    monkeypatch.setattr(attached_pictures, name, (limit or len(data)) - (not fits))
+    taken(fits, lambda: as_png(data), PictureError, words)
+
+
+@FITS
+def test_pixels_of_all_pictures_together(fits):
+    budget = Budget(400 - (not fits))
+    as_png(png(20, 10), budget)
+    assert budget.left == 200 - (not fits)
+    taken(fits, lambda: as_png(png(20, 10), budget), PictureError, "together")
+
+
+@pytest.mark.parametrize("number", [6, 7])
+def test_pictures_of_one_answer(number):
+    text = " ".join(f"![a](attachment:{place}.png)" for place in range(number))
+    data = base64.b64encode(png(20, 10)).decode()
+    found = pictures_of(text, {f"{place}.png": {"image/png": data} for place in range(number)})
+    assert len(found.kept) == 6
+    assert found.told == ([] if number == 6 else ["more than 6 pictures: the first 6 are shown"])
+
+
+@pytest.mark.parametrize("side", [1399, 1400, 1401, 3000])
+def test_a_picture_is_kept_with_a_side_of_1400_pixels_at_most(side):
+    kept = Image.open(io.BytesIO(as_png(png(side, 10))))
+    assert kept.width == min(side, 1400)
+
+
+@FITS
+def test_bytes_of_a_picture_as_it_is_kept(monkeypatch, fits):
+    noise = np.random.default_rng(1).integers(0, 255, (400, 400, 3), dtype=np.uint8)
+    packed = io.BytesIO()
+    Image.fromarray(noise).save(packed, format="PNG")
+    whole = as_png(packed.getvalue())
+    monkeypatch.setattr(attached_pictures, "KEPT_BYTES", len(whole) - (not fits))
+    kept = as_png(packed.getvalue())
+    assert (kept == whole) == fits and len(kept) <= len(whole)
+
+
+@FITS
+@pytest.mark.parametrize(("letter", "most"), [("x", 80), ("\u00e9", 80), ("\u6c34", 80), ("\U0001f600", 60)])
+def test_characters_of_an_id_and_its_bytes(fits, letter, most):
+    given = letter * (most + (not fits))
+    assert fits or len(given) > 80 or len(given.encode()) > 240
+    taken(fits, lambda: student_id.normalised(given), StudentIDError, "Shorten it")
+
+
+def notebook(cells):
+    return json.dumps({"cells": cells}).encode()
+
+
+@FITS
+def test_cells_of_a_notebook(monkeypatch, fits):
+    monkeypatch.setattr(handed_in, "MAX_CELLS", 5)
+    cells = [{"cell_type": "code", "source": ""}] * (5 + (not fits))
+    taken(fits, lambda: cells_of(notebook(cells)), NotebookError, "5 cells")
+
+
+@FITS
+@pytest.mark.parametrize(("kind", "name"), [("code", "MAX_SOURCE"), ("markdown", "MAX_TEXT"), ("raw", "MAX_SOURCE")])
+def test_characters_of_a_cell(monkeypatch, fits, kind, name):
+    monkeypatch.setattr(handed_in, "MAX_SOURCE", 50)
+    monkeypatch.setattr(handed_in, "MAX_TEXT", 70)
+    size = getattr(handed_in, name) + (not fits)
+    (cell,) = cells_of(notebook([{"cell_type": kind, "source": "x" * size}]))
+    assert (cell.source == "x" * size) == fits and (cell.kind == handed_in.UNREADABLE) != fits
+
+
+@FITS
+def test_bytes_of_a_notebook_whose_words_are_read(tmp_path, monkeypatch, fits):
+    path = tmp_path / "a.ipynb"
+    path.write_bytes(notebook([]))
+    monkeypatch.setattr(saved_words, "MAX_BYTES", path.stat().st_size - (not fits))
+    book = saved_words.SavedWords.__new__(saved_words.SavedWords)
+    book.notices, book._asked = [], set()
+    assert book._read(path) == {} and bool(book.notices) != fits
+
+
+@FITS
+def test_bytes_of_a_notebook_in_a_students_folder(tmp_path, monkeypatch, fits):
+    path = tmp_path / "a.ipynb"
+    path.write_bytes(notebook([]))
+    monkeypatch.setattr(files, "MAX_BYTES", path.stat().st_size - (not fits))
+    found = student_folder.read(tmp_path, ["a.ipynb"], ["rotflex"])
+    assert ("a.ipynb" in found.hand_in.notebooks, bool(found.problems)) == (fits, not fits)
+
+
+@FITS
+def test_characters_that_a_cell_shows(monkeypatch, fits):
+    outputs = [{"output_type": "stream", "text": "x" * 100}]
+    monkeypatch.setattr(submit, "MAX_OUTPUT", len(json.dumps(outputs)) - (not fits))
+    assert submit.slim(notebook([{"cell_type": "code", "source": "", "outputs": outputs}]))[1] == (not fits)
+
+
+@FITS
+@pytest.mark.parametrize(
+    ("name", "files"), [("MAX_FILE", [("a.csv", 1000)]), ("MAX_TOTAL", [("a.csv", 400), ("b.csv", 600)])]
+)
+def test_bytes_of_own_files(monkeypatch, fits, name, files):
+    monkeypatch.setattr(own_files, name, 1000 - (not fits))
+    found = own_files.chosen([(PurePosixPath(path), size) for path, size in files], ["a.ipynb"])
+    assert (len(found.paths) == len(files), len(found.notes)) == (fits, not fits)
+
+
+@FITS
+def test_number_depth_and_length_of_own_files(monkeypatch, fits):
+    def taken_of(*paths):
+        found = own_files.chosen([(PurePosixPath(path), 1) for path in paths], ["a.ipynb"])
+        return len(found.paths) == len(paths) and found.notes == ()
+
+    assert taken_of(*(f"f{place:03}.csv" for place in range(200 + (not fits)))) == fits
+    assert taken_of("/".join("d" * (8 + (not fits))) + "/x.csv") == fits
+    assert taken_of("x" * (236 + (not fits)) + ".csv") == fits
+
+
+@FITS
+def test_folders_of_own_files_on_disk(tmp_path, fits):
+    deep = tmp_path / "/".join("d" * (own_files.MAX_DEPTH + (not fits)))
+    deep.mkdir(parents=True)
+    (deep / "x.csv").write_text("1")
+    found = own_files.read(tmp_path, [])
+    assert (len(found.files), len(found.notes)) == (int(fits), int(not fits))
+    assert fits or "more than 8 folders within folders" in found.notes[0]
+
+
+@pytest.mark.parametrize(("number", "said"), [(20, 20), (21, 21), (30, 21)])
+def test_notes_on_own_files(number, said):
+    notes = own_files._few([f"note {place}" for place in range(number)])
+    assert len(notes) == said and (number == 20 or f"{number - 20} more file" in notes[-1])
+
+
+def lines(events):
+    return b"".join(json.dumps(event).encode() + b"\n" for event in events)
+
+
+@FITS
+def test_lines_of_a_report(monkeypatch, fits):
+    monkeypatch.setattr(cell_reports, "_MOST_LINES", 3)
+    events = [{"event": "started", "notebook": "a", "cell": str(place)} for place in range(3 + (not fits))]
+    assert len(cell_reports.read(lines(events)).cells) == 3
+
+
+@FITS
+def test_bytes_of_a_report(monkeypatch, fits):
+    data = lines([{"event": "started", "notebook": "a", "cell": str(place)} for place in range(3)])
+    monkeypatch.setattr(cell_reports, "MAX_BYTES", len(data) - 1 - (not fits))  # a line's end may be missing
+    assert len(cell_reports.read(data).cells) == (3 if fits else 2)
+
+
+@FITS
+def test_answers_that_a_cell_lacked(fits):
+    number_of = 50 + (not fits)
+    events = [{"event": "started", "notebook": "a", "cell": "c"}]
+    events += [{"event": "lacked", "question": str(place), "part": "x"} for place in range(number_of)]
+    (cell,) = cell_reports.read(lines(events)).cells
+    assert len(cell.lacked) == 50
+
+
+@pytest.mark.parametrize(("line", "kept"), [(0, None), (1, 1), (10**6 - 1, 10**6 - 1), (10**6, None), (True, None)])
+def test_the_line_of_an_error(line, kept):
+    error = {"type": "E", "message": "", "line": line}
+    events = [{"event": "ended", "notebook": "a", "cell": "c", "error": error}]
+    (cell,) = cell_reports.read(lines(events)).cells
+    assert cell.error.line == kept
+
+
+@pytest.mark.parametrize(("later", "told"), [(1.9, False), (2.0, False), (2.1, True)])
+def test_a_notebook_is_called_unsaved_where_an_answer_is_younger_by_more_than_two_seconds(later, told):
+    part = check.Part("a.ipynb", "1", "x", check.State.RECORDED)
+    home = type("Home", (), {"when": {"1": {"x": 1000.0 + later}}})()
+    assert bool(check._unsaved([part], {"a.ipynb": 1000.0}, home)) == told

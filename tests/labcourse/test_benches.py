@@ -1,0 +1,55 @@
+"""Which bench each student has, as ``course.json`` says it."""
+
+import json
+
+import pytest
+
+import rotflex
+from labcourse import benches, course_file
+from labcourse.benches import BenchPolicy, policy_of
+from rotflex.errors import ConfigurationError
+
+
+def test_a_policy_comes_back_from_plain_data():
+    real = BenchPolicy("real", benches=("north",))
+    for policy in (BenchPolicy(), BenchPolicy("same", seed=7), BenchPolicy("preset", preset="x", draw=2), real):
+        course = json.loads(json.dumps({"student": "", "draw": policy.draw, "bench": policy.plain()}))
+        assert policy_of(course) == policy
+    assert policy_of({"student": "ada"}) == BenchPolicy("own", draw=1)
+
+
+def test_seeds_are_the_students_own_unless_everybody_has_the_same():
+    assert [BenchPolicy(which, seed=7).seed_for("ada", len) for which in benches.WHICH] == [3, 7, 3, 3]
+
+
+@pytest.mark.parametrize(
+    ("course", "named"),
+    [
+        ({"bench": "own"}, "'own'"),
+        ({"bench": {"which": "mine"}}, "'mine'"),
+        ({"bench": {"which": ["own"]}}, "'own'"),
+        ({"bench": {"which": "same", "seed": -1}}, '"seed" is -1'),
+        ({"bench": {"which": "preset", "preset": 3}}, '"preset".*3'),
+        ({"bench": {"which": "real", "benches": ["north", 3]}}, '"benches".*3'),
+        ({"draw": "1"}, "\"draw\".*'1'"),
+        ({"draw": True}, '"draw".*True'),
+    ],
+)
+def test_what_cannot_be_understood_is_refused(course, named):
+    with pytest.raises(ConfigurationError, match=named):
+        policy_of(course)
+
+
+def test_the_folders_own_file_counts_and_the_installed_releases_where_there_is_none(tmp_path, monkeypatch):
+    package = tmp_path / "package"
+    (package / "_course" / "notebooks").mkdir(parents=True)
+    monkeypatch.setattr(rotflex, "__file__", str(package / "__init__.py"))
+    assert course_file.bench_policy(tmp_path) == BenchPolicy()
+    released = {"student": "", "bench": {"which": "same", "seed": 3}}
+    (package / "_course" / "notebooks" / "course.json").write_text(json.dumps(released))
+    assert course_file.bench_policy(tmp_path) == BenchPolicy("same", seed=3)
+    (tmp_path / "course.json").write_text('{"student": "ada"}')
+    assert course_file.bench_policy(tmp_path) == BenchPolicy()
+    (tmp_path / "course.json").write_text('{"student": "ada", "bench": 3}')
+    with pytest.raises(ConfigurationError, match=r'course\.json.*"bench"'):
+        course_file.bench_policy(tmp_path)

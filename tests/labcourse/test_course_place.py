@@ -1,0 +1,80 @@
+"""Which folder is worked in, and what is kept for next time. (As a student meets it: tests/test_cli.py.)"""
+
+from pathlib import Path
+
+import pytest
+
+from labcourse import course_place
+
+NAMES = ["00_a.ipynb", "01_b.ipynb", "02_c.ipynb"]
+
+
+@pytest.fixture(autouse=True)
+def settings(tmp_path, monkeypatch):
+    monkeypatch.setenv(course_place.SETTINGS, str(tmp_path / "settings"))
+    return tmp_path / "settings"
+
+
+@pytest.mark.parametrize(
+    ("files", "is_one"),
+    [
+        ((), False),
+        (("00_a.ipynb",), False),  # as it may lie among downloads
+        (("00_a.ipynb", "01_b.ipynb"), True),
+        (("course.json",), True),
+        (("answers.json", "mine.ipynb"), False),
+    ],
+)
+def test_a_courses_folder_is_told_by_its_course_file_or_most_of_its_notebooks(tmp_path, files, is_one):
+    for name in files:
+        (tmp_path / name).write_text("")
+    assert course_place.is_course(tmp_path, NAMES) is is_one
+
+
+def test_a_folder_that_holds_the_unpacked_course_is_not_filled_beside_it(tmp_path, monkeypatch):
+    (tmp_path / "rotflex-course" / "notebooks").mkdir(parents=True)
+    (tmp_path / "rotflex-course" / "notebooks" / "course.json").write_text("{}")
+    monkeypatch.chdir(tmp_path / "rotflex-course")
+    assert course_place.choose(Path("."), NAMES)[0] == Path("notebooks")
+    assert course_place.choose(None, NAMES) == (Path("notebooks"), [])
+    (tmp_path / "rotflex-course" / "docs").mkdir()
+    monkeypatch.chdir(tmp_path / "rotflex-course" / "docs")
+    folder, (said,) = course_place.choose(None, NAMES)
+    assert folder == tmp_path / "rotflex-course" / "notebooks" and str(folder) in said
+
+
+def test_a_folder_that_is_named_is_taken_where_nothing_speaks_against_it(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert course_place.choose(Path("new"), NAMES) == (Path("new"), [])
+    assert course_place.choose(None, NAMES) == (Path("notebooks"), [])
+
+
+def test_the_last_folder_is_kept_and_forgotten_when_it_is_gone(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    work = tmp_path / "w\u00f6rk"
+    work.mkdir()
+    (work / "course.json").write_text("{}")
+    course_place.remember(Path("w\u00f6rk"))
+    assert course_place.remembered() == work
+    assert course_place.choose(None, NAMES)[0] == work
+    work.rename(tmp_path / "gone")
+    assert course_place.choose(None, NAMES) == (Path("notebooks"), [])
+
+
+@pytest.mark.parametrize("content", ["", "[]", '{"folder": 3}', "\x00"])
+def test_settings_that_cannot_be_read_or_written_stop_nobody(settings, content):
+    settings.mkdir()
+    (settings / "lab.json").write_text(content)
+    assert course_place.remembered() is None
+    (settings / "lab.json").unlink()
+    settings.rmdir()
+    settings.write_text("in the way")
+    course_place.remember(Path("work"))
+    assert course_place.remembered() is None
+
+
+def test_settings_are_beside_jupyters(tmp_path, monkeypatch):
+    monkeypatch.delenv(course_place.SETTINGS)
+    monkeypatch.setenv("JUPYTER_CONFIG_DIR", str(tmp_path / "jupyter"))
+    course_place.remember(tmp_path)
+    assert (tmp_path / "jupyter" / "rotflex" / "lab.json").exists() and course_place.remembered() == tmp_path

@@ -1,0 +1,149 @@
+"""Files written whole or not at all."""
+
+import os
+import subprocess
+import sys
+import tempfile
+import threading
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import pytest
+
+from labcourse import files
+
+
+@pytest.mark.parametrize(
+    "content",
+    ["grün\r\n\n", "grün\r\n\n".encode(), lambda path: path.write_bytes("grün\r\n\n".encode())],
+    ids=["text", "bytes", "function"],
+)
+def test_a_file_is_written_in_place_of_an_earlier_one(tmp_path, content):
+    target = tmp_path / "a.txt"
+    for _ in range(2):
+        written = files.write(target, content)
+        assert target.read_bytes() == "grün\r\n\n".encode()  # line ends are as they were given
+        seen = target.stat()
+        assert (written.st_ino, written.st_size, written.st_mtime_ns) == (seen.st_ino, seen.st_size, seen.st_mtime_ns)
+    assert os.listdir(tmp_path) == ["a.txt"]
+
+
+def test_what_is_returned_is_of_what_was_written_and_not_of_what_came_after(tmp_path, monkeypatch):
+    """Another program writes as soon as the file is there."""
+    replace = os.replace
+
+    def replace_and_be_replaced(scratch, target):
+        replace(scratch, target)
+        (tmp_path / "other").write_text("theirs, longer")
+        replace(tmp_path / "other", target)
+
+    monkeypatch.setattr(os, "replace", replace_and_be_replaced)
+    written = files.write(tmp_path / "a.txt", "ours")
+    assert written.st_size == 4 and (tmp_path / "a.txt").stat().st_ino != written.st_ino
+
+
+def half_way(error):
+    def write(path):
+        path.write_text("half")
+        raise error
+
+    return write
+
+
+@pytest.mark.parametrize(
+    ("write", "error"),
+    [(half_way(error), type(error)) for error in (OSError(28, "No space left"), KeyboardInterrupt(), ValueError("bug"))]
+    + [(lambda path: None, FileNotFoundError)],
+    ids=["full", "stopped", "bug", "nothing written"],
+)
+@pytest.mark.parametrize("before", [b"old", None])
+def test_what_goes_wrong_half_way_leaves_the_old_file_and_nothing_else(tmp_path, write, error, before):
+    target = tmp_path / "a.txt"
+    if before is not None:
+        target.write_bytes(before)
+    with pytest.raises(error):
+        files.write(target, write)
+    assert [path.read_bytes() for path in tmp_path.iterdir()] == [before] * (before is not None)
+
+
+def test_a_rename_that_is_refused_leaves_nothing_behind(tmp_path):
+    (tmp_path / "a.txt").mkdir()
+    with pytest.raises(OSError, match="directory"):
+        files.write(tmp_path / "a.txt", "new")
+    assert os.listdir(tmp_path) == ["a.txt"] and not os.listdir(tmp_path / "a.txt")
+
+
+def test_the_first_error_is_told_where_nothing_can_be_written(tmp_path):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(NotADirectoryError):
+        files.write(tmp_path / "file" / "a.txt", "new")
+    with pytest.raises(FileNotFoundError):
+        files.write(tmp_path / "nowhere" / "a.txt", "new")
+
+
+def test_a_folder_that_must_not_be_written_to():
+    program = (
+        "import os, sys\nfrom labcourse import files\n"
+        "if os.geteuid() == 0:\n    os.setuid(65534)  # nobody: root may write everywhere\n"
+        "try:\n    files.write(sys.argv[1], 'new')\nexcept PermissionError as error:\n    print(error.strerror)"
+    )
+    with tempfile.TemporaryDirectory() as name:  # pytest's own folders are closed to nobody
+        target = Path(name) / "a.txt"
+        target.write_text("old")
+        target.parent.chmod(0o555)
+        done = subprocess.run([sys.executable, "-c", program, target], capture_output=True, text=True, check=True)
+        target.parent.chmod(0o755)
+        assert done.stdout == "Permission denied\n"
+        assert target.read_text() == "old" and os.listdir(name) == ["a.txt"]
+
+
+def contents(number):
+    return str(number) * 100_000
+
+
+def test_threads_that_write_the_same_file_never_mix(tmp_path):
+    target = tmp_path / "a.txt"
+    files.write(target, contents(0))
+    done = threading.Event()
+    seen = set()
+
+    def look():
+        while not done.is_set():
+            seen.add(target.read_text())
+
+    watcher = threading.Thread(target=look)
+    watcher.start()
+    with ThreadPoolExecutor(4) as writers:
+        list(writers.map(lambda number: files.write(target, contents(number % 10)), range(200)))
+    done.set()
+    watcher.join()
+    assert seen | {target.read_text()} <= {contents(number) for number in range(10)}
+    assert os.listdir(tmp_path) == ["a.txt"]
+
+
+def test_programs_that_write_the_same_file_never_mix(tmp_path):
+    target = tmp_path / "a.txt"
+    program = (
+        "import sys\nfrom labcourse import files\n"
+        "for _ in range(200):\n    files.write(sys.argv[1], sys.argv[2] * 100_000)"
+    )
+    writers = [subprocess.Popen([sys.executable, "-c", program, target, letter]) for letter in "abc"]
+    seen = set()
+    while any(writer.poll() is None for writer in writers):
+        seen |= {target.read_text()} if target.exists() else set()
+    assert [writer.returncode for writer in writers] == [0, 0, 0]
+    assert seen | {target.read_text()} <= {letter * 100_000 for letter in "abc"}
+    assert os.listdir(tmp_path) == ["a.txt"]
+
+
+def test_a_program_killed_half_way_leaves_the_old_file(tmp_path):
+    target = tmp_path / "a.txt"
+    target.write_text("old")
+    program = (
+        "import os, sys\nfrom labcourse import files\n"
+        "files.write(sys.argv[1], lambda path: (path.write_text('half'), os.kill(os.getpid(), 9)))"
+    )
+    assert subprocess.run([sys.executable, "-c", program, target], check=False).returncode == -9
+    assert target.read_text() == "old"
+    left = [path.name for path in tmp_path.iterdir() if path != target]
+    assert all(name.startswith(".a.txt.") for name in left)  # out of sight; nothing can remove it after a kill

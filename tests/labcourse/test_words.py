@@ -1,0 +1,341 @@
+"""Answers in words: found in a student's text cells, whatever an editor or the student did to them."""
+
+import base64
+import io
+import subprocess
+import sys
+import zlib
+
+import pytest
+from PIL import Image
+
+from labcourse.answers import words
+from labcourse.answers.handed_in import Cell
+from labcourse.answers.kinds.values import LONGEST_PROSE
+from labcourse.answers.words import STUB, Words
+
+HEADING = words.heading("Your answer: 1.1, why")
+OTHER = words.heading("Your answer: 1.2, how")
+
+
+def master(cell_id, source, kind="markdown", where=None):
+    metadata = {"nbgrader": {"grade_id": f"grade-{cell_id}"}}
+    if where:
+        metadata[words.KEY] = {"question": where[0], "part": where[1]}
+    return {"id": cell_id, "cell_type": kind, "metadata": metadata, "source": source}
+
+
+MASTER = [
+    master("text", "## Question 1.1"),
+    master("why", f"{HEADING}\n\n{STUB}", where=("1.1", "why")),
+    master("code", "k = None", "code"),
+    master("record", "lab.answer('1.1', k=k)", "code"),
+    master("how", f"{OTHER}\n\n{STUB}", where=("1.2", "how")),
+    master("end", "## The end"),
+]
+WHY = ("1.1", "why")
+
+
+def cell(source, cell_id="", kind="markdown", grade_id="", attachments=None):
+    return Cell(cell_id, grade_id, kind, source, attachments or {})
+
+
+def pristine(**changes):
+    """A student's cells as released, by id; a change of None leaves a cell out, a list puts cells in its place."""
+    found = []
+    for one in MASTER:
+        usual = cell(one["source"], one["id"], one["cell_type"], f"grade-{one['id']}")
+        changed = changes.get(one["id"], usual)
+        found += changed if isinstance(changed, list) else [] if changed is None else [changed]
+    return found
+
+
+def texts(cells, **options):
+    return {where: found.text for where, found in words.written(MASTER, cells, **options).words.items()}
+
+
+def why(source, **more):
+    return cell(source, **{"cell_id": "why", "grade_id": "grade-why", **more})
+
+
+def png(size=(4, 3), colour="red", kind="PNG", **more):
+    packed = io.BytesIO()
+    Image.new("RGB", size, colour).save(packed, kind, **more)
+    return packed.getvalue()
+
+
+def with_pictures(source, attachments):
+    found = words.written(MASTER, pristine(why=why(source, attachments=attachments)))
+    return found.words[WHY].pictures, found.problems
+
+
+def attached(data, name="image.png", media="image/png"):
+    return {name: {media: base64.b64encode(data).decode()}}
+
+
+@pytest.mark.parametrize("source", ["", " \n ", "...", HEADING, STUB, f"{HEADING}\n\n{STUB}", f"{HEADING}\n\n{STUB}\n"])
+def test_nothing_written_is_no_answer(source):
+    found = words.written(MASTER, pristine(why=why(source)))
+    assert (found.words, found.notes, found.problems) == ({}, [], [])
+
+
+LANGUAGES = "Größe: $\\omega_n=\\sqrt{K_s}$\n\n* ¿por qué? — «c'est ça»\n\n| a | b |\n|---|---|"
+
+
+@pytest.mark.parametrize(
+    ("source", "text"),
+    [
+        (f"{HEADING}\n\nIt bends.", "It bends."),
+        ("It bends.", "It bends."),
+        (f"{HEADING} It bends.", "It bends."),
+        (f"{HEADING}\n\n{STUB}\n\nIt bends.", "It bends."),
+        (f"{HEADING}\n\n{STUB} It bends.", "It bends."),
+        (f"{HEADING}\r\n\r\nIt bends.\r\n", "It bends."),
+        (f"{HEADING}\n\n{words.BEGIN}\nIt bends.\n{words.END}", "It bends."),
+        (f"{HEADING}\n\n{LANGUAGES}", LANGUAGES),
+        ("a\x1b[31mb\x00", "a\ufffd[31mb\ufffd"),
+    ],
+)
+def test_heading_and_stub_are_no_part_of_the_answer_and_all_else_is(source, text):
+    found = words.written(MASTER, pristine(why=why(source)))
+    assert (found.words, found.notes) == ({WHY: Words(text)}, [])
+    assert words.words_of(MASTER, pristine(why=why(source))) == {WHY: Words(text)}
+
+
+@pytest.mark.parametrize(
+    "changed",
+    [why("It bends.", cell_id="new"), why("It bends.", grade_id=""), cell(f"{HEADING}\n\nIt bends.")],
+    ids=["renewed id", "no metadata", "neither: an old format"],
+)
+def test_an_answer_cell_is_known_by_id_or_grading_metadata_or_heading(changed):
+    found = words.written(MASTER, pristine(why=changed))
+    assert found.words[WHY].text == "It bends." and found.notes == []
+
+
+def test_without_ids_metadata_and_heading_the_place_tells():
+    cells = [cell(one.source, kind=one.kind) for one in pristine(why=why("It bends."))]
+    found = words.written(MASTER, cells)
+    assert found.words == {WHY: Words("It bends.")}
+    assert len(found.notes) == 1
+
+
+def test_pieces_of_a_split_cell_are_joined_in_order():
+    pieces = [why(f"{HEADING}\n\nFirst."), why("Second.", cell_id="b"), why("Third.", cell_id="c")]
+    found = words.written(MASTER, pristine(why=pieces))
+    assert (found.words[WHY].text, found.notes) == ("First.\n\nSecond.\n\nThird.", [])
+
+
+def test_a_moved_cell_counts_where_it_is():
+    moved = why("It bends.")
+    assert texts(pristine(why=None, end=[cell("## The end", "end"), moved])) == {WHY: "It bends."}
+
+
+def test_a_copy_that_was_left_as_it_was_does_not_count_and_one_that_differs_is_told():
+    same = pristine(why=why("It bends."), end=[why("It bends.", cell_id="copy")])
+    assert texts(same) == {WHY: "It bends."}
+    empty = pristine(why=why(f"{HEADING}\n\n{STUB}"), end=[why("It bends.", cell_id="copy")])
+    assert texts(empty) == {WHY: "It bends."}
+    found = words.written(MASTER, pristine(why=why("It bends."), end=[why("It breaks.", cell_id="copy")]))
+    assert found.words[WHY].text == "It bends.\n\nIt breaks."
+    assert "2 copies" in found.notes[0]
+
+
+@pytest.mark.parametrize("kind", ["code", "raw"])
+def test_an_answer_cell_that_became_another_kind_is_read(kind):
+    found = words.written(MASTER, pristine(why=why("It bends.", kind=kind)))
+    assert found.words[WHY].text == "It bends."
+    assert len(found.notes) == 1
+
+
+def test_a_text_beside_an_empty_answer_cell_is_the_answer_and_one_below_goes_on_with_it():
+    stub, beside = why(f"{HEADING}\n\n{STUB}"), cell("It bends.")
+    for cells, text, place in (
+        ([stub, beside], "It bends.", "just below"),
+        ([beside, stub], "It bends.", "just above"),
+        ([why("It bends."), cell("And how.")], "It bends.\n\nAnd how.", "just below"),
+    ):
+        found = words.written(MASTER, pristine(why=cells))
+        assert found.words == {WHY: Words(text)}
+        assert len(found.notes) == 1 and place in found.notes[0]
+
+
+def test_helper_cells_and_notes_elsewhere_are_no_answers():
+    cells = pristine(
+        text=[cell("## Question 1.1", "text"), cell("to do: read this again")],
+        why=[why("It bends."), cell("def helper(): return 1", kind="code")],
+        end=[cell("## The end", "end"), cell("My notes.")],
+    )
+    found = words.written(MASTER, cells)
+    assert (found.words, found.notes) == ({WHY: Words("It bends.")}, [])
+
+
+def test_words_in_a_code_cell_beside_an_empty_answer_cell_are_told_and_code_is_not():
+    for source, told in (("The link falls behind, as nothing pushes it.", 1), ("for k in n:\n    print(k)", 0)):
+        cells = [why(f"{HEADING}\n\n{STUB}"), cell(source, kind="code")]
+        found = words.written(MASTER, pristine(why=cells))
+        assert (found.words, len(found.notes)) == ({}, told)
+
+
+def test_of_two_answers_that_lack_none_gets_a_text_that_may_be_the_others():
+    found = words.written([MASTER[1], MASTER[4]], [cell("Because.")])
+    assert (found.words, len(found.notes)) == ({}, 2)
+
+
+def test_a_text_that_is_too_long_is_kept_as_far_as_it_goes_and_told():
+    found = words.written(MASTER, pristine(why=why("x" * (LONGEST_PROSE + 7))))
+    assert len(found.words[WHY].text) == LONGEST_PROSE
+    assert "5007" in found.problems[0]
+    assert words.written(MASTER, pristine(why=why("x" * LONGEST_PROSE))).problems == []
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(60)
+def test_reading_hostile_sources_comes_to_an_end():
+    for source in (
+        "![" * 50_000,
+        "![](" * 40_000,
+        HEADING[:36] * 5_000,
+        "![a](data:image/png;base64,A" * 5_000,
+        ("![" * 250 + "](" + "x" * 1300) * 110,  # many places where it may begin, and many where it may end
+        ("![" * 250 + "](" + "x" * 900 + " " + "y" * 200) * 110,
+        "a " * 90_000,
+    ):
+        words.written(MASTER, pristine(why=why(source), how=cell(source, "x", kind="code")))
+
+
+def test_a_pasted_picture_comes_along_as_png():
+    jpeg = attached(png((80, 60), kind="JPEG"), "foto mit ü.jpg", "image/jpeg")
+    pictures, problems = with_pictures("See:\n\n![x](attachment:foto%20mit%20%C3%BC.jpg)", jpeg)
+    ((name, data),) = pictures.items()
+    assert (name, problems) == ("attachment:foto%20mit%20%C3%BC.jpg", [])
+    with Image.open(io.BytesIO(data)) as image:
+        assert (image.format, image.size) == ("PNG", (80, 60))
+
+
+def test_pictures_written_into_the_text_count_as_pictures_and_not_as_characters():
+    data = base64.b64encode(png((300, 300)) * 1).decode()
+    found = words.written(MASTER, pristine(why=why(f"a ![p](data:image/png;base64,{data}) b")))
+    assert found.words[WHY].text == "a ![p](attachment:in-text-1) b"
+    assert list(found.words[WHY].pictures) == ["attachment:in-text-1"]
+    found = words.written(MASTER, pristine(why=why(f"a ![p](data:image/png;base64,{'A' * 8000}) b")))
+    assert "attachment:in-text-1" in found.problems[0] and found.words[WHY].pictures == {}
+
+
+def test_a_picture_beside_the_notebook_is_taken_from_there():
+    files = {"plots/my plot.png": png()}
+    cells = pristine(why=why("![](plots/my%20plot.png) ![](<./plots/my plot.png>) ![](other.png)"))
+    found = words.written(MASTER, cells, files)
+    assert set(found.words[WHY].pictures) == {"plots/my%20plot.png", "./plots/my plot.png"}
+    assert len(found.problems) == 1 and "other.png" in found.problems[0]
+
+
+def bomb(side):
+    """A PNG of a few bytes that says that it has so many pixels in each direction."""
+    data = bytearray(png())
+    data[16:24] = side.to_bytes(4) * 2
+    data[29:33] = zlib.crc32(bytes(data[12:29])).to_bytes(4)
+    return bytes(data)
+
+
+@pytest.mark.parametrize(
+    ("data", "told"),
+    [
+        (bomb(60_000), "60 million"),
+        (bomb(8_000), "60 million"),
+        (png((1, 20_001)), "20000 pixels"),
+        (png((20_001, 1)), "20000 pixels"),
+        (png((400, 400))[:60], "damaged"),
+        (b"<svg onload='alert(1)'/>", "PNG, JPEG"),
+        (b"", "PNG, JPEG"),
+    ],
+    ids=["bomb", "too large", "strip", "wide strip", "cut off", "svg", "empty"],
+)
+def test_a_picture_that_is_not_read_is_left_out_and_told(data, told):
+    pictures, (problem,) = with_pictures("![](attachment:image.png)", attached(data))
+    assert pictures == {}
+    assert "attachment:image.png" in problem and told in problem
+
+
+@pytest.mark.slow
+def test_pictures_are_bounded_in_number_and_all_together():
+    large = attached(png((8000, 7000), kind="GIF"))["image.png"]
+    shown = "".join(f"![](attachment:{n}.png)" for n in range(7))
+    kept, problems = with_pictures(shown[:69], {f"{n}.png": large for n in range(3)})
+    assert len(kept) == 2 and "too many pixels" in problems[0]
+    assert all(max(Image.open(io.BytesIO(data)).size) == 1400 for data in kept.values())
+    small = {f"{n}.png": attached(png(), f"{n}.png")[f"{n}.png"] for n in range(7)}
+    kept, problems = with_pictures(shown, small)
+    assert len(kept) == 6 and "6 pictures" in problems[0]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("mode", ["RGBA", "L", "P"])
+def test_the_largest_picture_takes_bounded_memory_and_time(mode):
+    """In a process of its own, as its memory would not be told from that of others."""
+    program = (
+        "import io, resource, sys\nfrom PIL import Image\nfrom labcourse import attached_pictures\n"
+        f"packed = io.BytesIO()\nImage.new({mode!r}, (7700, 7700)).save(packed, 'PNG')\n"
+        "resource.setrlimit(resource.RLIMIT_AS, (2 << 30, 2 << 30))\n"
+        "print(len(attached_pictures.as_png(packed.getvalue())) > 1000)"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False, timeout=60)
+    assert done.stdout == "True\n", done.stderr
+
+
+def test_animated_pictures_are_their_first_frame():
+    frames = [Image.new("P", (300, 300), color) for color in range(50)]
+    packed = io.BytesIO()
+    frames[0].save(packed, "GIF", save_all=True, append_images=frames[1:])
+    pictures, _problems = with_pictures("![](attachment:image.png)", attached(packed.getvalue()))
+    (data,) = pictures.values()
+    with Image.open(io.BytesIO(data)) as image:
+        assert (image.format, getattr(image, "n_frames", 1)) == ("PNG", 1)
+
+
+def test_a_noisy_picture_is_made_small_enough():
+    noise = Image.effect_noise((3000, 2000), 90).convert("RGB")
+    packed = io.BytesIO()
+    noise.save(packed, "JPEG")
+    pictures, _problems = with_pictures("![](attachment:image.png)", attached(packed.getvalue()))
+    (data,) = pictures.values()
+    assert len(data) <= 700_000
+
+
+def test_a_photograph_stands_upright_and_a_transparent_picture_is_on_white():
+    turned = Image.new("RGB", (60, 40))
+    exif = turned.getexif()
+    exif[0x0112] = 6
+    packed, clear = io.BytesIO(), io.BytesIO()
+    turned.save(packed, "JPEG", exif=exif)
+    Image.new("RGBA", (2, 2), (0, 0, 0, 0)).save(clear, "PNG")
+    pictures = {**attached(packed.getvalue(), "a.jpg", "image/jpeg"), **attached(clear.getvalue(), "b.png")}
+    found, _problems = with_pictures("![](attachment:a.jpg) ![](attachment:b.png)", pictures)
+    upright, white = (Image.open(io.BytesIO(data)) for data in found.values())
+    assert upright.size == (40, 60)
+    assert white.convert("RGB").getpixel((0, 0)) == (255, 255, 255)
+
+
+def test_words_as_plain_data_and_back():
+    given = Words("It bends.", {"attachment:a.png": png()})
+    assert Words.from_plain(given.plain()) == given
+    for broken in ({}, {"text": "x", "pictures": {"a": "%"}}, {"text": "x", "pictures": 3}):
+        with pytest.raises(ValueError):
+            Words.from_plain(broken)
+
+
+GERMAN = "*Hier doppelklicken und anstelle dieser Zeile schreiben.*"
+
+
+@pytest.mark.parametrize(
+    ("source", "found"),
+    [
+        (f"{words.heading('Deine Antwort: 1.1, why')}\n\n{GERMAN}", None),
+        (f"{words.heading('Deine Antwort: 1.1, why')}\n\n{GERMAN} Es biegt sich.", "Es biegt sich."),
+        (f"{words.heading('Deine Antwort: 1.1, why')}\n\nEs *biegt* sich.", "Es *biegt* sich."),
+    ],
+)
+def test_words_are_read_from_a_cell_that_was_released_in_another_language(source, found):
+    """Whatever language is spoken where they are read: the line to be written over is the course's own."""
+    released = [master("why", f"{words.heading('Deine Antwort: 1.1, why')}\n\n{GERMAN}", where=WHY)]
+    read = words.words_of(released, [cell(source, "why")]).get(WHY)
+    assert (read and read.text) == found
