@@ -12,16 +12,16 @@ ARGS ?=
 
 .PHONY: lab check test test-all test-whole test-lowest test-newest site site-instructor notebooks solutions data bench clean
 
-PROJECTS := pyproject.toml distributions/instructor/pyproject.toml distributions/instructor/requirements.py
+PROJECTS := pyproject.toml labcourse/pyproject.toml
 
 $(VENV)/.lab: $(PROJECTS)
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --upgrade pip
-	$(BIN)/python -m pip install --quiet --editable . --editable distributions/instructor
+	$(BIN)/python -m pip install --quiet --editable "./labcourse[grading]" --editable ".[course]"
 	touch $@
 
 $(VENV)/.test: $(PROJECTS) $(VENV)/.lab
-	$(BIN)/python -m pip install --quiet --editable ".[test,site]" --editable "distributions/instructor[postgres,cluster]"
+	$(BIN)/python -m pip install --quiet --editable "./labcourse[grading,report,postgres,cluster]" --editable ".[course,test,site]"
 	touch $@
 
 # Beside the environment: in it, nbgrader would put its extensions into every JupyterLab that tests start. All that it
@@ -57,7 +57,7 @@ test-lowest test-newest: test-%:
 	$(VENV)/$*/bin/python -m uv pip compile --quiet --resolution $(RESOLUTION) --extra report --extra serial pyproject.toml \
 		--output-file $(VENV)/$*/versions.txt
 	$(VENV)/$*/bin/python -m uv pip install --quiet --override $(VENV)/$*/versions.txt --requirements $(VENV)/$*/versions.txt \
-		--editable ".[test]" --editable "distributions/instructor[postgres,cluster]"
+		--editable "./labcourse[grading,report,postgres,cluster]" --editable ".[course,test]"
 	$(VENV)/$*/bin/python tools/run_tests.py --versions $(ARGS)
 
 # After a change in solutions/: run them, and derive the student notebooks.

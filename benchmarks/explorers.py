@@ -61,7 +61,7 @@ CELLS = {
 
 # Times of isolated changes, ms: the change, then the first frame after the new picture is there.
 SLIDER = """async (changes) => {
-    const host = document.querySelector('.rotflex-explorer'), input = host.querySelector('[data-name=zeta]');
+    const host = document.querySelector('.labcourse-explorer'), input = host.querySelector('[data-name=zeta]');
     const times = [];
     for (let i = 0; i < changes; i++) {
         const version = Number(host.dataset.version);
@@ -113,7 +113,7 @@ COUNT_IMAGES = """() => {
 }"""
 COUNT_VERSIONS = """() => {
     window.versions = new Set(); window.frames = 0;
-    document.querySelector('.rotflex-explorer').addEventListener('painted', (event) => {
+    document.querySelector('.labcourse-explorer').addEventListener('painted', (event) => {
         window.versions.add(event.detail); window.frames += 1;
     });
 }"""
@@ -161,7 +161,7 @@ def dragged_times(page: Any, place: tuple[float, float], changes: int) -> list[f
     """Times (ms) from one movement of the mouse to the picture that shows it."""
     page.evaluate(
         """() => {
-        const host = document.querySelector('.rotflex-explorer');
+        const host = document.querySelector('.labcourse-explorer');
         window.times = []; let began = null, version = 0;
         host.addEventListener('pointermove', () => {
             began ??= performance.now();
@@ -210,7 +210,7 @@ def poles(address: str, changes: int, lasts: float) -> list[tuple[float, float]]
     with browser.visit(address, "poles.ipynb") as seen:
         browser.run_all(seen)
         page = seen.page
-        page.wait_for_selector(".rotflex-explorer[data-version]")
+        page.wait_for_selector(".labcourse-explorer[data-version]")
         page.evaluate(SLIDER, 5)
         found = [shown("pole explorer, slider → picture", page.evaluate(SLIDER, changes))]
         handle = '.handle[data-name="pair"]'
@@ -229,9 +229,9 @@ def console(address: str, stops: int) -> None:
     with browser.visit(address, "console.ipynb") as seen:
         browser.run_all(seen)
         page = seen.page
-        page.locator(".rotflex-explorer").get_by_role("button", name="Connect", exact=True).click()
+        page.locator(".labcourse-explorer").get_by_role("button", name="Connect", exact=True).click()
         page.wait_for_selector('[data-name="connect"][aria-disabled="true"]')
-        page.locator(".rotflex-explorer").get_by_role("button", name="Start", exact=True).click()
+        page.locator(".labcourse-explorer").get_by_role("button", name="Start", exact=True).click()
         page.wait_for_timeout(2000)
         page.evaluate(COUNT_VERSIONS)
         page.wait_for_timeout(3000)
@@ -245,7 +245,7 @@ def console(address: str, stops: int) -> None:
         times = []
         for _ in range(stops):
             page.locator('[data-name="experiment"]').select_option("sweep")
-            page.locator(".rotflex-explorer").get_by_role("button", name="Start", exact=True).click()
+            page.locator(".labcourse-explorer").get_by_role("button", name="Start", exact=True).click()
             page.wait_for_selector('[data-name="start"][aria-disabled="true"]')
             page.wait_for_timeout(900)
             pressed = page.evaluate(STOP)

@@ -78,7 +78,7 @@ def in_child(sources: list[str]) -> float:
 
 def main(folder: Path) -> None:
     """Measure and print."""
-    os.environ.update(MPLBACKEND="agg", ROTFLEX_PICTURES="off")
+    os.environ.update(MPLBACKEND="agg", LABCOURSE_PICTURES="off")
     notebooks = [code_cells(path) for path in sorted(folder.glob("*.ipynb"))]
     modules = {name for sources in notebooks for source in sources for name in imported(source)}
     started = time.perf_counter()

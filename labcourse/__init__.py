@@ -1,1 +1,3 @@
-"""What any course needs: one rule for students' IDs, files written whole, kinds of answers, a student's session."""
+"""Courses of laboratory notebooks on any plant: answers, checks at home, explorers, reports; and grading of a class."""
+
+__version__ = "0.2.0"

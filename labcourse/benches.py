@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from rotflex.errors import ConfigurationError
+from labcourse.errors import ConfigurationError
 
 OWN, SAME, PRESET, REAL = "own", "same", "preset", "real"
 WHICH = (OWN, SAME, PRESET, REAL)

@@ -12,19 +12,16 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import rotflex
-from labcourse import benches, files
+from labcourse import benches, courses, files
 from labcourse.benches import BenchPolicy
+from labcourse.errors import ConfigurationError
 from labcourse.files import COURSE_FILE
-from rotflex.errors import ConfigurationError
 
 STUDENT, RELEASE = "student", "release"
 REFLECT, ON, OFF = "reflect", "on", "off"  #: whether own answers are asked about; or a time, from which on they are
 PYTHON = "python"  #: that grades, major and minor version; earlier releases do not say
 PAGE_LIMIT = "page_limit"  #: pages of a report, cover and contents included; not there where there is no limit
 NOBODY = "demo"  #: the student of whoever gives no name
-#: In the students' package, where an installed one has the notebooks and the course file as they were released.
-RELEASED = Path("_course", "notebooks")
 
 
 def read(folder: Path) -> dict[str, Any] | None:
@@ -91,7 +88,16 @@ def of(folder: Path) -> dict[str, Any] | None:
         If the file cannot be read.
     """
     course = read(folder)
-    return read(Path(rotflex.__file__).parent / RELEASED) if course is None else course
+    return _released() if course is None else course
+
+
+def _released() -> dict[str, Any] | None:
+    """Return the ``course.json`` of the installed release; None where there is none, as in a checkout."""
+    try:
+        course = courses.current()
+    except ConfigurationError:
+        return None
+    return read(course.place / courses.NOTEBOOKS)
 
 
 def bench_policy(folder: Path, latest: int = benches.FIRST_DRAW) -> BenchPolicy:

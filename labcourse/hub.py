@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 
 from labcourse import student_id
-from rotflex.errors import ConfigurationError, StudentIDError
+from labcourse.errors import ConfigurationError, StudentIDError
 
 USER = "JUPYTERHUB_USER"  #: environment variable that a hub sets for each user's server
 _BINDER = ("BINDER_LAUNCH_HOST", "BINDER_REPO_URL", "BINDER_REQUEST")  # its hub makes up a user for each visit

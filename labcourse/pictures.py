@@ -19,7 +19,7 @@ import matplotlib as mpl
 from matplotlib.figure import Figure
 from PIL import Image
 
-from rotflex.errors import RotflexError
+from labcourse.errors import CourseError
 
 BLACK, BLUE, VERMILLION, GREEN, PURPLE = "#000000", "#0072B2", "#D55E00", "#009E73", "#CC79A7"
 
@@ -35,7 +35,7 @@ ROLES: dict[str, dict[str, Any]] = {
 WIDTH = 7.0  #: inches; the width of every plot
 DOTS_PER_INCH = 130  # crisp on paper and on dense screens ...
 SHOWN_PER_INCH = 100  # ... while the notebook shows it at this size
-SWITCH = "ROTFLEX_PICTURES"  #: environment variable; "off" draws no image, as where nobody looks at the notebook
+SWITCH = "LABCOURSE_PICTURES"  #: environment variable; "off" draws no image, as where nobody looks at the notebook
 
 STYLE: Any = {
     "axes.axisbelow": True,
@@ -127,19 +127,17 @@ def show(figure: Figure, alt: str | None = None, caption: str | None = None) -> 
 
     The description goes into the image's metadata, and again below the caption, folded away: neither JupyterLab nor
     nbconvert's usual template hands an image's metadata to a screen reader. Outside a notebook there is nowhere to show
-    the figure: it is checked and closed. Where nobody looks (``ROTFLEX_PICTURES=off`` in the environment), it is not
+    the figure: it is checked and closed. Where nobody looks (``LABCOURSE_PICTURES=off`` in the environment), it is not
     drawn.
 
     Raises
     ------
-    RotflexError
+    CourseError
         If there is no description.
     """
     alt = alt or getattr(figure, "alt_text", "")
     if not alt:
-        raise RotflexError(
-            "The figure has no description: give one, as in show(figure, alt='The speed against time.')."
-        )
+        raise CourseError("The figure has no description: give one, as in show(figure, alt='The speed against time.').")
     data, metadata = bundle(figure, alt)
     if "matplotlib.pyplot" in sys.modules:
         sys.modules["matplotlib.pyplot"].close(figure)

@@ -12,9 +12,8 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import rotflex
-from labcourse import course_file
-from rotflex.errors import ConfigurationError
+from labcourse import course_file, courses
+from labcourse.errors import ConfigurationError
 
 if TYPE_CHECKING:  # the command begins here, and is quick to say what it can do
     from labcourse.answers.catalogue import Catalogue
@@ -22,43 +21,22 @@ if TYPE_CHECKING:  # the command begins here, and is quick to say what it can do
 Notebook = dict[str, Any]  #: as in the file
 
 
-def course_folder() -> Path:
-    """Where the notebooks as handed out are: in the installed package, or in the folder that it is run from.
+def masters() -> dict[str, Notebook]:
+    """Return the notebooks of the course that is worked on, as handed out: file name → content, in order.
 
     Raises
     ------
     ConfigurationError
         If there are none.
     """
-    package = Path(rotflex.__file__).resolve().parent
-    for place in (package / "_course", package.parent):
-        if any((place / "notebooks").glob("*.ipynb")):
-            return place
-    raise ConfigurationError(
-        "This installation of rotflex comes without notebooks: install it from the course's folder."
-    )
-
-
-def masters(course: Path | None = None) -> dict[str, Notebook]:
-    """The notebooks as handed out: file name → content, in order.
-
-    Parameters
-    ----------
-    course : the folder with ``notebooks``; :func:`course_folder` unless given
-
-    Raises
-    ------
-    ConfigurationError
-        If there are none.
-    """
-    folder = (course or course_folder()) / "notebooks"
-    return {path.name: json.loads(path.read_text(encoding="utf-8")) for path in sorted(folder.glob("*.ipynb"))}
+    paths = sorted(courses.current().notebooks.glob("*.ipynb"))
+    return {path.name: json.loads(path.read_text(encoding="utf-8")) for path in paths}
 
 
 def release() -> str:
     """The name of the release that is installed; "" where there is none, as in a checkout."""
     try:
-        named = (course_file.read(course_folder() / "notebooks") or {}).get(course_file.RELEASE)
+        named = (course_file.read(courses.current().notebooks) or {}).get(course_file.RELEASE)
     except ConfigurationError:
         return ""
     return named if isinstance(named, str) else ""
@@ -76,9 +54,9 @@ def imports_of(notebooks: Mapping[str, Notebook]) -> tuple[str, ...]:
 
 
 def packages_of(notebooks: Mapping[str, Notebook]) -> tuple[str, ...]:
-    """Top-level names of the modules that masters import, the course's packages among them."""
+    """Return top-level names of the modules that work needs: those that masters import, and ``labcourse``."""
     names = {name.partition(".")[0] for notebook in notebooks.values() for name in _modules(notebook)}
-    return tuple(sorted(names))
+    return tuple(sorted({*names, "labcourse"}))
 
 
 def catalogue_of(notebooks: Mapping[str, Notebook]) -> Catalogue:

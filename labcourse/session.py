@@ -22,17 +22,17 @@ from labcourse.answers.probes import check_seed
 from labcourse.answers.report_files import FolderReports
 from labcourse.answers.saved_words import SavedWords
 from labcourse.answers.tables import ResultsTable
+from labcourse.errors import AnswerError
 from labcourse.files import ANSWERS_FILE
 from labcourse.messages import plural
 from labcourse.report import fine_curves, making
 from labcourse.run import by_program, from_notebook
 from labcourse.run.from_notebook import cell_now
 from labcourse.whose import DEMO, student_of
-from rotflex.errors import AnswerError
 
 __all__ = ["DEMO", "PROBE_SEED", "Session", "student_of"]
 
-PROBE_SEED = "ROTFLEX_PROBE_SEED"  #: environment variable; grading sets it
+PROBE_SEED = "LABCOURSE_PROBE_SEED"  #: environment variable; grading sets it
 _RAISE = object()
 
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 import unicodedata
 from collections.abc import Iterator
 
-from rotflex.errors import StudentIDError
+from labcourse.errors import StudentIDError
 
 LONGEST = 80  #: characters of an ID
 LONGEST_IN_BYTES = 240  #: of UTF-8; file systems take 255, and ".zip" is put behind it

@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import Any
 
 from labcourse import course_file, hub, student_id
+from labcourse.errors import ConfigurationError, StudentIDError
 from labcourse.files import COURSE_FILE
-from rotflex.errors import ConfigurationError, StudentIDError
 
 DEMO = course_file.NOBODY  #: the student of whoever gives no name
 

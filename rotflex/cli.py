@@ -14,15 +14,15 @@ from typing import Annotated, Any
 import typer
 import typer.core
 
-from labcourse import benches, course_file, course_place, files, hub, student_id
+from labcourse import benches, course_file, course_place, courses, files, hub, student_id
+from labcourse.errors import ConfigurationError, CourseError, StudentIDError
 from labcourse.files import COURSE_FILE
 from labcourse.jupyterlab import open_jupyterlab
 from labcourse.messages import DISK_FULL, FREE_SPACE
-from labcourse.released import course_folder
 from labcourse.run import commands as students_commands
 from labcourse.safe_text import no_escapes, say
 from rotflex import __version__, bench_commands
-from rotflex.errors import ConfigurationError, RotflexError, StudentIDError
+from rotflex.errors import RotflexError
 
 _INSTRUCTORS = "rotflex-instructor"  # the distribution that the instructor's commands come with
 
@@ -39,7 +39,7 @@ class _Commands(typer.core.TyperGroup):
     def invoke(self, ctx: Any) -> Any:
         try:
             return super().invoke(ctx)
-        except RotflexError as error:
+        except (CourseError, RotflexError) as error:
             typer.secho(no_escapes(f"rotflex: {error}"), err=True, fg="red")
             raise typer.Exit(2) from error
         except OSError as error:  # a full disk, a read-only place, a folder where a file should be, ...
@@ -133,21 +133,21 @@ def lab(
 
 def _names() -> list[str]:
     """File names of the course's notebooks."""
-    return [path.name for path in (course_folder() / "notebooks").glob("*.ipynb")]
+    return [path.name for path in (courses.current().notebooks).glob("*.ipynb")]
 
 
 def _is_source(folder: Path) -> bool:
     """Whether a folder is that of a checkout's own notebooks, where nobody works as a student."""
-    course = course_folder()
+    course = courses.current().notebooks
     return _is_home(folder, course) and not _is_release(course)
 
 
 def _is_home(folder: Path, course: Path) -> bool:
-    return folder.resolve() == (course / "notebooks").resolve()
+    return folder.resolve() == (course).resolve()
 
 
 def _is_release(course: Path) -> bool:
-    return course_file.RELEASE in _begun(course / "notebooks")
+    return course_file.RELEASE in _begun(course)
 
 
 def _asked(folder: Path) -> str | None:
@@ -211,12 +211,12 @@ def fill(folder: Path, student: str | None = None) -> list[str]:
     """
     if student is not None:
         student = student_id.normalised(student)
-    course = course_folder()
+    course = courses.current().notebooks
     if folder.exists() and not folder.is_dir():
         raise ConfigurationError(f"{folder} is not a folder.")
     folder.mkdir(parents=True, exist_ok=True)
     at_home = _is_home(folder, course)
-    lines = [] if at_home else [*_brought_up_to_date(folder, course / "notebooks", student), *_copied(folder, course)]
+    lines = [] if at_home else [*_brought_up_to_date(folder, course, student), *_copied(folder, course)]
     if student is not None:
         _write_course(folder, {**(_begun(folder) or _as_of_now(course)), course_file.STUDENT: student})
         lines.append(f"Student: {student}")
@@ -225,9 +225,9 @@ def fill(folder: Path, student: str | None = None) -> list[str]:
 
 def _copied(folder: Path, course: Path) -> list[str]:
     """Copy what is not there yet, and say so."""
-    wanted = {path.name: path for path in sorted((course / "notebooks").glob("*.ipynb"))}
+    wanted = {path.name: path for path in sorted((course).glob("*.ipynb"))}
     if _is_release(course):  # a checkout always has recordings; students have those that their release hands out
-        wanted |= {f"data/{path.name}": path for path in sorted((course / "data").glob("*.mat"))}
+        wanted |= {f"data/{path.name}": path for path in sorted((course.parent / "data").glob("*.mat"))}
     linked = [name for name in wanted if (folder / name).is_symlink() or (folder / name.partition("/")[0]).is_symlink()]
     copied = [name for name in wanted if name not in linked and not (folder / name).exists()]
     for name in copied:
@@ -335,6 +335,7 @@ def run() -> None:
     """Run the command, as a program of its own."""
     # Python programs that it starts, as those that mark, import nothing from the folder in which they are started.
     os.environ["PYTHONSAFEPATH"] = "1"
+    courses.use("rotflex.course")
     app(prog_name="rotflex")
 
 

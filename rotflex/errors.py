@@ -4,21 +4,15 @@
 
     RotflexError
     ├── ConfigurationError   a combination of parts that does not exist (also a ValueError)
-    │   └── StudentIDError   text that cannot be a student's ID
     ├── RecordingError       a file or an array that is not a usable recording (also a ValueError)
     ├── IdentificationError  data from which the asked-for quantity cannot be found (also a ValueError)
     ├── DesignError          a control design that cannot be done (also a ValueError)
-    ├── AnswerError          an answer to a question or a part that does not exist (also a ValueError)
-    ├── CheckError           work that cannot be checked, packed or restored as asked
-    ├── BenchError           anything between us and the bench
-    │   ├── HILError         the board refused or failed a call
-    │   │   └── WatchdogExpired  the program was not quick enough; the motor is at 0 V
-    │   ├── NotRecorded      an experiment of which there is no recording
-    │   ├── LimitExceeded    a limit of the bench was passed; the motor is at 0 V
-    │   └── RunStopped       somebody stopped the experiment; the motor is at 0 V
-    └── GradingError         a class that cannot be graded as asked
-        ├── IsolationError   students' code cannot be isolated here; says which layer failed and what to do
-        └── GradebookError   a gradebook that cannot be read or written
+    └── BenchError           anything between us and the bench (also a RuntimeError)
+        ├── HILError         the board refused or failed a call
+        │   └── WatchdogExpired  the program was not quick enough; the motor is at 0 V
+        ├── NotRecorded      an experiment of which there is no recording
+        ├── LimitExceeded    a limit of the bench was passed; the motor is at 0 V
+        └── RunStopped       somebody stopped the experiment; the motor is at 0 V
 """
 
 from __future__ import annotations
@@ -61,10 +55,6 @@ class ConfigurationError(RotflexError, ValueError):
     """A combination of parts or parameters that does not exist."""
 
 
-class StudentIDError(ConfigurationError):
-    """Text that cannot be a student's ID."""
-
-
 class RecordingError(RotflexError, ValueError):
     """A file or an array that is not a usable recording."""
 
@@ -77,15 +67,7 @@ class DesignError(RotflexError, ValueError):
     """A control design that cannot be done."""
 
 
-class AnswerError(RotflexError, ValueError):
-    """An answer to a question or a part that does not exist."""
-
-
-class CheckError(RotflexError):
-    """A student's work that cannot be checked, packed or restored as asked."""
-
-
-class BenchError(RotflexError):
+class BenchError(RotflexError, RuntimeError):
     """Anything that goes wrong between us and the bench."""
 
 
@@ -111,26 +93,3 @@ class LimitExceeded(BenchError):
 
 class RunStopped(BenchError):
     """Somebody stopped the experiment. The motor has been set to 0 V."""
-
-
-class GradingError(RotflexError):
-    """A class that cannot be graded as asked."""
-
-
-class IsolationError(GradingError):
-    """Students' code cannot be isolated here.
-
-    Attributes
-    ----------
-    layer : what failed, in a word or two
-    remedy : what to do about it
-    """
-
-    def __init__(self, message: str, layer: str = "", remedy: str = "") -> None:
-        super().__init__(" ".join(filter(None, (message, remedy))))
-        self.layer = layer
-        self.remedy = remedy
-
-
-class GradebookError(GradingError):
-    """A gradebook that cannot be read or written."""

@@ -1,8 +1,8 @@
 """What a student hands in of a laboratory's bench: which bench each recording names, and whether it can be of that one.
 
 What comes here is a claim. The files were read in the sandbox, where the student's own code runs, too
-(:func:`rotflex.course.recordings_folder.evidence`); plain data came back, and is read strictly and within bounds. Whoever
-makes up a recording well is believed: ``docs/real_bench_marks.md`` says so.
+(:func:`rotflex.course.recordings_folder.evidence`); plain data came back, and is read strictly and within bounds.
+Whoever makes up a recording well is believed: ``docs/real_bench_marks.md`` says so.
 """
 
 from __future__ import annotations
@@ -18,9 +18,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from labcourse.answers.json_values import clean, read_dict, read_list, read_number, read_text, read_vector
+from labcourse.errors import AnswerError
 from rotflex.course import plausible
 from rotflex.course.recordings_folder import CHANNELS, LONGEST, MOST_RECORDINGS, MOST_SAMPLES
-from rotflex.errors import AnswerError, RotflexError
+from rotflex.errors import RotflexError
 from rotflex.hil.bench_file import LONGEST_NAME
 from rotflex.hil.recorded_runs import SETTINGS, TOLD, VOLTAGE_LIMIT
 from rotflex.recording import Recording

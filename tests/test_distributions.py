@@ -110,17 +110,17 @@ def test_a_students_installation_opens_the_notebooks_and_has_no_commands_of_inst
 @pytest.mark.parametrize("command", [("release", "out"), ("grade", "in", "--out", "out")], ids=lambda words: words[0])
 def test_without_a_course_a_command_says_how_to_name_one(installed, tmp_path, command):
     (tmp_path / "in" / "ada").mkdir(parents=True)
-    done = rotflex(installed, tmp_path, *command, ROTFLEX_COURSE="")
+    done = rotflex(installed, tmp_path, *command, LABCOURSE_COURSE="")
     assert done.returncode == 2
     said = " ".join(done.stderr.split())
-    assert "--course FOLDER" in said and "ROTFLEX_COURSE" in said, said
+    assert "--course FOLDER" in said and "LABCOURSE_COURSE" in said, said
 
 
 def test_release_finds_the_course_by_option_and_by_the_environment(installed, tmp_path):
     course = tmp_path / "elsewhere" / "solutions"
     shutil.copytree(ROOT / "solutions", course, ignore=shutil.ignore_patterns("__pycache__", "answers.json"))
     by_option = rotflex(installed, tmp_path, "release", "one", "--course", course)
-    by_setting = rotflex(installed, tmp_path, "release", "two", ROTFLEX_COURSE=str(course))
+    by_setting = rotflex(installed, tmp_path, "release", "two", LABCOURSE_COURSE=str(course))
     assert (by_option.returncode, by_setting.returncode) == (0, 0), by_option.stderr + by_setting.stderr
     one, two = ((tmp_path / out / "rotflex-course.zip").read_bytes() for out in ("one", "two"))
     assert one == two
@@ -152,12 +152,12 @@ def test_students_check_and_pack_their_work_with_their_own_wheel_alone(alone, tm
     notebook["cells"].insert(place, {**own, "execution_count": None})
     start.write_text(json.dumps(notebook), encoding="utf-8")
     # Before what this environment has: its own rotflex is the checkout's.
-    done = rotflex(alone, tmp_path, "submit", work, "--student", "ada", ROTFLEX_RUNNING="")
+    done = rotflex(alone, tmp_path, "submit", work, "--student", "ada", LABCOURSE_RUNNING="")
     assert done.returncode == 1, done.stdout + done.stderr  # one question is answered, and the others are empty
     assert "  00_start                   all there\n" in done.stdout
     assert "02_finding_stiffness       nothing yet" in done.stdout
     assert "among the course's cells, changed: console" in done.stdout
     with zipfile.ZipFile(tmp_path / "ada.zip") as packed:
         assert {"00_start.ipynb", "10_control_results.ipynb", "helper.py", "receipt.json"} <= set(packed.namelist())
-    restored = rotflex(alone, tmp_path, "restore", "00", "--folder", work, ROTFLEX_RUNNING="")
+    restored = rotflex(alone, tmp_path, "restore", "00", "--folder", work, LABCOURSE_RUNNING="")
     assert restored.returncode == 0 and "console is the course's again" in restored.stdout

@@ -8,7 +8,7 @@ import nbformat
 import pytest
 from nbclient import NotebookClient
 
-from rotflex.errors import AnswerError
+from labcourse.errors import AnswerError
 
 HELPER = "def stiffness():\n    # mine\n    return lab.value('2.12', 'K_s')"
 SENTENCE = "AnswerError: 2.12  K_s  not answered yet: notebook 02_finding_stiffness asks for it. Answer it there first."

@@ -10,11 +10,12 @@ import pytest
 import sympy
 
 import rotflex.course.lab
+from labcourse.errors import AnswerError, StudentIDError
 from rotflex import experiments
 from rotflex.config import srv02
 from rotflex.course.probes import COMPOUND_SINES
 from rotflex.course.questions import CATALOGUE
-from rotflex.errors import AnswerError, BenchError, ConfigurationError, StudentIDError
+from rotflex.errors import BenchError, ConfigurationError
 from rotflex.hil import twin
 from rotflex.hil.student_benches import DRAW, preset, student_bench, student_seed
 
@@ -22,7 +23,7 @@ from rotflex.hil.student_benches import DRAW, preset, student_bench, student_see
 @pytest.fixture(autouse=True)
 def folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.delenv("ROTFLEX_PROBE_SEED", raising=False)
+    monkeypatch.delenv("LABCOURSE_PROBE_SEED", raising=False)
     return tmp_path
 
 
@@ -226,12 +227,12 @@ def test_functions_are_tried_on_inputs_of_the_students_seed_or_of_the_environmen
 
     quiet().answer("2.10", spectrum=spectrum)
     assert np.array_equal(seen[0], COMPOUND_SINES.inputs(student_seed("ada"))[0][0])
-    monkeypatch.setenv("ROTFLEX_PROBE_SEED", "987654321")
+    monkeypatch.setenv("LABCOURSE_PROBE_SEED", "987654321")
     seen.clear()
     quiet().answer("2.10", spectrum=spectrum)
     assert np.array_equal(seen[0], COMPOUND_SINES.inputs(987654321)[0][0])
     assert json.loads((folder / "answers.json").read_text())["probe_seed"] == 987654321
-    monkeypatch.setenv("ROTFLEX_PROBE_SEED", "-1")
+    monkeypatch.setenv("LABCOURSE_PROBE_SEED", "-1")
     with pytest.raises(AnswerError, match="probe seed"):
         quiet()
 
@@ -311,7 +312,7 @@ def test_a_cell_that_waits_says_for_which_questions_and_one_that_does_not_says_n
 def test_a_course_of_the_laboratorys_benches_is_rehearsed_with_a_twin_and_other_virtual_benches_do_not_count(
     folder, monkeypatch, capsys
 ):
-    monkeypatch.delenv("ROTFLEX_RUNNING", raising=False)
+    monkeypatch.delenv("LABCOURSE_RUNNING", raising=False)
     said = {"student": "ada", "bench": {"which": "real", "benches": ["north"]}}
     (folder / "course.json").write_text(json.dumps(said))
     twin.save(folder / "twin.toml", twin.Twin(preset("real_bench"), srv02()), {})

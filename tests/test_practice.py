@@ -7,12 +7,13 @@ import pytest
 from made_courses import OURS
 
 import rotflex.course.lab
+from labcourse.errors import AnswerError
 from labcourse.grading.marking.decoding import decode
 from labcourse.grading.marking.marking import mark
 from labcourse.grading.verdicts import Status
 from rotflex import experiments, identification
 from rotflex.course import practice
-from rotflex.errors import AnswerError, ConfigurationError
+from rotflex.errors import ConfigurationError
 from rotflex.hil.student_benches import student_seed
 from solutions.true_bench import TrueBench
 
@@ -20,7 +21,7 @@ from solutions.true_bench import TrueBench
 @pytest.fixture
 def lab(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.delenv("ROTFLEX_RUNNING", raising=False)
+    monkeypatch.delenv("LABCOURSE_RUNNING", raising=False)
     return rotflex.course.lab.start("ada", quiet=True)
 
 
@@ -90,7 +91,7 @@ def test_a_recording_of_it_that_is_handed_in_is_another_benchs(lab, tmp_path):
 
 def test_where_a_program_runs_the_notebooks_it_is_always_the_same_and_works(lab, monkeypatch, capsys):
     for running in ("check", "grade"):
-        monkeypatch.setenv("ROTFLEX_RUNNING", running)
+        monkeypatch.setenv("LABCOURSE_RUNNING", running)
         one = lab.practice()
         assert one.number == 1
         one.answer(omega_n=20)

@@ -18,13 +18,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import rotflex
+import labcourse
 from labcourse import files
 from labcourse.answers import forms, predictions, set_aside
 from labcourse.answers.forms import FormError, NotAnswered
 from labcourse.answers.parts import Question
+from labcourse.errors import AnswerError
 from labcourse.student_id import caseless
-from rotflex.errors import AnswerError
 
 FORMAT = 2
 MAX_BYTES = 1_000_000  #: of the whole file; docs/handing_in.md states it
@@ -68,7 +68,7 @@ def parse(data: bytes) -> dict[str, Any]:
         raise AnswerError(f"It is not JSON: {error}") from None
     number = content.get("format") if isinstance(content, dict) else None
     if not isinstance(number, int | None) or isinstance(number, bool) or number not in (None, *_KEYS):
-        raise AnswerError(f"Its format is {repr(number)[:20]}; this version of rotflex reads up to format {FORMAT}.")
+        raise AnswerError(f"Its format is {repr(number)[:20]}; this version of labcourse reads up to format {FORMAT}.")
     if not isinstance(content, dict) or content.keys() - {WHEN, predictions.SECTION} != _KEYS[number or FORMAT]:
         raise AnswerError(f"It should be an object with {', '.join(sorted(_KEYS[FORMAT]))}.")
     seed = content["probe_seed"]
@@ -260,7 +260,7 @@ class AnswerBook:
             "format": FORMAT,
             "student": self.student,
             "bench": self.bench,
-            "software": f"rotflex {rotflex.__version__}",
+            "software": f"labcourse {labcourse.__version__}",
             "probe_seed": self.probe_seed,
             "answers": answers,
             "cells": cells,

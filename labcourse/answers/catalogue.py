@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from labcourse.answers.parts import Question, ReportItem, prose, whole
 from labcourse.answers.predictions import Foretold
-from rotflex.errors import AnswerError
+from labcourse.errors import AnswerError
 
 if TYPE_CHECKING:
     from labcourse.answers.starts import Start

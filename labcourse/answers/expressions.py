@@ -15,7 +15,7 @@ from typing import Any
 
 from labcourse.answers.json_values import FormError, NotAnswered, read_number
 from labcourse.answers.symbols import Names, listed, plain, without_time
-from rotflex.errors import AnswerError
+from labcourse.errors import AnswerError
 
 MAX_NODES = 1000  #: a page of formula
 MAX_DEPTH = 40  #: deeper than anybody can read

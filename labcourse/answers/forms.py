@@ -13,7 +13,7 @@ from typing import Any
 from labcourse.answers.json_values import FormError, NotAnswered
 from labcourse.answers.kinds import arrays, figures, functions, recordings, symbolic, values
 from labcourse.answers.parts import Part
-from rotflex.errors import AnswerError
+from labcourse.errors import AnswerError
 
 __all__ = ["MAX_BYTES", "Encoded", "FormError", "NotAnswered", "decode", "encode", "show"]
 

@@ -18,7 +18,7 @@ MAX_SOURCE = 200_000  #: characters of a cell; thousands of lines
 MAX_TEXT = 10_000_000  #: characters of a text cell, which may hold pictures, as Colab writes them
 CODE, TEXT, RAW = "code", "markdown", "raw"  #: kinds of cells
 UNREADABLE = "unreadable"  #: kind of a cell with a source that is too long; the source is left out
-_FORMS = {"nbgrader": dict, "rotflex": dict, "tags": list}  # of a cell's metadata, as far as they are used
+_FORMS = {"nbgrader": dict, "labcourse": dict, "tags": list}  # of a cell's metadata, as far as they are used
 
 
 class NotebookError(Exception):

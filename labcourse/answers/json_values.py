@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rotflex.errors import AnswerError
+from labcourse.errors import AnswerError
 
 
 class FormError(AnswerError):

@@ -24,7 +24,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from labcourse.answers.probes import Probe
-from rotflex.errors import AnswerError
+from labcourse.errors import AnswerError
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.forms import FormError, NotAnswered
 from labcourse.answers.json_values import clean
 from labcourse.answers.predictions import LONGEST, SAID, WHY, Foretold, beside, of_question, shown
-from rotflex.errors import AnswerError
+from labcourse.errors import AnswerError
 
 
 def predict(book: AnswerBook, catalogue: Catalogue, question: str, said: Mapping[str, Any]) -> list[str]:

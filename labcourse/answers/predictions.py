@@ -13,7 +13,7 @@ from typing import Any
 
 from labcourse.answers import forms
 from labcourse.answers.parts import Part
-from rotflex.errors import AnswerError
+from labcourse.errors import AnswerError
 
 SECTION = "predictions"  #: of answers.json
 SAID, WHY = "said", "why"

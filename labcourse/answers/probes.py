@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from labcourse.answers.json_values import FormError, NotAnswered
-from rotflex.errors import AnswerError
+from labcourse.errors import AnswerError
 
 
 @dataclass(frozen=True)

@@ -15,8 +15,8 @@ import numpy as np
 
 from labcourse.answers.catalogue import Catalogue, enumeration
 from labcourse.course_file import OFF, ON, REFLECT
+from labcourse.errors import AnswerError, ConfigurationError, CourseError
 from labcourse.messages import plural
-from rotflex.errors import AnswerError, ConfigurationError, RotflexError
 
 Where = tuple[str, str]  # question, part
 
@@ -105,7 +105,14 @@ def reflect(checks: Iterable[Check], find: Callable[[str, str], Any]) -> Reflect
         try:
             with np.errstate(all="ignore"):
                 text = check.ask(*values)
-        except (ArithmeticError, LookupError, TypeError, ValueError, RotflexError):  # of numbers as a student may give
+        except (
+            ArithmeticError,
+            LookupError,
+            TypeError,
+            ValueError,
+            RuntimeError,
+            CourseError,
+        ):  # of numbers as a student may give
             unclear |= dict.fromkeys(check.questions)
             continue
         compared += 1

@@ -21,7 +21,7 @@ from labcourse.messages import plural
 
 PDF, HTML = ".pdf", ".html"
 MAX_BYTES = 20_000_000  #: of a report; ten photographs as telephones make them
-COMPOSED = "rotflex-composed"  #: a key word of a PDF that is made of the notebook's texts
+COMPOSED = "labcourse-composed"  #: a key word of a PDF that is made of the notebook's texts
 _MAGIC, _WITHIN = b"%PDF-", 1024  # a PDF begins with it, or nearly so
 _SHOWN = 12  # digits of a digest by which people tell two files apart; of a class no two begin alike
 _GIVEN = re.compile(r"^\[PDF: [\w.-]+, SHA-256 [0-9a-f]{64}\]$", re.MULTILINE)

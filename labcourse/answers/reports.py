@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.parts import ReportItem
-from rotflex.errors import AnswerError
+from labcourse.errors import AnswerError
 
 if TYPE_CHECKING:
     from labcourse.session import Session

@@ -17,7 +17,7 @@ import numpy as np
 
 from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.parts import Part, Question, ReportItem
-from rotflex.errors import ConfigurationError
+from labcourse.errors import ConfigurationError
 
 GIVEN = "given"  #: in course.json
 Where = tuple[str, str]  # question and part

@@ -8,7 +8,7 @@ from typing import Any
 from labcourse.answers import forms
 from labcourse.answers.answers import AnswerBook
 from labcourse.answers.parts import Part, Question
-from rotflex.errors import AnswerError
+from labcourse.errors import AnswerError
 
 _LEFT = "text-align: left"  # JupyterLab sets cells to the right
 _ENTRY = "font-family: monospace; white-space: pre; background: none; text-align: left; margin: 0"

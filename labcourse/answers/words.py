@@ -21,7 +21,7 @@ from labcourse.answers.handed_in import CODE, TEXT, Cell
 from labcourse.answers.json_values import clean
 from labcourse.answers.kinds.values import LONGEST_PROSE, STUBS, of_few_words
 
-KEY = "rotflex"  #: of a cell's metadata: {"question": ..., "part": ...}
+KEY = "labcourse"  #: of a cell's metadata: {"question": ..., "part": ...}
 INSTRUCTOR = "instructor"  #: tag of cells that only an instructor's notebook has
 MARK = "✎"  #: what a place to write begins with, in every notebook
 STUB = (

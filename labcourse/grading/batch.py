@@ -18,10 +18,11 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
-import rotflex
+import labcourse
 from labcourse.answers import cell_reports, report_files
 from labcourse.answers.cell_reports import Reports
 from labcourse.benches import REAL
+from labcourse.errors import GradingError, IsolationError
 from labcourse.grading import stages
 from labcourse.grading.course import Course
 from labcourse.grading.gradebook import Gradebook, Graded, MarkRecord, RunRecord
@@ -52,7 +53,6 @@ from labcourse.grading.verdicts import Status
 from labcourse.run.portability import Version
 from labcourse.run.reasons import explain
 from labcourse.student_id import caseless
-from rotflex.errors import GradingError, IsolationError
 
 ISOLATED, NOT_ISOLATED = "Run in isolation.", "Run without isolation."
 PROBE_SEED_BITS = 48  #: not to be guessed, and exact as a float
@@ -177,7 +177,7 @@ class Batch:
         with ExitStack() as stack:
             pool = stack.enter_context(self._pool())
             marker = stack.enter_context(Marker(self._course, pool.capacity))
-            graders = stack.enter_context(ThreadPoolExecutor(pool.capacity, thread_name_prefix="rotflex-grade"))
+            graders = stack.enter_context(ThreadPoolExecutor(pool.capacity, thread_name_prefix="labcourse-grade"))
             coming = iter(self._submissions)
             # No more are begun than can run at a time, so that a large class takes no more memory than a small one.
             busy = {graders.submit(self._grade, one, pool, marker) for one in islice(coming, pool.capacity)}
@@ -252,7 +252,7 @@ class Batch:
         settings, student = self._settings, taken.submission.student
         how = [asdict(settings.limits), settings.isolated, settings.every_cell]
         what = [student, taken.bench_of, taken.prepared.content()]
-        content = _digest([what, taken.bundle.digest, rotflex.__version__, how])
+        content = _digest([what, taken.bundle.digest, labcourse.__version__, how])
         seed = settings.probe_seed
         if seed is None:  # nobody can know it who does not have the gradebook
             drawn = hmac.digest(self._secret, content.encode(), "sha256")
@@ -262,7 +262,7 @@ class Batch:
             student=student,
             submission=_digest([taken.prepared.digest(), taken.problems, taken.notes]),
             master=taken.bundle.digest,
-            software=f"rotflex {rotflex.__version__}",
+            software=f"labcourse {labcourse.__version__}",
             probe_seed=seed,
             isolation=ISOLATED if settings.isolated else NOT_ISOLATED,
             claim={} if taken.prepared.claim is None else dict(taken.prepared.claim.cells),
@@ -362,7 +362,7 @@ class Batch:
             student=student,
             submission="",
             master=self._bundles.current.digest,
-            software=f"rotflex {rotflex.__version__}",
+            software=f"labcourse {labcourse.__version__}",
             probe_seed=0,
             isolation=ISOLATED if self._settings.isolated else NOT_ISOLATED,
             problems=(f"Not graded. {fault}",),

@@ -20,21 +20,20 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from labcourse.benches import FIRST_DRAW, REAL, BenchPolicy
+from labcourse.errors import AnswerError, GradingError
 from labcourse.grading import settings
 from labcourse.grading.settings import CourseSettings
-from rotflex.errors import AnswerError, GradingError
 
 if TYPE_CHECKING:  # the commands begin here, and are quick to say what they can do
     from labcourse.answers.catalogue import Catalogue
     from labcourse.grading.verdicts import Key
 
 ENTRY = "course:COURSE"  #: module in the course's folder, and the name in it
-SETTING = "ROTFLEX_COURSE"  #: environment variable: the course's folder, where none is named
+SETTING = "LABCOURSE_COURSE"  #: environment variable: the course's folder, where none is named
 OUTCOMES_FILE = "outcomes.toml"  #: in the course's folder: to which outcomes its codes go; there need not be one
 SHEETS_FILE = "sheets.toml"  #: in the course's folder: how its scoring sheets are laid out; there need not be one
 RUBRIC_FILE = "rubric.toml"  #: in the course's folder, what a person looks for in words; there need not be one
 USUAL = Path("solutions")  #: the course's folder in a checkout
-NOT_RELEASED = "instructor"  #: the folder of a package that students do not get
 _FIRST_INSTRUCTOR_NOTEBOOK = "90"  # from this number on, notebooks are for instructors only
 
 
@@ -79,8 +78,10 @@ class Course:
         what was measured is for a person
     knows_bench : whether the truth is known of the bench that notebooks are run on with some parameters. What answers
         say of their bench is a claim: it is compared with the truth's ``identity``, if that has one, and told
-    packages : import names of the packages that students get; of each, everything but its folder ``instructor``
-    requires : packages that these need besides what rotflex needs, as pip takes them
+    package : import name of the course's package, in which the notebooks of a release are installed
+    packages : import names of the packages that students get besides labcourse
+    command : the program that students type
+    requires : packages that these need besides, as pip takes them
     parameters : what notebooks are run with when they are graded, besides ``student``
     imports : modules that notebooks use, to be imported once for all of them
     stated : numbers that texts repeat
@@ -92,6 +93,8 @@ class Course:
     catalogue: Catalogue
     key: Key
     bench: Callable[[str, BenchPolicy], Any]
+    package: str
+    packages: tuple[str, ...]
     title: str = ""
     presets: tuple[str, ...] = ()
     draw: int = FIRST_DRAW
@@ -101,7 +104,7 @@ class Course:
     evidence: str = ""
     bench_of_evidence: Callable[[BenchPolicy, bytes], Any] | None = None
     knows_bench: Callable[[Mapping[str, Any]], bool] = lambda bench: True
-    packages: tuple[str, ...] = ("rotflex",)
+    command: str = "labcourse"
     requires: tuple[str, ...] = ()
     parameters: Mapping[str, str] = field(default_factory=dict)
     imports: tuple[str, ...] = ()
@@ -242,7 +245,7 @@ def package_folder(name: str) -> Path:
 
 def _package(folder: Path) -> str:
     """A package name of this folder's own, so that courses of equal module names do not mix."""
-    name = f"rotflex_course_{hashlib.sha256(str(folder).encode()).hexdigest()[:12]}"
+    name = f"labcourse_course_{hashlib.sha256(str(folder).encode()).hexdigest()[:12]}"
     if name not in sys.modules:
         package = types.ModuleType(name)
         package.__path__ = [str(folder)]

@@ -16,11 +16,11 @@ from labcourse.answers.cell_reports import CellError, CellReport, Refusal, Repor
 from labcourse.answers.report_files import ReportFile
 from labcourse.answers.words import Where, Words
 from labcourse.benches import BenchPolicy
+from labcourse.errors import AnswerError
 from labcourse.grading.gradebook import Graded, MarkRecord, RunRecord
 from labcourse.grading.marking.marking import KEY_FAILED, UNMARKED, About, Mark
 from labcourse.grading.marking.marking_processes import Asked, Marked
 from labcourse.grading.verdicts import Status
-from rotflex.errors import AnswerError
 
 FAILED = "failed: "  #: begins the key of what stands for a run where grading itself failed
 

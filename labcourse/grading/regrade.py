@@ -7,6 +7,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from typing import Any
 
+from labcourse.errors import AnswerError, CourseError, GradingError
 from labcourse.grading.course import Course
 from labcourse.grading.gradebook import GIVEN_BY_A_PERSON, Gradebook, Graded, MarkRecord
 from labcourse.grading.graded_run import facts_of, mark_records, to_be_marked, with_messages
@@ -14,7 +15,6 @@ from labcourse.grading.marking.digest import marking_digest
 from labcourse.grading.marking.marking_processes import Marker
 from labcourse.grading.reports.result import points
 from labcourse.grading.verdicts import UNDECIDED
-from rotflex.errors import AnswerError, GradingError, RotflexError
 
 ACTOR = "rotflex regrade"  #: who changes marks here, in the audit trail
 
@@ -109,7 +109,7 @@ def _marked(graded: Graded, marker: Marker, questions: Collection[str], digest: 
         return Regraded(graded, graded)
     try:
         marked = marker.mark(to_be_marked(run))
-    except RotflexError as error:
+    except CourseError as error:
         return Regraded(graded, graded, str(error))
     if not questions:
         return Regraded(graded, Graded(with_messages(run, marked), mark_records(marked.marks), digest))

@@ -1,4 +1,3 @@
-# ruff: noqa: INP001 (no module: JupyterLab starts it by its path)
 """A Python kernel that finds a student's modules, and none of them in place of Python's own.
 
 It is run as ``python -P kernel.py``: whatever lies in the folder of the notebooks, nothing of it is imported before a

@@ -12,9 +12,9 @@ from labcourse.answers import report_files
 from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.own_files import megabytes
 from labcourse.answers.report_files import ReportFile
+from labcourse.errors import AnswerError
 from labcourse.messages import plural
 from labcourse.report import checklist
-from rotflex.errors import AnswerError
 
 MOST_PAGES = 150  #: of a document that is looked through; a report has a tenth
 _READER = "pypdf"  # pure Python, and small

@@ -13,6 +13,7 @@ from labcourse.answers.attached_pictures import PICTURE
 from labcourse.answers.handed_in import NotebookError
 from labcourse.answers.parts import Question, ReportItem
 from labcourse.answers.saved_words import MAX_BYTES
+from labcourse.errors import AnswerError
 from labcourse.report import counting, entries, fine_curves, front
 from labcourse.report.document import (
     Axes,
@@ -26,7 +27,6 @@ from labcourse.report.document import (
     Table,
 )
 from labcourse.report.front import Front
-from rotflex.errors import AnswerError
 
 if TYPE_CHECKING:
     from labcourse.session import Session

@@ -11,7 +11,7 @@ import numpy as np
 
 from labcourse.answers import forms
 from labcourse.answers.parts import Part, Question
-from rotflex.errors import AnswerError
+from labcourse.errors import AnswerError
 
 _NOISE = 1e-9  # of a matrix's largest entry: below, it is what rounding has left of a zero
 _DIGITS = 4  # significant, as a results table in a notebook has them

@@ -22,12 +22,12 @@ from labcourse import files
 from labcourse.answers.json_values import read_dict, read_list, read_vector, rounded
 from labcourse.answers.kinds.figures import MOST_AXES, MOST_LINES, most_of, seen_diagrams
 from labcourse.answers.parts import Question
-from rotflex.errors import AnswerError
+from labcourse.errors import AnswerError
 
 if TYPE_CHECKING:
     from labcourse.answers.answers import AnswerBook
 
-FOLDER = ".rotflex-figures"  #: beside the notebooks
+FOLDER = ".labcourse-figures"  #: beside the notebooks
 _POINTS = 2000  # of a curve: a dozen to each millimetre of a page's width
 _MAX_BYTES = 20_000_000  # of a file: all curves that a figure may have; 8 diagrams of 24 curves, 13 characters a number
 

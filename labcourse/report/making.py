@@ -15,11 +15,11 @@ from typing import TYPE_CHECKING, Any
 
 from labcourse import files
 from labcourse.answers import report_files
+from labcourse.errors import AnswerError
 from labcourse.messages import plural
 from labcourse.report import attaching, checklist
 from labcourse.report.document import Place
 from labcourse.run import by_program, from_notebook
-from rotflex.errors import AnswerError
 
 if TYPE_CHECKING:
     from labcourse.session import Session

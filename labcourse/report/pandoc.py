@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from rotflex.errors import RotflexError
+from labcourse.errors import CourseError
 
 #: As a notebook reads Markdown. Raw HTML is read as such, so that it can be left out (labcourse.report.tree).
 _MARKDOWN = "commonmark+tex_math_dollars+pipe_tables+strikeout+footnotes+autolink_bare_uris"
@@ -20,7 +20,7 @@ _MEMORY = "1G"  # of pandoc's own
 Node = dict[str, Any]  # of pandoc's tree: {"t": type, "c": content}
 
 
-class ReportError(RotflexError):
+class ReportError(CourseError):
     """A report that cannot be made; the message says why, and what to do."""
 
 

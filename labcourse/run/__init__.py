@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 
 #: Environment variable, set while notebooks are run by a program: "grade" or "check".
-RUNNING = "ROTFLEX_RUNNING"
+RUNNING = "LABCOURSE_RUNNING"
 _NBVAL = ".ipynb::"  # in the name of a test that is a notebook's cell
 
 

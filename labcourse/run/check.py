@@ -23,6 +23,7 @@ from labcourse.answers import (
 )
 from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.cell_reports import REPORTS_FILE, Reports
+from labcourse.errors import AnswerError
 from labcourse.files import ANSWERS_FILE, COURSE_FILE
 from labcourse.run import (
     alignment,
@@ -41,7 +42,6 @@ from labcourse.run.merge import Merged
 from labcourse.run.reasons import Claim
 from labcourse.run.student_folder import Work
 from labcourse.student_id import caseless
-from rotflex.errors import AnswerError
 
 _ROUGHLY = 2.0  # s by which the clocks of files may differ from ours
 
@@ -208,7 +208,7 @@ def _run(
     work: Work, merged: Merged, student: str, imports: Sequence[str], cell_timeout: float, report: Report
 ) -> tuple[bytes | None, Reports, tuple[Broken, ...]]:
     """Run in a copy of the folder: what was recorded, what became of cells, and which did not end by themselves."""
-    with tempfile.TemporaryDirectory(prefix="rotflex-check-", ignore_cleanup_errors=True) as scratch:
+    with tempfile.TemporaryDirectory(prefix="labcourse-check-", ignore_cleanup_errors=True) as scratch:
         place = Path(scratch)
         for name, content in work.hand_in.files.items():
             (place / name).parent.mkdir(parents=True, exist_ok=True)

@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from labcourse.errors import CheckError
 from labcourse.run import by_program
 from labcourse.run.from_notebook import nothing_here
 from labcourse.safe_text import say
-from rotflex.errors import CheckError
 
 if TYPE_CHECKING:  # modules load when a command needs them
     from labcourse.run.check import Checked
@@ -100,13 +100,13 @@ def restore(
     ] = False,
 ) -> None:
     """Get back cells and text of the course's that you changed, moved or deleted. No answer of yours is touched."""
-    from labcourse import released
+    from labcourse import courses, released
     from labcourse.run import restore as restoring
 
     with _a_run("restore"):
         masters = released.masters()
         place = _place(folder)
-        if place == (released.course_folder() / "notebooks").resolve():
+        if place == courses.current().notebooks.resolve():
             raise CheckError(
                 f"The notebooks in {place} are the only ones that this installation has: it has nothing to give "
                 "back. Install the course anew (pip install .), from the zip that you got."
@@ -148,13 +148,11 @@ def _place(folder: Path | None) -> Path:
 
 
 def _checked(folder: Path, student: str) -> Checked:
-    from labcourse import released
+    from labcourse import courses, released
     from labcourse.run import check as checking
 
     masters = released.masters()
-    if (
-        folder.resolve() == (released.course_folder() / "notebooks").resolve()
-    ):  # texts would be compared with themselves
+    if folder.resolve() == courses.current().notebooks.resolve():  # texts would be compared with themselves
         raise CheckError(
             "Here your own notebooks stand for the course's, and none of your texts would be found. This happens "
             "with python -m rotflex in the course's folder, or after pip install -e. Install the course once "

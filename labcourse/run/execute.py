@@ -18,9 +18,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from labcourse.errors import CheckError
 from labcourse.jupyterlab import KERNEL
 from labcourse.run import RUNNING
-from rotflex.errors import CheckError
 
 DIED, EXITED, TIMED_OUT = "died", "exited", "timed out"
 CELL_TIMEOUT = 60.0  #: s; the longest cell takes seconds
@@ -79,7 +79,7 @@ def run(
     """
     broken: list[Broken] = []
     # JupyterLab's own settings, and what a student's IPython does when it starts, are not part of the work.
-    with tempfile.TemporaryDirectory(prefix="rotflex-ipython-", ignore_cleanup_errors=True) as settings:
+    with tempfile.TemporaryDirectory(prefix="labcourse-ipython-", ignore_cleanup_errors=True) as settings:
         kernels = _Kernels(folder, Path(settings), _warm_up(imports))
         try:
             for place, (name, notebook) in enumerate(notebooks.items()):
@@ -207,7 +207,7 @@ class _Kernel:
             "IPYTHONDIR": str(self._settings),
             RUNNING: "check",
             "ROTFLEX_PROGRESS": "off",
-            "ROTFLEX_PICTURES": "off",
+            "LABCOURSE_PICTURES": "off",
             # As where it is graded; and two kernels share the processors.
             "OMP_NUM_THREADS": "1",
             "OPENBLAS_NUM_THREADS": "1",

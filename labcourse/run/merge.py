@@ -12,7 +12,7 @@ from labcourse.run import alignment, skippable_cells
 from labcourse.run.alignment import Change, Placed, Role
 
 Notebook = dict[str, Any]
-ROLE = "role"  #: where a cell that is run says whose it is, among its metadata's ``rotflex``
+ROLE = "role"  #: where a cell that is run says whose it is, among its metadata's ``labcourse``
 _NAME = re.compile(r"[a-zA-Z0-9_-]{1,64}")  # what the format of notebooks has for an id
 
 
@@ -64,7 +64,7 @@ def merged(
 
 def role_of(cell: Mapping[str, Any]) -> Role:
     """Whose a cell of a merged notebook is."""
-    return Role(cell["metadata"]["rotflex"][ROLE])
+    return Role(cell["metadata"]["labcourse"][ROLE])
 
 
 def _cells(
@@ -111,7 +111,7 @@ def _is_code(cell: Mapping[str, Any]) -> bool:
 def _code(template: Mapping[str, Any] | None, name: str, source: object, role: Role) -> dict[str, Any]:
     metadata = dict(template["metadata"]) if template else {}
     metadata["tags"] = [*metadata.get("tags", []), "raises-exception"]
-    metadata["rotflex"] = {**metadata.get("rotflex", {}), ROLE: role.value}
+    metadata["labcourse"] = {**metadata.get("labcourse", {}), ROLE: role.value}
     return {
         "id": name,
         "cell_type": CODE,

@@ -19,9 +19,9 @@ from typing import Any
 from labcourse import files
 from labcourse.answers import own_files
 from labcourse.answers.handed_in import CODE, NotebookError, cells_in, document
+from labcourse.errors import CheckError
 from labcourse.run import alignment
 from labcourse.run.alignment import Change, Happened, Placed, Role
-from rotflex.errors import CheckError
 
 _VERSION = (4, 5)  # of the format of notebooks: the first whose cells have ids
 _MOST_ROUNDS = 50  # each puts more cells into their order; two are usual

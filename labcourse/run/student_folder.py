@@ -11,9 +11,9 @@ from labcourse import course_file, files, hub, student_id
 from labcourse.answers import own_files, report_files
 from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.handed_in import Cell, HandIn, NotebookError, cells_of
+from labcourse.errors import CheckError, ConfigurationError, StudentIDError
 from labcourse.files import ANSWERS_FILE, COURSE_FILE
 from labcourse.session import DEMO
-from rotflex.errors import CheckError, ConfigurationError, StudentIDError
 
 USUAL = "notebooks"  #: the folder that ``rotflex lab`` opens unless it is told another
 

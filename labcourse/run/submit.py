@@ -11,20 +11,20 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-import rotflex
+import labcourse
 from labcourse import files, student_id
 from labcourse.answers import own_files, report_files
 from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.handed_in import document
 from labcourse.answers.own_files import RECEIPT_FILE
 from labcourse.answers.report_files import ReportFile
+from labcourse.errors import CheckError, StudentIDError
 from labcourse.files import ANSWERS_FILE, COURSE_FILE
 from labcourse.messages import plural
 from labcourse.run import student_folder
 from labcourse.run.check import Checked
 from labcourse.run.check_words import brief
 from labcourse.session import DEMO
-from rotflex.errors import CheckError, StudentIDError
 
 MAX_OUTPUT = 200_000  #: characters, as JSON, of what a cell shows; more is left out: it is for people, and not needed
 _SHOWN = 16  # digits of the content's hash that are printed; 64 bits, which nobody hits by chance
@@ -218,7 +218,7 @@ def _receipt(
         "with": list(partners),
         "time": time.astimezone(UTC).isoformat(timespec="seconds"),
         "content": digest,
-        "software": f"rotflex {rotflex.__version__}",
+        "software": f"labcourse {labcourse.__version__}",
         "checked": checked is not None,
         "answered": [question for question, there in questions.items() if there],
         "not_answered": [question for question, there in questions.items() if not there],

@@ -19,15 +19,15 @@ from typing import Any
 from labcourse import files
 from labcourse.answers.handed_in import CODE, NotebookError, cells_in, document
 from labcourse.answers.words import MARK
+from labcourse.errors import ConfigurationError
 from labcourse.run import alignment, restore
 from labcourse.run.alignment import Happened, Role
-from rotflex.errors import ConfigurationError
 
 STUB = "# Your code here."  #: what a released answer cell has where the solution stood
 ASIDE = "-before"  #: at the end of the name of a cell that an answer cell of another kind has taken the place of
 _KEPT = ".before-{release}"  # the folder of copies; a hidden one is not handed in
 
-_COURSES = ("nbgrader", "deletable", "editable", "rotflex")  # metadata that make a cell one of the course's
+_COURSES = ("nbgrader", "deletable", "editable", "labcourse")  # metadata that make a cell one of the course's
 
 _Cell = dict[str, Any]
 

@@ -31,7 +31,7 @@ class View {
     this.open = false; // an event is under way
     this.pending = null; // the latest that waits for its answer
     this.queue = []; // presses that wait
-    this.host = make("div", "rotflex-explorer", el);
+    this.host = make("div", "labcourse-explorer", el);
     this.host.tabIndex = -1; // a click beside the controls is for the explorer, too
     guard(this.host);
     this.host.addEventListener("keydown", (event) => event.stopPropagation());

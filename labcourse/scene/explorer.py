@@ -13,10 +13,10 @@ from typing import Any
 import anywidget
 import traitlets
 
+from labcourse.errors import CourseError, speaks_for_itself
 from labcourse.pictures import SWITCH, Picture, bundle
 from labcourse.scene.saved_explorers import EXPLORER, VIEW
 from labcourse.scene.scene import Scene
-from rotflex.errors import RotflexError
 
 _HERE = Path(__file__).parent
 # One module, in files that can be read.
@@ -148,8 +148,10 @@ class Explorer(anywidget.AnyWidget):
         data, metadata = live if isinstance(live, tuple) else (live, {})
         try:
             picture, about = self.static_view()
-        except RotflexError:  # there is nothing to draw yet; the widget says why
-            picture, about = {}, {}
+        except Exception as error:
+            if not speaks_for_itself(error):
+                raise
+            picture, about = {}, {}  # there is nothing to draw yet; the widget says why
         shown = {} if os.environ.get(SWITCH) == "off" else data or {}
         mark = {VIEW: {EXPLORER: True}} if VIEW in shown else {}
         return {**shown, **picture, "text/plain": repr(self)}, {**metadata, **about, **mark}
@@ -176,7 +178,7 @@ def _running_loop() -> asyncio.AbstractEventLoop | None:
 
 def error_text(error: Exception) -> str:
     """An exception for a student: ours as they are, others with their kind."""
-    if isinstance(error, RotflexError):
+    if speaks_for_itself(error):
         return str(error)
     return f"This did not work ({type(error).__name__}: {error}). What you see is as it was before."
 
@@ -184,5 +186,5 @@ def error_text(error: Exception) -> str:
 def _finite(value: Any) -> float:
     number = float(value)
     if not math.isfinite(number):
-        raise RotflexError(f"{value!r} is not a number that can be used here.")
+        raise CourseError(f"{value!r} is not a number that can be used here.")
     return number

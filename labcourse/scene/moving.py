@@ -18,7 +18,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from rotflex.errors import RotflexError
+from labcourse.errors import CourseError
 
 Item = dict[str, Any]
 
@@ -74,7 +74,7 @@ class Moving:
     """A drawing to scale, as wide and as high as there is room for.
 
     A role is what a shape stands for: one of :data:`~labcourse.pictures.ROLES`, ghost, grid, axis, text, body.
-    Later shapes cover earlier ones. A signal's name that is not among ``signals`` raises RotflexError.
+    Later shapes cover earlier ones. A signal's name that is not among ``signals`` raises CourseError.
 
     Attributes
     ----------
@@ -132,4 +132,4 @@ class Moving:
     def _check(self, names: list[str]) -> None:
         for name in names:
             if name not in self.signals:
-                raise RotflexError(f"The drawing has no signal {name!r}; it has {', '.join(self.signals)}.")
+                raise CourseError(f"The drawing has no signal {name!r}; it has {', '.join(self.signals)}.")

@@ -6,8 +6,8 @@ from collections.abc import Callable
 from pathlib import Path
 
 from labcourse import files
+from labcourse.errors import CourseError
 from labcourse.pictures import DOTS_PER_INCH, Picture, style
-from rotflex.errors import RotflexError
 
 
 def save(picture: Picture, folder: Path, name: str) -> list[Path]:
@@ -15,7 +15,7 @@ def save(picture: Picture, folder: Path, name: str) -> list[Path]:
 
     Raises
     ------
-    RotflexError
+    CourseError
         If they cannot be written.
     """
 
@@ -34,11 +34,11 @@ def written(path: Path, content: files.Content) -> Path:
 
     Raises
     ------
-    RotflexError
+    CourseError
         If it cannot be written.
     """
     try:
         files.write(path, content)
     except OSError as error:
-        raise RotflexError(f"{path.name} cannot be written: {error.strerror or error}.") from None
+        raise CourseError(f"{path.name} cannot be written: {error.strerror or error}.") from None
     return path

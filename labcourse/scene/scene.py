@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from labcourse.errors import CourseError
 from labcourse.scene.moving import Item, Moving
-from rotflex.errors import RotflexError
 
 MOST_POINTS = 1200  #: of a curve; more than a screen has across
 
@@ -240,7 +240,7 @@ class Scene:
 
         Raises
         ------
-        RotflexError
+        CourseError
             If a signal that is played moves nothing.
         """
         buffer = _Buffer()
@@ -266,7 +266,7 @@ class Scene:
         moved = {name for drawing in drawings for name in drawing.signals}
         for name in self.play.signals:
             if name not in moved:
-                raise RotflexError(
+                raise CourseError(
                     f"No drawing has a signal {name!r} to be played; there are {', '.join(sorted(moved))}."
                 )
         signals = {name: buffer.put(values) for name, values in self.play.signals.items()}

@@ -17,7 +17,7 @@ import os
 from collections.abc import Iterable
 from pathlib import Path
 
-from labcourse import hub
+from labcourse import courses, hub
 from labcourse.answers.reflection import Check
 from labcourse.benches import PRESET, REAL, SAME
 from labcourse.course_file import bench_policy
@@ -52,6 +52,7 @@ def start(
     BenchError
         If the bench's address is not understood.
     """
+    courses.use("rotflex.course")
     place = Path(folder) if folder is not None else Path.cwd()
     return Lab(student_of(student, place), bench, place, quiet)
 

@@ -15,9 +15,10 @@ import secrets
 from collections.abc import Collection
 from types import TracebackType
 
+from labcourse.errors import AnswerError
 from labcourse.run import by_program
 from rotflex import hil
-from rotflex.errors import AnswerError, ConfigurationError
+from rotflex.errors import ConfigurationError
 from rotflex.hil.student_benches import DRAW, FIRST_RUN, student_bench
 
 MOST = 1_000_000  #: numbers of practice benches

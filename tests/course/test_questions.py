@@ -6,8 +6,8 @@ import re
 import numpy as np
 import pytest
 
+from labcourse.errors import AnswerError
 from rotflex.course.questions import CATALOGUE
-from rotflex.errors import AnswerError
 
 # As the workbook has them: section, and the codes in front of the question (the same as at its answer).
 SECTIONS = {

@@ -5,10 +5,10 @@ import re
 import pytest
 
 from labcourse.answers.reports import in_one_piece
+from labcourse.errors import AnswerError
 from labcourse.session import Session
 from rotflex.course import reports
 from rotflex.course.questions import CATALOGUE
-from rotflex.errors import AnswerError
 
 
 @pytest.fixture

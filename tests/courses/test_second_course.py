@@ -58,7 +58,7 @@ CLASS = {
 
 def rotflex(*arguments: object) -> str:
     """What a command prints, typed where there is no other course about; it has to end well."""
-    environment = {name: value for name, value in os.environ.items() if name != "ROTFLEX_COURSE"}
+    environment = {name: value for name, value in os.environ.items() if name != "LABCOURSE_COURSE"}
     done = subprocess.run(
         [sys.executable, "-m", "rotflex.cli", *map(str, arguments)],
         cwd=HERE,

@@ -45,7 +45,7 @@ def test_show_closes_a_pyplot_figure_so_that_it_is_shown_once(shell):
 
 
 def test_where_nobody_looks_a_figure_is_checked_and_closed_but_not_drawn(shell, monkeypatch):
-    monkeypatch.setenv("ROTFLEX_PICTURES", "off")
+    monkeypatch.setenv("LABCOURSE_PICTURES", "off")
     monkeypatch.setattr(mpl.figure.Figure, "savefig", lambda *_, **__: pytest.fail("it was drawn"))
     figure, axes = plt.subplots()
     axes.plot([0, 1])

@@ -10,6 +10,7 @@ from gradebook_dump import dump
 
 from labcourse import student_id
 from labcourse.benches import BenchPolicy
+from labcourse.errors import GradingError, IsolationError
 from labcourse.grading import course as courses
 from labcourse.grading.batch import Batch, Settings
 from labcourse.grading.gradebook import GIVEN_BY_A_PERSON
@@ -20,7 +21,6 @@ from labcourse.grading.running import runner
 from labcourse.grading.running.bundles import Bundles
 from labcourse.grading.settings import Deadline, Extension, LateSettings, MarkSettings, OutcomeSettings
 from labcourse.student_id import GRADEBOOK_FILE
-from rotflex.errors import GradingError, IsolationError
 
 
 def test_a_failed_run_replaces_an_earlier_mark(fake_class):

@@ -7,10 +7,10 @@ from datetime import UTC, datetime
 
 import pytest
 
+from labcourse.errors import GradingError
 from labcourse.grading.gradebook import DECIDED, Arrival, Delivery
 from labcourse.grading.reports import intake_table
 from labcourse.grading.running.intake import Doubt, find
-from rotflex.errors import GradingError
 
 CELL = {"id": "q1", "cell_type": "code", "metadata": {}}
 

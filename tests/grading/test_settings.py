@@ -15,6 +15,7 @@ from refused import refused
 from labcourse import course_file
 from labcourse.answers import reflection
 from labcourse.benches import BenchPolicy
+from labcourse.errors import GradingError
 from labcourse.grading import course as courses
 from labcourse.grading import settings
 from labcourse.grading.release import student_course
@@ -27,7 +28,6 @@ from labcourse.grading.settings import (
     OutcomeSettings,
     entries,
 )
-from rotflex.errors import GradingError
 from rotflex.hil.student_benches import DRAW
 
 DUE = "[[deadline]]\ndue = 2026-11-21\n"

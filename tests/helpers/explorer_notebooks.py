@@ -40,14 +40,14 @@ def show(seen: browser.Visit) -> None:
     """Run a notebook's cells, and wait for its explorer."""
     cells = browser.run_all(seen)
     assert [output for cell in cells for output in cell["outputs"] if output["output_type"] == "error"] == []
-    seen.page.wait_for_selector(".rotflex-explorer[data-version]")
+    seen.page.wait_for_selector(".labcourse-explorer[data-version]")
 
 
 def settled(page: Any) -> None:
     """Wait until Python has answered all that the page has said, and the page has drawn it."""
-    page.wait_for_function("() => document.querySelector('.rotflex-explorer').ariaBusy !== 'true'")
+    page.wait_for_function("() => document.querySelector('.labcourse-explorer').ariaBusy !== 'true'")
     version = None
-    while (now := page.locator(".rotflex-explorer").get_attribute("data-version")) != version:
+    while (now := page.locator(".labcourse-explorer").get_attribute("data-version")) != version:
         version = now
         page.wait_for_timeout(300)
 
@@ -55,7 +55,7 @@ def settled(page: Any) -> None:
 #: What the console tells where the computer was too busy for seconds: it is right to, and says what to do.
 TOO_BUSY = ("Press it again", "Nothing was heard of the page", "too busy to control the bench")
 _TOLD = """([version, words]) => {
-    const now = Number(document.querySelector('.rotflex-explorer').dataset.version);
+    const now = Number(document.querySelector('.labcourse-explorer').dataset.version);
     const told = document.querySelector('.readouts').textContent;
     return now > version && words.find(word => told.includes(word));
 }"""
@@ -63,7 +63,7 @@ _TOLD = """([version, words]) => {
 
 def run_to_the_end(page: Any, presses: int = 4) -> None:
     """Press the console's Start until an experiment is finished: again only where it says that Python was busy."""
-    host = page.locator(".rotflex-explorer")
+    host = page.locator(".labcourse-explorer")
     told: list[str] = []
     while "finished" not in told:
         assert len(told) < presses, f"No experiment was finished: {told}"

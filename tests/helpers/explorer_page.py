@@ -25,7 +25,7 @@ _SHOW = """async ([module, style, scene, data, width]) => {
     const model = { get: (name) => values[name], on: (what, call) => { heard[what] = call; }, off() {},
         send: (event) => told.push(event) };
     render({ model, el });
-    await new Promise((done) => document.querySelector('.rotflex-explorer').addEventListener('painted', done));
+    await new Promise((done) => document.querySelector('.labcourse-explorer').addEventListener('painted', done));
 }"""
 _UPDATE = """async ([scene, data]) => {
     window.values = { ...window.values, scene, data: new DataView(Float32Array.from(data).buffer) };

@@ -61,7 +61,7 @@ def at_home(folder: Path, student: str, installation: Path, cell_timeout: float,
     done = subprocess.run(
         [sys.executable, "-P", "-c", _PROGRAM, str(folder), student, str(cell_timeout)],
         cwd=folder,
-        env={**os.environ, "PYTHONPATH": path, "ROTFLEX_RUNNING": ""},
+        env={**os.environ, "PYTHONPATH": path, "LABCOURSE_RUNNING": ""},
         capture_output=True,
         text=True,
         encoding="utf-8",

@@ -109,7 +109,9 @@ def _in_every_cell(notebooks: Notebooks) -> None:
         for number in range(200)
     ]
     about = {"question": "2.12", "part": "K_s"}
-    cells.append({**one, "id": "y", "metadata": {"rotflex": about, "nbgrader": {"grade_id": "q2-12"}}, "source": "1.3"})
+    cells.append(
+        {**one, "id": "y", "metadata": {"labcourse": about, "nbgrader": {"grade_id": "q2-12"}}, "source": "1.3"}
+    )
 
 
 WORDS = {

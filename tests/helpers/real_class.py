@@ -24,7 +24,7 @@ ADDRESS = "north:"
 ARM = ("m_1", "L_1", "m_2", "L_2")
 _AT_THE_BENCH = """
 import os
-os.environ.pop("ROTFLEX_RUNNING")  # a student runs them, and no program
+os.environ.pop("LABCOURSE_RUNNING")  # a student runs them, and no program
 
 from rotflex import hil
 from rotflex.hil.student_benches import student_bench

@@ -10,8 +10,8 @@ from typing import Any
 import rotflex.course.lab
 from labcourse.answers import answers, forms
 from labcourse.answers.reflection import Reflection, reflect
+from labcourse.errors import AnswerError
 from rotflex.course.questions import CATALOGUE
-from rotflex.errors import AnswerError
 
 
 @cache

@@ -10,8 +10,8 @@ import rotflex
 from labcourse.answers import answers
 from labcourse.answers.answers import AnswerBook, parse
 from labcourse.answers.tables import ResultsTable
+from labcourse.errors import AnswerError
 from rotflex.course.questions import CATALOGUE
-from rotflex.errors import AnswerError
 
 BENCH = {"uri": "virtual", "seed": 5, "arm_position": 2}
 

@@ -26,8 +26,8 @@ from labcourse.answers.attached_pictures import Budget, PictureError, as_png, pi
 from labcourse.answers.handed_in import NotebookError, cells_of
 from labcourse.answers.kinds import figures, recordings, values
 from labcourse.answers.parts import Question, figure, number, prose, recording
+from labcourse.errors import AnswerError, StudentIDError
 from labcourse.run import check, student_folder, submit
-from rotflex.errors import AnswerError, StudentIDError
 from rotflex.recording import Channel, Recording
 
 FITS = pytest.mark.parametrize("fits", [True, False], ids=["fits", "one more"])

@@ -7,7 +7,7 @@ import pytest
 import rotflex
 from labcourse import benches, course_file
 from labcourse.benches import BenchPolicy, policy_of
-from rotflex.errors import ConfigurationError
+from labcourse.errors import ConfigurationError
 
 
 def test_a_policy_comes_back_from_plain_data():

@@ -13,7 +13,7 @@ from sympy.physics.mechanics import dynamicsymbols
 from labcourse.answers.expressions import MAX_EXPONENT, check, decode, encode, encode_equation
 from labcourse.answers.json_values import FormError, NotAnswered
 from labcourse.answers.symbols import Names, plain
-from rotflex.errors import AnswerError
+from labcourse.errors import AnswerError
 
 NAMES = ("theta", "alpha", "theta_dot", "alpha_dot", "theta_ddot", "alpha_ddot", "tau", "J_eq", "J_l", "B_eq", "K_s")
 theta, theta_dot, theta_ddot, alpha = sympy.symbols("theta theta_dot theta_ddot alpha")

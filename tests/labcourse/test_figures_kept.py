@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from labcourse.answers import forms
 from labcourse.answers.kinds.axis_labels import plain, unit_places
 from labcourse.answers.parts import Part
-from rotflex.errors import AnswerError
+from labcourse.errors import AnswerError
 
 FIGURE = Part("figure", "figure", 1, "A figure.")
 T = np.linspace(0, 15, 7501)

@@ -19,9 +19,9 @@ from labcourse.answers.forms import FormError, NotAnswered, decode, encode, show
 from labcourse.answers.json_values import significant, thin
 from labcourse.answers.kinds.values import LONGEST_PROSE
 from labcourse.answers.parts import Part
+from labcourse.errors import AnswerError
 from rotflex.course.probes import COMPOUND_SINES, PLANT_PARAMETERS
 from rotflex.course.questions import CATALOGUE
-from rotflex.errors import AnswerError
 from rotflex.recording import Channel, Recording
 
 mpl.use("Agg")

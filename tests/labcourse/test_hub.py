@@ -9,9 +9,9 @@ from typer.testing import CliRunner
 
 import rotflex.course.lab
 from labcourse import course_place
+from labcourse.errors import ConfigurationError
 from labcourse.run import student_folder
 from rotflex import cli
-from rotflex.errors import ConfigurationError
 
 NOTEBOOK = "00_start.ipynb"
 

@@ -5,9 +5,9 @@ import pytest
 from labcourse.answers import reports
 from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.parts import WHOLE, Question, ReportItem, number
+from labcourse.errors import AnswerError
 from labcourse.session import Session
 from rotflex.course.questions import CATALOGUE as OURS
-from rotflex.errors import AnswerError
 
 ITEMS = [
     ReportItem("First report", "I", "Aim", "The aim.", ("B",), part="aim"),

@@ -6,9 +6,9 @@ import pytest
 
 import rotflex.course.lab
 from labcourse.answers import answers, predictions
+from labcourse.errors import AnswerError
 from rotflex import experiments
 from rotflex.course.questions import CATALOGUE
-from rotflex.errors import AnswerError
 
 SWING = "time_of_largest_swing"
 

@@ -8,7 +8,7 @@ from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.parts import Question, number
 from labcourse.answers.reflection import Check, Reflection, of_notebooks, reflect, silence
 from labcourse.course_file import REFLECT
-from rotflex.errors import AnswerError, ConfigurationError
+from labcourse.errors import AnswerError, ConfigurationError
 
 NOON = datetime(2026, 11, 2, 12, tzinfo=UTC)
 

@@ -7,8 +7,8 @@ from checkout import ROOT
 from made_notebooks import code, notebook, text
 
 from labcourse import released
+from labcourse.errors import ConfigurationError
 from rotflex.course.questions import CATALOGUE
-from rotflex.errors import ConfigurationError
 
 
 def test_the_notebooks_of_this_checkout_are_found_in_order():

@@ -7,8 +7,8 @@ import pytest
 from checkout import ROOT
 
 import rotflex.course.lab
+from labcourse.errors import AnswerError
 from rotflex.course import reports
-from rotflex.errors import AnswerError
 
 NOTEBOOK = "02_finding_stiffness.ipynb"
 REPORT = "04_modeling_results.ipynb"

@@ -6,10 +6,10 @@ import pytest
 
 import rotflex.course.lab
 from labcourse.answers import starts
+from labcourse.errors import AnswerError, ConfigurationError
 from labcourse.released import asked_of
 from rotflex.course import reports
 from rotflex.course.questions import CATALOGUE
-from rotflex.errors import AnswerError, ConfigurationError
 from rotflex.hil.student_benches import DRAW, student_bench, student_seed
 
 

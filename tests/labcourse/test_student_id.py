@@ -10,12 +10,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import rotflex.course.lab
+from labcourse.errors import ConfigurationError, CourseError, GradebookError, GradingError, StudentIDError
 from labcourse.grading.gradebook import storable
 from labcourse.grading.running import intake
 from labcourse.grading.running.intake.people import People
 from labcourse.session import student_of
 from labcourse.student_id import caseless, normalised
-from rotflex.errors import ConfigurationError, GradebookError, GradingError, RotflexError, StudentIDError
 from rotflex.hil.student_benches import student_seed
 
 COMPOSED, APART = "j\u00fcrgen", "ju\u0308rgen"
@@ -172,7 +172,7 @@ def test_what_the_laboratory_refuses_is_not_read_either(given, tmp_path):
 
 
 def test_names_of_gradings_own_files_are_reserved_and_errors_are_those_that_callers_expect():
-    assert issubclass(StudentIDError, ConfigurationError) and issubclass(StudentIDError, RotflexError)
+    assert issubclass(StudentIDError, ConfigurationError) and issubclass(StudentIDError, CourseError)
     with pytest.raises(GradebookError, match="dot"):
         storable.student(".ada")
     assert kept("hints.md") is None

@@ -31,7 +31,10 @@ def test_one_press_shows_arm_start_and_curve_and_start_moves_the_arm(jupyterlab,
         start = page.get_by_role("button", name="Start", exact=True)
         start.wait_for()
         assert start.is_enabled()
-        notebook, canvas = page.locator(".jp-WindowedPanel-outer").first, page.locator(".rotflex-explorer canvas").first
+        notebook, canvas = (
+            page.locator(".jp-WindowedPanel-outer").first,
+            page.locator(".labcourse-explorer canvas").first,
+        )
         bottom = notebook.bounding_box()["y"] + notebook.bounding_box()["height"]
         top, stage = start.bounding_box(), canvas.bounding_box()
         assert notebook.bounding_box()["y"] <= top["y"]

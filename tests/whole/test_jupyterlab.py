@@ -55,7 +55,7 @@ def test_a_student_notebook_runs_empty_in_the_browser(served, notebook):
 
 def the_arm_moves_and_is_saved(page, address, notebook):
     """The console runs an experiment at the prefix, and the saved notebook has its picture, and no live view."""
-    page.wait_for_selector(".rotflex-explorer[data-version]")
+    page.wait_for_selector(".labcourse-explorer[data-version]")
     explorer_notebooks.settled(page)
     explorer_notebooks.run_to_the_end(page)
     page.evaluate("() => window.jupyterapp.commands.execute('docmanager:save')")

@@ -10,7 +10,7 @@ from rotflex.model import state_space
 @pytest.fixture
 def lab(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.delenv("ROTFLEX_PICTURES", raising=False)
+    monkeypatch.delenv("LABCOURSE_PICTURES", raising=False)
     return rotflex.course.lab.start("ada", folder=tmp_path, quiet=True)
 
 

@@ -296,5 +296,5 @@ def test_every_explorer_leaves_something_for_a_page_without_widgets(lab, model, 
             assert metadata["image/png"]["alt"]
     data, _ = widgets.open_console(lab)._repr_mimebundle_()
     assert "image/png" not in data and "ready" in data["text/plain"]  # without a run
-    monkeypatch.setenv("ROTFLEX_PICTURES", "off")
+    monkeypatch.setenv("LABCOURSE_PICTURES", "off")
     assert set(makers["poles"]()._repr_mimebundle_()[0]) == {"text/plain"}

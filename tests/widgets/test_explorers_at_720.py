@@ -29,7 +29,7 @@ def opened(served, request):
     with browser.visit(served, f"small/{request.param}.ipynb") as seen:
         seen.page.set_viewport_size(SCREEN)
         explorer_notebooks.show(seen)
-        seen.page.locator(".rotflex-explorer").evaluate("host => host.scrollIntoView({block: 'start'})")
+        seen.page.locator(".labcourse-explorer").evaluate("host => host.scrollIntoView({block: 'start'})")
         settled(seen.page)
         yield seen.page, request.param
         assert not seen.errors
@@ -41,7 +41,7 @@ def outside(page, selectors):
     low, high = panel["y"] - 1, panel["y"] + panel["height"] + 1
     found = []
     for selector in selectors:
-        elements = page.locator(".rotflex-explorer").locator(selector).all()
+        elements = page.locator(".labcourse-explorer").locator(selector).all()
         assert elements, selector
         boxes = [(selector, element.bounding_box()) for element in elements]
         found += [(name, box) for name, box in boxes if not (low <= box["y"] and box["y"] + box["height"] <= high)]
@@ -54,7 +54,7 @@ def test_all_that_changes_is_in_view_together_with_what_is_moved(opened):
     if name == "console":  # as high as it gets: the bench reports, and a recording can be played
         run_to_the_end(page)
         settled(page)
-        page.locator(".rotflex-explorer").evaluate("host => host.scrollIntoView({block: 'start'})")
+        page.locator(".labcourse-explorer").evaluate("host => host.scrollIntoView({block: 'start'})")
     if name == "poles":
         x, y = middle(page, "pair")
         page.mouse.move(x, y)
@@ -93,7 +93,7 @@ def test_no_key_acts_on_the_notebook_after_a_click_on_any_kind_of_element(opened
     page, _ = opened
     before = page.evaluate(STATE)
     for element in ELEMENTS:
-        found = page.locator(".rotflex-explorer").locator(element).first
+        found = page.locator(".labcourse-explorer").locator(element).first
         found.click(position={"x": 2, "y": 2} if element in (".stage", ".notice + .controls") else None)
         for key in KEYS:
             page.keyboard.press(key)
@@ -123,7 +123,7 @@ def test_a_notebook_that_is_opened_again_shows_the_picture_and_what_to_do(served
         explorer_notebooks.show(seen)
         seen.page.evaluate(SAVE)
         settled(seen.page)
-        assert seen.page.locator(".rotflex-explorer button").count() > 0
+        assert seen.page.locator(".labcourse-explorer button").count() > 0
         seen.page.evaluate("() => window.jupyterapp.shell.currentWidget.sessionContext.shutdown()")
     with browser.visit(served, f"small/{name}.ipynb") as seen:
         output = seen.page.locator(".jp-OutputArea-output", has_text="Run this cell again")

@@ -45,7 +45,7 @@ def verdicts(page):
 
 
 def painted(page):
-    return page.locator(".rotflex-explorer canvas").evaluate("canvas => canvas.toDataURL()")
+    return page.locator(".labcourse-explorer canvas").evaluate("canvas => canvas.toDataURL()")
 
 
 def wait_for_text(page, selector, text):
@@ -55,7 +55,7 @@ def wait_for_text(page, selector, text):
 
 
 def button(page, name):
-    return page.locator(".rotflex-explorer").get_by_role("button", name=name, exact=True)
+    return page.locator(".labcourse-explorer").get_by_role("button", name=name, exact=True)
 
 
 @pytest.mark.parametrize("opened", ["poles"], indirect=True)
@@ -90,11 +90,11 @@ def test_a_pole_is_dragged_by_the_mouse_and_all_follows(opened, served):
     ]
 
     button(page, "Keep this design").click()
-    wait_for_text(page, ".rotflex-explorer .notice", "recorded")
+    wait_for_text(page, ".labcourse-explorer .notice", "recorded")
     kept = json.loads((served[1] / "answers.json").read_text())["answers"]["3.8"]["K"]["value"]
     assert kept[0] == pytest.approx(expected.K.ravel().tolist(), rel=1e-5)
     button(page, "Figure for the report").click()
-    wait_for_text(page, ".rotflex-explorer .notice", "pole_design.svg")
+    wait_for_text(page, ".labcourse-explorer .notice", "pole_design.svg")
     assert (served[1] / "pole_design.png").read_bytes().startswith(b"\x89PNG")
 
 
@@ -164,7 +164,7 @@ def test_the_validation_explorer_follows_its_sliders_and_fits(opened):
     settled(page)
     assert figures.inner_text() != before and painted(page) != picture
     button(page, "Fit").click()
-    wait_for_text(page, ".rotflex-explorer .notice", "Fitted")
+    wait_for_text(page, ".labcourse-explorer .notice", "Fitted")
     assert float(figures.locator("tr", has_text="α").locator("td").first.inner_text().split()[0]) > 90
 
 
@@ -190,9 +190,9 @@ def test_stop_ends_a_running_experiment(opened):
         page.locator('[data-name="experiment"]').select_option("sweep")
         button(page, "Start").click()
         page.wait_for_selector('[data-name="start"][aria-disabled="true"]')
-        version = int(page.locator(".rotflex-explorer").get_attribute("data-version"))
+        version = int(page.locator(".labcourse-explorer").get_attribute("data-version"))
         page.wait_for_function(
-            "v => Number(document.querySelector('.rotflex-explorer').dataset.version) > v + 5", arg=version
+            "v => Number(document.querySelector('.labcourse-explorer').dataset.version) > v + 5", arg=version
         )
         if stop == "click":
             button(page, "STOP").click()
@@ -240,7 +240,7 @@ def test_a_run_is_recorded_and_played(opened, served):
     page.locator(".player button").click()
     assert painted(page) != picture
     button(page, "Save the recording").click()
-    wait_for_text(page, ".rotflex-explorer .notice", "console_free_decay.mat")
+    wait_for_text(page, ".labcourse-explorer .notice", "console_free_decay.mat")
     assert (served[1] / "console_free_decay.mat").exists()
 
 
@@ -250,7 +250,7 @@ def test_a_results_table_follows_the_answers_and_is_saved(opened, served):
     table = page.locator("table.readout")
     assert "omega_n" in table.inner_text()
     button(page, "Save as CSV").click()
-    wait_for_text(page, ".rotflex-explorer .notice", "table_2.csv")
+    wait_for_text(page, ".labcourse-explorer .notice", "table_2.csv")
     assert (served[1] / "table_2.csv").read_text(encoding="utf-8-sig").startswith('"Description","Name","Value","Unit"')
 
 
@@ -267,7 +267,7 @@ def test_a_theme_that_changes_and_a_kernel_that_is_restarted_are_noticed(opened)
     page.wait_for_timeout(1000)
     page.locator('[data-name="zeta"]').focus()
     page.keyboard.press("ArrowRight")
-    wait_for_text(page, ".rotflex-explorer .notice", "run this cell again")
+    wait_for_text(page, ".labcourse-explorer .notice", "run this cell again")
 
 
 def test_the_page_needs_nothing_from_elsewhere():

@@ -81,7 +81,7 @@ def _run(folder: Path) -> Iterator[tuple[str, NotebookNode]]:
     paths = os.pathsep.join(filter(None, [str(ROOT), os.environ.get("PYTHONPATH", "")]))
     with tempfile.TemporaryDirectory(prefix="site-ipython-") as settings:
         environment = os.environ | {**QUIET, "IPYTHONDIR": settings, "PYTHONPATH": paths}
-        environment.pop("ROTFLEX_PICTURES", None)
+        environment.pop("LABCOURSE_PICTURES", None)
         for path in sorted(NOTEBOOKS.glob("*.ipynb")):
             notebook = nbformat.read(path, as_version=4)
             client = NotebookClient(

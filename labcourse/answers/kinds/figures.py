@@ -24,8 +24,8 @@ from labcourse.answers.json_values import (
 )
 from labcourse.answers.kinds.axis_labels import unit_places
 from labcourse.answers.parts import Part
+from labcourse.errors import AnswerError
 from labcourse.messages import plural
-from rotflex.errors import AnswerError
 
 MOST_AXES = 8  #: four rows of two
 MOST_LINES = 24  #: curves and marks of a diagram; curves alone are told apart up to a dozen

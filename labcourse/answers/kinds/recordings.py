@@ -20,8 +20,8 @@ from labcourse.answers.json_values import (
     thin,
 )
 from labcourse.answers.parts import Part
+from labcourse.errors import AnswerError
 from labcourse.messages import plural
-from rotflex.errors import AnswerError
 
 MOST_POINTS = 400  #: as many as a plot is wide, halved
 MOST_SAMPLES = 10**7  #: more than an hour at 2 kHz

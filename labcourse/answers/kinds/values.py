@@ -20,9 +20,8 @@ from labcourse.answers.json_values import (
     show_number,
 )
 from labcourse.answers.parts import YES_NO, Part
+from labcourse.errors import AnswerError
 from labcourse.messages import plural
-from rotflex.errors import AnswerError
-from rotflex.units import DEG, REV, RPM
 
 LONGEST_PROSE = 5000  #: characters; two pages
 #: What a notebook may leave where a text is to be written.
@@ -31,6 +30,8 @@ STUBS = ("", "...", "your answer here", "your text here")
 _NUMBER_AND_UNIT = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(?![eE][-+]?\d|j\s*$)[^\W\d_].*")
 _FEWEST_WORDS, _SHORT = 3, 30  # of an explanation: with fewer, and as few characters, it is asked whether that is all
 _LEAST_PERCENTAGE = 0.06  # below, and above 0, a fraction is likelier; a coarse encoder gives a tenth of a per cent
+DEG, REV = math.pi / 180, 2 * math.pi  # rad per degree, rad per revolution
+RPM = REV / 60  # rad/s per revolution per minute
 #: What a number out of range may have been given in: the factor that leads to the part's unit, and its name.
 _SLIPS = {
     "rad/s": ((REV, "in hertz"), (DEG, "in degrees per second"), (RPM, "in revolutions per minute")),

@@ -9,6 +9,7 @@ from typing import Any, Protocol
 
 from labcourse.answers import answers, predictions
 from labcourse.answers.catalogue import Catalogue
+from labcourse.errors import AnswerError
 from labcourse.grading.accounts import in_words
 from labcourse.grading.accounts.exact import exact, half_up
 from labcourse.grading.accounts.lateness import Timing, timing
@@ -16,7 +17,6 @@ from labcourse.grading.course import Course
 from labcourse.grading.gradebook import Arrival, RunRecord, StudentRecord
 from labcourse.grading.settings import LateSettings, MarkSettings
 from labcourse.grading.verdicts import UNDECIDED
-from rotflex.errors import AnswerError
 
 _ENDING = ".ipynb"
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from labcourse.errors import GradingError
 from labcourse.grading import course as courses
 from labcourse.grading.commands.options import (
     SOME_TROUBLE,
@@ -20,7 +21,6 @@ from labcourse.grading.commands.options import (
     results_in,
 )
 from labcourse.safe_text import say
-from rotflex.errors import GradingError
 
 if TYPE_CHECKING:
     from labcourse.grading.gradebook import Request

@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from labcourse import files
+from labcourse.errors import GradebookError, GradingError
 from labcourse.grading import course as courses
 from labcourse.grading.commands.options import SOME_TROUBLE, CourseFolder, Marks, open_existing
 from labcourse.safe_text import say
-from rotflex.errors import GradebookError, GradingError
 
 if TYPE_CHECKING:
     from labcourse.grading.course import Course

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from labcourse.errors import GradingError, IsolationError
 from labcourse.grading import course as courses
 from labcourse.grading.commands.options import (
     ALL_WELL,
@@ -23,7 +24,6 @@ from labcourse.grading.commands.options import (
 )
 from labcourse.messages import plural
 from labcourse.student_id import GRADEBOOK_FILE, INTAKE_FILE
-from rotflex.errors import GradingError, IsolationError
 
 if TYPE_CHECKING:
     from labcourse.grading.batch import Settings

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from labcourse.errors import GradebookError, GradingError
 from labcourse.grading import course as courses
 from labcourse.grading.commands.options import (
     SOME_TROUBLE,
@@ -22,7 +23,6 @@ from labcourse.grading.commands.options import (
 )
 from labcourse.messages import plural
 from labcourse.safe_text import say
-from rotflex.errors import GradebookError, GradingError
 
 if TYPE_CHECKING:
     from labcourse.grading.gradebook import Gradebook, MarkRecord

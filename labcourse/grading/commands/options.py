@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from labcourse.errors import GradingError
 from labcourse.grading import course as courses
 from labcourse.student_id import GRADEBOOK_FILE
-from rotflex.errors import GradingError
 
 if TYPE_CHECKING:
     from labcourse.grading.gradebook import Gradebook

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from labcourse.errors import GradebookError, GradingError
 from labcourse.grading import course as courses
 from labcourse.grading.commands.options import (
     SOME_TROUBLE,
@@ -18,7 +19,6 @@ from labcourse.grading.commands.options import (
     results_beside,
 )
 from labcourse.safe_text import say
-from rotflex.errors import GradebookError, GradingError
 
 if TYPE_CHECKING:
     from labcourse.grading.erasure.results import Results

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from labcourse.errors import GradingError
 from labcourse.grading import course as courses
 from labcourse.grading.commands.options import SOME_TROUBLE, CourseFolder, Marks, open_existing
 from labcourse.messages import plural
 from labcourse.safe_text import say
-from rotflex.errors import GradingError
 
 if TYPE_CHECKING:
     from labcourse.grading.scoring.desk import Desk

@@ -9,11 +9,11 @@ from typing import Any
 from nbformat import NotebookNode
 
 from labcourse.answers import words
+from labcourse.errors import AnswerError, GradingError
 from labcourse.grading.course import Course
 from labcourse.grading.course_check.finding import Finding, in_cell
 from labcourse.grading.release import student_course, student_notebooks
 from labcourse.run import skippable_cells
-from rotflex.errors import AnswerError, GradingError
 
 
 def check(course: Course) -> Iterator[Finding]:

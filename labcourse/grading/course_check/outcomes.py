@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from labcourse.errors import GradingError
 from labcourse.grading.course import OUTCOMES_FILE, SHEETS_FILE, Course
 from labcourse.grading.course_check.finding import Finding
 from labcourse.grading.outcomes import outcome_map, sheet_layout
-from rotflex.errors import GradingError
 
 
 def check(course: Course) -> Iterator[Finding]:

@@ -10,6 +10,7 @@ from labcourse.answers import words
 from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.handed_in import Cell, as_released, cells_of
 from labcourse.answers.parts import Part, Question
+from labcourse.errors import AnswerError
 from labcourse.grading.course import Course
 from labcourse.grading.course_check.finding import Finding, in_key
 from labcourse.grading.isolation import layers
@@ -23,7 +24,6 @@ from labcourse.grading.running import bundle, runner
 from labcourse.grading.running.runner import Job, Limits
 from labcourse.grading.verdicts import Case, Check, Own, Status
 from labcourse.run.merge import merged
-from rotflex.errors import AnswerError
 
 #: Student on whose bench the solutions are run: one on which no result touches its limit, where both answers are right.
 STUDENT = "checks"

@@ -9,10 +9,10 @@ from labcourse.answers import forms, starts
 from labcourse.answers.handed_in import CODE
 from labcourse.answers.starts import Start, Where
 from labcourse.benches import SAME, BenchPolicy
+from labcourse.errors import AnswerError
 from labcourse.grading.course import Course
 from labcourse.grading.course_check.finding import Finding
 from labcourse.grading.release import student_notebooks
-from rotflex.errors import AnswerError
 
 
 def check(course: Course) -> Iterator[Finding]:

@@ -25,10 +25,10 @@ from nbformat import NotebookNode
 from labcourse.answers import words
 from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.parts import Part
+from labcourse.errors import GradingError
 from labcourse.grading.course import Course
 from labcourse.grading.course_check.finding import Finding, in_cell
 from labcourse.grading.release import student_notebooks
-from rotflex.errors import GradingError
 
 WORDS_A_MINUTE = 120
 FIGURE, ANSWER, IN_WORDS, FUNCTION = 1, 3, 8, 10  # minutes

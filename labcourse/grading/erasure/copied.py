@@ -10,9 +10,9 @@ from pathlib import Path, PurePosixPath
 from typing import Any
 
 from labcourse import files
+from labcourse.errors import GradingError
 from labcourse.grading.erasure.results import Results
 from labcourse.grading.gradebook import Gradebook
-from rotflex.errors import GradingError
 
 RECORD_FILE, HANDED_IN = "record.json", "handed_in"  #: in the zip: all rows; each version of all files
 

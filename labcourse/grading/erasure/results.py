@@ -7,13 +7,13 @@ from collections.abc import Callable
 from pathlib import Path
 
 from labcourse import files
+from labcourse.errors import GradingError
 from labcourse.grading.course import Course
 from labcourse.grading.gradebook import Gradebook
 from labcourse.grading.outcomes import class_report, sheet_files
 from labcourse.grading.overview import glance, shown
 from labcourse.grading.reports.grades import Reports
 from labcourse.student_id import GRADES_FILE, HINTS_FILE, caseless
-from rotflex.errors import GradingError
 
 
 class Results:

@@ -18,8 +18,8 @@ from typing import Any
 from sqlalchemy import URL, Connection, Engine, NullPool, create_engine, event, make_url
 from sqlalchemy.exc import ArgumentError, DBAPIError, NoSuchModuleError
 
+from labcourse.errors import GradebookError
 from labcourse.messages import FREE_SPACE
-from rotflex.errors import GradebookError
 
 PATIENCE = 30.0  #: s; a transaction takes one at most
 _WRITERS = 0x726F74666C6578  # the number of the lock that writers take
@@ -169,7 +169,7 @@ def _postgres(address: URL) -> Engine:
     try:
         return create_engine(address, pool_pre_ping=True)
     except (ImportError, NoSuchModuleError):
-        raise GradebookError("PostgreSQL needs its driver: pip install 'rotflex-instructor[postgres]'.") from None
+        raise GradebookError("PostgreSQL needs its driver: pip install 'labcourse[postgres]'.") from None
 
 
 def _message(error: DBAPIError) -> str:

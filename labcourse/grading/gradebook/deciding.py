@@ -8,10 +8,10 @@ from typing import Any
 
 from sqlalchemy import Connection, delete, insert, select
 
+from labcourse.errors import GradebookError
 from labcourse.grading.gradebook import rows, storable
 from labcourse.grading.gradebook.records import GIVEN_BY_A_PERSON, MarkRecord
 from labcourse.grading.gradebook.tables import audit, decisions
-from rotflex.errors import GradebookError
 
 
 def run_of(connection: Connection, student: str) -> rows.Stored:

@@ -6,12 +6,12 @@ from collections.abc import Callable, Sequence
 from datetime import datetime
 from typing import Any
 
+from labcourse.errors import GradebookError
 from labcourse.grading.gradebook import erasing, storable
 from labcourse.grading.gradebook.database import Database
 from labcourse.grading.gradebook.erasing import OfOthers
 from labcourse.grading.gradebook.records import Delivery, Erased
 from labcourse.grading.gradebook.tables import metadata
-from rotflex.errors import GradebookError
 
 
 class Persons:

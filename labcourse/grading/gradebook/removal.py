@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from sqlalchemy import Connection, delete, select
 
+from labcourse.errors import GradebookError
 from labcourse.grading.gradebook import rows
 from labcourse.grading.gradebook.records import StudentRecord
 from labcourse.grading.gradebook.tables import metadata, students
-from rotflex.errors import GradebookError
 
 #: Each table that holds something of students → what that is, for people.
 THEIRS = {

@@ -7,12 +7,12 @@ from typing import Any
 
 from sqlalchemy import Connection, insert, select, update
 
+from labcourse.errors import GradebookError
 from labcourse.grading.gradebook import deciding, rows, storable
 from labcourse.grading.gradebook.database import Database
 from labcourse.grading.gradebook.decided import Publication, Request
 from labcourse.grading.gradebook.rows import Where
 from labcourse.grading.gradebook.tables import publications, requests, students
-from rotflex.errors import GradebookError
 
 
 class Requests:

@@ -33,11 +33,11 @@ from pathlib import Path
 from typing import Any
 
 from labcourse import student_id
+from labcourse.errors import GradebookError, StudentIDError
 from labcourse.grading.gradebook import storable
 from labcourse.grading.gradebook.records import StudentRecord
 from labcourse.messages import listed
 from labcourse.student_id import caseless
-from rotflex.errors import GradebookError, StudentIDError
 
 _IDS = (
     *("studentid", "studentnumber", "sisuserid", "sisid", "orgdefinedid", "idnumber", "username", "sisloginid"),

@@ -10,6 +10,7 @@ from typing import Any
 
 from sqlalchemy import ColumnElement, Connection, Row, Select, delete, func, insert, select, update
 
+from labcourse.errors import GradebookError
 from labcourse.grading.gradebook.records import (
     DECIDED,
     GIVEN_BY_A_PERSON,
@@ -34,7 +35,6 @@ from labcourse.grading.gradebook.tables import (
     submissions,
 )
 from labcourse.student_id import caseless
-from rotflex.errors import GradebookError
 
 NO_LONGER = "What was given, or what it is out of, is another: the mark that a person gave no longer holds."
 

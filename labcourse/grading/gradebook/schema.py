@@ -15,9 +15,9 @@ from alembic.script import ScriptDirectory
 from alembic.util import CommandError
 from sqlalchemy import Connection, inspect
 
+from labcourse.errors import GradebookError
 from labcourse.grading.gradebook import tables
 from labcourse.grading.gradebook.database import Database
-from rotflex.errors import GradebookError
 
 _SECRET_BYTES = 32  # 256 bits
 _SCRIPTS = "labcourse.grading.gradebook:migrations"
@@ -60,7 +60,7 @@ def _revision(connection: Connection, scripts: ScriptDirectory, where: str) -> s
         scripts.get_revision(revision)
     except CommandError:
         raise GradebookError(
-            f"The gradebook {where} was made by a newer rotflex (its tables are at revision {revision!r}): "
-            "upgrade rotflex, or choose another gradebook."
+            f"The gradebook {where} was made by a newer labcourse (its tables are at revision {revision!r}): "
+            "upgrade labcourse, or choose another gradebook."
         ) from None
     return revision

@@ -12,6 +12,7 @@ from typing import Any
 
 from sqlalchemy import Connection
 
+from labcourse.errors import GradebookError
 from labcourse.grading.gradebook import deciding, rows, score_rows, storable
 from labcourse.grading.gradebook.database import Database
 from labcourse.grading.gradebook.decided import Act, Answer
@@ -19,7 +20,6 @@ from labcourse.grading.gradebook.records import FOR_A_PERSON, MarkRecord
 from labcourse.grading.gradebook.rows import Where
 from labcourse.grading.gradebook.tables import scores
 from labcourse.student_id import caseless
-from rotflex.errors import GradebookError
 
 
 class Scores:

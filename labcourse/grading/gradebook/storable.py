@@ -16,8 +16,8 @@ from datetime import UTC
 from typing import Any
 
 from labcourse import student_id
+from labcourse.errors import GradebookError, StudentIDError
 from labcourse.grading.gradebook.records import Delivery, Graded, MarkRecord, RunRecord
-from rotflex.errors import GradebookError, StudentIDError
 
 MOST_CHARACTERS = 2**26  #: of a run's words, claim, reports of cells, ... each, as JSON
 MOST_BYTES = 2**28  #: of a file that was handed in; more than any zip of a student's that is taken in

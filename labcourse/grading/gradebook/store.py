@@ -10,6 +10,7 @@ from typing import Any
 
 from sqlalchemy import insert, select, update
 
+from labcourse.errors import GradebookError
 from labcourse.grading.gradebook import deciding, removal, roster, rows, schema, storable
 from labcourse.grading.gradebook.database import Database
 from labcourse.grading.gradebook.persons import Persons
@@ -28,7 +29,6 @@ from labcourse.grading.gradebook.requests import Requests
 from labcourse.grading.gradebook.scores import Scores
 from labcourse.grading.gradebook.tables import audit, comments, deliveries, meta, students
 from labcourse.student_id import caseless
-from rotflex.errors import GradebookError
 
 
 class Gradebook:

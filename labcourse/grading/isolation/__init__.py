@@ -1,6 +1,6 @@
 """Run an untrusted command isolated, within limits, and get one file back.
 
-A general package: it knows nothing of courses or marks, and depends on :mod:`rotflex.errors` alone.
+A general package: it knows nothing of courses or marks, and depends on :mod:`labcourse.errors` alone.
 
 sandbox      ``run``: a command in a sandbox (bubblewrap on Linux), or an error; never the command without it
 unisolated   the same call without isolation, for those who trust the code

@@ -124,7 +124,7 @@ def write_outside(targets: dict[str, Any]) -> str:
     """Write into a folder of the outside that anybody may write to, and into the system and the environment."""
     for folder in (targets["planted"], "/", "/usr", "/etc", "/dev", sys.prefix, str(Path(os.__file__).parent)):
         with contextlib.suppress(OSError):
-            (Path(folder) / f"rotflex-{targets['token']}").write_text("x", "utf-8")
+            (Path(folder) / f"labcourse-{targets['token']}").write_text("x", "utf-8")
             return f"a file was made in {folder}"
     raise PermissionError("read-only, or not there")
 

@@ -15,8 +15,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from labcourse.errors import IsolationError
 from labcourse.grading.isolation.outcome import MIB, Limits
-from rotflex.errors import IsolationError
 
 WORK, HOME = "/tmp/work", "/tmp/home"
 USER_NAME = "student"  # of the only user inside, and its group

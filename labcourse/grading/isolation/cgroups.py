@@ -19,7 +19,7 @@ from pathlib import Path
 
 from labcourse.grading.isolation.outcome import Limits
 
-_PREFIX = "rotflex"
+_PREFIX = "labcourse"
 _PATIENCE = 2.0  # s; the kernel lets go of a group a little after its last process
 _FILES = {
     # controller → version → the file of its limit

@@ -14,9 +14,9 @@ import sys
 from dataclasses import dataclass
 from pathlib import Path
 
+from labcourse.errors import IsolationError
 from labcourse.grading.isolation import bubblewrap, cgroups, remedies, sandbox
 from labcourse.grading.isolation.outcome import Limits
-from rotflex.errors import IsolationError
 
 _KERNEL = (5, 14)  # counts an ordinary user's processes in each user namespace; before, the sandbox shares one limit
 _LOOK = """

@@ -28,11 +28,11 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
 
+from labcourse.errors import IsolationError
 from labcourse.grading.isolation import bubblewrap, cgroups, remedies, seccomp
 from labcourse.grading.isolation.bubblewrap import HOME, WORK, python
 from labcourse.grading.isolation.outcome import Ending, Limits, Outcome, read_others, read_wanted
 from labcourse.grading.isolation.pipes import ProcessPipes
-from rotflex.errors import IsolationError
 
 __all__ = ["HOME", "WORK", "Ending", "Limits", "Outcome", "python", "run"]
 
@@ -296,7 +296,7 @@ def _has_ended(process: int, seconds: float) -> bool:
 def _memfd(data: bytes) -> Iterator[int]:
     """A descriptor from which to read this, without a file system."""
     try:
-        descriptor = os.memfd_create("rotflex")
+        descriptor = os.memfd_create("labcourse")
     except OSError as error:
         raise IsolationError(
             f"Bubblewrap cannot be told what to do: memfd_create: {error.strerror}.",

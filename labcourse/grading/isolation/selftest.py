@@ -19,9 +19,9 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from labcourse.errors import IsolationError
 from labcourse.grading.isolation import attacks, bubblewrap, sandbox, seccomp
 from labcourse.grading.isolation.outcome import MIB, Ending, Limits
-from rotflex.errors import IsolationError
 
 _LIMITS = Limits(
     seconds=60, memory=256 * MIB, processes=20, file_size=8 * MIB, folder=32 * MIB, output=65536, open_files=64
@@ -71,7 +71,7 @@ def run_all() -> list[Attempt]:
         If the sandbox cannot be set up, or the attacks could not be made in it.
     """
     token = secrets.token_hex(16)
-    with tempfile.TemporaryDirectory(prefix="rotflex-selftest-") as scratch:
+    with tempfile.TemporaryDirectory(prefix="labcourse-selftest-") as scratch:
         planted = Path(scratch) / "planted"
         planted.mkdir()
         planted.chmod(0o777)  # whoever finds it could write to it
@@ -170,7 +170,7 @@ def _victim(token: str) -> Iterator[subprocess.Popen[bytes]]:
 @contextlib.contextmanager
 def _listeners(folder: Path) -> Iterator[tuple[dict[str, Any], Any]]:
     """Listeners of every kind, where they are, and whether the one for datagrams has received anything since."""
-    abstract = "rotflex-" + secrets.token_hex(8)
+    abstract = "labcourse-" + secrets.token_hex(8)
     with contextlib.ExitStack() as stack:
 
         def bound(family: int, kind: int, address: Any) -> socket.socket:

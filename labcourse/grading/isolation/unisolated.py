@@ -20,12 +20,12 @@ from pathlib import Path
 
 import psutil  # type: ignore[import-untyped]
 
+from labcourse.errors import IsolationError
 from labcourse.grading.isolation import remedies
 from labcourse.grading.isolation.bubblewrap import python
 from labcourse.grading.isolation.outcome import Ending, Limits, Outcome, read_others, read_wanted
 from labcourse.grading.isolation.pipes import ProcessPipes
 from labcourse.grading.isolation.sandbox import NO_FILES, NO_VARIABLES
-from rotflex.errors import IsolationError
 
 _TOKEN = "ROTFLEX_RUN"  # environment variable by which a run's processes are known
 _ROUNDS = 100  # a process that forks faster than this is for the sandbox
@@ -110,7 +110,7 @@ def _variables(home: Path) -> dict[str, str]:
 @contextlib.contextmanager
 def _scratch() -> Iterator[Path]:
     """A temporary folder. It is removed by rm, to which neither depth nor odd names in it matter."""
-    folder = Path(tempfile.mkdtemp(prefix="rotflex-run-")).resolve()
+    folder = Path(tempfile.mkdtemp(prefix="labcourse-run-")).resolve()
     try:
         yield folder
     finally:

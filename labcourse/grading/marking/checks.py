@@ -18,15 +18,15 @@ from numpy.typing import NDArray
 from labcourse.answers.json_values import thin
 from labcourse.answers.kinds.recordings import Sampled
 from labcourse.answers.parts import WHOLE, Part
+from labcourse.errors import CourseError
 from labcourse.grading.verdicts import Case, Own, OwnBench, Verdict, follow_through, for_a_person, right, wrong
-from rotflex.errors import RotflexError
 
 MOST_RUNS = 1000  #: of an experiment, far more than anybody makes: a bench repeats none beyond
 _FIRST_RUN = 1  # counted as people count
 _LONGEST_SHOWN = 40  # characters of what a recording says
 
 #: What a calculation with a student's own answers may raise: then there is nothing that follows from them.
-NOT_TO_BE_HAD = (LookupError, ArithmeticError, ValueError, np.linalg.LinAlgError, RotflexError)
+NOT_TO_BE_HAD = (LookupError, ArithmeticError, ValueError, RuntimeError, CourseError)
 
 
 @dataclass(frozen=True)

@@ -13,8 +13,8 @@ from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.parts import WHOLE
 from labcourse.answers.report_files import ReportFile
 from labcourse.answers.words import Words
+from labcourse.errors import AnswerError
 from labcourse.grading.marking.time_limit import within
-from rotflex.errors import AnswerError
 
 MAX_DEPTH = 60  #: lists and objects in each other; an expression may have 40 levels of its own
 MAX_INTEGER = expressions.MAX_INTEGER  #: those of an expression are the largest that there are

@@ -6,16 +6,16 @@ import hashlib
 from collections.abc import Iterator
 from pathlib import Path
 
-import rotflex
+import labcourse
 from labcourse.files import ANSWERS_FILE
 from labcourse.grading.course import OUTCOMES_FILE, RUBRIC_FILE, SHEETS_FILE, Course, package_folder
 from labcourse.grading.settings import SETTINGS_FILE
 
-_PACKAGE = Path(rotflex.__file__).parent
+_PACKAGE = Path(labcourse.__file__).parent
 #: What marks are made for, run from and kept in, but not made by. Whatever is not named here counts: to forget a name
 #: costs time, and no mark.
 _NO_PART = tuple(
-    _PACKAGE / "instructor" / name
+    _PACKAGE / "grading" / name
     for name in (
         *("accounts", "gradebook", "isolation", "outcomes", "overview", "platforms"),
         *("release", "reports", "running", "scoring"),

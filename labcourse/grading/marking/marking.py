@@ -13,11 +13,11 @@ import numpy as np
 from labcourse.answers import forms
 from labcourse.answers.parts import WHOLE, Part, Question
 from labcourse.answers.report_files import ReportFile
+from labcourse.errors import CourseError
 from labcourse.grading.course import Course
 from labcourse.grading.marking.decoding import Claims, with_reports
 from labcourse.grading.marking.time_limit import within
 from labcourse.grading.verdicts import Case, Check, JudgesMissing, Key, Status, Verdict, for_a_person, wrong
-from rotflex.errors import RotflexError
 
 _MISSING = "No answer was recorded when your notebooks were run: its cell was left as it was, or leaves it empty."
 _NO_WORDS = "Nothing is written in its text cell of the notebook that was handed in."
@@ -179,7 +179,7 @@ def _judged(judge: Callable[[], Verdict]) -> Verdict:
         # A claim may hold the largest numbers there are, and be built to be slow.
         with np.errstate(all="ignore"), within(_PATIENCE):
             return judge()
-    except (ArithmeticError, LookupError, ValueError, MemoryError, RecursionError, RotflexError) as error:
+    except (ArithmeticError, LookupError, ValueError, MemoryError, RuntimeError, CourseError) as error:
         return for_a_person(f"It could not be compared ({type(error).__name__}: {error}); a person will look at it.")
     except Exception as error:
         raise KeyFault(_where(error)) from error

@@ -22,12 +22,12 @@ from typing import Any, TypeVar
 from labcourse import student_id
 from labcourse.answers.words import Words
 from labcourse.benches import BenchPolicy
+from labcourse.errors import GradingError
 from labcourse.grading import course as courses
 from labcourse.grading.course import Course
 from labcourse.grading.marking import decoding, marking
 from labcourse.grading.marking.decoding import Claims
 from labcourse.grading.marking.marking import About, Mark
-from rotflex.errors import GradingError
 
 _T = TypeVar("_T")
 _MEMORY = 4 * 1024**3  # bytes of address space; twice what a run has

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
-from rotflex.units import DEG
+DEG = math.pi / 180  # rad per degree
 
 
 @dataclass(frozen=True)

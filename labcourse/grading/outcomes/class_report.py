@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from labcourse import files
+from labcourse.errors import GradingError
 from labcourse.grading.course import Course
 from labcourse.grading.gradebook import Gradebook
 from labcourse.grading.outcomes import outcome_map, pages, plots
@@ -24,7 +25,6 @@ from labcourse.grading.settings import OutcomeSettings
 from labcourse.messages import plural
 from labcourse.safe_text import as_csv
 from labcourse.student_id import caseless
-from rotflex.errors import GradingError
 
 PAGE_FILE, TABLE_FILE, STUDENTS_FILE = "attainment.html", "attainment.csv", "students.csv"
 LEVELS = (4, 3, 2, 1, 0)  #: as columns; 0 is for what is of no worth, or not there

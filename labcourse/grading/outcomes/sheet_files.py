@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from labcourse import files
+from labcourse.errors import GradingError
 from labcourse.grading.course import Course
 from labcourse.grading.gradebook import Gradebook
 from labcourse.grading.outcomes import pages, sheet_layout
@@ -20,7 +21,6 @@ from labcourse.grading.outcomes.sheet import MACHINE, PERSON, WAITS, Scored, She
 from labcourse.grading.reports.result import points
 from labcourse.safe_text import as_csv, no_escapes
 from labcourse.student_id import caseless
-from rotflex.errors import GradingError
 
 if TYPE_CHECKING:
     from typst import Fonts

@@ -15,10 +15,10 @@ from typing import Any
 
 from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.parts import Part, Question, ReportItem
+from labcourse.errors import GradingError
 from labcourse.grading.course import SHEETS_FILE
 from labcourse.grading.outcomes.outcome_map import listed
 from labcourse.grading.settings import toml_file
-from rotflex.errors import GradingError
 
 Where = tuple[str, str]  #: question and part
 

@@ -20,6 +20,7 @@ from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path, PurePosixPath
 
+from labcourse.errors import GradingError
 from labcourse.grading.course import Course
 from labcourse.grading.gradebook import Gradebook
 from labcourse.grading.platforms.matching import Matches
@@ -29,7 +30,6 @@ from labcourse.grading.reports.grades import FEEDBACK_FILE, Reports
 from labcourse.grading.running.intake import labels, names
 from labcourse.grading.running.intake.labels import BRIGHTSPACE, CANVAS
 from labcourse.messages import plural
-from rotflex.errors import GradingError
 
 _TIME = (1980, 1, 1, 0, 0, 0)  # of every file in a zip: the same pages make the same zip
 _NUMBERS = re.compile(r"\d+-\d+")  # at the beginning of Brightspace's folders; those of one student are the same

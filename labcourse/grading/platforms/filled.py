@@ -8,11 +8,11 @@ from dataclasses import dataclass
 from decimal import Decimal
 from fractions import Fraction
 
+from labcourse.errors import GradingError
 from labcourse.grading.accounts.exact import half_up
 from labcourse.grading.platforms.earned import Earned
 from labcourse.grading.platforms.matching import Matches
 from labcourse.grading.platforms.recognised import Column, Export, number, plain
-from rotflex.errors import GradingError
 
 _WITH_COMMA = re.compile(r"\d+,(?!\d{3}$)\d+")  # not a thousand
 _WITH_POINT = re.compile(r"\d+\.\d+")

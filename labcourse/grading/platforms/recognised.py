@@ -7,9 +7,9 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from decimal import Decimal
 
+from labcourse.errors import GradingError
 from labcourse.grading.platforms.their_file import Table
 from labcourse.messages import listed
-from rotflex.errors import GradingError
 
 _NUMBER = re.compile(r"-?\d+(?:[.,]\d+)?")
 _THOUSANDS = re.compile(r"-?\d{1,3},\d{3}")  # or a number with three decimals

@@ -15,10 +15,10 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 
+from labcourse.errors import GradingError
 from labcourse.grading.platforms.recognised import Column, Export, Key, stated
 from labcourse.grading.platforms.their_file import SEPARATORS, Table, Text, table
 from labcourse.grading.running.intake.labels import BLACKBOARD, BRIGHTSPACE, CANVAS, MOODLE
-from rotflex.errors import GradingError
 
 WORKSHEET = "Moodle's grading worksheet"  #: of one assignment, beside the export of Moodle's gradebook
 

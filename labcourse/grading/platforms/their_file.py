@@ -12,7 +12,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from rotflex.errors import GradingError
+from labcourse.errors import GradingError
 
 SEPARATORS = (",", ";", "\t")  #: that platforms write
 _MARKS = (

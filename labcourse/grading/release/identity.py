@@ -54,6 +54,15 @@ def name_of(files: Mapping[str, bytes], about: Mapping[str, Any], term: str) -> 
     return f"{_in_ascii(term) or 'release'}-{digest.hexdigest()[:_DIGITS]}"
 
 
+def digest(folder: Path) -> str:
+    """Return some digits that stand for all files in a folder."""
+    whole = hashlib.sha256()
+    for path in sorted(path for path in folder.rglob("*") if path.is_file()):
+        content = path.read_bytes()
+        whole.update(f"{path.relative_to(folder).as_posix()} {len(content)}\n".encode() + content)
+    return whole.hexdigest()[:_DIGITS]
+
+
 def _in_ascii(words: str) -> str:
     """Words as they can stand in a file's name anywhere."""
     plain = unicodedata.normalize("NFKD", words).encode("ascii", "ignore").decode().lower()

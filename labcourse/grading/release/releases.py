@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import zipfile
 from collections.abc import Iterator, Mapping
@@ -14,11 +15,11 @@ from labcourse import benches, files
 from labcourse.answers.handed_in import NotebookError, cells_of
 from labcourse.benches import BenchPolicy
 from labcourse.course_file import RELEASE
+from labcourse.errors import ConfigurationError, GradingError
 from labcourse.files import COURSE_FILE
 from labcourse.grading.course import Course
 from labcourse.grading.release import identity, student_course
-from labcourse.grading.release.identity import NOTEBOOKS
-from rotflex.errors import ConfigurationError, GradingError
+from labcourse.grading.release.identity import DATA, NOTEBOOKS
 
 _PROJECT = "pyproject.toml"  # where it lies is the release's own folder
 
@@ -201,8 +202,19 @@ def _counting(packed: zipfile.ZipFile, root: PurePosixPath) -> Iterator[tuple[st
         if entry.is_dir() or not place.is_relative_to(root) or ".." in place.parts:
             continue
         name = str(place.relative_to(root))
-        if identity.counts(name) or name == wanted:
+        if place.suffix == ".whl":
+            yield from _of_wheel(packed.read(entry))
+        elif identity.counts(name) or name == wanted:
             yield name, packed.read(entry)
+
+
+def _of_wheel(content: bytes) -> Iterator[tuple[str, bytes]]:
+    """Read the package of a wheel, without the notebooks and data that an installed course has in it."""
+    with zipfile.ZipFile(io.BytesIO(content)) as wheel:
+        for name in wheel.namelist():
+            parts = PurePosixPath(name).parts
+            if not parts[0].endswith(".dist-info") and not {NOTEBOOKS, DATA}.intersection(parts[:-1]):
+                yield name, wheel.read(name)
 
 
 def _unusable(archive: Path, why: object) -> GradingError:

@@ -1,13 +1,12 @@
-"""What students get: a folder and a zip with notebooks, their packages, and how to install them. No solution, no key,
-no stored answer.
+"""What students get: a folder and a zip with notebooks, wheels, and how to install them. No solution, no key, no stored
+answer.
 
-Of each package, everything is released but its folder ``instructor``.
+The wheels are labcourse without its folder ``grading``, and the course's packages without what they withhold. The
+notebooks are in the course's package, too, as an installed course has them.
 """
 
 from __future__ import annotations
 
-import importlib.metadata
-import json
 import shutil
 import sys
 import tempfile
@@ -15,23 +14,22 @@ import zipfile
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+import labcourse
 from labcourse import course_file, files
 from labcourse.answers import starts
 from labcourse.benches import OWN, PRESET, REAL, SAME
+from labcourse.errors import GradingError
 from labcourse.files import COURSE_FILE
-from labcourse.grading.course import NOT_RELEASED, Course, package_folder
-from labcourse.grading.release import dates, identity, student_notebooks
+from labcourse.grading.course import Course, package_folder
+from labcourse.grading.release import dates, identity, student_notebooks, wheels
 from labcourse.grading.release.dates import ZipTime
 from labcourse.grading.release.identity import DATA, NOTEBOOKS
-from rotflex.errors import GradingError
 
-if TYPE_CHECKING:
-    pass
-
-DISTRIBUTION = "rotflex"  #: the students' distribution, whose requirements and licence a release has
-_COURSE = course_file.RELEASED.parts[0]  # in the package, where an installed one has its notebooks
+PACKAGE = labcourse.__name__
+WHEELS = "wheels"  #: folder of a release
+_GRADING = "grading"  # the folder of labcourse that students do not get
 _NEVER = ("__pycache__", "*.pyc", ".*")
 
 _README = """\
@@ -49,12 +47,12 @@ macOS, Linux
     python3 -m venv .venv
     .venv/bin/pip install .
 
-Then, and every time you go on working (on Windows with `.venv\\Scripts\\rotflex`):
+Then, and every time you go on working (on Windows with `.venv\\Scripts\\{command}`):
 
-    .venv/bin/rotflex lab
+    .venv/bin/{command} lab
 
 JupyterLab opens `{first}` in the folder `notebooks`. The first time, it asks for the ID that your instructor knows you
-by. {bench} (Mistyped? Rename the folder `notebooks`, and start `.venv/bin/rotflex lab --student RIGHT`, which makes a
+by. {bench} (Mistyped? Rename the folder `notebooks`, and start `.venv/bin/{command} lab --student RIGHT`, which makes a
 fresh one. Copy your notebooks and the folder `recordings` from the old one into it, and run them again, in order.)
 
 Write below the lines in colour that begin with ✎: code where it says `# Your code here.`, words in the text cells.
@@ -64,16 +62,16 @@ cells and your files. The course's own cells are run as the course has them.
 
 Save, and see beforehand what comes of it, and what does not, and why; nothing is marked by it:
 
-    .venv/bin/rotflex check
+    .venv/bin/{command} check
 
 If you changed or deleted something of the course's in a notebook, say in `02_...`, this gives it back, and touches no
 answer:
 
-    .venv/bin/rotflex restore 02
+    .venv/bin/{command} restore 02
 
 To hand in, say
 
-    .venv/bin/rotflex submit
+    .venv/bin/{command} submit
 
 It checks once more, and packs all that counts into one zip named by your ID (`--with THEIR-ID` if you worked with
 somebody), beside the folder `notebooks`. Upload that one file; the receipt says what is in it. (The folder `notebooks`,
@@ -151,7 +149,7 @@ def write_notebooks(course: Course) -> list[Path]:
 
 
 def build(course: Course, folder: Path, with_data: bool = False) -> tuple[str, ...]:
-    """Put the student's course into a new folder, and return the names of its notebooks.
+    """Put the contents of a release into a new folder, with packages as folders, and return the notebooks' names.
 
     Parameters
     ----------
@@ -164,16 +162,11 @@ def build(course: Course, folder: Path, with_data: bool = False) -> tuple[str, .
     GradingError
         If a part of the course is missing or cannot be derived.
     """
-    if DISTRIBUTION not in course.packages:
-        raise GradingError(
-            f"The course's packages are {', '.join(course.packages) or 'none'}: students need {DISTRIBUTION}, too."
-        )
     texts = {name: text for name, text in derived(course).items() if not _is_skipped(course, name)}
-    distribution = _distribution()
     (folder / NOTEBOOKS).mkdir(parents=True)
     for name, content in texts.items():
         (folder / NOTEBOOKS / name).write_text(content, encoding="utf-8", newline="\n")
-    for name in course.packages:
+    for name in (PACKAGE, *course.packages):
         _copy_package(package_folder(name), folder / name)
     about = course_file.text(_about(course, folder))
     (folder / NOTEBOOKS / COURSE_FILE).write_text(about, encoding="utf-8", newline="\n")
@@ -181,13 +174,15 @@ def build(course: Course, folder: Path, with_data: bool = False) -> tuple[str, .
         if not course.data.is_dir():
             raise GradingError(f"There is no data to hand out: {course.data} is missing.")
         shutil.copytree(course.data, folder / DATA, ignore=shutil.ignore_patterns(*_NEVER))
-    (folder / "LICENSE").write_text(_licence(distribution), encoding="utf-8", newline="\n")
-    python = (distribution.metadata["Requires-Python"] or "").removeprefix(">=")
     whose = _BENCH[course.settings.bench.which]
-    readme = _README.format(title=course.title, python=python, first=Path(next(iter(texts))).stem, bench=whose)
+    readme = _README.format(
+        title=course.title,
+        python=wheels.python(),
+        first=Path(next(iter(texts))).stem,
+        bench=whose,
+        command=course.command,
+    )
     (folder / "README.md").write_text(readme, encoding="utf-8", newline="\n")
-    project = _project_file(course, distribution, with_data)
-    (folder / "pyproject.toml").write_text(project, encoding="utf-8", newline="\n")
     return tuple(texts)
 
 
@@ -210,10 +205,11 @@ def release(course: Course, out: Path, with_data: bool = False, replace: bool = 
     if folder.exists() and not replace:
         raise GradingError(f"There is {folder} already: remove it, choose another place, or say --replace.")
     out.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(prefix=".rotflex-release-", dir=out) as scratch:
+    with tempfile.TemporaryDirectory(prefix=".labcourse-release-", dir=out) as scratch:
         built = Path(scratch) / course.name
         names = build(course, built, with_data)
         about = course_file.read(built / NOTEBOOKS) or {}
+        _pack_wheels(course, built, about[course_file.RELEASE])
         sources = [course.folder, *(package_folder(name) for name in course.packages)]
         _write_archive(built, Path(scratch) / archive.name, dates.of_sources(sources))
         if folder.exists():
@@ -260,75 +256,33 @@ def _given(course: Course) -> dict[str, Any]:
 
 
 def _copy_package(package: Path, target: Path) -> None:
-    """A package without its folder ``instructor``, and without notebooks that an installed one comes with."""
-    everywhere = shutil.ignore_patterns(*_NEVER)
+    """Copy a package as students get it: without what grades, and without notebooks that an installed one has."""
+    everywhere = shutil.ignore_patterns(*_NEVER, *(("pyproject.toml",) if package.name == PACKAGE else ()))
 
     def left_out(folder: str, names: list[str]) -> set[str]:
-        here = {_COURSE, NOT_RELEASED} if Path(folder) == package else set()
-        return everywhere(folder, names) | here.intersection(names)
+        grading = {_GRADING} if package.name == PACKAGE and Path(folder) == package else set()
+        notebooks = {name for name in names if name == NOTEBOOKS and any(Path(folder, name).glob("*.ipynb"))}
+        return everywhere(folder, names) | grading.intersection(names) | notebooks
 
     shutil.copytree(package, target, ignore=left_out)
 
 
-def _distribution() -> importlib.metadata.Distribution:
-    try:
-        return importlib.metadata.distribution(DISTRIBUTION)
-    except importlib.metadata.PackageNotFoundError:
-        raise GradingError(
-            f"{DISTRIBUTION} is not installed here, so that its requirements are not known: pip install it."
-        ) from None
-
-
-def _licence(about: importlib.metadata.Distribution) -> str:
-    for file in about.metadata.get_all("License-File") or ():
-        text = about.read_text(f"licenses/{file}")
-        if text is not None:
-            return text
-    raise GradingError(f"{DISTRIBUTION} is installed without its licence.")
-
-
-def _project_file(course: Course, about: importlib.metadata.Distribution, with_data: bool) -> str:
-    """The student's ``pyproject.toml``: what the students' distribution says, and what the course needs besides."""
-    needed = [*(one for one in about.requires or () if "extra ==" not in one), *course.requires]
-    contents = {
-        "name": course.name,
-        "description": course.title,
-        "requires-python": about.metadata["Requires-Python"],
-        "license": about.metadata["License-Expression"],
-        "license-files": ["LICENSE"],
-        "dynamic": ["version"],
-        "dependencies": needed,
-    }
-    installed = {NOTEBOOKS: f"{DISTRIBUTION}/{course_file.RELEASED.as_posix()}"}
-    if with_data:
-        installed[DATA] = f"{DISTRIBUTION}/{_COURSE}/{DATA}"
-    return "\n".join(
-        [
-            "[build-system]",
-            'requires = ["hatchling>=1.24"]',
-            'build-backend = "hatchling.build"',
-            "",
-            "[project]",
-            # What JSON writes of text and lists of text, TOML reads.
-            *(f"{key} = {json.dumps(value, ensure_ascii=False)}" for key, value in contents.items()),
-            "",
-            "[project.scripts]",
-            'rotflex = "rotflex.cli:run"',
-            "",
-            "[tool.hatch.version]",
-            'path = "rotflex/__init__.py"',
-            "",
-            "[tool.hatch.build]",
-            "ignore-vcs = true  # wherever this folder is unpacked",
-            "",
-            "[tool.hatch.build.targets.wheel]",
-            f"packages = {json.dumps(course.packages)}",
-            "",
-            "[tool.hatch.build.targets.wheel.force-include]",
-            *(f'"{here}" = "{there}"' for here, there in installed.items()),
-            "",
-        ]
-    )
+def _pack_wheels(course: Course, folder: Path, release: str) -> None:
+    """Make wheels of the packages in a release's folder, and what installs them, and remove the packages."""
+    home = folder.joinpath(*course.package.split("."))
+    for name in (NOTEBOOKS, DATA):
+        if (folder / name).is_dir():
+            shutil.copytree(folder / name, home / name)
+    made = [wheels.build(folder / PACKAGE, f"students.{identity.digest(folder / PACKAGE)}", folder / WHEELS)]
+    for name in course.packages:
+        brings = course.package if course.package.partition(".")[0] == name else ""
+        local = f"course.{release.rpartition('-')[2]}"
+        made.append(wheels.build(folder / name, local, folder / WHEELS, brings, course.requires))
+    for name in (PACKAGE, *course.packages):
+        shutil.rmtree(folder / name)
+    (folder / "LICENSE").write_text(wheels.licence(), encoding="utf-8", newline="\n")
+    project = wheels.project_of_all(course.name, course.title, made)
+    (folder / "pyproject.toml").write_text(project, encoding="utf-8", newline="\n")
 
 
 def _write_archive(folder: Path, archive: Path, date: ZipTime) -> None:

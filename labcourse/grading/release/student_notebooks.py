@@ -18,9 +18,9 @@ from urllib.parse import quote
 
 from labcourse.answers import words
 from labcourse.answers.catalogue import Catalogue
+from labcourse.errors import AnswerError, GradingError
 from labcourse.run import recorders
 from labcourse.run.recorders import Recorded
-from rotflex.errors import AnswerError, GradingError
 
 # jsonschema, behind nbformat, loads a grammar of web addresses where there is one: for a second, and for nothing, as
 # no notebook's schema has it checked.

@@ -20,6 +20,7 @@ from markupsafe import Markup
 from labcourse.answers import answers, forms, report_files
 from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.parts import WHOLE, Part, Question
+from labcourse.errors import AnswerError
 from labcourse.grading.accounts.account import Account
 from labcourse.grading.accounts.exact import to_decimals
 from labcourse.grading.gradebook import CommentRecord, RunRecord
@@ -31,7 +32,6 @@ from labcourse.grading.reports.templating import templates
 from labcourse.grading.settings import FeedbackSettings
 from labcourse.grading.verdicts import UNDECIDED, Status
 from labcourse.safe_text import no_escapes
-from rotflex.errors import AnswerError
 
 #: Style and sign; the words are there as well, for who cannot see colours or signs.
 _LOOK = {

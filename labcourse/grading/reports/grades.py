@@ -14,8 +14,9 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-import rotflex
+import labcourse
 from labcourse import files
+from labcourse.errors import GradingError
 from labcourse.grading.accounts.lateness import unknown_names
 from labcourse.grading.course import Course
 from labcourse.grading.gradebook import Gradebook, Graded, RunRecord, StudentRecord
@@ -25,9 +26,8 @@ from labcourse.grading.reports.result import Result, lapse, result_in
 from labcourse.messages import DISK_FULL, FREE_SPACE
 from labcourse.safe_text import no_escapes
 from labcourse.student_id import GRADES_FILE, HINTS_FILE, caseless
-from rotflex.errors import GradingError
 
-_PROBE = ".rotflex-probe"  # written, and taken away again
+_PROBE = ".labcourse-probe"  # written, and taken away again
 MARKS_FILE, FEEDBACK_FILE = "marks.json", "feedback.html"  #: in a student's folder
 
 
@@ -207,7 +207,7 @@ def _record(result: Result) -> dict[str, Any]:
         "out_of": result.out_of,
         "awaiting": result.awaiting,
         "not_marked": result.not_marked,
-        "software": f"rotflex {rotflex.__version__}",
+        "software": f"labcourse {labcourse.__version__}",
     }
     comments = [
         {"question": one.question, "text": one.text, "by": one.actor, "when": one.when.isoformat()}

@@ -20,13 +20,13 @@ from numpy.typing import NDArray
 
 from labcourse.answers import answers
 from labcourse.benches import OWN, REAL
+from labcourse.errors import AnswerError
 from labcourse.files import ANSWERS_FILE, COURSE_FILE
 from labcourse.grading.course import Course
 from labcourse.grading.gradebook import Gradebook, Graded
 from labcourse.grading.graded_run import facts_of, to_be_marked
 from labcourse.grading.verdicts import Key, OwnBench, Status
 from labcourse.student_id import caseless
-from rotflex.errors import AnswerError
 
 Where = tuple[str, str]  # question and part
 Samples = tuple[tuple[str, ...], NDArray[np.float64]]  # names of n channels, and their samples, shape (n, samples)

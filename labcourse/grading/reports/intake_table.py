@@ -9,9 +9,9 @@ from dataclasses import asdict, fields
 from pathlib import Path
 
 from labcourse import files
+from labcourse.errors import GradingError
 from labcourse.grading.running.intake import Doubt
 from labcourse.safe_text import as_csv, from_spreadsheet_cell
-from rotflex.errors import GradingError
 
 _DECISION = "decision"
 _COLUMNS = [*(field.name for field in fields(Doubt)), _DECISION]

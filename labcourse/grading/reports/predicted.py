@@ -9,8 +9,8 @@ from typing import Any
 from labcourse.answers import answers, forms, predictions
 from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.json_values import clean
+from labcourse.errors import AnswerError
 from labcourse.grading.gradebook import RunRecord
-from rotflex.errors import AnswerError
 
 
 @dataclass(frozen=True)

@@ -23,12 +23,12 @@ from labcourse.answers import cell_reports, starts
 from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.starts import Start
 from labcourse.benches import THEIR_OWN, BenchPolicy
+from labcourse.errors import ConfigurationError, GradingError
 from labcourse.files import COURSE_FILE
 from labcourse.grading.course import Course
 from labcourse.grading.release import student_course, student_notebooks
 from labcourse.grading.release.identity import NOTEBOOKS
 from labcourse.grading.release.releases import KeptRelease
-from rotflex.errors import ConfigurationError, GradingError
 
 if TYPE_CHECKING:
     from nbformat import NotebookNode
@@ -78,11 +78,12 @@ def build(course: Course) -> Bundle:
     GradingError
         If a part of the course is missing or cannot be derived.
     """
-    with tempfile.TemporaryDirectory(prefix="rotflex-course-") as scratch:
+    with tempfile.TemporaryDirectory(prefix="labcourse-course-") as scratch:
         folder = Path(scratch) / "course"
         student_course.build(course, folder)
         about = course_file.read(folder / NOTEBOOKS) or {}
-        return _bundle(course, folder, course.packages, about[course_file.RELEASE], course.settings.bench)
+        packages = (student_course.PACKAGE, *course.packages)
+        return _bundle(course, folder, packages, about[course_file.RELEASE], course.settings.bench)
 
 
 def of_release(release: KeptRelease, course: Course) -> Bundle:
@@ -98,7 +99,7 @@ def of_release(release: KeptRelease, course: Course) -> Bundle:
     GradingError
         If the release cannot be read.
     """
-    with tempfile.TemporaryDirectory(prefix="rotflex-release-") as scratch:
+    with tempfile.TemporaryDirectory(prefix="labcourse-release-") as scratch:
         folder = Path(scratch)
         release.unpack(folder)
         return _bundle(course, folder, release.packages, release.id, release.policy)
@@ -112,7 +113,7 @@ def _bundle(course: Course, folder: Path, packages: tuple[str, ...], release: st
     start = _start(about, course)
     catalogue = starts.narrowed(course.catalogue, start)
     if about.exists():  # where an installed release has it: it says which bench students have
-        place = folder / student_course.DISTRIBUTION / course_file.RELEASED
+        place = folder.joinpath(*course.package.split("."), NOTEBOOKS)
         place.mkdir(parents=True)
         shutil.copyfile(about, place / COURSE_FILE)
     packed = _pack([*(folder / name for name in packages), _PROGRAMS], {f"{INSIDE}/{_REPORTS.name}": _REPORTS})
@@ -191,7 +192,7 @@ def unpacked(packed: bytes) -> Path:
     digest = hashlib.sha256(packed).hexdigest()
     with _unpacking:
         if digest not in _unpacked:
-            scratch = tempfile.TemporaryDirectory(prefix="rotflex-course-")
+            scratch = tempfile.TemporaryDirectory(prefix="labcourse-course-")
             _unpack(packed, Path(scratch.name))
             _unpacked[digest] = scratch
     return Path(_unpacked[digest].name) / "course"

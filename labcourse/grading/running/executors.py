@@ -9,7 +9,7 @@ from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Any
 
-from rotflex.errors import GradingError
+from labcourse.errors import GradingError
 
 _CONNECT = 15  # s to find a scheduler and a worker; a scheduler answers within one
 _TRIES = 3  # for a submission whose worker is lost, be it by no fault of its own
@@ -28,7 +28,7 @@ class _LocalExecutor(ThreadPoolExecutor):
     """Threads are enough: the work is done in the sandboxes that they wait for."""
 
     def __init__(self, jobs: int) -> None:
-        super().__init__(jobs, thread_name_prefix="rotflex-run")
+        super().__init__(jobs, thread_name_prefix="labcourse-run")
         self._cancelled = threading.Event()
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
@@ -62,7 +62,7 @@ def cluster(scheduler: str) -> Iterator[Pool]:
     try:
         from distributed import Client
     except ImportError:
-        raise GradingError("A cluster needs dask: pip install 'rotflex-instructor[cluster]'.") from None
+        raise GradingError("A cluster needs dask: pip install 'labcourse[cluster]'.") from None
     try:
         client = Client(scheduler, timeout=_CONNECT, set_as_default=False)
     except (OSError, ValueError) as error:

@@ -6,8 +6,8 @@ import os
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
+from labcourse.errors import IsolationError
 from labcourse.grading.isolation import layers, selftest
-from rotflex.errors import IsolationError
 
 if TYPE_CHECKING:
     from labcourse.grading.isolation.layers import Layer

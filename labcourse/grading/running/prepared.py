@@ -13,6 +13,7 @@ from labcourse.answers import answers, words
 from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.handed_in import CODE, MAX_SOURCE, UNREADABLE, Cell, HandIn
 from labcourse.answers.words import Where, Words
+from labcourse.errors import AnswerError
 from labcourse.grading.running import supplied as supplying
 from labcourse.grading.running.bundle import Bundle
 from labcourse.grading.running.supplied import Supplied
@@ -21,7 +22,6 @@ from labcourse.run.alignment import Change, Happened, Role
 from labcourse.run.merge import Merged
 from labcourse.run.reasons import Claim
 from labcourse.student_id import LONGEST, caseless
-from rotflex.errors import AnswerError
 
 _LONGEST_CELL = 64  # characters of a cell's id; as Jupyter allows
 

@@ -14,15 +14,15 @@ from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-import rotflex
+import labcourse
 from labcourse.answers.cell_reports import MAX_BYTES, REPORTS_FILE
+from labcourse.errors import GradingError
 from labcourse.files import ANSWERS_FILE
 from labcourse.grading.isolation import sandbox, unisolated
 from labcourse.grading.isolation.sandbox import Ending, Outcome
 from labcourse.grading.running import inside
 from labcourse.grading.running.bundle import FONTS, INSIDE, unpacked
 from labcourse.run import RUNNING
-from rotflex.errors import GradingError
 
 MAX_ANSWERS = 2_000_000  #: bytes: twice those of answers.json, for others' formats
 MAX_EVIDENCE = 40_000_000  #: bytes: 20 recordings of 30,000 samples in four channels, 13 characters each
@@ -178,7 +178,7 @@ def _environment(folder: Path, job: Job) -> dict[str, str]:
         "PYTHONNOUSERSITE": "1",
         "ROTFLEX_PROGRESS": "off",
         RUNNING: "grade",
-        "ROTFLEX_PROBE_SEED": str(job.probe_seed),
+        "LABCOURSE_PROBE_SEED": str(job.probe_seed),
         # Submissions share the processors; each calculates on one.
         "OMP_NUM_THREADS": "1",
         "OPENBLAS_NUM_THREADS": "1",
@@ -210,8 +210,8 @@ def work(job: bytes, packed: bytes, cancelled: threading.Event | None = None) ->
     """
     asked = json.loads(job)
     asked["files"] = {name: b64decode(content) for name, content in asked["files"].items()}
-    if asked.pop("software") != rotflex.__version__:
-        raise GradingError(f"This worker has rotflex {rotflex.__version__}; install the version that grades.")
+    if asked.pop("software") != labcourse.__version__:
+        raise GradingError(f"This worker has labcourse {labcourse.__version__}; install the version that grades.")
     done = run(packed, Job(**{**asked, "limits": Limits(**asked["limits"])}), cancelled)
     answers = None if done.answers is None else b64encode(done.answers).decode("ascii")
     found = {"answers": answers, "problems": done.problems, "complete": done.complete}
@@ -222,7 +222,7 @@ def work(job: bytes, packed: bytes, cancelled: threading.Event | None = None) ->
 def job_bytes(job: Job) -> bytes:
     """A job as :func:`work` takes it."""
     files = {name: b64encode(content).decode("ascii") for name, content in job.files.items()}
-    return json.dumps({**asdict(job), "files": files, "software": rotflex.__version__}).encode()
+    return json.dumps({**asdict(job), "files": files, "software": labcourse.__version__}).encode()
 
 
 def run_from(data: bytes) -> Run:

@@ -18,8 +18,8 @@ from labcourse import student_id
 from labcourse.answers import forms
 from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.parts import Part
+from labcourse.errors import AnswerError, GradingError, StudentIDError
 from labcourse.run.recorders import recorded
-from rotflex.errors import AnswerError, GradingError, StudentIDError
 
 _KINDS = ("number", "choice", "matrix", "poles")
 _EXAMPLE = "ada:1.2.speed=19.5"

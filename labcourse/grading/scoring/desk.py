@@ -16,6 +16,7 @@ from itertools import count
 
 from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.report_files import is_given
+from labcourse.errors import GradebookError
 from labcourse.grading.accounts.exact import exact
 from labcourse.grading.gradebook import Act, Answer, Gradebook
 from labcourse.grading.reports.result import points as shown_points
@@ -24,7 +25,6 @@ from labcourse.grading.scoring import alike
 from labcourse.grading.scoring.rubric import Item
 from labcourse.grading.settings import LevelSettings
 from labcourse.student_id import caseless
-from rotflex.errors import GradebookError
 
 Where = tuple[str, str]  #: question, part
 

@@ -16,8 +16,8 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-HEADER = "x-rotflex-page"  #: of each act: the word that its page was given
-ACTOR = "rotflex.actor"  #: in a request's scope: the :class:`Scorer`
+HEADER = "x-labcourse-page"  #: of each act: the word that its page was given
+ACTOR = "labcourse.actor"  #: in a request's scope: the :class:`Scorer`
 MOST_BYTES = 64_000  #: of an act; a remark and fifty answers' keys, ten times
 POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; connect-src 'self'; "
@@ -73,7 +73,7 @@ class Guard:
     def __init__(self, app: ASGIApp, scorers: Sequence[Scorer], port: int) -> None:
         self._app, self._scorers = app, tuple(scorers)
         self._hosts = {f"{name}:{port}" for name in ("127.0.0.1", "localhost")}
-        self._cookie = f"rotflex-score-{port}"  # a browser does not tell ports apart
+        self._cookie = f"labcourse-score-{port}"  # a browser does not tell ports apart
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Serve a request."""

@@ -22,8 +22,8 @@ from pathlib import Path
 from typing import Any
 
 from labcourse.answers.catalogue import Catalogue
+from labcourse.errors import AnswerError, GradingError
 from labcourse.grading.course import RUBRIC_FILE
-from rotflex.errors import AnswerError, GradingError
 
 LEVELS = (4, 3, 2, 1)  #: exemplary, proficient, developing, beginning
 LONGEST = 500  #: characters of a text; five lines, read before each of eighty answers

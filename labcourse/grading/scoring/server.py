@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from importlib import resources
 from typing import TYPE_CHECKING, Any
 
+from labcourse.errors import GradebookError, GradingError
 from labcourse.grading.gradebook import Act, Answer
 from labcourse.grading.reports.result import points as shown_points
 from labcourse.grading.reports.result import worth as in_points
@@ -16,7 +17,6 @@ from labcourse.grading.scoring import cards, documents, progress
 from labcourse.grading.scoring.desk import Desk, Done, Where, key_of, seen, state
 from labcourse.grading.scoring.guards import ACTOR, Guard, Scorer
 from labcourse.grading.scoring.sent import BadRequest, Sheet, sent_sheet, sent_text, sent_where
-from rotflex.errors import GradebookError, GradingError
 
 if TYPE_CHECKING:
     from starlette.requests import Request

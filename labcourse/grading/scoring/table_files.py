@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from labcourse import files
+from labcourse.errors import GradingError
 from labcourse.safe_text import as_csv, from_spreadsheet_cell
-from rotflex.errors import GradingError
 
 COLUMNS = ("key", "question", "part", "who", "answer", "out of", "level", "points", "remark", "state", "check")
 MOST_BYTES = 50_000_000  #: of a table that is read; fifty answers of 5000 characters of each of 200 students

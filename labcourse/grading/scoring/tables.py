@@ -13,6 +13,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from labcourse.errors import GradingError
 from labcourse.grading.gradebook import Act, Answer
 from labcourse.grading.reports.result import points as shown_points
 from labcourse.grading.reports.result import worth as in_points
@@ -21,7 +22,6 @@ from labcourse.grading.scoring.desk import Desk, Pick, key_of, seen, shuffled, s
 from labcourse.grading.scoring.table_files import NEEDED, Cell
 from labcourse.messages import plural
 from labcourse.safe_text import no_escapes
-from rotflex.errors import GradingError
 
 _LONGEST_CELL = 32_000  # characters; a spreadsheet takes 32767
 _CUT = " … (the rest does not fit into a cell: read it in the browser)"

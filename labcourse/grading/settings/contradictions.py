@@ -9,9 +9,9 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 from labcourse.benches import OWN, PRESET, REAL, SAME
+from labcourse.errors import AnswerError
 from labcourse.grading.settings.decided import CourseSettings, Deadline, Extension
 from labcourse.grading.settings.entries import SECTIONS, SEVERAL, numbered
-from rotflex.errors import AnswerError
 
 if TYPE_CHECKING:
     from labcourse.answers.catalogue import Catalogue

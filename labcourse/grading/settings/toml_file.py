@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
-from rotflex.errors import GradingError
+from labcourse.errors import GradingError
 
 
 def read(file: Path) -> dict[str, Any]:

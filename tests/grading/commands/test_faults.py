@@ -45,7 +45,7 @@ def book(tmp_path):
 
 def test_grade_outside_of_a_checkout(handed_in, tmp_path, monkeypatch, isolated):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.delenv("ROTFLEX_COURSE", raising=False)
+    monkeypatch.delenv("LABCOURSE_COURSE", raising=False)
     one_line(rotflex("grade", handed_in, "--out", tmp_path / "out"), "There is no course at", "--course FOLDER")
     assert not (tmp_path / "out").exists()
 

@@ -9,9 +9,9 @@ from command_line import rotflex, said
 from gradebooks import enrol, graded, mark, prose, record, rows
 from made_courses import OURS
 
+from labcourse.errors import GradingError
 from labcourse.grading.gradebook import Gradebook, MarkRecord
 from labcourse.grading.regrade import LeftAlone, Regraded
-from rotflex.errors import GradingError
 
 
 @pytest.fixture

@@ -19,6 +19,7 @@ from gradebook_dump import dump
 from made_runs import graded, mark, record, small_class
 from sqlalchemy import inspect, text
 
+from labcourse.errors import GradebookError
 from labcourse.grading.gradebook import (
     Gradebook,
     StudentRecord,
@@ -28,7 +29,6 @@ from labcourse.grading.gradebook import (
 )
 from labcourse.grading.gradebook import database as database_module
 from labcourse.grading.gradebook.database import Database
-from rotflex.errors import GradebookError
 
 forked = multiprocessing.get_context("fork")
 

@@ -10,10 +10,10 @@ from gradebook_dump import dump
 from gradebooks import enrol, graded, mark, prose, record, report_text
 from sqlalchemy import insert, select, text, update
 
+from labcourse.errors import GradebookError
 from labcourse.grading.gradebook import Arrival, Delivery, Gradebook, OfOthers, Person, StudentRecord, erasing
 from labcourse.grading.gradebook.database import Database
 from labcourse.grading.gradebook.tables import erasures, metadata, students
-from rotflex.errors import GradebookError
 
 WHEN = datetime(2026, 3, 2, tzinfo=UTC)
 WORDS, COMPARED = ("2.11", "explanation"), ("2.16", "comparison")

@@ -19,6 +19,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from made_runs import graded, mark, prose, record, small_class
 
+from labcourse.errors import GradebookError
 from labcourse.grading.gradebook import (
     DECIDED,
     GIVEN_BY_A_PERSON,
@@ -32,7 +33,6 @@ from labcourse.grading.gradebook import (
     rows,
     storable,
 )
-from rotflex.errors import GradebookError
 
 _keys = itertools.count()  # of runs
 

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import pytest
 
+from labcourse.errors import GradebookError
 from labcourse.grading.gradebook import Graded, RosterReport, RunRecord, StudentRecord, roster
-from rotflex.errors import GradebookError
 
 ADA = StudentRecord("ada", "Ada Lovelace", "ada@example.org", "A", enrolled=True)
 

@@ -6,10 +6,10 @@ import pytest
 from gradebook_dump import dump
 from gradebooks import enrol, graded, record
 
+from labcourse.errors import GradebookError
 from labcourse.grading.gradebook import Delivery, StudentRecord
 from labcourse.grading.gradebook.removal import THEIRS
 from labcourse.grading.gradebook.tables import metadata
-from rotflex.errors import GradebookError
 
 EXPLAINED = ("2.11", "explanation")
 

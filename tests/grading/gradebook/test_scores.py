@@ -11,11 +11,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from sqlalchemy import insert, select
 
+from labcourse.errors import GradebookError
 from labcourse.grading.gradebook import FOR_A_PERSON, GIVEN_BY_A_PERSON, Gradebook, rows
 from labcourse.grading.gradebook.database import Database
 from labcourse.grading.gradebook.tables import scores as scores_table
 from labcourse.grading.verdicts import Status
-from rotflex.errors import GradebookError
 
 WORDS = ("2.11", "explanation")  # 1 point
 COMPARED = ("2.16", "comparison")  # 2 points

@@ -15,10 +15,10 @@ from pathlib import Path
 import pytest
 from checkout import ROOT
 
+from labcourse.errors import IsolationError
 from labcourse.grading.isolation import bubblewrap, cgroups, sandbox
 from labcourse.grading.isolation.outcome import MIB
 from labcourse.grading.isolation.sandbox import Ending, Limits
-from rotflex.errors import IsolationError
 
 pytestmark = pytest.mark.isolation
 

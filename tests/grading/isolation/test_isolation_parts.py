@@ -11,10 +11,10 @@ from pathlib import Path
 import pytest
 from checkout import ROOT
 
+from labcourse.errors import IsolationError
 from labcourse.grading.isolation import bubblewrap, cgroups, layers, remedies, sandbox, seccomp
 from labcourse.grading.isolation.cgroups import ParentGroup
 from labcourse.grading.isolation.outcome import Limits
-from rotflex.errors import IsolationError
 
 
 def test_a_path_is_made_straight_by_where_it_leads_and_its_links_are_left(tmp_path):

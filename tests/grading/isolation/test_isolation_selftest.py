@@ -11,8 +11,8 @@ from pathlib import Path
 import pytest
 from checkout import ROOT
 
+from labcourse.errors import IsolationError
 from labcourse.grading.isolation import attacks, bubblewrap, cgroups, sandbox, seccomp, selftest
-from rotflex.errors import IsolationError
 
 pytestmark = pytest.mark.isolation
 

@@ -12,9 +12,9 @@ from pathlib import Path
 import psutil
 import pytest
 
+from labcourse.errors import IsolationError
 from labcourse.grading.isolation import sandbox, unisolated
 from labcourse.grading.isolation.sandbox import Ending, Limits
-from rotflex.errors import IsolationError
 
 
 @pytest.fixture

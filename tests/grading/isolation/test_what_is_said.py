@@ -8,6 +8,7 @@ from types import SimpleNamespace
 
 import pytest
 
+from labcourse.errors import IsolationError
 from labcourse.grading.isolation import bubblewrap, cgroups, layers, remedies, sandbox, seccomp, selftest
 from labcourse.grading.isolation.bubblewrap import User
 from labcourse.grading.isolation.cgroups import ParentGroup
@@ -16,7 +17,6 @@ from labcourse.grading.isolation.outcome import Ending, Limits, Outcome
 from labcourse.grading.isolation.selftest import Attempt
 from labcourse.grading.running import isolation_report
 from labcourse.grading.running.isolation_report import Examined
-from rotflex.errors import IsolationError
 
 STATUS = "Name:\tcat\nCapInh:\t0000000000000000\nCapEff:\t0000000000000000\nCapAmb:\t0000000000000000\nNoNewPrivs:\t1\n"
 MEMORY = f"Max address space         {Limits().memory}           {Limits().memory}           bytes\n"

@@ -12,6 +12,7 @@ from made_courses import OURS, loaded
 import rotflex.course.lab
 from labcourse.answers import forms
 from labcourse.benches import BenchPolicy
+from labcourse.errors import GradingError
 from labcourse.grading import course as courses
 from labcourse.grading.marking import decoding, marking
 from labcourse.grading.marking import marking_processes as marker
@@ -20,7 +21,6 @@ from labcourse.grading.marking.marking import About
 from labcourse.grading.verdicts import Case, Status, right, wrong
 from rotflex import hil, model
 from rotflex.course.questions import CATALOGUE
-from rotflex.errors import GradingError
 from rotflex.experiments import sweep
 from rotflex.hil.student_benches import student_bench, student_seed
 from solutions.true_bench import TrueBench
@@ -385,7 +385,7 @@ def test_a_key_that_does_not_fit_the_catalogue_is_refused(tmp_path, body, words)
 
 
 def test_a_course_that_is_not_there_is_said_to_be_missing_and_how_to_name_one(tmp_path):
-    with pytest.raises(GradingError, match=r"no course\.py.*--course FOLDER.*ROTFLEX_COURSE"):
+    with pytest.raises(GradingError, match=r"no course\.py.*--course FOLDER.*LABCOURSE_COURSE"):
         courses.load(tmp_path)
 
 

@@ -12,9 +12,9 @@ import psutil
 import pytest
 from made_courses import loaded
 
+from labcourse.errors import GradingError
 from labcourse.grading.marking import marking, marking_processes, time_limit
 from labcourse.grading.marking.marking_processes import Asked, Marker
-from rotflex.errors import GradingError
 from solutions.true_bench import TrueBench
 
 pytestmark = pytest.mark.slow

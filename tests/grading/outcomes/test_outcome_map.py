@@ -4,8 +4,8 @@ import pytest
 from made_courses import OURS
 from refused import refused
 
+from labcourse.errors import GradingError
 from labcourse.grading.outcomes import outcome_map
-from rotflex.errors import GradingError
 
 GOOD = """
 scheme = "Ours"

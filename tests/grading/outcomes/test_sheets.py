@@ -13,11 +13,11 @@ from gradebooks import enrol
 from made_courses import OURS
 from refused import refused
 
+from labcourse.errors import GradingError
 from labcourse.grading.gradebook import Gradebook, MarkRecord, StudentRecord
 from labcourse.grading.outcomes import levels, sheet_files, sheet_layout
 from labcourse.grading.outcomes.sheet import filled
 from labcourse.grading.settings import MarkSettings
-from rotflex.errors import GradingError
 
 LAYOUTS = {one.name: one for one in sheet_layout.read(OURS.folder, OURS.catalogue)}
 LEVEL_OF = OURS.settings.levels.level_of

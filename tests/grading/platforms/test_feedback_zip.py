@@ -9,11 +9,11 @@ import pytest
 from made_courses import OURS
 from their_exports import FILES, WORKSHEET, class_of_four
 
+from labcourse.errors import GradingError
 from labcourse.grading.gradebook import Gradebook
 from labcourse.grading.platforms import feedback_zip, matching, rules
 from labcourse.grading.platforms.their_file import read
 from labcourse.grading.settings import FeedbackSettings
-from rotflex.errors import GradingError
 
 WORKSHEETS = "Moodle's grading worksheet"
 

@@ -14,12 +14,12 @@ from hypothesis import strategies as st
 from made_courses import OURS
 from their_exports import BLACKBOARD, CANVAS, FILES, WORKSHEET, class_of_four
 
+from labcourse.errors import GradingError
 from labcourse.grading.gradebook import Gradebook
 from labcourse.grading.platforms import filled, matching, recognised, rules
 from labcourse.grading.platforms.earned import Earned, earned, of_account
 from labcourse.grading.platforms.filled import Choice
 from labcourse.grading.platforms.their_file import read
-from rotflex.errors import GradingError
 
 WORKSHEETS = "Moodle's grading worksheet"
 

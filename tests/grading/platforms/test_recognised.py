@@ -9,10 +9,10 @@ from checkout import ROOT
 from refused import refused
 from their_exports import BLACKBOARD, BRIGHTSPACE, CANVAS, FILES, MOODLE, WORKSHEET
 
+from labcourse.errors import GradingError
 from labcourse.grading.platforms import recognised, rules
 from labcourse.grading.platforms.their_file import read
 from rotflex import cli
-from rotflex.errors import GradingError
 
 WORKSHEETS = "Moodle's grading worksheet"
 #: Platform → how its column may be called, whole heading first; its maximum; lines of its students.

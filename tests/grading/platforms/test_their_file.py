@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from labcourse.errors import GradingError
 from labcourse.grading.platforms.their_file import SEPARATORS, read, table
-from rotflex.errors import GradingError
 
 SAID = st.text(st.sampled_from('ab "",;\t\r\n\'=#é学\x0b\u2028'), max_size=8)
 ENDS = st.sampled_from(["\r\n", "\n", "\r"])

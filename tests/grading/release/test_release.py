@@ -17,9 +17,9 @@ from labcourse.answers import words
 from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.parts import Question, number, prose
 from labcourse.benches import BenchPolicy
+from labcourse.errors import GradingError
 from labcourse.grading.release import student_course, student_notebooks
 from labcourse.grading.release.student_notebooks import BEGIN, END
-from rotflex.errors import GradingError
 
 
 def code(source, cell_id="a", **metadata):

@@ -9,10 +9,10 @@ from gradebooks import enrol, graded, mark, prose, record, report_text, rows
 from made_courses import OURS
 
 from labcourse import files
+from labcourse.errors import GradingError
 from labcourse.grading.gradebook import Delivery
 from labcourse.grading.reports.grades import Reports
 from labcourse.grading.reports.grades_table import NOT_GRADED_YET
-from rotflex.errors import GradingError
 
 
 @pytest.fixture

@@ -14,6 +14,7 @@ from two_releases import FIRST, NOTEBOOK, SECOND, SEED, TwoReleases
 from labcourse.answers.cell_reports import REPORTS_FILE
 from labcourse.answers.handed_in import HandIn
 from labcourse.benches import BenchPolicy
+from labcourse.errors import GradingError
 from labcourse.grading import course as courses
 from labcourse.grading.marking import decoding, marking
 from labcourse.grading.release import releases
@@ -22,7 +23,6 @@ from labcourse.grading.running import bundle, runner
 from labcourse.grading.running.bundles import Bundles
 from labcourse.grading.running.prepared import prepare
 from labcourse.grading.running.runner import Job
-from rotflex.errors import GradingError
 
 PROBE_SEED = 5
 #: Right under either release, if run with that release's packages.

@@ -11,6 +11,7 @@ import pytest
 from made_courses import OURS
 from typer.testing import CliRunner
 
+from labcourse.errors import GradingError
 from labcourse.grading import batch
 from labcourse.grading.isolation import sandbox, unisolated
 from labcourse.grading.isolation.outcome import Ending, Outcome
@@ -20,7 +21,6 @@ from labcourse.grading.running.inside import EVIDENCE_FILE, watch
 from labcourse.grading.running.inside import main as inside_main
 from labcourse.run import from_notebook
 from rotflex.cli import app
-from rotflex.errors import GradingError
 
 
 class Clock:
@@ -139,7 +139,7 @@ def test_a_run_is_given_its_limits_and_what_it_depends_on(tmp_path, monkeypatch,
     assert given["limits"] == SandboxLimits(seconds=77.5, memory=300 * 2**20, processes=9, folder=12345)
     also = {runner.REPORTS_FILE: 1_000_000, EVIDENCE_FILE: 40_000_000}
     assert (given["largest"], given["also"]) == (2_000_000, also)
-    assert given["cancelled"] is cancelled and given["environment"]["ROTFLEX_PROBE_SEED"] == "5"
+    assert given["cancelled"] is cancelled and given["environment"]["LABCOURSE_PROBE_SEED"] == "5"
     assert json.loads(given["stdin"]) == {
         "notebooks": {"a.ipynb": {"cells": []}},
         "parameters": {"bench": "x", "student": "ada"},

@@ -85,7 +85,7 @@ print("kept")
 kept = get_ipython().history_manager.outputs.values()
 any(one.output_type == "out_stream" for outputs in kept for one in outputs)
 """: ("True", "False"),
-    "import os\nos.environ.get('ROTFLEX_PICTURES')": (None, "'off'"),
+    "import os\nos.environ.get('LABCOURSE_PICTURES')": (None, "'off'"),
 }
 
 

@@ -15,10 +15,10 @@ from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 from packaging.version import Version
 
+from labcourse.errors import GradingError
 from labcourse.grading.running import bundle, runner
 from labcourse.grading.running.inside import BROKEN, FINE
 from labcourse.grading.running.inside import private_interfaces as interfaces
-from rotflex.errors import GradingError
 
 pytestmark = pytest.mark.slow
 

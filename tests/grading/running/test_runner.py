@@ -17,10 +17,10 @@ from checkout import ROOT
 
 from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.handed_in import as_released
+from labcourse.errors import GradingError
 from labcourse.grading.course import Course
 from labcourse.grading.running import bundle, runner
 from labcourse.run.merge import merged
-from rotflex.errors import GradingError
 
 pytestmark = pytest.mark.usefixtures("sandbox")
 COURSE = Course(
@@ -112,7 +112,7 @@ def test_there_are_no_solutions_no_instructors_modules_and_nothing_of_the_grader
     assert "rotflex-course-" in seen["package"] and seen["modules"] == ["experiments"]
     assert "SECRET_TOKEN" not in seen["environment"]
     assert seen["environment"]["HOME"] != os.environ.get("HOME")
-    assert seen["environment"]["ROTFLEX_PROBE_SEED"] == "123"
+    assert seen["environment"]["LABCOURSE_PROBE_SEED"] == "123"
 
 
 def test_one_submission_cannot_change_the_package_of_the_next(course):

@@ -5,9 +5,9 @@ from refused import refused
 
 from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.parts import Question, choice, matrix, number, poles, prose
+from labcourse.errors import GradingError
 from labcourse.grading.running import supplied
 from labcourse.grading.running.supplied import Supplied
-from rotflex.errors import GradingError
 
 PARTS = (
     number("speed", "rad/s", None, "", ""),

@@ -9,8 +9,8 @@ from refused import refused
 
 from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.parts import Question, ReportItem, number, prose
+from labcourse.errors import GradingError
 from labcourse.grading.scoring import rubric
-from rotflex.errors import GradingError
 
 CATALOGUE = Catalogue(
     [

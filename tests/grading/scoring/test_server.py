@@ -71,14 +71,14 @@ def ann(both):
 def test_an_address_is_exchanged_for_a_cookie_that_scripts_do_not_see(ann):
     reply = ann.get(f"/enter/{ann.scorer.token}")
     assert (reply.status_code, reply.headers["location"]) == (303, "/")
-    assert re.fullmatch(r"rotflex-score-8765=[\w-]{43}; HttpOnly; SameSite=Strict; Path=/", reply.headers["set-cookie"])
+    assert re.fullmatch(r"labcourse-score-8765=[\w-]{43}; HttpOnly; SameSite=Strict; Path=/", reply.headers["set-cookie"])
     assert ann.scorer.token not in reply.headers["set-cookie"]
 
 
 def test_nobody_is_let_in_without_their_own(both):
     ann, bea = both
     nobody = Client(ann.app)
-    stranger = Client(ann.app, cookies={"rotflex-score-8765": "x" * 43})
+    stranger = Client(ann.app, cookies={"labcourse-score-8765": "x" * 43})
     for path in ("/", "/score?question=2.11&part=explanation", "/scoring.js", "/scoring.css", "/drawn.css"):
         assert ann.get(path).status_code == 200
         for one in (nobody, stranger):
@@ -93,14 +93,14 @@ def test_nobody_is_let_in_without_their_own(both):
 
 @pytest.mark.parametrize(
     "other",
-    ['x={"a": 1}', "foo", "a b=c", "prefs=[1,2]", "name=Zoë", '_xsrf="2|1:0"', "=", "rotflex-score-8766=" + "x" * 43],
+    ['x={"a": 1}', "foo", "a b=c", "prefs=[1,2]", "name=Zoë", '_xsrf="2|1:0"', "=", "labcourse-score-8766=" + "x" * 43],
 )
 def test_cookies_of_other_programs_lock_nobody_out(ann, other):
     """A browser sends them along, for it does not tell ports apart; in any order."""
-    own = f"rotflex-score-8765={ann.scorer.session}"
+    own = f"labcourse-score-8765={ann.scorer.session}"
     for cookie in (f"{other}; {own}", f"{own}; {other}"):
         assert "You are <strong>Ann</strong>" in ann.request("GET", "/", {"cookie": cookie.encode()}).text
-    stranger = f"{other}; rotflex-score-8765={'x' * 43}"
+    stranger = f"{other}; labcourse-score-8765={'x' * 43}"
     assert ann.request("GET", "/", {"cookie": stranger.encode()}).status_code == 403
 
 

@@ -12,10 +12,10 @@ from gradebooks import graded, mark, prose, record, report_text
 from openpyxl import Workbook, load_workbook
 from scoring_class import COMPARED, LEVELS, WORDS, desk, fill, texts
 
+from labcourse.errors import GradingError
 from labcourse.grading.scoring import table_files, tables
 from labcourse.grading.scoring.desk import Pick, key_of, seen
 from labcourse.grading.settings import LevelSettings
-from rotflex.errors import GradingError
 
 FORMULAS = [
     '=HYPERLINK("http://example.com";"x")',

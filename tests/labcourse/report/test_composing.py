@@ -12,12 +12,12 @@ from report_texts import png
 from labcourse.answers import parts
 from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.parts import Question, ReportItem
+from labcourse.errors import AnswerError
 from labcourse.report import checklist, composing, fine_curves, making
 from labcourse.report.button import button
 from labcourse.report.document import Equation, Place
 from labcourse.run import RUNNING
 from labcourse.session import Session
-from rotflex.errors import AnswerError
 
 REPORT = "First report"
 NOON = datetime(2026, 11, 23, 12)
@@ -57,14 +57,14 @@ def text_cell(part, source, attachments=None):
     return {
         "cell_type": "markdown",
         "id": f"report-{part}",
-        "metadata": {"rotflex": about, "nbgrader": {"grade_id": f"report-{part}", "solution": True}},
+        "metadata": {"labcourse": about, "nbgrader": {"grade_id": f"report-{part}", "solution": True}},
         "source": source,
         "attachments": attachments or {},
     }
 
 
 def save(folder, *cells, front=FRONT):
-    first = {"cell_type": "markdown", "id": "front", "metadata": {"rotflex": {"front": REPORT}}, "source": front}
+    first = {"cell_type": "markdown", "id": "front", "metadata": {"labcourse": {"front": REPORT}}, "source": front}
     notebook = {"cells": [first, *cells], "metadata": {}, "nbformat": 4, "nbformat_minor": 5}
     (folder / "04_results.ipynb").write_text(json.dumps(notebook), encoding="utf-8")
 

@@ -12,13 +12,13 @@ from report_texts import of_text
 from labcourse.answers import report_files, reports
 from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.parts import Question, ReportItem, number
+from labcourse.errors import AnswerError
 from labcourse.report import attaching, checklist, writing
 from labcourse.run import reports_along, student_folder
 from labcourse.run.asked import Asked
 from labcourse.run.check import GOOD, State, _Home, _part
 from labcourse.run.submit import submit
 from labcourse.session import Session
-from rotflex.errors import AnswerError
 
 TITLES = ["Procedure", "Results", "Analysis", "Conclusion"]
 CATALOGUE = Catalogue(

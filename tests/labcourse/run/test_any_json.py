@@ -20,10 +20,10 @@ from labcourse import course_file
 from labcourse.answers import answers, cell_reports, reflection
 from labcourse.answers.answers import AnswerBook
 from labcourse.answers.handed_in import cells_of, document
+from labcourse.errors import AnswerError, ConfigurationError, CourseError
 from labcourse.run import check, from_notebook, restore, student_folder, submit, update
 from labcourse.session import Session
 from rotflex.course.questions import CATALOGUE
-from rotflex.errors import AnswerError, ConfigurationError, RotflexError
 
 FIRST, BROKEN = "01_swing.ipynb", "02_finding_stiffness.ipynb"
 
@@ -31,7 +31,7 @@ FIRST, BROKEN = "01_swing.ipynb", "02_finding_stiffness.ipynb"
 def words(name, question, part):
     grading = {**ANSWER, "grade_id": name, "cell_type": "markdown"}
     about = {"question": question, "part": part}
-    return {**text(name, "Because."), "metadata": {"nbgrader": grading, "rotflex": about}}
+    return {**text(name, "Because."), "metadata": {"nbgrader": grading, "labcourse": about}}
 
 
 MASTER = notebook(
@@ -132,7 +132,7 @@ def _packed_and_checked(folder, name):
     ):
         try:
             act()
-        except RotflexError as error:  # partners that cannot be any, as a person would write them
+        except CourseError as error:  # partners that cannot be any, as a person would write them
             assert name == "course.json" and "with" in str(error).casefold()
 
 
@@ -164,7 +164,7 @@ def _mended(folder, released, name):
     (folder / "course.json").unlink()
     try:
         restore.restore(folder, BROKEN, MASTER)
-    except RotflexError as error:
+    except CourseError as error:
         assert name == BROKEN and name in str(error)
     else:
         nbformat.v4.reads((folder / BROKEN).read_text(encoding="utf-8"))

@@ -27,7 +27,7 @@ def words(name, question, part):
     return {
         "cell_type": "markdown",
         "id": name,
-        "metadata": {**metadata, "rotflex": {"question": question, "part": part}},
+        "metadata": {**metadata, "labcourse": {"question": question, "part": part}},
         "source": "**✎ Your answer**",
     }
 

@@ -39,7 +39,7 @@ def rotflex(*arguments):
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
     """A desk with a student's folder on it, and a check that finds something without running anything."""
-    monkeypatch.delenv("ROTFLEX_RUNNING", raising=False)
+    monkeypatch.delenv("LABCOURSE_RUNNING", raising=False)
     work = tmp_path / "desk" / "notebooks"
     work.mkdir(parents=True)
     for name, master in MASTERS.items():
@@ -176,7 +176,7 @@ def test_a_check_against_the_students_own_notebooks_is_refused_for_no_text_would
 
 @pytest.mark.parametrize("command", ["check", "submit", "restore"])
 def test_where_a_program_runs_the_notebook_that_asks_nothing_is_done(folder, monkeypatch, command):
-    monkeypatch.setenv("ROTFLEX_RUNNING", "check")
+    monkeypatch.setenv("LABCOURSE_RUNNING", "check")
     before = sorted(folder.parent.rglob("*"))
     done = rotflex(command)
     assert (done.exit_code, done.output.split()[0]) == (0, command)
@@ -210,7 +210,7 @@ def test_a_check_that_is_stopped_ends_in_order_and_leaves_nothing(tmp_path):
         (tmp_path / name).write_bytes((ROOT / "notebooks" / name).read_bytes())
     temporary = tmp_path / "temporary"
     temporary.mkdir()
-    environment = {name: value for name, value in os.environ.items() if name != "ROTFLEX_RUNNING"}
+    environment = {name: value for name, value in os.environ.items() if name != "LABCOURSE_RUNNING"}
     previous = signal.signal(signal.SIGINT, signal.default_int_handler)  # see tests/test_cli.py
     child = subprocess.Popen(
         [sys.executable, "-P", "-m", "rotflex.cli", "check", str(tmp_path)],

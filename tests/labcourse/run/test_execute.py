@@ -12,9 +12,9 @@ import pytest
 from checkout import ROOT
 from made_notebooks import code, notebook, text
 
+from labcourse.errors import CheckError
 from labcourse.run import execute
 from labcourse.run.execute import Broken
-from rotflex.errors import CheckError
 
 pytestmark = pytest.mark.slow
 
@@ -65,7 +65,7 @@ def test_each_notebook_has_a_kernel_of_its_own_that_has_imported_and_named_nothi
 
 def test_a_run_is_marked_and_shows_nothing(tmp_path, monkeypatch):
     monkeypatch.setenv("IPYTHONDIR", str(tmp_path / "ipython"))
-    names = ["ROTFLEX_RUNNING", "ROTFLEX_PROGRESS", "ROTFLEX_PICTURES", "OMP_NUM_THREADS"]
+    names = ["LABCOURSE_RUNNING", "ROTFLEX_PROGRESS", "LABCOURSE_PICTURES", "OMP_NUM_THREADS"]
     cell = f"import os; {put('told', f'[os.environ[name] for name in {names}]')}"
     run(tmp_path, {"one.ipynb": notebook(code("a", cell), code("b", put("python", "__import__('sys').executable")))})
     assert left(tmp_path) == {"told": "['check', 'off', 'off', '1']", "python": sys.executable}

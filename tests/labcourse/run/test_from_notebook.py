@@ -15,7 +15,7 @@ PROGRAM = "import sys; print(*sys.argv[1:], sep='|'); print('→')"
 @pytest.fixture
 def lab(tmp_path, monkeypatch):
     """A session in a folder; the command is one that says what it was given."""
-    for name in ("ROTFLEX_RUNNING", "PYTEST_CURRENT_TEST"):
+    for name in ("LABCOURSE_RUNNING", "PYTEST_CURRENT_TEST"):
         monkeypatch.delenv(name, raising=False)
     real = from_notebook.subprocess.Popen
 
@@ -41,7 +41,11 @@ def test_each_asks_the_command_and_shows_what_it_says(lab, capsys):
 
 @pytest.mark.parametrize(
     ("name", "value"),
-    [("ROTFLEX_RUNNING", "check"), ("ROTFLEX_RUNNING", "grade"), ("PYTEST_CURRENT_TEST", "a/02.ipynb::Cell 3 (setup)")],
+    [
+        ("LABCOURSE_RUNNING", "check"),
+        ("LABCOURSE_RUNNING", "grade"),
+        ("PYTEST_CURRENT_TEST", "a/02.ipynb::Cell 3 (setup)"),
+    ],
 )
 def test_where_a_program_runs_the_notebook_nothing_is_done_and_that_is_said(lab, capsys, monkeypatch, name, value):
     monkeypatch.setenv(name, value)
@@ -53,7 +57,7 @@ def test_where_a_program_runs_the_notebook_nothing_is_done_and_that_is_said(lab,
 
 
 def test_another_test_is_no_notebook(monkeypatch):
-    monkeypatch.delenv("ROTFLEX_RUNNING", raising=False)
+    monkeypatch.delenv("LABCOURSE_RUNNING", raising=False)
     monkeypatch.setenv("PYTEST_CURRENT_TEST", "tests/test_lab.py::test_x (call)")
     assert not by_program()
 

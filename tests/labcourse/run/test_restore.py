@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 from made_notebooks import answer, code, locked, notebook, saved, text
 
 from labcourse.answers.handed_in import cells_of
+from labcourse.errors import CheckError
 from labcourse.run import restore
 from labcourse.run.alignment import align
-from rotflex.errors import CheckError
 
 MASTER = notebook(
     text("title", "# Springs"),

@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 from made_notebooks import answer, locked, notebook, saved
 
+from labcourse.errors import CheckError
 from labcourse.run.check import Checked, Part, State
 from labcourse.run.submit import MAX_OUTPUT, slim, submit
-from rotflex.errors import CheckError
 
 NAME = "01_swing.ipynb"
 NOTEBOOK = notebook(answer("q1", "k = 3.5"), locked("q1-answer", 'lab.answer("1", k=k)'))

@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 from made_notebooks import ANSWER, answer, code, locked, notebook, saved, text
 
 from labcourse import files
+from labcourse.errors import ConfigurationError
 from labcourse.run import update
 from labcourse.run.update import Changes, updated
-from rotflex.errors import ConfigurationError
 
 OLD = notebook(
     text("title", "# Springs"),

@@ -25,7 +25,7 @@ SEEN_WITH = {
 
 
 def colours(theme):
-    blocks = re.findall(r"([^{}]*\.rotflex-explorer) \{([^{}]*)\}", CSS)
+    blocks = re.findall(r"([^{}]*\.labcourse-explorer) \{([^{}]*)\}", CSS)
     selector, block = next(
         (one, text) for one, text in blocks if "--page" in text and ("false" in one) == (theme == "dark")
     )

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from checkout import ROOT
 
+from labcourse.errors import CourseError
 from labcourse.scene.explorer import Explorer
 from labcourse.scene.moving import GROUND, Moving
 from labcourse.scene.scene import MOST_POINTS, Column, Panel, Play, Scene, thinned
-from rotflex.errors import RotflexError
 
 FOLDER = ROOT / "labcourse" / "scene"
 SIGNALS = {"x": 0.7, "angle": 0.4, "bend": -1.1}
@@ -90,7 +90,7 @@ def test_recorded_signals_go_into_the_one_buffer_by_name():
 )
 def test_a_signal_that_there_is_not_is_refused_where_it_is_named(draw, name):
     shown = drawing()
-    with pytest.raises(RotflexError) as refused:
+    with pytest.raises(CourseError) as refused:
         draw(shown)
     assert str(refused.value) == f"The drawing has no signal {name!r}; it has x, angle, bend."
     assert shown.shapes == shown.readings == []
@@ -98,7 +98,7 @@ def test_a_signal_that_there_is_not_is_refused_where_it_is_named(draw, name):
 
 def test_a_recorded_signal_that_moves_nothing_is_refused():
     play = Play({"angle": np.zeros(3), "speed": np.zeros(3)}, 1.0)
-    with pytest.raises(RotflexError, match=r"'speed'.*bend, x"):
+    with pytest.raises(CourseError, match=r"'speed'.*bend, x"):
         Scene("a crane", [Column([Panel("y", (0, 1), (0, 1)), drawing()])], play=play).packed()
 
 

@@ -144,7 +144,7 @@ def test_keys_stay_in_the_explorer_wherever_it_was_clicked(page, element):
     page.locator(element).first.click(force="never" in element, **where)  # a disabled one can be clicked, too
     marked_itself, inside = page.evaluate(
         """() => [document.activeElement.dataset.lmSuppressShortcuts,
-            Boolean(document.activeElement.closest('.rotflex-explorer'))]"""
+            Boolean(document.activeElement.closest('.labcourse-explorer'))]"""
     )
     assert inside and marked_itself == "true"
     for key in ("d", "d", "j", "a", "m", "x", "Enter", "Shift+Enter", "Escape"):
@@ -155,7 +155,9 @@ def test_keys_stay_in_the_explorer_wherever_it_was_clicked(page, element):
 @pytest.mark.parametrize(("width", "beside"), [(836, False), (1200, True)])
 def test_a_whole_explorer_is_in_view_and_readouts_stand_beside_the_plots_where_there_is_room(page, width, beside):
     explorer_page.show(page, scene(height=900), width)
-    whole, stage, readouts = (page.locator(one).bounding_box() for one in (".rotflex-explorer", ".stage", ".readouts"))
+    whole, stage, readouts = (
+        page.locator(one).bounding_box() for one in (".labcourse-explorer", ".stage", ".readouts")
+    )
     assert whole["y"] >= 0 and whole["y"] + whole["height"] <= 720
     assert stage["height"] >= 500  # and makes use of the room
     assert (readouts["x"] >= stage["x"] + stage["width"]) is beside

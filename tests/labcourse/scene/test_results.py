@@ -7,9 +7,9 @@ import pytest
 
 from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.parts import Part, Question
+from labcourse.errors import AnswerError
 from labcourse.scene.results import results_table
 from labcourse.session import Session
-from rotflex.errors import AnswerError
 
 SPEED = Part("speed", "number", 1, "Speed of the cart", unit="m/s")
 MASS = Part("mass", "number", 1, "Mass of the cart", unit="kg")

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from labcourse import jupyterlab
+from labcourse.errors import CourseError
 from labcourse.pictures import new_picture, style
 from labcourse.scene.explorer import Explorer
 from labcourse.scene.saved_explorers import VIEW, with_pictures
 from labcourse.scene.scene import Scene
-from rotflex.errors import RotflexError
 
 WORDS = "Run this cell again"
 
@@ -33,7 +33,7 @@ class Wordy(Explorer):
         return Scene("nothing <yet>")
 
     def picture(self):
-        raise RotflexError("There is nothing to draw.")
+        raise CourseError("There is nothing to draw.")
 
 
 def output_of(explorer, in_lines=False):

@@ -18,4 +18,4 @@ FINE, TIMED_OUT, DIED = 0, 10, 11
 #: Exit code if nothing was run, because what notebooks need cannot be imported, or is not as it was tested.
 BROKEN = 12
 #: What the course's own reader made of the student's files, in the working folder: JSON. Cells can have changed it.
-EVIDENCE_FILE = ".rotflex-evidence.json"
+EVIDENCE_FILE = ".labcourse-evidence.json"

@@ -28,7 +28,7 @@ import traceback
 from pathlib import Path
 from typing import Any
 
-PACKAGE = "rotflex_inside"
+PACKAGE = "labcourse_inside"
 _TRIAL_TIMEOUT = 60.0  # s; as a cell has
 
 

@@ -33,7 +33,7 @@ _KEPT_OUT = ("isoduration", "rfc3986_validator", "rfc3987_syntax", "debugpy")
 def set_environment() -> None:
     """Environment variables as a kernel sets them, and that nobody looks at pictures."""
     os.environ["MPLBACKEND"] = "module://matplotlib_inline.backend_inline"
-    os.environ["ROTFLEX_PICTURES"] = "off"
+    os.environ["LABCOURSE_PICTURES"] = "off"
 
 
 def import_all(others: Sequence[str]) -> None:

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from labcourse import student_id
+from labcourse.errors import GradingError
 from labcourse.files import COURSE_FILE
 from labcourse.grading.gradebook.records import DECIDED, StudentRecord
 from labcourse.grading.running.intake import labels, limits, names, places, whose
@@ -22,7 +23,6 @@ from labcourse.grading.running.intake.stores import Entry, Listing, Shelf, Unrea
 from labcourse.grading.running.intake.times import folded, in_utc, parsed
 from labcourse.messages import listed
 from labcourse.student_id import caseless
-from rotflex.errors import GradingError
 
 
 @dataclass

@@ -7,11 +7,11 @@ from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 from labcourse import student_id
+from labcourse.errors import StudentIDError
 from labcourse.grading.gradebook.records import StudentRecord
 from labcourse.grading.running.intake import labels, names
 from labcourse.grading.running.intake.labels import Label
 from labcourse.student_id import caseless
-from rotflex.errors import StudentIDError
 
 _PAIR = "+"  #: between the IDs of those who hand in together
 _MOODLES_NUMBER = re.compile(r"\w+ (?=\d+$)")  # its grading worksheet has "Participant 1234567"

@@ -10,11 +10,11 @@ from pathlib import Path
 from typing import Any
 
 from labcourse.course_file import parse
+from labcourse.errors import ConfigurationError
 from labcourse.files import ANSWERS_FILE, COURSE_FILE
 from labcourse.grading.running.intake import limits, names
 from labcourse.grading.running.intake.notebook_names import is_notebook
 from labcourse.grading.running.intake.stores import Entry, Listing, Shelf, Unreadable, Where, opened
-from rotflex.errors import ConfigurationError
 
 ARCHIVES = (".zip", ".tar.gz", ".tgz", ".tar.bz2", ".tar.xz", ".tar")  #: that Python's own library reads
 OTHER_ARCHIVES = (".7z", ".rar", ".gz", ".bz2", ".xz", ".zipx")  #: that it does not

@@ -10,10 +10,11 @@ from datetime import UTC, datetime, timedelta
 from pathlib import PurePosixPath
 from typing import Any
 
-import rotflex
+import labcourse
 from labcourse import course_file
 from labcourse.answers import answers, own_files, report_files
 from labcourse.answers.handed_in import Cell, NotebookError
+from labcourse.errors import ConfigurationError
 from labcourse.files import ANSWERS_FILE, COURSE_FILE
 from labcourse.grading.gradebook.records import DECIDED
 from labcourse.grading.running.intake import limits, names, notebook_names, notebooks, places, scripts
@@ -25,7 +26,6 @@ from labcourse.grading.running.intake.stores import Entry, Store, Unreadable, op
 from labcourse.grading.running.intake.times import in_utc
 from labcourse.run.alignment import source_of
 from labcourse.run.portability import Version
-from rotflex.errors import ConfigurationError
 
 _UNREAD = "{name} cannot be read: {error}"
 _MOST_SHOWN = 5  # files that are named in a message
@@ -92,7 +92,7 @@ def read(
     submission: Submission,
     wanted: Sequence[str],
     masters: Masters | None = None,
-    packages: Collection[str] = (rotflex.__name__,),
+    packages: Collection[str] = (labcourse.__name__,),
     reports: Sequence[str] = (),
     decisions: Decisions | None = None,
 ) -> list[Delivered]:

@@ -9,8 +9,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from datetime import UTC, datetime, tzinfo
 from pathlib import Path
 
+from labcourse.errors import GradingError
 from labcourse.student_id import caseless
-from rotflex.errors import GradingError
 
 _NAMES = ("name", "student", "studentid", "id", "file", "folder", "identifier", "fullname", "username", "emailaddress")
 _TIMES = ("time", "submitted", "received", "lastmodifiedsubmission", "date", "datesubmitted", "submittedat")

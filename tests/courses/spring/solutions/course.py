@@ -15,6 +15,7 @@ COURSE = Course(
     catalogue=CATALOGUE,
     key=KEY,
     bench=lambda student, policy: Spring(policy.seed_for(student, seed_of)),
-    packages=("rotflex", "springlab"),
+    package="springlab",
+    packages=("springlab",),
     imports=("springlab.lab",),
 )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from labcourse import courses
 from labcourse.course_file import bench_policy
 from labcourse.session import Session, student_of
 from springlab.catalogue import CATALOGUE
@@ -24,4 +25,5 @@ class Lab(Session):
 
 def start(student: str = "") -> Lab:
     """Begin a session in the folder of the notebook."""
+    courses.use("springlab")
     return Lab(student_of(student, Path.cwd()), Path.cwd())

@@ -9,11 +9,11 @@ from checkout import ROOT
 from packings import WANTED, lay, notebook, under, work, zipped
 
 from labcourse.answers import answers, handed_in, own_files, report_files
+from labcourse.errors import GradingError
 from labcourse.grading.gradebook.records import StudentRecord
 from labcourse.grading.running import intake
 from labcourse.grading.running.intake import labels, limits, notebooks, reading, stores, times
 from labcourse.grading.running.intake.stores import Unreadable, Where
-from rotflex.errors import GradingError
 
 ROSTER = [StudentRecord("ada", "Ada Lovelace")]
 FITS = pytest.mark.parametrize("fits", [True, False], ids=["fits", "one more"])

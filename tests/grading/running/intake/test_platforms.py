@@ -8,12 +8,12 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 from packings import WANTED, before, lay, renamed, under, work, zipped
 
+from labcourse.errors import GradingError
 from labcourse.grading.gradebook.records import StudentRecord
 from labcourse.grading.running import intake
 from labcourse.grading.running.intake import labels, times
 from labcourse.grading.running.intake.labels import Label
 from labcourse.grading.running.intake.people import People
-from rotflex.errors import GradingError
 
 ROSTER = [
     StudentRecord("ada", "Ada King Lovelace", "ada@example.org", aliases=("alovelace", "12345")),

@@ -7,10 +7,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from packings import WANTED, before, lay, moodle, under, work, zipped
 
+from labcourse.errors import GradingError
 from labcourse.grading.gradebook.records import StudentRecord
 from labcourse.grading.running import intake
 from labcourse.grading.running.intake import names
-from rotflex.errors import GradingError
 
 COMPOSED, APART = "j\u00fcrgen", "ju\u0308rgen"
 ROSTER = [

@@ -1,0 +1,96 @@
+"""The courses that are installed: packages that name themselves by an entry point, and the one that is worked on now.
+
+A course's package says in its ``pyproject.toml``::
+
+    [project.entry-points."labcourse.courses"]
+    rotflex = "rotflex.course"
+
+The notebooks as handed out are in the package's folder ``notebooks``; in a checkout, in the folder ``notebooks`` beside
+the package or above it.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+from dataclasses import dataclass
+from importlib.metadata import entry_points
+from pathlib import Path
+
+from labcourse.errors import ConfigurationError
+
+GROUP = "labcourse.courses"  #: of entry points: name of a course → its package
+SETTING = "LABCOURSE_COURSE"  #: environment variable: name or package of the course that is worked on
+NOTEBOOKS = "notebooks"
+
+
+@dataclass(frozen=True)
+class InstalledCourse:
+    """A course as students have it.
+
+    Attributes
+    ----------
+    package : import name of its package
+    place : the package's folder
+    """
+
+    package: str
+    place: Path
+
+    @property
+    def notebooks(self) -> Path:
+        """The folder of the notebooks as handed out.
+
+        Raises
+        ------
+        ConfigurationError
+            If there are none.
+        """
+        above = list(self.place.parents)[: self.package.count(".") + 1]
+        for place in (self.place, *above):
+            if any((place / NOTEBOOKS).glob("*.ipynb")):
+                return place / NOTEBOOKS
+        raise ConfigurationError(
+            f"The installed package {self.package} comes without notebooks: install it from the course's folder."
+        )
+
+
+def installed() -> dict[str, str]:
+    """Return the courses that are installed: name → import name of the package."""
+    return {entry.name: entry.value for entry in entry_points(group=GROUP)}
+
+
+def use(course: str) -> None:
+    """Make a course the one that is worked on, in this process and in those that it starts.
+
+    Parameters
+    ----------
+    course : name of an installed course, or import name of its package
+    """
+    os.environ[SETTING] = course
+
+
+def current() -> InstalledCourse:
+    """Return the course that is worked on: the one that :func:`use` named, else the only one that is installed.
+
+    Raises
+    ------
+    ConfigurationError
+        If there is none, or if several are installed and none was named.
+    """
+    known = installed()
+    name = os.environ.get(SETTING) or (next(iter(known)) if len(known) == 1 else "")
+    listed = ", ".join(sorted(known)) or "none"
+    if not name:
+        raise ConfigurationError(
+            f"Which course? Installed are: {listed}. Name one by --course NAME, or by the environment variable "
+            f"{SETTING}."
+        )
+    package = known.get(name, name)
+    try:
+        found = importlib.util.find_spec(package)
+    except (ImportError, ValueError):
+        found = None
+    if found is None or not found.submodule_search_locations:
+        raise ConfigurationError(f"There is no course {name!r} here. Installed are: {listed}.")
+    return InstalledCourse(package, Path(next(iter(found.submodule_search_locations))).resolve())
