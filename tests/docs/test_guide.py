@@ -82,7 +82,7 @@ def test_options_that_stand_alone_are_those_of_a_command(name):
 
 @pytest.mark.parametrize("name", NAMES)
 def test_each_file_and_folder_of_the_checkout_is_there(name):
-    kept = re.compile(r"(solutions|rotflex|docs|data|tools|notebooks|tests|distributions)/[^ …<]*|pyproject\.toml")
+    kept = re.compile(r"(solutions|rotflex|docs|data|tools|notebooks|tests|labcourse)/[^ …<]*|pyproject\.toml")
     for span in spans(name):
         if kept.fullmatch(span):
             assert (ROOT / span).exists(), span
@@ -228,10 +228,10 @@ def test_the_python_that_is_required_and_extras_are_those_of_the_packages():
     said = text("requirements.md")
     ours, theirs = (
         tomllib.loads((ROOT / folder / "pyproject.toml").read_text(encoding="utf-8"))["project"]
-        for folder in (".", "distributions/instructor")
+        for folder in (".", "labcourse")
     )
     assert ours["requires-python"] == theirs["requires-python"] == f">={re.search('Python ([0-9.]+) or', said)[1]}"
-    for name, extra in re.findall(r"`(rotflex|rotflex-instructor)\[(\w+)\]`", said):
+    for name, extra in re.findall(r"`(rotflex|labcourse)\[(\w+)\]`", said):
         assert extra in (ours if name == "rotflex" else theirs)["optional-dependencies"]
 
 

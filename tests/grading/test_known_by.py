@@ -5,7 +5,7 @@ from datetime import UTC, datetime, timedelta, timezone
 
 import pytest
 
-import rotflex
+import labcourse
 from labcourse.answers.words import Words
 from labcourse.grading.batch import Batch, Settings
 from labcourse.grading.running import runner
@@ -67,11 +67,11 @@ def test_a_setting_that_a_run_does_not_depend_on_is_none(fake_class, name):
 def test_another_version_of_the_package_is_another_run(fake_class, monkeypatch):
     fake_class.hand_in("ada")
     fake_class.grade()
-    monkeypatch.setattr(rotflex, "__version__", f"{rotflex.__version__}.1")
+    monkeypatch.setattr(labcourse, "__version__", f"{labcourse.__version__}.1")
     fake_class.grade()
     assert fake_class.runs == ["ada", "ada"]
     with fake_class.book() as book:
-        assert book.current("ada").run.software == f"rotflex {rotflex.__version__}"
+        assert book.current("ada").run.software == f"rotflex {labcourse.__version__}"
 
 
 @pytest.mark.parametrize("content", [b"1,2\n", b"1,3\n", None])

@@ -90,7 +90,7 @@ def test_a_table_is_one_answer_whatever_it_carries_over():
 
 def test_a_report_is_apart_with_what_leads_to_it():
     item = ReportItem("Report", "I", "Aim", "What for?", ("a",), part="aim")
-    answer = {"rotflex": {"question": "Report", "part": "aim"}, "nbgrader": {"solution": True, "grade_id": "aim"}}
+    answer = {"labcourse": {"question": "Report", "part": "aim"}, "nbgrader": {"solution": True, "grade_id": "aim"}}
     solution = "<!-- BEGIN SOLUTION -->\nit\n<!-- END SOLUTION -->"
     found = time_of(
         text(TEN),

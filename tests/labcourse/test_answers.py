@@ -6,7 +6,7 @@ import os
 import numpy as np
 import pytest
 
-import rotflex
+import labcourse
 from labcourse.answers import answers
 from labcourse.answers.answers import AnswerBook, parse
 from labcourse.answers.tables import ResultsTable
@@ -32,7 +32,7 @@ def test_the_file_is_the_documented_plain_data(path):
         "format": 2,
         "student": "ada",
         "bench": BENCH,
-        "software": f"rotflex {rotflex.__version__}",
+        "software": f"labcourse {labcourse.__version__}",
         "probe_seed": 12,
         "answers": {"2.11": {"omega_n": {"kind": "number", "value": 19.9}}},
         "cells": {"2.11": {"omega_n": "q2-11-answer"}},

@@ -4,8 +4,7 @@ import json
 
 import pytest
 
-import rotflex
-from labcourse import benches, course_file
+from labcourse import benches, course_file, courses
 from labcourse.benches import BenchPolicy, policy_of
 from labcourse.errors import ConfigurationError
 
@@ -41,12 +40,14 @@ def test_what_cannot_be_understood_is_refused(course, named):
 
 
 def test_the_folders_own_file_counts_and_the_installed_releases_where_there_is_none(tmp_path, monkeypatch):
-    package = tmp_path / "package"
-    (package / "_course" / "notebooks").mkdir(parents=True)
-    monkeypatch.setattr(rotflex, "__file__", str(package / "__init__.py"))
+    package = tmp_path / "made_course"
+    (package / "notebooks").mkdir(parents=True)
+    (package / "__init__.py").touch()
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setenv(courses.SETTING, package.name)
     assert course_file.bench_policy(tmp_path) == BenchPolicy()
     released = {"student": "", "bench": {"which": "same", "seed": 3}}
-    (package / "_course" / "notebooks" / "course.json").write_text(json.dumps(released))
+    (package / "notebooks" / "course.json").write_text(json.dumps(released))
     assert course_file.bench_policy(tmp_path) == BenchPolicy("same", seed=3)
     (tmp_path / "course.json").write_text('{"student": "ada"}')
     assert course_file.bench_policy(tmp_path) == BenchPolicy()

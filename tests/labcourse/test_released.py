@@ -1,18 +1,19 @@
 """The course as it was handed out, and what its notebooks say of it."""
 
 import json
+from importlib.metadata import EntryPoint
 
 import pytest
 from checkout import ROOT
 from made_notebooks import code, notebook, text
 
-from labcourse import released
+from labcourse import courses, released
 from labcourse.errors import ConfigurationError
 from rotflex.course.questions import CATALOGUE
 
 
 def test_the_notebooks_of_this_checkout_are_found_in_order():
-    assert released.course_folder() == ROOT
+    assert courses.current().notebooks == ROOT / "notebooks"
     found = released.masters()
     assert list(found) == sorted(path.name for path in (ROOT / "notebooks").glob("*.ipynb"))
     assert found["00_start.ipynb"] == json.loads((ROOT / "notebooks" / "00_start.ipynb").read_text("utf-8"))
@@ -37,7 +38,7 @@ def test_import_statements_are_collected_once():
         "from rotflex import units, lab",
         "import rotflex.course.lab as here",
     )
-    assert released.packages_of(MADE) == ("json", "rotflex")
+    assert released.packages_of(MADE) == ("json", "labcourse", "rotflex")
 
 
 def test_the_catalogue_is_that_of_the_imported_laboratory():
@@ -47,6 +48,23 @@ def test_the_catalogue_is_that_of_the_imported_laboratory():
 
 
 def test_a_folder_without_notebooks_is_an_error_in_words(tmp_path, monkeypatch):
-    monkeypatch.setattr("rotflex.__file__", str(tmp_path / "rotflex" / "__init__.py"))
+    (tmp_path / "empty_course").mkdir()
+    (tmp_path / "empty_course" / "__init__.py").touch()
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setenv(courses.SETTING, "empty_course")
     with pytest.raises(ConfigurationError, match="comes without notebooks"):
-        released.course_folder()
+        released.masters()
+
+
+def test_of_two_courses_the_one_that_is_named_counts_and_without_a_name_both_are_listed(monkeypatch):
+    both = (EntryPoint("rotflex", "rotflex.course", courses.GROUP), EntryPoint("other", "json", courses.GROUP))
+    monkeypatch.setattr(courses, "entry_points", lambda group: both)
+    monkeypatch.delenv(courses.SETTING, raising=False)
+    with pytest.raises(ConfigurationError, match="other, rotflex"):
+        courses.current()
+    for name in ("rotflex", "rotflex.course"):
+        monkeypatch.setenv(courses.SETTING, name)
+        assert courses.current().package == "rotflex.course"
+    monkeypatch.setenv(courses.SETTING, "third")
+    with pytest.raises(ConfigurationError, match="'third'.*other, rotflex"):
+        courses.current()

@@ -200,7 +200,7 @@ def test_an_older_gradebook_is_migrated_and_a_newer_one_refused(url, tmp_path, m
             assert (dump(book), book.secret()) == (undisturbed, secret)
     with closing(Database(url)) as database, database.reading() as connection:
         assert "mood" in {column["name"] for column in inspect(connection).get_columns("comments")}
-    with pytest.raises(GradebookError, match=r"newer rotflex .*'9999'.*upgrade"):
+    with pytest.raises(GradebookError, match=r"newer labcourse .*'9999'.*upgrade"):
         Gradebook(url)
 
 

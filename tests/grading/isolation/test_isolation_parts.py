@@ -228,7 +228,7 @@ def test_a_group_that_cannot_be_limited_is_not_named(tmp_path):
 def test_groups_of_programs_that_were_killed_are_cleared_away(tmp_path):
     ended = subprocess.Popen(["true"])
     ended.wait()
-    left, ours = tmp_path / f"rotflex-{ended.pid}-ab12", tmp_path / f"rotflex-{os.getpid()}-ab12"
+    left, ours = tmp_path / f"labcourse-{ended.pid}-ab12", tmp_path / f"labcourse-{os.getpid()}-ab12"
     for folder in (left, ours, tmp_path / "other-1-ab"):
         folder.mkdir()
     cgroups._sweep(tmp_path)

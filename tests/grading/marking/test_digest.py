@@ -14,14 +14,14 @@ from labcourse.grading.settings import CourseSettings, entries
 
 @pytest.fixture
 def tree(tmp_path, monkeypatch):
-    """A copy of the package and of the course's folder, for the digest to look at."""
+    """A copy of the packages and of the course's folder, for the digest to look at."""
     ignored = shutil.ignore_patterns("__pycache__", "*.ipynb", "*.json")
-    shutil.copytree(ROOT / "rotflex", tmp_path / "rotflex", ignore=ignored)
-    shutil.copytree(ROOT / "solutions", tmp_path / "solutions", ignore=ignored)
-    package = tmp_path / "rotflex"
+    for name in ("labcourse", "rotflex", "solutions"):
+        shutil.copytree(ROOT / name, tmp_path / name, ignore=ignored)
+    package = tmp_path / "labcourse"
     monkeypatch.setattr(digest, "_PACKAGE", package)
     monkeypatch.setattr(digest, "package_folder", lambda name: tmp_path / name)
-    unaffected = [path.relative_to(ROOT / "rotflex") for path in digest._NO_PART]
+    unaffected = [path.relative_to(ROOT / "labcourse") for path in digest._NO_PART]
     monkeypatch.setattr(digest, "_NO_PART", tuple(package / path for path in unaffected))
     return tmp_path
 
@@ -92,9 +92,9 @@ APART |= {"release", "reports", "running", "scoring"}
 def test_every_module_but_those_that_have_no_part_counts_when_it_alone_changes(tree):
     before = of(tree)
     counting = [*(tree / "solutions").glob("*.py")]
-    for path in (tree / "rotflex").rglob("*.py"):
+    for path in [path for name in ("labcourse", "rotflex") for path in (tree / name).rglob("*.py")]:
         parts = path.relative_to(tree).parts
-        if not (parts[1] == "instructor" and parts[2] in APART):
+        if not (parts[1] == "grading" and parts[2] in APART):
             counting.append(path)
     unseen = []
     for path in counting:
@@ -107,8 +107,8 @@ def test_every_module_but_those_that_have_no_part_counts_when_it_alone_changes(t
 
 
 def test_only_folders_of_the_instructors_have_no_part():
-    assert {path.relative_to(ROOT / "rotflex").as_posix() for path in digest._NO_PART} == {
-        f"instructor/{name}" for name in APART
+    assert {path.relative_to(ROOT / "labcourse").as_posix() for path in digest._NO_PART} == {
+        f"grading/{name}" for name in APART
     }
 
 

@@ -159,7 +159,7 @@ def test_a_model_answer_that_would_be_released_is_refused_by_name(source):
 def test_an_answer_cell_for_words_that_does_not_say_whose_is_refused():
     cell = in_words(f"{HEADING}\n{words.BEGIN}\nx\n{words.END}")
     del cell.metadata[words.KEY]
-    with pytest.raises(GradingError, match=r'"rotflex": \{"question"'):
+    with pytest.raises(GradingError, match=r'"labcourse": \{"question"'):
         released_cells(cell)
 
 

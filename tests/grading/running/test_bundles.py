@@ -71,7 +71,7 @@ def test_each_release_is_named_by_its_term_and_content_and_kept(two, course):
     assert kept.problems == []
     assert kept.find(first["release"]).policy == BenchPolicy("own")
     assert kept.find(second["release"]).policy == BenchPolicy("same", seed=SEED)
-    assert kept.find(first["release"]).packages == ("rotflex", "springlab")
+    assert kept.find(first["release"]).packages == ("labcourse", "springlab")
     assert kept.find("2026-winter-00000000") is None
 
 
@@ -103,7 +103,7 @@ def test_packages_that_cannot_note_what_stopped_a_cell_are_run_with_what_can(bun
     """As an early release's, which were made before it."""
     with zipfile.ZipFile(io.BytesIO(bundles.current.packed)) as archive:
         archive.extractall(tmp_path)
-    (tmp_path / "labcourse" / "run" / "cell_reports.py").unlink()
+    (tmp_path / "labcourse" / "answers" / "cell_reports.py").unlink()
     code = f"from {bundle.INSIDE} import cell_reports; print(cell_reports.REPORTS_FILE)"
     done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=False)
     assert done.stdout.strip() == REPORTS_FILE, done.stderr

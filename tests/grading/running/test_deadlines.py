@@ -152,7 +152,7 @@ def test_a_run_is_given_its_limits_and_what_it_depends_on(tmp_path, monkeypatch,
 
 def test_a_worker_of_another_version_runs_nothing(monkeypatch):
     asked = runner.job_bytes(runner.Job("ada", {}, 5))
-    monkeypatch.setattr(runner.rotflex, "__version__", "0.0.1")
+    monkeypatch.setattr(runner.labcourse, "__version__", "0.0.1")
     with pytest.raises(GradingError, match=r"0\.0\.1"):
         runner.work(asked, b"")
 

@@ -28,6 +28,8 @@ COURSE = Course(
     Catalogue(()),
     {},
     bench=lambda student, policy: student,
+    package="rotflex.course",
+    packages=("rotflex",),
     title="A demonstration",
     parameters={"bench": "virtual"},
     imports=("rotflex.course.lab",),

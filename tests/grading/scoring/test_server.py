@@ -71,7 +71,9 @@ def ann(both):
 def test_an_address_is_exchanged_for_a_cookie_that_scripts_do_not_see(ann):
     reply = ann.get(f"/enter/{ann.scorer.token}")
     assert (reply.status_code, reply.headers["location"]) == (303, "/")
-    assert re.fullmatch(r"labcourse-score-8765=[\w-]{43}; HttpOnly; SameSite=Strict; Path=/", reply.headers["set-cookie"])
+    assert re.fullmatch(
+        r"labcourse-score-8765=[\w-]{43}; HttpOnly; SameSite=Strict; Path=/", reply.headers["set-cookie"]
+    )
     assert ann.scorer.token not in reply.headers["set-cookie"]
 
 

@@ -14,7 +14,8 @@ from checkout import ROOT
 from made_notebooks import answer, code, locked, notebook, saved, text
 from typer.testing import CliRunner
 
-from labcourse import released
+from labcourse import courses
+from labcourse.courses import InstalledCourse
 from labcourse.run import check as checking
 from labcourse.run.check import Checked, Part, State
 from rotflex import cli
@@ -154,7 +155,7 @@ def test_restore_gives_back_the_others_where_one_notebook_cannot_be_read(folder)
 
 
 def test_restore_where_the_only_notebooks_are_the_students_own_says_so(folder, monkeypatch):
-    monkeypatch.setattr(released, "course_folder", lambda: folder.parent)
+    monkeypatch.setattr(courses, "current", lambda: InstalledCourse("made", folder.parent))
     done = rotflex("restore")
     assert done.exit_code == 2
     assert "nothing to give back" in " ".join(done.output.split())
@@ -166,7 +167,7 @@ def test_a_check_against_the_students_own_notebooks_is_refused_for_no_text_would
 ):
     """As with python -m rotflex in the course's folder: the package there knows no other notebooks."""
     finds(State.RECORDED)
-    monkeypatch.setattr(released, "course_folder", lambda: folder.parent)
+    monkeypatch.setattr(courses, "current", lambda: InstalledCourse("made", folder.parent))
     done = rotflex(command)
     assert done.exit_code == 2
     assert "pip install ." in " ".join(done.output.split()) and "python -m" in " ".join(done.output.split())
