@@ -66,5 +66,5 @@ def test_of_two_courses_the_one_that_is_named_counts_and_without_a_name_both_are
         monkeypatch.setenv(courses.SETTING, name)
         assert courses.current().package == "rotflex.course"
     monkeypatch.setenv(courses.SETTING, "third")
-    with pytest.raises(ConfigurationError, match="'third'.*other, rotflex"):
+    with pytest.raises(ConfigurationError, match=r"'third'.*other, rotflex"):
         courses.current()

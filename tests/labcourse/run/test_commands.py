@@ -14,7 +14,7 @@ from checkout import ROOT
 from made_notebooks import answer, code, locked, notebook, saved, text
 from typer.testing import CliRunner
 
-from labcourse import courses
+from labcourse import courses, released
 from labcourse.courses import InstalledCourse
 from labcourse.run import check as checking
 from labcourse.run.check import Checked, Part, State
