@@ -30,7 +30,7 @@ def test_each_breach_names_its_file_and_line(tmp_path, monkeypatch, capsys):
         (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / name).write_text(text, encoding="utf-8")
     monkeypatch.setattr(lint_house, "ROOT", tmp_path)
-    monkeypatch.setitem(lint_house.CONTRACTS["models"], "forbidden_modules", ["labcourse.grading.new"])
+    monkeypatch.setitem(lint_house.CONTRACTS["neutral"], "source_modules", ["labcourse", "labcourse.grading.new"])
     assert lint_house.main() == 1
     places = [line.partition(": ")[0] for line in capsys.readouterr().out.splitlines()]
     assert places == ["labcourse/answers/kinds.py:2"] * 2 + ["pyproject.toml", "tests/test_page.py"]

@@ -30,9 +30,6 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
             "rotflex/*.py",
             "rotflex/figures/**/*.py",
             "rotflex/greybox/**/*.py",
-            "rotflex/design.py",
-            "rotflex/model.py",
-            "rotflex/symbolic.py",
         ),
     ),
     "hil, commissioning, doctor, bench commands": (

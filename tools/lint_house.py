@@ -113,7 +113,7 @@ def _listed(contract: str, field: str, parent: str) -> set[str]:
 
 def rules() -> Iterator[str]:
     """Find rooms that an import rule lacks; import-linter itself demands each room in the contracts of layers."""
-    general, models = (_listed(name, "source_modules", "labcourse.grading") for name in ("neutral", "models"))
+    general = _listed("neutral", "source_modules", "labcourse.grading")
     for contract, field, wanted, listed in (
         (
             "neutral",
@@ -121,8 +121,7 @@ def rules() -> Iterator[str]:
             _rooms("rooms") - MACHINERY,
             _listed("neutral", "forbidden_modules", "rotflex"),
         ),
-        ("neutral", "source_modules", _rooms("instructor") - models, general),
-        ("models", "forbidden_modules", general, _listed("models", "forbidden_modules", "labcourse.grading")),
+        ("neutral", "source_modules", _rooms("instructor"), general),
     ):
         if wanted != listed:
             wrong = ", ".join(sorted(wanted ^ listed))
