@@ -80,6 +80,7 @@ class Course:
         say of their bench is a claim: it is compared with the truth's ``identity``, if that has one, and told
     package : import name of the course's package, in which the notebooks of a release are installed
     packages : import names of the packages that students get besides labcourse
+    withheld : modules of these packages that students do not get, as "package.module": what they are asked to build
     command : the program that students type
     requires : packages that these need besides, as pip takes them
     parameters : what notebooks are run with when they are graded, besides ``student``
@@ -105,6 +106,7 @@ class Course:
     bench_of_evidence: Callable[[BenchPolicy, bytes], Any] | None = None
     knows_bench: Callable[[Mapping[str, Any]], bool] = lambda bench: True
     command: str = "labcourse"
+    withheld: tuple[str, ...] = ()
     requires: tuple[str, ...] = ()
     parameters: Mapping[str, str] = field(default_factory=dict)
     imports: tuple[str, ...] = ()

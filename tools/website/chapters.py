@@ -20,7 +20,7 @@ from typing import Any
 import nbformat
 from nbformat import NotebookNode
 
-from website.staging import ROOT
+from website.staging import ROOT, is_for_instructors
 
 NOTEBOOKS = ROOT / "notebooks"
 VIEW = "application/vnd.jupyter.widget-view+json"
@@ -67,7 +67,7 @@ def _digest() -> str:
     digest = hashlib.sha256(Path(__file__).read_bytes())
     package = ROOT / "rotflex"
     files = (path for path in package.rglob("*") if path.suffix in (".py", ".js", ".css", ".toml"))
-    ours = (path for path in files if "instructor" not in path.relative_to(package).parts)
+    ours = (path for path in files if not is_for_instructors(path.relative_to(ROOT).as_posix()))
     for path in sorted([*ours, *NOTEBOOKS.glob("*.ipynb")]):
         digest.update(path.relative_to(ROOT).as_posix().encode() + b"\0" + path.read_bytes() + b"\0")
     return digest.hexdigest()[:32]

@@ -21,7 +21,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from website.staging import DOCS, ROOT
+from website.staging import DOCS, ROOT, is_for_instructors
 
 RUN = 12  #: tokens; shorter runs are found in any two texts on the same matter
 LINE = 7  #: tokens that a line of a solution has at least, to be looked for by itself
@@ -156,7 +156,7 @@ def _handed_out() -> Iterator[str]:
     for path in sorted((ROOT / "notebooks").glob("*.ipynb")):
         yield "\n".join(_source(cell) for cell in _cells(path))
     for path in sorted((ROOT / "rotflex").rglob("*.py")):
-        if "instructor" not in path.relative_to(ROOT).parts:
+        if not is_for_instructors(path.relative_to(ROOT).as_posix()):
             yield path.read_text(encoding="utf-8")
     yield (ROOT / "solutions" / "course.toml").read_text(encoding="utf-8")
 
@@ -176,8 +176,10 @@ def _kept_back() -> Iterator[tuple[str, str]]:
         if path.suffix in (".py", ".toml") and path.name not in _HARMLESS:
             text = path.read_text(encoding="utf-8")
             yield f"solutions/{path.name}", code(text) if path.suffix == ".py" else text
-    for path in sorted((ROOT / "labcourse" / "grading").rglob("*.py")):
-        yield path.relative_to(ROOT).as_posix(), code(path.read_text(encoding="utf-8"), bodies=True)
+    for path in sorted((ROOT / "rotflex").rglob("*.py")):
+        name = path.relative_to(ROOT).as_posix()
+        if is_for_instructors(name):
+            yield name, code(path.read_text(encoding="utf-8"), bodies=True)
     derivation = (DOCS / "derivation.html").read_text(encoding="utf-8")
     yield "docs/derivation.html", html.unescape(_TAG.sub("", derivation))
 

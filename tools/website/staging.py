@@ -11,16 +11,20 @@ import shutil
 from collections.abc import Collection
 from pathlib import Path, PurePosixPath
 
+from labcourse.grading import course
+
 ROOT = Path(__file__).resolve().parents[2]
 DOCS = ROOT / "docs"
 
-#: Pages and folders that give answers away: in the instructors' site alone.
+#: Pages, folders and modules that give answers away: in the instructors' site alone.
 FOR_INSTRUCTORS = (
     "docs/errata_answers.md",
     "docs/derivation.html",
     "docs/guide",
     "docs/reference/answers.md",
+    "labcourse/grading",
     "solutions",
+    *(f"{module.replace('.', '/')}.py" for module in course.find(ROOT).withheld),
 )
 BESIDE = ("CHANGELOG.md", "CONTRIBUTING.md", "LICENSE")
 

@@ -32,6 +32,14 @@ WHEELS = "wheels"  #: folder of a release
 _GRADING = "grading"  # the folder of labcourse that students do not get
 _NEVER = ("__pycache__", "*.pyc", ".*")
 
+#: What a release has in place of a withheld module.
+_STUB = """\
+raise ImportError(
+    "{module} is not in your course, because its questions ask you to build what it holds. "
+    "Engineers and instructors have it in the full package."
+)
+"""
+
 _README = """\
 # {title}
 
@@ -168,6 +176,7 @@ def build(course: Course, folder: Path, with_data: bool = False) -> tuple[str, .
         (folder / NOTEBOOKS / name).write_text(content, encoding="utf-8", newline="\n")
     for name in (PACKAGE, *course.packages):
         _copy_package(package_folder(name), folder / name)
+    _withhold(course, folder)
     about = course_file.text(_about(course, folder))
     (folder / NOTEBOOKS / COURSE_FILE).write_text(about, encoding="utf-8", newline="\n")
     if with_data:
@@ -265,6 +274,15 @@ def _copy_package(package: Path, target: Path) -> None:
         return everywhere(folder, names) | grading.intersection(names) | notebooks
 
     shutil.copytree(package, target, ignore=left_out)
+
+
+def _withhold(course: Course, folder: Path) -> None:
+    """Replace what questions ask students to build by a module that says why it is not there."""
+    for module in course.withheld:
+        path = folder / f"{module.replace('.', '/')}.py"
+        if not path.is_file():
+            raise GradingError(f"The course withholds {module}, and none of its packages has such a module.")
+        path.write_text(_STUB.format(module=module), encoding="utf-8", newline="\n")
 
 
 def _pack_wheels(course: Course, folder: Path, release: str) -> None:

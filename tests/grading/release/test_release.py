@@ -1,5 +1,6 @@
 """What students get, and what they must not get."""
 
+import ast
 import json
 import subprocess
 import sys
@@ -234,6 +235,29 @@ def test_a_release_has_none_of_the_instructors_modules(released):
     there = {path.relative_to(released.folder / "rotflex") for path in (released.folder / "rotflex").rglob("*.py")}
     assert here - there == {path for path in here if path.parts[0] == "instructor"}
     assert there <= here
+
+
+def test_a_release_holds_nothing_of_the_modules_that_the_course_withholds(released):
+    assert set(OURS.withheld) == {"rotflex.design", "rotflex.model", "rotflex.symbolic"}
+    for module in OURS.withheld:
+        path = f"{module.replace('.', '/')}.py"
+        stub = ast.parse((released.folder / path).read_text(encoding="utf-8")).body
+        assert [type(statement) for statement in stub] == [ast.Raise]
+        done = _in_release(released, "-c", f"import {module}")
+        assert (done.returncode, done.stderr.splitlines()[-1].partition(":")[0]) == (1, "ImportError")
+        assert f"{module} is not in your course" in done.stderr
+
+
+def test_no_module_that_students_get_needs_one_that_is_withheld(released):
+    code = "import importlib, pkgutil, rotflex\nfor one in pkgutil.iter_modules(rotflex.__path__):\n"
+    code += f"    one.name in {[name.partition('.')[2] for name in OURS.withheld]} or one.name == '__main__' or "
+    done = _in_release(released, "-c", f"{code}importlib.import_module(f'rotflex.{{one.name}}')")
+    assert done.returncode == 0, done.stderr
+
+
+def test_a_withheld_module_that_does_not_exist_is_refused(tmp_path):
+    with pytest.raises(GradingError, match=r"rotflex\.modle"):
+        student_course.build(replace(OURS, withheld=("rotflex.modle",)), tmp_path / "out")
 
 
 def test_a_new_module_of_the_instructors_folder_is_not_released(tmp_path, monkeypatch):

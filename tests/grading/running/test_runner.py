@@ -85,7 +85,7 @@ import importlib, os, rotflex, rotflex.course.lab
 answers = {"student": student, "bench": bench, "environment": dict(os.environ), "package": rotflex.__file__}
 answers["solved"] = "solved" in globals()
 answers["modules"] = []
-for module in ("instructor", "instructor.model", "instructor.gradebook", "instructor.marking", "experiments"):
+for module in ("instructor", "instructor.gradebook", "instructor.marking", "experiments"):
     try:
         importlib.import_module(f"rotflex.{module}")
         answers["modules"].append(module)
