@@ -3,8 +3,8 @@
 Each runs on an open bench, real or virtual, waits until the arm stands still, counts the angles from where it stands,
 and leaves the motor at 0 V. A virtual bench begins each experiment in the same state, whatever ran before::
 
-    with lab.bench() as on_the_bench:
-        recording = experiments.sweep(on_the_bench)
+    with hil.open("virtual:?seed=7") as bench:
+        recording = experiments.sweep(bench)
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import expm
 
 from rotflex.config import in_radians, one_of
+from rotflex.controller import Controller, name_of
 from rotflex.errors import BenchError, DesignError
 from rotflex.hil.bench import Bench
 from rotflex.hil.controllers import OpenLoop, PositionServo, StateFeedback
@@ -79,7 +80,7 @@ def sweep(
         return _run(bench, OpenLoop(), volts, settings, progress)
     turned = 4 * DEG if amplitude is None else in_radians("amplitude", amplitude)
     theta_ref = chirp(t, f_start, f_stop, turned)
-    return _run(bench, FOLLOWING(), theta_ref, settings, progress, theta_ref=theta_ref)
+    return _run(bench, FOLLOWING(), theta_ref, settings, progress)
 
 
 def free_decay(bench: Bench, amplitude: float = 10 * DEG, duration: float = 6.0, progress: bool = True) -> Recording:
@@ -103,7 +104,7 @@ def free_decay(bench: Bench, amplitude: float = 10 * DEG, duration: float = 6.0,
         theta_ref, theta, alpha, vm, from the jump on.
     """
     theta_ref = step(time_axis(duration, SAMPLE_TIME), in_radians("amplitude", amplitude))
-    return _run(bench, HOLDING(), theta_ref, {"experiment": "free decay"}, progress, theta_ref=theta_ref)
+    return _run(bench, HOLDING(), theta_ref, {"experiment": "free decay"}, progress)
 
 
 def validation(
@@ -157,7 +158,7 @@ def validation(
 
 def tracking(
     bench: Bench,
-    K: ArrayLike,
+    controller: Controller | ArrayLike,
     feedback: str = "full",
     amplitude: float = AMPLITUDE,
     frequency: float = FREQUENCY,
@@ -165,13 +166,15 @@ def tracking(
     duration: float = DURATION,
     progress: bool = True,
 ) -> Recording:
-    """State feedback along a smoothed square wave (Sections 3.4.3 and 3.4.4).
+    """State feedback, or a controller of one's own, along a smoothed square wave (Sections 3.4.3 and 3.4.4).
 
     Parameters
     ----------
     bench : an open bench
-    K : (4,) or (1, 4), gain on theta, alpha (V/rad) and their rates (V/(rad/s))
-    feedback : "full", or "partial" (the servo's angle and rate only)
+    controller : the gain K of a state feedback, (4,) or (1, 4), on theta, alpha (V/rad) and their rates (V/(rad/s)); or
+        a function (theta_ref, theta, alpha) → V, in rad, called every ``SAMPLE_TIME``. One that has a state also has a
+        method ``reset()``, which is called before the run
+    feedback : of a gain, "full", or "partial" (the servo's angle and rate only)
     amplitude : rad
     frequency : Hz
     rate : limit on the slope of the unit square wave, 1/s
@@ -182,12 +185,22 @@ def tracking(
     -------
     Recording
         theta_ref, theta, alpha, vm.
+
+    Raises
+    ------
+    DesignError
+        If K is not four finite numbers, or a function returns anything but one number.
     """
-    controller = StateFeedback(K, feedback, SAMPLE_TIME)
+    settings: dict[str, Any] = {"experiment": "tracking"}
+    if callable(controller):
+        one_of("feedback", feedback, ("full",))  # it is for a controller of one's own to leave an angle out
+        settings["controller"] = name_of(controller)
+    else:
+        gain, controller = controller, StateFeedback(controller, feedback, SAMPLE_TIME)
+        settings |= {"feedback": feedback, "K": np.asarray(gain, dtype=float).ravel().tolist()}
     turned = in_radians("amplitude", amplitude)
     theta_ref = smooth_square_wave(time_axis(duration, SAMPLE_TIME), frequency, turned, rate)
-    settings = {"experiment": "tracking", "feedback": feedback, "K": np.asarray(K, dtype=float).ravel().tolist()}
-    return _run(bench, controller, theta_ref, settings, progress, theta_ref=theta_ref)
+    return _run(bench, controller, theta_ref, settings, progress)
 
 
 def watch(bench: Bench, duration: float = 10.0, progress: bool = True) -> Recording:
@@ -244,19 +257,17 @@ def rest(bench: Bench) -> None:
 
 def _run(
     bench: Bench,
-    controller: PositionServo | StateFeedback | OpenLoop,
+    controller: Controller,
     reference: NDArray[np.float64],
     settings: dict[str, Any],
     progress: bool,
-    **channels: NDArray[np.float64],
 ) -> Recording:
-    """Bring the arm to rest, run, and keep the reference with what was measured."""
+    """Bring the arm to rest, and run."""
     if isinstance(bench.recorded, RecordedRuns):
         bench.recorded.choose(settings, controller, reference, SAMPLE_TIME)
     rest(bench)
     measured = _as_recorded(bench, run(bench, controller, reference, SAMPLE_TIME, settings, progress))
-    kept = {name: Channel(values, "rad") for name, values in channels.items()}
-    return _handed_over(bench, Recording(measured.time, {**kept, **measured.channels}, measured.metadata))
+    return _handed_over(bench, measured)
 
 
 def _as_recorded(bench: Bench, measured: Recording) -> Recording:

@@ -9,6 +9,8 @@ x_d = [theta_d, 0, 0, 0] (Equations 3.13 and 3.14). Two fidelities are worth hav
     The arithmetic of the laboratory's real-time model: everything stepped by forward Euler, and velocities from the
     band-limited derivatives w_c s/(s + w_c) of the angles. At 2 ms and a rate limit of 100 /s this gives the workbook's
     0.38 s, 3.4 % and 10.9 deg; the exact solution settles in 0.40 s with 10.3 deg.
+
+:func:`run` simulates the nonlinear plant, with its friction and its limits, under any controller.
 """
 
 from __future__ import annotations
@@ -21,7 +23,9 @@ from numpy.typing import NDArray
 
 from rotflex import __version__
 from rotflex.config import DAC_LIMIT, Servo, in_radians, one_of
+from rotflex.controller import Controller, begun, name_of
 from rotflex.errors import ConfigurationError, DesignError, RecordingError
+from rotflex.plant import Plant, PlantParameters, State
 from rotflex.recording import Recording
 from rotflex.units import HZ
 
@@ -112,6 +116,64 @@ def closed_loop(
         "fidelity": fidelity,
         "feedback": feedback,
         "saturation": saturation,
+        "sample_time": sample_time,
+        "software": f"rotflex {__version__}",
+    }
+    time = np.arange(theta_ref.size) * sample_time
+    return Recording.of(time, metadata, theta_ref=theta_ref, theta=theta, alpha=alpha, vm=vm)
+
+
+def run(
+    plant: PlantParameters,
+    controller: Controller,
+    reference: Any,
+    sample_time: float = 0.002,
+    x0: Any = (0.0, 0.0, 0.0, 0.0),
+) -> Recording:
+    """Simulate the nonlinear plant under a controller, without a bench.
+
+    The controller sees the exact angles, and its voltage is at the motor at once. On a virtual bench
+    (``hil.open(plant=...)``) the same plant has encoders, and outputs may come late.
+
+    Parameters
+    ----------
+    plant : the plant, see :class:`rotflex.plant.PlantParameters`
+    controller : function (theta_ref, theta, alpha) → V, in rad, see :mod:`rotflex.controller`. For a gain K it is
+        ``rotflex.hil.controllers.StateFeedback(K)``
+    reference : (n,) commanded servo angle, rad, one per sample
+    sample_time : s, for which each voltage is held
+    x0 : (4,) initial state, rad and rad/s
+
+    Returns
+    -------
+    Recording
+        Channels theta_ref, theta, alpha (rad) and vm (V): the voltage within the amplifier's ±V_max.
+
+    Raises
+    ------
+    DesignError
+        If the controller returns anything but one finite number, or x0 is not four numbers.
+    RecordingError
+        If ``reference`` is not a vector of two or more finite numbers.
+    ConfigurationError
+        If ``sample_time`` is not positive.
+    """
+    theta_ref, state = _reference(reference), _matrix("x0", x0, [(4,), (4, 1)]).reshape(4)
+    if not 0 < sample_time < np.inf:
+        raise ConfigurationError(f"sample_time is {sample_time!r}; it must be a positive number of seconds.")
+    moving, control = Plant(plant, State(*state.tolist())), begun(controller)
+    theta, alpha, vm = (np.empty(theta_ref.size) for _signal in range(3))
+    for k, theta_d in enumerate(theta_ref.tolist()):
+        theta[k], alpha[k] = moving.state[:2]
+        asked = control(theta_d, moving.state.theta, moving.state.alpha)
+        if not np.isfinite(asked):
+            raise DesignError(f"The controller returned {asked} V at t = {k * sample_time:.3g} s: check its gain.")
+        vm[k] = min(max(asked, -plant.V_max), plant.V_max)
+        moving.advance(vm[k], sample_time)
+    metadata = {
+        "source": "simulation",
+        "experiment": "run",
+        "controller": name_of(controller),
         "sample_time": sample_time,
         "software": f"rotflex {__version__}",
     }

@@ -12,6 +12,7 @@ from scipy.signal import lsim
 from rotflex import experiments, hil
 from rotflex.config import joint, srv02
 from rotflex.errors import ConfigurationError, DesignError, LimitExceeded
+from rotflex.hil.controllers import StateFeedback
 from rotflex.hil.student_benches import student_bench
 from rotflex.simulation import closed_loop
 from rotflex.units import DEG, HZ
@@ -107,6 +108,19 @@ def test_tracking_meets_the_specifications_on_the_workbook_bench():
     # Without the link in the feedback it swings on: in the second half second after a turn there is far more of it.
     late = (full.time > 2.0) & (full.time < 2.5)
     assert np.abs(partial["alpha"][late]).max() > 5 * np.abs(full["alpha"][late]).max()
+
+
+def test_a_function_that_does_what_a_gain_does_makes_the_same_run():
+    gain = [18.2356, -17.1547, 1.5893, 0.6327]
+    with hil.open("virtual:?preset=workbook") as bench:
+        by_gain = experiments.tracking(bench, gain, "partial", duration=2.0, progress=False)
+        law = StateFeedback(gain, "partial")
+        by_function = experiments.tracking(bench, law, duration=2.0, progress=False)
+        with pytest.raises(ConfigurationError, match="feedback"):
+            experiments.tracking(bench, law, "partial", progress=False)
+    for name in ("theta_ref", "theta", "alpha", "vm"):
+        np.testing.assert_array_equal(by_function[name], by_gain[name])
+    assert by_function.metadata["controller"] == "StateFeedback"
 
 
 LINEAR, GAIN = linear_model(1.4), [18.2356, -17.1547, 1.5893, 0.6327]

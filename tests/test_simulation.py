@@ -9,10 +9,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from rotflex import response, signals
+from rotflex import experiments, hil, response, signals
 from rotflex.config import srv02
 from rotflex.errors import ConfigurationError, DesignError, RecordingError
-from rotflex.simulation import closed_loop, with_actuator
+from rotflex.hil.controllers import StateFeedback
+from rotflex.hil.student_benches import preset
+from rotflex.plant import PlantParameters
+from rotflex.simulation import closed_loop, run, with_actuator
 from rotflex.units import DEG
 
 # The plant of the printed design: K_s = 1.400 N·m/rad, in SI units.
@@ -256,3 +259,36 @@ def test_a_loop_that_only_euler_steps_upset_says_so():
     closed_loop(A, B, K, np.full(500, 0.3), 0.012, saturation=None)
     with pytest.raises(DesignError, match="Euler"):
         closed_loop(A, B, K, np.full(500, 0.3), 0.012, fidelity="workbook", saturation=None)
+
+
+def test_the_nonlinear_plant_without_friction_and_limits_moves_as_python_control_says():
+    back_emf = 0.5360352
+    plant = PlantParameters(J_EQ, J_L, K_S, DAMPING - TORQUE_PER_VOLT * back_emf, 0.0, TORQUE_PER_VOLT, back_emf, 2.6)
+    reference = signals.smooth_square_wave(signals.time_axis(3.0, 0.002), 0.5, 20 * DEG, 100)
+    simulated = run(plant, lambda theta_d, theta, alpha: 6 * (theta_d - theta) - alpha, reference, x0=(0.1, 0, 0, 0))
+    held = control.sample_system(control.ss(A, B.reshape(4, 1), np.eye(2, 4), 0), 0.002)
+    state = np.array([0.1, 0, 0, 0])
+    for k, theta_d in enumerate(reference):
+        u = 6 * (theta_d - state[0]) - state[1]
+        assert (simulated["theta"][k], simulated["alpha"][k]) == pytest.approx(tuple(state[:2]), abs=1e-9)
+        assert simulated["vm"][k] == pytest.approx(u, abs=1e-7)
+        state = held.A @ state + held.B[:, 0] * u
+    assert response.measure(simulated)
+
+
+def test_the_nonlinear_plant_sticks_and_saturates_as_on_the_virtual_bench():
+    plant = preset("real_bench").parameters
+    with hil.open("virtual:?encoder=EHR", plant=plant) as bench:
+        measured = experiments.tracking(bench, K, progress=False)
+    simulated = run(plant, StateFeedback(K), measured["theta_ref"])
+    assert np.abs(simulated["vm"]).max() <= plant.V_max
+    np.testing.assert_allclose(simulated["theta"], measured["theta"], atol=0.5 * DEG)
+    np.testing.assert_allclose(simulated["alpha"], measured["alpha"], atol=0.5 * DEG)
+    rest = simulated.between(1.3, 1.5)["theta"]
+    assert np.ptp(rest) == 0.0 and abs(rest[0] - measured["theta_ref"][700]) > 0.01 * DEG
+
+
+def test_a_controller_that_asks_for_no_number_of_volts_is_told():
+    for law in (lambda *_now: np.nan, lambda *_now: None):
+        with pytest.raises(DesignError, match="returned"):
+            run(preset("real_bench").parameters, law, np.ones(10))

@@ -14,9 +14,10 @@ import numpy as np
 
 from rotflex import experiments, link
 from rotflex.config import Servo
+from rotflex.controller import Controller
 from rotflex.errors import RotflexError
 from rotflex.hil import answered
-from rotflex.hil.controllers import Controller, StateFeedback
+from rotflex.hil.controllers import StateFeedback
 from rotflex.hil.recorded_runs import voltage_limit, voltages
 from rotflex.plant import PlantParameters
 from rotflex.recording import Recording

@@ -153,7 +153,7 @@ class Bench:
             If the bench is not open.
         """
         if self._board is None:
-            raise BenchError("The bench is not open. Use it as `with lab.bench() as on_the_bench:`.")
+            raise BenchError("The bench is not open. Use it in a `with` statement, as in `with … as on_the_bench:`.")
         return self._board
 
     # --- open and close -------------------------------------------------------------------------------------------

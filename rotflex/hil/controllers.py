@@ -1,12 +1,13 @@
 """Controllers: each turns a reference and two measured angles into a motor voltage, once a sample.
 
+Any function ``(reference, theta, alpha) -> V`` is one, see :mod:`rotflex.controller`; here are the laboratory's own.
+
 Velocities are not measured; they come from the angles through band-limited derivatives (Section 2.1.4).
 """
 
 from __future__ import annotations
 
 import math
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,16 +18,6 @@ from rotflex.units import HZ
 
 DERIVATIVE_CUTOFF = 33 * HZ  #: rad/s, of the band-limited derivatives
 FEEDBACK = ("full", "partial")
-
-
-class Controller(Protocol):
-    """One sample of a control law."""
-
-    def reset(self) -> None:
-        """Forget everything before an experiment begins."""
-
-    def __call__(self, reference: float, theta: float, alpha: float) -> float:
-        """The voltage (V) for a reference (rad, or V for :class:`OpenLoop`) and measured angles (rad)."""
 
 
 class BandLimitedDerivative:
@@ -158,9 +149,6 @@ class PositionServo:
 
 class OpenLoop:
     """No feedback: the reference is the voltage."""
-
-    def reset(self) -> None:
-        """Nothing to forget."""
 
     def __call__(self, reference: float, theta: float, alpha: float) -> float:
         """The reference (V) as it is."""

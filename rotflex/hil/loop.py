@@ -14,9 +14,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rotflex import __version__
+from rotflex.controller import Controller, begun, name_of
 from rotflex.errors import BenchError, RotflexError
 from rotflex.hil.bench import Bench
-from rotflex.hil.controllers import Controller, OpenLoop
+from rotflex.hil.controllers import OpenLoop
 from rotflex.hil.halt import reason, uninterrupted
 from rotflex.hil.pace import undisturbed
 from rotflex.hil.parts import Measurement
@@ -43,7 +44,7 @@ def run(
     Parameters
     ----------
     bench : an open bench
-    controller : see :mod:`rotflex.hil.controllers`
+    controller : a function (reference, theta, alpha) → V, see :mod:`rotflex.controller`
     reference : (n,) array, rad (V for an open loop)
     sample_time : s
     metadata : what the recording should say of the experiment
@@ -52,10 +53,12 @@ def run(
     Returns
     -------
     Recording
-        theta, alpha (rad) and the voltage that was set, vm (V), each (n,).
+        theta_ref (but for an open loop), theta, alpha (rad) and the voltage that was set, vm (V), each (n,).
 
     Raises
     ------
+    DesignError
+        If the controller returns anything but one number.
     BenchError
         If the reference is not a list of finite numbers, if the bench is a replay of another run, if it is a real one
         that was not commissioned, or of which nobody knows where its arm stands, or for what the bench raises; the
@@ -65,9 +68,10 @@ def run(
     if targets.ndim != 1 or targets.size < 2 or not np.isfinite(targets).all():
         raise BenchError("The reference must be a one-dimensional array of at least two finite numbers.")
     bench.require_mark()
-    if type(controller) is not OpenLoop:  # a class made of it may look at the angles
+    is_open = type(controller) is OpenLoop  # a class made of it may look at the angles
+    if not is_open:
         bench.require_commissioned()
-    asked = str((metadata or {}).get("experiment", type(controller).__name__))
+    asked = str((metadata or {}).get("experiment", name_of(controller)))
     if bench.recorded is not None:
         bench.recorded.require_whole(targets.size, sample_time, asked)
     described = _described(bench, sample_time, metadata)
@@ -75,7 +79,9 @@ def run(
     if bench.recorded is not None:
         vm = bench.recorded.require_same(vm, asked)
     time = np.arange(targets.size) * sample_time
-    return Recording.of(time, described | _timing(bench, targets.size, sample_time), theta=theta, alpha=alpha, vm=vm)
+    channels = {} if is_open else {"theta_ref": targets}
+    channels |= {"theta": theta, "alpha": alpha, "vm": vm}
+    return Recording.of(time, described | _timing(bench, targets.size, sample_time), **channels)
 
 
 def listen(
@@ -115,7 +121,7 @@ def _sampled(
     """theta, alpha and vm (3, n) of a run; a replay begins at its beginning."""
     bench.kept = None
     recorded = Unfinished(targets.size, bench.safety.folder, described)
-    controller.reset()
+    controller = begun(controller)
     if bench.recorded is not None:
         bench.recorded.rewind()
     # Whatever takes its time is done before the first sample: a bar, for one, that is imported, and rubbish.

@@ -13,10 +13,10 @@ from typing import Any
 
 import numpy as np
 
+from rotflex.controller import Controller, begun
 from rotflex.errors import NotRecorded
 from rotflex.hil import answered
 from rotflex.hil.board import Vector
-from rotflex.hil.controllers import Controller
 from rotflex.hil.replay import RecordedPlant
 from rotflex.recording import Channel, Recording
 from rotflex.unanswered import cut
@@ -165,7 +165,7 @@ def fits(recording: Recording, controller: Controller, reference: Vector, sample
 
 def voltages(recording: Recording, controller: Controller, reference: Vector, v_max: float) -> Vector:
     """What a controller sets, fed with the recorded angles: V, one for each entry of the reference."""
-    controller.reset()
+    controller = begun(controller)
     both = zip(reference.tolist(), recording["theta"].tolist(), recording["alpha"].tolist(), strict=False)
     set_ = [min(max(controller(target, theta, alpha), -v_max), v_max) for target, theta, alpha in both]
     finite: Vector = np.nan_to_num(np.array(set_), nan=math.inf)

@@ -86,7 +86,6 @@ def test_the_gain_may_be_a_row_and_reset_forgets_the_past():
     for other in (controller, *map(StateFeedback, (np.array(GAIN), [GAIN], np.array([GAIN]), tuple(GAIN)))):
         np.testing.assert_array_equal(respond(other, samples), first)
     open_loop = OpenLoop()
-    open_loop.reset()
     assert open_loop(1.25, 3.0, -2.0) == 1.25
 
 

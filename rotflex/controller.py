@@ -1,0 +1,49 @@
+"""A controller: any function ``(reference, theta, alpha) -> V``, called once a sample.
+
+Angles are in rad. A controller with a state also has a method ``reset()``, which is called before each run.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from rotflex.errors import DesignError
+
+#: (reference, theta, alpha), in rad (an open loop's reference in V) → the motor voltage, V
+Controller = Callable[[float, float, float], float]
+
+
+def begun(controller: Controller) -> Controller:
+    """Reset a controller, and return it with its answers checked.
+
+    Raises
+    ------
+    DesignError
+        If it is no function; when it is called, if it returns anything but one real number.
+    """
+    if not callable(controller):
+        raise DesignError(
+            f"A controller is a function (reference, theta, alpha) that returns a voltage; this is {controller!r}."
+        )
+    if hasattr(controller, "reset"):
+        controller.reset()
+
+    def checked(reference: float, theta: float, alpha: float) -> float:
+        answer = controller(reference, theta, alpha)
+        if type(answer) is float:
+            return answer
+        try:
+            return float(np.asarray(answer).item())  # an array of one number, as K @ x may be
+        except (TypeError, ValueError):
+            raise DesignError(
+                f"A controller should return the motor voltage, one number of V; it returned {answer!r}."
+            ) from None
+
+    return checked
+
+
+def name_of(controller: Controller) -> str:
+    """Name of a function, or of an object's class."""
+    return str(getattr(controller, "__name__", type(controller).__name__))
