@@ -18,7 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from labcourse.answers.parts import Part
-from labcourse.grading.marking.checks import NOT_TO_BE_HAD
+from labcourse.grading.marking import checks
+from labcourse.grading.marking.checks import MIRRORED, NOT_TO_BE_HAD, mirrored, same_entries
 from labcourse.grading.marking.expression_checks import at
 from labcourse.grading.verdicts import Case, NothingFollows, Own, Verdict, follow_through, partly, right, wrong
 from rotflex import design, model
@@ -192,11 +193,7 @@ class ArrayFrom:
         return wrong(f"Not {self.what} of your bench, and not what follows from your own earlier answers.{why}")
 
     def _agrees(self, value: Any, expected: Any) -> bool:
-        given, wanted = np.ravel(value), np.ravel(np.asarray(expected, dtype=float))
-        if given.shape != wanted.shape:
-            return False
-        room = self.rtol * np.abs(wanted) + 1e-3 * self.rtol * np.abs(wanted).max()
-        return bool(np.all(np.abs(given - wanted) <= room))
+        return same_entries(value, expected, self.rtol)
 
 
 @dataclass(frozen=True)
@@ -226,7 +223,7 @@ class PolesFrom:
         found, why = settle(value, case, self.what, self.ideal, self._agrees, self.follow)
         if found is not None:
             return found
-        for slip, changed in (("the signs of the real parts are turned round", mirrored), *self.slips):
+        for slip, changed in ((MIRRORED, mirrored), *self.slips):
             if settle(changed(value), case, self.what, self.ideal, self._agrees, self.follow)[0] is not None:
                 return wrong(f"Not {self.what}: {slip}.")
         for slip, expected in led_to(case, self.others)[0]:
@@ -238,21 +235,9 @@ class PolesFrom:
         return same_poles(value, expected, self.rtol)
 
 
-def mirrored(poles: Array) -> Array:
-    """Poles with the other sign of their real parts."""
-    return -np.conj(poles)
-
-
 def same_poles(value: Any, expected: Any, rtol: float) -> bool:
     """Whether two sets of poles are the same, in any order; the tolerance is that of :class:`PolesFrom`."""
-    from scipy.optimize import linear_sum_assignment
-
-    given, wanted = np.ravel(value).astype(complex), np.ravel(expected).astype(complex)
-    if given.shape != wanted.shape:
-        return False
-    distance = np.abs(given[:, None] - wanted[None, :]) / np.maximum(1.0, np.abs(wanted))[None, :]
-    rows, columns = linear_sum_assignment(distance)
-    return bool(distance[rows, columns].max() <= rtol)
+    return checks.same_poles(value, expected, rtol, rtol * 1.0)  # of 1 rad/s
 
 
 @dataclass(frozen=True)

@@ -2,13 +2,13 @@
 
 import numpy as np
 
-from labcourse.grading.marking.checks import NOT_TO_BE_HAD, ChoiceIs, ForAPerson, Number
+from labcourse.grading.marking.checks import NOT_TO_BE_HAD, ChoiceIs, ForAPerson, MatrixIs, Number, PolesAre
 from rotflex.config import srv02
 from rotflex.specifications import ZETA
 from rotflex.units import DEG
 
 from . import tolerances
-from .design_checks import ArrayFrom, PolesFrom, carried
+from .design_checks import CARRIED, ArrayFrom, carried
 from .figure_shows import FigureShows
 from .loop_checks import ClosedLoopPoles, GainPlaces, by_own_companion, torque_gain
 from .own_answers import sound
@@ -50,8 +50,8 @@ def own_companion(case):
     return companion(sound(case.own, "3.2", "polynomial"))
 
 
-def wanted_by_own_poles(case):
-    return np.poly(np.ravel(sound(case.own, "3.4", "desired_poles"))).real
+def wanted_by_own_poles(own):
+    return np.poly(np.ravel(sound(own, "3.4", "desired_poles"))).real
 
 
 def own_K_c(case):
@@ -107,31 +107,31 @@ PRELAB = {
                 ("it is transposed", np.transpose),
             ),
         ),
-        "B_c": ArrayFrom("the companion form of B", lambda d: [0, 0, 0, 1]),
+        "B_c": MatrixIs("the companion form of B", lambda bench: [0, 0, 0, 1]),
     },
     "3.4": {
         "strategy": ForAPerson(),
-        "desired_poles": PolesFrom(
+        "desired_poles": PolesAre(
             "the desired poles",
-            lambda d: desired_poles(),
+            lambda bench: desired_poles(),
             rtol=tolerances.DESIRED,
-            slips=(
-                (
-                    "the imaginary part is omega_n sqrt(1 - zeta²), not omega_n",
-                    lambda p: p.real + 1j * p.imag * np.sqrt(1 - ZETA**2),
+            slips=lambda bench: {
+                "the imaginary part is omega_n sqrt(1 - zeta²), not omega_n": (
+                    desired_poles().real + 1j * desired_poles().imag / np.sqrt(1 - ZETA**2)
                 ),
-                (
-                    "the dominant pair is -zeta omega_n ± j omega_n sqrt(1 - zeta²): real and imaginary part",
-                    swapped,
+                "the dominant pair is -zeta omega_n ± j omega_n sqrt(1 - zeta²): real and imaginary part": swapped(
+                    desired_poles()
                 ),
-            ),
+            },
         ),
-        "polynomial": ArrayFrom(
+        "polynomial": MatrixIs(
             "the desired polynomial",
-            lambda d: desired_polynomial(),
+            lambda bench: desired_polynomial(),
             rtol=tolerances.DESIRED,
-            follow=(("the polynomial of your own desired poles", wanted_by_own_poles),),
-            slips=(("highest power of s first", lambda p: p[::-1]),),
+            follow=wanted_by_own_poles,
+            follow_what="the polynomial of your own desired poles",
+            follow_rtol=tolerances.DESIRED,
+            slips=lambda bench: {"highest power of s first": desired_polynomial()[::-1]},
         ),
     },
     "3.5": {
@@ -353,8 +353,11 @@ LEFT = [1, 0, 1, 0]
 
 TABLE_3 = {
     "Table 3": {
-        "desired_poles": PolesFrom(
-            "the desired poles", lambda d: desired_poles(), follow=carried("3.4", "desired_poles")
+        "desired_poles": PolesAre(
+            "the desired poles",
+            lambda bench: desired_poles(),
+            follow=lambda own: sound(own, "3.4", "desired_poles"),
+            follow_what=CARRIED,
         ),
         "K_c": ArrayFrom(
             "the gain in companion form",

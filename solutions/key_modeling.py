@@ -8,6 +8,7 @@ from labcourse.grading.marking import expression_checks
 from labcourse.grading.marking.checks import ForAPerson, Number, RecordingOf
 from labcourse.grading.marking.expression_checks import ExpressionIs, at
 from labcourse.grading.marking.figure_checks import FigureFollows, FigureOfSpectrum
+from labcourse.grading.marking.unit_words import ANGLE
 from labcourse.grading.verdicts import OwnBench
 from rotflex.hil.student_benches import FIRST_RUN
 from rotflex.units import DEG, HZ
@@ -223,7 +224,7 @@ STIFFNESS = {
             runs=True,
             slips={("drive", "position"): "The servo did not follow the sweep: it was sent to the motor as a voltage."},
         ),
-        "figure": FigureFollows(sweep, own=("2.9", "sweep"), channel="alpha"),
+        "figure": FigureFollows(sweep, own=("2.9", "sweep"), channel="alpha", quantity=ANGLE),
     },
     "2.10": {
         "spectrum": SpectrumFunction(rtol=tolerances.SPECTRUM),

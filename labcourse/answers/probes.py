@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from labcourse.answers.json_values import FormError, NotAnswered
+from labcourse.answers.json_values import FormError, NotAnswered, read_vector, rounded
 from labcourse.errors import AnswerError
 
 
@@ -39,6 +39,32 @@ class Probe:
     draw: Callable[[np.random.Generator], list[tuple[Any, ...]]]
     keep: Callable[[Any], list[Any]]
     read: Callable[[Any], tuple[NDArray[np.float64], ...]]
+
+    @classmethod
+    def scalar(cls, signature: str, span: tuple[float, float], returns: str, count: int = 8) -> Probe:
+        """Try a function of one number that gives one number.
+
+        Parameters
+        ----------
+        signature : of the function, as in "outflow(h)"; also the name of the probe
+        span : from which the inputs are drawn
+        returns : what it gives, with its unit, as in "q in m³/s"
+        count : how many inputs there are
+        """
+
+        def draw(rng: np.random.Generator) -> list[tuple[Any, ...]]:
+            return [(value,) for value in rng.uniform(*span, count).tolist()]
+
+        def keep(output: Any) -> list[Any]:
+            (array,) = pieces((output,), (returns,))
+            if array.size != 1:
+                raise FormError(f"it should return one number, {returns}; it returned {array.size}")
+            return rounded(array.ravel())
+
+        def read(data: Any) -> tuple[NDArray[np.float64], ...]:
+            return (read_vector(signature, data, 1, 1),)
+
+        return cls(signature, signature, count, draw, keep, read)
 
     def inputs(self, seed: int) -> list[tuple[Any, ...]]:
         """The argument tuples for a probe seed; probes of one seed do not depend on each other."""

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -19,7 +20,18 @@ from labcourse.answers.json_values import thin
 from labcourse.answers.kinds.recordings import Sampled
 from labcourse.answers.parts import WHOLE, Part
 from labcourse.errors import CourseError
-from labcourse.grading.verdicts import Case, Own, OwnBench, Verdict, follow_through, for_a_person, right, wrong
+from labcourse.grading.verdicts import (
+    Case,
+    NothingFollows,
+    Own,
+    OwnBench,
+    Status,
+    Verdict,
+    follow_through,
+    for_a_person,
+    right,
+    wrong,
+)
 
 MOST_RUNS = 1000  #: of an experiment, far more than anybody makes: a bench repeats none beyond
 _FIRST_RUN = 1  # counted as people count
@@ -40,8 +52,79 @@ class ForAPerson:
         return for_a_person("A person will read this.")
 
 
+def led_to(follow: Callable[..., Any] | None, *given: Any) -> tuple[Any, str]:
+    """Work out what follows from the student's own answers.
+
+    Parameters
+    ----------
+    follow : a function of ``given``; None where nothing comes before
+    given : the student's own answers, and what else it takes
+
+    Returns
+    -------
+    Any
+        What it returns; None where nothing follows, as where all of it is zero.
+    str
+        Why nothing follows, with a space before it; empty where that is not known.
+    """
+    if follow is None:
+        return None, ""
+    try:
+        found = follow(*given)
+        numbers = _flat(found)
+    except NothingFollows as why:
+        return None, f" {why}"
+    except NOT_TO_BE_HAD:
+        return None, ""
+    return (found if np.any(numbers) and np.all(np.isfinite(numbers)) else None), ""
+
+
+def _flat(value: Any) -> NDArray[Any]:
+    """Return all numbers of an array, or of a list of arrays of several shapes, as one vector."""
+    return np.concatenate([*map(_flat, value)]) if isinstance(value, list | tuple) and value else np.ravel(value)
+
+
 @dataclass(frozen=True)
-class Number:
+class _Numbers:
+    """What the checks of numbers have in common; :class:`Number` says what the parameters are."""
+
+    what: str
+    expected: Callable[[Any], Any]
+    rtol: float = 0.02
+    atol: float = 0.0
+    follow: Callable[[Own], Any] | None = None
+    follow_what: str = ""
+    follow_rtol: float = 0.02
+    slips: Callable[[Any], Mapping[str, Any]] = field(default=lambda bench: {})
+
+    def verdict(self, part: Part, value: Any, case: Case) -> Verdict:
+        """Compare with the bench, then with the student's own answers."""
+        room = _room(self.rtol, self.atol, part.unit or part.usual.unit)
+        if self._agrees(value, self.expected(case.bench), self.rtol):
+            return right(f"Within {room} of {self.what}.")
+        own, why = led_to(self.follow, case.own)
+        if own is not None and self._agrees(value, own, self.follow_rtol):
+            return follow_through(f"Not {self.what}, but it agrees with {self.follow_what}.")
+        for slip, numbers in self._all_slips(case.bench).items():
+            if self._agrees(value, numbers, self.rtol):
+                return wrong(f"Not {self.what}: {slip}.")
+        disagrees = f" It does not agree with {self.follow_what} either." if own is not None else why
+        return wrong(f"More than {room} off {self.what}.{disagrees}")
+
+    def _agrees(self, value: Any, wanted: Any, rtol: float) -> bool:
+        return same_entries(value, wanted, rtol, self.atol)
+
+    def _all_slips(self, bench: Any) -> Mapping[str, Any]:
+        return self.slips(bench)
+
+
+def _room(rtol: float, atol: float, unit: str) -> str:
+    """Write a tolerance as "5 %", "0.02 s" or "5 % or 0.02 s"."""
+    return " or ".join([f"{100 * rtol:g} %"] * bool(rtol) + [f"{atol:g} {unit}".rstrip()] * bool(atol))
+
+
+@dataclass(frozen=True)
+class Number(_Numbers):
     """A number near what the student's own bench gives, or else near what their own earlier answers give.
 
     Parameters
@@ -49,50 +132,140 @@ class Number:
     what : the quantity, as in "the time constant of your bench"
     expected : of the bench
     rtol : tolerance, relative
+    atol : tolerance in the part's unit; the larger of the two counts
     follow : from the student's own answers; None where nothing comes before
     follow_what : what that is, as in "the product of your own two factors"
-    follow_rtol : tolerance for it, relative
-    slips : usual mistakes: what was done → the number that it leads to
+    follow_rtol : relative tolerance for it; ``atol`` holds for it, too
+    slips : of the bench: usual mistakes, what was done → what it leads to
     fewest_digits : the expected number, rounded to so many significant digits, is right as well; 0 for none of that
     own_bench : for what differs from bench to bench: by what it is known again; None where that is not looked for
     """
 
-    what: str
-    expected: Callable[[Any], float]
-    rtol: float
-    follow: Callable[[Own], float] | None = None
-    follow_what: str = ""
-    follow_rtol: float = 0.02
-    slips: Callable[[Any], Mapping[str, float]] = field(default=lambda bench: {})
     fewest_digits: int = 0
     own_bench: OwnBench | None = None
     kinds = ("number",)
 
     def verdict(self, part: Part, value: Any, case: Case) -> Verdict:
-        """Compare with the bench, then with the student's own answers."""
-        expected = self.expected(case.bench)
-        if _near(value, expected, self.rtol):
-            return right(f"Within {100 * self.rtol:g} % of {self.what}.")
-        if self.fewest_digits and _near(value, float(f"{expected:.{self.fewest_digits}g}"), 1e-9):
-            return right(f"It is {self.what}, rounded.")
-        own = self._from_own(case)
-        if own is not None and _near(value, own, self.follow_rtol):
-            return follow_through(f"Not {self.what}, but it agrees with {self.follow_what}.")
-        for slip, number in self.slips(case.bench).items():
-            if _near(value, number, self.rtol):
-                return wrong(f"Not {self.what}: {slip}.")
-        disagrees = f" It does not agree with {self.follow_what} either." if own is not None else ""
-        return wrong(f"More than {100 * self.rtol:g} % off {self.what}.{disagrees}")
+        """Compare as all numbers are compared, and with the expected one rounded."""
+        found = super().verdict(part, value, case)
+        if found.status is not Status.RIGHT and self.fewest_digits:
+            rounded = float(f"{self.expected(case.bench):.{self.fewest_digits}g}")
+            if _near(value, rounded, 1e-9):
+                return right(f"It is {self.what}, rounded.")
+        return found
 
-    def _from_own(self, case: Case) -> float | None:
-        """What the student's own answers lead to; None where they lead nowhere."""
-        if self.follow is None:
-            return None
-        try:
-            number = float(self.follow(case.own))
-        except (LookupError, ArithmeticError):
-            return None
-        return number if math.isfinite(number) and number != 0 else None
+
+@dataclass(frozen=True)
+class MatrixIs(_Numbers):
+    """A matrix or a vector, each entry within the tolerance; the parameters are those of :class:`Number`."""
+
+    kinds = ("matrix",)
+
+
+@dataclass(frozen=True)
+class PolesAre(_Numbers):
+    """Poles in any order, each within the tolerance; the parameters are those of :class:`Number`."""
+
+    kinds = ("poles",)
+
+    def _agrees(self, value: Any, wanted: Any, rtol: float) -> bool:
+        return same_poles(value, wanted, rtol, self.atol)
+
+    def _all_slips(self, bench: Any) -> Mapping[str, Any]:
+        return {MIRRORED: mirrored(np.asarray(self.expected(bench))), **self.slips(bench)}
+
+
+@dataclass(frozen=True)
+class FunctionIs:
+    """A function that gives what the expected one gives, for all inputs of the part's probe.
+
+    Parameters
+    ----------
+    what : as in "the flow out of your tank"
+    expected : of the bench and the inputs, as in ``lambda bench, h: bench.c * math.sqrt(h)``: a number or an array, or
+        a tuple of these where the probe keeps several
+    rtol, atol : tolerance, relative and absolute; the larger of the two counts. Outputs are kept to six digits.
+    follow : of the student's own answers and the inputs; None where nothing comes before
+    follow_what : what that is, in words
+    slips : usual mistakes: what was done → of the bench and the inputs, what it leads to
+    """
+
+    what: str
+    expected: Callable[..., Any]
+    rtol: float = 1e-4
+    atol: float = 0.0
+    follow: Callable[..., Any] | None = None
+    follow_what: str = ""
+    slips: Mapping[str, Callable[..., Any]] = field(default_factory=dict)
+    kinds = ("function",)
+
+    def verdict(self, part: Part, value: Any, case: Case) -> Verdict:
+        """Compare the outputs."""
+        assert part.probe is not None
+        inputs = part.probe.inputs(case.probe_seed)
+
+        def outputs(function: Callable[..., Any], of: Any) -> list[Any]:
+            return [function(of, *one) for one in inputs]
+
+        if self._same(value, outputs(self.expected, case.bench)):
+            return right(f"Called with other inputs, it gives {self.what}.")
+        own, why = led_to(self.follow and partial(outputs, self.follow), case.own)
+        if own is not None and self._same(value, own):
+            return follow_through(f"Not {self.what}, but it agrees with {self.follow_what}.")
+        for slip, function in self.slips.items():
+            if self._same(value, outputs(function, case.bench)):
+                return wrong(f"Not {self.what}: {slip}.")
+        return wrong(f"Called with other inputs, it gives something else than {self.what}.{why}")
+
+    def _same(self, value: Any, expected: list[Any]) -> bool:
+        tuples = [one if isinstance(one, tuple) else (one,) for one in expected]
+        return all(
+            len(given) == len(wanted)
+            and all(same_entries(*pair, self.rtol, self.atol) for pair in zip(given, wanted, strict=True))
+            for given, wanted in zip(value, tuples, strict=True)
+        )
+
+
+_ZERO = 1e-3  # of the relative tolerance, of the largest entry: the room for what should be zero
+
+
+def same_entries(value: Any, expected: Any, rtol: float, atol: float = 0.0) -> bool:
+    """Whether two arrays have the same entries, within a tolerance; a vector may lie or stand.
+
+    Parameters
+    ----------
+    value, expected : of any shape
+    rtol : relative to the entry
+    atol : absolute; the larger of the two counts
+    """
+    given, wanted = np.ravel(value), np.ravel(np.asarray(expected, dtype=float))
+    return given.shape == wanted.shape and bool(np.all(np.abs(given - wanted) <= _rooms(wanted, rtol, atol)))
+
+
+def same_poles(value: Any, expected: Any, rtol: float, atol: float = 0.0) -> bool:
+    """Whether two sets of poles are the same, in any order; the tolerance is that of :func:`same_entries`."""
+    from scipy.optimize import linear_sum_assignment
+
+    given, wanted = np.ravel(value).astype(complex), np.ravel(expected).astype(complex)
+    if given.shape != wanted.shape:
+        return False
+    rooms = np.maximum(_rooms(wanted, rtol, atol), np.finfo(float).tiny)
+    distance = np.abs(given[:, None] - wanted[None, :]) / rooms
+    return bool(distance[linear_sum_assignment(distance)].max() <= 1)
+
+
+def _rooms(wanted: NDArray[Any], rtol: float, atol: float) -> NDArray[np.float64]:
+    """How far each entry may be off."""
+    sizes = np.abs(wanted)
+    return np.asarray(np.maximum(np.maximum(rtol * sizes, atol), _ZERO * rtol * sizes.max(initial=0.0)))
+
+
+MIRRORED = "the signs of the real parts are turned round"
+
+
+def mirrored(poles: NDArray[Any]) -> NDArray[Any]:
+    """Poles with the other sign of their real parts."""
+    return np.asarray(-np.conj(poles))
 
 
 def _near(value: float, target: float, rtol: float) -> bool:

@@ -14,7 +14,7 @@ from labcourse.answers.parts import Part
 from labcourse.grading.marking.checks import misfit
 from labcourse.grading.marking.curve_following import Curve, Trace, curves
 from labcourse.grading.marking.seen_curves import HALF, Reading, Wanted, best, find, own_trace, readings
-from labcourse.grading.marking.unit_words import ANGLE, FREQUENCY, Quantity
+from labcourse.grading.marking.unit_words import FREQUENCY, Quantity
 from labcourse.grading.verdicts import Case, Verdict, follow_through, for_a_person, partly, right, wrong
 
 Vector = NDArray[np.float64]
@@ -35,16 +35,16 @@ class FigureFollows:
     recording : of the student's own bench
     own : (question, part) of the student's own recording, which is just as good to plot
     channel : which
+    quantity : what the channel is (:mod:`.unit_words`); it may be drawn in any of its units
     rtol : largest RMS difference, relative
-    quantity : what the channel is, in any of whose units it may be drawn
     largest : in the channel's SI unit; what is larger in the student's own recording is from no bench
     """
 
     recording: Callable[[Any], Sampled]
     own: tuple[str, str]
     channel: str
+    quantity: Quantity
     rtol: float = 0.1
-    quantity: Quantity = ANGLE
     largest: float = 10.0
     kinds = ("figure",)
 

@@ -8,6 +8,7 @@ from scipy.optimize import brentq
 from labcourse.answers import forms
 from labcourse.grading.marking.curve_following import Trace
 from labcourse.grading.marking.figure_checks import FigureFollows, FigureOfSpectrum
+from labcourse.grading.marking.unit_words import ANGLE
 from labcourse.grading.verdicts import Case, Status
 from rotflex.course.questions import CATALOGUE
 from rotflex.recording import Recording
@@ -248,7 +249,7 @@ def made(values=WAVE, time=EVEN):
 
 
 def follows(figure, recording):
-    return judged(FigureFollows(lambda bench: recording, OWN, "alpha"), PLOT, figure)
+    return judged(FigureFollows(lambda bench: recording, OWN, "alpha", ANGLE), PLOT, figure)
 
 
 @pytest.mark.parametrize(
