@@ -2,19 +2,24 @@
 
 Polynomials are arrays of coefficients, highest power first, as numpy and python-control have them. The workbook counts
 the coefficients from the other end: sⁿ + a_n sⁿ⁻¹ + ... + a_1. Gains are rows (1, n), for the control law u = −K x.
+In place of the matrices A and B, each function takes python-control's system: ``gain_by_place(system, desired)``.
 """
 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import hankel
 
 from rotflex.errors import DesignError
-from rotflex.model import Array, controllability, finite, natural_units, poles, system_pair
+from rotflex.model import STATES, Array, controllability, finite, natural_units, poles, system_pair
+from rotflex.simulation import takes_systems
+
+if TYPE_CHECKING:
+    from control import StateSpace
 
 PAIR_TOLERANCE = 1e-6  #: of the largest pole: as exactly must complex poles be conjugate
 SMALL_POLE = 1e-2  #: of the largest pole: a smaller one is checked no more closely than one of this size
@@ -121,6 +126,7 @@ def companion(polynomial: ArrayLike) -> tuple[Array, Array]:
     return A_tilde, B_tilde
 
 
+@takes_systems
 def transformation(A: ArrayLike, B: ArrayLike) -> Transformation:
     """Controllability matrices T and T_tilde and the W that takes (A, B) to companion form (Section 3.2.3; answer 3.7).
 
@@ -154,6 +160,7 @@ def companion_gain(polynomial: ArrayLike, desired: ArrayLike) -> Array:
     return (after - before)[np.newaxis, :0:-1]
 
 
+@takes_systems
 def gain_by_companion(A: ArrayLike, B: ArrayLike, desired: ArrayLike) -> Array:
     """Gain K = K_tilde W⁻¹ (1, n) that places the poles of A − B K (Section 3.2.4; answers 3.5, 3.7 and 3.8).
 
@@ -180,6 +187,7 @@ def gain_by_companion(A: ArrayLike, B: ArrayLike, desired: ArrayLike) -> Array:
 # --- by python-control -----------------------------------------------------------------------------------------------
 
 
+@takes_systems
 def gain_by_place(A: ArrayLike, B: ArrayLike, desired: ArrayLike) -> Array:
     """Gain K (1, n) that places the poles of A − B K, by python-control (answer 3.10).
 
@@ -200,6 +208,7 @@ def gain_by_place(A: ArrayLike, B: ArrayLike, desired: ArrayLike) -> Array:
     return np.reshape(K, (1, -1)) * rate / units
 
 
+@takes_systems
 def check_placement(A: ArrayLike, B: ArrayLike, K: ArrayLike, desired: ArrayLike, rtol: float = 1e-6) -> bool:
     """Whether K places the poles of A − B K where they are wanted (answer 3.9).
 
@@ -231,6 +240,47 @@ def check_placement(A: ArrayLike, B: ArrayLike, K: ArrayLike, desired: ArrayLike
     scale = np.poly(-np.maximum(sizes, SMALL_POLE * sizes.max()))
     got = characteristic_polynomial(A - B @ gain.reshape(1, -1))
     return bool(np.all(np.abs(got - characteristic_polynomial(wanted)) <= rtol * scale))
+
+
+# --- the loop --------------------------------------------------------------------------------------------------------
+
+
+def closed_loop(system: StateSpace, K: ArrayLike) -> StateSpace:
+    """The plant with the state feedback V_m = K (x_d − x), x_d = [theta_ref, 0, 0, 0] (Equations 3.13 and 3.14).
+
+    Parameters
+    ----------
+    system : the model for voltage input, as :func:`rotflex.model.state_space` returns it
+    K : (1, 4) or (4,)
+
+    Returns
+    -------
+    control.StateSpace
+        The states of ``system``; input theta_ref (rad), outputs theta, alpha (rad) and V_m (V).
+
+    Raises
+    ------
+    DesignError
+        If the system has no voltage input or other states, or K is not four finite numbers.
+    """
+    import control
+
+    gain = finite("K", K)
+    if system.input_labels != ["V_m"] or tuple(system.state_labels) != STATES:
+        raise DesignError(f"The system must have the input V_m and the states {', '.join(STATES)}; it is {system!r}.")
+    if gain.shape not in ((1, 4), (4,)):
+        raise DesignError(f"K must be one row with a gain for each state, (1, 4); it is {gain.shape}.")
+    gain = gain.reshape(1, 4)
+    return control.StateSpace(
+        system.A - system.B @ gain,
+        system.B * gain[0, 0],
+        np.vstack([system.C - system.D @ gain, -gain]),
+        np.vstack([system.D * gain[0, 0], gain[:, :1]]),
+        states=list(STATES),
+        inputs=["theta_ref"],
+        outputs=[*system.output_labels, "V_m"],
+        name="closed_loop",
+    )
 
 
 def _controllable(A: ArrayLike, B: ArrayLike) -> tuple[Array, Array, Array]:

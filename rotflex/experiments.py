@@ -25,6 +25,7 @@ from rotflex.hil.loop import listen, run
 from rotflex.hil.recorded_runs import RecordedRuns
 from rotflex.recording import Channel, Recording
 from rotflex.signals import chirp, smooth_square_wave, square_wave, step, time_axis
+from rotflex.simulation import takes_systems
 from rotflex.specifications import AMPLITUDE, DURATION, FREQUENCY, RATE, SAMPLE_TIME
 from rotflex.units import DEG, HZ
 
@@ -107,6 +108,7 @@ def free_decay(bench: Bench, amplitude: float = 10 * DEG, duration: float = 6.0,
     return _run(bench, HOLDING(), theta_ref, {"experiment": "free decay"}, progress)
 
 
+@takes_systems
 def validation(
     bench: Bench,
     A: ArrayLike,
@@ -121,7 +123,8 @@ def validation(
     Parameters
     ----------
     bench : an open bench
-    A, B : (4, 4) and (4,) or (4, 1), the student's model for voltage input, states theta, alpha and their rates
+    A, B : (4, 4) and (4,) or (4, 1), the model for voltage input, states theta, alpha and their rates; or, in place of
+        the two, a system of python-control
     signal : "square" (0.5 Hz) or "step" (at 0.5 s; the servo turns on and on, so it is short); for a replay also
         "recorded": whatever voltage was recorded, from a bench at rest
     amplitude : V; 1.5 V for the square wave and 0.8 V for the step unless given; a recorded voltage has its own

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -24,6 +24,9 @@ from rotflex.channels import FEWEST_SAMPLES, channel, signal_of
 from rotflex.errors import IdentificationError
 from rotflex.recording import Recording
 from rotflex.units import DEG, HZ
+
+if TYPE_CHECKING:
+    from control import FRD
 
 Vector = NDArray[np.float64]
 
@@ -65,12 +68,42 @@ class FrequencyResponse:
     ratio : (n,) complex ratio of output to input
     coherence : (n,) from 0 to 1: how much of the output the input explains
     resolution : Hz; details closer than this are blurred
+    input, output : names of the signals
     """
 
     f_hz: Vector
     ratio: NDArray[np.complex128]
     coherence: Vector
     resolution: float
+    input: str = "theta"
+    output: str = "alpha"
+
+    def to_frd(self, band: tuple[float, float] = (0.0, math.inf)) -> FRD:
+        """Convert to python-control, with named signals.
+
+        Parameters
+        ----------
+        band : Hz, the frequencies to keep; a sweep says nothing outside its own. 0 Hz is always left out: means were
+            removed
+
+        Returns
+        -------
+        control.FRD
+            Frequencies in rad/s.
+
+        Raises
+        ------
+        IdentificationError
+            If there is no frequency in the band.
+        """
+        import control
+
+        kept = (self.f_hz > 0) & (self.f_hz >= band[0]) & (self.f_hz <= band[1])
+        if not kept.any():
+            raise IdentificationError(
+                f"The response has no frequency from {band[0]:g} to {band[1]:g} Hz; it ends at {self.f_hz[-1]:g} Hz."
+            )
+        return control.frd(self.ratio[kept], self.f_hz[kept] * HZ, inputs=[self.input], outputs=[self.output])
 
 
 def welch_spectrum(x: ArrayLike, dt: float, segment: float | None = None) -> tuple[Vector, Vector]:
@@ -114,7 +147,7 @@ def frequency_response(
     Parameters
     ----------
     data : a recording, or (input, output, sample time in s)
-    input, output : channels of the recording
+    input, output : channels of the recording; for arrays, what to call them
     segment : length of a segment, s; two thirds of the recording unless given
 
     Raises
@@ -140,6 +173,8 @@ def frequency_response(
         ratio=cross / np.maximum(power_x, tiny),
         coherence=np.abs(cross) ** 2 / np.maximum(power_x * power_y, tiny),
         resolution=_HANN_BANDWIDTH / (options["nperseg"] * dt),
+        input=input,
+        output=output,
     )
 
 

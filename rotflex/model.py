@@ -22,14 +22,14 @@ from scipy.linalg import eig, matrix_balance
 
 from rotflex.config import Joint, Servo, one_of
 from rotflex.errors import ConfigurationError, DesignError
-from rotflex.simulation import with_actuator
+from rotflex.simulation import takes_systems, with_actuator
 
 if TYPE_CHECKING:
     from control import StateSpace
 
 STATES = ("theta", "alpha", "theta_dot", "alpha_dot")
 OUTPUTS = ("theta", "alpha")
-INPUTS = {"voltage": "V_m", "torque": "tau"}
+INPUTS = ("voltage", "torque")
 
 POLE_TOLERANCE = 1e-6  #: of the largest pole: typed with seven digits
 RANK_TOLERANCE = 1e-10  #: of the largest singular value of A, in balanced or natural units; far above rounding
@@ -135,18 +135,17 @@ def state_space(
     )
     A += 0.0  # turns -0.0, which reads badly, into 0.0
     B = np.array([[0], [0], [1 / J_eq], [-1 / J_eq]])
-    if input == "voltage":
-        A, B = with_actuator(A, B, servo)
-    return control.StateSpace(
+    system = control.StateSpace(
         A,
         B,
         np.eye(2, 4),
         np.zeros((2, 1)),
         states=list(STATES),
-        inputs=[INPUTS[input]],
+        inputs=["tau"],
         outputs=list(OUTPUTS),
         name="rotary_flexible_joint",
     )
+    return with_actuator(system, servo) if input == "voltage" else system
 
 
 # --- poles and stability ---------------------------------------------------------------------------------------------
@@ -264,6 +263,7 @@ class Controllability(NamedTuple):
     controllable: bool
 
 
+@takes_systems
 def controllability(A: ArrayLike, B: ArrayLike) -> Controllability:
     """Controllability matrix T = [B, AB, ..., Aⁿ⁻¹B], its rank, and the verdict rank = n (Equations 3.2 and 3.3).
 

@@ -16,7 +16,8 @@ x_d = [theta_d, 0, 0, 0] (Equations 3.13 and 3.14). Two fidelities are worth hav
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from functools import wraps
+from typing import TYPE_CHECKING, Any, TypeVar, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +30,9 @@ from rotflex.plant import Plant, PlantParameters, State
 from rotflex.recording import Recording
 from rotflex.units import HZ
 
+if TYPE_CHECKING:
+    from control import StateSpace
+
 DERIVATIVE_CUTOFF = 33 * HZ  #: w_c of the real-time model's derivative filters, rad/s
 STATES = ("theta", "alpha", "theta_dot", "alpha_dot")
 _RUNAWAY = 1e2  # rad: no servo on a cable turns 16 times
@@ -36,8 +40,40 @@ _FINEST = 16  # a sample time is halved at most so many times: 2 ms to 30 ns
 
 Vector = NDArray[np.float64]
 Advance = Callable[[Vector, float], Vector]  # (state, reference held) -> state one sample time later
+Result = TypeVar("Result")
 
 
+def takes_systems(function: Callable[..., Result]) -> Callable[..., Result]:
+    """Let a function of the matrices A and B take a python-control system in place of the two."""
+
+    @wraps(function)
+    def taking(*given: Any, **named: Any) -> Result:
+        return function(*(part for one in given for part in (_matrices(one) if _is_system(one) else (one,))), **named)
+
+    return taking
+
+
+def _is_system(value: Any) -> bool:
+    return all(hasattr(value, name) for name in ("A", "B", "state_labels"))
+
+
+def _matrices(system: StateSpace) -> tuple[Vector, Vector]:
+    """A and B of a continuous-time system, with the states in our order where they have our names.
+
+    Raises
+    ------
+    DesignError
+        If it is in discrete time, or has its states in another order.
+    """
+    if not system.isctime():
+        raise DesignError(f"The system must be in continuous time; its sample time is {system.dt} s.")
+    labels = system.state_labels
+    if tuple(labels) != STATES and sorted(labels) == sorted(STATES):
+        raise DesignError(f"The states must be in the order {', '.join(STATES)}; they are {', '.join(labels)}.")
+    return system.A, system.B
+
+
+@takes_systems
 def closed_loop(
     A: Any,
     B: Any,
@@ -50,6 +86,8 @@ def closed_loop(
     x0: Any = (0.0, 0.0, 0.0, 0.0),
 ) -> Recording:
     """Simulate the state feedback that tracks a servo angle.
+
+    In place of A and B, python-control's system will do: ``closed_loop(system, K, reference)``.
 
     Parameters
     ----------
@@ -181,8 +219,18 @@ def run(
     return Recording.of(time, metadata, theta_ref=theta_ref, theta=theta, alpha=alpha, vm=vm)
 
 
-def with_actuator(A: Any, B: Any, servo: Servo) -> tuple[Vector, Vector]:
+@overload
+def with_actuator(A: StateSpace, B: Servo, /) -> StateSpace: ...
+
+
+@overload
+def with_actuator(A: Any, B: Any, servo: Servo) -> tuple[Vector, Vector]: ...
+
+
+def with_actuator(A: Any, B: Any, servo: Servo | None = None) -> Any:
     """The model driven by the motor voltage, from the model driven by the torque (Equation 2.8).
+
+    ``with_actuator(system, servo)`` does the same to a system of python-control; its input is called V_m then.
 
     The motor's torque is tau = torque_per_volt * V_m - back_emf_damping * theta_dot: a gain in B, and, in A, a
     feedback of theta_dot through B.
@@ -194,16 +242,27 @@ def with_actuator(A: Any, B: Any, servo: Servo) -> tuple[Vector, Vector]:
 
     Returns
     -------
-    A : (4, 4), B : (4, 1), with the motor voltage as input
+    A : (4, 4), B : (4, 1), with the motor voltage as input; or a system
 
     Raises
     ------
     DesignError
         If a matrix has the wrong shape or a value that is not finite.
     """
+    system = None
+    if servo is None:
+        system, servo = A, B
+        A, B = _matrices(system)
     A, B = _matrix("A", A, [(4, 4)]), _matrix("B", B, [(4,), (4, 1)]).reshape(4, 1)
     back_emf = np.array([[0.0, 0.0, servo.back_emf_damping, 0.0]])
-    return A - B @ back_emf, B * servo.torque_per_volt
+    A, B = A - B @ back_emf, B * servo.torque_per_volt
+    if system is None:
+        return A, B
+    import control
+
+    C, D = system.C - system.D @ back_emf, system.D * servo.torque_per_volt
+    names = {"states": system.state_labels, "outputs": system.output_labels, "name": system.name}
+    return control.StateSpace(A, B, C, D, inputs=["V_m"], **names)
 
 
 # --- exact -----------------------------------------------------------------------------------------------------------

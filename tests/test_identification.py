@@ -2,6 +2,7 @@
 
 import math
 
+import control
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -294,3 +295,22 @@ def two_resonances(low_zeta, high_zeta):
 )
 def test_of_two_resonances_the_higher_counts_that_is_in_the_band(damping, band, found):
     assert resonance(two_resonances(*damping), band).value == pytest.approx(found * HZ, rel=0.01)
+
+
+def test_a_response_becomes_an_frd_of_python_control_with_gain_phase_and_names():
+    omega_n, zeta = 20.0, 0.2
+    theta = np.cumsum(np.random.default_rng(1).standard_normal(100_000)) * 1e-3
+    time = np.arange(theta.size) * SAMPLE_TIME
+    found = frequency_response(
+        Recording.of(time, theta=theta, alpha=link_driven_by(theta, omega_n, zeta)), segment=10.0
+    )
+    frd = found.to_frd(band=(1.5, 6.0))
+    assert (frd.input_labels, frd.output_labels) == (["theta"], ["alpha"])
+    assert frd.omega[0] >= 1.5 * HZ and frd.omega[-1] <= 6.0 * HZ
+    link = control.tf([-1, 0, 0], [1, 2 * zeta * omega_n, omega_n**2])
+    np.testing.assert_allclose(frd.frdata[0, 0], link(1j * frd.omega), atol=0.1)
+    loop = control.feedback(control.tf([1], [1, 1]) * frd)  # it works with other systems
+    np.testing.assert_allclose(loop.frdata, frd.frdata / (1 + 1j * frd.omega + frd.frdata))
+    assert found.to_frd().omega[0] > 0
+    with pytest.raises(IdentificationError):
+        found.to_frd(band=(300, 400))

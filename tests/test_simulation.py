@@ -292,3 +292,43 @@ def test_a_controller_that_asks_for_no_number_of_volts_is_told():
     for law in (lambda *_now: np.nan, lambda *_now: None):
         with pytest.raises(DesignError, match="returned"):
             run(preset("real_bench").parameters, law, np.ones(10))
+
+
+NAMED = {"states": ["theta", "alpha", "theta_dot", "alpha_dot"], "outputs": ["theta", "alpha"]}
+
+
+def test_a_system_of_python_control_will_do_in_place_of_the_matrices():
+    system = control.ss(A, B.reshape(4, 1), np.eye(2, 4), 0, inputs=["V_m"], **NAMED)
+    by_system = closed_loop(system, K, np.full(200, 0.3), fidelity="workbook")
+    by_matrices = closed_loop(A, B, K, np.full(200, 0.3), fidelity="workbook")
+    np.testing.assert_array_equal(by_system["theta"], by_matrices["theta"])
+    with hil.open("virtual:?preset=workbook") as bench:
+        validated = experiments.validation(bench, system, "step", progress=False)
+        np.testing.assert_array_equal(
+            validated["theta_model"], experiments.validation(bench, A, B, "step", progress=False)["theta_model"]
+        )
+
+
+def test_the_motor_in_a_system_is_what_python_control_makes_of_its_feedback():
+    servo = srv02()
+    A_torque, B_torque = A.copy(), np.array([[0], [0], [1 / J_EQ], [-1 / J_EQ]])
+    A_torque[2:, 2] = [-0.004 / J_EQ, 0.004 / J_EQ]
+    C, D = np.eye(4)[[0, 2]], np.array([[0.0], [0.5]])
+    torque = control.ss(A_torque, B_torque, C, D, states=NAMED["states"], inputs=["tau"], outputs=["theta", "rate"])
+    driven = with_actuator(torque, servo)
+    assert (driven.input_labels, driven.output_labels) == (["V_m"], ["theta", "rate"])
+    # tau = a V_m − b θ̇: the same by connecting blocks, with the states as outputs that are fed back.
+    whole = control.ss(A_torque, B_torque, np.vstack([C, [[0, 0, 1, 0]]]), np.vstack([D, [[0]]]))
+    fed_back = control.feedback(whole, control.ss([], [], [], [[0, 0, servo.back_emf_damping]])) * servo.torque_per_volt
+    for omega in (0.1, 20.0, 300.0):
+        np.testing.assert_allclose(driven(1j * omega), fed_back(1j * omega)[:2], rtol=1e-8)
+
+
+def test_a_system_in_discrete_time_or_with_other_states_is_refused():
+    mixed = NAMED | {"states": ["theta", "theta_dot", "alpha", "alpha_dot"]}
+    for system in (
+        control.ss(A, B.reshape(4, 1), np.eye(2, 4), 0, 0.002, **NAMED),
+        control.ss(A, B.reshape(4, 1), np.eye(2, 4), 0, **mixed),
+    ):
+        with pytest.raises(DesignError):
+            closed_loop(system, K, np.zeros(10))

@@ -335,3 +335,26 @@ def test_characteristic_polynomial_of_neither_poles_nor_a_matrix_is_refused(wron
 def test_check_refuses_what_is_no_gain_or_no_tolerance(K, rtol, message):
     with pytest.raises(DesignError, match=message):
         design.check_placement(PRINTED.A, PRINTED.B, K, WANTED, rtol=rtol)
+
+
+def test_a_system_of_python_control_will_do_in_place_of_the_matrices():
+    K = design.gain_by_place(PRINTED, WANTED)
+    assert_array_equal(K, design.gain_by_place(PRINTED.A, PRINTED.B, WANTED))
+    assert design.check_placement(PRINTED, K, WANTED) and model.controllability(PRINTED).rank == 4
+
+
+def test_the_closed_loop_is_what_python_control_makes_of_its_feedback():
+    K = design.gain_by_place(PRINTED, WANTED)
+    closed = design.closed_loop(PRINTED, K)
+    assert (closed.input_labels, closed.output_labels) == (["theta_ref"], ["theta", "alpha", "V_m"])
+    assert same_poles(closed.poles(), WANTED, 1e-6)
+    states = control.ss(PRINTED.A, PRINTED.B, np.eye(4), 0)
+    for omega in (0.5, 15.0, 200.0):
+        x = states(1j * omega)
+        V_m = K[0, 0] / (1 + (K @ x)[0, 0])  # from theta_ref
+        assert_allclose(closed(1j * omega), np.vstack([x[:2] * V_m, [[V_m]]]), rtol=1e-8)
+    for wrong in (model.state_space(srv02(), joint(), 1.4, "torque"), control.ss(PRINTED.A, PRINTED.B, PRINTED.C, 0)):
+        with pytest.raises(DesignError):
+            design.closed_loop(wrong, K)
+    with pytest.raises(DesignError):
+        design.closed_loop(PRINTED, [[1, 2, 3]])
