@@ -15,6 +15,7 @@ import traitlets
 
 from labcourse.errors import CourseError, speaks_for_itself
 from labcourse.pictures import SWITCH, Picture, bundle
+from labcourse.scene import still
 from labcourse.scene.saved_explorers import EXPLORER, VIEW
 from labcourse.scene.scene import Scene
 
@@ -26,9 +27,8 @@ _SCRIPTS = ("drawing.js", "moving.js", "controls.js", "handles.js", "player.js",
 class Explorer(anywidget.AnyWidget):
     """A scene that answers.
 
-    A subclass says what is to be seen (:meth:`view`), the same as a static figure (:meth:`picture`), and what to do
-    when a control is set, a button pressed or a handle moved. An exception on the way is shown above the plots; what
-    was there stays.
+    A subclass says what is to be seen (:meth:`view`), and what to do when a control is set, a button pressed or a
+    handle moved. An exception on the way is shown above the plots; what was there stays.
     """
 
     _esm = "\n".join((_HERE / name).read_text(encoding="utf-8") for name in _SCRIPTS)
@@ -52,8 +52,8 @@ class Explorer(anywidget.AnyWidget):
         raise NotImplementedError
 
     def picture(self) -> Picture:
-        """The same as a static figure."""
-        raise NotImplementedError
+        """The same as a static figure: drawn from the scene, unless a subclass draws another."""
+        return still.picture(self.view())
 
     def set(self, name: str, value: float | str) -> None:
         """A control was set."""

@@ -19,6 +19,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from labcourse.errors import CourseError
+from labcourse.scene.roles import checked
 
 Item = dict[str, Any]
 
@@ -73,8 +74,8 @@ GROUND = Frame()  #: does not move
 class Moving:
     """A drawing to scale, as wide and as high as there is room for.
 
-    A role is what a shape stands for: one of :data:`~labcourse.pictures.ROLES`, ghost, grid, axis, text, body.
-    Later shapes cover earlier ones. A signal's name that is not among ``signals`` raises CourseError.
+    A role is what a shape stands for: one of :data:`~labcourse.scene.roles.ROLES`. Later shapes cover earlier
+    ones. A role that there is not, and a signal's name that is not among ``signals``, raise CourseError.
 
     Attributes
     ----------
@@ -125,6 +126,7 @@ class Moving:
         return fixed | {"shapes": self.shapes, "readings": self.readings}
 
     def _add(self, shape: Item, *points: Point) -> None:
+        checked(shape["role"])
         for point in points:
             self._check(point.frame.signals)
         self.shapes.append(shape | {"points": [point.packed() for point in points]})

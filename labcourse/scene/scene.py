@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from labcourse.errors import CourseError
 from labcourse.scene.moving import Item, Moving
+from labcourse.scene.roles import checked
 
 MOST_POINTS = 1200  #: of a curve; more than a screen has across
 
@@ -45,30 +46,30 @@ class Panel:
     handles: list[Item] = field(default_factory=list)
 
     def line(self, x: ArrayLike, y: ArrayLike, role: str, label: str = "", **look: Any) -> None:
-        """A curve; ``role`` is one of :data:`~labcourse.pictures.ROLES`, or ghost, grid, axis."""
+        """A curve; ``role`` is one of :data:`~labcourse.scene.roles.ROLES`, as of all that is drawn."""
         curve = thinned(np.asarray(x, dtype=float), np.asarray(y, dtype=float))
-        self.items.append({"kind": "line", "x": curve[0], "y": curve[1], "role": role, "label": label, **look})
+        self.items.append({"kind": "line", "x": curve[0], "y": curve[1], "role": checked(role), "label": label, **look})
 
     def area(self, x: ArrayLike, y: ArrayLike, role: str, label: str = "", opacity: float = 0.3) -> None:
         """The inside of a closed curve."""
-        self.items.append({"kind": "area", "x": x, "y": y, "role": role, "label": label, "opacity": opacity})
+        self.items.append({"kind": "area", "x": x, "y": y, "role": checked(role), "label": label, "opacity": opacity})
 
     def band(self, low: float, high: float, role: str, label: str = "", axis: str = "y") -> None:
         """All between two values of an axis."""
-        self.items.append({"kind": "band", "axis": axis, "span": [low, high], "role": role, "label": label})
+        self.items.append({"kind": "band", "axis": axis, "span": [low, high], "role": checked(role), "label": label})
 
     def level(self, at: float, role: str, label: str = "", axis: str = "y", **look: Any) -> None:
         """A straight line across the plot, at a value of an axis."""
-        self.items.append({"kind": "level", "axis": axis, "at": at, "role": role, "label": label, **look})
+        self.items.append({"kind": "level", "axis": axis, "at": at, "role": checked(role), "label": label, **look})
 
     def mark(self, x: float, y: float, role: str, shape: str = "cross", label: str = "", size: float = 5) -> None:
         """A cross, square or circle."""
-        look = {"role": role, "shape": shape, "label": label, "size": size}
+        look = {"role": checked(role), "shape": shape, "label": label, "size": size}
         self.items.append({"kind": "mark", "at": [float(x), float(y)], **look})
 
     def points(self, x: ArrayLike, y: ArrayLike, role: str, label: str = "", size: float = 2) -> None:
         """A cloud of dots."""
-        look = {"role": role, "shape": "dot", "label": label, "size": size}
+        look = {"role": checked(role), "shape": "dot", "label": label, "size": size}
         self.items.append({"kind": "points", "x": x, "y": y, **look})
 
     def text(self, x: float, y: float, text: str, anchor: str = "center") -> None:
@@ -101,7 +102,7 @@ class Panel:
         legend : its entry in the plot's legend; of handles that look the same, one has it
         """
         found = {"name": name, "x": float(x), "y": float(y), "label": label, "text": text, "step": list(step)}
-        self.handles.append(found | {"role": role, "shape": shape, "axis": axis, "legend": legend})
+        self.handles.append(found | {"role": checked(role), "shape": shape, "axis": axis, "legend": legend})
 
 
 @dataclass

@@ -1,0 +1,136 @@
+"""A scene as a still picture, for a page without widgets: printed, or run by papermill."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from labcourse.errors import CourseError
+from labcourse.pictures import SHOWN_PER_INCH, WIDTH, Picture, new_picture, style
+from labcourse.scene.moving import Item, Moving
+from labcourse.scene.roles import ROLES
+from labcourse.scene.scene import Panel, Scene
+
+_MARKERS = {"cross": "x", "square": "s", "circle": "o", "dot": "."}
+_POINTS = 72 / SHOWN_PER_INCH  # of matplotlib, in a px
+
+
+def picture(scene: Scene) -> Picture:
+    """Draw the plots and drawings of a scene, with the readouts that are not folded below them.
+
+    Raises
+    ------
+    CourseError
+        If it has none.
+    """
+    if not scene.columns:
+        raise CourseError("There is nothing to draw yet.")
+    rows = [row for readout in scene.readouts if not readout.folded for row in readout.rows]
+    with style():
+        figure = new_picture(WIDTH * (1.35 if len(scene.columns) > 1 else 1.0), scene.height / SHOWN_PER_INCH)
+        columns = figure.add_gridspec(1, len(scene.columns), width_ratios=[one.width for one in scene.columns])
+        for place, column in enumerate(scene.columns):
+            heights = [panel.height for panel in column.panels]
+            cells = columns[0, place].subgridspec(len(heights), 1, height_ratios=heights)
+            for row, panel in enumerate(column.panels):
+                axes = figure.add_subplot(cells[row, 0])
+                if isinstance(panel, Moving):
+                    _drawing(axes, panel)
+                else:
+                    _plot(axes, panel)
+        if rows:
+            figure.supxlabel("\n".join(" ".join((row.label, *row.values, row.words)) for row in rows), fontsize="small")
+    figure.alt_text = scene.alt
+    return figure
+
+
+def _plot(axes: Any, panel: Panel) -> None:
+    axes.set(xlim=panel.x, ylim=panel.y, xlabel=panel.xlabel, ylabel=panel.ylabel)
+    axes.grid(not panel.bare)
+    axes.tick_params(labelbottom=bool(panel.xlabel))
+    if panel.equal:
+        axes.set_aspect("equal", adjustable="datalim")
+    if panel.xticks is not None:
+        axes.set_xticks([*panel.xticks], [*panel.xticks.values()])
+    for item in panel.items:
+        _item(axes, item)
+    for handle in panel.handles:
+        if handle["shape"] == "cursor":
+            _item(axes, handle | {"kind": "level", "at": handle[handle["axis"]], "label": handle["legend"]})
+        else:
+            _item(axes, handle | {"kind": "mark", "at": [handle["x"], handle["y"]], "label": handle["legend"]})
+    if axes.get_legend_handles_labels()[1]:
+        axes.legend()
+
+
+def _item(axes: Any, item: Item) -> None:
+    label = item.get("label") or None
+    look = ROLES[item.get("role", "text")]
+    if "width" in item:
+        look = look | {"linewidth": item["width"] * _POINTS}
+    if "dash" in item:
+        look = look | {"linestyle": (0, item["dash"]) if item["dash"] else "-"}
+    filled = {"color": look["color"], "alpha": item.get("opacity", 0.3), "linewidth": 0, "label": label}
+    match item["kind"]:
+        case "line":
+            axes.plot(item["x"], item["y"], label=label, **look)
+        case "area":
+            axes.fill(item["x"], item["y"], **filled)
+        case "band":
+            (axes.axhspan if item["axis"] == "y" else axes.axvspan)(*item["span"], **filled)
+        case "level":
+            (axes.axhline if item["axis"] == "y" else axes.axvline)(item["at"], label=label, **look)
+        case "text":
+            axes.text(*item["at"], item["text"], ha=item["anchor"], va="center", color="#555555")
+        case "mark" | "points":
+            x, y = item["at"] if "at" in item else (item["x"], item["y"])
+            marker = {"marker": _MARKERS[item["shape"]], "markersize": 1.4 * item.get("size", 5), "fillstyle": "none"}
+            axes.plot(x, y, linestyle="none", color=look["color"], label=label, **marker)
+
+
+def _drawing(axes: Any, drawing: Moving) -> None:
+    axes.set(xlim=drawing.x, ylim=drawing.y, aspect="equal")
+    axes.set_axis_off()
+    read = [
+        f"{one['label']} {drawing.signals[one['signal']] * one['scale']:.{one['digits']}f}{one['unit']}"
+        for one in drawing.readings
+    ]
+    axes.set_title("   ".join(read), fontsize="small", loc="left")
+    for shape in drawing.shapes:
+        points = np.array([_standing(point, drawing) for point in shape["points"]])
+        look = ROLES[shape["role"]]
+        match shape["kind"]:
+            case "line" if shape["width"]:
+                rod = {"linewidth": shape["width"] * _POINTS, "linestyle": "-", "solid_capstyle": "round"}
+                axes.plot(*points.T, **look | rod)
+            case "line":
+                axes.plot(*points.T, **look)
+            case "rectangle":
+                axes.fill(*points.T, facecolor=ROLES[shape["fill"]]["color"], edgecolor=look["color"], zorder=2)
+            case "circle":
+                turn = np.linspace(0, 2 * np.pi, 100)
+                axes.plot(*(points[0][:, None] + shape["radius"] * np.array([np.cos(turn), np.sin(turn)])), **look)
+            case "dot":
+                axes.plot(*points[0], "o", markersize=2 * shape["size"] * _POINTS, color=look["color"])
+            case "spring":
+                along = np.linspace(0, 1, 2 * shape["turns"] + 2)[:, None]
+                (x, y), length = points[1] - points[0], np.hypot(*(points[1] - points[0])) or 1.0
+                swing = shape["swing"] / 200 * (drawing.y[1] - drawing.y[0])
+                side = np.where(np.arange(len(along)) % 2, swing, -swing)
+                side[[0, -1]] = 0.0
+                zigzag = points[0] + along * (x, y) + side[:, None] * np.array([-y, x]) / length
+                axes.plot(*zigzag.T, **look)
+
+
+def _standing(point: Item, drawing: Moving) -> tuple[float, float]:
+    """Where a point is on the ground: through its frames, the innermost first."""
+    x, y = point["at"]
+    for step in reversed(point["frame"]):
+        if "turn" in step:
+            turned = np.exp(1j * drawing.signals[step["turn"]]) * complex(x, y)
+            x, y = turned.real, turned.imag
+        else:
+            much = 1.0 if step["by"] is None else drawing.signals[step["by"]]
+            x, y = x + step["shift"][0] * much, y + step["shift"][1] * much
+    return x, y
