@@ -1,7 +1,7 @@
 # make lab    open JupyterLab on the course, in the folder work/
 # make check  the inner loop, in a minute and a half: style, types, imports, size, house rules, scripts, quick tests; it says what it leaves out
 # make test   install what tests need and run everything
-# make test-all  the same, the tests too long for each landing, random examples, and nbgrader, installed for its tests
+# make test-all  the same, the tests too long for each landing, random examples, contrib/, and nbgrader, installed for its tests
 # make test-lowest, make test-newest  quick tests and solution notebooks with the lowest or newest versions that students may install
 # make site   build the site into build/site; make site-instructor: the one with answers, into build/site-instructor
 
@@ -29,6 +29,10 @@ $(VENV)/.test: $(PROJECTS) $(VENV)/.lab
 $(VENV)/nbgrader: | $(VENV)/.test
 	$(BIN)/python -m pip install --quiet --no-deps --target $@ nbgrader==0.9.6
 
+$(VENV)/.contrib: contrib/serial/pyproject.toml | $(VENV)/.test
+	$(BIN)/python -m pip install --quiet --editable "contrib/serial[test]"
+	touch $@
+
 lab: $(VENV)/.lab
 	$(BIN)/rotflex lab work $(ARGS)
 
@@ -43,8 +47,8 @@ test: $(VENV)/.test
 test-all:
 	$(MAKE) --keep-going test-lowest test-newest test-whole
 
-test-whole: $(VENV)/.test $(VENV)/nbgrader
-	sh tools/system_packages.sh
+test-whole: $(VENV)/.test $(VENV)/nbgrader $(VENV)/.contrib
+	sh tools/system_packages.sh --all
 	$(BIN)/python tools/run_tests.py --all $(ARGS)
 
 test-lowest: RESOLUTION := lowest-direct
@@ -54,7 +58,7 @@ test-newest: RESOLUTION := highest
 test-lowest test-newest: test-%:
 	$(PYTHON) -m venv --clear $(VENV)/$*
 	$(VENV)/$*/bin/python -m pip install --quiet uv
-	$(VENV)/$*/bin/python -m uv pip compile --quiet --resolution $(RESOLUTION) --extra report --extra serial pyproject.toml \
+	$(VENV)/$*/bin/python -m uv pip compile --quiet --resolution $(RESOLUTION) --extra report pyproject.toml \
 		--output-file $(VENV)/$*/versions.txt
 	$(VENV)/$*/bin/python -m uv pip install --quiet --override $(VENV)/$*/versions.txt --requirements $(VENV)/$*/versions.txt \
 		--editable "./labcourse[grading,report,postgres,cluster]" --editable ".[course,test]"

@@ -27,6 +27,7 @@ LONG = 0.4  #: s: a quick run leaves out test functions that took more
 LARGEST = 20  #: files in the list of seconds
 _STARTS_A_BROWSER = re.compile(r"^(import|from) (browser|explorer_notebooks|explorer_page)\b|[(, ]chromium[,)]", re.M)
 _seconds: Counter[str] = Counter()
+pytest.register_assert_rewrite("board_contract")  # tests that are imported from a helper
 
 
 @cache

@@ -12,7 +12,6 @@ import numpy as np
 import pytest
 import quanser_double
 from quanser_double import VARIANTS
-from simulated_uno import SUPPLY, SimulatedPort, SimulatedUno, lacking
 from typer.testing import CliRunner
 
 from rotflex import bench_doctor, experiments, hil
@@ -23,7 +22,6 @@ from rotflex.hil import bench_file, commissioned, real
 from rotflex.hil.bench_file import BenchFile
 from rotflex.hil.clock import WallClock
 from rotflex.hil.real import Setup
-from rotflex.hil.serial.board import SerialBoard
 from rotflex.hil.student_benches import preset
 from rotflex.hil.unfinished import Unfinished
 from rotflex.hil.virtual import VirtualBoard
@@ -182,7 +180,6 @@ def test_recordings_that_wait_are_told_and_nothing_else_is_printed(installed, se
         ("virtul", "address", "'virtul'"),
         ("replay:nowhere.mat", "address", "nowhere.mat"),
         ("quanser:q2_usb/7", "board", "(error -1073)"),
-        ("serial:/dev/nowhere?supply=12", "board", "'/dev/nowhere'"),
     ],
 )
 def test_what_is_not_there_is_a_fault(installed, uri, what, said):
@@ -196,15 +193,6 @@ def test_a_package_that_is_missing_is_a_fault_and_the_board_is_not_tried(monkeyp
     found = asked("quanser:q2_usb/0", code=1)
     assert found["software"][0].level is Level.FAIL and "Quanser SDK" in found["software"][0].said
     assert "board" not in found and "commissioned" in found
-
-
-def test_pyserial_that_is_missing_is_a_fault(monkeypatch):
-    def missing(name: str) -> str:
-        raise bench_doctor.importlib.metadata.PackageNotFoundError(name)
-
-    monkeypatch.setattr(bench_doctor.importlib.metadata, "version", missing)
-    (one,) = asked("serial:/dev/nowhere?supply=12", code=1)["software"]
-    assert (one.level, one.to_do) == (Level.FAIL, "pip install pyserial")
 
 
 def test_one_thing_that_fails_does_not_keep_the_others_from_being_looked_at(installed):
@@ -281,16 +269,6 @@ def test_where_a_cable_joins_an_output_and_an_input_it_is_seen_that_the_watchdog
     assert board.largest == [0.0, 2.0]
     one = watchdog_of(STUCK(PARAMETERS))[0]
     assert one.level is Level.FAIL and one.said == "Of 2 V on the loopback's output it left 2.00 V."
-
-
-@pytest.mark.skipif(bool(lacking()), reason=lacking())
-def test_the_watchdog_of_a_board_of_ones_own_lives_while_it_is_reloaded_and_expires_when_left_alone(monkeypatch):
-    uno = SimulatedUno(PARAMETERS)
-    monkeypatch.setattr(on_the_board.time, "sleep", uno.run)
-    with real.bench("test", lambda: SerialBoard(SimulatedPort(uno), SUPPLY), Setup()) as bench:
-        found = list(on_the_board.watchdog(bench, BenchFile("usual:board")))
-    assert [one.level for one in found] == [Level.WARN, Level.OK, Level.OK], found  # no cable
-    assert uno.voltage == 0.0
 
 
 def test_the_loopback_is_looked_at_where_bench_toml_names_it(installed):

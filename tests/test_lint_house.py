@@ -80,13 +80,13 @@ def test_docstrings_comments_and_blank_lines_do_not_count():
 
 
 def test_a_module_belongs_to_the_room_with_the_longest_pattern(tmp_path):
-    for name in ("rotflex/a.py", "rotflex/cli.py", "rotflex/hil/b.py", "rotflex/hil/serial/c.py", "rotflex/new/d.py"):
+    for name in ("rotflex/a.py", "rotflex/cli.py", "rotflex/hil/b.py", "rotflex/hil/quick/c.py", "rotflex/new/d.py"):
         (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / name).touch()
-    patterns = {"serial": "rotflex/hil/serial/**/*.py", "hil": "rotflex/hil/**/*.py", "rest": "rotflex/cli.py"}
+    patterns = {"quick": "rotflex/hil/quick/**/*.py", "hil": "rotflex/hil/**/*.py", "rest": "rotflex/cli.py"}
     rooms = {room: (9, [pattern]) for room, pattern in (patterns | {"core": "rotflex/*.py"}).items()}
     found = count_lines.rooms_of_modules(tmp_path, rooms)
-    expected = {"a": "core", "cli": "rest", "b": "hil", "c": "serial", "d": None}
+    expected = {"a": "core", "cli": "rest", "b": "hil", "c": "quick", "d": None}
     assert {path.stem: room for path, room in found.items()} == expected
 
 

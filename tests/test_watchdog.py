@@ -11,21 +11,19 @@ import pytest
 import quanser_double
 from fault_board import Stopwatch
 from quanser_double import OPTIONAL, Variant, output
-from simulated_uno import SUPPLY, SimulatedPort, SimulatedUno, needs_simavr
 from typer.testing import CliRunner
 
 from rotflex import hil
 from rotflex.cli import app
 from rotflex.commissioning import add_watchdog_test, commission, watchdog
 from rotflex.errors import BenchError, HILError
-from rotflex.hil import bench_file, commissioned, quanser, real
+from rotflex.hil import bench_file, commissioned, quanser
 from rotflex.hil.bench_file import BenchFile
 from rotflex.hil.board import Board
 from rotflex.hil.clock import WallClock
 from rotflex.hil.controllers import StateFeedback
 from rotflex.hil.loop import run
 from rotflex.hil.real import Setup
-from rotflex.hil.serial.board import SerialBoard
 from rotflex.hil.student_benches import preset
 from rotflex.units import DEG
 
@@ -202,22 +200,6 @@ def test_the_command_adds_the_test_to_the_record(installed):
         assert told.record["watchdog"]["passed"] and told.setup().commissioned() == ""
     assert CliRunner().invoke(app, ["bench", "setup", "--watchdog", "quanser:q2_usb/0"]).exit_code == 2
     assert output(cards[-1]) == 0.0
-
-
-@needs_simavr
-@pytest.mark.parametrize("works", [True, False])
-def test_the_serial_board_does_the_same_test(works):
-    class Deaf(SerialBoard):
-        def watchdog_start(self, timeout: float) -> None:
-            super().watchdog_start(60.0)
-
-    uno = SimulatedUno(preset("real_bench").parameters)
-    setup = Setup(commissioned=lambda: "", guarded=False, limits=real.CAREFUL)
-    kind = SerialBoard if works else Deaf
-    with real.bench("test", lambda: kind(SimulatedPort(uno), SUPPLY), setup) as bench:
-        bench._now = lambda: uno.now
-        assert watchdog.test(bench, BenchFile("serial:/dev/null?supply=12"))["passed"] is works
-    assert uno.voltage == 0.0
 
 
 def test_an_error_without_words_is_told_by_its_number_and_by_what_was_done(installed):

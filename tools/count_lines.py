@@ -41,7 +41,6 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
             "rotflex/hil/**/*.py",
         ),
     ),
-    "serial board": (643, ("rotflex/hil/serial/**/*.py",)),
     "recordings of a real bench": (
         202,
         (

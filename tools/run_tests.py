@@ -3,8 +3,9 @@
     python tools/run_tests.py [--quick | --all | --versions] [PYTEST OPTIONS ...]
 
 ``--quick`` leaves out the tests that take long or need more than Python, and the solution notebooks, and says so.
-``--all`` adds the tests marked ``scheduled``, and draws other random examples each time. ``--versions`` is for other
-versions of the libraries: it runs the quick tests and the solution notebooks (outputs may differ), no static check.
+``--all`` adds the tests marked ``scheduled`` and those of ``contrib``, which must be installed, and draws other random
+examples each time. ``--versions`` is for other versions of the libraries: it runs the quick tests and the solution
+notebooks (outputs may differ), no static check.
 Tests are shared among as many processes as there are processors, up to four; ``-n 0`` runs them in one.
 ``--record-seconds`` writes ``tests/durations.json``, by which tests are put in order; give it to a whole run on a
 quiet machine.
@@ -42,7 +43,8 @@ STATIC = {
     "house rules": (PYTHON, "tools/lint_house.py"),
     "scripts of the explorers": (PYTHON, "tools/check_scripts.py"),
 }
-ALL_TESTS = ("--nbval", "tests", "solutions", "--hypothesis-profile=all")
+CONTRIB = {"types of contrib": (PYTHON, "-m", "mypy", "contrib/serial/rotflex_serial")}
+ALL_TESTS = ("--nbval", "tests", "solutions", "contrib/serial/tests", "--hypothesis-profile=all")
 USUAL_TESTS = ("--nbval", "tests", "solutions", "-m", f"not {SCHEDULED}")
 QUICK = f"not ({' or '.join((*LEFT_OUT, SCHEDULED))})"
 QUICK_TESTS = ("tests", "-q", "--quick", "-m", QUICK)
@@ -104,8 +106,10 @@ def main(options: list[str]) -> int:
                 f"== left out: the solution notebooks, tests that are {', '.join(LEFT_OUT)}, and those that took long "
                 "when seconds were last recorded; make test runs them"
             )
+        if not everything:
+            print("== left out: contrib, which make test-all installs and tests")
         tests = QUICK_TESTS if quick else ALL_TESTS if everything else VERSIONS_TESTS if versions else USUAL_TESTS
-        static = StaticChecks({} if versions else STATIC)
+        static = StaticChecks({} if versions else STATIC | CONTRIB if everything else STATIC)
         code = pytest.main([*SHARED, *tests, "--seconds-by-file", *options], plugins=[static])
         static.report()
     return 1 if code or static.failed else 0

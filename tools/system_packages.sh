@@ -1,5 +1,6 @@
 #!/bin/sh
 # Install the Debian packages that some tests use, where that may be done; else say plainly what is missing.
+# With --all, also those that the tests of contrib/serial use.
 set -u
 missing=""
 command -v bwrap >/dev/null 2>&1 || missing="$missing bubblewrap"
@@ -7,13 +8,15 @@ command -v chromium >/dev/null 2>&1 || missing="$missing chromium"
 command -v octave-cli >/dev/null 2>&1 || missing="$missing octave"
 has_postgresql() { ls /usr/lib/postgresql/*/bin/initdb >/dev/null 2>&1; }
 has_postgresql || missing="$missing postgresql"
-command -v avr-gcc >/dev/null 2>&1 || missing="$missing gcc-avr"
 has_avr_libc() { [ -e /usr/lib/avr/include/avr/io.h ]; }
-has_avr_libc || missing="$missing avr-libc"
 has_simavr() { [ -e /usr/include/simavr/sim_avr.h ]; }
-has_simavr || missing="$missing libsimavr-dev"
 has_libelf() { [ -e /usr/include/libelf.h ]; }
-has_libelf || missing="$missing libelf-dev"
+if [ "${1:-}" = --all ]; then
+    command -v avr-gcc >/dev/null 2>&1 || missing="$missing gcc-avr"
+    has_avr_libc || missing="$missing avr-libc"
+    has_simavr || missing="$missing libsimavr-dev"
+    has_libelf || missing="$missing libelf-dev"
+fi
 [ -n "$missing" ] || exit 0
 
 if command -v apt-get >/dev/null 2>&1 && [ "$(id -u)" = 0 ]; then

@@ -6,7 +6,6 @@ Each answer is a :class:`Finding`. What stands on something that has failed is l
 from __future__ import annotations
 
 import contextlib
-import importlib.metadata
 import io
 import math
 import platform
@@ -19,7 +18,7 @@ from rotflex import __version__, hil
 from rotflex.bench_doctor import on_the_board
 from rotflex.bench_doctor.findings import Finding, Level
 from rotflex.errors import RotflexError
-from rotflex.hil import bench_file, quanser, waiting
+from rotflex.hil import bench_file, drivers, waiting
 from rotflex.hil.bench import Bench, Limits
 from rotflex.hil.bench_file import BenchFile
 from rotflex.specifications import SAMPLE_TIME
@@ -47,7 +46,7 @@ def examine(uri: str, seconds: float = 3.0) -> Iterator[Finding]:
         yield Finding("address", Level.FAIL, str(error), "Put the address or the file right.")
         return
     yield Finding("bench", Level.OK, _which(bench, told))
-    software = _software((told.address if told else uri).partition(":")[0])
+    software = _software(told.address if told else uri)
     yield software
     if bench.recorded is not None:
         said = "A recording is in the plant's place: there is no board to be looked at."
@@ -75,21 +74,16 @@ def _which(bench: Bench, told: BenchFile | None) -> str:
     return ", ".join(f"{name} {value}" for name, value in known.items()) + "."
 
 
-def _software(scheme: str) -> Finding:
+def _software(address: str) -> Finding:
     """Whether what the bench stands on is installed."""
     what = "software"
     found = f"rotflex {__version__}, Python {platform.python_version()}"
-    if scheme == "quanser":
+    driver = drivers.find(address)
+    if driver is not None:
         try:
-            quanser.package()
+            found += f", {driver.software()}"
         except RotflexError as error:
             return Finding(what, Level.FAIL, str(error), "Install it, and ask again.")
-        found += ", the maker's package"
-    elif scheme == "serial":
-        try:
-            found += f", pyserial {importlib.metadata.version('pyserial')}"
-        except importlib.metadata.PackageNotFoundError:
-            return Finding(what, Level.FAIL, "The library pyserial is not installed.", "pip install pyserial")
     return Finding(what, Level.OK, found + ".")
 
 

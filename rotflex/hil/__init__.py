@@ -13,7 +13,7 @@
 ``replay:file.mat``                    a recording in the plant's place, for what it is a recording of
 ``replay:file.mat?clock=wall``         in real time
 ``quanser:q2_usb/0``                   a board of the maker's, through the maker's own Python package
-``serial:/dev/ttyACM0?supply=12``      a bench of one's own at a serial port, its motor fed with 12 V
+``serial:/dev/ttyACM0?supply=12``      a board of another package, here ``contrib/serial`` (``rotflex.hil.drivers``)
 ``bench.toml``                         a laboratory's bench, with its wiring and its commissioning
 ``virtual:twin.toml``                  a plant that was fitted to recordings; options follow, as ``?clock=wall``
 =====================================  ============================================================
@@ -22,18 +22,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
-from urllib.parse import parse_qsl
 
 from rotflex.config import Joint, Servo, joint, one_of, srv02
 from rotflex.errors import BenchError
+from rotflex.hil import drivers
 from rotflex.hil.bench import Bench, Limits
 from rotflex.hil.bench_file import load as load_bench_file
 from rotflex.hil.clock import SimulatedClock, TimeSource, WallClock
-from rotflex.hil.real import Setup, quanser_bench
+from rotflex.hil.real import Setup
 from rotflex.hil.replay import RecordedPlant
 from rotflex.hil.student_benches import DRAW, DRAWS, FIRST_RUN, VirtualPlantSpec, student_bench
 from rotflex.hil.student_benches import preset as named_bench
@@ -89,26 +89,23 @@ def open(
     if scheme == "replay":
         _take(uri, given, why="a recording is in the plant's place, and says what it is of.")
         return _replay(uri, rest)
-    if scheme in ("quanser", "serial"):
+    if scheme != "virtual":
+        driver = drivers.find(uri)
+        if driver is None:
+            raise drivers.unknown(uri)
         why = "a real bench has its own plant; its parts stand in setup=Setup(servo=…, joint=…)."
         _take(uri, given, "setup", why=why)
-        return quanser_bench(uri, rest, setup) if scheme == "quanser" else _serial(uri, rest, setup)
-    if scheme != "virtual":
-        raise BenchError(
-            f"There is no bench at {uri!r}: an address begins with virtual, as in 'virtual:?seed=7', with "
-            "replay, as in 'replay:recording.mat', with quanser, as in 'quanser:q2_usb/0', or with serial, as "
-            "in 'serial:/dev/ttyACM0?supply=12'; or it is a file, as 'bench.toml'."
-        )
+        return driver.bench(uri, setup)
     _take(uri, given, "plant", "servo", why="a setup is of a real bench.")
-    options = _options(uri, rest, _OPTIONS, "virtual:?seed=7")
+    options = drivers.options(uri, rest, _OPTIONS, "virtual:?seed=7")
     clock = one_of("clock", options.get("clock", "simulated"), _CLOCKS)
     identity: dict[str, Any] = {"uri": uri}
     name = options.get("preset", None if "seed" in options else preset)
     if plant is not None:
         spec, about = _own(uri, options, plant)
     elif name is not None:
-        if "arm_position" in options:
-            raise _both_told(uri)
+        if "seed" in options or "arm_position" in options:
+            raise BenchError(f"The address {uri!r} names a preset and a draw; a preset has its own parameters.")
         spec, about = named_bench(name), {"preset": name}
     else:
         chosen = _integer("seed", options.get("seed", seed if seed is not None else 0))
@@ -145,7 +142,7 @@ def _of_file(path: str) -> Bench:
 
 def _twin(uri: str, rest: str, run: int) -> Bench:
     path, mark, query = rest.partition("?")
-    options = _options(uri, mark + query, ("run", "clock"), "virtual:twin.toml?clock=wall")
+    options = drivers.options(uri, mark + query, ("run", "clock"), "virtual:twin.toml?clock=wall")
     known = load_twin(path)
     number = _integer("run", options.get("run", run))
     bench = open("virtual:" + mark + query, plant=known.spec, servo=known.servo, run=number)
@@ -171,7 +168,7 @@ def _own(
 
 def _replay(uri: str, rest: str) -> Bench:
     path, mark, query = rest.partition("?")
-    options = _options(uri, mark + query, ("clock",), "replay:file.mat?clock=wall")
+    options = drivers.options(uri, mark + query, ("clock",), "replay:file.mat?clock=wall")
     clock = one_of("clock", options.get("clock", "simulated"), _CLOCKS)
     recording = Recording.load(path)
     known = recording.metadata.get("bench")
@@ -197,38 +194,12 @@ def _replay(uri: str, rest: str) -> Bench:
     )
 
 
-def _serial(uri: str, rest: str, setup: Setup | None) -> Bench:
-    from rotflex.hil.serial import address
-
-    name, mark, query = rest.partition("?")
-    return address.bench(uri, name, _options(uri, mark + query, address.OPTIONS, address.EXAMPLE), setup)
-
-
 def _arm(about: Mapping[str, Any], position: int) -> Joint:
     """The arm of the bench that a recording says it is of: the drawn one, where it names a draw."""
     seed, draw = about.get("seed"), about.get("draw")
     if isinstance(seed, int) and seed >= 0 and isinstance(draw, int) and draw in DRAWS:
         return student_bench(seed, position, draw).joint
     return joint(position)
-
-
-def _options(uri: str, rest: str, known: Collection[str], example: str) -> dict[str, str]:
-    """The options of an address."""
-    pairs = parse_qsl(rest.removeprefix("?"), keep_blank_values=True)
-    options = dict(pairs)
-    unknown = [name for name in options if name not in known]
-    if unknown or len(options) != len(pairs) or (rest and not rest.startswith("?")):
-        raise BenchError(
-            f"The address {uri!r} is not understood. Options come after a '?', as in {example!r}, each once, "
-            f"joined by &: {', '.join(known)}."
-        )
-    if "preset" in options and ("seed" in options or "arm_position" in options):
-        raise _both_told(uri)
-    return options
-
-
-def _both_told(uri: str) -> BenchError:
-    return BenchError(f"The address {uri!r} names a preset and a draw; a preset has its own parameters.")
 
 
 def _integer(name: str, value: str | int) -> int:

@@ -18,10 +18,10 @@ import numpy as np
 from labcourse import files
 from rotflex.config import AMPLIFIERS, CABLE_GAINS, DAC_LIMIT, ENCODERS, check_mounted, joint, srv02
 from rotflex.errors import ConfigurationError
-from rotflex.hil import commissioned
+from rotflex.hil import commissioned, drivers
 from rotflex.hil.bench import Bench
 from rotflex.hil.board import Board, Clock
-from rotflex.hil.kinds import BOARDS, SERIAL, BoardKind
+from rotflex.hil.kinds import BoardKind, Key, choice
 from rotflex.hil.parts import Limits, Wiring
 from rotflex.hil.real import LIMITS, WORKBOOKS_STIFFNESS, Setup
 from rotflex.units import DEG
@@ -57,18 +57,22 @@ class BenchFile:
     name: str = ""
 
     def __post_init__(self) -> None:
-        for name, allowed in TABLES.items():
+        for name, allowed in self.tables().items():
             given = dict(getattr(self, name))
             object.__setattr__(self, name, {key: one.default for key, one in allowed.items()} | given)
         _check(self)
 
     @property
     def kind(self) -> BoardKind | None:
-        """The kind of board; None if it is not among those that are known."""
-        scheme, _colon, rest = self.address.partition(":")
-        if scheme == "serial":
-            return SERIAL
-        return BOARDS.get(rest.partition("/")[0]) if scheme == "quanser" else None
+        """The kind of board; None if it is not among those that are known, or no driver for it is installed."""
+        driver = drivers.find(self.address) if isinstance(self.address, str) else None
+        return None if driver is None else driver.kind(self.address)
+
+    def tables(self) -> dict[str, dict[str, Key]]:
+        """Return what the file may say: table → name → entry, with what is different for its kind of board."""
+        kind = self.kind
+        own = {} if kind is None else kind.keys
+        return {name: {**entries, **own.get(name, {})} for name, entries in TABLES.items()}
 
     @property
     def potentiometer(self) -> int | None:
@@ -112,8 +116,8 @@ class BenchFile:
 
     def _is_to_be_set(self, key: str) -> bool:
         """Whether a board is told this: one that is known to take it always, another if it is not as usual."""
-        known = self.kind is not None and self.kind is not SERIAL
-        return known or bool(self.board[key] != TABLES["board"][key].default)
+        kind = self.kind
+        return (kind is not None and kind.always_set) or bool(self.board[key] != TABLES["board"][key].default)
 
     def _prepare(self, serial: list[str], bench: Bench) -> None:
         """Set up the board of a bench that was just opened."""
@@ -145,45 +149,36 @@ def _set_range(verb: Callable[..., None], channel: int, reach: float) -> None:
 # --- what may stand in it --------------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True)
-class _Key:
-    """One entry: what it is unless given, what it may be, and how that is said."""
-
-    default: Any
-    fits: Callable[[Any], bool]
-    said: str
-
-
-def _one_of(default: Any, *allowed: Any) -> _Key:
-    listed = ", ".join(str(one).lower() if isinstance(one, bool) else repr(one) for one in allowed)
-    return _Key(default, lambda value: any(value == one and type(value) is type(one) for one in allowed), listed)
-
-
 def _is_number(value: Any) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
 
 
-def _number(default: float, lowest: float, highest: float) -> _Key:
+def _number(default: float, lowest: float, highest: float) -> Key:
     said = f"a number above {lowest:g}, at most {highest:g}"
-    return _Key(default, lambda value: _is_number(value) and lowest < value <= highest, said)
+    return Key(default, lambda value: _is_number(value) and lowest < value <= highest, said)
 
 
-def _channel(default: int, lowest: int = 0) -> _Key:
+def _channel(default: int, lowest: int = 0) -> Key:
     said = "the number of a channel, from 0 on" if lowest == 0 else "the number of a channel, or -1 for none"
-    return _Key(default, lambda value: type(value) is int and lowest <= value < 2**31, said)
+    return Key(default, lambda value: type(value) is int and lowest <= value < 2**31, said)
 
 
-_FILTER = _Key(0, lambda value: _is_number(value) and value >= 0, "a frequency in Hz, or 0 for the board's own")
+_FILTER = Key(0, lambda value: _is_number(value) and value >= 0, "a frequency in Hz, or 0 for the board's own")
 _FEW_DEG = 5  # deg; with less nothing can be done, and it was meant in radians
-TABLES: dict[str, dict[str, _Key]] = {
+_WHY_ENCODER = (
+    "The potentiometer has a gap in its track, at which its angle jumps; a loop is closed on the encoder alone. "
+    "Name the potentiometer's input as potentiometer=, to have it looked at."
+)
+#: What any board's file may say; some entries are others for a kind of board (``BoardKind.keys``).
+TABLES: dict[str, dict[str, Key]] = {
     "parts": {
-        "gear": _one_of("high", "high"),
-        "load": _one_of("none", "none"),
-        "encoder": _one_of("E", *ENCODERS),
-        "tachometer": _one_of(True, True, False),
-        "amplifier": _one_of("VoltPAQ-X1", *AMPLIFIERS),
-        "cable_gain": _one_of(1, *CABLE_GAINS),
-        "arm_position": _one_of(1, 1, 2, 3),
+        "gear": choice("high", "high", why="The flexible joint is mounted on a servo in high gear."),
+        "load": choice("none", "none", why="The flexible joint is mounted on a servo without a load."),
+        "encoder": choice("E", *ENCODERS),
+        "tachometer": choice(True, True, False),
+        "amplifier": choice("VoltPAQ-X1", *AMPLIFIERS),
+        "cable_gain": choice(1, *CABLE_GAINS),
+        "arm_position": choice(1, 1, 2, 3),
     },
     "wiring": {
         "motor": _channel(0),
@@ -192,18 +187,18 @@ TABLES: dict[str, dict[str, _Key]] = {
         "potentiometer": _channel(_NONE, _NONE),
         "loopback_output": _channel(_NONE, _NONE),
         "loopback_input": _channel(_NONE, _NONE),
-        "angle": _one_of("encoder", "encoder"),
-        "motor_sign": _one_of(1, 1, -1),
-        "servo_sign": _one_of(1, 1, -1),
-        "link_sign": _one_of(-1, 1, -1),
+        "angle": choice("encoder", "encoder", why=_WHY_ENCODER),
+        "motor_sign": choice(1, 1, -1),
+        "servo_sign": choice(1, 1, -1),
+        "link_sign": choice(-1, 1, -1),
     },
     "board": {
-        "options": _Key("", lambda value: isinstance(value, str), "text, as the maker documents it"),
-        "quadrature": _one_of(4, 4),
+        "options": Key("", lambda value: isinstance(value, str), "text, as the maker documents it"),
+        "quadrature": choice(4, 4, why="The data sheet's counts per turn are those of all four edges."),
         "filter": _FILTER,
         "output_range": _number(DAC_LIMIT, 0, DAC_LIMIT),
         "input_range": _number(DAC_LIMIT, 0, DAC_LIMIT),
-        "clock": _one_of(0, *(int(one) for one in Clock)),
+        "clock": choice(0, *(int(one) for one in Clock)),
     },
     "limits": {
         "voltage": _number(LIMITS.voltage, 0, 24),
@@ -212,16 +207,6 @@ TABLES: dict[str, dict[str, _Key]] = {
         "rate": _number(LIMITS.rate, 0, 100),
         "duration": _number(LIMITS.duration, 0, 3600),
     },
-}
-#: Why an entry is held to one value, where that is not plain.
-_WHY = {
-    "gear": "The flexible joint is mounted on a servo in high gear.",
-    "load": "The flexible joint is mounted on a servo without a load.",
-    "angle": (
-        "The potentiometer has a gap in its track, at which its angle jumps; a loop is closed on the encoder alone. "
-        "Name the potentiometer's input as potentiometer=, to have it looked at."
-    ),
-    "quadrature": "The data sheet's counts per turn are those of all four edges.",
 }
 
 
@@ -236,13 +221,13 @@ def _misfits(bench: BenchFile) -> Iterator[str]:
     """What no bench has."""
     if not isinstance(bench.address, str) or ":" not in bench.address or bench.address.endswith(".toml"):
         yield _misfit("address", bench.address, "that of a board, as in 'quanser:q2_usb/0'")
-    for name, allowed in TABLES.items():
+    for name, allowed in bench.tables().items():
         for key, value in getattr(bench, name).items():
             if key not in allowed:
                 known = ", ".join(allowed)
                 yield f"There is no {key} in [{name}]; there are {known}."
             elif not allowed[key].fits(value):
-                yield _misfit(f"[{name}] {key}", value, allowed[key].said, _WHY.get(key, ""))
+                yield _misfit(f"[{name}] {key}", value, allowed[key].allowed, allowed[key].why)
 
 
 def _contradictions(bench: BenchFile) -> Iterator[str]:
@@ -256,12 +241,6 @@ def _contradictions(bench: BenchFile) -> Iterator[str]:
         yield f"[wiring] loopback_output is the motor's, {wired['motor']}: choose another output."
     if bench.kind is not None:
         yield from _beyond(bench, bench.kind)
-    if bench.kind is SERIAL and bench.parts["cable_gain"] != 1:
-        why = "A motor's driver has no cable with a gain."
-        yield _misfit("[parts] cable_gain", bench.parts["cable_gain"], "1", why)
-    if bench.kind is SERIAL and bench.board["clock"] != 0:
-        why = "The serial bench has one clock, the board's own."
-        yield _misfit("[board] clock", bench.board["clock"], "0", why)
 
 
 def _beyond(bench: BenchFile, kind: BoardKind) -> Iterator[str]:

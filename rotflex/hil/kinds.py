@@ -1,4 +1,4 @@
-"""The boards that the workbook names, as data: what each has, so far as it was found written down.
+"""Kinds of boards, as data: what each has, so far as it was found written down; those that the workbook names.
 
 A number that was not found is None, and nothing is checked by it: then only the maker's package says what the board
 does not have. The same holds for a board that is not among these at all.
@@ -6,12 +6,38 @@ does not have. The same holds for a board that is not among these at all.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
 
 from rotflex.config import DAC_LIMIT
 
 _RANGES_5_10 = (5.0, DAC_LIMIT)
 _RANGES_NI = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, DAC_LIMIT)
+
+
+@dataclass(frozen=True)
+class Key:
+    """An entry of ``bench.toml``.
+
+    Attributes
+    ----------
+    default : its value unless given
+    fits : tells whether a value is allowed
+    allowed : the same in words, which follow "it must be"
+    why : why it is so, where that is not plain
+    """
+
+    default: Any
+    fits: Callable[[Any], bool]
+    allowed: str
+    why: str = ""
+
+
+def choice(default: Any, *allowed: Any, why: str = "") -> Key:
+    """Return an entry that has one of some values."""
+    listed = ", ".join(str(one).lower() if isinstance(one, bool) else repr(one) for one in allowed)
+    return Key(default, lambda value: any(value == one and type(value) is type(one) for one in allowed), listed, why)
 
 
 @dataclass(frozen=True)
@@ -25,6 +51,8 @@ class BoardKind:
     encoders, analog_inputs, analog_outputs : how many channels there are
     digital_outputs : as many as are configured for the watchdog; 0 where it is not known to need them
     input_ranges, output_ranges : V, symmetric about zero, that can be chosen
+    keys : table → name → entry of ``bench.toml`` that is another one for this kind of board, or that only it has
+    always_set : whether ranges and quadrature are set when the board is opened, even if they are the usual ones
     """
 
     name: str
@@ -35,6 +63,8 @@ class BoardKind:
     input_ranges: tuple[float, ...] | None = None
     output_ranges: tuple[float, ...] | None = None
     digital_outputs: int = 0
+    keys: Mapping[str, Mapping[str, Key]] = field(default_factory=dict)
+    always_set: bool = True
 
 
 # Channels of Quanser's own boards: code that the maker's QUARC generated for them, and the mahi-daq library. Ranges at
@@ -53,6 +83,3 @@ BOARDS = {
         BoardKind("ni_pcie_6259", "NI PCIe-6259", None, 32, 4, _RANGES_NI, _RANGES_5_10),
     )
 }
-
-#: The board of one's own (``firmware/``). Its output's range is its supply.
-SERIAL = BoardKind("serial", "serial board", encoders=2, analog_inputs=2, analog_outputs=1)

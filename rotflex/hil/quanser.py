@@ -10,10 +10,16 @@ import functools
 import importlib
 import os
 from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
 from typing import Any, cast
 
 from rotflex.errors import BenchError, HILError
+from rotflex.hil import real
+from rotflex.hil.bench import Bench
 from rotflex.hil.board import VERBS, Board
+from rotflex.hil.kinds import BOARDS, BoardKind
+from rotflex.hil.real import Setup
 
 #: What the maker's layer raises for arguments that it cannot pass on.
 _UNFIT = (TypeError, ValueError, OverflowError, BufferError)
@@ -66,6 +72,38 @@ class QuanserBoard:
         """Close the board; a second call does nothing."""
         if self._card.is_valid():
             self._close()
+
+
+def bench(uri: str, setup: Setup | None) -> Bench:
+    """Return the bench on one of the maker's boards, at ``quanser:BOARD/ID``.
+
+    Raises
+    ------
+    BenchError
+        If the address is none.
+    """
+    board, slash, identifier = uri.partition(":")[2].partition("/")
+    if not (board.replace("_", "").isalnum() and slash and identifier):
+        raise BenchError(
+            f"The address {uri!r} names no board: it is quanser:BOARD/ID, as in 'quanser:q2_usb/0', or for the "
+            "maker's simulator \"quanser:qpid_e/0@tcpip://localhost:18000?nagle='off'\"."
+        )
+    chosen = setup or Setup()
+    if board in BOARDS:
+        chosen = replace(chosen, wiring=replace(chosen.wiring, digital_outputs=BOARDS[board].digital_outputs))
+    simulated = chosen.simulated or "@" in identifier
+    return real.bench(uri, partial(connect, board, identifier), replace(chosen, simulated=simulated))
+
+
+def kind(address: str) -> BoardKind | None:
+    """Return what the board at an address has; None if it is not among those that the workbook names."""
+    return BOARDS.get(address.partition(":")[2].partition("/")[0])
+
+
+def software() -> str:
+    """Make sure that the maker's package is there."""
+    package()
+    return "the maker's package"
 
 
 def connect(board: str, identifier: str) -> Board:

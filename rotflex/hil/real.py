@@ -8,18 +8,14 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, field, replace
-from functools import partial
+from dataclasses import asdict, dataclass, field
 
 from labcourse import course_place
 from rotflex.config import Joint, Servo, joint, srv02
-from rotflex.errors import BenchError
-from rotflex.hil import quanser as adapter
 from rotflex.hil import waiting
 from rotflex.hil.bench import Bench
 from rotflex.hil.board import Board, Clock
 from rotflex.hil.guard import Allowance, Guard
-from rotflex.hil.kinds import BOARDS
 from rotflex.hil.mark import Mark
 from rotflex.hil.parts import Limits, Safety, Wiring
 from rotflex.units import DEG
@@ -133,25 +129,3 @@ def _mark(uri: str, setup: Setup) -> Mark:
     """The mark of the board's servo, beside the user's settings."""
     name = re.sub(r"\W+", "-", f"{uri}-{setup.wiring.servo_encoder}")
     return Mark(course_place.settings() / "marks" / f"{name}.json", setup.marked and not setup.commissioned())
-
-
-def quanser_bench(uri: str, rest: str, setup: Setup | None) -> Bench:
-    """The bench on one of the maker's boards, at ``BOARD/ID``.
-
-    Raises
-    ------
-    BenchError
-        If the address is none.
-    """
-    board, slash, identifier = rest.partition("/")
-    if not (board.replace("_", "").isalnum() and slash and identifier):
-        raise BenchError(
-            f"The address {uri!r} names no board: it is quanser:BOARD/ID, as in 'quanser:q2_usb/0', or for the "
-            "maker's simulator \"quanser:qpid_e/0@tcpip://localhost:18000?nagle='off'\"."
-        )
-
-    chosen = setup or Setup()
-    if board in BOARDS:
-        chosen = replace(chosen, wiring=replace(chosen.wiring, digital_outputs=BOARDS[board].digital_outputs))
-    connect = partial(adapter.connect, board, identifier)
-    return bench(uri, connect, replace(chosen, simulated=chosen.simulated or "@" in identifier))

@@ -120,20 +120,6 @@ def test_all_that_cannot_be_is_told_at_once_with_its_place(tmp_path, text, told)
         assert re.search(expected, line), line
 
 
-@pytest.mark.parametrize(
-    ("table", "name", "value", "told"),
-    [
-        ("parts", "cable_gain", 5, "must be 1"),
-        ("wiring", "motor", 3, "0 to 0"),
-        ("wiring", "servo_encoder", 7, "0 to 1"),
-        ("board", "clock", -1, "must be 0"),
-    ],
-)
-def test_what_a_serial_board_cannot_is_told_with_its_place(table, name, value, told):
-    with pytest.raises(ConfigurationError, match=rf"\[{table}\] {name}\b.*{value}.*{told}"):
-        BenchFile("serial:/dev/ttyACM0?supply=12", **{table: {name: value}})
-
-
 def test_nothing_is_refused_by_a_number_that_is_not_known(tmp_path):
     for text in (
         "quanser:q2_usb/0'\n[board]\noutput_range = 5",

@@ -26,7 +26,7 @@ FOR_INSTRUCTORS = (
     "solutions",
     *(f"{module.replace('.', '/')}.py" for module in course.find(ROOT).withheld),
 )
-BESIDE = ("CHANGELOG.md", "CONTRIBUTING.md", "LICENSE")
+BESIDE = ("CHANGELOG.md", "CONTRIBUTING.md", "LICENSE", "contrib/serial/README.md")
 
 
 def write(folder: Path, instructors: bool = False) -> None:
@@ -38,6 +38,7 @@ def write(folder: Path, instructors: bool = False) -> None:
 
     shutil.copytree(DOCS, folder / "docs", ignore=left_out)
     for name in BESIDE:
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
         shutil.copyfile(ROOT / name, folder / name)
 
 

@@ -16,13 +16,12 @@ from tempfile import mkdtemp
 from typing import Any
 
 import pytest
-from checkout import ROOT
 
 from rotflex.config import Servo, srv02
 from rotflex.hil.terminals import TICK
 from rotflex.plant import Moving, Plant, PlantParameters
 
-FIRMWARE = ROOT / "firmware"
+FIRMWARE = Path(__file__).parents[1] / "firmware"
 CYCLES = 16_000_000  #: a second
 MS = CYCLES // 1000
 SUPPLY = 12.0  #: V, of the motor's driver
@@ -39,7 +38,9 @@ def lacking() -> str:
     missing = programs + headers + libc
     if not missing:
         return ""
-    return f"The firmware cannot be simulated here, without {', '.join(missing)}: run sh tools/system_packages.sh."
+    return (
+        f"The firmware cannot be simulated here, without {', '.join(missing)}: run sh tools/system_packages.sh --all."
+    )
 
 
 #: For tests that need it.

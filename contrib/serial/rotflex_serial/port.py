@@ -5,6 +5,9 @@ from __future__ import annotations
 import time
 from typing import Protocol
 
+import serial
+from serial.tools import list_ports
+
 from rotflex.errors import BenchError, HILError
 
 BAUD_RATE = 500_000
@@ -49,17 +52,10 @@ class SerialPort:
     Raises
     ------
     BenchError
-        If pyserial is not installed, or the port cannot be opened.
+        If the port cannot be opened.
     """
 
     def __init__(self, name: str) -> None:
-        try:
-            import serial
-        except ImportError:
-            raise BenchError(
-                "A bench at a serial port needs the library pyserial, which is not installed. Install it: "
-                "pip install pyserial (or rotflex[serial])."
-            ) from None
         self.name = name
         try:
             self._line = serial.serial_for_url(name, BAUD_RATE, timeout=0, write_timeout=_PATIENCE, exclusive=True)
@@ -101,8 +97,6 @@ class SerialPort:
 
 def _ports() -> str:
     """The ports that there are, in words."""
-    from serial.tools import list_ports
-
     found = ", ".join(sorted(str(port.device) for port in list_ports.comports()))
     if found:
         return f"There are: {found}."

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import builtins
 import os
 import select
 import threading
@@ -11,17 +10,22 @@ from functools import partial
 
 import numpy as np
 import pytest
+import serial
+from rotflex_serial import address, line, stream
+from rotflex_serial.board import SerialBoard
+from rotflex_serial.port import SerialPort
 from simulated_uno import SUPPLY, SimulatedPort, SimulatedUno, needs_simavr
 
 from rotflex import experiments, hil
+from rotflex.bench_doctor import Level, examine, on_the_board
+from rotflex.commissioning import watchdog
 from rotflex.config import joint, srv02
 from rotflex.errors import BenchError, ConfigurationError, HILError, LimitExceeded
 from rotflex.hil import real
 from rotflex.hil.bench import Bench
+from rotflex.hil.bench_file import BenchFile
 from rotflex.hil.parts import Wiring
 from rotflex.hil.real import Setup
-from rotflex.hil.serial import address, line, stream
-from rotflex.hil.serial.port import SerialPort
 from rotflex.hil.student_benches import VirtualPlantSpec, preset
 from rotflex.hil.terminals import Timing
 from rotflex.units import DEG
@@ -144,22 +148,53 @@ def test_a_motor_that_is_wired_the_other_way_is_driven_so(uno):
         assert uno.voltage == pytest.approx(-1.5, abs=SUPPLY / 800)
 
 
-def test_without_pyserial_it_is_said_what_to_install(monkeypatch):
-    real = builtins.__import__
+@pytest.mark.parametrize(
+    ("table", "name", "value", "told"),
+    [
+        ("parts", "cable_gain", 5, "must be 1"),
+        ("wiring", "motor", 3, "0 to 0"),
+        ("wiring", "servo_encoder", 7, "0 to 1"),
+        ("board", "clock", -1, "must be 0"),
+    ],
+)
+def test_what_a_serial_board_cannot_is_told_with_its_place(table, name, value, told):
+    with pytest.raises(ConfigurationError, match=rf"\[{table}\] {name}\b.*{value}.*{told}"):
+        BenchFile("serial:/dev/ttyACM0?supply=12", **{table: {name: value}})
 
-    def without(name, *arguments, **named):
-        if name.split(".")[0] == "serial":
-            raise ImportError(name)
-        return real(name, *arguments, **named)
 
-    monkeypatch.setattr(builtins, "__import__", without)
-    with pytest.raises(BenchError, match="pip install pyserial"), hil.open(URI):
-        pass
+def test_the_doctor_tells_what_is_installed_and_a_port_that_is_not_there():
+    found = {one.what: one for one in examine("serial:/dev/nowhere?supply=12")}
+    assert f"pyserial {serial.VERSION}" in found["software"].said
+    assert found["board"].level is Level.FAIL and "'/dev/nowhere'" in found["board"].said
+
+
+@needs_simavr
+def test_the_watchdog_lives_while_it_is_reloaded_and_expires_when_left_alone(monkeypatch):
+    uno = SimulatedUno(PLANT)
+    monkeypatch.setattr(on_the_board.time, "sleep", uno.run)
+    with real.bench("test", lambda: SerialBoard(SimulatedPort(uno), SUPPLY), Setup()) as bench:
+        found = list(on_the_board.watchdog(bench, BenchFile("usual:board")))
+    assert [one.level for one in found] == [Level.WARN, Level.OK, Level.OK], found  # no cable
+    assert uno.voltage == 0.0
+
+
+@needs_simavr
+@pytest.mark.parametrize("works", [True, False])
+def test_the_watchdog_is_tested_with_the_motor(works):
+    class Deaf(SerialBoard):
+        def watchdog_start(self, timeout: float) -> None:
+            super().watchdog_start(60.0)
+
+    uno = SimulatedUno(PLANT)
+    setup = Setup(commissioned=lambda: "", guarded=False, limits=real.CAREFUL)
+    kind = SerialBoard if works else Deaf
+    with real.bench("test", lambda: kind(SimulatedPort(uno), SUPPLY), setup) as bench:
+        bench._now = lambda: uno.now
+        assert watchdog.test(bench, BenchFile("serial:/dev/null?supply=12"))["passed"] is works
+    assert uno.voltage == 0.0
 
 
 def test_a_port_that_breaks_is_told_in_words():
-    serial = pytest.importorskip("serial", reason="pyserial is not installed")
-
     class Pulled:
         in_waiting = 1
 
@@ -180,7 +215,6 @@ def test_a_port_that_breaks_is_told_in_words():
 @needs_simavr
 def test_the_whole_way_through_a_terminal_of_this_computer(monkeypatch):
     """pyserial at one end of a pseudo-terminal, the firmware at the other; which has its own time."""
-    pytest.importorskip("serial", reason="pyserial is not installed")
     import pty
 
     for module, name in ((line, "_STARTING"), (line, "_PATIENCE"), (stream, "_LATE")):

@@ -18,12 +18,12 @@ from typing import NamedTuple
 from rotflex.errors import HILError
 from rotflex.hil.board import BufferOverflowMode, Channels, Counts, DigitalState, EncoderQuadratureMode, Vector
 from rotflex.hil.own_board import ANALOG_INPUT, ANALOG_OUTPUT, OwnBoard, OwnTask, Range, Values, finite
-from rotflex.hil.serial import protocol
-from rotflex.hil.serial.line import Line
-from rotflex.hil.serial.motor import Motor
-from rotflex.hil.serial.port import Port
-from rotflex.hil.serial.protocol import Flag, Inputs, Type
-from rotflex.hil.serial.stream import Stream, Task, values
+from rotflex_serial import protocol
+from rotflex_serial.line import Line
+from rotflex_serial.motor import Motor
+from rotflex_serial.port import Port
+from rotflex_serial.protocol import Flag, Inputs, Type
+from rotflex_serial.stream import Stream, Task, values
 
 _CHANNELS = {"encoder": 2, ANALOG_INPUT: 2, ANALOG_OUTPUT: 1, "digital": 4}
 
@@ -102,7 +102,9 @@ class SerialBoard(OwnBoard[Task]):
     def set_encoder_filter_frequency(self, channels: Channels, num_channels: int, frequencies: Vector) -> None:
         """The board has no filter: refused."""
         self._chosen(channels, num_channels, "encoder")
-        raise HILError("The board has no filter at its encoders. Where one is needed, wire one (docs/serial_bench.md).")
+        raise HILError(
+            "The board has no filter at its encoders. Where one is needed, wire one (contrib/serial/README.md)."
+        )
 
     def _set_ranges(self, kind: str, ranges: Mapping[int, Range]) -> None:
         """Its analog inputs have one range, and its output that of what the motor's driver is fed with, either way."""

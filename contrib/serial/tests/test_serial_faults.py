@@ -6,14 +6,14 @@ import random
 
 import numpy as np
 import pytest
+from rotflex_serial import line
+from rotflex_serial.board import SerialBoard
+from rotflex_serial.protocol import Type, pack
 from serial_benches import BOTH, MOTOR, Bench
 from simulated_uno import SUPPLY, SimulatedPort, SimulatedUno, needs_simavr
 
 from rotflex.errors import HILError
 from rotflex.hil.board import BufferOverflowMode
-from rotflex.hil.serial import line
-from rotflex.hil.serial.board import SerialBoard
-from rotflex.hil.serial.protocol import Type, pack
 
 pytestmark = needs_simavr
 

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from rotflex.errors import HILError
-from rotflex.hil.serial import protocol
-from rotflex.hil.serial.line import Line
-from rotflex.hil.serial.protocol import Flag, Operation, Type
+from rotflex_serial import protocol
+from rotflex_serial.line import Line
+from rotflex_serial.protocol import Flag, Operation, Type
 
 LONGEST_TIMEOUT = 65.0  #: s, of the watchdog: sixteen bits of milliseconds
 _ATTEMPTS = 3  # times the last voltage is sent, until it is known to be obeyed

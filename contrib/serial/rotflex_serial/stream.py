@@ -10,9 +10,9 @@ from dataclasses import dataclass, field
 from rotflex.errors import HILError
 from rotflex.hil.board import BufferOverflowMode
 from rotflex.hil.own_board import OwnTask, Values
-from rotflex.hil.serial import protocol
-from rotflex.hil.serial.line import ALIVE_AFTER, Line
-from rotflex.hil.serial.protocol import Flag, Inputs, Sample, Type
+from rotflex_serial import protocol
+from rotflex_serial.line import ALIVE_AFTER, Line
+from rotflex_serial.protocol import Flag, Inputs, Sample, Type
 
 SLOWEST = 10_000  #: ms between samples, at most; slower ones are no experiment
 _LATE = 0.1  # s by which a sample may be late; twice the board's 50 ms of silence

@@ -1,10 +1,10 @@
 """A serial board with the simulated firmware behind it, as tests of the board and of its faults use it."""
 
 import numpy as np
+from rotflex_serial.board import SerialBoard
 from simulated_uno import SUPPLY, SimulatedPort, SimulatedUno
 
 from rotflex.hil.board import BufferOverflowMode, Clock
-from rotflex.hil.serial.board import SerialBoard
 from rotflex.plant import PlantParameters
 
 MOTOR = np.array([0], dtype=np.uint32)

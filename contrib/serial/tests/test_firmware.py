@@ -6,10 +6,9 @@ import random
 import struct
 
 import pytest
+from rotflex_serial import protocol
+from rotflex_serial.protocol import Booted, Cause, Flag, Message, Receiver, Reply, Sample, Status, Type
 from simulated_uno import CYCLES, MS, SUPPLY, SimulatedUno, firmware, needs_simavr
-
-from rotflex.hil.serial import protocol
-from rotflex.hil.serial.protocol import Booted, Cause, Flag, Message, Receiver, Reply, Sample, Status, Type
 
 pytestmark = needs_simavr
 

@@ -1,4 +1,4 @@
-"""The protocol between program and board, as plain functions of bytes. docs/serial_bench.md has it in words.
+"""The protocol between program and board, as plain functions of bytes. README.md has it in words.
 
 A frame is a body, its CRC-16 behind it, both without a zero inside (COBS), and a zero at the end. The first byte of
 each body is the protocol's version (upper half) and the body's type (lower half); all numbers are little-endian.

@@ -5,36 +5,63 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
+import serial
+
 from rotflex.config import Amplifier, Servo, joint, one_of, srv02
 from rotflex.errors import BenchError
-from rotflex.hil import real
+from rotflex.hil import drivers, real
 from rotflex.hil.bench import Bench
+from rotflex.hil.kinds import BoardKind, choice
 from rotflex.hil.real import Setup
-from rotflex.hil.serial.board import SerialBoard
-from rotflex.hil.serial.port import open_port
+from rotflex_serial.board import SerialBoard
+from rotflex_serial.port import open_port
 
 OPTIONS = ("supply", "encoder", "arm_position")
 EXAMPLE = "serial:/dev/ttyACM0?supply=12"
 SUPPLY = (3.0, 32.0)  #: V that the motor's driver may be fed with
 
 
-def bench(uri: str, name: str, options: Mapping[str, str], setup: Setup | None = None) -> Bench:
-    """The bench at a serial port.
+KIND = BoardKind(
+    "serial",
+    "serial board",
+    encoders=2,
+    analog_inputs=2,
+    analog_outputs=1,
+    keys={
+        "parts": {"cable_gain": choice(1, 1, why="A motor's driver has no cable with a gain.")},
+        "board": {"clock": choice(0, 0, why="The serial bench has one clock, the board's own.")},
+    },
+    always_set=False,  # its ranges cannot be chosen: the output's is its supply
+)
+
+
+def kind(address: str) -> BoardKind:
+    """Return what the board has."""
+    return KIND
+
+
+def software() -> str:
+    """Name the library at the port, with its version."""
+    return f"pyserial {serial.VERSION}"
+
+
+def bench(uri: str, setup: Setup | None = None) -> Bench:
+    """Return the bench at a serial port.
 
     Parameters
     ----------
-    uri : the address, as it was given
-    name : the port
-    options : supply (V), which has to be told; encoder, arm_position, unless a setup has them
+    uri : the address. Its options: supply (V), which must be given; encoder, arm_position, unless a setup has them
     setup : what else is known of the bench. Its servo's voltage ends at the supply.
 
     Raises
     ------
     BenchError
-        If the port or the supply is missing, or the supply is none, or the parts are told twice.
+        If the port or the supply is missing, or the supply is none, or the parts are given twice.
     ConfigurationError
         If there is no such encoder or arm position.
     """
+    name, mark, query = uri.partition(":")[2].partition("?")
+    options = drivers.options(uri, mark + query, OPTIONS, EXAMPLE)
     if not name:
         raise BenchError(f"The address {uri!r} names no port; it is like {EXAMPLE!r}.")
     supply = _supply(uri, options.get("supply"))

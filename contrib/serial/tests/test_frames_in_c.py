@@ -7,11 +7,10 @@ import shutil
 import subprocess
 
 import pytest
-from checkout import ROOT
 from hypothesis import given
 from hypothesis import strategies as st
-
-from rotflex.hil.serial.protocol import LONGEST_BODY, Receiver, checksum, pack
+from rotflex_serial.protocol import LONGEST_BODY, Receiver, checksum, pack
+from simulated_uno import FIRMWARE
 
 pytestmark = pytest.mark.skipif(shutil.which("cc") is None, reason="There is no C compiler (cc) here.")
 BODIES = st.binary(min_size=1, max_size=LONGEST_BODY)
@@ -25,7 +24,7 @@ class CReceiver(ctypes.Structure):
 @pytest.fixture(scope="module")
 def compiled(tmp_path_factory) -> ctypes.CDLL:
     built = tmp_path_factory.mktemp("frame") / "frame.so"
-    source = ROOT / "firmware" / "src" / "frame.c"
+    source = FIRMWARE / "src" / "frame.c"
     subprocess.run(["cc", "-O1", "-shared", "-fPIC", "-o", str(built), str(source)], check=True)
     library = ctypes.CDLL(str(built))
     for name, result in (

@@ -1,4 +1,4 @@
-/* A bench of one's own: two encoders and a motor on an Arduino Uno (ATmega328P, 16 MHz). See docs/serial_bench.md. */
+/* A bench of one's own: two encoders and a motor on an Arduino Uno (ATmega328P, 16 MHz). See README.md. */
 #include <avr/interrupt.h>
 #include <avr/io.h>
 #include <avr/sleep.h>

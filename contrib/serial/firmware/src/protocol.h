@@ -1,4 +1,4 @@
-/* The protocol between the program and the board: docs/serial_bench.md has it in words, rotflex/hil/serial/protocol.py
+/* The protocol between the program and the board: README.md has it in words, rotflex_serial/protocol.py
  * in Python; a test holds the two against each other. All numbers are little-endian. */
 #ifndef PROTOCOL_H
 #define PROTOCOL_H

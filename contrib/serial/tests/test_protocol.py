@@ -5,12 +5,10 @@ from __future__ import annotations
 import re
 
 import pytest
-from checkout import ROOT
 from hypothesis import given, settings
 from hypothesis import strategies as st
-
-from rotflex.hil.serial import port, protocol, stream
-from rotflex.hil.serial.protocol import (
+from rotflex_serial import port, protocol, stream
+from rotflex_serial.protocol import (
     LONGEST_BODY,
     VERSION,
     Booted,
@@ -28,6 +26,7 @@ from rotflex.hil.serial.protocol import (
     request,
     unpack,
 )
+from simulated_uno import FIRMWARE
 
 BODIES = st.binary(min_size=1, max_size=LONGEST_BODY)
 NOISE = st.binary(max_size=200)
@@ -127,7 +126,7 @@ def test_any_body_is_something_or_nothing_but_never_an_error(body):
         assert heard == Foreign(body[0] >> 4)
 
 
-HEADER = (ROOT / "firmware" / "src" / "protocol.h").read_text("utf-8")
+HEADER = (FIRMWARE / "src" / "protocol.h").read_text("utf-8")
 
 
 def numbers(prefix: str = "") -> dict[str, int]:

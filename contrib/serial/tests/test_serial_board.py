@@ -7,13 +7,13 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+from rotflex_serial.board import SerialBoard
 from serial_benches import BOTH, FOREVER, MOTOR, Bench
 from simulated_uno import MS, SUPPLY, SimulatedPort, needs_simavr
 
 from rotflex.config import srv02
 from rotflex.errors import HILError
 from rotflex.hil.board import BufferOverflowMode, Clock
-from rotflex.hil.serial.board import SerialBoard
 from rotflex.hil.student_benches import preset
 
 pytestmark = needs_simavr

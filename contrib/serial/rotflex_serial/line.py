@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from rotflex.errors import HILError
-from rotflex.hil.serial import protocol
-from rotflex.hil.serial.port import Port
-from rotflex.hil.serial.protocol import Booted, Cause, Flag, Foreign, Receiver, Reply, Sample, Status, Type
+from rotflex_serial import protocol
+from rotflex_serial.port import Port
+from rotflex_serial.protocol import Booted, Cause, Flag, Foreign, Receiver, Reply, Sample, Status, Type
 
 ALIVE_AFTER = 0.02  #: s without a frame, less than half of the board's 50 ms, until it is told that the program lives
 _PATIENCE = 0.25  # s for an answer, which comes within milliseconds, before the request is sent again
@@ -60,7 +60,7 @@ class Line:
                 self._in_session = True
                 return _checked(reply)
         raise HILError(
-            "Nothing answers at this port. Is it the board's, is its firmware on it (docs/serial_bench.md: make "
+            "Nothing answers at this port. Is it the board's, is its firmware on it (contrib/serial/README.md: make "
             "flash), and does no other program have the port?"
         )
 
@@ -136,7 +136,7 @@ class Line:
         elif isinstance(heard, Foreign):
             raise HILError(
                 f"The board speaks version {heard.version} of the protocol, this program version {protocol.VERSION}. "
-                "Flash the firmware that belongs to this version of rotflex (docs/serial_bench.md)."
+                "Flash the firmware that belongs to this version of rotflex (contrib/serial/README.md)."
             )
 
     def _lose(self, cause: Cause) -> None:
