@@ -1,4 +1,4 @@
-"""How every figure looks, and how a notebook shows one.
+"""How every picture looks.
 
 The colours are Okabe and Ito's, which people with any kind of colour vision can tell apart. Each stands for one thing
 throughout the course, and what is drawn together differs in line style too, so that a grey print can be read.
@@ -7,10 +7,8 @@ throughout the course, and what is drawn together differs in line style too, so 
 from __future__ import annotations
 
 import base64
-import html
 import io
 import os
-import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any, Literal
@@ -18,8 +16,6 @@ from typing import Any, Literal
 import matplotlib as mpl
 from matplotlib.figure import Figure
 from PIL import Image
-
-from labcourse.errors import CourseError
 
 BLACK, BLUE, VERMILLION, GREEN, PURPLE = "#000000", "#0072B2", "#D55E00", "#009E73", "#CC79A7"
 
@@ -114,40 +110,3 @@ def bundle(figure: Figure, alt: str) -> tuple[dict[str, str], dict[str, Any]]:
     image = base64.b64encode(png(figure)).decode("ascii")
     width = round(figure.get_figwidth() * SHOWN_PER_INCH)
     return {"image/png": image, "text/plain": repr(figure)}, {"image/png": {"alt": alt, "width": width}}
-
-
-def show(figure: Figure, alt: str | None = None, caption: str | None = None) -> None:
-    """Show a figure in the notebook, with a description for those who cannot see it, and close it.
-
-    Parameters
-    ----------
-    figure : any matplotlib figure
-    alt : what is to be seen; the figures of this package bring their own
-    caption : Markdown, shown below the figure
-
-    The description goes into the image's metadata, and again below the caption, folded away: neither JupyterLab nor
-    nbconvert's usual template hands an image's metadata to a screen reader. Outside a notebook there is nowhere to show
-    the figure: it is checked and closed. Where nobody looks (``LABCOURSE_PICTURES=off`` in the environment), it is not
-    drawn.
-
-    Raises
-    ------
-    CourseError
-        If there is no description.
-    """
-    alt = alt or getattr(figure, "alt_text", "")
-    if not alt:
-        raise CourseError("The figure has no description: give one, as in show(figure, alt='The speed against time.').")
-    data, metadata = bundle(figure, alt)
-    if "matplotlib.pyplot" in sys.modules:
-        sys.modules["matplotlib.pyplot"].close(figure)
-
-    from IPython.core.interactiveshell import InteractiveShell
-    from IPython.display import display
-
-    if not InteractiveShell.initialized():
-        return
-    display(data, metadata=metadata, raw=True)
-    folded = f"<details><summary>The figure in words</summary>{html.escape(alt)}</details>"
-    words = [caption, folded] if caption else [folded]
-    display({"text/markdown": "\n\n".join(words), "text/plain": caption or alt}, raw=True)

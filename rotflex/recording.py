@@ -26,8 +26,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from labcourse import files
-from rotflex import csv_files, mat_files, unanswered
+from rotflex import csv_files, files, mat_files, unanswered
 from rotflex.errors import RecordingError
 from rotflex.units import DEG
 

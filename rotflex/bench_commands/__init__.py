@@ -114,8 +114,7 @@ def notebook(
     out: Annotated[Path, typer.Option(help="The file that is written.")] = Path("commissioning.ipynb"),
 ) -> None:
     """Write a notebook that does what setup does, step by step with the reasons, for JupyterLab."""
-    from labcourse import files
-    from rotflex import commissioning
+    from rotflex import commissioning, files
 
     _check_out(out)
     if out.exists():
@@ -331,7 +330,6 @@ def unfinished(
     They wait here until --out writes them elsewhere, each with the reason in it, and none is deleted before it was read
     again as it was written.
     """
-    from labcourse.messages import plural
     from rotflex.hil import waiting
 
     folder = waiting.place()
@@ -343,8 +341,8 @@ def unfinished(
     if not found:
         typer.echo("No recording waits: every run ended as it should, or was written out.")
     elif out is None:
-        said = "{recordings} in {folder}. Write them as .mat files by --out FOLDER, which takes them off this list."
-        typer.echo(said.format(recordings=plural(len(found), "{count} recording", "{count} recordings"), folder=folder))
+        count = waiting.counted(found)
+        typer.echo(f"{count} in {folder}. Write them as .mat files by --out FOLDER, which takes them off this list.")
 
 
 @app.command()

@@ -13,7 +13,6 @@ from collections.abc import Iterator
 from dataclasses import replace
 from functools import partial
 
-from labcourse.messages import plural
 from rotflex import __version__, hil
 from rotflex.bench_doctor import on_the_board
 from rotflex.bench_doctor.findings import Finding, Level
@@ -147,7 +146,6 @@ def _unfinished() -> Finding:
     waits = waiting.waiting(waiting.place())
     if not waits:
         return Finding(what, Level.OK, "None.")
-    said = "{recordings} of runs that did not end as they should, the last on {when:%Y-%m-%d %H:%M}.".format(
-        recordings=plural(len(waits), "{count} recording", "{count} recordings"), when=waits[-1].begun
-    )
+    last = f"{waits[-1].begun:%Y-%m-%d %H:%M}"
+    said = f"{waiting.counted(waits)} of runs that did not end as they should, the last on {last}."
     return Finding(what, Level.WARN, said, "rotflex bench unfinished --out FOLDER")

@@ -20,7 +20,6 @@ beyond the book   ``frequency_response``, ``naive_against_true``, ``free_decay``
 ================  ===========================================================
 """
 
-from labcourse.pictures import ROLES, Picture, new_picture, show, style
 from rotflex.figures.diagrams import (
     implementation_loop,
     simulation_loop,
@@ -29,6 +28,7 @@ from rotflex.figures.diagrams import (
     validation_experiment,
 )
 from rotflex.figures.mechanism import desired_poles, joint_angles, lumped_model
+from rotflex.figures.pictures import ROLES, Picture, new_picture, show, style
 from rotflex.figures.poles import motions_of_poles, pole_map
 from rotflex.figures.spectra import compound_sine_spectrum, frequency_response, naive_against_true, spectrum_plot
 from rotflex.figures.traces import (

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from itertools import pairwise
 
-from labcourse.pictures import Picture, style
+from rotflex.figures.pictures import Picture, style
 from rotflex.figures.sketch import THICK, Block, Point, Sketch
 
 _SCALE = 0.4  # inches per unit

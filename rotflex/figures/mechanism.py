@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from matplotlib.patches import Circle, Ellipse, Rectangle
 
-from labcourse.pictures import BLUE, Picture, style
+from rotflex.figures.pictures import BLUE, Picture, style
 from rotflex.figures.sketch import BACKGROUND, INK, SHADE, THICK, TINT, Sketch, along
 
 

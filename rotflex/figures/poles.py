@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from labcourse.pictures import BLACK, BLUE, GREEN, ROLES, VERMILLION, WIDTH, Picture, new_picture, style
+from rotflex.figures.pictures import BLACK, BLUE, GREEN, ROLES, VERMILLION, WIDTH, Picture, new_picture, style
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from matplotlib.patches import Circle, Ellipse, Rectangle
 
-from labcourse.pictures import Picture, style
+from rotflex.figures.pictures import Picture, style
 from rotflex.figures.sketch import BACKGROUND, INK, SHADE, THICK, TINT, Point, Sketch, along
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from matplotlib.patches import Circle, FancyArrowPatch, FancyBboxPatch, Polygon, Rectangle
 from matplotlib.path import Path
 
-from labcourse.pictures import BLACK, new_picture
+from rotflex.figures.pictures import BLACK, new_picture
 from rotflex.units import DEG
 
 Point = tuple[float, float]

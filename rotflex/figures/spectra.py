@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from labcourse.pictures import BLACK, ROLES, WIDTH, Picture, new_picture, style
+from rotflex.figures.pictures import BLACK, ROLES, WIDTH, Picture, new_picture, style
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

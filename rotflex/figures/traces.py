@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from labcourse.pictures import BLACK, BLUE, PURPLE, ROLES, VERMILLION, WIDTH, Picture, new_picture, style
+from rotflex.figures.pictures import BLACK, BLUE, PURPLE, ROLES, VERMILLION, WIDTH, Picture, new_picture, style
 from rotflex.specifications import LIMITS, SETTLING_BAND
 from rotflex.units import DEG
 

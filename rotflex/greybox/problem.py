@@ -9,7 +9,6 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from labcourse.messages import plural
 from rotflex.errors import IdentificationError
 from rotflex.greybox.record import WINDOW, Record
 from rotflex.identification import Vector
@@ -106,7 +105,7 @@ class Problem:
         moving = np.unique(self.windows()).size
         if moving < _FEWEST_WINDOWS:
             raise IdentificationError(
-                f"Something moves in {plural(moving, '{count} window', '{count} windows')} of {WINDOW:g} s only; "
+                f"Something moves in {moving} window{'' if moving == 1 else 's'} of {WINDOW:g} s only; "
                 f"at least {_FEWEST_WINDOWS} are needed. Record for longer."
             )
 

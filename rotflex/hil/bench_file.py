@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from labcourse import files
+from rotflex import files
 from rotflex.config import AMPLIFIERS, CABLE_GAINS, DAC_LIMIT, ENCODERS, check_mounted, joint, srv02
 from rotflex.errors import ConfigurationError
 from rotflex.hil import commissioned, drivers

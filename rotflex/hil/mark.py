@@ -11,7 +11,7 @@ import json
 import uuid
 from pathlib import Path
 
-from labcourse import files
+from rotflex import files
 
 _A_FEW = 5  # counts, half a degree
 _THIS_PROGRAM = uuid.uuid4().hex

@@ -10,7 +10,7 @@ import re
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, field
 
-from labcourse import course_place
+from rotflex import files
 from rotflex.config import Joint, Servo, joint, srv02
 from rotflex.hil import waiting
 from rotflex.hil.bench import Bench
@@ -128,4 +128,4 @@ def _limits(setup: Setup) -> Limits:
 def _mark(uri: str, setup: Setup) -> Mark:
     """The mark of the board's servo, beside the user's settings."""
     name = re.sub(r"\W+", "-", f"{uri}-{setup.wiring.servo_encoder}")
-    return Mark(course_place.settings() / "marks" / f"{name}.json", setup.marked and not setup.commissioned())
+    return Mark(files.settings() / "marks" / f"{name}.json", setup.marked and not setup.commissioned())

@@ -8,12 +8,12 @@ A student's own machine holds this code, and so, for a determined reader, their 
 from __future__ import annotations
 
 import hashlib
+import unicodedata
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from labcourse.student_id import composed
 from rotflex.config import Joint, joint, one_of, srv02
 from rotflex.errors import ConfigurationError
 from rotflex.hil.terminals import AT_ONCE, Timing
@@ -82,7 +82,8 @@ def _scaled(friction: tuple[float, float], factor: float) -> tuple[float, float]
 
 def student_seed(student: str) -> int:
     """The seed (32 bits) of a student's own bench; the same on every machine, however the ID is typed."""
-    digest = hashlib.sha256(f"rotflex bench: {composed(student).casefold()}".encode()).digest()
+    name = unicodedata.normalize("NFC", student).strip()
+    digest = hashlib.sha256(f"rotflex bench: {name.casefold()}".encode()).digest()
     return int.from_bytes(digest[:4], "big")
 
 

@@ -9,7 +9,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from labcourse import files
+from rotflex import files
 from rotflex.config import Servo, joint, srv02
 from rotflex.errors import ConfigurationError
 from rotflex.hil.bench_file import toml_table

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from labcourse import course_place, files
+from rotflex import files
 from rotflex.errors import RecordingError
 from rotflex.hil.held import Held, is_held
 from rotflex.recording import Recording
@@ -56,7 +56,7 @@ class Unfinished:
             raise RecordingError(
                 f"Samples cannot be kept in {folder} while they come: {error.strerror or error}. Make that "
                 "folder writable, or name another one for settings in the environment variable "
-                f"{course_place.SETTINGS}, and start again."
+                f"{files.FOLDER}, and start again."
             ) from None
         self.signals[:] = np.nan
 

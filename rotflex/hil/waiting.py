@@ -11,13 +11,13 @@ import datetime
 import os
 import re
 import uuid
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from labcourse import course_place
-from labcourse.messages import plural
+from rotflex import files
 from rotflex.errors import RecordingError
 from rotflex.hil.unfinished import ENDED, beside, unfinished
 from rotflex.recording import Recording
@@ -51,9 +51,14 @@ class Waiting:
         return f"{self.begun:%Y-%m-%d %H:%M}  {experiment}, {seconds:.1f} s, {bench}\n    {about[ENDED]}"
 
 
+def counted(found: Sequence[Waiting]) -> str:
+    """Return "1 recording", or "2 recordings"."""
+    return f"{len(found)} recording{'' if len(found) == 1 else 's'}"
+
+
 def place() -> Path:
     """The folder in which real benches keep samples while they come."""
-    return course_place.settings() / "unfinished"
+    return files.settings() / "unfinished"
 
 
 def waiting(folder: Path) -> list[Waiting]:
@@ -80,8 +85,7 @@ def tell(folder: Path | None = None) -> None:
                 new.append(one)
                 beside(one.path, _TOLD).touch()
     if new:
-        said = "Note      {recordings} of runs that did not end as they should: see rotflex bench unfinished."
-        print(said.format(recordings=plural(len(new), "{count} recording", "{count} recordings")))
+        print(f"Note      {counted(new)} of runs that did not end as they should: see rotflex bench unfinished.")
 
 
 def put_by(recording: Recording, folder: Path | None) -> str:

@@ -16,9 +16,9 @@ from matplotlib.colors import to_hex
 from matplotlib.patches import FancyArrowPatch
 from PIL import Image
 
-from labcourse.pictures import ROLES, png
 from rotflex import config, figures
 from rotflex.figures import prelab
+from rotflex.figures.pictures import ROLES, png
 from rotflex.recording import Recording
 
 PER_RADIAN = 180 / np.pi

@@ -1,0 +1,155 @@
+"""How the laboratory's figures look, and how a notebook shows one.
+
+The colours are Okabe and Ito's, which people with any kind of colour vision can tell apart. Each stands for one thing
+throughout the course, and what is drawn together differs in line style too, so that a grey print can be read.
+"""
+
+from __future__ import annotations
+
+import base64
+import html
+import io
+import os
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any, Literal
+
+import matplotlib as mpl
+from matplotlib.figure import Figure
+from PIL import Image
+
+from rotflex.errors import RotflexError
+
+BLACK, BLUE, VERMILLION, GREEN, PURPLE = "#000000", "#0072B2", "#D55E00", "#009E73", "#CC79A7"
+
+#: What a line stands for -> how it is drawn. Keyword arguments of ``Axes.plot``.
+ROLES: dict[str, dict[str, Any]] = {
+    "reference": {"color": BLACK, "linestyle": (0, (5, 2)), "linewidth": 1.2},
+    "measured": {"color": VERMILLION, "linestyle": "-", "linewidth": 1.5},
+    "model": {"color": BLUE, "linestyle": (0, (6, 1.5, 1.5, 1.5)), "linewidth": 1.8},
+    "voltage": {"color": GREEN, "linestyle": "-", "linewidth": 1.2},
+    "highlight": {"color": PURPLE, "linestyle": (0, (1.2, 1.2)), "linewidth": 2.0},
+}
+
+WIDTH = 7.0  #: inches; the width of every plot
+DOTS_PER_INCH = 130  # crisp on paper and on dense screens ...
+SHOWN_PER_INCH = 100  # ... while the notebook shows it at this size
+SWITCH = "LABCOURSE_PICTURES"  #: environment variable; "off" draws no image, as where nobody looks at the notebook
+
+STYLE: Any = {
+    "axes.axisbelow": True,
+    "axes.edgecolor": "#333333",
+    "axes.grid": True,
+    "axes.labelsize": 12,
+    "axes.spines.right": False,
+    "axes.spines.top": False,
+    "figure.facecolor": "white",  # opaque: it must read on a dark notebook too
+    "font.family": "DejaVu Sans",  # comes with matplotlib, so that figures are the same everywhere
+    "font.size": 11,
+    "grid.color": "#DDDDDD",
+    "grid.linewidth": 0.8,
+    "legend.fontsize": 10.5,
+    "legend.frameon": False,
+    "legend.handlelength": 2.8,
+    "mathtext.fontset": "cm",
+    "savefig.facecolor": "white",
+    "xtick.labelsize": 10.5,
+    "ytick.labelsize": 10.5,
+}
+
+
+@contextmanager
+def style() -> Iterator[None]:
+    """The course's matplotlib settings, for the length of a ``with`` block.
+
+    Only these are put back afterwards. (``rc_context`` puts back all: a pyplot that is first imported inside the block
+    would lose its notebook backend's settings, and students' plots would not show.)
+    """
+    before = {name: mpl.rcParams[name] for name in STYLE}
+    mpl.rcParams.update(STYLE)
+    try:
+        yield
+    finally:
+        mpl.rcParams.update(before)
+
+
+class Picture(Figure):
+    """A matplotlib figure that carries its own description.
+
+    Attributes
+    ----------
+    alt_text : what is to be seen, for somebody who cannot see it
+
+    It is not registered with pyplot: nothing has to be closed, and a notebook shows it once.
+    """
+
+    alt_text: str = ""
+
+    def _repr_mimebundle_(self, **_: Any) -> tuple[dict[str, str], dict[str, Any]]:
+        return bundle(self, self.alt_text)
+
+
+def new_picture(width: float, height: float, layout: Literal["constrained"] | None = "constrained") -> Picture:
+    """An empty picture of the given size (inches). Call it, and draw, within ``style()``."""
+    return Picture(figsize=(width, height), layout=layout)
+
+
+def png(figure: Figure) -> bytes:
+    """The figure as an opaque PNG image, of 128 colours: a third of the size, and none is missed in a plot."""
+    drawn, packed = io.BytesIO(), io.BytesIO()
+    if figure.get_layout_engine() is None and any(axes.get_subplotspec() for axes in figure.axes):
+        # Else a label may be cut off.
+        figure.set_layout_engine("constrained")
+    with style():
+        figure.savefig(drawn, format="png", dpi=DOTS_PER_INCH, facecolor="white")
+    Image.open(drawn).convert("RGB").quantize(128, Image.Quantize.FASTOCTREE).save(packed, format="PNG", optimize=True)
+    return packed.getvalue()
+
+
+def bundle(figure: Figure, alt: str) -> tuple[dict[str, str], dict[str, Any]]:
+    """A notebook's display data and metadata for a figure."""
+    if os.environ.get(SWITCH) == "off":
+        return {"text/plain": repr(figure)}, {}
+    image = base64.b64encode(png(figure)).decode("ascii")
+    width = round(figure.get_figwidth() * SHOWN_PER_INCH)
+    return {"image/png": image, "text/plain": repr(figure)}, {"image/png": {"alt": alt, "width": width}}
+
+
+def show(figure: Figure, alt: str | None = None, caption: str | None = None) -> None:
+    """Show a figure in the notebook, with a description for those who cannot see it, and close it.
+
+    Parameters
+    ----------
+    figure : any matplotlib figure
+    alt : what is to be seen; the figures of this package bring their own
+    caption : Markdown, shown below the figure
+
+    The description goes into the image's metadata, and again below the caption, folded away: neither JupyterLab nor
+    nbconvert's usual template hands an image's metadata to a screen reader. Outside a notebook there is nowhere to show
+    the figure: it is checked and closed. Where nobody looks (``LABCOURSE_PICTURES=off`` in the environment), it is not
+    drawn.
+
+    Raises
+    ------
+    RotflexError
+        If there is no description.
+    """
+    alt = alt or getattr(figure, "alt_text", "")
+    if not alt:
+        raise RotflexError(
+            "The figure has no description: give one, as in show(figure, alt='The speed against time.')."
+        )
+    data, metadata = bundle(figure, alt)
+    if "matplotlib.pyplot" in sys.modules:
+        sys.modules["matplotlib.pyplot"].close(figure)
+
+    from IPython.core.interactiveshell import InteractiveShell
+    from IPython.display import display
+
+    if not InteractiveShell.initialized():
+        return
+    display(data, metadata=metadata, raw=True)
+    folded = f"<details><summary>The figure in words</summary>{html.escape(alt)}</details>"
+    words = [caption, folded] if caption else [folded]
+    display({"text/markdown": "\n\n".join(words), "text/plain": caption or alt}, raw=True)
