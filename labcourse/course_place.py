@@ -1,4 +1,4 @@
-"""Which folder ``rotflex lab`` works in: the one that is named, the course around it, or the one of last time.
+"""Which folder ``labcourse lab`` works in: the one that is named, the course around it, or the one of last time.
 
 A course's folder is told by its ``course.json``, or by most of the course's notebooks. The folder of last time stands
 in a small file beside Jupyter's settings; which student works in a folder, in the folder's own ``course.json``.

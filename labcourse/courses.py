@@ -11,12 +11,14 @@ the package or above it.
 
 from __future__ import annotations
 
+import importlib
 import importlib.util
 import os
 from dataclasses import dataclass
 from importlib.metadata import entry_points
 from pathlib import Path
 
+from labcourse.benches import FIRST_DRAW
 from labcourse.errors import ConfigurationError
 
 GROUP = "labcourse.courses"  #: of entry points: name of a course → its package
@@ -53,6 +55,11 @@ class InstalledCourse:
         raise ConfigurationError(
             f"The installed package {self.package} comes without notebooks: install it from the course's folder."
         )
+
+    @property
+    def draw(self) -> int:
+        """The version of how the course draws students' benches now: what its package's ``draw()`` returns."""
+        return int(getattr(importlib.import_module(self.package), "draw", lambda: FIRST_DRAW)())
 
 
 def installed() -> dict[str, str]:

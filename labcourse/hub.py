@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 
-from labcourse import student_id
+from labcourse import program, student_id
 from labcourse.errors import ConfigurationError, StudentIDError
 
 USER = "JUPYTERHUB_USER"  #: environment variable that a hub sets for each user's server
@@ -24,7 +24,7 @@ def user() -> str:
         return student_id.normalised(named) if named else ""
     except StudentIDError as error:
         raise ConfigurationError(
-            f"This hub's name for you is no student ID. {error} Give your ID: rotflex lab --student YOUR-ID."
+            f"This hub's name for you is no student ID. {error} Give your ID: {program.name()} lab --student YOUR-ID."
         ) from None
 
 

@@ -1,4 +1,4 @@
-"""JupyterLab as ``rotflex lab`` runs it: on a folder, at its first notebook, with its address in one line."""
+"""JupyterLab as ``labcourse lab`` runs it: on a folder, at its first notebook, with its address in one line."""
 
 from __future__ import annotations
 

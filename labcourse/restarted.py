@@ -1,6 +1,6 @@
 """Explain a NameError in a kernel that was restarted: the cells above have not been run.
 
-Kernels of ``rotflex lab`` run :func:`watch` when they start: ``PYTHONSTARTUP`` names ``jupyter/startup.py``.
+Kernels of ``labcourse lab`` run :func:`watch` when they start: ``PYTHONSTARTUP`` names ``jupyter/startup.py``.
 """
 
 from __future__ import annotations

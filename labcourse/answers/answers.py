@@ -68,7 +68,7 @@ def parse(data: bytes) -> dict[str, Any]:
         raise AnswerError(f"It is not JSON: {error}") from None
     number = content.get("format") if isinstance(content, dict) else None
     if not isinstance(number, int | None) or isinstance(number, bool) or number not in (None, *_KEYS):
-        raise AnswerError(f"Its format is {repr(number)[:20]}; this version of labcourse reads up to format {FORMAT}.")
+        raise AnswerError(f"Its format is {repr(number)[:20]}; this version reads up to format {FORMAT}.")
     if not isinstance(content, dict) or content.keys() - {WHEN, predictions.SECTION} != _KEYS[number or FORMAT]:
         raise AnswerError(f"It should be an object with {', '.join(sorted(_KEYS[FORMAT]))}.")
     seed = content["probe_seed"]

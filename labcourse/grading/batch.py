@@ -56,7 +56,7 @@ from labcourse.student_id import caseless
 
 ISOLATED, NOT_ISOLATED = "Run in isolation.", "Run without isolation."
 PROBE_SEED_BITS = 48  #: not to be guessed, and exact as a float
-ACTOR = "rotflex grade"  #: who changes marks here, in the audit trail
+ACTOR = "labcourse grade"  #: who changes marks here, in the audit trail
 _NOTHING_READ = "Nothing of the course could be read in what you handed in."
 _OUR_FAULT = "Grading failed; ask your instructor."
 

@@ -16,7 +16,7 @@ from labcourse.grading.marking.marking_processes import Marker
 from labcourse.grading.reports.result import points
 from labcourse.grading.verdicts import UNDECIDED
 
-ACTOR = "rotflex regrade"  #: who changes marks here, in the audit trail
+ACTOR = "labcourse regrade"  #: who changes marks here, in the audit trail
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from enum import StrEnum
 from pathlib import Path
 from typing import Any
 
-from labcourse import course_file, files, released
+from labcourse import course_file, files, program, released
 from labcourse.answers import (
     answers,
     cell_reports,
@@ -330,7 +330,7 @@ def _other_release(work: Work) -> str:
         return ""
     return (
         f"This folder was begun with release {begun[:80]} of the course, and is checked with {here}, which is "
-        "installed. Started once more, rotflex lab brings the folder to it, and touches no answer."
+        f"installed. Started once more, {program.name()} lab brings the folder to it, and touches no answer."
     )
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Iterator, Sequence
 
+from labcourse import program
 from labcourse.messages import listed, plural
 from labcourse.run.alignment import Change, Happened
 from labcourse.run.check import GOOD, Checked, Part, State
@@ -115,7 +116,7 @@ def _notes(checked: Checked) -> Iterator[str]:
     for name, changes in checked.changes.items():
         yield (
             f"{name}: among the course's cells, {'; '.join(_happened(changes))}. They are run as the course has "
-            f'them; rotflex restore {name.partition("_")[0]}, or lab.restore("{name.partition("_")[0]}") in a '
+            f'them; {program.name()} restore {name.partition("_")[0]}, or lab.restore("{name.partition("_")[0]}") in a '
             "notebook, gives them back and touches no answer."
         )
     bad = {part.notebook for part in checked.parts if part.state in (State.MISSING, State.DIFFERENT)}

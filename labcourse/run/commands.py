@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from labcourse import program
 from labcourse.errors import CheckError
 from labcourse.run import by_program
 from labcourse.run.from_notebook import nothing_here
@@ -28,15 +29,14 @@ _Folder = Annotated[
 _Student = Annotated[str, typer.Option(help="Your student ID; as your folder says unless given.")]
 
 
-def register(app: typer.Typer) -> None:
-    """Add the commands."""
-    app.command()(check)
-    app.command()(submit)
-    app.command()(restore)
+def register(app: typer.Typer, panel: str) -> None:
+    """Add the commands to a panel of the help."""
+    for command in (check, submit, restore):
+        app.command(rich_help_panel=panel)(command)
 
 
 def check(folder: _Folder = None, student: _Student = "") -> None:
-    """See beforehand what is recorded when your work is run for marking, and what is not, and why.
+    """Run your notebooks as they will be run for marking, and show which answers are recorded.
 
     Your notebooks, as you saved them, are run from the first cell to the last, in a copy of the folder. Nothing is
     marked, and nothing of yours is changed.
@@ -59,11 +59,11 @@ def submit(
     out: Annotated[Path | None, typer.Option(help="Where to put the zip; above the folder unless given.")] = None,
     no_check: Annotated[bool, typer.Option("--no-check", help="Pack it unseen; the receipt says so.")] = False,
 ) -> None:
-    """Check your work, and pack it into one zip to upload, named by your ID, with a receipt.
+    """Check your work and pack it into one zip file to upload, with a receipt.
 
     Exit codes: 0 packed, 1 packed, and there is something to look at, 2 it cannot be packed.
     """
-    from labcourse import released
+    from labcourse import courses, released
     from labcourse.run import student_folder
     from labcourse.run import submit as packing
 
@@ -99,7 +99,7 @@ def restore(
         bool, typer.Option("--dry-run", help="Say what would be given back, and change nothing.")
     ] = False,
 ) -> None:
-    """Get back cells and text of the course's that you changed, moved or deleted. No answer of yours is touched."""
+    """Get back the course's own cells and texts that you changed or deleted; your answers stay."""
     from labcourse import courses, released
     from labcourse.run import restore as restoring
 
@@ -141,7 +141,7 @@ def _of_restored(done: Any, dry_run: bool) -> Iterator[str]:
 
 
 def _place(folder: Path | None) -> Path:
-    from labcourse import released
+    from labcourse import courses, released
     from labcourse.run import student_folder
 
     return student_folder.find(folder, released.masters())
@@ -155,8 +155,9 @@ def _checked(folder: Path, student: str) -> Checked:
     if folder.resolve() == courses.current().notebooks.resolve():  # texts would be compared with themselves
         raise CheckError(
             "Here your own notebooks stand for the course's, and none of your texts would be found. This happens "
-            "with python -m rotflex in the course's folder, or after pip install -e. Install the course once "
-            "(pip install .), and say rotflex check as its README does. (rotflex submit --no-check packs unseen.)"
+            f"with python -m {program.name()} in the course's folder, or after pip install -e. Install the course once "
+            f"(pip install .), and say {program.name()} check as its README does. ({program.name()} submit --no-check "
+            "packs unseen.)"
         )
     progress = _Progress(len(masters))
     try:

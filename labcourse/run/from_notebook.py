@@ -12,7 +12,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from labcourse import files
+from labcourse import files, program
 from labcourse.answers.handed_in import NotebookError, cells_of
 from labcourse.run import by_program
 from labcourse.safe_text import no_escapes
@@ -43,9 +43,9 @@ def run(command: str, words: Sequence[str], folder: Path, cell: str = "", needs_
         if needs_saving:
             return
         print()
-    program = [sys.executable, "-P", "-m", "rotflex.cli", command, *words]
+    arguments = [sys.executable, "-P", "-m", program.name(), command, *words]
     child = subprocess.Popen(
-        program,
+        arguments,
         cwd=folder,
         env={**os.environ, "PYTHONUTF8": "1", "PYTHONUNBUFFERED": "1"},
         stdin=subprocess.DEVNULL,

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from labcourse import course_file, files, hub, student_id
+from labcourse import course_file, files, hub, program, student_id
 from labcourse.answers import own_files, report_files
 from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.handed_in import Cell, HandIn, NotebookError, cells_of
@@ -15,7 +15,7 @@ from labcourse.errors import CheckError, ConfigurationError, StudentIDError
 from labcourse.files import ANSWERS_FILE, COURSE_FILE
 from labcourse.session import DEMO
 
-USUAL = "notebooks"  #: the folder that ``rotflex lab`` opens unless it is told another
+USUAL = "notebooks"  #: the folder that ``labcourse lab`` opens unless it is told another
 
 
 @dataclass(frozen=True)
@@ -149,9 +149,9 @@ def _not_there(folder: Path, name: str) -> str:
         files.shown(path.name) for path in folder.glob(f"{number}*.ipynb") if own_files.KEPT_COPY not in path.name
     )
     if not found:
-        return f"{name} is not there. (rotflex restore {name} gives a new one.)"
+        return f"{name} is not there. ({program.name()} restore {name} gives a new one.)"
     return (
-        f"{name} is not there. (Is it {' or '.join(found)}? Then give it its name again. Else rotflex restore "
+        f"{name} is not there. (Is it {' or '.join(found)}? Then give it its name again. Else {program.name()} restore "
         f"{name} gives a new one.)"
     )
 

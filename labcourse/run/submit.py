@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import labcourse
-from labcourse import files, student_id
+from labcourse import files, program, student_id
 from labcourse.answers import own_files, report_files
 from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.handed_in import document
@@ -118,8 +118,8 @@ def owner(work: student_folder.Work, student: str = "") -> str:
     named = student_folder.student_of(work, student)
     if named == DEMO:
         raise CheckError(
-            "Whose work is this? Say rotflex submit --student YOUR-ID, with the ID that your instructor knows you "
-            "by. (Your bench is made from it: rotflex lab --student YOUR-ID says it once for all.)"
+            f"Whose work is this? Say {program.name()} submit --student YOUR-ID, with the ID that your instructor "
+            f"knows you by. (Your bench is made from it: {program.name()} lab --student YOUR-ID says it once for all.)"
         )
     return named
 

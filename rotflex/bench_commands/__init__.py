@@ -5,22 +5,50 @@ Modules load when a command needs them.
 
 from __future__ import annotations
 
+import contextlib
 import math
+from collections.abc import Iterator
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+import typer.core
 
-from rotflex.errors import ConfigurationError, IdentificationError
+from rotflex.errors import ConfigurationError, IdentificationError, RotflexError
 
 if TYPE_CHECKING:
     from rotflex.hil.bench import Bench
     from rotflex.recording import Recording
 
+
+@contextlib.contextmanager
+def errors_as_messages() -> Iterator[None]:
+    """Show an error of the laboratory or the system as a message, with exit code 2."""
+    try:
+        yield
+    except BrokenPipeError:  # who reads our output has gone: typer sees to it
+        raise
+    except (RotflexError, OSError) as error:
+        message = str(error)
+        if isinstance(error, OSError) and error.filename:
+            message = f"{error.filename}: {error.strerror}."
+        # Files hold untrusted text, which must not steer a terminal.
+        shown = "".join(one if one.isprintable() or one in "\n\t" else ascii(one)[1:-1] for one in message)
+        typer.secho(f"rotflex: {shown}", err=True, fg="red")
+        raise typer.Exit(2) from error
+
+
+class _Commands(typer.core.TyperGroup):
+    def invoke(self, ctx: Any) -> Any:
+        with errors_as_messages():
+            return super().invoke(ctx)
+
+
 app = typer.Typer(
-    help="A bench: set it up, run experiments on it, fit a virtual one to its recordings. "
-    "(Is all there, and does it work? 'rotflex doctor --bench bench.toml' says it.)"
+    cls=_Commands,
+    help="Set up a bench, run experiments on it, fit a virtual one to its recordings. "
+    "(Does it work? 'rotflex doctor --bench bench.toml' says so.)",
 )
 
 _Force = Annotated[bool, typer.Option("--force", help="Write over a file that is there.")]

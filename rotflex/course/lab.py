@@ -17,7 +17,7 @@ import os
 from collections.abc import Iterable
 from pathlib import Path
 
-from labcourse import courses, hub
+from labcourse import courses, hub, program
 from labcourse.answers.reflection import Check
 from labcourse.benches import PRESET, REAL, SAME
 from labcourse.course_file import bench_policy
@@ -53,6 +53,7 @@ def start(
         If the bench's address is not understood.
     """
     courses.use("rotflex.course")
+    program.use_by_default("rotflex")
     place = Path(folder) if folder is not None else Path.cwd()
     return Lab(student_of(student, place), bench, place, quiet)
 

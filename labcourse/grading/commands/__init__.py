@@ -1,16 +1,16 @@
-"""The instructor's commands. ``rotflex.cli`` adds them where this package is.
+"""The instructor's commands, in the order of use. The command line adds them where this package is.
 
-=============  ==========================================================================
-``course``     release, notebooks, check-course
-``grade``      grade; doctor, which ``rotflex.cli`` has, for it looks at benches as well
-``marks``      regrade, report, mark, comment, history, roster
+=============  ===========================================================================
+``course``     make-notebooks, check-course, release
+``grade``      doctor, grade
+``marks``      roster, regrade, report, mark, comment, history
 ``score``      score: the page on which persons score, and scores by a table
-``day``        class, publish, request, answer, requests
-``outcomes``   outcomes, sheets
+``day``        status, publish; requests add, list, answer
+``outcomes``   outcomes report, outcomes sheets
 ``export``     export: marks into other platforms' files
-``person``     forget, copy: a person's data is erased, or given to them
+``person``     person copy, person erase: a person's data is given to them, or erased
 ``options``    what several of them take, their exit codes, and how a gradebook is opened
-=============  ==========================================================================
+=============  ===========================================================================
 """
 
 from __future__ import annotations
@@ -19,20 +19,21 @@ import typer
 
 from labcourse.grading.commands import course, day, export, grade, marks, outcomes, person, score
 
-_COMMANDS = (
-    *(course.release, course.notebooks, course.check_course),
-    grade.grade,
-    *(marks.regrade, marks.report, marks.mark, marks.comment, marks.history, marks.roster),
-    score.score,
-    *(day.publish, day.request, day.answer, day.requests),
-    *(outcomes.outcomes, outcomes.sheets),
-    export.export,
-    *(person.forget, person.copy),
-)
+_PANELS = {  # groups come after commands
+    "Course": (course.make_notebooks, course.check_course, course.release),
+    "Class": (
+        *(grade.doctor, marks.roster, grade.grade, day.status, score.score, marks.regrade, marks.report, day.publish),
+        *(export.export, outcomes.outcomes),
+    ),
+    "Person": (marks.mark, marks.comment, marks.history, day.requests, person.person),
+}
 
 
 def register(app: typer.Typer) -> None:
     """Add the instructor's commands to the application."""
-    for command in _COMMANDS:
-        app.command()(command)
-    app.command("class")(day.at_a_glance)
+    for panel, commands in _PANELS.items():
+        for command in commands:
+            if isinstance(command, typer.Typer):
+                app.add_typer(command, rich_help_panel=panel)
+            else:
+                app.command(rich_help_panel=panel)(command)

@@ -1,4 +1,4 @@
-"""Commands about a course: release, notebooks, check-course."""
+"""Commands about a course: make-notebooks, check-course, release."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def release(
         bool, typer.Option("--keep/--no-keep", help="Keep the zip beside the course, for work begun under it.")
     ] = True,
 ) -> None:
-    """Make the students' folder and zip: no solutions, no key, none of the instructor's modules."""
+    """Make the folder and zip that students get, without solutions, key and the instructor's modules."""
     from labcourse.grading.release import releases
     from labcourse.grading.release.student_course import release as make
 
@@ -36,8 +36,8 @@ def release(
         typer.echo(f"Release {made.id}, not kept: what is done with it is run with the course as it is.")
 
 
-def notebooks(course: CourseFolder = None) -> None:
-    """Derive the student notebooks in notebooks/ from the course's anew."""
+def make_notebooks(course: CourseFolder = None) -> None:
+    """Make the student notebooks in notebooks/ from those with solutions."""
     from labcourse.grading.release.student_course import write_notebooks
 
     for path in write_notebooks(courses.find(course)):
@@ -50,7 +50,7 @@ def check_course(
         bool, typer.Option("--run/--no-run", help="Run the notebooks with solutions, and mark what they answer.")
     ] = True,
 ) -> None:
-    """Say what is missing in a course, or contradicts itself: questions, key, cells, numbers in texts.
+    """Find what is missing or contradicts itself in a course: questions, key, cells, numbers in texts.
 
     Exit code: 0 everything fits, 1 something does not.
     """

@@ -1,4 +1,4 @@
-"""Commands of an instructor's day: class, publish; request, answer, requests."""
+"""Commands of an instructor's day: status, publish; requests add, answer, list."""
 
 from __future__ import annotations
 
@@ -8,14 +8,18 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from labcourse import program
 from labcourse.errors import GradingError
 from labcourse.grading import course as courses
 from labcourse.grading.commands.options import (
     SOME_TROUBLE,
-    Book,
+    By,
     CourseFolder,
     Marks,
     Out,
+    Part,
+    Question,
+    Student,
     open_existing,
     results_beside,
     results_in,
@@ -26,8 +30,8 @@ if TYPE_CHECKING:
     from labcourse.grading.gradebook import Request
 
 
-def at_a_glance(marks: Marks, course: CourseFolder = None, out: Out = None) -> None:
-    """Show the class: who handed in, who is in trouble, what waits for whom, what went wrong for many.
+def status(marks: Marks, course: CourseFolder = None, out: Out = None) -> None:
+    """Show how the class stands: who handed in, who is in trouble, what waits for you.
 
     The same is written as a page, class.html, into the folder of results. It names students: it is for you alone.
 
@@ -56,12 +60,12 @@ def at_a_glance(marks: Marks, course: CourseFolder = None, out: Out = None) -> N
 
 def publish(
     marks: Marks,
-    by: Annotated[str, typer.Option(help="Who gives it back.")],
+    by: By,
     note: Annotated[str, typer.Option(help="For the record, as: without the reports.")] = "",
     course: CourseFolder = None,
     out: Out = None,
 ) -> None:
-    """Give feedback back: write everybody's pages anew, record who does it and when, and tell what is not ready.
+    """Give feedback back: write everybody's pages, record when, and list what is not ready.
 
     Handing the pages to students is your platform's part. Where course.toml says that feedback opens later, the pages
     say so and no more, and nothing is recorded as given back.
@@ -107,8 +111,9 @@ def _not_renewed(folder: Path) -> list[str]:
     """Which commands write what lies in a folder of results and is not made anew with the pages."""
     from labcourse.grading.outcomes import class_report, sheet_files
 
-    files = {"rotflex outcomes": class_report.PAGE_FILE, "rotflex sheets": sheet_files.FOLDER}
-    there = {command: name for command, name in files.items() if (folder / name).exists()}
+    command = f"{program.name()} outcomes"
+    files = {f"{command} report": class_report.PAGE_FILE, f"{command} sheets": sheet_files.FOLDER}
+    there = {one: name for one, name in files.items() if (folder / name).exists()}
     if not there:
         return []
     return [
@@ -116,44 +121,52 @@ def _not_renewed(folder: Path) -> list[str]:
     ]
 
 
-def request(
-    student: Annotated[str, typer.Argument(help="Who asks.")],
-    question: Annotated[str, typer.Argument(help="As 1.11.")],
-    part: Annotated[str, typer.Argument(help="As explanation.")],
-    text: Annotated[str, typer.Argument(help="What they ask, in their words; it is shown in their feedback.")],
-    gradebook: Book,
+requests = typer.Typer(
+    name="requests", help="Note, list and answer what students ask to have looked at again.", no_args_is_help=True
+)
+
+
+@requests.command()
+def add(
+    marks: Marks,
+    student: Student,
+    question: Question,
+    part: Part,
+    text: Annotated[str, typer.Argument(help="What the student asks; it is shown in their feedback.")],
 ) -> None:
-    """Note beside an answer that a student asks to have it looked at again. It stays open until it is answered."""
-    with open_existing(gradebook) as book:
+    """Note that a student asks to have an answer looked at again. It stays open until it is answered."""
+    with open_existing(marks) as book:
         made = book.requests.make(student, (question, part), text)
     say(f"Request {made.number} of {made.student} is noted.")
 
 
-def answer(
-    number: Annotated[int, typer.Argument(help="Of the request, as rotflex requests lists it.")],
-    text: Annotated[str, typer.Argument(help="What there is to say; it is shown in the student's feedback.")],
-    by: Annotated[str, typer.Option(help="Who answers.")],
-    gradebook: Book,
-) -> None:
-    """Answer a student's request. The mark stays as it is: rotflex mark changes it."""
-    with open_existing(gradebook) as book:
-        done = book.requests.answer(number, by, text)
-    say(
-        f"Request {done.number} of {done.student}, {done.question} {done.part}, is answered. rotflex report "
-        "writes it down."
-    )
-
-
-def requests(
-    gradebook: Book,
+@requests.command("list")
+def list_requests(
+    marks: Marks,
     everything: Annotated[bool, typer.Option("--all", help="Those that were answered, too.")] = False,
 ) -> None:
     """List what students ask to have looked at again."""
-    with open_existing(gradebook) as book:
+    with open_existing(marks) as book:
         there = book.requests.all(open_only=not everything)
     if not there:
         typer.echo("There are no requests." if everything else "No request is open.")
     say(*_lines(there))
+
+
+@requests.command()
+def answer(
+    marks: Marks,
+    number: Annotated[int, typer.Argument(help="Of the request, as 'requests list' shows it.")],
+    text: Annotated[str, typer.Argument(help="Your answer; it is shown in the student's feedback.")],
+    by: By,
+) -> None:
+    """Answer a student's request. The mark stays as it is: the command 'mark' changes it."""
+    with open_existing(marks) as book:
+        done = book.requests.answer(number, by, text)
+    say(
+        f"Request {done.number} of {done.student}, {done.question} {done.part}, is answered. "
+        f"{program.name()} report writes it down."
+    )
 
 
 def _lines(there: Sequence[Request]) -> list[str]:

@@ -14,7 +14,7 @@ import typer
 from labcourse import files
 from labcourse.errors import GradebookError, GradingError
 from labcourse.grading import course as courses
-from labcourse.grading.commands.options import SOME_TROUBLE, CourseFolder, Marks, open_existing
+from labcourse.grading.commands.options import SOME_TROUBLE, CourseFolder, DryRun, Marks, open_existing
 from labcourse.safe_text import say
 
 if TYPE_CHECKING:
@@ -36,7 +36,7 @@ def export(
     column: Annotated[
         str | None, typer.Option(help="Its column for the marks; may be left out if only one takes marks.")
     ] = None,
-    out: Annotated[
+    write: Annotated[
         Path | None,
         typer.Option(help="The file to write.", dir_okay=False, show_default="beside theirs, with-marks"),
     ] = None,
@@ -58,10 +58,12 @@ def export(
         Path | None,
         typer.Option(help="The platform's zip of submissions, whose names --feedback needs.", dir_okay=False),
     ] = None,
-    dry_run: Annotated[bool, typer.Option("--dry-run", help="Tell what would come of it, and write nothing.")] = False,
+    dry_run: DryRun = False,
     course: CourseFolder = None,
 ) -> None:
-    """Put marks into a platform's own file: one column of it, and nothing else.
+    """Put marks into a file that you exported from Canvas, Moodle, Blackboard or Brightspace.
+
+    One column of it is filled, and nothing else is changed.
 
     Exit code: 0 everybody's mark is in, 1 some are not (each is named, with the reason), 2 nothing written.
     """
@@ -71,7 +73,7 @@ def export(
         raise GradingError("--submissions gives names for --feedback: say where that is to be written.")
     found = courses.find(course)
     with open_existing(marks) as book:
-        target = out or into.with_stem(into.stem + _SUFFIX)
+        target = write or into.with_stem(into.stem + _SUFFIX)
         choice = Choice(found.settings.marks.decimals if decimals is None else decimals, unfinished, cap)
         order = _Order(into, target, column, _points(out_of), choice, feedback, submissions, dry_run)
         complete = _into_file(book, found, order)

@@ -20,7 +20,10 @@ from labcourse.grading.commands.options import (
     Again,
     CourseFolder,
     Json,
-    open_gradebook,
+    Marks,
+    Out,
+    open_or_make,
+    results_in,
 )
 from labcourse.messages import plural
 from labcourse.student_id import GRADEBOOK_FILE, INTAKE_FILE
@@ -29,8 +32,8 @@ if TYPE_CHECKING:
     from labcourse.grading.batch import Settings
 
 
-def doctor(as_json: bool) -> None:
-    """Show, layer by layer, whether students' code can be run in isolation here, by trying to break out.
+def doctor(as_json: Json = False) -> None:
+    """Check that students' code can be isolated on this computer, by trying to break out, layer by layer.
 
     Exit code: 0 it can, 3 it cannot.
     """
@@ -45,15 +48,13 @@ def doctor(as_json: bool) -> None:
 
 
 def grade(
+    marks: Marks,
     submissions: Annotated[
         Path,
         typer.Argument(help="A folder, or a zip, with what each student handed in, as learning platforms give it."),
     ],
-    out: Annotated[Path, typer.Option(help="Folder for grades.csv and the feedback; made if needed.", file_okay=False)],
+    out: Out = None,
     course: CourseFolder = None,
-    gradebook: Annotated[
-        str | None, typer.Option(help="A file, or the URL of a database.", show_default=f"OUT/{GRADEBOOK_FILE}")
-    ] = None,
     jobs: Annotated[int, typer.Option(min=1, help="Submissions to run at a time.")] = 1,
     scheduler: Annotated[
         str | None, typer.Option(help="Run on the workers of this dask.distributed scheduler, as tcp://host:8786.")
@@ -90,7 +91,9 @@ def grade(
         bool, typer.Option("--unsafe-no-isolation", help="Run students' code with your own rights.")
     ] = False,
 ) -> None:
-    """Run and mark a class. What is in the gradebook already and has not changed is not run again.
+    """Run and mark what a class handed in. What has not changed is not run again.
+
+    MARKS is made if needed. Marks, grades.csv and everybody's feedback are written there.
 
     Exit code: 0 all graded, 1 there was trouble with some submissions (they score what they earned), 2 nothing graded,
     3 nothing graded, as students' code cannot be isolated here.
@@ -110,8 +113,11 @@ def grade(
         raise GradingError(f"There is no folder {submissions}.")
     if submissions.is_dir() and not any(submissions.iterdir()):
         raise GradingError(f"There is nothing in {submissions}.")
-    if out.resolve().is_relative_to(submissions.resolve()):
-        raise GradingError(f"{out} lies among the submissions: choose another folder for the results.")
+    if (submissions / GRADEBOOK_FILE).is_file():
+        raise GradingError(f"{submissions} is a class's folder of marks. Name that first, then the submissions.")
+    folder = results_in(marks, out)
+    if folder.resolve().is_relative_to(submissions.resolve()):
+        raise GradingError(f"{folder} lies among the submissions: choose another folder for the results.")
     zone = _zone(time_zone)
     when, untold = handing_in.read(times, zone) if times else ({}, [])
     limits = Limits(cell_timeout, deadline, memory * 2**20, processes)
@@ -123,22 +129,22 @@ def grade(
             again=tuple(again or ()),
         )
         _check_isolation(settings)
-        make_folder(out)
-        decided = intake_table.read(out / INTAKE_FILE)
+        make_folder(folder)
+        decided = intake_table.read(folder / INTAKE_FILE)
         decisions = {one.key: text for one, text in decided.items() if text}
         settings = replace(settings, decisions=decisions)
-        with open_gradebook(gradebook or str(out / GRADEBOOK_FILE)) as book:
+        with open_or_make(marks) as book:
             batch = Batch(submissions, found, book, settings)
             before = Before(book)
             progress = (JsonLines if as_json else Screen)(len(batch), [*batch.ignored, *untold], batch.absent)
-            with Reports(out, found, book, batch.students) as reports, progress:
+            with Reports(folder, found, book, batch.students) as reports, progress:
                 try:
                     for step in batch.grade():
                         progress.add(step.ran, reports.write(step.graded), before.changes(step.graded))
                 finally:
-                    open_rows = intake_table.write(out / INTAKE_FILE, batch.doubts, decided)
+                    open_rows = intake_table.write(folder / INTAKE_FILE, batch.doubts, decided)
         to_decide = (
-            f"What cannot be known for certain is in {out / INTAKE_FILE}, with what was assumed "
+            f"What cannot be known for certain is in {folder / INTAKE_FILE}, with what was assumed "
             f"({plural(open_rows, '{count} row', '{count} rows')}): write what is right under decision and grade again."
         )
         for line in filter(None, (reports.closed, reports.unknown, reports.hints, to_decide if open_rows else "")):

@@ -10,16 +10,24 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from labcourse import program
 from labcourse.errors import GradebookError, GradingError
 from labcourse.grading import course as courses
 from labcourse.grading.commands.options import (
     SOME_TROUBLE,
     Again,
-    Book,
+    By,
     CourseFolder,
     Json,
+    Marks,
+    Out,
+    Part,
+    Question,
+    Student,
     open_existing,
     open_or_make,
+    results_beside,
+    results_in,
 )
 from labcourse.messages import plural
 from labcourse.safe_text import say
@@ -31,20 +39,19 @@ _SHOWN = 60  # characters of an answer that was marked
 
 
 def regrade(
-    gradebook: Book,
+    marks: Marks,
     course: CourseFolder = None,
     question: Annotated[
         list[str] | None, typer.Option(help="Mark only this question again; may be given several times.")
     ] = None,
-    out: Annotated[
-        Path | None, typer.Option(help="Write grades.csv and the feedback here anew.", file_okay=False)
-    ] = None,
+    out: Out = None,
     jobs: Annotated[int, typer.Option(min=1, help="Submissions to mark at a time.")] = 1,
     as_json: Json = False,
 ) -> None:
-    """Mark the answers in the gradebook again, by the key as it is now, and tell what changed. No notebook is run.
+    """Mark all answers again by the key as it is now, and show what changed. No notebook is run.
 
-    Marks that a person gave stay; those that the key would give otherwise are named.
+    Marks that a person gave stay; those that the key would give otherwise are named. grades.csv and the feedback are
+    written anew; where MARKS is a database's URL, --out names the folder for them.
 
     Exit code: 0 all marked, 1 some could not be marked (their marks stay as they were), 2 nothing marked.
     """
@@ -55,11 +62,11 @@ def regrade(
     from labcourse.grading.reports.changes import changes
     from labcourse.grading.reports.grades import Reports
 
-    found = courses.find(course)
+    found, folder = courses.find(course), results_beside(marks, out)
     students = changed = failed = 0
     faults: dict[str, None] = {}
-    with open_existing(gradebook) as book, ExitStack() as stack:
-        reports = None if out is None else stack.enter_context(Reports(out, found, book))
+    with open_existing(marks) as book, ExitStack() as stack:
+        reports = None if folder is None else stack.enter_context(Reports(folder, found, book))
         for done in mark_again(book, found, question or (), jobs):
             told = changes(done.before, done.after)
             students += 1
@@ -93,33 +100,33 @@ def regrade(
 
 
 def report(
-    gradebook: Book,
-    out: Annotated[Path, typer.Option(help="Folder for grades.csv and the feedback; made if needed.", file_okay=False)],
+    marks: Marks,
+    out: Out = None,
     course: CourseFolder = None,
 ) -> None:
-    """Write grades.csv and the feedback of everybody in the gradebook and its roster. Nothing is run or marked.
+    """Write grades.csv and everybody's feedback from the gradebook. Nothing is run or marked.
 
     Exit code: 0 all written, 2 something could not be.
     """
     from labcourse.grading.reports.grades import Reports
 
-    found = courses.find(course)
-    with open_existing(gradebook) as book:
-        reports = Reports(out, found, book)
+    found, folder = courses.find(course), results_in(marks, out)
+    with open_existing(marks) as book:
+        reports = Reports(folder, found, book)
         count = reports.write_all()
-    typer.echo(f"{plural(count, '{count} student', '{count} students')}: {out}")
+    typer.echo(f"{plural(count, '{count} student', '{count} students')}: {folder}")
     for line in filter(None, (reports.closed, reports.unknown, reports.hints)):
         typer.echo(line)
 
 
 def mark(
-    student: Annotated[str, typer.Argument(help="Whose.")],
-    question: Annotated[str, typer.Argument(help="As 1.11.")],
-    part: Annotated[str, typer.Argument(help="As explanation.")],
-    points: Annotated[float, typer.Argument(min=0, help="To give.")],
+    marks: Marks,
+    student: Student,
+    question: Question,
+    part: Part,
+    points: Annotated[float, typer.Argument(min=0, help="Points to give.")],
     reason: Annotated[str, typer.Option(help="For the student, and for the record.")],
-    by: Annotated[str, typer.Option(help="Who gives them.")],
-    gradebook: Book,
+    by: By,
     expect: Annotated[
         float | None,
         typer.Option(
@@ -127,17 +134,17 @@ def mark(
         ),
     ] = None,
 ) -> None:
-    """Give points to an answer that a person has read. They stay for as long as the answer is the same.
+    """Give points to one answer by hand. They stay for as long as the answer is the same.
 
     Points that a person gave before are replaced only if --expect names them: of two who mark the same answer, the
     second is told who was first.
     """
-    with open_existing(gradebook) as book:
+    with open_existing(marks) as book:
         seen = _seen(book, student, question, part)
         book.set_mark(student, question, part, points, reason, by, _expected(seen, expect))
     given = " ".join(seen.given.split()) if seen is not None else ""
     shown = given if len(given) <= _SHOWN else f"{given[:_SHOWN]}…"
-    say(f"{student}, {question}, {part}: {points:g}, for the answer {shown!r}. rotflex report writes it down.")
+    say(f"{student}, {question}, {part}: {points:g}, for the answer {shown!r}. {program.name()} report writes it down.")
 
 
 def _seen(book: Gradebook, student: str, question: str, part: str) -> MarkRecord | None:
@@ -160,31 +167,32 @@ def _expected(seen: MarkRecord | None, points: float | None) -> MarkRecord | Non
 
 
 def comment(
-    student: Annotated[str, typer.Argument(help="To whom.")],
-    text: Annotated[str, typer.Argument(help="What there is to say; it is shown in the feedback.")],
-    by: Annotated[str, typer.Option(help="Who says it.")],
-    gradebook: Book,
+    marks: Marks,
+    student: Student,
+    text: Annotated[str, typer.Argument(help="What you write; it is shown in the student's feedback.")],
+    by: By,
     question: Annotated[str | None, typer.Option(help="On this question, as 1.11; else on all of the work.")] = None,
 ) -> None:
-    """Write a word to a student, on a question or on everything."""
-    with open_existing(gradebook) as book:
+    """Write to a student in their feedback, on one question or on all of the work."""
+    with open_existing(marks) as book:
         graded = book.current(student)
         if question is not None and graded is not None and question not in {one.question for one in graded.marks}:
             raise GradingError(
                 f"{student!r} has no marks for a question {question!r}: a word on it would be seen nowhere."
             )
         book.comment(student, text, by, question)
-    say(f"{student}: noted. rotflex report writes it down.")
+    say(f"{student}: noted. {program.name()} report writes it down.")
 
 
 def history(
-    student: Annotated[str | None, typer.Argument(help="Whose; everybody's if left out.")] = None,
+    marks: Marks,
+    student: Annotated[
+        str | None, typer.Argument(metavar="[STUDENT]", help="The student's ID; everybody if left out.")
+    ] = None,
     question: Annotated[str | None, typer.Option(help="Of this question only.")] = None,
-    *,
-    gradebook: Book,
 ) -> None:
     """Show every change of a mark: what it was and became, when, by whom, and why."""
-    with open_existing(gradebook) as book:
+    with open_existing(marks) as book:
         for entry in book.audit(student, question):
             before, after = (
                 "–" if one is None else f"{one.points:g} ({one.status})" for one in (entry.before, entry.after)
@@ -196,11 +204,10 @@ def history(
 
 
 def roster(
+    marks: Marks,
     file: Annotated[
         Path | None, typer.Argument(help="A CSV file with a line for each student.", dir_okay=False, show_default=False)
     ] = None,
-    *,
-    gradebook: Book,
     remove: Annotated[
         list[str] | None,
         typer.Option(
@@ -210,10 +217,11 @@ def roster(
     ] = None,
     again: Again = None,
 ) -> None:
-    """Take the names of a class into the gradebook: a CSV with a heading; id, name, email and section are read.
+    """Read the names of a class from a CSV file into the gradebook, which is made if needed.
 
-    Empty cells leave what is known as it is; a cell of - removes it. Students who are not in the file stay: --remove
-    takes out whose ID was a slip, if nothing of theirs was handed in, graded or said.
+    The columns id, name, email and section are read. Empty cells leave what is known as it is; a cell of -
+    removes it. Students who are not in the file stay: --remove takes out an ID that was mistyped, if nothing was
+    handed in, graded or written under it.
 
     Exit code: 0 all taken, 1 some lines were not, or somebody was not removed, 2 nothing taken.
     """
@@ -221,7 +229,7 @@ def roster(
         raise GradingError("Say what the roster is: a CSV file; or by --remove whom to take out.")
     troubles: list[str] = []
     # Without a roster a slip in the gradebook's name must not make a new one.
-    with open_existing(gradebook) if file is None else open_or_make(gradebook) as book:
+    with open_existing(marks) if file is None else open_or_make(marks) as book:
         if file is not None:
             troubles += _taken_in(book, file, again or ())
         for student in remove or ():

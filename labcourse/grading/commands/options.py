@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from labcourse import program
 from labcourse.errors import GradingError
 from labcourse.grading import course as courses
 from labcourse.student_id import GRADEBOOK_FILE
@@ -26,18 +27,27 @@ CourseFolder = Annotated[
         show_default=f"{courses.USUAL}/ here",
     ),
 ]
-Book = Annotated[str, typer.Option("--gradebook", help="A file, the folder of results, or the URL of a database.")]
 Marks = Annotated[
-    str, typer.Argument(metavar="MARKS", help="The folder of results, or its gradebook: a file, or a database's URL.")
+    str,
+    typer.Argument(
+        metavar="MARKS",
+        help="The class's folder, with its marks and results; or its gradebook: a file, or a database's URL.",
+    ),
 ]
 Out = Annotated[
     Path | None,
-    typer.Option(help="The folder of results.", file_okay=False, show_default="that of the gradebook"),
+    typer.Option(help="Folder for the results.", file_okay=False, show_default="that of the gradebook"),
 ]
+By = Annotated[str, typer.Option(metavar="NAME", help="Your name, for the record.")]
+Student = Annotated[str, typer.Argument(metavar="STUDENT", help="The student's ID.")]
+Question = Annotated[str, typer.Argument(metavar="QUESTION", help="Its number, as 1.11.")]
+Part = Annotated[str, typer.Argument(metavar="PART", help="The part of the question, as explanation.")]
 Again = Annotated[
     list[str] | None,
     typer.Option(metavar="ID", help="Take in a person who was erased, as a new one; may be given several times."),
 ]
+DryRun = Annotated[bool, typer.Option("--dry-run", help="Show what would be done, and change nothing.")]
+Force = Annotated[bool, typer.Option("--force", help="Write over a file that is there.")]
 Json = Annotated[bool, typer.Option("--json", help="Print JSON for scripts: an object a line.")]
 
 
@@ -60,27 +70,29 @@ def open_existing(url: str) -> Gradebook:
 
 
 def open_or_make(url: str) -> Gradebook:
-    """A gradebook, made if there is none yet, with the folder that it lies in.
-
-    A name of which there is nothing yet is the folder of results, unless it has an ending: a term begins with the
-    roster, before ``rotflex grade`` has made that folder, and a file in its place would be in the way.
-    """
+    """Open a gradebook; make it, and the folder that it lies in, if there is none yet."""
     if _is_address(url):
         return open_gradebook(url)
-    path = Path(url)
-    named = path.is_file() or (path.suffix and not path.is_dir())
-    file = path if named else path / GRADEBOOK_FILE
+    file = _file_to_make(Path(url))
     file.parent.mkdir(parents=True, exist_ok=True)
     return open_gradebook(str(file))
+
+
+def _file_to_make(path: Path) -> Path:
+    """A name of which there is nothing yet is that of a folder, unless it has an ending."""
+    named = path.is_file() or (path.suffix and not path.is_dir())
+    return path if named else path / GRADEBOOK_FILE
 
 
 def _file_of(path: Path) -> Path:
     """A gradebook's file, by its own name or that of the folder of results."""
     inside = path / GRADEBOOK_FILE
     if path.is_dir() and not inside.is_file():
-        raise GradingError(f"There is no gradebook {GRADEBOOK_FILE} in the folder {path}. (rotflex grade makes one.)")
+        raise GradingError(
+            f"There is no gradebook {GRADEBOOK_FILE} in the folder {path}. ({program.name()} grade makes one.)"
+        )
     if not path.exists():
-        raise GradingError(f"There is no gradebook {path}. (rotflex grade makes one.)")
+        raise GradingError(f"There is no gradebook {path}. ({program.name()} grade makes one.)")
     return inside if path.is_dir() else path
 
 
@@ -88,7 +100,7 @@ def results_beside(marks: str, out: Path | None) -> Path | None:
     """The folder of results: as named, or that of the gradebook; None where this is no file."""
     if out is not None or _is_address(marks):
         return out
-    return Path(marks) if Path(marks).is_dir() else Path(marks).parent
+    return _file_to_make(Path(marks)).parent
 
 
 def results_in(marks: str, out: Path | None) -> Path:

@@ -1,8 +1,7 @@
-"""Commands that follow outcomes: outcomes, sheets."""
+"""Commands that follow outcomes: outcomes report, outcomes sheets."""
 
 from __future__ import annotations
 
-from enum import StrEnum
 from typing import Annotated
 
 import typer
@@ -12,19 +11,17 @@ from labcourse.grading.commands.options import CourseFolder, Marks, Out, open_ex
 from labcourse.messages import plural
 from labcourse.safe_text import say
 
-
-class Groups(StrEnum):
-    """What a class is divided into."""
-
-    SECTION = "section"
-    NONE = "none"
+outcomes = typer.Typer(
+    name="outcomes", help="Show how the class does in each outcome, and fill in scoring sheets.", no_args_is_help=True
+)
 
 
-def outcomes(
+@outcomes.command()
+def report(
     marks: Marks,
     out: Out = None,
     course: CourseFolder = None,
-    by: Annotated[Groups, typer.Option(help="The groups that are shown beside each other.")] = Groups.SECTION,
+    sections: Annotated[bool, typer.Option(help="Show the sections of the class beside each other.")] = True,
 ) -> None:
     """Write how the class does in each criterion and outcome: attainment.html, attainment.csv, students.csv.
 
@@ -36,13 +33,14 @@ def outcomes(
 
     found, folder = courses.find(course), results_in(marks, out)
     with open_existing(marks) as book:
-        done = class_report.write(folder, found, book, by is Groups.SECTION)
+        done = class_report.write(folder, found, book, sections)
     students = plural(done.students, "{count} student", "{count} students")
     typer.echo(f"{students}: {folder / class_report.PAGE_FILE}")
     say(*done.notes)
     say(f"{class_report.STUDENTS_FILE} has names: it is for you, and not for an accreditation.")
 
 
+@outcomes.command()
 def sheets(
     marks: Marks,
     out: Out = None,
@@ -51,7 +49,7 @@ def sheets(
         list[str] | None, typer.Option(help="The sheets of this student only; may be given several times.")
     ] = None,
 ) -> None:
-    """Write each student's scoring sheets, filled in: HTML, PDF and CSV, and one CSV of all cells of the class.
+    """Write each student's scoring sheets as HTML, PDF and CSV, and one CSV of the whole class.
 
     Exit code: 0 all written, 2 something could not be.
     """

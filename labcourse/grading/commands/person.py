@@ -1,4 +1,4 @@
-"""Commands about a person: forget, copy."""
+"""Commands about a person's data: person copy, person erase."""
 
 from __future__ import annotations
 
@@ -8,13 +8,18 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from labcourse import program
 from labcourse.errors import GradebookError, GradingError
 from labcourse.grading import course as courses
 from labcourse.grading.commands.options import (
     SOME_TROUBLE,
-    Book,
+    By,
     CourseFolder,
+    DryRun,
+    Force,
+    Marks,
     Out,
+    Student,
     open_existing,
     results_beside,
 )
@@ -27,21 +32,26 @@ if TYPE_CHECKING:
 _MOST_TOLD = 30  # places of one sort; they fill a screen
 
 
-def forget(
-    student: Annotated[str, typer.Argument(help="Whom: the ID.")],
-    gradebook: Book,
-    by: Annotated[str, typer.Option(help="Who does it; this is kept, and not who was erased.")],
+person = typer.Typer(name="person", help="Copy or erase all that is stored about a student.", no_args_is_help=True)
+
+
+@person.command()
+def erase(
+    marks: Marks,
+    student: Student,
+    by: By,
     out: Out = None,
     submissions: Annotated[
         Path | None, typer.Option(help="Look here, too, for what they handed in, and tell of it.")
     ] = None,
-    dry_run: Annotated[bool, typer.Option("--dry-run", help="Tell what would go, and erase nothing.")] = False,
+    dry_run: DryRun = False,
     yes: Annotated[bool, typer.Option("--yes", help="Do not ask.")] = False,
     course: CourseFolder = None,
 ) -> None:
-    """Erase a person: all that the gradebook and the folder of results have of them. It cannot be taken back.
+    """Erase all that is stored about a student. It cannot be taken back.
 
-    What is made of the class is written anew. Who scored an answer stays: this is for students.
+    The gradebook keeps who erased somebody, and not who was erased. What is made of the class is written anew. Who
+    scored an answer stays: this is for students.
 
     Exit code: 0 erased (or shown), 1 erased, but there is something left to do, which is told, 2 nothing erased.
     """
@@ -49,9 +59,9 @@ def forget(
     from labcourse.grading.erasure.others import of_others
     from labcourse.grading.erasure.results import Results
 
-    found, folder = courses.find(course), results_beside(gradebook, out)
+    found, folder = courses.find(course), results_beside(marks, out)
     results = None if folder is None else Results(folder, found)
-    with open_existing(gradebook) as book:
+    with open_existing(marks) as book:
         others = of_others(book, found, student)
         told = _known(book, student, lambda: book.persons.would_be_erased(student, others))
         say(*_what_goes(told, results))
@@ -141,7 +151,8 @@ def _what_cannot_be_seen(done: Erased, folder: Path | None, submissions: Path | 
     if submissions is None:
         came_in = f" (they came in: {', '.join(done.sources)})" if done.sources else ""
         yield (
-            f"  what they handed in, where you keep it{came_in}. rotflex grade does not take it in again; it says so."
+            f"  what they handed in, where you keep it{came_in}. {program.name()} grade does not take it in again; "
+            "it says so."
         )
     if folder is None:
         yield "  the folder of results, which was not named"
@@ -150,15 +161,16 @@ def _what_cannot_be_seen(done: Erased, folder: Path | None, submissions: Path | 
     yield "  their own folder and computer"
 
 
+@person.command()
 def copy(
-    student: Annotated[str, typer.Argument(help="Of whom: the ID.")],
-    gradebook: Book,
+    marks: Marks,
+    student: Student,
     into: Annotated[Path, typer.Argument(help="The zip to write.", dir_okay=False)],
     out: Out = None,
-    force: Annotated[bool, typer.Option("--force", help="Write over a file that is there.")] = False,
+    force: Force = False,
     course: CourseFolder = None,
 ) -> None:
-    """Write a copy of all that is stored about a student, for them: a zip with all records, and each file as it came.
+    """Write a zip for a student with all that is stored about them: records, and each file as it came.
 
     It holds the names of those who marked, and what class-mates are told of them is not in it.
     """
@@ -167,8 +179,8 @@ def copy(
 
     if into.exists() and not force:
         raise GradingError(f"{into} is there already; add --force to write over it.")
-    found, folder = courses.find(course), results_beside(gradebook, out)
-    with open_existing(gradebook) as book:
+    found, folder = courses.find(course), results_beside(marks, out)
+    with open_existing(marks) as book:
         results = None if folder is None else Results(folder, found)
         count = copied.write(into, book, results, student)
     say(f"All records and {count} files that were handed in: {into}")

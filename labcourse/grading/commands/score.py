@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from labcourse import program
 from labcourse.errors import GradingError
 from labcourse.grading import course as courses
-from labcourse.grading.commands.options import SOME_TROUBLE, CourseFolder, Marks, open_existing
+from labcourse.grading.commands.options import SOME_TROUBLE, CourseFolder, Force, Marks, open_existing
 from labcourse.messages import plural
 from labcourse.safe_text import say
 
@@ -20,8 +21,9 @@ if TYPE_CHECKING:
 def score(
     marks: Marks,
     course: CourseFolder = None,
-    names: Annotated[
-        list[str] | None, typer.Option("--as", metavar="NAME", help="Who scores; may be given several times.")
+    by: Annotated[
+        list[str] | None,
+        typer.Option(metavar="NAME", help="Your name, for the record; once for each person who scores."),
     ] = None,
     port: Annotated[int, typer.Option(min=0, max=65535, help="Where the page is served; 0: any free port.")] = 0,
     show_names: Annotated[bool, typer.Option("--names", help="Show whose an answer is; else it has a number.")] = False,
@@ -32,10 +34,9 @@ def score(
     read: Annotated[
         Path | None, typer.Option(help="Take scores from this table, which --write wrote.", dir_okay=False)
     ] = None,
-    by: Annotated[str | None, typer.Option(help="Who scored in the table.")] = None,
-    force: Annotated[bool, typer.Option("--force", help="Let --write write over a file that is there.")] = False,
+    force: Force = False,
 ) -> None:
-    """Score the answers that a person reads, in a browser on this computer; or in a table, by --write and --read.
+    """Score the answers that a person must read: in a browser, or in a table (--write, --read).
 
     Exit code: 0 all well, 1 some rows of a table were not taken, 2 nothing done.
     """
@@ -51,9 +52,9 @@ def score(
         if write is not None:
             _write(desk, write, force)
         elif read is not None:
-            _read(desk, read, by)
+            _read(desk, read, by or [])
         else:
-            _serve(desk, names or [], port, browser, found.title)
+            _serve(desk, by or [], port, browser, found.title)
 
 
 def _serve(desk: Desk, names: list[str], port: int, browser: bool, title: str) -> None:
@@ -64,7 +65,7 @@ def _serve(desk: Desk, names: list[str], port: int, browser: bool, title: str) -
 
     told = [name.strip() for name in names]
     if not told or not all(told):
-        raise GradingError("Say who scores: --as NAME, once for each. The gradebook keeps who gave which points.")
+        raise GradingError("Say who scores: --by NAME, once for each. The gradebook keeps who gave which points.")
     if len({name.casefold() for name in told}) < len(told):
         raise GradingError("Two of those who score have one name; the gradebook could not tell them apart.")
     scorers = [Scorer(name) for name in told]
@@ -88,7 +89,10 @@ def _write(desk: Desk, path: Path, force: bool) -> None:
             "or add --force to write over it."
         )
     count, asked = tables.write(desk, path)
-    typer.echo(f"{plural(count, '{count} answer', '{count} answers')}: {path}. rotflex score --read takes it in again.")
+    typer.echo(
+        f"{plural(count, '{count} answer', '{count} answers')}: {path}. "
+        f"{program.name()} score --read takes it in again."
+    )
     if asked:
         typer.echo(
             f"Of {plural(asked, '{count} answer', '{count} answers')} the instructor is asked: the column "
@@ -96,16 +100,16 @@ def _write(desk: Desk, path: Path, force: bool) -> None:
         )
 
 
-def _read(desk: Desk, path: Path, by: str | None) -> None:
+def _read(desk: Desk, path: Path, by: list[str]) -> None:
     from labcourse.grading.scoring import tables
 
-    if not (by or "").strip():
-        raise GradingError("Say who scored in the table: --by NAME.")
-    taken = tables.read(desk, path, (by or "").strip())
+    if len(by) != 1 or not by[0].strip():
+        raise GradingError("Say who scored in the table: --by NAME, once.")
+    taken = tables.read(desk, path, by[0].strip())
     typer.echo(str(taken))
     say(*taken.replaced)
     say(*taken.problems, err=True)
     if taken.changed:
-        typer.echo("Pages and tables are as they were until rotflex report writes them anew.")
+        typer.echo(f"Pages and tables are as they were until {program.name()} report writes them anew.")
     if taken.problems:
         raise typer.Exit(SOME_TROUBLE)

@@ -8,6 +8,7 @@ from typing import Any
 
 from nbformat import NotebookNode
 
+from labcourse import program
 from labcourse.answers import words
 from labcourse.errors import AnswerError, GradingError
 from labcourse.grading.course import Course
@@ -148,4 +149,6 @@ def check_derived(course: Course) -> Iterator[Finding]:
     there = {path.name: path.read_text(encoding="utf-8") for path in folder.glob("*.ipynb")}
     for name in sorted(texts.keys() | there.keys()):
         if texts.get(name) != there.get(name):
-            yield Finding(f"{folder.name}/{name}", "it is not what is derived now: say rotflex notebooks.")
+            yield Finding(
+                f"{folder.name}/{name}", f"it is not what is derived now: say {program.name()} make-notebooks."
+            )

@@ -56,7 +56,7 @@ class Answer:
     student, question, part : whose, and which
     mark : as it counts
     acts : on this very answer, in order; without those that were taken back
-    given : the mark as a person gave it, by an act or by ``rotflex mark``; None while nobody has
+    given : the mark as a person gave it, by an act or by ``labcourse mark``; None while nobody has
     """
 
     student: str
@@ -77,7 +77,7 @@ class Answer:
 
     @property
     def decision(self) -> Act | None:
-        """The act that the mark comes from; None while it waits, and where ``rotflex mark`` gave it since."""
+        """The act that the mark comes from; None while it waits, and where ``labcourse mark`` gave it since."""
         last, given = self.last(), self.given
         if last is None or last.points is None or given is None:
             return None

@@ -80,6 +80,6 @@ def taken(connection: Connection, stored: rows.Stored, mark: MarkRecord) -> Grad
     return GradebookError(
         f"Question {mark.question}, {mark.part}: {stored.graded.run.student!r} has {mark.points:g} points "
         f"({mark.status}) by now, from {last.actor}, {last.changed:%Y-%m-%d %H:%M} UTC: {mark.reason!r}. Nothing "
-        f"was changed. If that is to be replaced, say that you expect {mark.points:g} (rotflex mark --expect "
+        f"was changed. If that is to be replaced, say that you expect {mark.points:g} (mark --expect "
         f"{mark.points:g})."
     )

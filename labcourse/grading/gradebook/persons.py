@@ -50,7 +50,7 @@ class Persons:
         except GradebookError as error:
             raise GradebookError(
                 f"{student!r} is erased from the gradebook's tables, but the space where they stood could not be "
-                f"written anew, as the next rotflex forget will do: {error}"
+                f"written anew, as the next erasure will do: {error}"
             ) from error
         return done
 

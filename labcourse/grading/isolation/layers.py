@@ -28,7 +28,7 @@ echo seen > seen
 """
 _WRITABLE = re.compile(r"/tmp|/dev/.*|/proc")
 _DELEGATE = (
-    "Grade as root, or in a group of your own where systemd runs: `systemd-run --user --scope rotflex grade ...`. "
+    "Grade as root, or in a group of your own where systemd runs: `systemd-run --user --scope …`. "
     "Without it each process is limited by itself, and the number of small files that a student can make is not."
 )
 

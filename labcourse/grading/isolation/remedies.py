@@ -13,7 +13,7 @@ INSTALL = (
     "Install bubblewrap 0.8 or newer: `apt-get install bubblewrap` (Debian, Ubuntu), `dnf install bubblewrap` (Fedora)."
 )
 MACHINE = {
-    "win32": "Grade under WSL2 (`wsl --install`, then rotflex in its Linux), or on a Linux machine.",
+    "win32": "Grade under WSL2 (`wsl --install`, then this program in its Linux), or on a Linux machine.",
     "darwin": "Grade on a Linux machine, or in a Linux virtual machine on this one.",
 }
 ANY_MACHINE = "Grade on a Linux machine."
@@ -74,4 +74,4 @@ def explain(message: str) -> tuple[str, str]:
     for marks, layer, remedy in _MESSAGES:
         if any(mark in message for mark in marks):
             return layer, remedy or of_namespaces()
-    return "bubblewrap", "`rotflex doctor` shows what is there and what is missing."
+    return "bubblewrap", "The command `doctor` shows what is there and what is missing."

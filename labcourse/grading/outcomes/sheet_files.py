@@ -11,7 +11,7 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from labcourse import files
+from labcourse import files, program
 from labcourse.errors import GradingError
 from labcourse.grading.course import Course
 from labcourse.grading.gradebook import Gradebook
@@ -60,7 +60,7 @@ def write(out: Path, course: Course, book: Gradebook, students: Sequence[str] = 
     unknown = [one for one in students if caseless(one) not in known]
     if unknown:
         raise GradingError(
-            f"There is no student {unknown[0]!r} in this gradebook. (rotflex report lists them in grades.csv.)"
+            f"There is no student {unknown[0]!r} in this gradebook. ({program.name()} report lists them in grades.csv.)"
         )
     wanted = dict.fromkeys(map(caseless, students)) or known
     made = [filled(layout, everybody[one], level_of) for one in wanted if one in everybody for layout in layouts]

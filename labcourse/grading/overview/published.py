@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import datetime
 
+from labcourse import program
 from labcourse.grading.gradebook import AuditRecord, Gradebook, MarkState, Publication
 from labcourse.grading.overview import counted
 from labcourse.grading.overview.section import Section, Table, moment
@@ -56,7 +57,7 @@ def section(publications: Sequence[Publication], trail: Sequence[AuditRecord]) -
     """When feedback was given back, and who has to be told of what changed since."""
     title = "Feedback given back"
     if not publications:
-        return Section(title, "Feedback was not given back yet (rotflex publish).")
+        return Section(title, f"Feedback was not given back yet ({program.name()} publish).")
     last = publications[-1]
     found = changed_since(trail, last.when)
     by_student: dict[str, list[Changed]] = {}
@@ -64,8 +65,8 @@ def section(publications: Sequence[Publication], trail: Sequence[AuditRecord]) -
         by_student.setdefault(one.student, []).append(one)
     first = f"Last given back on {moment(last.when)}, by {last.actor}."
     first += (
-        " Marks of {students} have changed since; they should be told (rotflex publish).".format(
-            students=plural(len(by_student), "{count} student", "{count} students")
+        " Marks of {students} have changed since; they should be told ({command} publish).".format(
+            command=program.name(), students=plural(len(by_student), "{count} student", "{count} students")
         )
         if found
         else " No mark has changed since."
@@ -108,14 +109,14 @@ def not_ready(book: Gradebook, settings: CourseSettings, now: datetime) -> list[
         found.append(counted.left_out(settings.marks))
     if open_ones:
         found.append(
-            "{requests} not answered yet (rotflex requests).".format(
-                requests=plural(open_ones, "{count} request", "{count} requests")
+            "{requests} not answered yet ({command} requests list).".format(
+                command=program.name(), requests=plural(open_ones, "{count} request", "{count} requests")
             )
         )
     seen = settings.feedback
     if seen.opens is not None and not seen.is_open(now):
         found.append(
             f"Feedback opens on {seen.opens:%Y-%m-%d %H:%M %Z} (course.toml), and the pages say so and no more. "
-            "So nothing is given back: say rotflex publish again then."
+            f"So nothing is given back: say {program.name()} publish again then."
         )
     return found

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from statistics import median
 
+from labcourse import program
 from labcourse.grading.gradebook import Arrival, Graded, MarkRecord, StudentRecord
 from labcourse.grading.graded_run import facts_of, key_faults
 from labcourse.grading.overview.section import Section, Table, moment, named
@@ -67,7 +68,9 @@ def handed_in(everybody: Sequence[Student], notebooks: Sequence[str]) -> Section
         unknown = [one.about.student for one in there if not one.about.enrolled]
         more += [f"Not on the roster: {listed(unknown, 20)}."] if unknown else []
     else:
-        more.append("The gradebook has no roster, so nobody is missed here who handed in nothing (rotflex roster).")
+        more.append(
+            f"The gradebook has no roster, so nobody is missed here who handed in nothing ({program.name()} roster)."
+        )
     if due and len(due) < len(notebooks):
         nobody = [_short(name) for name in notebooks if name not in due]
         more.append(f"Notebooks that nobody handed in: {', '.join(nobody)}.")

@@ -13,7 +13,7 @@ from labcourse.grading.scoring.pace import PAUSE, Reading, readings, usual
 from labcourse.messages import plural
 
 _PAUSE = timedelta(seconds=PAUSE)
-_PROGRAM = "rotflex "  # how the actors of the audit trail begin that are commands
+_PROGRAM = "labcourse "  # how the actors of the audit trail begin that are commands
 
 
 @dataclass(frozen=True)

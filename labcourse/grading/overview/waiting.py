@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+from labcourse import program
 from labcourse.grading.gradebook import Answer, Graded, Request
 from labcourse.grading.graded_run import FAILED, key_faults
 from labcourse.grading.overview.section import Section, Table, moment
@@ -80,7 +81,7 @@ def requests(there: Sequence[Request]) -> Section:
         if there
         else "Nobody asks to have anything looked at again."
     )
-    more = ("rotflex answer NUMBER TEXT --by NAME answers one.",) if left else ()
+    more = (f"{program.name()} requests answer NUMBER TEXT --by NAME answers one.",) if left else ()
     head = ("Number", "Student", "Part", "Since", "What")
     table = Table(head, rows, frozenset({0}))
     return Section("Requests to look again", first, more, (table,), urgent=bool(left))
@@ -99,7 +100,7 @@ def faults(everybody: Sequence[Graded]) -> Section:
     first = (
         (
             f"Could not be marked: {plural(len(count), '{count} part', '{count} parts')}. Mend the key, and say "
-            "rotflex regrade."
+            f"{program.name()} regrade."
         )
         if count
         else "The key had no fault."

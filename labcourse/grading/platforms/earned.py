@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from fractions import Fraction
 
+from labcourse import program
 from labcourse.grading.accounts.account import Account
 from labcourse.grading.accounts.exact import exact
 from labcourse.grading.course import Course
@@ -45,7 +46,7 @@ def _of_student(book: Gradebook, course: Course, about: StudentRecord, handed_in
         return Earned(None, why_none=why)
     result = result_in(book, course, graded, about)
     if result.not_graded:
-        return Earned(None, why_none="not graded, as grading failed; say rotflex grade again")
+        return Earned(None, why_none=f"not graded, as grading failed; say {program.name()} grade again")
     account = result.account
     return Earned(None, why_none="it is out of no points") if account is None else of_account(account)
 

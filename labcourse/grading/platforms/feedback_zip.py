@@ -20,6 +20,7 @@ from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path, PurePosixPath
 
+from labcourse import program
 from labcourse.errors import GradingError
 from labcourse.grading.course import Course
 from labcourse.grading.gradebook import Gradebook
@@ -77,7 +78,7 @@ def _why_not(platform: str) -> str:
         )
     return (
         f"{platform} takes no feedback files of a whole class: they are attached one by one. Leave --feedback "
-        "out; rotflex report writes a page for each student."
+        f"out; {program.name()} report writes a page for each student."
     )
 
 

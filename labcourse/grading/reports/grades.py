@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 import labcourse
-from labcourse import files
+from labcourse import files, program
 from labcourse.errors import GradingError
 from labcourse.grading.accounts.lateness import unknown_names
 from labcourse.grading.course import Course
@@ -96,7 +96,7 @@ class Reports:
             return ""
         return (
             f"Feedback pages say that they open at {seen.opens:%Y-%m-%d %H:%M %Z} (course.toml); then say "
-            "rotflex report."
+            f"{program.name()} report."
         )
 
     @property
@@ -194,9 +194,9 @@ class Reports:
 def _not_written(failures: dict[Path, OSError]) -> GradingError:
     path, error = next(reversed(failures.items()))  # of grades.csv, if it is among them
     others = f" So it is with {len(failures) - 1} more." if len(failures) > 1 else ""
-    todo = "All marks are in the gradebook: when that is mended, `rotflex report` writes what is missing."
+    todo = f"All marks are in the gradebook: when that is mended, `{program.name()} report` writes what is missing."
     if error.errno in DISK_FULL:  # the gradebook may lie on the same disk, and lack the last marks
-        todo = f"{FREE_SPACE} `rotflex grade` runs nothing again that is in the gradebook."
+        todo = f"{FREE_SPACE} `{program.name()} grade` runs nothing again that is in the gradebook."
     return GradingError(f"{path} cannot be written: {error.strerror or error}.{others} {todo}")
 
 

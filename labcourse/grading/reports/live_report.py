@@ -6,6 +6,7 @@ import json
 import sys
 from types import TracebackType
 
+from labcourse import program
 from labcourse.grading.reports.changes import HANDED_IN_AGAIN, Changes
 from labcourse.grading.reports.result import Result, lapse, points
 from labcourse.safe_text import no_escapes
@@ -146,7 +147,9 @@ class Screen(ProgressReport):
         for one in sorted(self._changed, key=lambda one: one.student)[:_MOST_ROWS]:
             self._say(str(one))
         if len(self._changed) > _MOST_ROWS:
-            self._say(f"The marks of {len(self._changed) - _MOST_ROWS} more changed: rotflex history shows them.")
+            self._say(
+                f"The marks of {len(self._changed) - _MOST_ROWS} more changed: {program.name()} history shows them."
+            )
 
     def _table(self) -> None:
         from rich.table import Table

@@ -1,4 +1,4 @@
-"""Whether students' code can be isolated here: asked before anything is run, and shown by ``rotflex doctor``."""
+"""Whether students' code can be isolated here: asked before anything is run, and shown by ``labcourse doctor``."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import os
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
+from labcourse import program
 from labcourse.errors import IsolationError
 from labcourse.grading.isolation import layers, selftest
 
@@ -18,7 +19,7 @@ _REFUSAL = (
     "it could read and change your files (the key and other students' work among them), and use the network.\n"
 )
 _WAYS = (
-    "\n[bold]rotflex doctor[/bold] shows every layer. With [bold]--unsafe-no-isolation[/bold] it is run all "
+    f"\n[bold]{program.name()} doctor[/bold] shows every layer. With [bold]--unsafe-no-isolation[/bold] it is run all "
     "the same, though not by root. Do that only where nothing of value can be reached, as on a machine or an "
     "account kept for it. Every report then says so."
 )
@@ -71,7 +72,7 @@ def check() -> None:
             raise IsolationError(
                 f"The self-test broke out: {attempt.name}: {attempt.said}",
                 attempt.name,
-                "Do not grade here; run `rotflex doctor` and report what it shows.",
+                f"Do not grade here; run `{program.name()} doctor` and report what it shows.",
             )
 
 

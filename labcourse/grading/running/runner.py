@@ -211,7 +211,7 @@ def work(job: bytes, packed: bytes, cancelled: threading.Event | None = None) ->
     asked = json.loads(job)
     asked["files"] = {name: b64decode(content) for name, content in asked["files"].items()}
     if asked.pop("software") != labcourse.__version__:
-        raise GradingError(f"This worker has labcourse {labcourse.__version__}; install the version that grades.")
+        raise GradingError(f"This worker has version {labcourse.__version__}; install the version that grades.")
     done = run(packed, Job(**{**asked, "limits": Limits(**asked["limits"])}), cancelled)
     answers = None if done.answers is None else b64encode(done.answers).decode("ascii")
     found = {"answers": answers, "problems": done.problems, "complete": done.complete}

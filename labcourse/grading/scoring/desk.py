@@ -279,7 +279,7 @@ def state(answer: Answer) -> str:
     if answer.given is None:
         return f"It has {points} of {out_of} now ({mark.status})."
     by, act = answer.given, answer.decision
-    if act is None:  # by rotflex mark, which has a reason
+    if act is None:  # by labcourse mark, which has a reason
         return f"{by.actor} gave it {points} of {out_of} at {by.when:%H:%M} UTC: “{mark.reason}”"
     what = f"level {act.level}, " if act.level is not None else ""
     return f"{act.actor} gave it {what}{points} of {out_of} at {act.when:%H:%M} UTC."

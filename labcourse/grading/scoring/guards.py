@@ -129,8 +129,8 @@ class Guard:
 
 
 _CLOSED = (
-    "This page opens by the address that rotflex score printed when it was started last. Open that address again; what "
-    "was scored before is kept."
+    "This page opens by the address that the command score printed when it was started last. Open that address again; "
+    "what was scored before is kept."
 )
 
 

@@ -20,7 +20,7 @@ class Tally:
     Attributes
     ----------
     total, done, waiting, asked : answers: all, decided, to be read, left to the instructor
-    levels : level → how many have it; points without a level, also those of ``rotflex mark``, count as ``other``
+    levels : level → how many have it; points without a level, also those of ``labcourse mark``, count as ``other``
     """
 
     total: int

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from importlib import resources
 from typing import TYPE_CHECKING, Any
 
+from labcourse import program
 from labcourse.errors import GradebookError, GradingError
 from labcourse.grading.gradebook import Act, Answer
 from labcourse.grading.reports.result import points as shown_points
@@ -102,7 +103,7 @@ class Pages:
         return (
             templates(_PAGE)
             .get_template(template)
-            .render(course=self.title, scorer=scorer, points=shown_points, **values)
+            .render(course=self.title, program=program.name(), scorer=scorer, points=shown_points, **values)
         )
 
     def _label(self, answer: Answer) -> str:

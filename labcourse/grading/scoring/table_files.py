@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from labcourse import files
+from labcourse import files, program
 from labcourse.errors import GradingError
 from labcourse.safe_text import as_csv, from_spreadsheet_cell
 
@@ -97,7 +97,9 @@ def rows(path: Path) -> Iterator[tuple[int, dict[str, Cell]]]:
     heading = [(text or "").strip().casefold() for text in (lines[0] if lines else [])]
     missing = [name for name in NEEDED if name not in heading]
     if missing:
-        raise GradingError(f"{path} is not a table of rotflex score --write: it has no column {', '.join(missing)}.")
+        raise GradingError(
+            f"{path} is not a table of {program.name()} score --write: it has no column {', '.join(missing)}."
+        )
     for number, line in enumerate(lines[1:], start=2):
         if any(text is None or text.strip() for text in line):
             cells = dict(zip(heading, [*line, *[""] * len(heading)], strict=False))

@@ -274,7 +274,7 @@ def _own_acts_since(answer: Answer, before: _Before, actor: str) -> Sequence[Act
     since = [act for act in answer.acts if act.number > before.last]
     if not since or _digest(answer.mark.given) != before.text or any(act.actor != actor for act in since):
         return []
-    return since if answer.asked or _decided_by(answer) else []  # else it is by rotflex mark
+    return since if answer.asked or _decided_by(answer) else []  # else it is by labcourse mark
 
 
 def _is_so(act: Act, level: int | None, points: float | None, remark: str) -> bool:

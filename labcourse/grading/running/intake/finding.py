@@ -8,7 +8,7 @@ from datetime import UTC, datetime, tzinfo
 from pathlib import Path
 from typing import Any
 
-from labcourse import student_id
+from labcourse import program, student_id
 from labcourse.errors import GradingError
 from labcourse.files import COURSE_FILE
 from labcourse.grading.gradebook.records import DECIDED, StudentRecord
@@ -169,7 +169,7 @@ class _Explorer:
                     self._explore(within, depth + 1)
                     return
                 if any(labels.read(one.name) for one in within):
-                    why = "it holds the hand-ins of several. Unpack it, or import a roster first (rotflex roster)."
+                    why = f"it holds the hand-ins of several. Unpack it, or take in a roster ({program.name()} roster)."
                     self._ignore(child.source, why)
                     return
         self._take(child, match, label)
@@ -307,8 +307,8 @@ class _Explorer:
         """One for each student."""
         taken: list[tuple[whose.Owners, Piece]] = []
         what_to_do = (
-            "Rename it to the student's ID, put the student on the roster (rotflex roster), or write the ID into "
-            "intake.csv."
+            f"Rename it to the student's ID, put the student on the roster ({program.name()} roster), or write the ID "
+            "into intake.csv."
         )
         known = [raw.match for raw in self._raws if raw.match.certain or not self._people]
         present = {one for match in known for one in match.students}

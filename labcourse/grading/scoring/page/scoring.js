@@ -77,7 +77,7 @@ const act = async (name, more) => {
     show(await send(name, more));
   } catch (error) {
     const gone = error instanceof TypeError;
-    say(gone ? "The scoring program does not answer. What was scored before is kept; whether this one is, you see when it runs again: start rotflex score once more and open the address that it prints." : error.message, true);
+    say(gone ? "The scoring program does not answer. What was scored before is kept; whether this one is, you see when it runs again: start the command score once more and open the address that it prints." : error.message, true);
     card.setAttribute("aria-busy", "false");
   }
   busy = false;

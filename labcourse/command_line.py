@@ -1,0 +1,125 @@
+"""The command line of a course. Modules load when a command needs them, so that ``--help`` is quick."""
+
+from __future__ import annotations
+
+import errno
+import importlib
+import importlib.util
+import io
+import os
+import sys
+from dataclasses import dataclass
+from typing import Annotated, Any
+
+import typer
+import typer.core
+
+from labcourse import __version__, courses, lab_command, program
+from labcourse.errors import CourseError
+from labcourse.messages import DISK_FULL, FREE_SPACE
+from labcourse.run import commands as students_commands
+from labcourse.safe_text import no_escapes
+
+STUDENT = "Student"  #: panel of ``--help``; the instructor's commands add theirs
+_GRADING = "labcourse.grading"  # the instructor's part: a release has none
+
+
+class _Commands(typer.core.TyperGroup):
+    """Shows an error that was raised on purpose, or is the system's, as a message, with exit code 2."""
+
+    def main(self, *arguments: Any, **options: Any) -> Any:
+        for stream in (sys.stdout, sys.stderr):  # where Windows writes to a file, not every sign can be
+            if isinstance(stream, io.TextIOWrapper):
+                stream.reconfigure(errors="replace")
+        return super().main(*arguments, **options)
+
+    def invoke(self, ctx: Any) -> Any:
+        try:
+            return super().invoke(ctx)
+        except CourseError as error:
+            raise _stopped(str(error)) from error
+        except OSError as error:  # a full disk, a read-only place, a folder where a file should be, ...
+            if error.errno == errno.EPIPE:  # who reads our output has gone: typer sees to it
+                raise
+            where = f"{error.filename}: " if error.filename else ""
+            todo = f" {FREE_SPACE}" if error.errno in DISK_FULL else ""
+            raise _stopped(f"{where}{error.strerror or error}.{todo}") from error
+        except ModuleNotFoundError as error:
+            if (error.name or "").partition(".")[0] == "labcourse":
+                raise
+            raise _stopped(
+                f"this command needs {error.name}, which comes with the instructor's extra: pip install "
+                '"labcourse[grading]" (in a checkout: pip install -e "./labcourse[grading]").'
+            ) from error
+
+
+def _stopped(message: str) -> typer.Exit:
+    typer.secho(no_escapes(f"{program.name()}: {message}"), err=True, fg="red")
+    return typer.Exit(2)
+
+
+@dataclass(frozen=True)
+class _Program:
+    """What the commands get as their context's ``obj``."""
+
+    name: str
+    version: str
+    course: str
+
+
+def _show_version(ctx: typer.Context, wanted: bool) -> None:
+    if wanted:
+        typer.echo(f"{ctx.obj.name} {ctx.obj.version}")
+        raise typer.Exit
+
+
+_Version = Annotated[
+    bool, typer.Option("--version", help="Show the version and stop.", is_eager=True, callback=_show_version)
+]
+_CourseName = Annotated[
+    str, typer.Option("--course", metavar="NAME", help="The installed course, if there are several.")
+]
+
+
+def _of_one_course(ctx: typer.Context, version: _Version = False) -> None:
+    program.use(ctx.obj.name)
+    courses.use(ctx.obj.course)
+
+
+def _of_any_course(ctx: typer.Context, course: _CourseName = "", version: _Version = False) -> None:
+    program.use(ctx.obj.name)
+    if course:
+        courses.use(course)
+
+
+def command_line(name: str, version: str, title: str = "", course: str = "") -> typer.Typer:
+    """Return the command line of a course; the instructor's commands are in it where they are installed.
+
+    Parameters
+    ----------
+    name : of the program, as messages mention it
+    version : as ``--version`` shows it
+    title : of the course, for the first line of ``--help``
+    course : import name of the package of the course that it is for; without it, the option ``--course`` names one
+    """
+    app = typer.Typer(
+        cls=_Commands,
+        help=title or "Run a laboratory course: work in it as a student, or mark a class.",
+        callback=_of_one_course if course else _of_any_course,
+        context_settings={"obj": _Program(name, version, course)},
+        no_args_is_help=True,
+        add_completion=False,
+        pretty_exceptions_show_locals=False,
+    )
+    app.command(rich_help_panel=STUDENT)(lab_command.lab)
+    students_commands.register(app, STUDENT)
+    if importlib.util.find_spec(_GRADING) is not None:
+        importlib.import_module(f"{_GRADING}.commands").register(app)
+    return app
+
+
+def run() -> None:
+    """Run the command ``labcourse``, as a program of its own."""
+    # Python programs that it starts, as those that mark, import nothing from the folder in which they are started.
+    os.environ["PYTHONSAFEPATH"] = "1"
+    command_line("labcourse", __version__)(prog_name="labcourse")
