@@ -68,7 +68,7 @@ test-lowest test-newest: test-%:
 solutions: $(VENV)/.test
 	$(BIN)/python tools/run_solutions.py
 	$(BIN)/python tools/export_derivation.py
-	$(BIN)/rotflex notebooks
+	$(BIN)/rotflex make-notebooks
 
 site: $(VENV)/.test
 	$(BIN)/python tools/make_site.py $(ARGS)
@@ -77,7 +77,7 @@ site-instructor: $(VENV)/.test
 	$(BIN)/python tools/make_site.py --instructor $(ARGS)
 
 notebooks: $(VENV)/.lab
-	$(BIN)/rotflex notebooks
+	$(BIN)/rotflex make-notebooks
 
 data: $(VENV)/.lab
 	$(BIN)/python tools/make_data.py

@@ -4,7 +4,7 @@
 
 All of solutions/ by default, in order. Each finds the answers of those before it, as a student would have them, and
 no others: run one alone only after the ones before it. (solutions/conftest.py sees to the same for tests.) Say
-`rotflex notebooks` afterwards, so that the student notebooks follow.
+`rotflex make-notebooks` afterwards, so that the student notebooks follow.
 """
 
 from __future__ import annotations
