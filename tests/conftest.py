@@ -28,6 +28,7 @@ settings.load_profile("landing")
 for name in [name for name in os.environ if name.startswith(("JUPYTERHUB_", "BINDER_"))]:
     del os.environ[name]  # whoever tests on a hub has no hub in the tests
 os.environ[course_place.SETTINGS] = tempfile.mkdtemp(prefix="rotflex-settings-")
+os.environ["LABCOURSE_PROGRAM"] = "rotflex"  # as messages name it, also where a test calls no command
 
 RECORDINGS = Path(__file__).resolve().parents[2] / "shared" / "reference" / "recordings"
 

@@ -101,13 +101,13 @@ def test_a_students_installation_opens_the_notebooks_and_has_no_commands_of_inst
     assert " lab " in shown and " grade " not in shown
     assert "is written" in rotflex(alone, tmp_path, "bench", "notebook").stdout  # for who sets up a laboratory's bench
     assert "A real bench, commissioned" in (tmp_path / "commissioning.ipynb").read_text(encoding="utf-8")
-    code = "from pathlib import Path; from rotflex.cli import fill; print(fill(Path('work'), 'ada'))"
+    code = "from pathlib import Path; from labcourse.answers.lab_command import fill; print(fill(Path('work'), 'ada'))"
     done = ran(["-P", "-c", code], tmp_path, PYTHONPATH=str(alone))
     assert done.returncode == 0, done.stderr
     assert (tmp_path / "work" / "00_start.ipynb").exists()
 
 
-@pytest.mark.parametrize("command", [("release", "out"), ("grade", "in", "--out", "out")], ids=lambda words: words[0])
+@pytest.mark.parametrize("command", [("release", "out"), ("grade", "out", "in")], ids=lambda words: words[0])
 def test_without_a_course_a_command_says_how_to_name_one(installed, tmp_path, command):
     (tmp_path / "in" / "ada").mkdir(parents=True)
     done = rotflex(installed, tmp_path, *command, LABCOURSE_COURSE="")
@@ -132,7 +132,7 @@ def test_release_finds_the_course_by_option_and_by_the_environment(installed, tm
 def test_grade_finds_the_course_from_the_wheels(installed, tmp_path, sandbox):
     (tmp_path / "in" / "ada").mkdir(parents=True)
     shutil.copyfile(ROOT / "notebooks" / "00_start.ipynb", tmp_path / "in" / "ada" / "00_start.ipynb")
-    words = ("grade", "in", "--out", "out", "--course", ROOT / "solutions")
+    words = ("grade", "out", "in", "--course", ROOT / "solutions")
     done = rotflex(installed, tmp_path, *words)
     assert done.returncode == 0, done.stdout + done.stderr
     assert (tmp_path / "out" / "grades.csv").exists()

@@ -17,7 +17,10 @@ import pytest
 import two_releases
 from two_releases import FIRST, NOTEBOOK, SEED, TwoReleases
 
-FILL = "from pathlib import Path; from rotflex.cli import fill; print(*fill(Path('work'), {student!r}), sep='\\n')"
+FILL = (
+    "from pathlib import Path; from labcourse.answers.lab_command import fill; "
+    "print(*fill(Path('work'), {student!r}), sep='\\n')"
+)
 
 
 @pytest.fixture(scope="module")
@@ -123,7 +126,7 @@ def test_a_class_is_graded_each_under_the_release_that_they_began_with(sandbox, 
     hand_in(two, two.first, submissions / "bob", None)
     hand_in(two, two.second, submissions / "grace", {**second, "student": "grace"})
     hand_in(two, two.second, submissions / "eve", {**second, "student": "eve", "release": "2025-autumn-00000000"})
-    done = rotflex(two, tmp_path, "grade", submissions, "--out", tmp_path / "out")
+    done = rotflex(two, tmp_path, "grade", tmp_path / "out", submissions)
     assert done.returncode == 1, done.stdout + done.stderr  # eve's
     with (tmp_path / "out" / "grades.csv").open(encoding="utf-8-sig", newline="") as file:
         rows = {row["student"]: row for row in csv.DictReader(file)}
@@ -133,5 +136,5 @@ def test_a_class_is_graded_each_under_the_release_that_they_began_with(sandbox, 
     older = f"Run and marked under an earlier release, {first['release']}."
     assert {name for name, row in rows.items() if older in row["notes"]} == {"ada", "bob"}
     assert "names the release '2025-autumn-00000000', which is not kept in" in rows["eve"]["notes"]
-    again = rotflex(two, tmp_path, "regrade", "--gradebook", tmp_path / "out" / "gradebook.sqlite")
+    again = rotflex(two, tmp_path, "regrade", tmp_path / "out" / "gradebook.sqlite")
     assert again.stdout == "Nobody's marks changed.\n", again.stdout + again.stderr

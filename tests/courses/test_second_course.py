@@ -99,7 +99,7 @@ def text_of(page: Path) -> str:
 def solutions(tmp_path_factory: pytest.TempPathFactory) -> Path:
     course = tmp_path_factory.mktemp("course") / "spring"
     shutil.copytree(HERE / "spring", course, ignore=shutil.ignore_patterns("notebooks", "__pycache__"))
-    rotflex("notebooks", "--course", course / "solutions")
+    rotflex("make-notebooks", "--course", course / "solutions")
     return course / "solutions"
 
 
@@ -130,7 +130,7 @@ def submissions(solutions: Path, released: Path, tmp_path_factory: pytest.TempPa
 @pytest.fixture(scope="module")
 def graded(sandbox: None, solutions: Path, submissions: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     out = tmp_path_factory.mktemp("marks")
-    lines = events(rotflex("grade", submissions, "--out", out, "--course", solutions, "--jobs", 2, "--json"))
+    lines = events(rotflex("grade", out, submissions, "--course", solutions, "--jobs", 2, "--json"))
     assert lines[-1] == {"event": "done", "ran": 5, "known": 0, "failed": 0, "total": 5}
     return out
 
@@ -195,12 +195,12 @@ def test_a_persons_points_for_prose_stay_when_the_key_changes(
 ) -> None:
     reason = "Friction, well said."
     book = marks / "gradebook.sqlite"
-    rotflex("mark", "right", "1.4", "why", 1, "--reason", reason, "--by", "A. Teacher", "--gradebook", book)
-    lines = events(rotflex("grade", submissions, "--out", marks, "--course", solutions, "--json"))
+    rotflex("mark", book, "right", "1.4", "why", 1, "--reason", reason, "--by", "A. Teacher")
+    lines = events(rotflex("grade", marks, submissions, "--course", solutions, "--json"))
     assert lines[-1] == {"event": "done", "ran": 0, "known": 5, "failed": 0, "total": 5}
     assert points(rows(marks)["right"]) == (1, 2, 4, 1)
     assert float(rows(marks)["right"]["awaiting a person"]) == 0
-    lines = events(rotflex("grade", submissions, "--out", marks, "--course", lenient, "--json"))
+    lines = events(rotflex("grade", marks, submissions, "--course", lenient, "--json"))
     assert {line["student"]: line["points"] for line in lines[:-1]}["right"] == 8
     assert points(rows(marks)["right"]) == (1, 2, 4, 1)
     assert reason in text_of(marks / "right" / "feedback.html")
@@ -208,14 +208,14 @@ def test_a_persons_points_for_prose_stay_when_the_key_changes(
 
 def test_a_changed_key_marks_stored_answers(marks: Path, lenient: Path, submissions: Path, tmp_path: Path) -> None:
     shutil.copytree(marks, tmp_path / "again")
-    lines = events(rotflex("grade", submissions, "--out", marks, "--course", lenient, "--json"))
+    lines = events(rotflex("grade", marks, submissions, "--course", lenient, "--json"))
     assert {line["student"]: (line["ran"], line["points"]) for line in lines[:-1]} == {
         student: (False, sum(handed.points) + 2 * (student == "stiff")) for student, handed in CLASS.items()
     }
     assert points(rows(marks)["stiff"]) == (1, 2, 4, 0)
 
     book = tmp_path / "again" / "gradebook.sqlite"
-    lines = events(rotflex("regrade", "--gradebook", book, "--course", lenient, "--out", tmp_path / "again", "--json"))
+    lines = events(rotflex("regrade", book, "--course", lenient, "--out", tmp_path / "again", "--json"))
     assert {line["student"]: (line["before"], line["after"]) for line in lines}["stiff"] == (5, 7)
     assert rows(tmp_path / "again") == rows(marks)
     for student in CLASS:

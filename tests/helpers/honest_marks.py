@@ -86,9 +86,9 @@ def build(ways: Iterable[Way], solved: Mapping[str, Notebook], folder: Path) -> 
 def grade(ways: Iterable[Way], solved: Mapping[str, Notebook], place: Path, *options: str) -> Graded:
     """Grade a class of all ways, in isolation, by the command."""
     roster = build(ways, solved, place / "in")
-    book = ["--gradebook", str(place / "book.sqlite")]
-    _rotflex("roster", str(roster), *book)
-    said = _rotflex("grade", str(place / "in"), "--out", str(place / "out"), *book, "--json", *options)
+    book = str(place / "book.sqlite")
+    _rotflex("roster", book, str(roster))
+    said = _rotflex("grade", book, str(place / "in"), "--out", str(place / "out"), "--json", *options)
     lines = [json.loads(line) for line in said.splitlines()]
     students = {}
     for path in (place / "out").glob("*/marks.json"):

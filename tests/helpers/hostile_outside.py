@@ -211,7 +211,7 @@ def grade(
         table.writerow([HONEST[0], "Ada", canaries["gradebook"]])
         table.writerows([student, "", ""] for student in (*HONEST[1:], *attacks))
     for book in (out, folder / "marks-alone"):
-        command = ["roster", folder / "roster.csv", "--gradebook", book / "gradebook.sqlite"]
+        command = ["roster", book / "gradebook.sqlite", folder / "roster.csv"]
         book.mkdir(exist_ok=True)
         _rotflex(command, environment).check_returncode()
     tried_out = listeners.try_out()
@@ -256,7 +256,7 @@ def hand_in(submissions: Path, source: Path, student: str, attack: Attack, outsi
 
 
 def _grade_folder(submissions: Path, out: Path, source: Path, environment: dict) -> subprocess.CompletedProcess:
-    command = ["grade", submissions, "--out", out, "--course", source, "--jobs", "2"]
+    command = ["grade", out, submissions, "--course", source, "--jobs", "2"]
     command += ["--cell-timeout", str(CELL_TIMEOUT), "--deadline", str(DEADLINE), "--probe-seed", str(PROBE_SEED)]
     return _rotflex(command, environment)
 

@@ -127,7 +127,7 @@ def serving(
 ) -> Iterator[tuple[subprocess.Popen[str], list[str]]]:
     """`rotflex score`, until the block ends: the process, and an address for each name."""
     words = [sys.executable, "-m", "rotflex.cli", "score", str(folder), "--course", str(ROOT / "solutions")]
-    words += [*(word for name in names for word in ("--as", name)), "--no-browser", *options]
+    words += [*(word for name in names for word in ("--by", name)), "--no-browser", *options]
     process = subprocess.Popen(words, stdout=subprocess.PIPE, text=True)
     try:
         lines = [process.stdout.readline() for _ in names]

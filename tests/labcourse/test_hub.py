@@ -8,7 +8,7 @@ from made_notebooks import answer, locked, notebook, saved
 from typer.testing import CliRunner
 
 import rotflex.course.lab
-from labcourse import course_place
+from labcourse import course_place, lab_command
 from labcourse.errors import ConfigurationError
 from labcourse.run import student_folder
 from rotflex import cli
@@ -22,7 +22,7 @@ def hub(monkeypatch, tmp_path):
     monkeypatch.setenv("JUPYTERHUB_USER", "ada")
     monkeypatch.setenv("JUPYTERHUB_SERVICE_PREFIX", "/user/ada/")
     monkeypatch.setenv(course_place.SETTINGS, str(tmp_path / "settings"))
-    monkeypatch.setattr(cli, "open_jupyterlab", lambda *arguments: pytest.fail("a second JupyterLab"))
+    monkeypatch.setattr(lab_command, "open_jupyterlab", lambda *arguments: pytest.fail("a second JupyterLab"))
     monkeypatch.chdir(tmp_path)
     (tmp_path / "course.json").write_text('{"student": "", "draw": 2}')
     (tmp_path / NOTEBOOK).write_bytes(saved(notebook(answer("q1", "k = 1"), locked("q1-answer", "lab.answer()"))))
@@ -97,7 +97,7 @@ def test_another_id_than_the_hubs_can_be_given_and_is_told(desk):
 
 def test_whose_name_on_the_hub_is_no_id_is_asked(desk, monkeypatch):
     monkeypatch.setenv("JUPYTERHUB_USER", "a/b")
-    monkeypatch.setattr(cli, "_at_a_terminal", lambda: True)
+    monkeypatch.setattr(lab_command, "_at_a_terminal", lambda: True)
     done = CliRunner().invoke(cli.app, ["lab", "work"], input="ada\n")
     assert "'a/b' cannot be a student's ID" in " ".join(done.output.split())
     assert json.loads(Path("work/course.json").read_text())["student"] == "ada"

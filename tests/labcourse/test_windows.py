@@ -12,7 +12,7 @@ from made_notebooks import answer, locked, notebook, saved
 from typer.testing import CliRunner
 
 from labcourse import course_file, course_place, files
-from labcourse.answers import own_files, saved_words, set_aside
+from labcourse.answers import lab_command, own_files, saved_words, set_aside
 from rotflex import cli
 from rotflex.course.lab import Lab
 
@@ -94,7 +94,7 @@ def work(tmp_path, monkeypatch):
 
 @pytest.mark.parametrize("code", ["cp1252", "cp850"])
 def test_no_command_fails_for_a_sign_that_the_output_does_not_have(work, monkeypatch, code):
-    monkeypatch.setattr(cli, "open_jupyterlab", lambda *arguments: 0)
+    monkeypatch.setattr(lab_command, "open_jupyterlab", lambda *arguments: 0)
     for words in (
         ["--help"],
         ["lab", str(work), "--student", "Ωmega"],
@@ -157,7 +157,7 @@ from rotflex.hil.held import Held
 assert files._MAY_BE_OPEN and jupyterlab._WINDOWS and list(jupyterlab._BY_ITSELF) == ["creationflags"]
 assert not jupyterlab._is_root()
 Held(pathlib.Path("lock")).release()
-from rotflex.cli import fill
+from labcourse.answers.lab_command import fill
 print(json.dumps([len(found), fill(pathlib.Path("work"), "ada")]))
 """
 

@@ -50,12 +50,10 @@ def scored(tmp_path_factory):
     (folder / "roster.csv").write_text(roster(drawn), encoding="utf-8")
     with Gradebook(out / "gradebook.sqlite") as book:
         fill(book, drawn)
-    gradebook = ("--gradebook", out / "gradebook.sqlite")
-    said = {"roster": run("roster", folder / "roster.csv", *gradebook)}
+    said = {"roster": run("roster", out, folder / "roster.csv")}
     scoring = Scoring(drawn, out, source)
-    said["report"] = run("report", *gradebook, "--out", out, "--course", source)
-    for command in ("outcomes", "sheets", "class"):
-        said[command] = run(command, out, "--course", source)
+    for command in ("report", "outcomes report", "outcomes sheets", "status"):
+        said[command] = run(*command.split(), out, "--course", source)
     (out / "canvas.csv").write_text(canvas(drawn), encoding="utf-8")
     into = ("--into", out / "canvas.csv", "--column", "Laboratory")
     said["export"] = run("export", out, *into, "--course", source, code=1)  # of some no mark is in, and they are named

@@ -157,7 +157,7 @@ def marks_folder(tmp_path_factory, sandbox):
     """Grade those who submit notebooks by the command, as an instructor does; return the folder of marks."""
     folder = tmp_path_factory.mktemp("whole-class")
     whole_class_notebooks.hand_in(folder / "submissions")
-    command = [sys.executable, "-m", "rotflex.cli", "grade", folder / "submissions", "--out", folder / "marks"]
+    command = [sys.executable, "-m", "rotflex.cli", "grade", folder / "marks", folder / "submissions"]
     command += ["--course", ROOT, "--jobs", "2", "--cell-timeout", str(CELL_TIMEOUT), "--probe-seed", str(PROBE_SEED)]
     subprocess.run(command, capture_output=True, text=True, check=False, timeout=1500)
     return folder / "marks"

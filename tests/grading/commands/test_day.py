@@ -25,7 +25,7 @@ def out(tmp_path):
 
 
 def test_class_prints_it_and_writes_the_page_beside_the_gradebook(out):
-    done = rotflex("class", out, "--course", OURS.folder)
+    done = rotflex("status", out, "--course", OURS.folder)
     assert done.exit_code == 0, done.output
     assert "IN TROUBLE (to do)" in done.output and f"The same as a page: {out / 'class.html'}" in said(done)
     page = (out / "class.html").read_text(encoding="utf-8")
@@ -33,25 +33,25 @@ def test_class_prints_it_and_writes_the_page_beside_the_gradebook(out):
 
 
 def test_class_takes_a_gradebook_and_another_folder(out, tmp_path):
-    done = rotflex("class", out / "gradebook.sqlite", "--course", OURS.folder, "--out", tmp_path / "new")
+    done = rotflex("status", out / "gradebook.sqlite", "--course", OURS.folder, "--out", tmp_path / "new")
     assert done.exit_code == 0, done.output
     assert (tmp_path / "new" / "class.html").exists() and not (out / "class.html").exists()
 
 
 def test_of_a_database_no_page_is_written_unless_a_folder_is_named(out):
-    done = rotflex("class", f"sqlite:///{out / 'gradebook.sqlite'}", "--course", OURS.folder)
+    done = rotflex("status", f"sqlite:///{out / 'gradebook.sqlite'}", "--course", OURS.folder)
     assert done.exit_code == 0 and "No page was written: say where by --out." in said(done)
 
 
 def test_a_folder_without_a_gradebook_is_told_and_gets_none(tmp_path):
-    done = rotflex("class", tmp_path, "--course", OURS.folder)
+    done = rotflex("status", tmp_path, "--course", OURS.folder)
     assert done.exit_code == 2 and "There is no gradebook" in said(done)
     assert os.listdir(tmp_path) == []
 
 
 def test_a_page_that_cannot_be_written_is_told(out):
     (out / "class.html").mkdir()
-    done = rotflex("class", out, "--course", OURS.folder)
+    done = rotflex("status", out, "--course", OURS.folder)
     assert done.exit_code == 2 and "class.html cannot be written" in said(done)
 
 
@@ -90,9 +90,9 @@ def test_publish_says_what_of_before_it_does_not_write_anew(out):
     words = ("publish", out, "--by", "lea", "--course", OURS.folder)
     assert "not written anew" not in said(rotflex(*words))
     (out / "sheets").mkdir()
-    assert "not written anew: sheets (for that say rotflex sheets)." in said(rotflex(*words))
+    assert "not written anew: sheets (for that say rotflex outcomes sheets)." in said(rotflex(*words))
     (out / "attainment.html").write_text("of before", encoding="utf-8")
-    told = "not written anew: attainment.html, sheets (for that say rotflex outcomes, rotflex sheets)."
+    told = "not written anew: attainment.html, sheets (for that say rotflex outcomes report, rotflex outcomes sheets)."
     assert told in said(rotflex(*words))
 
 
@@ -108,32 +108,33 @@ def test_while_feedback_is_closed_pages_say_so_and_nothing_counts_as_given_back(
 
 
 def test_a_request_is_made_listed_seen_beside_the_answer_and_stays_until_it_is_answered(out):
-    book = ("--gradebook", out / "gradebook.sqlite")
-    done = rotflex("request", "cleo", "2.12", "K_s", "Why <i>not</i>?", *book)
+    book = out / "gradebook.sqlite"
+    done = rotflex("requests", "add", book, "cleo", "2.12", "K_s", "Why <i>not</i>?")
     assert done.exit_code == 0 and "Request 3 of cleo is noted." in said(done)
-    assert "3 " in rotflex("requests", *book).output and "Why <i>not</i>?" in said(rotflex("requests", *book))
-    rotflex("report", *book, "--out", out, "--course", OURS.folder)
+    listed = rotflex("requests", "list", book)
+    assert "3 " in listed.output and "Why <i>not</i>?" in said(listed)
+    rotflex("report", book, "--out", out, "--course", OURS.folder)
     page = (out / "cleo" / "feedback.html").read_text(encoding="utf-8")
     assert "K_s: Asked on" in page and "not answered yet." in page and "Why &lt;i&gt;not&lt;/i&gt;?" in page
     assert page.index("Stiffness of the joint") < page.index("K_s: Asked on")
     assert "2.12, K_s: Asked on" in rows(out)["cleo"]["notes"]
 
-    answered = rotflex("answer", "3", "Half a point more.", "--by", "tia", *book)
+    answered = rotflex("requests", "answer", book, "3", "Half a point more.", "--by", "tia")
     assert answered.exit_code == 0 and "Request 3 of cleo, 2.12 K_s, is answered." in said(answered)
-    rotflex("report", *book, "--out", out, "--course", OURS.folder)
+    rotflex("report", book, "--out", out, "--course", OURS.folder)
     page = (out / "cleo" / "feedback.html").read_text(encoding="utf-8")
     assert "Half a point more." in page and "by tia." in page and "not answered yet" not in page
     assert "not answered yet" not in rows(out)["cleo"]["notes"]
     (kept,) = json.loads((out / "cleo" / "marks.json").read_text(encoding="utf-8"))["requests"]
     assert kept["text"] == "Why <i>not</i>?" and kept["answer"] == "Half a point more."
-    assert "Why" not in said(rotflex("requests", *book))
-    assert "tia: Half a point more." in said(rotflex("requests", "--all", *book))
+    assert "Why" not in said(rotflex("requests", "list", book))
+    assert "tia: Half a point more." in said(rotflex("requests", "list", book, "--all"))
 
 
 def test_a_request_on_what_is_not_there_and_a_second_answer_are_told_as_mistakes(out):
-    book = ("--gradebook", out / "gradebook.sqlite")
-    wrong = rotflex("request", "cleo", "9.9", "x", "Why?", *book)
+    book = out / "gradebook.sqlite"
+    wrong = rotflex("requests", "add", book, "cleo", "9.9", "x", "Why?")
     assert wrong.exit_code == 2 and "'cleo' has no mark for question 9.9" in said(wrong)
-    again = rotflex("answer", "2", "Again.", "--by", "udo", *book)
+    again = rotflex("requests", "answer", book, "2", "Again.", "--by", "udo")
     assert again.exit_code == 2 and "Request 2 was answered by tia" in said(again)
-    assert "There is no request 77." in said(rotflex("answer", "77", "What?", "--by", "udo", *book))
+    assert "There is no request 77." in said(rotflex("requests", "answer", book, "77", "What?", "--by", "udo"))

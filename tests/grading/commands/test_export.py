@@ -53,7 +53,7 @@ def test_the_exit_code_says_whether_everybodys_mark_is_in(folder, more, code):
     with Gradebook(folder / "two.sqlite") as book:
         record(book, graded("s1001", mark()), graded("s1002", mark("wrong", 0.0)), *more)
     words = ("export", folder / "two.sqlite", "--course", OURS.folder, "--into", folder / "two.csv")
-    done = CliRunner().invoke(cli.app, list(map(str, (*words, "--out", folder / "new.csv"))))
+    done = CliRunner().invoke(cli.app, list(map(str, (*words, "--write", folder / "new.csv"))))
     assert done.exit_code == code and "1 replaced: s1002: 8 → 0" in done.output
     waits = code and more[0].run.student == "s1001"
     assert ("ada@x.org,," if waits else "ada@x.org,20,") in (folder / "new.csv").read_text()

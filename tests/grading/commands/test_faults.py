@@ -46,7 +46,7 @@ def book(tmp_path):
 def test_grade_outside_of_a_checkout(handed_in, tmp_path, monkeypatch, isolated):
     monkeypatch.chdir(tmp_path)
     monkeypatch.delenv("LABCOURSE_COURSE", raising=False)
-    one_line(rotflex("grade", handed_in, "--out", tmp_path / "out"), "There is no course at", "--course FOLDER")
+    one_line(rotflex("grade", tmp_path / "out", handed_in), "There is no course at", "--course FOLDER")
     assert not (tmp_path / "out").exists()
 
 
@@ -59,26 +59,27 @@ def test_grade_outside_of_a_checkout(handed_in, tmp_path, monkeypatch, isolated)
 )
 def test_a_slip_in_the_key_is_named_with_file_and_line(handed_in, tmp_path, isolated, key, said):
     course = copied(tmp_path, key=key)
-    one_line(rotflex("grade", handed_in, "--out", tmp_path / "out", "--course", course), *said)
+    one_line(rotflex("grade", tmp_path / "out", handed_in, "--course", course), *said)
     assert not (tmp_path / "out").exists()
 
 
 @pytest.mark.parametrize("command", ["grade", "report"])
 def test_a_file_where_the_folder_should_be(handed_in, book, tmp_path, command, isolated):
     (tmp_path / "out").write_text("")
-    source = (handed_in,) if command == "grade" else ("--gradebook", book)
-    done = rotflex(command, *source, "--out", tmp_path / "out", "--course", ROOT)
+    handed = (handed_in,) if command == "grade" else ()
+    done = rotflex(command, book, *handed, "--out", tmp_path / "out", "--course", ROOT)
     said = " ".join(done.output.replace("│", " ").split())
     assert done.exit_code == 2 and "is a file." in said and "Traceback" not in said
 
 
 def test_a_gradebook_that_is_a_folder_or_no_database(tmp_path, handed_in, isolated):
     (tmp_path / "other").write_text("student,total\n" * 100)
-    grade = ("grade", handed_in, "--out", tmp_path / "out", "--course", ROOT, "--gradebook")
-    one_line(rotflex("history", "--gradebook", tmp_path), "There is no gradebook gradebook.sqlite in the folder")
-    one_line(rotflex(*grade, tmp_path), "cannot be opened")
-    for words in (("history", "--gradebook"), grade):
-        one_line(rotflex(*words, tmp_path / "other"), "this file is not a gradebook")
+    one_line(rotflex("history", tmp_path), "There is no gradebook gradebook.sqlite in the folder")
+    one_line(rotflex("history", tmp_path / "other"), "this file is not a gradebook")
+    grade = (handed_in, "--out", tmp_path / "out", "--course", ROOT)
+    one_line(rotflex("grade", tmp_path / "other", *grade), "this file is not a gradebook")
+    (tmp_path / "gradebook.sqlite").mkdir()
+    one_line(rotflex("grade", tmp_path, *grade), "cannot be opened")
 
 
 @pytest.mark.slow
@@ -93,7 +94,7 @@ def test_a_disk_that_fills_up_while_a_class_is_graded(handed_in, tmp_path, monke
         return honest(target, content)
 
     monkeypatch.setattr(files, "write", full)
-    done = rotflex("grade", handed_in, "--out", tmp_path / "out", "--course", ROOT)
+    done = rotflex("grade", tmp_path / "out", handed_in, "--course", ROOT)
     assert done.exit_code == 2 and "Traceback" not in done.output
     assert "grades.csv cannot be written: No space left on device. So it is with 1 more." in done.output
     with Gradebook(tmp_path / "out" / "gradebook.sqlite") as book:
@@ -109,7 +110,7 @@ def test_a_disk_that_is_full_for_the_gradebook(book, tmp_path):
         "sqlite3.connect = sqlite3.dbapi2.connect = connect\n"
         "sys.argv[0] = 'rotflex'; cli.app()"
     )
-    words = ["comment", "ada", "x" * 100_000, "--by", "anna", "--gradebook", str(book)]
+    words = ["comment", str(book), "ada", "x" * 100_000, "--by", "anna"]
     done = subprocess.run([sys.executable, "-c", code, *words], cwd=ROOT, capture_output=True, text=True, check=False)
     assert done.returncode == 2 and "Traceback" not in done.stderr, done.stderr
     assert "database or disk is full" in done.stderr and "Free some space" in done.stderr
@@ -123,4 +124,4 @@ def test_whatever_the_system_refuses_elsewhere_is_one_line_too(tmp_path, monkeyp
 
     module = importlib.import_module("labcourse.grading.release.student_course")
     monkeypatch.setattr(module, "write_notebooks", refuse)
-    one_line(rotflex("notebooks", "--course", ROOT), "somewhere/notebooks: Permission denied.")
+    one_line(rotflex("make-notebooks", "--course", ROOT), "somewhere/notebooks: Permission denied.")

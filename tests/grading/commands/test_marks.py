@@ -24,7 +24,7 @@ def book(tmp_path):
 
 
 def give(book, points, by, *more, reason="Well."):
-    words = ("mark", "ada", "2.11", "explanation", points, "--reason", reason, "--by", by, "--gradebook", book)
+    words = ("mark", book, "ada", "2.11", "explanation", points, "--reason", reason, "--by", by)
     return rotflex(*words, *more)
 
 
@@ -84,28 +84,26 @@ def test_what_another_gave_between_reading_and_writing_is_not_replaced(book, mon
     ],
 )
 def test_a_mark_that_cannot_be_given_is_an_error_in_words(book, words, why):
-    done = rotflex("mark", *words, "--reason", "?", "--by", "anna", "--gradebook", book)
+    done = rotflex("mark", book, *words, "--reason", "?", "--by", "anna")
     assert done.exit_code == 2 and why in said(done)
 
 
 def test_a_comment_is_in_the_feedback(book, tmp_path):
-    about = ("--by", "anna", "--gradebook", book)
-    assert rotflex("comment", "ada", "See me \x1b[31m.", *about).exit_code == 0
-    assert rotflex("comment", "ada", "Which unit?", "--question", "2.11", *about).exit_code == 0
-    assert rotflex("report", "--gradebook", book, "--out", tmp_path / "out", "--course", ROOT).exit_code == 0
+    assert rotflex("comment", book, "ada", "See me \x1b[31m.", "--by", "anna").exit_code == 0
+    assert rotflex("comment", book, "ada", "Which unit?", "--question", "2.11", "--by", "anna").exit_code == 0
+    assert rotflex("report", book, "--out", tmp_path / "out", "--course", ROOT).exit_code == 0
     page = (tmp_path / "out" / "ada" / "feedback.html").read_text(encoding="utf-8")
     assert "See me \\x1b[31m." in page and "Which unit?" in page and "anna" in page
 
 
 def test_a_comment_that_nobody_would_see_is_refused(book):
-    about = ("--by", "anna", "--gradebook", book)
-    done = rotflex("comment", "ada", "?", "--question", "2.12", *about)
+    done = rotflex("comment", book, "ada", "?", "--question", "2.12", "--by", "anna")
     assert done.exit_code == 2 and "no marks for a question '2.12'" in said(done)
-    assert rotflex("comment", "zoe", "?", *about).exit_code == 2
+    assert rotflex("comment", book, "zoe", "?", "--by", "anna").exit_code == 2
 
 
 def test_reports_of_everybody_without_running_anything(book, tmp_path):
-    done = rotflex("report", "--gradebook", book, "--out", tmp_path / "out", "--course", ROOT)
+    done = rotflex("report", book, "--out", tmp_path / "out", "--course", ROOT)
     assert done.exit_code == 0 and said(done).startswith("3 students:")
     found = rows(tmp_path / "out")
     assert list(found) == ["ada", "bob", "eve"] and found["eve"]["notes"] == "nothing handed in"
@@ -136,27 +134,27 @@ def students(book):
 def test_a_roster_makes_the_gradebook_that_it_goes_into_and_its_folder(tmp_path, names, there, named, file):
     (tmp_path / there).mkdir(exist_ok=True)
     for told in ("3 added, 0 changed, 0 as they were.", "0 added, 0 changed, 3 as they were."):
-        done = rotflex("roster", names, "--gradebook", tmp_path / named)
+        done = rotflex("roster", tmp_path / named, names)
         assert done.exit_code == 0 and told in said(done) and "Columns that are not read: tutorial." in said(done)
     assert (tmp_path / file).is_file() and students(tmp_path / file) == ["ada", "bod", "ebe"]
 
 
 def test_whose_id_was_a_slip_can_be_taken_out_and_whoever_has_marks_cannot(book, names):
-    rotflex("roster", names, "--gradebook", book)
-    done = rotflex("roster", "--remove", "BOD", "--remove", "ebe", "--gradebook", book)
+    rotflex("roster", book, names)
+    done = rotflex("roster", book, "--remove", "BOD", "--remove", "ebe")
     assert done.exit_code == 0 and "bod is no longer in the gradebook." in said(done)
     assert students(book) == ["ada", "bob", "eve"]
-    done = rotflex("roster", "--remove", "ada", "--remove", "zoe", "--remove", "eve", "--gradebook", book)
+    done = rotflex("roster", book, "--remove", "ada", "--remove", "zoe", "--remove", "eve")
     assert done.exit_code == 1 and "'ada' is not removed:" in said(done) and "no student 'zoe'" in said(done)
     assert students(book) == ["ada", "bob"]
-    done = rotflex("roster", names, "--remove", "ebe", "--remove", "bod", "--gradebook", book)
+    done = rotflex("roster", book, names, "--remove", "ebe", "--remove", "bod")
     assert done.exit_code == 0 and students(book) == ["ada", "bob"]
 
 
 def test_to_remove_somebody_makes_no_gradebook_and_nothing_to_do_is_a_mistake(book, tmp_path):
-    done = rotflex("roster", "--remove", "ada", "--gradebook", tmp_path / "slip.sqlite")
+    done = rotflex("roster", tmp_path / "slip.sqlite", "--remove", "ada")
     assert done.exit_code == 2 and "There is no gradebook" in said(done) and not (tmp_path / "slip.sqlite").exists()
-    done = rotflex("roster", "--gradebook", book)
+    done = rotflex("roster", book)
     assert done.exit_code == 2 and "Say what the roster is" in said(done)
 
 
@@ -176,7 +174,7 @@ WRONG = graded("ada", mark("wrong", 0.0, "More than 1 % off \x1b[31m."), prose()
 def test_regrade_says_what_changed_for_whom_and_why(book, marked_again):
     left = LeftAlone(mark("given by a person", 1.0), mark())
     marked_again(Regraded(graded("ada", mark(), prose()), WRONG), Regraded(graded("bob"), graded("bob"), left=(left,)))
-    done = rotflex("regrade", "--gradebook", book, "--course", ROOT)
+    done = rotflex("regrade", book, "--course", ROOT)
     assert done.exit_code == 0
     assert done.output.splitlines() == [
         "ada: 2 → 0 of 3 points; the key has changed",
@@ -188,7 +186,7 @@ def test_regrade_says_what_changed_for_whom_and_why(book, marked_again):
 
 def test_regrade_says_it_to_scripts_too(book, marked_again):
     marked_again(Regraded(graded("ada", mark(), prose()), WRONG), Regraded(graded("bob"), graded("bob")))
-    done = rotflex("regrade", "--gradebook", book, "--course", ROOT, "--json")
+    done = rotflex("regrade", book, "--course", ROOT, "--json")
     ada, bob = map(json.loads, done.output.splitlines())
     assert (ada["before"], ada["after"], ada["why"]) == (2, 0, "the key has changed")
     ((part,), nothing) = ada["changes"], bob["changes"]
@@ -198,7 +196,7 @@ def test_regrade_says_it_to_scripts_too(book, marked_again):
 
 def test_who_cannot_be_marked_again_is_named_and_it_is_trouble(book, marked_again):
     marked_again(Regraded(graded("ada"), graded("ada"), "The answers could not be marked."))
-    done = rotflex("regrade", "--gradebook", book, "--course", ROOT)
+    done = rotflex("regrade", book, "--course", ROOT)
     assert done.exit_code == 1
     assert "ada: The answers could not be marked. The marks stay as they were." in said(done)
 
@@ -209,7 +207,7 @@ def test_an_error_amid_a_regrade_leaves_reports_of_everybody(book, tmp_path, mon
         raise GradingError("The database is gone.")
 
     monkeypatch.setattr("labcourse.grading.regrade.regrade", fails)
-    done = rotflex("regrade", "--gradebook", book, "--course", ROOT, "--out", tmp_path / "out")
+    done = rotflex("regrade", book, "--course", ROOT, "--out", tmp_path / "out")
     assert done.exit_code == 2 and "rotflex: The database is gone." in done.output
     assert list(rows(tmp_path / "out")) == ["ada", "bob", "eve"]
 
@@ -229,7 +227,7 @@ def test_answers_that_fit_a_class_mates_bench_are_told_in_one_line(tmp_path, com
         record(
             opened, measured("ada", "ada", "right"), measured("bob", "ada", "wrong"), measured("eve", "eve", "right")
         )
-    done = rotflex(command, "--gradebook", tmp_path / "book.sqlite", "--out", tmp_path / "out", "--course", OURS.folder)
+    done = rotflex(command, tmp_path / "book.sqlite", "--out", tmp_path / "out", "--course", OURS.folder)
     assert done.exit_code == 0, done.output
     told = "Answers that fit a class-mate's bench, as a hint and never a verdict: 1, listed in"
     assert told in said(done) and "hints.md" in said(done)

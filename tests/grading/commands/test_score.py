@@ -26,9 +26,9 @@ def run(marks, *words):
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        ((), "Say who scores: --as NAME"),
-        (("--as", " "), "Say who scores: --as NAME"),
-        (("--as", "Ann", "--as", "ANN"), "have one name"),
+        ((), "Say who scores: --by NAME"),
+        (("--by", " "), "Say who scores: --by NAME"),
+        (("--by", "Ann", "--by", "ANN"), "have one name"),
         (("--read", "x.csv"), "Say who scored in the table"),
         (("--read", "x.csv", "--by", "Ann"), "x.csv cannot be read"),
         (("--read", "x.csv", "--write", "x.csv"), "not both at once"),
@@ -42,7 +42,7 @@ def test_what_is_missing_is_told(marks, words, said):
 
 
 def test_no_gradebook_is_made_by_a_slip(tmp_path):
-    done = run(tmp_path / "nothing", "--as", "Ann")
+    done = run(tmp_path / "nothing", "--by", "Ann")
     assert done.exit_code == 2
     assert list(tmp_path.iterdir()) == []
 
@@ -51,7 +51,7 @@ def test_a_port_that_is_taken_is_told(marks):
     with server.listening(0) as other:
         other.listen()
         port = other.getsockname()[1]
-        done = run(marks, "--as", "Ann", "--no-browser", "--port", port)
+        done = run(marks, "--by", "Ann", "--no-browser", "--port", port)
     assert done.exit_code == 2
     assert f"Port {port} cannot be used" in str(done.exception or "") + done.output
 
@@ -60,7 +60,7 @@ def test_each_has_an_address_and_the_first_a_browser(marks, monkeypatch):
     opened, served = [], []
     monkeypatch.setattr("webbrowser.open", opened.append)
     monkeypatch.setattr(server, "serve", lambda app, listener: served.append(listener.getsockname()))
-    done = run(marks, "--as", "Ann", "--as", "Bea")
+    done = run(marks, "--by", "Ann", "--by", "Bea")
     assert done.exit_code == 0
     ann, bea, _hint = done.output.splitlines()
     ((host, port),) = served

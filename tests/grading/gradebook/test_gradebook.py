@@ -358,7 +358,7 @@ def test_who_marks_second_is_told_who_was_first_and_changes_nothing(book):
 def test_who_has_read_another_answer_than_there_is_by_now_is_told(book):
     record(book, graded())
     seen = book.current("ada").marks[1]
-    record(book, graded("ada", "second", mark(), prose("It does not.")), actor="rotflex grade")
+    record(book, graded("ada", "second", mark(), prose("It does not.")), actor="labcourse grade")
     with pytest.raises(GradebookError, match=r"0 points \(for a"):
         book.set_mark("ada", "2.12", "why", 2.5, "Nearly.", "anna", expected=seen)
     assert book.current("ada").marks[1].points == 0

@@ -21,7 +21,7 @@ def answer(where, waiting=True):
     return Answer("ada", *where, MarkRecord(*where, status, 0.0, 1.0, "", "So."))
 
 
-def entry(seconds, student, actor="rotflex grade"):
+def entry(seconds, student, actor="labcourse grade"):
     return AuditRecord(student, "1.1", "x", None, None, "run", actor, "why", START + timedelta(seconds=seconds))
 
 
@@ -67,11 +67,11 @@ def test_of_a_few_acts_nothing_is_said(count, is_known):
 
 def test_commands_are_told_apart_by_name_and_by_pauses_and_persons_are_no_command():
     trail = [entry(0, "ada"), entry(40, "bob"), entry(50, "bob"), entry(60, "tim", "tia")]
-    trail += [entry(700, "ada"), entry(710, "ada", "rotflex regrade")]
+    trail += [entry(700, "ada"), entry(710, "ada", "labcourse regrade")]
     assert [(one.actor, one.students, (one.ended - one.began).total_seconds()) for one in times.sessions(trail)] == [
-        ("rotflex grade", 2, 50),
-        ("rotflex grade", 1, 0),
-        ("rotflex regrade", 1, 0),
+        ("labcourse grade", 2, 50),
+        ("labcourse grade", 1, 0),
+        ("labcourse regrade", 1, 0),
     ]
 
 

@@ -20,7 +20,7 @@ def lab(tmp_path, monkeypatch):
     real = from_notebook.subprocess.Popen
 
     def popen(command, **options):
-        assert command[:4] == [sys.executable, "-P", "-m", "rotflex.cli"]
+        assert command[:4] == [sys.executable, "-P", "-m", "rotflex"]
         assert options["cwd"] == tmp_path
         return real([sys.executable, "-c", PROGRAM, *command[4:]], **options)
 

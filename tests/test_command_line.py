@@ -1,0 +1,75 @@
+"""The tree of commands: the rules that all of them follow, and the same command line for another course."""
+
+import pytest
+import typer.main
+from typer.testing import CliRunner
+
+from labcourse import command_line, program
+from labcourse.answers import installed_course
+from rotflex import cli
+
+PANELS = ["Student", "Course", "Class", "Person", "Bench"]
+TOP = typer.main.get_command(cli.app)
+
+
+def every(command, path=()):
+    """(words that name it, panel, command) of each command and of those below it."""
+    for name, found in command.commands.items():
+        if hasattr(found, "commands"):
+            yield from ((words, found.rich_help_panel, one) for words, _, one in every(found, (*path, name)))
+        else:
+            yield " ".join((*path, name)), found.rich_help_panel, found
+
+
+EVERY = {words: (panel, command) for words, panel, command in every(TOP)}
+
+
+def test_each_command_is_in_a_panel_and_the_panels_are_in_the_order_of_use():
+    assert list(dict.fromkeys(command.rich_help_panel for command in TOP.commands.values())) == PANELS
+
+
+def test_a_command_of_a_class_or_person_takes_its_folder_first_and_all_call_it_the_same():
+    without = {"doctor"}  # which looks at the computer
+    for words, (panel, command) in EVERY.items():
+        places = [place for place, one in enumerate(command.params) if one.metavar == "MARKS"]
+        assert places == ([0] if panel in ("Class", "Person") and words not in without else []), words
+
+
+@pytest.mark.parametrize("option", ["--by", "--course", "--json", "--dry-run", "--force", "--again", "--out"])
+def test_an_option_of_one_name_means_the_same_everywhere(option):
+    of_a_class = [command for panel, command in EVERY.values() if panel in ("Class", "Person")]
+    found = {one.help for command in of_a_class for one in command.params if option in one.opts}
+    if option == "--by":  # several persons may score at a time, and one at a time does all else
+        found = {one.partition(",")[0] for one in found}
+    assert len(found) == 1
+
+
+def test_nothing_has_an_old_name():
+    options = {option for _, command in EVERY.values() for one in command.params for option in one.opts}
+    assert not options & {"--gradebook", "--as"}
+
+
+ENTRIES = "[labcourse.courses]\ntanks = two_courses:TANKS\njoint = two_courses:JOINT\n"
+COURSES = """
+from labcourse.answers.installed_course import InstalledCourse
+
+TANKS, JOINT = InstalledCourse("Two tanks", lambda: 1), InstalledCourse("A joint", lambda: 7)
+"""
+
+
+def test_without_a_course_of_its_own_the_command_asks_which_one(tmp_path, monkeypatch):
+    """Two courses that are installed are both named; the one that is chosen is used, and messages name the program."""
+    monkeypatch.setenv("LABCOURSE_PROGRAM", "other")
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "two_courses.py").write_text(COURSES)
+    (tmp_path / "two-1.dist-info").mkdir()
+    (tmp_path / "two-1.dist-info" / "entry_points.txt").write_text(ENTRIES)
+    monkeypatch.syspath_prepend(tmp_path)
+    assert installed_course.find("joint").draw() == 7
+    app = command_line.command_line("labcourse", "1.2")
+    done = CliRunner().invoke(app, ["lab", "work", "--student", "ada"])
+    assert done.exit_code == 2 and "joint, tanks" in " ".join(done.output.split())
+    assert program.name() == "labcourse"
+    assert CliRunner().invoke(app, ["--version"]).output == "labcourse 1.2\n"
+    done = CliRunner().invoke(app, ["history", "nothing"])
+    assert done.output.startswith("labcourse: ") and "labcourse grade" in " ".join(done.output.split())
