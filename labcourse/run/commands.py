@@ -24,7 +24,8 @@ FINE, LOOK, STOPPED = 0, 1, 130  #: exit codes, besides 2 for what cannot be don
 _ENDINGS = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]  # Windows has no SIGHUP
 
 _Folder = Annotated[
-    Path | None, typer.Argument(help="With the notebooks in it; this one, or 'notebooks' in it, unless given.")
+    Path | None,
+    typer.Argument(metavar="FOLDER", help="With the notebooks in it; this one, or 'notebooks' in it, unless given."),
 ]
 _Student = Annotated[str, typer.Option(help="Your student ID; as your folder says unless given.")]
 
@@ -93,7 +94,9 @@ def submit(
 
 
 def restore(
-    notebooks: Annotated[list[str] | None, typer.Argument(help="As 02, or its whole name; all unless given.")] = None,
+    notebooks: Annotated[
+        list[str] | None, typer.Argument(metavar="NOTEBOOK", help="As 02, or its whole name; all unless given.")
+    ] = None,
     folder: Annotated[Path | None, typer.Option(help="With the notebooks in it.")] = None,
     dry_run: Annotated[
         bool, typer.Option("--dry-run", help="Say what would be given back, and change nothing.")

@@ -68,7 +68,10 @@ class Experiment(StrEnum):
 @app.command()
 def setup(
     board: Annotated[
-        str, typer.Argument(help="Address of a board, as 'quanser:q2_usb/0'; or a bench.toml that is begun already.")
+        str,
+        typer.Argument(
+            metavar="BOARD", help="Address of a board, as 'quanser:q2_usb/0'; or a bench.toml that is begun already."
+        ),
     ],
     out: Annotated[
         Path | None, typer.Option(help="The file that is written: the one that was given, or bench.toml, unless given.")
@@ -118,7 +121,9 @@ def setup(
 
 
 @app.command()
-def zero(bench: Annotated[str, typer.Argument(help="Its address, as bench.toml.")] = "bench.toml") -> None:
+def zero(
+    bench: Annotated[str, typer.Argument(metavar="BENCH", help="Its address, as bench.toml.")] = "bench.toml",
+) -> None:
     """Take where the arm stands for its mark, where theta is 0: after power-off, or after it was turned by hand."""
     from rotflex import hil
 
@@ -376,7 +381,10 @@ def unfinished(
 @app.command()
 def fit(
     recordings: Annotated[
-        list[Path], typer.Argument(help="Recordings of one bench, .mat, .csv or .txt; three or more say most.")
+        list[Path],
+        typer.Argument(
+            metavar="RECORDING", help="Recordings of one bench, .mat, .csv or .txt; three or more say most."
+        ),
     ],
     out: Annotated[Path, typer.Option(help="The file that is written.")] = Path("twin.toml"),
     arm_position: Annotated[int, typer.Option(help="Of the top arm, 1, 2 or 3; as recorded unless given.")] = 0,

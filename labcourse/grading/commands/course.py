@@ -13,7 +13,9 @@ from labcourse.messages import plural
 
 
 def release(
-    out: Annotated[Path, typer.Argument(help="Folder for the release; made if needed.", file_okay=False)],
+    out: Annotated[
+        Path, typer.Argument(metavar="OUT", help="Folder for the release; made if needed.", file_okay=False)
+    ],
     course: CourseFolder = None,
     with_data: Annotated[bool, typer.Option("--with-data", help="Hand out the sample recordings, too.")] = False,
     replace: Annotated[bool, typer.Option("--replace", help="Delete an earlier release in OUT.")] = False,

@@ -132,7 +132,7 @@ def add(
     student: Student,
     question: Question,
     part: Part,
-    text: Annotated[str, typer.Argument(help="What the student asks; it is shown in their feedback.")],
+    text: Annotated[str, typer.Argument(metavar="TEXT", help="What the student asks; it is shown in their feedback.")],
 ) -> None:
     """Note that a student asks to have an answer looked at again. It stays open until it is answered."""
     with open_existing(marks) as book:
@@ -156,8 +156,8 @@ def list_requests(
 @requests.command()
 def answer(
     marks: Marks,
-    number: Annotated[int, typer.Argument(help="Of the request, as 'requests list' shows it.")],
-    text: Annotated[str, typer.Argument(help="Your answer; it is shown in the student's feedback.")],
+    number: Annotated[int, typer.Argument(metavar="NUMBER", help="Of the request, as 'requests list' shows it.")],
+    text: Annotated[str, typer.Argument(metavar="TEXT", help="Your answer; it is shown in the student's feedback.")],
     by: By,
 ) -> None:
     """Answer a student's request. The mark stays as it is: the command 'mark' changes it."""

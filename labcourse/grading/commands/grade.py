@@ -51,7 +51,10 @@ def grade(
     marks: Marks,
     submissions: Annotated[
         Path,
-        typer.Argument(help="A folder, or a zip, with what each student handed in, as learning platforms give it."),
+        typer.Argument(
+            metavar="SUBMISSIONS",
+            help="A folder, or a zip, with what each student handed in, as learning platforms give it.",
+        ),
     ],
     out: Out = None,
     course: CourseFolder = None,

@@ -124,7 +124,7 @@ def mark(
     student: Student,
     question: Question,
     part: Part,
-    points: Annotated[float, typer.Argument(min=0, help="Points to give.")],
+    points: Annotated[float, typer.Argument(metavar="POINTS", min=0, help="Points to give.")],
     reason: Annotated[str, typer.Option(help="For the student, and for the record.")],
     by: By,
     expect: Annotated[
@@ -169,7 +169,7 @@ def _expected(seen: MarkRecord | None, points: float | None) -> MarkRecord | Non
 def comment(
     marks: Marks,
     student: Student,
-    text: Annotated[str, typer.Argument(help="What you write; it is shown in the student's feedback.")],
+    text: Annotated[str, typer.Argument(metavar="TEXT", help="What you write; it is shown in the student's feedback.")],
     by: By,
     question: Annotated[str | None, typer.Option(help="On this question, as 1.11; else on all of the work.")] = None,
 ) -> None:
@@ -187,7 +187,7 @@ def comment(
 def history(
     marks: Marks,
     student: Annotated[
-        str | None, typer.Argument(metavar="[STUDENT]", help="The student's ID; everybody if left out.")
+        str | None, typer.Argument(metavar="STUDENT", help="The student's ID; everybody if left out.")
     ] = None,
     question: Annotated[str | None, typer.Option(help="Of this question only.")] = None,
 ) -> None:
@@ -206,7 +206,10 @@ def history(
 def roster(
     marks: Marks,
     file: Annotated[
-        Path | None, typer.Argument(help="A CSV file with a line for each student.", dir_okay=False, show_default=False)
+        Path | None,
+        typer.Argument(
+            metavar="FILE", help="A CSV file with a line for each student.", dir_okay=False, show_default=False
+        ),
     ] = None,
     remove: Annotated[
         list[str] | None,

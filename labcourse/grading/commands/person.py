@@ -165,7 +165,7 @@ def _what_cannot_be_seen(done: Erased, folder: Path | None, submissions: Path | 
 def copy(
     marks: Marks,
     student: Student,
-    into: Annotated[Path, typer.Argument(help="The zip to write.", dir_okay=False)],
+    into: Annotated[Path, typer.Argument(metavar="ZIP", help="The zip to write.", dir_okay=False)],
     out: Out = None,
     force: Force = False,
     course: CourseFolder = None,
