@@ -44,7 +44,7 @@ RUN pip install --no-cache-dir /src/distributions/instructor \
 USER 1000
 RUN mkdir course
 COPY --chown=1000:1000 solutions course/solutions
-ENV LABCOURSE_COURSE=/home/student/course/solutions
+ENV LABCOURSE_SOLUTIONS=/home/student/course/solutions
 CMD ["bash"]
 
 # The usual one, as it is the last.

@@ -99,7 +99,7 @@ class Graded:
 
 def grade_command(source: Path, submissions: Path, out: Path, jobs: int) -> list[str]:
     """The grading of a class as an instructor types it, with lines of JSON to tell when each is done."""
-    words = ["-m", "rotflex.cli", "grade", out, submissions, "--course", source, "--jobs", jobs, "--json"]
+    words = ["-m", "rotflex.cli", "grade", out, submissions, "--solutions", source, "--jobs", jobs, "--json"]
     return [sys.executable, *map(str, words)]
 
 

@@ -12,7 +12,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any
 
-from labcourse import course_file
+from labcourse import course_file, hub, student_id
 from labcourse.answers import cell_reports, forms, predicting, reflection
 from labcourse.answers.answers import AnswerBook
 from labcourse.answers.beginning import Beginning
@@ -22,18 +22,35 @@ from labcourse.answers.probes import check_seed
 from labcourse.answers.report_files import FolderReports
 from labcourse.answers.saved_words import SavedWords
 from labcourse.answers.tables import ResultsTable
-from labcourse.errors import AnswerError
-from labcourse.files import ANSWERS_FILE
+from labcourse.errors import AnswerError, ConfigurationError, StudentIDError
+from labcourse.files import ANSWERS_FILE, COURSE_FILE
 from labcourse.messages import plural
 from labcourse.report import fine_curves, making
 from labcourse.run import by_program, from_notebook
 from labcourse.run.from_notebook import cell_now
-from labcourse.whose import DEMO, student_of
-
-__all__ = ["DEMO", "PROBE_SEED", "Session", "student_of"]
 
 PROBE_SEED = "LABCOURSE_PROBE_SEED"  #: environment variable; grading sets it
+DEMO = course_file.NOBODY  #: the student of whoever gives no name
 _RAISE = object()
+
+
+def student_of(given: str, folder: Path) -> str:
+    """Return the student's name: the given one, or that of ``course.json`` in the folder, or the hub's, or "demo".
+
+    Raises
+    ------
+    ConfigurationError
+        If it is not usable.
+    """
+    student: Any = given
+    if not given:
+        student = (course_file.read(folder) or {}).get("student") or hub.user() or DEMO
+    try:
+        return student_id.normalised(student)
+    except StudentIDError as error:
+        if given:
+            raise
+        raise ConfigurationError(f"{COURSE_FILE}: {error}") from None
 
 
 class Session:

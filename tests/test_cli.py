@@ -15,8 +15,7 @@ from made_courses import copied
 from made_notebooks import answer, code, notebook, saved, text
 from typer.testing import CliRunner
 
-from labcourse import course_place
-from labcourse import lab_command
+from labcourse import course_place, courses, lab_command
 from labcourse.grading.isolation.layers import Layer
 from labcourse.grading.isolation.selftest import Attempt
 from rotflex import __version__, cli
@@ -37,7 +36,9 @@ def course(tmp_path, monkeypatch):
     (tmp_path / "course" / "data").mkdir()
     (tmp_path / "course" / "data" / "log.mat").write_text("data")
     (tmp_path / "desk").mkdir()
-    monkeypatch.setattr(lab_command, "course_folder", lambda: tmp_path / "course")
+    (tmp_path / "course" / "__init__.py").touch()
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setattr(courses, "use", lambda name: monkeypatch.setenv(courses.SETTING, "course"))
     monkeypatch.setenv(course_place.SETTINGS, str(tmp_path / "settings"))
     monkeypatch.chdir(tmp_path / "desk")
     return tmp_path / "course"
@@ -327,9 +328,9 @@ def test_jupyterlabs_exit_code_is_the_commands(tmp_path, monkeypatch):
 
 def test_release_says_what_it_made_and_keeps_it(tmp_path):
     course = copied(tmp_path / "course", ["00_start.ipynb"])
-    assert rotflex("make-notebooks", "--course", course).exit_code == 0
+    assert rotflex("make-notebooks", "--solutions", course).exit_code == 0
     assert "# Your code here." in (tmp_path / "course" / "notebooks" / "00_start.ipynb").read_text()
-    done = rotflex("release", tmp_path / "out", "--course", course)
+    done = rotflex("release", tmp_path / "out", "--solutions", course)
     assert done.exit_code == 0, done.output
     notebooks = tmp_path / "out" / "rotflex-course" / "notebooks"
     assert (notebooks / "00_start.ipynb").exists() and "00_start.ipynb" in done.output
@@ -345,7 +346,7 @@ def test_release_says_what_it_made_and_keeps_it(tmp_path):
 def test_a_release_that_cannot_be_kept_is_made_and_it_is_told(tmp_path):
     course = copied(tmp_path / "course", ["00_start.ipynb"])
     (tmp_path / "course" / "releases").write_text("in the way")
-    done = rotflex("release", tmp_path / "out", "--course", course)
+    done = rotflex("release", tmp_path / "out", "--solutions", course)
     assert done.exit_code == 2
     assert "cannot be kept" in " ".join(done.output.split())
     assert (tmp_path / "out" / "rotflex-course.zip").exists()
@@ -354,7 +355,7 @@ def test_a_release_that_cannot_be_kept_is_made_and_it_is_told(tmp_path):
 def test_settings_that_are_not_understood_stop_every_command_in_words(tmp_path):
     course = copied(tmp_path / "course", ["00_start.ipynb"])
     (course / "course.toml").write_text('[bench]\nwhich = "mine"\n')
-    done = rotflex("release", tmp_path / "out", "--course", course)
+    done = rotflex("release", tmp_path / "out", "--solutions", course)
     assert done.exit_code == 2
     said = " ".join(done.output.split())
     assert "course.toml" in said and "bench.which" in said and "'mine'" in said
@@ -373,7 +374,7 @@ def test_without_the_instructors_libraries_a_command_says_what_to_install(monkey
     monkeypatch.delitem(sys.modules, "labcourse.grading.release.student_notebooks", raising=False)
     monkeypatch.delitem(sys.modules, "labcourse.grading.release.student_course", raising=False)
     monkeypatch.setattr(cli, "_is_installed", lambda distribution: False)
-    done = rotflex("make-notebooks", "--course", ROOT)
+    done = rotflex("make-notebooks", "--solutions", ROOT)
     assert done.exit_code == 2
     assert "pip install rotflex-instructor" in " ".join(done.output.split())
 
@@ -388,7 +389,7 @@ def graded(folder, *options, student="ada", out="out"):
     """Grade something that is not a zip."""
     (folder / "in").mkdir()
     (folder / "in" / f"{student}.zip").write_bytes(b"not a zip")
-    return rotflex("grade", folder / out, folder / "in", "--course", ROOT, *options)
+    return rotflex("grade", folder / out, folder / "in", "--solutions", ROOT, *options)
 
 
 LACKING = Layer("bubblewrap", False, "the program bwrap is not there", "apt-get install bubblewrap", True)
@@ -424,7 +425,7 @@ def test_grade_without_isolation_is_stamped_on_everything(tmp_path, monkeypatch)
 @pytest.mark.parametrize("make", [lambda path: None, Path.mkdir], ids=["missing", "empty"])
 def test_grade_without_submissions_is_an_error_in_words(tmp_path, make, isolated):
     make(tmp_path / "in")
-    done = rotflex("grade", tmp_path / "out", tmp_path / "in", "--course", ROOT)
+    done = rotflex("grade", tmp_path / "out", tmp_path / "in", "--solutions", ROOT)
     assert done.exit_code == 2
     assert "rotflex: There" in done.output
     assert not (tmp_path / "out").exists()
@@ -446,7 +447,7 @@ def test_results_among_the_submissions_are_refused(tmp_path, isolated):
 def test_what_was_graded_can_be_marked_again_and_by_hand_and_looked_back_on(tmp_path, isolated):
     assert graded(tmp_path).exit_code == 1
     book = tmp_path / "out"
-    assert "Nobody's marks changed" in rotflex("regrade", book, "--course", ROOT, "--question", "2.11").output
+    assert "Nobody's marks changed" in rotflex("regrade", book, "--solutions", ROOT, "--question", "2.11").output
     given = ("mark", book, "ada", "2.11", "explanation", "0.5", "--reason", "Told me \x1b[31m.", "--by", "prof")
     assert rotflex(*given).exit_code == 0
     done = rotflex("history", book, "ada", "--question", "2.11")
@@ -457,7 +458,7 @@ def test_what_was_graded_can_be_marked_again_and_by_hand_and_looked_back_on(tmp_
 @pytest.mark.parametrize(
     "words",
     [
-        ("regrade", ..., "--course", ROOT),
+        ("regrade", ..., "--solutions", ROOT),
         ("history", ...),
         ("mark", ..., "ada", "2.11", "explanation", "1", "--reason", "x", "--by", "y"),
     ],

@@ -110,17 +110,17 @@ def test_a_students_installation_opens_the_notebooks_and_has_no_commands_of_inst
 @pytest.mark.parametrize("command", [("release", "out"), ("grade", "out", "in")], ids=lambda words: words[0])
 def test_without_a_course_a_command_says_how_to_name_one(installed, tmp_path, command):
     (tmp_path / "in" / "ada").mkdir(parents=True)
-    done = rotflex(installed, tmp_path, *command, LABCOURSE_COURSE="")
+    done = rotflex(installed, tmp_path, *command, LABCOURSE_SOLUTIONS="")
     assert done.returncode == 2
     said = " ".join(done.stderr.split())
-    assert "--course FOLDER" in said and "LABCOURSE_COURSE" in said, said
+    assert "--solutions FOLDER" in said and "LABCOURSE_SOLUTIONS" in said, said
 
 
 def test_release_finds_the_course_by_option_and_by_the_environment(installed, tmp_path):
     course = tmp_path / "elsewhere" / "solutions"
     shutil.copytree(ROOT / "solutions", course, ignore=shutil.ignore_patterns("__pycache__", "answers.json"))
-    by_option = rotflex(installed, tmp_path, "release", "one", "--course", course)
-    by_setting = rotflex(installed, tmp_path, "release", "two", LABCOURSE_COURSE=str(course))
+    by_option = rotflex(installed, tmp_path, "release", "one", "--solutions", course)
+    by_setting = rotflex(installed, tmp_path, "release", "two", LABCOURSE_SOLUTIONS=str(course))
     assert (by_option.returncode, by_setting.returncode) == (0, 0), by_option.stderr + by_setting.stderr
     one, two = ((tmp_path / out / "rotflex-course.zip").read_bytes() for out in ("one", "two"))
     assert one == two
@@ -132,7 +132,7 @@ def test_release_finds_the_course_by_option_and_by_the_environment(installed, tm
 def test_grade_finds_the_course_from_the_wheels(installed, tmp_path, sandbox):
     (tmp_path / "in" / "ada").mkdir(parents=True)
     shutil.copyfile(ROOT / "notebooks" / "00_start.ipynb", tmp_path / "in" / "ada" / "00_start.ipynb")
-    words = ("grade", "out", "in", "--course", ROOT / "solutions")
+    words = ("grade", "out", "in", "--solutions", ROOT / "solutions")
     done = rotflex(installed, tmp_path, *words)
     assert done.returncode == 0, done.stdout + done.stderr
     assert (tmp_path / "out" / "grades.csv").exists()

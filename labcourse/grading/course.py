@@ -29,7 +29,7 @@ if TYPE_CHECKING:  # the commands begin here, and are quick to say what they can
     from labcourse.grading.verdicts import Key
 
 ENTRY = "course:COURSE"  #: module in the course's folder, and the name in it
-SETTING = "LABCOURSE_COURSE"  #: environment variable: the course's folder, where none is named
+SETTING = "LABCOURSE_SOLUTIONS"  #: environment variable: the course's folder, where none is named
 OUTCOMES_FILE = "outcomes.toml"  #: in the course's folder: to which outcomes its codes go; there need not be one
 SHEETS_FILE = "sheets.toml"  #: in the course's folder: how its scoring sheets are laid out; there need not be one
 RUBRIC_FILE = "rubric.toml"  #: in the course's folder, what a person looks for in words; there need not be one
@@ -179,7 +179,7 @@ def find(given: str | Path | None = None) -> Course:
     if not place.is_dir():
         raise GradingError(
             f"There is no course at {place.resolve()}. Name the course's folder, the one that holds course.py, "
-            f"by --course FOLDER or by the environment variable {SETTING}."
+            f"by --solutions FOLDER or by the environment variable {SETTING}."
         )
     return load(place, entry or ENTRY)
 
@@ -201,7 +201,7 @@ def load(folder: Path, entry: str = ENTRY) -> Course:
     module_name, _sign, name = entry.partition(":")
     if not (folder / f"{module_name}.py").is_file():
         raise GradingError(
-            f"{folder} is not a course's folder: it holds no {module_name}.py. Name one by --course FOLDER, or "
+            f"{folder} is not a course's folder: it holds no {module_name}.py. Name one by --solutions FOLDER, or "
             f"by the environment variable {SETTING}."
         )
     package = _package(folder)

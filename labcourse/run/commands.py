@@ -64,7 +64,7 @@ def submit(
 
     Exit codes: 0 packed, 1 packed, and there is something to look at, 2 it cannot be packed.
     """
-    from labcourse import courses, released
+    from labcourse import released
     from labcourse.run import student_folder
     from labcourse.run import submit as packing
 
@@ -144,7 +144,7 @@ def _of_restored(done: Any, dry_run: bool) -> Iterator[str]:
 
 
 def _place(folder: Path | None) -> Path:
-    from labcourse import courses, released
+    from labcourse import released
     from labcourse.run import student_folder
 
     return student_folder.find(folder, released.masters())

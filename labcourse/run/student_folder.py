@@ -11,9 +11,9 @@ from labcourse import course_file, files, hub, program, student_id
 from labcourse.answers import own_files, report_files
 from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.handed_in import Cell, HandIn, NotebookError, cells_of
+from labcourse.course_file import NOBODY
 from labcourse.errors import CheckError, ConfigurationError, StudentIDError
 from labcourse.files import ANSWERS_FILE, COURSE_FILE
-from labcourse.session import DEMO
 
 USUAL = "notebooks"  #: the folder that ``labcourse lab`` opens unless it is told another
 
@@ -134,8 +134,8 @@ def student_of(work: Work, given: str = "") -> str:
         If the hub's name for its user has to do, and cannot be an ID.
     """
     claimed = _json(work.hand_in.claim).get("student")
-    named = (given, work.hand_in.course.get("student"), claimed if claimed != DEMO else "")
-    student = next((one for one in named if isinstance(one, str) and one), "") or hub.user() or DEMO
+    named = (given, work.hand_in.course.get("student"), claimed if claimed != NOBODY else "")
+    student = next((one for one in named if isinstance(one, str) and one), "") or hub.user() or NOBODY
     try:
         return student_id.normalised(student)
     except StudentIDError as error:

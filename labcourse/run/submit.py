@@ -18,13 +18,13 @@ from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.handed_in import document
 from labcourse.answers.own_files import RECEIPT_FILE
 from labcourse.answers.report_files import ReportFile
+from labcourse.course_file import NOBODY
 from labcourse.errors import CheckError, StudentIDError
 from labcourse.files import ANSWERS_FILE, COURSE_FILE
 from labcourse.messages import plural
 from labcourse.run import student_folder
 from labcourse.run.check import Checked
 from labcourse.run.check_words import brief
-from labcourse.session import DEMO
 
 MAX_OUTPUT = 200_000  #: characters, as JSON, of what a cell shows; more is left out: it is for people, and not needed
 _SHOWN = 16  # digits of the content's hash that are printed; 64 bits, which nobody hits by chance
@@ -116,7 +116,7 @@ def owner(work: student_folder.Work, student: str = "") -> str:
         If there is none.
     """
     named = student_folder.student_of(work, student)
-    if named == DEMO:
+    if named == NOBODY:
         raise CheckError(
             f"Whose work is this? Say {program.name()} submit --student YOUR-ID, with the ID that your instructor "
             f"knows you by. (Your bench is made from it: {program.name()} lab --student YOUR-ID says it once for all.)"

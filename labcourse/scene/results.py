@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from html import escape
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from labcourse import safe_text
 from labcourse.answers.tables import ResultsTable, heads
 from labcourse.scene.explorer import Explorer
 from labcourse.scene.saved_pictures import written
 from labcourse.scene.scene import Button, Readout, Row, Scene
-from labcourse.session import Session
+
+if TYPE_CHECKING:
+    from labcourse.session import Session
 
 _EMPTY = "not filled in yet"
 _PAGE = """<!doctype html>

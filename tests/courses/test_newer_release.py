@@ -110,7 +110,7 @@ def hand_in(two: TwoReleases, which: Path, folder: Path, about: dict[str, object
 
 def rotflex(two: TwoReleases, place: Path, *words: str | Path) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
-        [sys.executable, "-m", "rotflex.cli", *words, "--course", two.course],
+        [sys.executable, "-m", "rotflex.cli", *words, "--solutions", two.course],
         cwd=place,
         env=os.environ | {"PYTHONPATH": str(two_releases.ROOT), "COLUMNS": "200"},
         capture_output=True,

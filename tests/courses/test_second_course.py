@@ -58,7 +58,7 @@ CLASS = {
 
 def rotflex(*arguments: object) -> str:
     """What a command prints, typed where there is no other course about; it has to end well."""
-    environment = {name: value for name, value in os.environ.items() if name != "LABCOURSE_COURSE"}
+    environment = {name: value for name, value in os.environ.items() if name != "LABCOURSE_SOLUTIONS"}
     done = subprocess.run(
         [sys.executable, "-m", "rotflex.cli", *map(str, arguments)],
         cwd=HERE,
@@ -99,14 +99,14 @@ def text_of(page: Path) -> str:
 def solutions(tmp_path_factory: pytest.TempPathFactory) -> Path:
     course = tmp_path_factory.mktemp("course") / "spring"
     shutil.copytree(HERE / "spring", course, ignore=shutil.ignore_patterns("notebooks", "__pycache__"))
-    rotflex("make-notebooks", "--course", course / "solutions")
+    rotflex("make-notebooks", "--solutions", course / "solutions")
     return course / "solutions"
 
 
 @pytest.fixture(scope="module")
 def released(solutions: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     out = tmp_path_factory.mktemp("release")
-    rotflex("release", out, "--course", solutions)
+    rotflex("release", out, "--solutions", solutions)
     return out / "spring-course"
 
 
@@ -130,7 +130,7 @@ def submissions(solutions: Path, released: Path, tmp_path_factory: pytest.TempPa
 @pytest.fixture(scope="module")
 def graded(sandbox: None, solutions: Path, submissions: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     out = tmp_path_factory.mktemp("marks")
-    lines = events(rotflex("grade", out, submissions, "--course", solutions, "--jobs", 2, "--json"))
+    lines = events(rotflex("grade", out, submissions, "--solutions", solutions, "--jobs", 2, "--json"))
     assert lines[-1] == {"event": "done", "ran": 5, "known": 0, "failed": 0, "total": 5}
     return out
 
@@ -152,7 +152,7 @@ def lenient(solutions: Path, tmp_path: Path) -> Path:
 
 @pytest.mark.usefixtures("sandbox")
 def test_check_course_finds_nothing(solutions: Path) -> None:
-    assert " in 1 notebook: everything fits" in rotflex("check-course", "--course", solutions)
+    assert " in 1 notebook: everything fits" in rotflex("check-course", "--solutions", solutions)
 
 
 def test_a_release_holds_what_students_need_and_nothing_else(released: Path) -> None:
@@ -196,11 +196,11 @@ def test_a_persons_points_for_prose_stay_when_the_key_changes(
     reason = "Friction, well said."
     book = marks / "gradebook.sqlite"
     rotflex("mark", book, "right", "1.4", "why", 1, "--reason", reason, "--by", "A. Teacher")
-    lines = events(rotflex("grade", marks, submissions, "--course", solutions, "--json"))
+    lines = events(rotflex("grade", marks, submissions, "--solutions", solutions, "--json"))
     assert lines[-1] == {"event": "done", "ran": 0, "known": 5, "failed": 0, "total": 5}
     assert points(rows(marks)["right"]) == (1, 2, 4, 1)
     assert float(rows(marks)["right"]["awaiting a person"]) == 0
-    lines = events(rotflex("grade", marks, submissions, "--course", lenient, "--json"))
+    lines = events(rotflex("grade", marks, submissions, "--solutions", lenient, "--json"))
     assert {line["student"]: line["points"] for line in lines[:-1]}["right"] == 8
     assert points(rows(marks)["right"]) == (1, 2, 4, 1)
     assert reason in text_of(marks / "right" / "feedback.html")
@@ -208,14 +208,14 @@ def test_a_persons_points_for_prose_stay_when_the_key_changes(
 
 def test_a_changed_key_marks_stored_answers(marks: Path, lenient: Path, submissions: Path, tmp_path: Path) -> None:
     shutil.copytree(marks, tmp_path / "again")
-    lines = events(rotflex("grade", marks, submissions, "--course", lenient, "--json"))
+    lines = events(rotflex("grade", marks, submissions, "--solutions", lenient, "--json"))
     assert {line["student"]: (line["ran"], line["points"]) for line in lines[:-1]} == {
         student: (False, sum(handed.points) + 2 * (student == "stiff")) for student, handed in CLASS.items()
     }
     assert points(rows(marks)["stiff"]) == (1, 2, 4, 0)
 
     book = tmp_path / "again" / "gradebook.sqlite"
-    lines = events(rotflex("regrade", book, "--course", lenient, "--out", tmp_path / "again", "--json"))
+    lines = events(rotflex("regrade", book, "--solutions", lenient, "--out", tmp_path / "again", "--json"))
     assert {line["student"]: (line["before"], line["after"]) for line in lines}["stiff"] == (5, 7)
     assert rows(tmp_path / "again") == rows(marks)
     for student in CLASS:

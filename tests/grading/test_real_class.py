@@ -88,7 +88,7 @@ def graded(school, sandbox):
     made.hand_in(a_pairs(made, ada, homes), hand_ins, ["hal"])
     for path in hand_ins.glob("*.txt"):
         path.unlink()
-    command = [sys.executable, "-m", "rotflex.cli", "grade", base / "marks", hand_ins, "--course", made.source]
+    command = [sys.executable, "-m", "rotflex.cli", "grade", base / "marks", hand_ins, "--solutions", made.source]
     done = subprocess.run(
         [*map(str, command), "--probe-seed", "7"], capture_output=True, text=True, check=False, timeout=900
     )

@@ -256,7 +256,7 @@ def hand_in(submissions: Path, source: Path, student: str, attack: Attack, outsi
 
 
 def _grade_folder(submissions: Path, out: Path, source: Path, environment: dict) -> subprocess.CompletedProcess:
-    command = ["grade", out, submissions, "--course", source, "--jobs", "2"]
+    command = ["grade", out, submissions, "--solutions", source, "--jobs", "2"]
     command += ["--cell-timeout", str(CELL_TIMEOUT), "--deadline", str(DEADLINE), "--probe-seed", str(PROBE_SEED)]
     return _rotflex(command, environment)
 

@@ -120,7 +120,7 @@ class Scoring:
 
     def _by_table(self, table: Path) -> None:
         """Written, filled in, and read."""
-        self.said["write"] = run("score", self.folder, "--course", self.source, "--write", table)
+        self.said["write"] = run("score", self.folder, "--solutions", self.source, "--write", table)
         with table.open(encoding="utf-8-sig", newline="") as file:
             rows = list(csv.DictReader(file))
         self.filled = Counter[str]()
@@ -138,7 +138,7 @@ class Scoring:
             written = csv.DictWriter(file, rows[0])
             written.writeheader()
             written.writerows(reversed(rows))
-        self.said["read"] = run("score", self.folder, "--course", self.source, "--read", table, "--by", ANN)
+        self.said["read"] = run("score", self.folder, "--solutions", self.source, "--read", table, "--by", ANN)
 
     def _of_the_teacher(self, teacher: Client) -> None:
         """What was asked is decided, by the links on the page's overview."""

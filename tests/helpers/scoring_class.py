@@ -126,7 +126,7 @@ def serving(
     folder: Path, *names: str, options: tuple[str, ...] = ()
 ) -> Iterator[tuple[subprocess.Popen[str], list[str]]]:
     """`rotflex score`, until the block ends: the process, and an address for each name."""
-    words = [sys.executable, "-m", "rotflex.cli", "score", str(folder), "--course", str(ROOT / "solutions")]
+    words = [sys.executable, "-m", "rotflex.cli", "score", str(folder), "--solutions", str(ROOT / "solutions")]
     words += [*(word for name in names for word in ("--by", name)), "--no-browser", *options]
     process = subprocess.Popen(words, stdout=subprocess.PIPE, text=True)
     try:

@@ -45,7 +45,7 @@ def hand_in(source: Path, submissions: Path, size: int) -> list[str]:
 
 def command(source: Path, submissions: Path, out: Path, *options: str) -> list[str]:
     """The grading of a class as an instructor types it."""
-    words = [sys.executable, "-m", "rotflex.cli", "grade", out, submissions, "--course", source]
+    words = [sys.executable, "-m", "rotflex.cli", "grade", out, submissions, "--solutions", source]
     return [*map(str, words), "--probe-seed", "7", *options]
 
 

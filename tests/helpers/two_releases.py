@@ -73,7 +73,7 @@ def made(folder: Path) -> TwoReleases:
 def release(course: Path, out: Path, *options: str) -> str:
     """What the command prints."""
     done = subprocess.run(
-        [sys.executable, "-m", "rotflex.cli", "release", str(out), "--course", str(course / "solutions"), *options],
+        [sys.executable, "-m", "rotflex.cli", "release", str(out), "--solutions", str(course / "solutions"), *options],
         cwd=out.parent,
         env=os.environ | {"PYTHONPATH": str(ROOT), "COLUMNS": "200"},
         capture_output=True,

@@ -53,10 +53,12 @@ def scored(tmp_path_factory):
     said = {"roster": run("roster", out, folder / "roster.csv")}
     scoring = Scoring(drawn, out, source)
     for command in ("report", "outcomes report", "outcomes sheets", "status"):
-        said[command] = run(*command.split(), out, "--course", source)
+        said[command] = run(*command.split(), out, "--solutions", source)
     (out / "canvas.csv").write_text(canvas(drawn), encoding="utf-8")
     into = ("--into", out / "canvas.csv", "--column", "Laboratory")
-    said["export"] = run("export", out, *into, "--course", source, code=1)  # of some no mark is in, and they are named
+    said["export"] = run(
+        "export", out, *into, "--solutions", source, code=1
+    )  # of some no mark is in, and they are named
     return Class(drawn, scoring, out, said)
 
 

@@ -158,7 +158,16 @@ def marks_folder(tmp_path_factory, sandbox):
     folder = tmp_path_factory.mktemp("whole-class")
     whole_class_notebooks.hand_in(folder / "submissions")
     command = [sys.executable, "-m", "rotflex.cli", "grade", folder / "marks", folder / "submissions"]
-    command += ["--course", ROOT, "--jobs", "2", "--cell-timeout", str(CELL_TIMEOUT), "--probe-seed", str(PROBE_SEED)]
+    command += [
+        "--solutions",
+        ROOT,
+        "--jobs",
+        "2",
+        "--cell-timeout",
+        str(CELL_TIMEOUT),
+        "--probe-seed",
+        str(PROBE_SEED),
+    ]
     subprocess.run(command, capture_output=True, text=True, check=False, timeout=1500)
     return folder / "marks"
 

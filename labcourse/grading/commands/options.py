@@ -20,7 +20,7 @@ ALL_WELL, SOME_TROUBLE, NOT_ISOLATED = 0, 1, 3  #: exit codes; 2 is for any erro
 CourseFolder = Annotated[
     str | None,
     typer.Option(
-        "--course",
+        "--solutions",
         envvar=courses.SETTING,
         metavar="FOLDER",
         help="The course's folder, which holds course.py.",

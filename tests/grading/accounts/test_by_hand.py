@@ -110,7 +110,7 @@ def reported(folder: Path, book: Path, settings: str):
     """The rows of grades.csv that the command writes with these settings, and what it says."""
     source = copied(folder)
     (source / "course.toml").write_text(settings, encoding="utf-8")
-    words = ["report", book, "--out", folder / "out", "--course", source]
+    words = ["report", book, "--out", folder / "out", "--solutions", source]
     done = CliRunner().invoke(cli.app, [str(one) for one in words])
     assert done.exit_code == 0, done.output
     return rows(folder / "out"), " ".join(done.output.split())

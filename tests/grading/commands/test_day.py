@@ -25,7 +25,7 @@ def out(tmp_path):
 
 
 def test_class_prints_it_and_writes_the_page_beside_the_gradebook(out):
-    done = rotflex("status", out, "--course", OURS.folder)
+    done = rotflex("status", out, "--solutions", OURS.folder)
     assert done.exit_code == 0, done.output
     assert "IN TROUBLE (to do)" in done.output and f"The same as a page: {out / 'class.html'}" in said(done)
     page = (out / "class.html").read_text(encoding="utf-8")
@@ -33,30 +33,30 @@ def test_class_prints_it_and_writes_the_page_beside_the_gradebook(out):
 
 
 def test_class_takes_a_gradebook_and_another_folder(out, tmp_path):
-    done = rotflex("status", out / "gradebook.sqlite", "--course", OURS.folder, "--out", tmp_path / "new")
+    done = rotflex("status", out / "gradebook.sqlite", "--solutions", OURS.folder, "--out", tmp_path / "new")
     assert done.exit_code == 0, done.output
     assert (tmp_path / "new" / "class.html").exists() and not (out / "class.html").exists()
 
 
 def test_of_a_database_no_page_is_written_unless_a_folder_is_named(out):
-    done = rotflex("status", f"sqlite:///{out / 'gradebook.sqlite'}", "--course", OURS.folder)
+    done = rotflex("status", f"sqlite:///{out / 'gradebook.sqlite'}", "--solutions", OURS.folder)
     assert done.exit_code == 0 and "No page was written: say where by --out." in said(done)
 
 
 def test_a_folder_without_a_gradebook_is_told_and_gets_none(tmp_path):
-    done = rotflex("status", tmp_path, "--course", OURS.folder)
+    done = rotflex("status", tmp_path, "--solutions", OURS.folder)
     assert done.exit_code == 2 and "There is no gradebook" in said(done)
     assert os.listdir(tmp_path) == []
 
 
 def test_a_page_that_cannot_be_written_is_told(out):
     (out / "class.html").mkdir()
-    done = rotflex("status", out, "--course", OURS.folder)
+    done = rotflex("status", out, "--solutions", OURS.folder)
     assert done.exit_code == 2 and "class.html cannot be written" in said(done)
 
 
 def test_publish_writes_pages_records_it_and_tells_what_is_not_ready_and_who_is_to_be_told(out):
-    done = rotflex("publish", out, "--by", "lea", "--note", "first half", "--course", OURS.folder)
+    done = rotflex("publish", out, "--by", "lea", "--note", "first half", "--solutions", OURS.folder)
     assert done.exit_code == 0, done.output
     assert "Still to be read by a person: 7 answers of 5 students" in said(done)
     assert "1 request not answered yet" in said(done) and "by lea." in said(done)
@@ -65,9 +65,9 @@ def test_publish_writes_pages_records_it_and_tells_what_is_not_ready_and_who_is_
         (one,) = book.requests.publications()
         assert (one.actor, one.note) == ("lea", "first half")
         book.set_mark("cleo", "2.12", "K_s", 1.5, "rounding", "lea")
-    again = rotflex("publish", out, "--by", "lea", "--course", OURS.folder)
+    again = rotflex("publish", out, "--by", "lea", "--solutions", OURS.folder)
     assert "marks of 1 student have changed; tell them: cleo." in said(again)
-    assert "No mark has changed since" in said(rotflex("publish", out, "--by", "lea", "--course", OURS.folder))
+    assert "No mark has changed since" in said(rotflex("publish", out, "--by", "lea", "--solutions", OURS.folder))
 
 
 def test_a_mark_that_is_changed_while_pages_are_written_is_told_the_next_time(out, monkeypatch):
@@ -79,7 +79,7 @@ def test_a_mark_that_is_changed_while_pages_are_written_is_told_the_next_time(ou
             book.set_mark("cleo", "2.12", "K_s", 1.5, "rounding", "lea")
         return count
 
-    words = ("publish", out, "--by", "lea", "--course", OURS.folder)
+    words = ("publish", out, "--by", "lea", "--solutions", OURS.folder)
     with monkeypatch.context() as changed:
         changed.setattr(grades.Reports, "write_all", and_meanwhile_somebody_marks)
         assert rotflex(*words).exit_code == 0
@@ -87,7 +87,7 @@ def test_a_mark_that_is_changed_while_pages_are_written_is_told_the_next_time(ou
 
 
 def test_publish_says_what_of_before_it_does_not_write_anew(out):
-    words = ("publish", out, "--by", "lea", "--course", OURS.folder)
+    words = ("publish", out, "--by", "lea", "--solutions", OURS.folder)
     assert "not written anew" not in said(rotflex(*words))
     (out / "sheets").mkdir()
     assert "not written anew: sheets (for that say rotflex outcomes sheets)." in said(rotflex(*words))
@@ -100,7 +100,7 @@ def test_while_feedback_is_closed_pages_say_so_and_nothing_counts_as_given_back(
     opens = (datetime.now(UTC) + timedelta(days=3)).isoformat(timespec="seconds")
     folder = copied(tmp_path / "closed")
     (folder / "course.toml").write_text(f"[feedback]\nfrom = {opens}\n", encoding="utf-8")
-    done = rotflex("publish", out, "--by", "lea", "--course", folder)
+    done = rotflex("publish", out, "--by", "lea", "--solutions", folder)
     assert done.exit_code == 1 and "So nothing is given back" in said(done)
     assert "19.9 rad/s" not in (out / "ada" / "feedback.html").read_text(encoding="utf-8")
     with Gradebook(out / "gradebook.sqlite") as book:
@@ -113,7 +113,7 @@ def test_a_request_is_made_listed_seen_beside_the_answer_and_stays_until_it_is_a
     assert done.exit_code == 0 and "Request 3 of cleo is noted." in said(done)
     listed = rotflex("requests", "list", book)
     assert "3 " in listed.output and "Why <i>not</i>?" in said(listed)
-    rotflex("report", book, "--out", out, "--course", OURS.folder)
+    rotflex("report", book, "--out", out, "--solutions", OURS.folder)
     page = (out / "cleo" / "feedback.html").read_text(encoding="utf-8")
     assert "K_s: Asked on" in page and "not answered yet." in page and "Why &lt;i&gt;not&lt;/i&gt;?" in page
     assert page.index("Stiffness of the joint") < page.index("K_s: Asked on")
@@ -121,7 +121,7 @@ def test_a_request_is_made_listed_seen_beside_the_answer_and_stays_until_it_is_a
 
     answered = rotflex("requests", "answer", book, "3", "Half a point more.", "--by", "tia")
     assert answered.exit_code == 0 and "Request 3 of cleo, 2.12 K_s, is answered." in said(answered)
-    rotflex("report", book, "--out", out, "--course", OURS.folder)
+    rotflex("report", book, "--out", out, "--solutions", OURS.folder)
     page = (out / "cleo" / "feedback.html").read_text(encoding="utf-8")
     assert "Half a point more." in page and "by tia." in page and "not answered yet" not in page
     assert "not answered yet" not in rows(out)["cleo"]["notes"]

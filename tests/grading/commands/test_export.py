@@ -23,7 +23,7 @@ def folder(tmp_path):
 
 
 def export(folder, *options):
-    words = ("export", folder / "out", "--course", OURS.folder, *options)
+    words = ("export", folder / "out", "--solutions", OURS.folder, *options)
     done = CliRunner().invoke(cli.app, list(map(str, words)))
     return done, " ".join(done.output.split())
 
@@ -52,7 +52,7 @@ def test_the_exit_code_says_whether_everybodys_mark_is_in(folder, more, code):
     (folder / "two.csv").write_text("".join(whole), newline="")
     with Gradebook(folder / "two.sqlite") as book:
         record(book, graded("s1001", mark()), graded("s1002", mark("wrong", 0.0)), *more)
-    words = ("export", folder / "two.sqlite", "--course", OURS.folder, "--into", folder / "two.csv")
+    words = ("export", folder / "two.sqlite", "--solutions", OURS.folder, "--into", folder / "two.csv")
     done = CliRunner().invoke(cli.app, list(map(str, (*words, "--write", folder / "new.csv"))))
     assert done.exit_code == code and "1 replaced: s1002: 8 → 0" in done.output
     waits = code and more[0].run.student == "s1001"

@@ -45,8 +45,8 @@ def book(tmp_path):
 
 def test_grade_outside_of_a_checkout(handed_in, tmp_path, monkeypatch, isolated):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.delenv("LABCOURSE_COURSE", raising=False)
-    one_line(rotflex("grade", tmp_path / "out", handed_in), "There is no course at", "--course FOLDER")
+    monkeypatch.delenv("LABCOURSE_SOLUTIONS", raising=False)
+    one_line(rotflex("grade", tmp_path / "out", handed_in), "There is no course at", "--solutions FOLDER")
     assert not (tmp_path / "out").exists()
 
 
@@ -59,7 +59,7 @@ def test_grade_outside_of_a_checkout(handed_in, tmp_path, monkeypatch, isolated)
 )
 def test_a_slip_in_the_key_is_named_with_file_and_line(handed_in, tmp_path, isolated, key, said):
     course = copied(tmp_path, key=key)
-    one_line(rotflex("grade", tmp_path / "out", handed_in, "--course", course), *said)
+    one_line(rotflex("grade", tmp_path / "out", handed_in, "--solutions", course), *said)
     assert not (tmp_path / "out").exists()
 
 
@@ -67,7 +67,7 @@ def test_a_slip_in_the_key_is_named_with_file_and_line(handed_in, tmp_path, isol
 def test_a_file_where_the_folder_should_be(handed_in, book, tmp_path, command, isolated):
     (tmp_path / "out").write_text("")
     handed = (handed_in,) if command == "grade" else ()
-    done = rotflex(command, book, *handed, "--out", tmp_path / "out", "--course", ROOT)
+    done = rotflex(command, book, *handed, "--out", tmp_path / "out", "--solutions", ROOT)
     said = " ".join(done.output.replace("│", " ").split())
     assert done.exit_code == 2 and "is a file." in said and "Traceback" not in said
 
@@ -76,7 +76,7 @@ def test_a_gradebook_that_is_a_folder_or_no_database(tmp_path, handed_in, isolat
     (tmp_path / "other").write_text("student,total\n" * 100)
     one_line(rotflex("history", tmp_path), "There is no gradebook gradebook.sqlite in the folder")
     one_line(rotflex("history", tmp_path / "other"), "this file is not a gradebook")
-    grade = (handed_in, "--out", tmp_path / "out", "--course", ROOT)
+    grade = (handed_in, "--out", tmp_path / "out", "--solutions", ROOT)
     one_line(rotflex("grade", tmp_path / "other", *grade), "this file is not a gradebook")
     (tmp_path / "gradebook.sqlite").mkdir()
     one_line(rotflex("grade", tmp_path, *grade), "cannot be opened")
@@ -94,7 +94,7 @@ def test_a_disk_that_fills_up_while_a_class_is_graded(handed_in, tmp_path, monke
         return honest(target, content)
 
     monkeypatch.setattr(files, "write", full)
-    done = rotflex("grade", tmp_path / "out", handed_in, "--course", ROOT)
+    done = rotflex("grade", tmp_path / "out", handed_in, "--solutions", ROOT)
     assert done.exit_code == 2 and "Traceback" not in done.output
     assert "grades.csv cannot be written: No space left on device. So it is with 1 more." in done.output
     with Gradebook(tmp_path / "out" / "gradebook.sqlite") as book:
@@ -124,4 +124,4 @@ def test_whatever_the_system_refuses_elsewhere_is_one_line_too(tmp_path, monkeyp
 
     module = importlib.import_module("labcourse.grading.release.student_course")
     monkeypatch.setattr(module, "write_notebooks", refuse)
-    one_line(rotflex("make-notebooks", "--course", ROOT), "somewhere/notebooks: Permission denied.")
+    one_line(rotflex("make-notebooks", "--solutions", ROOT), "somewhere/notebooks: Permission denied.")

@@ -91,7 +91,7 @@ def test_a_mark_that_cannot_be_given_is_an_error_in_words(book, words, why):
 def test_a_comment_is_in_the_feedback(book, tmp_path):
     assert rotflex("comment", book, "ada", "See me \x1b[31m.", "--by", "anna").exit_code == 0
     assert rotflex("comment", book, "ada", "Which unit?", "--question", "2.11", "--by", "anna").exit_code == 0
-    assert rotflex("report", book, "--out", tmp_path / "out", "--course", ROOT).exit_code == 0
+    assert rotflex("report", book, "--out", tmp_path / "out", "--solutions", ROOT).exit_code == 0
     page = (tmp_path / "out" / "ada" / "feedback.html").read_text(encoding="utf-8")
     assert "See me \\x1b[31m." in page and "Which unit?" in page and "anna" in page
 
@@ -103,7 +103,7 @@ def test_a_comment_that_nobody_would_see_is_refused(book):
 
 
 def test_reports_of_everybody_without_running_anything(book, tmp_path):
-    done = rotflex("report", book, "--out", tmp_path / "out", "--course", ROOT)
+    done = rotflex("report", book, "--out", tmp_path / "out", "--solutions", ROOT)
     assert done.exit_code == 0 and said(done).startswith("3 students:")
     found = rows(tmp_path / "out")
     assert list(found) == ["ada", "bob", "eve"] and found["eve"]["notes"] == "nothing handed in"
@@ -174,7 +174,7 @@ WRONG = graded("ada", mark("wrong", 0.0, "More than 1 % off \x1b[31m."), prose()
 def test_regrade_says_what_changed_for_whom_and_why(book, marked_again):
     left = LeftAlone(mark("given by a person", 1.0), mark())
     marked_again(Regraded(graded("ada", mark(), prose()), WRONG), Regraded(graded("bob"), graded("bob"), left=(left,)))
-    done = rotflex("regrade", book, "--course", ROOT)
+    done = rotflex("regrade", book, "--solutions", ROOT)
     assert done.exit_code == 0
     assert done.output.splitlines() == [
         "ada: 2 → 0 of 3 points; the key has changed",
@@ -186,7 +186,7 @@ def test_regrade_says_what_changed_for_whom_and_why(book, marked_again):
 
 def test_regrade_says_it_to_scripts_too(book, marked_again):
     marked_again(Regraded(graded("ada", mark(), prose()), WRONG), Regraded(graded("bob"), graded("bob")))
-    done = rotflex("regrade", book, "--course", ROOT, "--json")
+    done = rotflex("regrade", book, "--solutions", ROOT, "--json")
     ada, bob = map(json.loads, done.output.splitlines())
     assert (ada["before"], ada["after"], ada["why"]) == (2, 0, "the key has changed")
     ((part,), nothing) = ada["changes"], bob["changes"]
@@ -196,7 +196,7 @@ def test_regrade_says_it_to_scripts_too(book, marked_again):
 
 def test_who_cannot_be_marked_again_is_named_and_it_is_trouble(book, marked_again):
     marked_again(Regraded(graded("ada"), graded("ada"), "The answers could not be marked."))
-    done = rotflex("regrade", book, "--course", ROOT)
+    done = rotflex("regrade", book, "--solutions", ROOT)
     assert done.exit_code == 1
     assert "ada: The answers could not be marked. The marks stay as they were." in said(done)
 
@@ -207,7 +207,7 @@ def test_an_error_amid_a_regrade_leaves_reports_of_everybody(book, tmp_path, mon
         raise GradingError("The database is gone.")
 
     monkeypatch.setattr("labcourse.grading.regrade.regrade", fails)
-    done = rotflex("regrade", book, "--course", ROOT, "--out", tmp_path / "out")
+    done = rotflex("regrade", book, "--solutions", ROOT, "--out", tmp_path / "out")
     assert done.exit_code == 2 and "rotflex: The database is gone." in done.output
     assert list(rows(tmp_path / "out")) == ["ada", "bob", "eve"]
 
@@ -227,7 +227,7 @@ def test_answers_that_fit_a_class_mates_bench_are_told_in_one_line(tmp_path, com
         record(
             opened, measured("ada", "ada", "right"), measured("bob", "ada", "wrong"), measured("eve", "eve", "right")
         )
-    done = rotflex(command, tmp_path / "book.sqlite", "--out", tmp_path / "out", "--course", OURS.folder)
+    done = rotflex(command, tmp_path / "book.sqlite", "--out", tmp_path / "out", "--solutions", OURS.folder)
     assert done.exit_code == 0, done.output
     told = "Answers that fit a class-mate's bench, as a hint and never a verdict: 1, listed in"
     assert told in said(done) and "hints.md" in said(done)

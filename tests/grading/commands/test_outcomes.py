@@ -20,7 +20,7 @@ def book(tmp_path_factory):
 
 @pytest.mark.slow
 def test_outcomes_writes_the_report_and_says_what_is_yours_alone(book, tmp_path):
-    done = rotflex("outcomes", "report", book, "--out", tmp_path / "out", "--course", ROOT / "solutions")
+    done = rotflex("outcomes", "report", book, "--out", tmp_path / "out", "--solutions", ROOT / "solutions")
     assert done.exit_code == 0, done.output
     assert "12 students: " in said(done) and "waits for a person" in said(done)
     assert "students.csv has names: it is for you, and not for an accreditation." in said(done)
@@ -30,14 +30,14 @@ def test_outcomes_writes_the_report_and_says_what_is_yours_alone(book, tmp_path)
 
 def test_outcomes_without_sections_names_none(book, tmp_path):
     done = rotflex(
-        "outcomes", "report", "--no-sections", book, "--out", tmp_path / "out", "--course", ROOT / "solutions"
+        "outcomes", "report", "--no-sections", book, "--out", tmp_path / "out", "--solutions", ROOT / "solutions"
     )
     assert done.exit_code == 0, done.output
     assert "North" not in (tmp_path / "out" / "attainment.csv").read_text(encoding="utf-8")
 
 
 def test_sheets_writes_those_of_the_students_named(book, tmp_path):
-    words = ("outcomes", "sheets", book, "--out", tmp_path / "out", "--course", ROOT / "solutions")
+    words = ("outcomes", "sheets", book, "--out", tmp_path / "out", "--solutions", ROOT / "solutions")
     done = rotflex(*words, "--student", "a-00", "--student", "B-05")
     assert done.exit_code == 0, done.output
     assert "2 students: " in said(done) and "On no sheet, as no row and code has it: 3.8 K." in said(done)
@@ -62,7 +62,7 @@ def test_a_course_without_map_and_sheets_says_so(book, tmp_path):
             book,
             "--out",
             tmp_path / "out",
-            "--course",
+            "--solutions",
             course,
         ]
         env = os.environ | {"PYTHONPATH": str(ROOT), "COLUMNS": "200"}
@@ -77,13 +77,13 @@ def test_a_course_without_map_and_sheets_says_so(book, tmp_path):
 
 def test_of_a_small_class_the_terminal_says_that_the_report_is_empty(tmp_path):
     book = marked_class.gradebook(tmp_path, {"North": 1})
-    done = rotflex("outcomes", "report", book, "--course", ROOT / "solutions")
+    done = rotflex("outcomes", "report", book, "--solutions", ROOT / "solutions")
     assert done.exit_code == 0 and said(done).startswith("1 student: ")
     assert "This report shows no figures at all" in said(done) and "fewest, in [outcomes] of course.toml" in said(done)
 
 
 @pytest.mark.parametrize("command", ["report", "sheets"])
 def test_a_gradebook_that_is_not_there_is_told_and_not_made(command, tmp_path):
-    done = rotflex("outcomes", command, tmp_path / "no.sqlite", "--out", tmp_path / "out", "--course", "solutions")
+    done = rotflex("outcomes", command, tmp_path / "no.sqlite", "--out", tmp_path / "out", "--solutions", "solutions")
     assert done.exit_code == 2 and "There is no gradebook" in said(done)
     assert not (tmp_path / "no.sqlite").exists()

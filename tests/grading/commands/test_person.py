@@ -33,7 +33,7 @@ def filled(tmp_path_factory):
         record(book, graded("fay", mark(), prose(given=f"It is {WORD}."), report_text(), answers=WORD.encode()))
         book.comment("fay", f"Well, {WORD}.", "tia")
         book.set_mark("bob", "2.16", "comparison", 1, "Fay Foot has it at fay@uni.", "lea")
-    at = ("--course", OURS.folder)
+    at = ("--solutions", OURS.folder)
     for words in (
         ("status", folder),
         ("report", folder, "--out", folder),
@@ -59,7 +59,7 @@ def slim(out):
 
 
 def forget(out, *more, **how):
-    return rotflex("person", "erase", out, "fay", "--by", "lea", "--course", OURS.folder, *more, **how)
+    return rotflex("person", "erase", out, "fay", "--by", "lea", "--solutions", OURS.folder, *more, **how)
 
 
 def files(folder):
@@ -111,9 +111,9 @@ def test_what_would_go_is_told_and_stays_unless_it_is_confirmed(slim):
 
 def test_nobody_unknown_is_erased_and_of_who_only_scored_it_is_said_that_it_stays(out):
     before = files(out)
-    done = rotflex("person", "erase", out, "tia", "--by", "lea", "--course", OURS.folder, "--yes")
+    done = rotflex("person", "erase", out, "tia", "--by", "lea", "--solutions", OURS.folder, "--yes")
     assert done.exit_code == 2 and "'tia' is named as who scored or marked. That stays" in said(done)
-    done = rotflex("person", "erase", out, "zed", "--by", "lea", "--course", OURS.folder, "--yes")
+    done = rotflex("person", "erase", out, "zed", "--by", "lea", "--solutions", OURS.folder, "--yes")
     assert done.exit_code == 2 and "There is no student 'zed' in the gradebook." in said(done)
     assert {name for name in before if files(out)[name] != before[name]} <= {"gradebook.sqlite"}
 
@@ -134,7 +134,7 @@ def test_where_they_are_named_still_is_told(out, tmp_path):
     (course / "course.toml").write_text(
         '[[deadline]]\ndue = 2026-01-01\n[[extension]]\nuntil = 2026-02-03\nstudents = ["Fay"]\n', encoding="utf-8"
     )
-    words = ("person", "erase", out, "fay", "--by", "lea", "--course", course, "--yes")
+    words = ("person", "erase", out, "fay", "--by", "lea", "--solutions", course, "--yes")
     done = rotflex(*words, "--submissions", tmp_path / "in")
     assert done.exit_code == 1, done.output
     for line in (
@@ -151,7 +151,7 @@ def test_where_they_are_named_still_is_told(out, tmp_path):
 
 def test_a_copy_holds_all_records_and_each_file_as_it_came(out, tmp_path):
     target = tmp_path / "fay.zip"
-    words = ("person", "copy", out, "fay", target, "--course", OURS.folder)
+    words = ("person", "copy", out, "fay", target, "--solutions", OURS.folder)
     done = rotflex(*words)
     assert done.exit_code == 0 and "All records and 2 files" in said(done)
     with zipfile.ZipFile(target) as packed:
@@ -198,7 +198,7 @@ def test_who_worked_with_them_keeps_marks_bench_and_times(fake_class, tmp_path):
         assert facts_of(before["bob"].run).bench_of == "ada" and when
     done = rotflex(
         *("person", "erase", tmp_path / "book.sqlite", "ada", "--out", tmp_path / "none", "--by", "lea"),
-        *("--course", fake_class.course.folder, "--yes"),
+        *("--solutions", fake_class.course.folder, "--yes"),
     )
     assert done.exit_code == 0, done.output
     assert re.search(rb"(?<!\w)ada(?!\w)", (tmp_path / "book.sqlite").read_bytes()) is None

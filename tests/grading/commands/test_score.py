@@ -20,7 +20,7 @@ def marks(tmp_path):
 
 
 def run(marks, *words):
-    return CliRunner().invoke(app, ["score", str(marks), "--course", str(ROOT / "solutions"), *map(str, words)])
+    return CliRunner().invoke(app, ["score", str(marks), "--solutions", str(ROOT / "solutions"), *map(str, words)])
 
 
 @pytest.mark.parametrize(

@@ -385,7 +385,7 @@ def test_a_key_that_does_not_fit_the_catalogue_is_refused(tmp_path, body, words)
 
 
 def test_a_course_that_is_not_there_is_said_to_be_missing_and_how_to_name_one(tmp_path):
-    with pytest.raises(GradingError, match=r"no course\.py.*--course FOLDER.*LABCOURSE_COURSE"):
+    with pytest.raises(GradingError, match=r"no course\.py.*--solutions FOLDER.*LABCOURSE_SOLUTIONS"):
         courses.load(tmp_path)
 
 

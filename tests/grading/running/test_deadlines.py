@@ -58,7 +58,7 @@ def settings_of(tmp_path, monkeypatch):
     monkeypatch.setattr(isolation_report, "check_unisolated", lambda: None)
 
     def made(*options):
-        command = ["grade", str(tmp_path / "in"), "--out", str(tmp_path / "out"), "--course", str(OURS.folder)]
+        command = ["grade", str(tmp_path / "in"), "--out", str(tmp_path / "out"), "--solutions", str(OURS.folder)]
         done = CliRunner().invoke(app, [*command, *options])
         assert done.exit_code == 2 and len(seen) == 1, done.output
         return seen.pop()

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from labcourse.errors import CourseError
 
+from labcourse.errors import CourseError
 from labcourse.scene.explorer import Explorer
 from labcourse.scene.moving import GROUND, Moving
 from labcourse.scene.scene import Column, Panel, Readout, Row, Scene

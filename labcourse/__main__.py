@@ -1,0 +1,5 @@
+"""``python -m labcourse``: the command."""
+
+from labcourse.command_line import run
+
+run()
