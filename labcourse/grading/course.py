@@ -268,5 +268,11 @@ def _check_key(course: Course) -> None:
                 f"{', '.join(map(repr, checks)) or 'none'}."
             )
         for part in question.parts:
-            if part.kind not in checks[part.name].kinds:
+            kinds = getattr(checks[part.name], "kinds", ())
+            if not kinds or isinstance(kinds, str):
+                raise GradingError(
+                    f"The key: {number}, {part.name}: its check, {type(checks[part.name]).__name__}, does not say for "
+                    f'which kinds of parts it is; give it kinds = ("{part.kind}",).'
+                )
+            if part.kind not in kinds:
                 raise GradingError(f"The key: {number}, {part.name} is a {part.kind}; its check is for another kind.")

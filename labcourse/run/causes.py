@@ -147,17 +147,17 @@ class Causes:
         own = cells[before + 1 : recorder + 1]
         for cell in own:
             if cell.stopped:
-                return self._root(cell)
+                return self.root(cell)
         if cells[recorder].report is None:  # it was never come to
             return next((cell for cell in reversed(cells[:recorder]) if cell.ended_all), None)
         for cell in self._upstream(own):
             lacked = self._lacked(cell, where)
             if lacked is not None or cell.stopped:
-                return lacked or self._root(cell)
+                return lacked or self.root(cell)
         return Refused(self.refusals[where]) if where in self.refusals else None
 
-    def _root(self, cell: RunCell) -> Cause:
-        """The first cause of a cell's stop: itself, or what it builds on."""
+    def root(self, cell: RunCell) -> Cause:
+        """The first cause of the stop of a cell: the cell itself, or what it builds on."""
         passed = []
         cause: Cause = None
         while cause is None:

@@ -12,7 +12,7 @@ from labcourse.scene.moving import Item, Moving
 from labcourse.scene.roles import ROLES
 from labcourse.scene.scene import Panel, Scene
 
-_MARKERS = {"cross": "x", "square": "s", "circle": "o", "dot": "."}
+_MARKERS = {"cross": "x", "square": "s", "circle": "o", "dot": "o"}
 _POINTS = 72 / SHOWN_PER_INCH  # of matplotlib, in a px
 
 
@@ -71,7 +71,7 @@ def _item(axes: Any, item: Item) -> None:
         look = look | {"linewidth": item["width"] * _POINTS}
     if "dash" in item:
         look = look | {"linestyle": (0, item["dash"]) if item["dash"] else "-"}
-    filled = {"color": look["color"], "alpha": item.get("opacity", 0.3), "linewidth": 0, "label": label}
+    filled = {"color": (look["color"], item.get("opacity", 0.3)), "linewidth": 0, "label": label}
     match item["kind"]:
         case "line":
             axes.plot(item["x"], item["y"], label=label, **look)
@@ -85,7 +85,8 @@ def _item(axes: Any, item: Item) -> None:
             axes.text(*item["at"], item["text"], ha=item["anchor"], va="center", color="#555555")
         case "mark" | "points":
             x, y = item["at"] if "at" in item else (item["x"], item["y"])
-            marker = {"marker": _MARKERS[item["shape"]], "markersize": 1.4 * item.get("size", 5), "fillstyle": "none"}
+            fill = "full" if item["shape"] == "dot" else "none"
+            marker = {"marker": _MARKERS[item["shape"]], "markersize": 1.4 * item.get("size", 5), "fillstyle": fill}
             axes.plot(x, y, linestyle="none", color=look["color"], label=label, **marker)
 
 

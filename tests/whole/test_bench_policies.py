@@ -8,6 +8,7 @@ from made_courses import OURS
 from labcourse.benches import BenchPolicy
 from labcourse.grading.course_check import solved
 from labcourse.grading.marking import marking
+from labcourse.grading.running import bundle
 from labcourse.grading.verdicts import Status
 
 POLICIES = [BenchPolicy("same", seed=7), *(BenchPolicy("preset", preset=name) for name in OURS.presets)]
@@ -16,7 +17,7 @@ POLICIES = [BenchPolicy("same", seed=7), *(BenchPolicy("preset", preset=name) fo
 @pytest.mark.parametrize("policy", POLICIES, ids=lambda policy: policy.preset or policy.which)
 def test_the_solutions_get_all_points_on_the_bench_that_everybody_has(sandbox, policy):
     course = replace(OURS, settings=replace(OURS.settings, bench=policy))
-    claims = solved.answers_of_solutions(course)
+    claims, _missing = solved.answers_of_solutions(course, bundle.build(course))
     assert claims.problems == []
     assert claims.bench.get("seed") == (policy.seed or None)
     assert claims.bench.get("preset", "") == policy.preset

@@ -19,8 +19,20 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from labcourse.grading.course import Course
-from labcourse.grading.course_check import cells, key, outcomes, rubric, solved, starts, texts, times
+from labcourse.grading.course_check import (
+    cells,
+    imports,
+    key,
+    outcomes,
+    rubric,
+    solved,
+    starts,
+    texts,
+    times,
+    unfilled,
+)
 from labcourse.grading.course_check.finding import Finding
+from labcourse.grading.running import bundle
 
 __all__ = ["Finding", "check"]
 
@@ -31,7 +43,8 @@ def check(course: Course, run: bool = True) -> Iterator[Finding]:
     Parameters
     ----------
     course : the course; its key has been held against its catalogue when it was loaded
-    run : run the notebooks with solutions, too, and mark what they answer: it takes as long as grading a submission
+    run : run the student notebooks as they are handed out, and those with solutions, and mark what these answer: it
+        takes as long as grading two submissions
     """
     yield from key.check(course)
     yield from rubric.check(course)
@@ -41,5 +54,8 @@ def check(course: Course, run: bool = True) -> Iterator[Finding]:
     yield from starts.check(course)
     yield from texts.check(course)
     yield from times.check(course)
+    yield from imports.check(course)
     if run:
-        yield from solved.check(course)
+        made = bundle.build(course)
+        yield from unfilled.check(course, made)
+        yield from solved.check(course, made)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import builtins
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
@@ -14,7 +13,6 @@ from labcourse.errors import AnswerError, GradingError
 from labcourse.grading.course import Course
 from labcourse.grading.course_check.finding import Finding, in_cell
 from labcourse.grading.release import student_course, student_notebooks
-from labcourse.run import skippable_cells
 
 
 def check(course: Course) -> Iterator[Finding]:
@@ -110,30 +108,6 @@ def _form(course: Course, name: str, notebook: NotebookNode) -> Iterator[Finding
         solved = student_notebooks.BEGIN in cell.source or words.BEGIN in cell.source
         if released and solved and not student_notebooks.is_answer(cell):
             yield Finding(in_cell(name, cell.id), "it has a solution, but its metadata do not make it an answer cell.")
-    try:
-        students = student_notebooks.student_version(notebook, name, course.catalogue)
-        yield from _not_preset(name, students)
-    except GradingError:
-        return  # told with the notebooks that cannot be derived, and with the cells that record what there is not
-
-
-def _not_preset(name: str, students: NotebookNode) -> Iterator[Finding]:
-    """Names that are recorded and that a student's notebook does not have until its solution is written."""
-    recording = {one.cell for one in student_notebooks.recorded(students)}
-    known = set(dir(builtins))
-    for cell in students.cells:
-        if cell.cell_type != "code":
-            continue
-        try:
-            if cell.id in recording:
-                for missing in sorted(skippable_cells.uses(cell.source) - known):
-                    yield Finding(
-                        in_cell(name, cell.id),
-                        f"{missing} is not there until a solution is written: preset it, as {missing} = None.",
-                    )
-            known |= skippable_cells.bound(cell.source)
-        except SyntaxError:
-            return  # not Python alone, as with a magic: what it binds cannot be read off it
 
 
 def check_derived(course: Course) -> Iterator[Finding]:

@@ -1,4 +1,4 @@
-"""The map to outcomes and the layout of the scoring sheets, held against the catalogue."""
+"""Codes of outcomes, the map to outcomes and the layout of the scoring sheets, held against the catalogue."""
 
 from __future__ import annotations
 
@@ -11,7 +11,13 @@ from labcourse.grading.outcomes import outcome_map, sheet_layout
 
 
 def check(course: Course) -> Iterator[Finding]:
-    """What of the two cannot be used, and what has a code and is on no sheet; nothing where the course has neither."""
+    """Codes that the catalogue does not explain; what of map and sheets cannot be used; what is on no sheet."""
+    for number, question in course.catalogue.marked.items():
+        codes = dict.fromkeys([*question.outcomes, *(part.outcome for part in question.parts if part.outcome)])
+        for code in codes:
+            if code not in course.catalogue.outcomes:
+                there = ", ".join(course.catalogue.outcomes) or "none"
+                yield Finding(f"question {number}", f"there is no outcome {code!r}; the catalogue has {there}.")
     try:
         outcome_map.find(course.folder, course.catalogue)
     except GradingError as error:

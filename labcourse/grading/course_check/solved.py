@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import Any
 
-from labcourse.answers import words
+from labcourse.answers import cell_reports, words
 from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.handed_in import Cell, as_released, cells_of
 from labcourse.answers.parts import Part, Question
@@ -20,34 +20,44 @@ from labcourse.grading.marking.decoding import Claims
 from labcourse.grading.marking.marking import KeyFault
 from labcourse.grading.marking.wrong_answers import wrong_answer
 from labcourse.grading.release import student_notebooks
-from labcourse.grading.running import bundle, runner
-from labcourse.grading.running.runner import Job, Limits
+from labcourse.grading.running import runner
+from labcourse.grading.running.bundle import Bundle
+from labcourse.grading.running.runner import Job, Limits, Run
 from labcourse.grading.verdicts import Case, Check, Own, Status
-from labcourse.run.merge import merged
+from labcourse.run import reasons
+from labcourse.run.causes import Where
+from labcourse.run.merge import Merged, merged
 
 #: Student on whose bench the solutions are run: one on which no result touches its limit, where both answers are right.
 STUDENT = "checks"
-_SEED = 20
+SEED = 20  #: from which the inputs of functions are drawn
 _LIMITS = Limits(cell=300, submission=1800.0)  # they are our own notebooks: they may take their time
 
 
-def check(course: Course) -> Iterator[Finding]:
+def check(course: Course, made: Bundle) -> Iterator[Finding]:
     """Answers of the solutions that the key does not mark as right, or marks as right when they are changed."""
-    claims = answers_of_solutions(course)
+    claims, missing = answers_of_solutions(course, made)
     for problem in claims.problems:
         yield Finding("the solutions", problem)
-    yield from judged(course, claims)
+    yield from judged(course, claims, missing)
 
 
-def judged(course: Course, claims: Claims) -> Iterator[Finding]:
-    """What the key makes of the solutions' answers, and of wrong ones made of them."""
+def judged(course: Course, claims: Claims, missing: Mapping[Where, str]) -> Iterator[Finding]:
+    """What the key makes of the solutions' answers, and of wrong ones made of them.
+
+    Parameters
+    ----------
+    course : with the key
+    claims, missing : from :func:`answers_of_solutions`
+    """
     claims = decoding.with_reports(claims, course.catalogue)
-    case = marking.case_of(course, claims, course.true_bench(STUDENT), _SEED)
+    case = marking.case_of(course, claims, course.true_bench(STUDENT), SEED)
     for number, checks in course.key.items():
         question = course.catalogue.find_marked(number)
         for part in question.parts:
             own = _Own(case.own, course.catalogue)
-            yield from _judged(question, part, checks[part.name], claims, replace(case, own=own))
+            why = missing.get((number, part.name), "its cell runs to its end, and leaves it empty.")
+            yield from _judged(question, part, checks[part.name], claims, replace(case, own=own), why)
             for said in own.unknown:
                 yield Finding(in_key(question, part), f"it follows what there is not. {said}")
 
@@ -86,35 +96,52 @@ def handed_in(course: Course, pristine: Mapping[str, dict[str, Any]]) -> dict[st
     }
 
 
-def answers_of_solutions(course: Course) -> Claims:
-    """What the notebooks with solutions answer. They are our own: where there is no sandbox, they are run without.
+def answers_of_solutions(course: Course, made: Bundle) -> tuple[Claims, Mapping[Where, str]]:
+    """What the notebooks with solutions answer, and why answers are missing.
 
     Raises
     ------
     GradingError
-        If the course cannot be released or imported.
+        If the course cannot be imported.
     """
-    made = bundle.build(course)
+    written = merged(made.pristine, handed_in(course, made.pristine))
+    run = run_of(made, written)
+    claims = decoding.decode(run.answers, SEED, course.catalogue)
+    why = reasons.explain(
+        *(made.pristine, written, cell_reports.read(run.reports), claims.values, course.catalogue),
+        handed_in=made.pristine,
+    )
+    claims.problems.extend(run.problems)
+    for path in course.notebooks:
+        texts = words.written(made.pristine[path.name]["cells"], cells_of(path.read_bytes()))
+        claims = decoding.with_words(claims, texts.words, course.catalogue)
+        claims.problems.extend(f"{path.name}: {told}" for told in [*texts.problems, *texts.notes])
+    return claims, why.missing
+
+
+def run_of(made: Bundle, notebooks: Merged) -> Run:
+    """Run notebooks of our own: where there is no sandbox, without.
+
+    Raises
+    ------
+    GradingError
+        If the course cannot be imported.
+    """
     job = Job(
         student=STUDENT,
-        notebooks=merged(made.pristine, handed_in(course, made.pristine)).notebooks,
-        probe_seed=_SEED,
+        notebooks=notebooks.notebooks,
+        probe_seed=SEED,
         parameters=made.parameters,
         imports=made.imports,
         limits=_LIMITS,
         isolated=all(layer.good for layer in layers.examine() if layer.needed),
     )
-    run = runner.run(made.packed, job)
-    claims = decoding.decode(run.answers, _SEED, course.catalogue)
-    claims.problems.extend(run.problems)
-    for path in course.notebooks:
-        written = words.written(made.pristine[path.name]["cells"], cells_of(path.read_bytes()))
-        claims = decoding.with_words(claims, written.words, course.catalogue)
-        claims.problems.extend(f"{path.name}: {told}" for told in [*written.problems, *written.notes])
-    return claims
+    return runner.run(made.packed, job)
 
 
-def _judged(question: Question, part: Part, one: Check, claims: Claims, case: Case) -> Iterator[Finding]:
+def _judged(
+    question: Question, part: Part, one: Check, claims: Claims, case: Case, why_missing: str
+) -> Iterator[Finding]:
     """The key's verdict on a solution, and on what it becomes when it is changed."""
     where = in_key(question, part)
     for_a_person = isinstance(one, ForAPerson)
@@ -124,7 +151,7 @@ def _judged(question: Question, part: Part, one: Check, claims: Claims, case: Ca
         yield Finding(where, _fails(error))
         return
     if mark.status is Status.MISSING:
-        yield Finding(where, "the solution records no answer: does its cell run to its end?")
+        yield Finding(where, f"the solution records no answer: {why_missing}")
         return
     if mark.status is not (Status.FOR_A_PERSON if for_a_person else Status.RIGHT):
         yield Finding(

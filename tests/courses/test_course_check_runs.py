@@ -1,0 +1,93 @@
+"""``check-course`` on spoilt copies of the course of a mass on a spring: what a run of the notebooks brings out."""
+
+import importlib
+import json
+import shutil
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from labcourse.errors import GradingError
+
+from labcourse.answers.catalogue import Catalogue
+from labcourse.grading import course as courses
+from labcourse.grading import course_check
+from labcourse.grading.course_check import unfilled
+from labcourse.grading.release import student_course
+from labcourse.grading.running import bundle
+
+SPRING = Path(__file__).resolve().parent / "spring"
+NOTEBOOK = "01_spring.ipynb"
+SOLVED = "### BEGIN SOLUTION\nk = lab.bench().k\n### END SOLUTION"
+IN_K = f"{NOTEBOOK}, cell 'q1-2'"
+
+
+@pytest.fixture
+def spoilt(tmp_path, monkeypatch):
+    """Make a copy of the course with other sources in some cells of its notebook."""
+    shutil.copytree(SPRING, tmp_path / "spring", ignore=shutil.ignore_patterns("notebooks", "__pycache__"))
+    monkeypatch.syspath_prepend(str(tmp_path / "spring"))
+    importlib.invalidate_caches()
+    student_course.write_notebooks(courses.load(tmp_path / "spring" / "solutions"))
+    shutil.rmtree(tmp_path / "spring" / "notebooks")
+    (tmp_path / "spring" / "solutions" / "01_spring.py").unlink(missing_ok=True)
+
+    def made(**sources):
+        folder = tmp_path / "spring" / "solutions"
+        notebook = json.loads((folder / NOTEBOOK).read_text(encoding="utf-8"))
+        for cell in notebook["cells"]:
+            cell["source"] = sources.get(cell["id"].replace("-", "_"), cell["source"])
+        (folder / NOTEBOOK).write_text(json.dumps(notebook), encoding="utf-8")
+        return courses.load(folder)
+
+    return made
+
+
+def found(course, run=True):
+    return {finding.where: finding.what for finding in course_check.check(course, run)}
+
+
+@pytest.mark.usefixtures("sandbox")
+@pytest.mark.parametrize(
+    ("stub", "place", "said"),
+    [
+        ("k = # N/m", IN_K, "SyntaxError"),
+        ("def k(\n    # to be written", IN_K, "SyntaxError"),
+        ("%precision 3", f"{NOTEBOOK}, cell 'q1-2-answer'", "preset it"),
+        ("", f"{NOTEBOOK}, cell 'q1-2-answer'", "k = None"),
+        ("k = lab.value('1.1', 'run')", "", ""),  # it needs an answer, which everybody has to give first
+    ],
+)
+def test_a_notebook_that_stops_when_nothing_is_filled_in_is_told_with_its_cell(spoilt, stub, place, said):
+    course = spoilt(q1_2=f"{stub}\n{SOLVED}")
+    stops = {finding.where: finding.what for finding in unfilled.check(course, bundle.build(course))}
+    assert set(stops) == ({place} if place else set())
+    assert said in stops.get(place, "")
+
+
+@pytest.mark.usefixtures("sandbox")
+def test_a_solution_that_is_not_recorded_says_why(spoilt):
+    number = SOLVED.replace("lab.bench().k", '"stiff"')
+    told = found(
+        spoilt(q1_2=f"k = None\n{number}", q1_3=SOLVED.replace("k = lab.bench().k", "formula = omega = 1 / 0"))
+    )
+    assert "it is text" in told["the key, 1.2 k"]
+    assert "ZeroDivisionError" in told["the key, 1.3 omega"]
+
+
+def test_outcome_codes_and_imports_that_there_are_not_are_told(spoilt):
+    course = spoilt()
+    catalogue = Catalogue(course.catalogue.questions.values(), outcomes={"measures": "measures with care"})
+    told = found(replace(course, catalogue=catalogue, imports=("springlab.labb", "springlag.lab")), run=False)
+    assert set(told) == {"question 1.3", "question 1.4", "course.py, imports"}
+    assert "'models'" in told["question 1.3"] and "springlag.lab" in told["course.py, imports"]
+
+
+@pytest.mark.parametrize("kinds", ["", '    kinds = ("number")'])
+def test_a_check_without_kinds_is_refused(spoilt, kinds):
+    course = spoilt()
+    with (course.folder / "key.py").open("a", encoding="utf-8") as file:
+        file.write(f'\n\nclass Mine:\n    """Mine."""\n\n{kinds}\n\n\nKEY["1.2"]["k"] = Mine()\n')
+    shutil.copytree(course.folder, course.folder.with_name("again"))
+    with pytest.raises(GradingError, match=r"1\.2, k.*Mine.*kinds"):
+        courses.load(course.folder.with_name("again"))
