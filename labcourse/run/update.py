@@ -9,6 +9,7 @@ from __future__ import annotations
 import ast
 import copy
 import errno
+import hashlib
 import itertools
 import json
 from collections.abc import Iterator, Mapping
@@ -18,12 +19,13 @@ from typing import Any
 
 from labcourse import files
 from labcourse.answers.handed_in import CODE, NotebookError, cells_in, document
-from labcourse.answers.words import MARK
+from labcourse.answers.words import KEY, MARK
 from labcourse.errors import ConfigurationError
 from labcourse.run import alignment, restore
 from labcourse.run.alignment import Happened, Role
 
 STUB = "# Your code here."  #: what a released answer cell has where the solution stood
+STUB_KEY = "stub"  #: in an answer cell's metadata, among those of :data:`~labcourse.answers.words.KEY`: `stub_digest`
 ASIDE = "-before"  #: at the end of the name of a cell that an answer cell of another kind has taken the place of
 _KEPT = ".before-{release}"  # the folder of copies; a hidden one is not handed in
 
@@ -41,6 +43,7 @@ class Changes:
     changed, new, gone : how many of the course's cells have another text, were not there, are no longer there
     aside : answer cells that are of another kind now; what a student had written stands below
     dropped : answer cells that are none any more, and stay as the student's own
+    theirs : answer cells in which the student has written, and whose text as handed out is another now
     """
 
     changed: int = 0
@@ -48,6 +51,7 @@ class Changes:
     gone: int = 0
     aside: tuple[str, ...] = ()
     dropped: tuple[str, ...] = ()
+    theirs: tuple[str, ...] = ()
 
     def lines(self, notebook: str) -> Iterator[str]:
         """The same, in words."""
@@ -56,6 +60,7 @@ class Changes:
         lists = {
             "another kind of cell now; what you had written stands below": self.aside,
             "no answer cells any more, but still there as your own; copy what new cells ask for by hand": self.dropped,
+            "the course has another text for these now; yours stays, look at theirs in a fresh copy": self.theirs,
         }
         for message, names in lists.items():
             if names:
@@ -156,6 +161,7 @@ def updated(data: bytes, master: Mapping[str, Any]) -> tuple[dict[str, Any], Cha
         gone=preparing.gone,
         aside=tuple(dict.fromkeys(preparing.aside.values())),
         dropped=tuple(preparing.dropped),
+        theirs=tuple(dict.fromkeys(preparing.theirs)),
     )
 
 
@@ -169,6 +175,7 @@ class _Preparing:
         self.gone = 0
         self.aside: dict[str, str] = {}  # new name of the student's cell → the answer cell in whose place it was
         self.dropped: list[str] = []
+        self.theirs: list[str] = []
 
     def cells(self) -> list[_Cell]:
         """The cells."""
@@ -185,7 +192,7 @@ class _Preparing:
         if meant is not None:
             return self._answer(cell, meant) if alignment.role_of(meant) is Role.ANSWER else cell
         no_answer = grading.get("locked") or _metadata(cell).get("editable") is False
-        if no_answer or (grading.get("solution") and _is_unfilled(cell)):
+        if no_answer or (grading.get("solution") and (_is_untouched(cell) or _is_unfilled(cell))):
             self.gone += 1
             return None
         if not grading.get("solution"):
@@ -196,8 +203,11 @@ class _Preparing:
     def _answer(self, cell: _Cell, meant: _Cell) -> _Cell | None:
         """An answer of the student's. (An empty one presets what the release presets, but for a piece of one.)"""
         pieces = [one for one in self._own if self._of_course(one) is meant]
-        unfilled = _is_unfilled(cell, alignment.source_of(meant)) and len(pieces) == 1
+        unfilled = _is_untouched(cell) or _is_unfilled(cell, alignment.source_of(meant))
+        unfilled = unfilled and len(pieces) == 1
         if cell.get("cell_type") == meant["cell_type"]:
+            if not unfilled and _stub_of(cell) and _stub_of(cell) != _stub_of(meant):
+                self.theirs.append(meant["id"])
             same = alignment.source_of(cell) == alignment.source_of(meant)
             return copy.deepcopy(meant) if unfilled and not same else cell
         if unfilled:
@@ -245,6 +255,21 @@ def _own(cell: _Cell, name: str) -> _Cell:
         "id": name,
         "metadata": {key: value for key, value in _metadata(cell).items() if key not in _COURSES},
     }
+
+
+def stub_digest(source: str) -> str:
+    """What the text of an answer cell, as it is handed out, is known by; white space at the end of lines is nothing."""
+    return hashlib.sha256("\n".join(map(str.rstrip, source.splitlines())).encode()).hexdigest()[:12]
+
+
+def _stub_of(cell: Mapping[str, Any]) -> str:
+    """What the text of an answer cell was known by in the release that it is of; empty where that is not written."""
+    about = _metadata(cell).get(KEY)
+    return str(about.get(STUB_KEY, "")) if isinstance(about, Mapping) else ""
+
+
+def _is_untouched(cell: Mapping[str, Any]) -> bool:
+    return _stub_of(cell) == stub_digest(alignment.source_of(cell))
 
 
 def _is_unfilled(cell: Mapping[str, Any], released: str = "") -> bool:

@@ -21,6 +21,7 @@ from labcourse.answers.catalogue import Catalogue
 from labcourse.errors import AnswerError, GradingError
 from labcourse.run import recorders
 from labcourse.run.recorders import Recorded
+from labcourse.run.update import STUB_KEY, stub_digest
 
 # jsonschema, behind nbformat, loads a grammar of web addresses where there is one: for a second, and for nothing, as
 # no notebook's schema has it checked.
@@ -90,6 +91,8 @@ def student_version(notebook: NotebookNode, name: str, catalogue: Catalogue) -> 
         if cell.id in asked and not source.startswith("%%"):  # a cell magic must come first
             source = f"# {words.MARK} Your answer: {', '.join(asked[cell.id])} ".ljust(_WIDTH, "─") + f"\n{source}"
         metadata = {key: cell.metadata[key] for key in _KEPT_CELL_METADATA if key in cell.metadata} | _locks(cell)
+        if is_answer(cell):  # so that a later release knows whether the student has written in it
+            metadata[words.KEY] = {**metadata.get(words.KEY, {}), STUB_KEY: stub_digest(source)}
         if cell.id in points:
             metadata["nbgrader"] = {**cell.metadata.nbgrader, "points": points[cell.id]}
         kept = NotebookNode(id=cell.id, cell_type=cell.cell_type, metadata=NotebookNode(metadata), source=source)

@@ -162,6 +162,28 @@ def test_only_what_holds_nothing_of_a_students_is_replaced():
         assert by_id(brought(worked(q1=source))[0])["q1"]["source"] == source
 
 
+STUBBED = "def speed(t):\n    # Your code here.\n    return t +"
+
+
+def released_with(stub):
+    master = copy.deepcopy(OLD)
+    by_id(master)["q1"].update(source=stub)
+    by_id(master)["q1"]["metadata"]["labcourse"] = {"stub": update.stub_digest(stub)}
+    return master
+
+
+def test_a_stub_is_mended_where_nothing_is_written_in_it_and_told_where_there_is():
+    old, new = released_with(STUBBED), released_with(STUBBED + " 0")
+    done, changes = brought(old, new)
+    assert by_id(done)["q1"] == by_id(new)["q1"] and not changes.theirs
+    by_id(old)["q1"]["source"] = STUBBED.replace("# Your code here.", "t = 2 * t")
+    done, changes = brought(old, new)
+    assert "t = 2 * t" in by_id(done)["q1"]["source"]
+    assert changes.theirs == ("q1",) and [line for line in changes.lines("a.ipynb") if "q1" in line]
+    assert not brought(done, new)[1].theirs  # told once
+    assert not brought(old, released_with(STUBBED))[1].theirs
+
+
 SOURCES = st.text(st.characters(codec="utf-8", exclude_characters="\r"), min_size=1, max_size=20).map("x = 1\n".__add__)
 
 
