@@ -32,6 +32,7 @@ from labcourse.grading.course_check import (
     unfilled,
 )
 from labcourse.grading.course_check.finding import Finding
+from labcourse.grading.release import percent
 from labcourse.grading.running import bundle
 
 __all__ = ["Finding", "check"]
@@ -46,6 +47,10 @@ def check(course: Course, run: bool = True) -> Iterator[Finding]:
     run : run the student notebooks as they are handed out, and those with solutions, and mark what these answer: it
         takes as long as grading two submissions
     """
+    if outdated := percent.outdated(course):
+        for name in outdated:
+            yield Finding(name, "it is not what is made of its text now: say rotflex notebooks.")
+        return
     yield from key.check(course)
     yield from rubric.check(course)
     yield from outcomes.check(course)

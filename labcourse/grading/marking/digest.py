@@ -22,8 +22,8 @@ _NO_PART = tuple(
     )
 )
 
-#: Suffixes, in the course's folder: the notebooks that are run are known by themselves.
-_NOT_OF_THE_KEY = (".ipynb", ".pyc")
+#: In the course's folder: the notebooks that are run are known by themselves, also where they are written as text.
+_NOT_OF_THE_KEY = ("*.ipynb", "[0-9]*.py", "*.pyc")
 #: There, too: what a run left; what only persons mark by; what is made of marks; and what of the settings has a part is
 #: taken from them.
 _NAMED_APART = (ANSWERS_FILE, RUBRIC_FILE, OUTCOMES_FILE, SHEETS_FILE, SETTINGS_FILE)
@@ -47,7 +47,12 @@ def marking_digest(course: Course) -> str:
 def _files(course: Course) -> Iterator[Path]:
     for path in sorted(course.folder.rglob("*")):
         hidden = any(part.startswith((".", "__")) for part in path.relative_to(course.folder).parts[:-1])
-        if path.is_file() and not hidden and path.suffix not in _NOT_OF_THE_KEY and path.name not in _NAMED_APART:
+        if (
+            path.is_file()
+            and not hidden
+            and path.name not in _NAMED_APART
+            and not any(map(path.match, _NOT_OF_THE_KEY))
+        ):
             yield path
     for folder in dict.fromkeys([_PACKAGE, *map(package_folder, course.packages)]):
         for path in sorted(folder.rglob("*.py")):

@@ -23,7 +23,7 @@ from labcourse.benches import OWN, PRESET, REAL, SAME
 from labcourse.errors import GradingError
 from labcourse.files import COURSE_FILE
 from labcourse.grading.course import Course, package_folder
-from labcourse.grading.release import dates, identity, student_notebooks, wheels
+from labcourse.grading.release import dates, identity, percent, student_notebooks, wheels
 from labcourse.grading.release.dates import ZipTime
 from labcourse.grading.release.identity import DATA, NOTEBOOKS
 
@@ -118,8 +118,10 @@ def derived(course: Course) -> dict[str, str]:
     Raises
     ------
     GradingError
-        If there are none, or if one cannot be derived.
+        If there are none, if one cannot be derived, or if one is not what its text gives.
     """
+    if outdated := percent.outdated(course):
+        raise GradingError(f"{outdated[0]} is not what {Path(outdated[0]).stem}.py gives: say rotflex notebooks.")
     if not course.notebooks:
         raise GradingError(f"There are no notebooks in {course.folder}.")
     found = {}
@@ -132,13 +134,16 @@ def derived(course: Course) -> dict[str, str]:
 
 
 def write_notebooks(course: Course) -> list[Path]:
-    """Derive the course's student notebooks anew, and return their paths. Points are written into the course's, too.
+    """Derive the course's student notebooks anew, and return their paths.
+
+    Those of the course that are written as text are made first. Points are written into the course's, too.
 
     Raises
     ------
     GradingError
         If a notebook cannot be derived, or if there is one there that no solution leads to.
     """
+    percent.write(course)
     texts = derived(course)
     folder = course.student_notebooks
     folder.mkdir(exist_ok=True)

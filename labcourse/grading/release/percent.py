@@ -1,0 +1,194 @@
+"""A course's notebook, written as text with cells (jupytext's percent format), and the notebook that is made of it.
+
+``NAME.py`` in the course's folder, beside ``NAME.ipynb``, which is made of it; its name begins with a digit, so that no
+module is taken for one. What its cells begin with::
+
+    # %% [markdown]                text
+    # %%                           code of the course's
+    # %% answer 1.3                the solution of a question: of all its parts that no other cell has
+    # %% answer 1.3 omega          of some of its parts
+    # %% words 1.4 why [markdown]  the model answer in words
+
+The cells of the parameters and of the setup come after the first text, and a cell that records the answer after each
+solution. A solution without ``### BEGIN SOLUTION`` is one as a whole; before it, the names of its parts are preset.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from nbformat import NotebookNode
+from nbformat.v4 import new_code_cell, new_markdown_cell, new_notebook
+
+from labcourse import files
+from labcourse.answers import words
+from labcourse.answers.parts import Part, Question
+from labcourse.errors import AnswerError, GradingError
+from labcourse.grading.course import Course
+from labcourse.grading.release import student_notebooks
+from labcourse.grading.release.student_notebooks import BEGIN, END, PARAMETERS_TAG
+
+_UNNAMED = "-"  # the id of a cell, for now
+_SETUP = "import {module}\n\nlab = {module}.start(student)"
+
+
+def outdated(course: Course) -> list[str]:
+    """The notebooks that are not what their text gives, by file name. (Outputs are left out of account.)"""
+    return [path.name for path, made in _made(course) if not _same(path, made)]
+
+
+def write(course: Course) -> None:
+    """Make the notebooks of a course that are written as text.
+
+    Raises
+    ------
+    GradingError
+        If a cell answers what the catalogue does not have.
+    """
+    for path, made in _made(course):
+        if not _same(path, made):
+            files.write(path, student_notebooks.text(made))
+
+
+def _made(course: Course) -> Iterator[tuple[Path, NotebookNode]]:
+    """Path of each notebook that is written as text, and what that gives."""
+    for path in sorted(course.folder.glob("[0-9]*.py")):
+        yield path.with_suffix(".ipynb"), notebook(path.read_text(encoding="utf-8"), path.name, course)
+
+
+def _same(path: Path, made: NotebookNode) -> bool:
+    def content(notebook: NotebookNode) -> list[Any]:
+        return [(cell.id, cell.cell_type, cell.source, cell.metadata.get("tags")) for cell in notebook.cells]
+
+    return path.is_file() and content(student_notebooks.read(path)) == content(made)
+
+
+def notebook(text: str, name: str, course: Course) -> NotebookNode:
+    """The notebook that a text gives.
+
+    Parameters
+    ----------
+    text : as described above
+    name : of its file, for messages
+    course : for its catalogue, its parameters and the first of its imports, which notebooks begin with
+
+    Raises
+    ------
+    GradingError
+        If a cell answers what the catalogue does not have.
+    """
+    import jupytext
+
+    made: NotebookNode = new_notebook(cells=list(_Cells(course, name).of(jupytext.reads(text, fmt="py:percent").cells)))
+    student_notebooks.set_points(made, name, course.catalogue)
+    return made
+
+
+class _Cells:
+    """The cells of a notebook, made of those of its text."""
+
+    def __init__(self, course: Course, name: str) -> None:
+        self._course, self._name = course, name
+        self._elsewhere: set[tuple[str, str]] = set()  # answers that a cell names by their part
+
+    def of(self, written: list[NotebookNode]) -> Iterator[NotebookNode]:
+        """The cells, in order. One without a name is named after the answer that follows."""
+        titled = [(cell, *self._asked(cell.metadata.get("title", ""))) for cell in written]
+        self._elsewhere = {(question.number, part.name) for _, question, parts in titled if question for part in parts}
+        unnamed: list[NotebookNode] = []
+        for place, (cell, question, parts) in enumerate(titled):
+            if question is None:
+                one = _plain(cell)
+                unnamed.append(one)
+                if place == 0 and cell.cell_type == "markdown":
+                    yield from _named(unnamed, "title")
+                    unnamed = []
+            else:
+                made = [*self._answer(cell, question, parts)]
+                yield from _named(unnamed, made[0].id)
+                yield from made
+                unnamed = []
+            if place == 0:
+                yield from self._beginning()
+        yield from _named(unnamed, "end")
+
+    def _asked(self, title: str) -> tuple[Question | None, tuple[Part, ...]]:
+        """The question that a cell answers, None for any other cell; and the parts that it names."""
+        kind, _space, about = title.partition(" ")
+        if kind not in ("answer", "words"):
+            return None, ()
+        everything = self._course.catalogue.everything
+        numbers = [number for number in everything if f"{about} ".startswith(f"{number} ")]
+        try:
+            question = self._course.catalogue.find(max(numbers, key=len, default=about))
+            return question, tuple(map(question.part, about[len(question.number) :].split()))
+        except AnswerError as error:
+            raise GradingError(f"{self._name}, cell {title!r}: {error}") from None
+
+    def _answer(self, cell: NotebookNode, question: Question, parts: tuple[Part, ...]) -> Iterator[NotebookNode]:
+        number = re.sub(r"\W+", "-", question.number).lower()
+        name = "-".join([f"q{number}" if number[0].isdigit() else number, *(part.name for part in parts)])
+        if cell.metadata.title.startswith("words "):
+            if len(parts) != 1 or cell.cell_type != "markdown":
+                raise GradingError(f"{self._name}: begin a cell for words as # %% words 1.4 why [markdown].")
+            heading = words.heading(f"Your answer: {question.number}, {parts[0].name}")
+            source = f"{heading}\n\n{words.BEGIN}\n{cell.source}\n{words.END}"
+            about = {words.KEY: {"question": question.number, "part": parts[0].name}}
+            yield new_markdown_cell(source, id=name, metadata={**about, **_grading(name, "markdown")})
+            return
+        asked = parts or tuple(one for one in question.parts if (question.number, one.name) not in self._elsewhere)
+        source = cell.source
+        if BEGIN not in source:
+            presets = [f"{part.name} = None{f'  # {part.unit}' if part.unit else ''}" for part in asked]
+            source = "\n".join([*presets, BEGIN, source, END])
+        yield new_code_cell(source, id=name, metadata=_grading(name, "code"))
+        given = ", ".join(f"{part.name}={part.name}" for part in asked)
+        yield _locked(f"{name}-answer", f'lab.answer("{question.number}", {given})')
+
+    def _beginning(self) -> Iterator[NotebookNode]:
+        """The cells of the parameters and of the setup."""
+        if not self._course.imports:
+            raise GradingError("course.py should name the module that notebooks begin with, as imports=(...).")
+        parameters = {"student": "", **self._course.parameters}
+        source = "\n".join(f"{name} = {value!r}".replace("'", '"') for name, value in parameters.items())
+        yield new_code_cell(source, id="parameters", metadata={"tags": [PARAMETERS_TAG]})
+        yield _locked("setup", _SETUP.format(module=self._course.imports[0]))
+
+
+def _plain(cell: NotebookNode) -> NotebookNode:
+    """A cell of the course's; it has its title for its name."""
+    tags = {"tags": cell.metadata.tags} if "tags" in cell.metadata else {}
+    name = re.sub(r"[^a-z0-9]+", "-", cell.metadata.get("title", "").lower()).strip("-") or _UNNAMED
+    if cell.cell_type != "code":
+        return NotebookNode(new_markdown_cell(cell.source, id=name, metadata=tags))
+    one = _locked(name, cell.source)
+    one.metadata.update(tags)
+    return one
+
+
+def _named(cells: list[NotebookNode], name: str) -> Iterator[NotebookNode]:
+    """Cells with names for those that have none: "title", "q1-1-text", "q1-1-text-2", "q1-1-code"."""
+    counted: dict[str, int] = {}
+    for cell in cells:
+        if cell.id == _UNNAMED:
+            kind = "text" if cell.cell_type == "markdown" else "code"
+            counted[kind] = counted.get(kind, 0) + 1
+            stem = name if name == "title" else f"{name}-{kind}"
+            cell.id = stem + (f"-{counted[kind]}" if counted[kind] > 1 else "")
+        if cell.cell_type == "code":
+            cell.metadata.nbgrader.grade_id = cell.id
+        yield cell
+
+
+def _locked(name: str, source: str) -> NotebookNode:
+    return NotebookNode(new_code_cell(source, id=name, metadata=_grading(name, "code", answer=False)))
+
+
+def _grading(name: str, kind: str, answer: bool = True) -> dict[str, Any]:
+    """The metadata by which nbgrader's schema knows an answer, or a locked cell."""
+    about = {"grade": answer, "grade_id": name, "locked": not answer, "schema_version": 3}
+    about |= {"solution": answer, "task": False}
+    return {"nbgrader": about | ({"cell_type": kind} if kind == "markdown" else {})}
