@@ -49,7 +49,8 @@ def make_notebooks(course: CourseFolder = None) -> None:
 def check_course(
     course: CourseFolder = None,
     run: Annotated[
-        bool, typer.Option("--run/--no-run", help="Run the notebooks with solutions, and mark what they answer.")
+        bool,
+        typer.Option("--run/--no-run", help="Run the notebooks, as handed out and with solutions, and mark these."),
     ] = True,
 ) -> None:
     """Find what is missing or contradicts itself in a course: questions, key, cells, numbers in texts.

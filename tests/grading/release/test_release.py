@@ -60,7 +60,7 @@ def test_outputs_counts_and_traces_of_a_run_go_and_grading_metadata_stays():
     cell.metadata["execution"] = {"iopub.status.busy": "2026"}
     (kept,) = stripped(cell)
     assert (kept.outputs, kept.execution_count) == ([], None)
-    assert set(kept.metadata) == {"deletable", "nbgrader"}
+    assert set(kept.metadata) == {"deletable", "nbgrader", "rotflex"}
 
 
 @pytest.mark.parametrize(
@@ -142,7 +142,7 @@ def test_a_model_answer_in_words_becomes_a_line_to_be_written_over_and_its_pictu
     (cell,) = released_cells(in_words(source, attachments=pictures))
     assert cell.source == f"{HEADING}\n\n![](attachment:hint.png)\n{words.STUB}"
     assert cell.attachments == {"hint.png": {"image/png": "aGludA=="}}
-    assert cell.metadata[words.KEY] == {"question": "1.1", "part": "why"}
+    assert words.where_of(cell) == ("1.1", "why")
     assert cell.metadata.nbgrader.points == 3
     assert "editable" not in cell.metadata and cell.metadata.deletable is False
 

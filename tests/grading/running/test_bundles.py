@@ -194,14 +194,15 @@ def test_the_same_content_has_the_same_name_and_is_kept_once(two, course, tmp_pa
 
 
 def test_a_trial_is_not_kept(two, course, tmp_path):
-    path = two.course / NOTEBOOK
-    written = path.read_text(encoding="utf-8")
+    files = [two.course / "01_spring.py", two.course / NOTEBOOK]
+    written = [path.read_text(encoding="utf-8") for path in files]
     before = sorted(path.name for path in course.releases.iterdir())
-    path.write_text(written.replace("Half a kilogram", "A pound"), encoding="utf-8")
+    files[0].write_text(written[0].replace("Half a kilogram", "A pound"), encoding="utf-8")
     try:
         said = two_releases.release(two.course.parent, tmp_path / "trial", "--no-keep")
     finally:
-        path.write_text(written, encoding="utf-8")
+        for path, text in zip(files, written, strict=True):
+            path.write_text(text, encoding="utf-8")
     assert "not kept: what is done with it is run with the course as it is." in said
     assert two.about(two.second)["release"] not in said
     assert sorted(path.name for path in course.releases.iterdir()) == before
