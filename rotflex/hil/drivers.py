@@ -23,7 +23,7 @@ from rotflex.hil.kinds import BoardKind
 from rotflex.hil.real import Setup
 
 GROUP = "rotflex.boards"
-_SERIAL = "The board at a serial port is a package of its own: pip install contrib/serial, in a checkout of rotflex."
+_SERIAL = " The board at a serial port is a package of its own: pip install contrib/serial, in a checkout of rotflex."
 
 
 class Driver(Protocol):
@@ -80,13 +80,13 @@ def find(address: str) -> Driver | None:
 
 
 def unknown(address: str) -> BenchError:
-    """Return the error for an address that no driver is for. It lists the schemes that are installed."""
-    installed = ", ".join(sorted(entry_points(group=GROUP).names))
-    more = f"Packages that are installed here add: {installed}. " if installed else ""
+    """Return the error for an address that no driver is for. It lists the schemes that installed packages add."""
+    installed = sorted(entry_points(group=GROUP).names)
+    more = f" Packages that are installed here add {', '.join(installed)}." if installed else ""
     return BenchError(
         f"There is no bench at {address!r}: an address begins with virtual, as in 'virtual:?seed=7', with replay, as "
-        "in 'replay:recording.mat', or with quanser, as in 'quanser:q2_usb/0'; or it is a file, as 'bench.toml'. "
-        f"{more}{_SERIAL}"
+        "in 'replay:recording.mat', or with quanser, as in 'quanser:q2_usb/0'; or it is a file, as 'bench.toml'."
+        f"{more}{'' if 'serial' in installed else _SERIAL}"
     )
 
 
