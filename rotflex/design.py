@@ -21,6 +21,24 @@ from rotflex.simulation import takes_systems
 if TYPE_CHECKING:
     from control import StateSpace
 
+__all__ = [
+    "Transformation",
+    "characteristic_polynomial",
+    "check_placement",
+    "closed_loop",
+    "companion",
+    "companion_gain",
+    "desired_poles",
+    "gain_by_companion",
+    "gain_by_place",
+    "transformation",
+]
+
+
+def __dir__() -> list[str]:
+    return __all__
+
+
 PAIR_TOLERANCE = 1e-6  #: of the largest pole: as exactly must complex poles be conjugate
 SMALL_POLE = 1e-2  #: of the largest pole: a smaller one is checked no more closely than one of this size
 

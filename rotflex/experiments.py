@@ -29,6 +29,13 @@ from rotflex.simulation import takes_systems
 from rotflex.specifications import AMPLITUDE, DURATION, FREQUENCY, RATE, SAMPLE_TIME
 from rotflex.units import DEG, HZ
 
+__all__ = ["FOLLOWING", "HOLDING", "MODEL_BOUND", "free_decay", "rest", "sweep", "tracking", "validation", "watch"]
+
+
+def __dir__() -> list[str]:
+    return __all__
+
+
 _STILL_FOR = 0.5  # s without a count, after which the arm is at rest
 _PATIENCE = 40.0  # s to wait for it
 MODEL_BOUND = 100.0  #: rad; a model whose angle passes it has run away, and its curves are cut there

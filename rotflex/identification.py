@@ -28,6 +28,22 @@ from rotflex.units import DEG, HZ
 if TYPE_CHECKING:
     from control import FRD
 
+__all__ = [
+    "SWEEP_BAND",
+    "Estimate",
+    "FreeDecay",
+    "FrequencyResponse",
+    "frequency_response",
+    "logarithmic_decrement",
+    "resonance",
+    "welch_spectrum",
+]
+
+
+def __dir__() -> list[str]:
+    return __all__
+
+
 Vector = NDArray[np.float64]
 
 SWEEP_BAND = (1.0, 5.0)  #: Hz, of the laboratory's sine sweep

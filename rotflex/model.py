@@ -27,6 +27,22 @@ from rotflex.simulation import takes_systems, with_actuator
 if TYPE_CHECKING:
     from control import StateSpace
 
+__all__ = [
+    "INPUTS",
+    "OUTPUTS",
+    "STATES",
+    "Controllability",
+    "controllability",
+    "poles",
+    "stability",
+    "state_space",
+]
+
+
+def __dir__() -> list[str]:
+    return __all__
+
+
 STATES = ("theta", "alpha", "theta_dot", "alpha_dot")
 OUTPUTS = ("theta", "alpha")
 INPUTS = ("voltage", "torque")

@@ -30,6 +30,13 @@ from rotflex import csv_files, files, mat_files, unanswered
 from rotflex.errors import RecordingError
 from rotflex.units import DEG
 
+__all__ = ["UNITS", "Channel", "Recording"]
+
+
+def __dir__() -> list[str]:
+    return __all__
+
+
 #: Channels with their unit in memory.
 UNITS = {
     "theta_ref": "rad",

@@ -27,6 +27,13 @@ from rotflex.recording import Recording
 from rotflex.specifications import SETTLING_BAND, SPECIFICATIONS, Specification
 from rotflex.units import DEG
 
+__all__ = ["Finding", "StepResponse", "Summary", "measure", "verdict", "worst"]
+
+
+def __dir__() -> list[str]:
+    return __all__
+
+
 _REST = 1e-6  # of the wave's height: slower changes from sample to sample are rounding, not movement
 _STEADY_PART = 0.2  # the last part of a step in which the angle is taken to be at rest
 _SHORTEST_PART = 0.75  # of the usual time between steps: with less of it, a last step is not measured

@@ -13,6 +13,13 @@ from numpy.typing import NDArray
 
 from rotflex.errors import ConfigurationError
 
+__all__ = ["chirp", "rate_limit", "smooth_square_wave", "square_wave", "step", "time_axis"]
+
+
+def __dir__() -> list[str]:
+    return __all__
+
+
 # A sample time like 0.1 s has no exact binary value, so that an edge meant for a sample may come out just after it.
 # An edge is taken to be on a sample when it is within this fraction of it.
 _EDGE_TOLERANCE = 1e-9

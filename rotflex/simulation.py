@@ -33,6 +33,13 @@ from rotflex.units import HZ
 if TYPE_CHECKING:
     from control import StateSpace
 
+__all__ = ["DERIVATIVE_CUTOFF", "STATES", "closed_loop", "run", "with_actuator"]
+
+
+def __dir__() -> list[str]:
+    return __all__
+
+
 DERIVATIVE_CUTOFF = 33 * HZ  #: w_c of the real-time model's derivative filters, rad/s
 STATES = ("theta", "alpha", "theta_dot", "alpha_dot")
 _RUNAWAY = 1e2  # rad: no servo on a cable turns 16 times

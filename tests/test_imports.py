@@ -1,9 +1,13 @@
 """Importing the package is quick: heavy libraries load where they are used."""
 
+import importlib.util
+import inspect
 import subprocess
 import sys
 
 import pytest
+
+import rotflex
 
 HEAVY = [
     "sympy",
@@ -29,3 +33,32 @@ def test_heavy_libraries_load_only_where_they_are_used(room):
     assert room in loaded
     assert loaded.isdisjoint(HEAVY)
     assert room != "rotflex" or not [name for name in loaded if name.startswith("rotflex.")]
+
+
+def test_the_package_itself_loads_in_no_time():
+    code = "import time; begun = time.perf_counter(); import rotflex; print(time.perf_counter() - begun)"
+    took = [
+        float(subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True).stdout)
+        for _again in range(3)
+    ]
+    assert min(took) < 0.05
+
+
+ROOMS = ["design", "experiments", "figures", "greybox", "hil", "identification", "model", "recording", "response"]
+
+
+@pytest.mark.parametrize("name", [*ROOMS, "signals", "simulation"])
+def test_dir_shows_what_is_public_and_nothing_else(name):
+    module = importlib.import_module(f"rotflex.{name}")
+    assert dir(module) == sorted(module.__all__)
+    for public in dir(module):
+        thing = getattr(module, public)
+        assert not inspect.ismodule(thing) and not public.startswith("_")
+        assert getattr(thing, "__module__", "rotflex").startswith("rotflex") or public.isupper()
+
+
+def test_dir_of_the_package_shows_modules_that_there_are():
+    assert [name for name in dir(rotflex) if not name.startswith("_")] == sorted(rotflex._PUBLIC)
+    assert all(importlib.util.find_spec(f"rotflex.{name}") for name in rotflex._PUBLIC)
+    with pytest.raises(AttributeError):
+        rotflex.experimnets  # noqa: B018

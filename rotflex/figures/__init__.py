@@ -67,3 +67,7 @@ __all__ = [
     "validation",
     "validation_experiment",
 ]
+
+
+def __dir__() -> list[str]:
+    return __all__

@@ -52,6 +52,11 @@ from rotflex.recording import Recording
 
 __all__ = ["FREE", "TYPICAL", "FitResult", "LeftOut", "Prediction", "fit", "leave_one_out", "typical"]
 
+
+def __dir__() -> list[str]:
+    return __all__
+
+
 #: What no recording tells both of, and what it tells.
 _ALIKE = {
     ("J_l", "torque_per_volt"): "all inertias, torques and frictions in ratio only",

@@ -44,6 +44,11 @@ from rotflex.recording import Recording
 
 __all__ = ["Bench", "open"]
 
+
+def __dir__() -> list[str]:
+    return __all__
+
+
 _CLOCKS: dict[str, Callable[[], TimeSource]] = {"simulated": SimulatedClock, "wall": WallClock}
 _OPTIONS = ("seed", "arm_position", "preset", "run", "encoder", "clock")
 
