@@ -27,6 +27,7 @@ from rotflex import csv_files
 from rotflex.errors import RecordingError
 
 COLUMNS = {"data_theta": (2, 3), "data_alpha": (2, 3), "data_vm": (2,)}  #: of an array, its time among them
+OTHER = "rotflex_other"  #: name of the matrix of time and of what has no array above; the description names its columns
 METADATA = "rotflex_metadata"  #: name of the text that says where a recording comes from
 _DEEPEST = 5  # structures within structures
 _HDF5 = (b"MATLAB 7.3 MAT-file", b"\x89HDF")  # how such files begin
@@ -56,6 +57,9 @@ def arrays(path: Path) -> tuple[dict[str, Array], str]:
     made = {name: _array(path, *found[name], COLUMNS[name]) for name in COLUMNS if name in found}
     if not made:
         made = _of_vectors(path, content)
+    other = np.asarray(content.get(OTHER, ()))
+    if other.ndim == 2 and other.dtype.kind in "fiu":
+        made[OTHER] = other.astype(np.float64)
     if not made:
         rows = max(_matrices(content).values(), key=np.size, default=np.empty((0, 0))).shape
         hint = f" It holds a matrix without names. {csv_files.name_columns(min(rows))}" if any(rows) else ""
@@ -97,7 +101,7 @@ def _content(path: Path) -> dict[str, Any]:
         try:
             content: dict[str, Any] = loadmat(str(path))
         except Exception:  # of what lies beside ours, too
-            content = loadmat(str(path), variable_names=[*COLUMNS, METADATA])
+            content = loadmat(str(path), variable_names=[*COLUMNS, OTHER, METADATA])
     except FileNotFoundError:
         raise RecordingError(f"There is no file {path}.") from None
     except Exception as error:  # scipy's reader fails on a broken file in many ways

@@ -17,7 +17,7 @@ from __future__ import annotations
 import csv
 import json
 import os
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
@@ -46,6 +46,7 @@ UNITS = {
     "alpha_model": "rad",
     "vm": "V",
 }
+_OTHER = "other_channels"  # in a file's description: those that it has no usual place for, name → unit
 _SAMPLE_TIME_TOLERANCE = 1e-3  # of the sample time; a log's time column carries rounding
 
 
@@ -64,7 +65,7 @@ class Recording:
     Parameters
     ----------
     time : (n,) array, s, evenly spaced
-    channels : mapping of name to :class:`Channel`; the names in ``UNITS`` are those that files know
+    channels : mapping of name to :class:`Channel`; one that is named in ``UNITS`` has that unit, others any
     metadata : plain data (what JSON can hold): source, experiment, bench, software, ...
 
     Raises
@@ -158,7 +159,8 @@ class Recording:
         Parameters
         ----------
         path : where to
-        variables : for ``.mat``, which of ``data_theta``, ``data_alpha``, ``data_vm`` to write; all by default
+        variables : for ``.mat``, which of ``data_theta``, ``data_alpha``, ``data_vm`` and ``rotflex_other`` (time, and
+            every channel that has no place in the others) to write; all by default
 
         Raises
         ------
@@ -231,11 +233,25 @@ class Recording:
                 arrays[f"data_{angle}"] = np.column_stack(columns)
         if "vm" in self:
             arrays["data_vm"] = np.column_stack([self.time, self["vm"]])
+        placed = self._placed(arrays)
+        if placed - set(self.channels):  # a command that would be taken for a model's angle, or the other way round
+            arrays["data_theta"] = arrays["data_theta"][:, ::2]
+            placed = self._placed(arrays)
+        other = [name for name in self.channels if name not in placed]
+        if other:
+            arrays[mat_files.OTHER] = np.column_stack([self.time, *(self[name] for name in other)])
         return arrays
+
+    def _placed(self, arrays: Mapping[str, NDArray[np.float64]]) -> set[str]:
+        """Names of the channels that some of the laboratory's arrays hold."""
+        usual = {name: array for name, array in arrays.items() if name != mat_files.OTHER}
+        return set(self._from_arrays(usual, self.metadata).channels) if usual else set()
 
     @classmethod
     def _from_arrays(cls, arrays: Mapping[str, NDArray[np.float64]], metadata: Mapping[str, Any]) -> Recording:
         time = next(iter(arrays.values()))[:, 0]
+        metadata = dict(metadata)
+        other = _take_other(metadata)
         channels: dict[str, Channel] = {}
         validation = all(name in arrays and arrays[name].shape[1] == 3 for name in ("data_theta", "data_alpha"))
         validation = validation or metadata.get("experiment") == "validation"
@@ -250,6 +266,10 @@ class Recording:
                 if array.shape[1] == 3:
                     second = f"{angle}_model" if validation or angle == "alpha" else "theta_ref"
                     channels[second] = Channel(array[:, 1] * DEG, "rad")
+            elif name == mat_files.OTHER:
+                if len(other) != array.shape[1] - 1:
+                    raise RecordingError(f"{name} has {array.shape[1] - 1} channels, and its description {len(other)}.")
+                channels |= {one: Channel(array[:, n], unit) for n, (one, unit) in enumerate(other.items(), 1)}
         return cls(time - time[:1], channels, metadata)
 
     def _write_mat(self, path: Path, variables: Iterable[str] | None) -> None:
@@ -261,33 +281,33 @@ class Recording:
         if missing:
             raise RecordingError(f"This recording cannot give {missing[0]}; it can give {', '.join(arrays)}.")
         content: dict[str, Any] = {name: arrays[name] for name in wanted}
-        if variables is None:
-            lost = set(self.channels) - set(self._from_arrays(arrays, self.metadata).channels if arrays else ())
-            if lost:
-                raise RecordingError(f"A .mat file has no place here for {', '.join(sorted(lost))}; save as .csv.")
-        content[mat_files.METADATA] = self._description()
+        other = set(self.channels) - self._placed(arrays) if mat_files.OTHER in wanted else ()
+        content[mat_files.METADATA] = self._description(other)
         savemat(str(path), content, appendmat=False, format="5", do_compression=True)
 
     def _write_csv(self, path: Path, variables: Iterable[str] | None) -> None:
         if variables is not None:
             raise RecordingError("A .csv file holds all channels; choose variables only with .mat.")
-        unknown = [name for name in self.channels if name not in UNITS]
-        if unknown:
-            raise RecordingError(f"Files know no channel {unknown[0]!r}; they know {', '.join(UNITS)}.")
+        other = set(self.channels) - set(UNITS)
         with path.open("w", newline="", encoding="utf-8") as file:
-            file.write(f"# {self._description()}\n")
+            file.write(f"# {self._description(other)}\n")
             writer = csv.writer(file, lineterminator="\n")
             header, columns = ["t_s"], [self.time]
             for name, channel in self.channels.items():
-                header.append(f"{name}_deg" if channel.unit == "rad" else f"{name}_{channel.unit}")
-                columns.append(self.degrees(name) if channel.unit == "rad" else channel.values)
+                in_degrees = channel.unit == "rad" and name in UNITS
+                header.append(f"{name}_deg" if in_degrees else f"{name}_{channel.unit}")
+                columns.append(self.degrees(name) if in_degrees else channel.values)
+            if any(sign in "".join(header) for sign in ";\t\n"):
+                raise RecordingError(f"A .csv file cannot have a channel or unit with ; or a tab in it: {header}.")
             writer.writerow(header)
             writer.writerows([f"{value:.10g}" for value in row] for row in zip(*columns, strict=True))
 
-    def _description(self) -> str:
-        """The metadata as JSON text."""
+    def _description(self, other: Collection[str]) -> str:
+        """The metadata as JSON text, with the units of the channels that the file has no usual place for."""
+        units = {name: channel.unit for name, channel in self.channels.items() if name in other}
         try:
-            return json.dumps(self.metadata, sort_keys=True)
+            about = {**self.metadata, _OTHER: list(units.items())} if units else self.metadata  # a list keeps its order
+            return json.dumps(about, sort_keys=True)
         except (TypeError, ValueError, RecursionError) as error:
             raise RecordingError(f"The metadata must be plain data, as JSON can hold: {error}.") from None
 
@@ -326,14 +346,30 @@ def _read_mat(path: Path) -> tuple[dict[str, NDArray[np.float64]], dict[str, Any
     return arrays, csv_files.metadata_of(described, path.name) if described else {}
 
 
+def _take_other(metadata: dict[str, Any]) -> dict[str, str]:
+    """Take out of a file's description the names and units of what it has no usual place for."""
+    try:
+        other = dict(metadata.pop(_OTHER, ()))
+    except (TypeError, ValueError):
+        other = {0: 0}
+    if not all(isinstance(text, str) for pair in other.items() for text in pair):
+        raise RecordingError(f"{_OTHER} in a description should be a list of names with their units.")
+    return other
+
+
 def _read_table(path: Path, names: Sequence[str]) -> Recording:
     if path.suffix.lower() in csv_files.ENDINGS:
         headings, numbers, metadata = csv_files.table(path, names)
     else:
         headings, numbers, metadata = names, mat_files.matrix(path, len(names)), {}
-    time, columns = csv_files.signals(path.name, headings, numbers, UNITS)
+    written = {f"{name}_{unit}": (name, unit) for name, unit in _take_other(metadata).items()}
+    usual = [n for n, heading in enumerate(headings) if n == 0 or heading not in written]
+    time, columns = csv_files.signals(path.name, [headings[n] for n in usual], numbers[:, usual], UNITS)
     try:
         channels = {name: Channel(values, UNITS[name]) for name, values in columns.items()}
+        for n in set(range(len(headings))).difference(usual):
+            name, unit = written[headings[n]]
+            channels[name] = Channel(numbers[:, n], unit)
         return Recording(time - time[:1], channels, {"source": path.name, **metadata})
     except RecordingError as error:
         raise RecordingError(f"{path.name}: {error}") from None

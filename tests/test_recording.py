@@ -381,30 +381,62 @@ def test_impossible_saves_are_refused(tmp_path, name, choices, message):
 
 
 @pytest.mark.parametrize(
-    ("channels", "lost"),
+    "channels",
     [
-        ({"theta": T, "theta_ref": T, "theta_model": T, "alpha": T, "alpha_model": T}, "theta_ref"),
-        ({"theta": T, "theta_model": T}, "theta_model"),
-        ({"theta": T, "theta_ref": T, "alpha": T, "alpha_model": T}, "theta_ref"),
-        ({"theta_ref": T}, "theta_ref"),
+        {"theta": 1 * T, "theta_ref": 2 * T, "theta_model": 3 * T, "alpha": 4 * T, "alpha_model": 5 * T},
+        {"theta": 1 * T, "theta_model": 2 * T},
+        {"theta": 1 * T, "theta_ref": 2 * T, "alpha": 3 * T, "alpha_model": 4 * T},
+        {"theta_ref": T},
     ],
 )
-def test_a_mat_file_that_would_lose_a_channel_is_not_written(tmp_path, channels, lost):
+@pytest.mark.parametrize("ending", [".mat", ".csv"])
+def test_a_file_keeps_channels_that_the_laboratorys_arrays_have_no_place_for(tmp_path, channels, ending):
     recording = Recording.of(T, **channels)
-    with pytest.raises(RecordingError, match=f"no place here for {lost}; save as .csv"):
-        recording.save(tmp_path / "a.mat")
-    assert list(tmp_path.iterdir()) == []
-    assert_same(Recording.load(recording.save(tmp_path / "a.csv")), recording, 1e-9)
+    assert_same(Recording.load(recording.save(tmp_path / f"a{ending}")), recording, 1e-9)
+
+
+@pytest.mark.parametrize("ending", [".mat", ".csv"])
+def test_a_file_keeps_any_channel_with_its_unit(tmp_path, ending):
+    own = {
+        "theta": (T, "rad"),
+        "motor current": (2 * T, "A"),
+        "t": (3 * T, "s"),
+        "x, hat": (4 * T, "rad"),
+        "gain": (T, ""),
+    }
+    recording = Recording(T, {name: Channel(*one) for name, one in own.items()}, {"note": "mine"})
+    again = Recording.load(recording.save(tmp_path / f"a{ending}"))
+    assert_same(again, recording, 1e-9)
+    assert {name: one.unit for name, one in again.channels.items()} == {name: unit for name, (_t, unit) in own.items()}
+    assert {**again.metadata, "source": ""} == {"note": "mine", "source": ""}
+    if ending == ".mat":
+        part = Recording.load(recording.save(tmp_path / "part.mat", variables=["data_theta"]))
+        assert list(part.channels) == ["theta"]
+        np.testing.assert_array_equal(loadmat(tmp_path / "a.mat")["rotflex_other"][:, 1], 2 * T)
 
 
 @pytest.mark.parametrize("ending", [".mat", ".csv"])
 def test_what_a_file_cannot_hold_is_not_dropped_in_silence(tmp_path, ending):
-    recording = Recording(T, {"theta": Channel(T, "rad"), "current": Channel(T, "A")})
-    with pytest.raises(RecordingError, match="current"):
-        recording.save(tmp_path / f"a{ending}")
+    if ending == ".csv":
+        with pytest.raises(RecordingError, match="tab"):
+            Recording(T, {"one;two": Channel(T, "A")}).save(tmp_path / "a.csv")
     with pytest.raises(RecordingError, match="plain data"):
         tracked({"gain": np.array([1.0])}).save(tmp_path / f"a{ending}")
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("said", [1, "ab", [["a"]], [["a", 1]], [["a", "A"], ["b", "B"]], {"theta_ref": "m"}])
+@pytest.mark.parametrize("ending", [".mat", ".csv"])
+def test_a_description_that_fits_no_channels_is_a_recording_error(tmp_path, ending, said):
+    if ending == ".csv":
+        path = tmp_path / "a.csv"
+        path.write_text(f"# {json.dumps({'other_channels': said})}\nt_s,theta_ref_m\n0,1\n1,2\n", encoding="utf-8")
+    else:
+        path = tmp_path / "a.mat"
+        about = json.dumps({"other_channels": said})
+        savemat(path, {"rotflex_other": np.column_stack([T, T]), "rotflex_metadata": about})
+    with pytest.raises(RecordingError):
+        Recording.load(path)
 
 
 @pytest.mark.parametrize("failure", [OSError("disk full"), KeyboardInterrupt()])
