@@ -33,13 +33,14 @@ from rotflex.hil import drivers
 from rotflex.hil.bench import Bench, Limits
 from rotflex.hil.bench_file import load as load_bench_file
 from rotflex.hil.clock import SimulatedClock, TimeSource, WallClock
+from rotflex.hil.own_plant import OwnPlant
 from rotflex.hil.real import Setup
 from rotflex.hil.replay import RecordedPlant
 from rotflex.hil.student_benches import DRAW, DRAWS, FIRST_RUN, VirtualPlantSpec, student_bench
 from rotflex.hil.student_benches import preset as named_bench
 from rotflex.hil.twin import load as load_twin
 from rotflex.hil.virtual import VirtualBoard
-from rotflex.plant import PlantParameters
+from rotflex.plant import Moving, PlantParameters
 from rotflex.recording import Recording
 
 __all__ = ["Bench", "open"]
@@ -59,7 +60,7 @@ def open(
     preset: str | None = None,
     draw: int = DRAW,
     run: int = FIRST_RUN,
-    plant: VirtualPlantSpec | PlantParameters | None = None,
+    plant: VirtualPlantSpec | PlantParameters | Moving | None = None,
     servo: Servo | None = None,
     setup: Setup | None = None,
 ) -> Bench:
@@ -72,7 +73,9 @@ def open(
     draw : version of how benches are drawn from seeds
     run : number of the run, for a virtual bench whose address names none; the same number gives the same recording
     plant : a plant of one's own on a virtual bench, in place of a drawn one: parameters (with the arm of position 1 as
-        what is told, and outputs at once), or all that a bench is made of
+        what is told, and outputs at once), all that a bench is made of, or an object that has ``state`` (theta, alpha
+        and their rates, rad and rad/s) and ``advance(voltage, duration)`` (V, s). Each experiment begins with a copy of
+        that object
     servo : nominal servo of a virtual bench; the data sheet's with the address's encoder unless given
     setup : what is known of a real bench: its parts, wiring, and whether it was commissioned
 
@@ -106,6 +109,18 @@ def open(
     clock = one_of("clock", options.get("clock", "simulated"), _CLOCKS)
     identity: dict[str, Any] = {"uri": uri}
     name = options.get("preset", None if "seed" in options else preset)
+    if plant is not None and not isinstance(plant, VirtualPlantSpec | PlantParameters):
+        OwnPlant(plant)  # what is wrong with it is said now
+        _refuse_draw(uri, options, "seed", "preset", "arm_position", "run")
+        parts = servo or srv02(encoder=options.get("encoder", "E"))
+        identity |= {"plant": type(plant).__name__, "encoder": parts.encoder, "clock": clock}
+        return Bench(
+            connect=lambda: VirtualBoard(OwnPlant(plant), parts, clock=_CLOCKS[clock]()),
+            servo=parts,
+            joint=joint(1),
+            identity=identity,
+            virtual=True,
+        )
     if plant is not None:
         spec, about = _own(uri, options, plant)
     elif name is not None:
@@ -161,14 +176,19 @@ def _own(
     uri: str, options: Mapping[str, str], plant: VirtualPlantSpec | PlantParameters
 ) -> tuple[VirtualPlantSpec, dict[str, Any]]:
     """A bench of one's own, and how it is known."""
-    drawn = [name for name in ("seed", "preset", "arm_position") if name in options]
-    if drawn:
-        raise BenchError(
-            f"The address {uri!r} says {drawn[0]}=, and a plant was given as well, which has its own parameters: "
-            "leave one of them out."
-        )
+    _refuse_draw(uri, options, "seed", "preset", "arm_position")
     spec = VirtualPlantSpec(joint(1), plant) if isinstance(plant, PlantParameters) else plant
     return spec, {"plant": {**asdict(spec.parameters), "delay": spec.timing.delay}}
+
+
+def _refuse_draw(uri: str, options: Mapping[str, str], *drawn: str) -> None:
+    """Raise BenchError where an address says how to draw a plant, and one was given."""
+    for name in drawn:
+        if name in options:
+            raise BenchError(
+                f"The address {uri!r} says {name}=, and a plant was given as well, which has its own parameters: "
+                "leave one of them out."
+            )
 
 
 def _replay(uri: str, rest: str) -> Bench:
