@@ -14,7 +14,9 @@ whose first column is the time in seconds and whose angles are in degrees,
 
 from __future__ import annotations
 
+import base64
 import csv
+import html
 import json
 import os
 from collections.abc import Collection, Iterable, Mapping, Sequence
@@ -47,6 +49,7 @@ UNITS = {
     "vm": "V",
 }
 _OTHER = "other_channels"  # in a file's description: those that it has no usual place for, name → unit
+_DRAWN = 300  # points of a line in the small picture
 _SAMPLE_TIME_TOLERANCE = 1e-3  # of the sample time; a log's time column carries rounding
 
 
@@ -127,6 +130,43 @@ class Recording:
         duration = self.time[-1] - self.time[0]
         listed = ", ".join(f"{name} ({channel.unit})" for name, channel in self.channels.items())
         return f"<Recording: {duration:g} s at {self.sample_time * 1e3:g} ms; {listed}>"
+
+    def _repr_html_(self) -> str:
+        """A table of the channels, angles in degrees, and a picture of their course, for a notebook."""
+        duration = f"{self.time[-1] - self.time[0]:g} s"
+        rows, told = [], []
+        for name, channel in self.channels.items():
+            values, unit = (self.degrees(name), "deg") if channel.unit == "rad" else (channel.values, channel.unit)
+            told.append(f"{name} from {values.min():.4g} to {values.max():.4g} {unit}")
+            numbers = (f"{one:.4g}" for one in (values.min(), values.max(), values.mean(), values[-1]))
+            cells = "".join(f"<td>{one}</td>" for one in (html.escape(unit), *numbers))
+            rows.append(f'<tr><th scope="row">{html.escape(name)}</th>{cells}</tr>')
+        heads = "".join(f'<th scope="col">{one}</th>' for one in ("channel", "unit", "min", "max", "mean", "last"))
+        picture = base64.b64encode(self._svg().encode()).decode()
+        alt = html.escape(f"{duration} of {'; '.join(told)}.")
+        return (
+            f"<table><caption>Recording: {duration} at {self.sample_time * 1e3:g} ms, {len(self)} samples</caption>"
+            f"<thead><tr>{heads}</tr></thead><tbody>{''.join(rows)}</tbody></table>"
+            f'<img src="data:image/svg+xml;base64,{picture}" alt="{alt}">'
+        )
+
+    def _svg(self) -> str:
+        """The channels against time, one below the other, each in its own range."""
+        step = -(-len(self) // _DRAWN)
+        parts = []
+        for row, (name, channel) in enumerate(self.channels.items()):
+            values = channel.values[::step]
+            heights = 40 * row + 35 - 30 * (values - values.min()) / (np.ptp(values) or 1.0)
+            points = " ".join(
+                f"{x:.0f},{y:.1f}" for x, y in zip(np.linspace(0, 400, values.size), heights, strict=True)
+            )
+            parts.append(f'<polyline points="{points}" fill="none" stroke="#0072B2"/>')
+            parts.append(f'<text x="408" y="{40 * row + 25}" font-size="12">{html.escape(name)}</text>')
+        size = f'width="500" height="{40 * len(self.channels)}"'
+        return (
+            f'<svg xmlns="http://www.w3.org/2000/svg" {size} font-family="sans-serif">'
+            f'<rect width="100%" height="100%" fill="#fff"/>{"".join(parts)}</svg>'
+        )
 
     @property
     def sample_time(self) -> float:

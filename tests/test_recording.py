@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import base64
 import json
 import os
 import sys
+from html.parser import HTMLParser
+from xml.etree import ElementTree
 
 import h5py
 import numpy as np
@@ -564,3 +567,44 @@ def test_rubbish_is_no_recording(tmp_path_factory, rubbish, ending):
     path.write_bytes(rubbish)
     with pytest.raises(RecordingError):
         Recording.load(path)
+
+
+class Shown(HTMLParser):
+    """The words of a page, its pictures, and whether each tag is closed."""
+
+    def __init__(self, page):
+        super().__init__()
+        self.open, self.words, self.pictures = [], [], []
+        self.feed(page)
+
+    def handle_starttag(self, tag, attributes):
+        self.pictures += [dict(attributes)] if tag == "img" else []
+        self.open += [] if tag == "img" else [tag]
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+    def handle_data(self, data):
+        self.words.append(data)
+
+
+def test_a_notebook_shows_a_table_of_the_channels_and_a_picture_that_can_be_read_aloud():
+    t = np.arange(5000) * 0.002
+    own = {"theta": Channel(np.sin(t) * 20 * DEG, "rad"), "a<b": Channel(3 * t, "A"), "vm": Channel(0 * t, "V")}
+    recording = Recording(t, own)
+    shown = Shown(recording._repr_html_())
+    assert shown.open == []
+    at = shown.words.index("a<b")
+    assert shown.words[at : at + 6] == ["a<b", "A", "0", "29.99", "15", "29.99"]
+    at = shown.words.index("theta")
+    assert shown.words[at + 1] == "deg" and float(shown.words[at + 3]) == pytest.approx(20, abs=0.01)
+    (picture,) = shown.pictures
+    assert all(part in picture["alt"] for part in ("9.998 s", "theta", "deg", "a<b from 0 to 29.99 A"))
+    kind, content = picture["src"].split(",")
+    assert kind == "data:image/svg+xml;base64" and len(content) < 20_000
+    drawn = ElementTree.fromstring(base64.b64decode(content))
+    lines = drawn.findall("{http://www.w3.org/2000/svg}polyline")
+    across, down = np.array([one.split(",") for one in lines[1].get("points").split()], dtype=float).T
+    assert np.corrcoef(across, down)[0, 1] == pytest.approx(-1, abs=1e-3)  # down is towards larger numbers
+    assert len(lines) == 3
+    assert repr(recording).startswith("<Recording: ")
