@@ -119,7 +119,9 @@ class FrequencyResponse:
             raise IdentificationError(
                 f"The response has no frequency from {band[0]:g} to {band[1]:g} Hz; it ends at {self.f_hz[-1]:g} Hz."
             )
-        return control.frd(self.ratio[kept], self.f_hz[kept] * HZ, inputs=[self.input], outputs=[self.output])
+        return control.frd(
+            self.ratio[kept], self.f_hz[kept] * HZ, inputs=[self.input], outputs=[self.output], name="measured"
+        )
 
 
 def welch_spectrum(x: ArrayLike, dt: float, segment: float | None = None) -> tuple[Vector, Vector]:
