@@ -286,9 +286,8 @@ def load(path: str | Path) -> BenchFile:
     faults += [f"{name} is a table: write [{name}]." for name in known[2:] if not isinstance(told.get(name, {}), dict)]
     if not _is_name(told.get("name")):
         faults.append(
-            'the bench has no name: write name = "north" above address = …, with the name that your course\'s settings '
-            f"give it ([bench] benches, in course.toml), of at most {LONGEST_NAME} characters. Each recording carries "
-            "it."
+            'the bench has no name: write name = "north" above address = …, the name that everybody knows it by, of at '
+            f"most {LONGEST_NAME} characters. Each recording carries it."
         )
     if faults:
         raise ConfigurationError("{path}: {error}".format(path=path, error="\n  ".join(faults)))

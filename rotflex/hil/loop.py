@@ -8,6 +8,7 @@ broken off stays with the bench, as ``bench.kept``, and says why.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -23,7 +24,7 @@ from rotflex.hil.pace import undisturbed
 from rotflex.hil.parts import Measurement
 from rotflex.hil.unfinished import Unfinished
 from rotflex.progress import progress as with_progress
-from rotflex.recording import Recording
+from rotflex.recording import Channel, Recording
 
 #: By what a bench's identity has.
 _SOURCES = {"seed": "virtual bench", "preset": "virtual bench", "plant": "virtual bench", "recording": "replay"}
@@ -75,13 +76,19 @@ def run(
     if bench.recorded is not None:
         bench.recorded.require_whole(targets.size, sample_time, asked)
     described = _described(bench, sample_time, metadata)
-    theta, alpha, vm = _sampled(bench, controller, targets, described, progress)
+    command = {} if is_open else {"theta_ref": Channel(targets, "rad")}
+    try:
+        theta, alpha, vm = _sampled(bench, controller, targets, described, progress)
+    except BaseException:
+        if bench.kept is not None:
+            came = {name: Channel(one.values[: len(bench.kept)], one.unit) for name, one in command.items()}
+            bench.kept = replace(bench.kept, channels={**came, **bench.kept.channels})
+        raise
     if bench.recorded is not None:
         vm = bench.recorded.require_same(vm, asked)
     time = np.arange(targets.size) * sample_time
-    channels = {} if is_open else {"theta_ref": targets}
-    channels |= {"theta": theta, "alpha": alpha, "vm": vm}
-    return Recording.of(time, described | _timing(bench, targets.size, sample_time), **channels)
+    made = Recording.of(time, described | _timing(bench, targets.size, sample_time), theta=theta, alpha=alpha, vm=vm)
+    return replace(made, channels={**command, **made.channels})
 
 
 def listen(
@@ -120,8 +127,8 @@ def _sampled(
 ) -> NDArray[np.float64]:
     """theta, alpha and vm (3, n) of a run; a replay begins at its beginning."""
     bench.kept = None
-    recorded = Unfinished(targets.size, bench.safety.folder, described)
     controller = begun(controller)
+    recorded = Unfinished(targets.size, bench.safety.folder, described)
     if bench.recorded is not None:
         bench.recorded.rewind()
     # Whatever takes its time is done before the first sample: a bar, for one, that is imported, and rubbish.

@@ -104,7 +104,7 @@ def student_bench(seed: int, arm_position: int | None = None, draw: int = DRAW) 
     if draw not in DRAWS:
         raise ConfigurationError(
             f"Benches of the draw {draw!r} are not known to this version of rotflex, which knows "
-            f"{', '.join(map(str, DRAWS))}. Install the release of the course that your course.json names."
+            f"{', '.join(map(str, DRAWS))}. Install the version that the bench was drawn by."
         )
     return DRAWS[draw](seed, arm_position)
 

@@ -51,7 +51,7 @@ def uno(monkeypatch):
 @pytest.mark.parametrize(
     ("experiment", "channels", "swing"),
     [
-        (partial(experiments.tracking, K=K, amplitude=20 * DEG), ("theta", "alpha"), 35 * DEG),
+        (partial(experiments.tracking, controller=K, amplitude=20 * DEG), ("theta", "alpha"), 35 * DEG),
         (partial(experiments.sweep, f_start=2.0, f_stop=5.0), ("alpha",), 5 * DEG),
     ],
     ids=["state feedback", "sweep"],
