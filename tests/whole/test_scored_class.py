@@ -245,7 +245,7 @@ def test_copies_are_found_and_hardly_anybody_else(scored):
 
 
 def test_the_class_at_a_glance_counts_what_waits(scored):
-    said = " ".join(scored.said["class"].split())
+    said = " ".join(scored.said["status"].split())
     assert "60 of 62 students handed something in; 2 nothing." in said
     left = [PARTS[w[1:]].points for w in (*WAITING, ASKED_STILL)]
     assert f"To be read: {len(left)} answers, worth {sum(left):g} points." in said

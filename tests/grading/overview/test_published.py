@@ -53,7 +53,7 @@ def test_what_waits_is_asked_or_is_closed_is_told_before(book):
     book.requests.make("ada", ("2.11", "omega_n"), "Please.")
     waits, asks = published.not_ready(book, CourseSettings(), datetime.now(UTC))
     assert waits == "Still to be read by a person: 3 answers of 2 students; their pages say so."
-    assert asks == "1 request not answered yet (rotflex requests)."
+    assert asks == "1 request not answered yet (rotflex requests list)."
     later = FeedbackSettings(opens=datetime.now(UTC) + timedelta(days=1))
     assert published.not_ready(book, CourseSettings(feedback=later), datetime.now(UTC))[-1].startswith(
         f"Feedback opens on {later.opens:%Y-%m-%d}"
