@@ -28,7 +28,7 @@ def _command_line() -> typer.Typer:
 app = _command_line()
 
 
-@app.command(rich_help_panel="Class")
+@app.command(rich_help_panel="Class" if _HAS_COURSE else "Bench")
 def doctor(
     bench: Annotated[
         str, typer.Option("--bench", help="Look at this bench: bench.toml, or an address, as 'quanser:q2_usb/0'.")

@@ -443,10 +443,19 @@ def test_results_among_the_submissions_are_refused(tmp_path, isolated):
     assert done.exit_code == 2 and not (tmp_path / "in" / "out").exists()
 
 
+def test_folders_in_the_wrong_order_are_refused(tmp_path, isolated):
+    graded(tmp_path)
+    done = rotflex("grade", tmp_path / "in", tmp_path / "out", "--solutions", ROOT)
+    assert done.exit_code == 2 and "Name that first" in " ".join(done.output.split())
+    assert {path.name for path in (tmp_path / "in").iterdir()} == {"ada.zip"}
+
+
 def test_what_was_graded_can_be_marked_again_and_by_hand_and_looked_back_on(tmp_path, isolated):
     assert graded(tmp_path).exit_code == 1
     book = tmp_path / "out"
+    (book / "grades.csv").unlink()
     assert "Nobody's marks changed" in rotflex("regrade", book, "--solutions", ROOT, "--question", "2.11").output
+    assert (book / "grades.csv").exists()
     given = ("mark", book, "ada", "2.11", "explanation", "0.5", "--reason", "Told me \x1b[31m.", "--by", "prof")
     assert rotflex(*given).exit_code == 0
     done = rotflex("history", book, "ada", "--question", "2.11")

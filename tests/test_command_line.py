@@ -1,5 +1,8 @@
 """The tree of commands: the rules that all of them follow, and the same command line for another course."""
 
+import subprocess
+import sys
+
 import pytest
 import typer.main
 from typer.testing import CliRunner
@@ -73,3 +76,11 @@ def test_without_a_course_of_its_own_the_command_asks_which_one(tmp_path, monkey
     assert CliRunner().invoke(app, ["--version"]).output == "labcourse 1.2\n"
     done = CliRunner().invoke(app, ["history", "nothing"])
     assert done.output.startswith("labcourse: ") and "labcourse grade" in " ".join(done.output.split())
+
+
+def test_without_the_courses_machinery_there_are_the_commands_of_a_bench():
+    code = "import sys; sys.modules['labcourse'] = None; from rotflex import cli; cli.run()"
+    for words, status, shown in ((["--help"], 0, "bench"), (["doctor"], 2, "--bench"), (["bench", "--help"], 0, "fit")):
+        done = subprocess.run([sys.executable, "-c", code, *words], capture_output=True, text=True, check=False)
+        assert done.returncode == status and shown in done.stdout + done.stderr, done.stderr
+        assert "submit" not in done.stdout
