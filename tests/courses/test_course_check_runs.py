@@ -7,9 +7,9 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from labcourse.errors import GradingError
 
 from labcourse.answers.catalogue import Catalogue
+from labcourse.errors import GradingError
 from labcourse.grading import course as courses
 from labcourse.grading import course_check
 from labcourse.grading.course_check import unfilled

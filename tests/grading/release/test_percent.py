@@ -4,12 +4,12 @@ from dataclasses import replace
 
 import nbformat
 import pytest
-from labcourse.errors import GradingError
 from made_courses import OURS
 
 from labcourse.answers import words
 from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.parts import Question, number, prose
+from labcourse.errors import GradingError
 from labcourse.grading.release import percent, student_notebooks
 
 CATALOGUE = Catalogue(
