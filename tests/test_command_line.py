@@ -1,5 +1,6 @@
 """The tree of commands: the rules that all of them follow, and the same command line for another course."""
 
+import json
 import subprocess
 import sys
 
@@ -7,8 +8,7 @@ import pytest
 import typer.main
 from typer.testing import CliRunner
 
-from labcourse import command_line, program
-from labcourse.answers import installed_course
+from labcourse import command_line, courses, lab_command, program
 from rotflex import cli
 
 PANELS = ["Student", "Course", "Class", "Person", "Bench"]
@@ -52,26 +52,28 @@ def test_nothing_has_an_old_name():
     assert not options & {"--gradebook", "--as"}
 
 
-ENTRIES = "[labcourse.courses]\ntanks = two_courses:TANKS\njoint = two_courses:JOINT\n"
-COURSES = """
-from labcourse.answers.installed_course import InstalledCourse
-
-TANKS, JOINT = InstalledCourse("Two tanks", lambda: 1), InstalledCourse("A joint", lambda: 7)
-"""
+ENTRIES = "[labcourse.courses]\ntanks = tanks_course\nsprings = springs_course\n"
 
 
 def test_without_a_course_of_its_own_the_command_asks_which_one(tmp_path, monkeypatch):
     """Two courses that are installed are both named; the one that is chosen is used, and messages name the program."""
     monkeypatch.setenv("LABCOURSE_PROGRAM", "other")
     monkeypatch.chdir(tmp_path)
-    (tmp_path / "two_courses.py").write_text(COURSES)
+    monkeypatch.delenv(courses.SETTING, raising=False)
+    (tmp_path / "tanks_course" / "notebooks").mkdir(parents=True)
+    (tmp_path / "tanks_course" / "__init__.py").write_text("def draw():\n    return 7\n")
+    (tmp_path / "tanks_course" / "notebooks" / "01_tank.ipynb").write_text("{}")
     (tmp_path / "two-1.dist-info").mkdir()
     (tmp_path / "two-1.dist-info" / "entry_points.txt").write_text(ENTRIES)
     monkeypatch.syspath_prepend(tmp_path)
-    assert installed_course.find("joint").draw() == 7
+    monkeypatch.setattr(lab_command, "open_jupyterlab", lambda *arguments: 0)
     app = command_line.command_line("labcourse", "1.2")
     done = CliRunner().invoke(app, ["lab", "work", "--student", "ada"])
-    assert done.exit_code == 2 and "joint, tanks" in " ".join(done.output.split())
+    assert done.exit_code == 2 and "springs, tanks" in " ".join(done.output.split())
+    done = CliRunner().invoke(app, ["--course", "tanks", "lab", "work", "--student", "ada"])
+    assert done.exit_code == 0, done.output
+    assert (tmp_path / "work" / "01_tank.ipynb").exists()
+    assert json.loads((tmp_path / "work" / "course.json").read_text())["draw"] == 7
     assert program.name() == "labcourse"
     assert CliRunner().invoke(app, ["--version"]).output == "labcourse 1.2\n"
     done = CliRunner().invoke(app, ["history", "nothing"])

@@ -10,12 +10,12 @@ import pytest
 import sympy
 
 import rotflex.course.lab
-from labcourse.errors import AnswerError, StudentIDError
+from labcourse.errors import AnswerError, ConfigurationError, StudentIDError
 from rotflex import experiments
 from rotflex.config import srv02
 from rotflex.course.probes import COMPOUND_SINES
 from rotflex.course.questions import CATALOGUE
-from rotflex.errors import BenchError, ConfigurationError
+from rotflex.errors import BenchError
 from rotflex.hil import twin
 from rotflex.hil.student_benches import DRAW, preset, student_bench, student_seed
 

@@ -10,8 +10,8 @@ import matplotlib.pyplot as plt
 import pytest
 from IPython.utils.capture import capture_output
 
-from labcourse.errors import CourseError
 from rotflex import figures
+from rotflex.errors import RotflexError
 
 
 @pytest.fixture
@@ -55,12 +55,12 @@ def test_where_nobody_looks_a_figure_is_checked_and_closed_but_not_drawn(shell, 
     assert plt.get_fignums() == []
     assert not any("image/png" in output.data for output in captured.outputs)
     assert captured.outputs[1].data["text/plain"] == "Shown."
-    with pytest.raises(CourseError, match="description"):
+    with pytest.raises(RotflexError, match="description"):
         figures.show(mpl.figure.Figure())
 
 
 def test_show_asks_for_a_description():
-    with pytest.raises(CourseError, match="description"):
+    with pytest.raises(RotflexError, match="description"):
         figures.show(mpl.figure.Figure())
 
 

@@ -11,8 +11,8 @@ from checkout import ROOT
 from made_notebooks import answer, locked, notebook, saved
 from typer.testing import CliRunner
 
-from labcourse import course_file, course_place, files
-from labcourse.answers import lab_command, own_files, saved_words, set_aside
+from labcourse import course_file, course_place, files, lab_command
+from labcourse.answers import own_files, saved_words, set_aside
 from rotflex import cli
 from rotflex.course.lab import Lab
 

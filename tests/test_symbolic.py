@@ -10,9 +10,9 @@ from numpy.testing import assert_allclose
 from sympy import Eq, Matrix, Rational, Symbol, symbols
 from sympy.physics.mechanics import KanesMethod, Point, ReferenceFrame, RigidBody, dynamicsymbols, inertia
 
-from labcourse.errors import ConfigurationError
 from rotflex import model, symbolic
 from rotflex.config import joint, srv02
+from rotflex.errors import ConfigurationError
 
 # As a student writes them: plain symbols.
 J_eq, J_l, B_eq, B_l, K_s, tau, V_m = symbols("J_eq J_l B_eq B_l K_s tau V_m")

@@ -10,10 +10,9 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
 from scipy.linalg import block_diag, expm
 
-from labcourse.errors import ConfigurationError
 from rotflex import model
 from rotflex.config import joint, srv02
-from rotflex.errors import DesignError
+from rotflex.errors import ConfigurationError, DesignError
 from rotflex.plant import SUBSTEP, Plant, PlantParameters, State
 from rotflex.simulation import with_actuator
 
