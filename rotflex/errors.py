@@ -33,7 +33,8 @@ class RotflexError(Exception):
         These are the notebook's; what our own code did in between is of no use to who reads it there. In plain Python,
         the whole traceback is printed, as ever.
         """
-        return [f"{_RED}{type(self).__name__}{_PLAIN}: {self}", *_lines_of_cells(self.__traceback__)]
+        notes = getattr(self, "__notes__", [])
+        return [f"{_RED}{type(self).__name__}{_PLAIN}: {self}", *notes, *_lines_of_cells(self.__traceback__)]
 
 
 def _lines_of_cells(trace: TracebackType | None) -> Iterator[str]:

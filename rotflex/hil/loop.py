@@ -8,7 +8,6 @@ broken off stays with the bench, as ``bench.kept``, and says why.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -16,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from rotflex import __version__
 from rotflex.controller import Controller, begun, name_of
-from rotflex.errors import BenchError, RotflexError
+from rotflex.errors import BenchError
 from rotflex.hil.bench import Bench
 from rotflex.hil.controllers import OpenLoop
 from rotflex.hil.halt import reason, uninterrupted
@@ -24,7 +23,7 @@ from rotflex.hil.pace import undisturbed
 from rotflex.hil.parts import Measurement
 from rotflex.hil.unfinished import Unfinished
 from rotflex.progress import progress as with_progress
-from rotflex.recording import Channel, Recording
+from rotflex.recording import Recording
 
 #: By what a bench's identity has.
 _SOURCES = {"seed": "virtual bench", "preset": "virtual bench", "plant": "virtual bench", "recording": "replay"}
@@ -76,19 +75,13 @@ def run(
     if bench.recorded is not None:
         bench.recorded.require_whole(targets.size, sample_time, asked)
     described = _described(bench, sample_time, metadata)
-    command = {} if is_open else {"theta_ref": Channel(targets, "rad")}
-    try:
-        theta, alpha, vm = _sampled(bench, controller, targets, described, progress)
-    except BaseException:
-        if bench.kept is not None:
-            came = {name: Channel(one.values[: len(bench.kept)], one.unit) for name, one in command.items()}
-            bench.kept = replace(bench.kept, channels={**came, **bench.kept.channels})
-        raise
+    theta, alpha, vm = _sampled(bench, controller, targets, described, progress)
     if bench.recorded is not None:
         vm = bench.recorded.require_same(vm, asked)
     time = np.arange(targets.size) * sample_time
-    made = Recording.of(time, described | _timing(bench, targets.size, sample_time), theta=theta, alpha=alpha, vm=vm)
-    return replace(made, channels={**command, **made.channels})
+    channels = {} if is_open else {"theta_ref": targets}
+    channels |= {"theta": theta, "alpha": alpha, "vm": vm}
+    return Recording.of(time, described | _timing(bench, targets.size, sample_time), **channels)
 
 
 def listen(
@@ -156,7 +149,7 @@ def _break_off(bench: Bench, error: BaseException, recorded: Unfinished) -> None
     finally:
         _note_last(bench, recorded.signals)
         bench.kept = recorded.broken_off(reason(error), bench.timing)
-    if not isinstance(error, RotflexError):  # ours say so themselves
+    if not isinstance(error, BenchError):  # the bench's own say so themselves
         error.add_note("The motor is at 0 V. What was recorded until then is in the bench's `kept`.")
 
 

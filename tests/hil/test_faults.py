@@ -20,7 +20,7 @@ import pytest
 from fault_board import FAULT_AT, SAMPLE_TIME, FaultBoard, bench_of, counts_of
 
 from rotflex.config import srv02
-from rotflex.errors import BenchError, HILError, LimitExceeded, RunStopped
+from rotflex.errors import BenchError, DesignError, HILError, LimitExceeded, RunStopped
 from rotflex.hil.bench import Bench, Limits, Wiring
 from rotflex.hil.controllers import OpenLoop, StateFeedback
 from rotflex.hil.loop import run
@@ -163,7 +163,7 @@ FAULTS: dict[str, Fault] = {
     },
     "a voltage that is no number": Fault(BenchError, "asked for nan V", controller=at_fault(lambda _: math.nan)),
     "a voltage without end": Fault(BenchError, "asked for inf V", controller=at_fault(lambda _: math.inf)),
-    "a voltage that is None": Fault(TypeError, "NoneType", controller=at_fault(lambda _: None)),
+    "a voltage that is None": Fault(DesignError, "returned None", controller=at_fault(lambda _: None)),
     "an exception in a callback": Fault(LookupError, "LookupError: where", prepare=watched_by(LookupError("where"))),
     "somebody presses STOP": Fault(
         RunStopped, "RunStopped: You", prepare=watched_by(RunStopped("You stopped it. The motor is at 0 V."))
