@@ -101,7 +101,7 @@ def test_a_students_installation_opens_the_notebooks_and_has_no_commands_of_inst
     assert " lab " in shown and " grade " not in shown
     assert "is written" in rotflex(alone, tmp_path, "bench", "notebook").stdout  # for who sets up a laboratory's bench
     assert "A real bench, commissioned" in (tmp_path / "commissioning.ipynb").read_text(encoding="utf-8")
-    code = "from pathlib import Path; from labcourse.answers.lab_command import fill; print(fill(Path('work'), 'ada'))"
+    code = "from pathlib import Path; from labcourse.lab_command import fill; print(fill(Path('work'), 'ada'))"
     done = ran(["-P", "-c", code], tmp_path, PYTHONPATH=str(alone))
     assert done.returncode == 0, done.stderr
     assert (tmp_path / "work" / "00_start.ipynb").exists()

@@ -11,7 +11,7 @@ import sympy
 
 import rotflex.course.lab
 from labcourse.errors import AnswerError, ConfigurationError, StudentIDError
-from rotflex import experiments
+from rotflex import errors, experiments
 from rotflex.config import srv02
 from rotflex.course.probes import COMPOUND_SINES
 from rotflex.course.questions import CATALOGUE
@@ -118,9 +118,9 @@ def test_the_bench_is_the_one_that_the_course_file_gives(folder):
     with named.bench() as bench:
         assert bench.board.plant.parameters.K_s == 1.4
     assert bench_of("ada", draw=2)[1]["draw"] == 2
-    with pytest.raises(ConfigurationError, match=r"draw 4 .* 1, 2, 3"):
+    with pytest.raises(errors.ConfigurationError, match=r"draw 4 .* 1, 2, 3"):
         bench_of("ada", draw=4)
-    with pytest.raises(ConfigurationError, match="'real_bench', 'workbook'"):
+    with pytest.raises(errors.ConfigurationError, match="'real_bench', 'workbook'"):
         bench_of("ada", bench={"which": "preset", "preset": "mars"})
 
 

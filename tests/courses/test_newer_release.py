@@ -18,7 +18,7 @@ import two_releases
 from two_releases import FIRST, NOTEBOOK, SEED, TwoReleases
 
 FILL = (
-    "from pathlib import Path; from labcourse.answers.lab_command import fill; "
+    "from pathlib import Path; from labcourse.lab_command import fill; "
     "print(*fill(Path('work'), {student!r}), sep='\\n')"
 )
 
@@ -32,9 +32,8 @@ def lab(installed: Path, place: Path, student: str | None = None) -> str:
     """What ``rotflex lab work`` says before it opens JupyterLab, where a release is installed."""
     site = place / f"site-{installed.parent.name}"
     if not site.exists():  # as pip puts it there
-        for name in ("rotflex", "springlab"):
-            shutil.copytree(installed / name, site / name)
-        shutil.copytree(installed / "notebooks", site / "rotflex" / "_course" / "notebooks")
+        for wheel in (installed / "wheels").glob("*.whl"):
+            shutil.unpack_archive(wheel, site, "zip")
     done = subprocess.run(
         [sys.executable, "-P", "-c", FILL.format(student=student)],
         cwd=place,

@@ -71,7 +71,7 @@ def test_another_version_of_the_package_is_another_run(fake_class, monkeypatch):
     fake_class.grade()
     assert fake_class.runs == ["ada", "ada"]
     with fake_class.book() as book:
-        assert book.current("ada").run.software == f"rotflex {labcourse.__version__}"
+        assert book.current("ada").run.software == f"labcourse {labcourse.__version__}"
 
 
 @pytest.mark.parametrize("content", [b"1,2\n", b"1,3\n", None])

@@ -157,7 +157,7 @@ from rotflex.hil.held import Held
 assert files._MAY_BE_OPEN and jupyterlab._WINDOWS and list(jupyterlab._BY_ITSELF) == ["creationflags"]
 assert not jupyterlab._is_root()
 Held(pathlib.Path("lock")).release()
-from labcourse.answers.lab_command import fill
+from labcourse.lab_command import fill
 print(json.dumps([len(found), fill(pathlib.Path("work"), "ada")]))
 """
 

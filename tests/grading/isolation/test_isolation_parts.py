@@ -232,7 +232,7 @@ def test_groups_of_programs_that_were_killed_are_cleared_away(tmp_path):
     for folder in (left, ours, tmp_path / "other-1-ab"):
         folder.mkdir()
     cgroups._sweep(tmp_path)
-    assert sorted(folder.name for folder in tmp_path.iterdir()) == ["other-1-ab", ours.name]
+    assert sorted(folder.name for folder in tmp_path.iterdir()) == [ours.name, "other-1-ab"]
 
 
 @pytest.mark.parametrize(

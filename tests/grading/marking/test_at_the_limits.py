@@ -11,7 +11,7 @@ import sympy
 from made_courses import OURS
 
 from labcourse.answers import answers
-from labcourse.answers.parts import Part, recording
+from labcourse.answers.parts import Part, number, recording
 from labcourse.grading.marking import checks, decoding, marking, marking_processes, time_limit
 from labcourse.grading.marking.checks import ChoiceIs, Number, RecordingOf, misfit
 from labcourse.grading.marking.wrong_answers import wrong_answer
@@ -19,6 +19,7 @@ from labcourse.grading.verdicts import Case, Status
 from rotflex.course.questions import CATALOGUE
 from rotflex.recording import Channel, Recording
 
+X = number("x", "", None, "", "A number.")
 FITS = pytest.mark.parametrize("fits", [True, False], ids=["fits", "one more"])
 RIGHT, FOLLOW, WRONG = Status.RIGHT, Status.FOLLOW_THROUGH, Status.WRONG
 
@@ -33,7 +34,7 @@ def case(own=None, virtual=True):
 @pytest.mark.parametrize(("share", "status"), [(0.98, RIGHT), (-0.98, RIGHT), (1.02, WRONG), (-1.02, WRONG)])
 def test_a_number_is_right_up_to_its_tolerance_to_either_side(target, rtol, share, status):
     check = Number("the number", lambda bench: target, rtol)
-    verdict = check.verdict(None, target * (1 + share * rtol), case())
+    verdict = check.verdict(X, target * (1 + share * rtol), case())
     assert (verdict.status, verdict.share) == (status, float(status is RIGHT))
     words = f"Within {100 * rtol:g} % of the number." if status is RIGHT else f"More than {100 * rtol:g} % off"
     assert verdict.reason.startswith(words)
@@ -41,15 +42,17 @@ def test_a_number_is_right_up_to_its_tolerance_to_either_side(target, rtol, shar
 
 def test_of_nought_only_nought_is_near():
     check = Number("the number", lambda bench: 0.0, 0.1)
-    assert [check.verdict(None, value, case()).status for value in (0.0, 1e-12)] == [RIGHT, WRONG]
+    assert [check.verdict(X, value, case()).status for value in (0.0, 1e-12)] == [RIGHT, WRONG]
 
 
 @pytest.mark.parametrize("rtol", [None, 0.1])
 @pytest.mark.parametrize(("share", "status"), [(0.98, FOLLOW), (-0.98, FOLLOW), (1.02, WRONG), (-1.02, WRONG)])
 def test_a_number_follows_from_ones_own_up_to_its_tolerance_which_is_two_per_cent_unless_given(rtol, share, status):
     more = {} if rtol is None else {"follow_rtol": rtol}
-    check = Number("it", lambda bench: 1.0, 0.01, lambda own: 2 * own("1", "x"), "twice your own", **more)
-    verdict = check.verdict(None, 10.0 * (1 + share * (rtol or 0.02)), case({("1", "x"): 5.0}))
+    check = Number(
+        "it", lambda bench: 1.0, 0.01, follow=lambda own: 2 * own("1", "x"), follow_what="twice your own", **more
+    )
+    verdict = check.verdict(X, 10.0 * (1 + share * (rtol or 0.02)), case({("1", "x"): 5.0}))
     assert verdict.status is status
     expected = "agrees with twice your own." if status is FOLLOW else "It does not agree with twice your own either."
     assert expected in verdict.reason
@@ -57,26 +60,26 @@ def test_a_number_follows_from_ones_own_up_to_its_tolerance_which_is_two_per_cen
 
 @pytest.mark.parametrize("own", [{}, {("1", "x"): 0.0}, {("1", "x"): math.inf}, {("1", "x"): math.nan}])
 def test_from_nothing_nothing_follows(own):
-    check = Number("it", lambda bench: 1.0, 0.01, lambda own: own("1", "x"), "your own")
-    verdict = check.verdict(None, own.get(("1", "x"), 5.0), case(own))
+    check = Number("it", lambda bench: 1.0, 0.01, follow=lambda own: own("1", "x"), follow_what="your own")
+    verdict = check.verdict(X, own.get(("1", "x"), 5.0), case(own))
     assert verdict.status is WRONG and "your own" not in verdict.reason
 
 
 def test_from_a_division_by_nought_nothing_follows():
-    check = Number("it", lambda bench: 1.0, 0.01, lambda own: 1 / own("1", "x"), "your own")
-    assert check.verdict(None, 5.0, case({("1", "x"): 0})).status is WRONG
+    check = Number("it", lambda bench: 1.0, 0.01, follow=lambda own: 1 / own("1", "x"), follow_what="your own")
+    assert check.verdict(X, 5.0, case({("1", "x"): 0})).status is WRONG
 
 
 @pytest.mark.parametrize(("share", "named"), [(0.98, True), (-0.98, True), (1.02, False), (-1.02, False)])
 def test_a_slip_is_named_up_to_the_tolerance_of_what_it_leads_to(share, named):
     check = Number("it", lambda bench: 1.0, 0.05, slips=lambda bench: {"no slip": 9.0, "in degrees": 57.3})
-    verdict = check.verdict(None, 57.3 * (1 + share * 0.05), case())
+    verdict = check.verdict(X, 57.3 * (1 + share * 0.05), case())
     assert verdict.status is WRONG and (verdict.reason == "Not it: in degrees.") == named
 
 
 @pytest.mark.parametrize(("given", "follows", "status"), [("a", "b", RIGHT), ("b", "b", FOLLOW), ("c", "b", WRONG)])
 def test_a_choice_is_right_or_follows_or_is_wrong(given, follows, status):
-    assert ChoiceIs("a", "so", lambda own, bench: follows, "yours").verdict(None, given, case()).status is status
+    assert ChoiceIs("a", "so", lambda own, bench: follows, "yours").verdict(X, given, case()).status is status
 
 
 @pytest.mark.parametrize("error", checks.NOT_TO_BE_HAD)
@@ -84,7 +87,7 @@ def test_a_choice_of_which_nothing_follows_is_wrong(error):
     def follow(own, bench):
         raise error("nothing")
 
-    assert ChoiceIs("a", "so", follow).verdict(None, "b", case()).status is WRONG
+    assert ChoiceIs("a", "so", follow).verdict(X, "b", case()).status is WRONG
 
 
 TIME = 0.01 * np.arange(300)

@@ -2,11 +2,14 @@
 
 import ast
 import json
+import re
+import shutil
 import subprocess
 import sys
 import tomllib
 import zipfile
 from dataclasses import replace
+from importlib import metadata
 from pathlib import Path
 
 import nbformat
@@ -14,6 +17,8 @@ import pytest
 from checkout import ROOT
 from made_courses import OURS
 
+import labcourse
+import rotflex
 from labcourse.answers import words
 from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.parts import Question, number, prose
@@ -60,7 +65,7 @@ def test_outputs_counts_and_traces_of_a_run_go_and_grading_metadata_stays():
     cell.metadata["execution"] = {"iopub.status.busy": "2026"}
     (kept,) = stripped(cell)
     assert (kept.outputs, kept.execution_count) == ([], None)
-    assert set(kept.metadata) == {"deletable", "nbgrader", "rotflex"}
+    assert set(kept.metadata) == {"deletable", "nbgrader", "labcourse"}
 
 
 @pytest.mark.parametrize(
@@ -201,17 +206,37 @@ def test_student_notebooks_are_in_step_with_the_solutions():
     assert [name for name in derived if stored[name] != derived[name]] == []
 
 
+PACKAGES = ("labcourse", "rotflex")
+
+
 @pytest.fixture(scope="module")
 def released(tmp_path_factory):
     return student_course.release(OURS, tmp_path_factory.mktemp("release") / "out")
 
 
-def test_a_release_holds_what_a_student_needs_and_nothing_else(released):
-    top = "LICENSE README.md notebooks pyproject.toml rotflex"
+@pytest.fixture(scope="module")
+def installed(released, tmp_path_factory):
+    """The folder that the release's wheels are unpacked into, as pip does."""
+    folder = tmp_path_factory.mktemp("installed")
+    for wheel in (released.folder / "wheels").glob("*.whl"):
+        shutil.unpack_archive(wheel, folder, "zip")
+    return folder
+
+
+def test_a_release_holds_what_a_student_needs_and_nothing_else(released, installed):
+    top = "LICENSE README.md notebooks pyproject.toml wheels"
     assert {path.name for path in released.folder.iterdir()} == set(top.split())
-    suffixes = ["", *[".md", ".toml", ".py", ".js", ".css", ".ipynb", ".json", ".html", ".typ"]]
-    assert {path.suffix for path in released.folder.rglob("*") if path.is_file()} <= set(suffixes)
-    assert {path.name for path in released.folder.rglob("*.json")} == {"course.json", "default_setting_overrides.json"}
+    suffixes = {".py", ".js", ".css", ".ipynb", ".json", ".html", ".typ"}
+    about = [path for path in installed.iterdir() if path.suffix == ".dist-info"]
+    assert {path.name.partition("-")[0] for path in about} == {"labcourse", "rotflex"}
+    brought = [
+        path for path in installed.rglob("*") if path.is_file() and path.relative_to(installed).parts[0] in PACKAGES
+    ]
+    assert {path.suffix for path in brought} <= suffixes
+    assert {path.name for path in brought if path.suffix == ".json"} == {
+        "course.json",
+        "default_setting_overrides.json",
+    }
 
 
 @pytest.mark.parametrize(
@@ -229,45 +254,34 @@ def test_the_readme_says_whose_the_bench_is(tmp_path, policy, said):
     assert said in (tmp_path / "out" / "README.md").read_text(encoding="utf-8")
 
 
-def test_a_release_has_none_of_the_instructors_modules(released):
-    package = ROOT / "rotflex"
-    here = {path.relative_to(package) for path in package.rglob("*.py")}
-    there = {path.relative_to(released.folder / "rotflex") for path in (released.folder / "rotflex").rglob("*.py")}
-    assert here - there == {path for path in here if path.parts[0] == "instructor"}
+def test_a_release_has_none_of_the_instructors_modules(installed):
+    here = {path.relative_to(ROOT) for name in PACKAGES for path in (ROOT / name).rglob("*.py")}
+    there = {path.relative_to(installed) for path in installed.rglob("*.py")}
+    assert here - there == {path for path in here if path.is_relative_to("labcourse/grading")}
     assert there <= here
 
 
-def test_a_release_holds_nothing_of_the_modules_that_the_course_withholds(released):
+def test_a_release_holds_nothing_of_the_modules_that_the_course_withholds(installed):
     assert set(OURS.withheld) == {"rotflex.design", "rotflex.model", "rotflex.symbolic"}
     for module in OURS.withheld:
         path = f"{module.replace('.', '/')}.py"
-        stub = ast.parse((released.folder / path).read_text(encoding="utf-8")).body
+        stub = ast.parse((installed / path).read_text(encoding="utf-8")).body
         assert [type(statement) for statement in stub] == [ast.Raise]
-        done = _in_release(released, "-c", f"import {module}")
+        done = _run_in(installed, "-c", f"import {module}")
         assert (done.returncode, done.stderr.splitlines()[-1].partition(":")[0]) == (1, "ImportError")
         assert f"{module} is not in your course" in done.stderr
 
 
-def test_no_module_that_students_get_needs_one_that_is_withheld(released):
+def test_no_module_that_students_get_needs_one_that_is_withheld(installed):
     code = "import importlib, pkgutil, rotflex\nfor one in pkgutil.iter_modules(rotflex.__path__):\n"
     code += f"    one.name in {[name.partition('.')[2] for name in OURS.withheld]} or one.name == '__main__' or "
-    done = _in_release(released, "-c", f"{code}importlib.import_module(f'rotflex.{{one.name}}')")
+    done = _run_in(installed, "-c", f"{code}importlib.import_module(f'rotflex.{{one.name}}')")
     assert done.returncode == 0, done.stderr
 
 
 def test_a_withheld_module_that_does_not_exist_is_refused(tmp_path):
     with pytest.raises(GradingError, match=r"rotflex\.modle"):
         student_course.build(replace(OURS, withheld=("rotflex.modle",)), tmp_path / "out")
-
-
-def test_a_new_module_of_the_instructors_folder_is_not_released(tmp_path, monkeypatch):
-    package = tmp_path / "lab_of_ours"
-    for name in ("__init__.py", "lab.py", "instructor/__init__.py", "instructor/marking_helper.py"):
-        (package / name).parent.mkdir(parents=True, exist_ok=True)
-        (package / name).write_text("")
-    monkeypatch.syspath_prepend(tmp_path)
-    made = student_course.release(replace(OURS, packages=("rotflex", package.name)), tmp_path / "out")
-    assert {path.name for path in (made.folder / package.name).rglob("*")} == {"__init__.py", "lab.py"}
 
 
 def test_hidden_files_and_what_python_leaves_are_not_released_from_wherever(tmp_path, monkeypatch):
@@ -285,7 +299,10 @@ def test_hidden_files_and_what_python_leaves_are_not_released_from_wherever(tmp_
     with zipfile.ZipFile(made.archive) as archive:
         packed = archive.namelist()
     there = [path.relative_to(made.folder.parent).as_posix() for path in made.folder.rglob("*") if path.is_file()]
-    assert sorted(packed) == sorted(there) and sum(name.endswith("/kept.py") for name in packed) == 4
+    assert sorted(packed) == sorted(there) and sum(name.endswith("/kept.py") for name in packed) == 2
+    for wheel in (made.folder / "wheels").glob("*.whl"):
+        packed += zipfile.ZipFile(wheel).namelist()
+    assert sum(name.endswith("/kept.py") for name in packed) == 2 + 2 + 2  # of the data, its copy, and the package
     assert not [name for name in packed if "/." in name or "__pycache__" in name or name.endswith(".pyc")]
 
 
@@ -329,41 +346,39 @@ def test_the_zip_holds_the_folder_and_is_the_same_every_time(released, tmp_path)
     }
 
 
-def test_the_released_project_installs_with_its_notebooks_and_without_the_instructors_extras(released, tmp_path):
+def test_the_wheels_say_what_they_need_and_bring_the_course(released, installed):
     project = tomllib.loads((released.folder / "pyproject.toml").read_text(encoding="utf-8"))["project"]
-    assert "optional-dependencies" not in project
+    wheels = {path.name for path in (released.folder / "wheels").iterdir()}
+    assert {one.rpartition("/")[2] for one in project["dependencies"]} == wheels
+    (ours,) = metadata.distributions(name="rotflex", path=[str(installed)])
+    version = ours.version
+    assert re.fullmatch(rf"{rotflex.__version__}\+course\.[0-9a-f]+", version)
     original = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
-    assert set(project["dependencies"]) == set(original["dependencies"])
-    build = f"import hatchling.build; print(hatchling.build.build_wheel({str(tmp_path)!r}))"
-    done = subprocess.run(
-        [sys.executable, "-c", build], cwd=released.folder, capture_output=True, text=True, check=False
+    assert set(ours.requires) == {*original["dependencies"], f"labcourse=={labcourse.__version__}"}
+    (engine,) = metadata.distributions(name="labcourse", path=[str(installed)])
+    assert not [one for one in engine.requires if "papermill" in one]
+    assert [one.value for one in ours.entry_points if one.group == "labcourse.courses"] == ["rotflex.course"]
+    assert {path.name for path in (installed / "rotflex" / "course" / "notebooks").glob("*.ipynb")} == set(
+        released.notebooks
     )
-    assert done.returncode == 0, done.stderr
-    with zipfile.ZipFile(tmp_path / done.stdout.strip()) as wheel:
-        names = set(wheel.namelist())
-    assert {f"rotflex/_course/notebooks/{name}" for name in released.notebooks} <= names
-    assert "labcourse/answers/kinds/symbolic.py" in names  # not to be mistaken for the instructor's symbolic.py
-    assert not [name for name in names if name.startswith("labcourse/grading")]
 
 
-def test_the_released_command_has_no_instructors_commands(released):
-    done = _in_release(released, "-m", "rotflex.cli", "--help")
+def test_the_released_command_has_no_instructors_commands(installed):
+    done = _run_in(installed, "-m", "rotflex.cli", "--help")
     assert done.returncode == 0, done.stderr
     assert " lab " in done.stdout
     assert " grade " not in done.stdout and " release " not in done.stdout
 
 
-def test_the_released_package_stands_alone(released):
-    done = _in_release(released, "-c", "import rotflex.course.lab, labcourse.grading")
+def test_the_released_package_stands_alone(installed):
+    done = _run_in(installed, "-c", "import rotflex.course.lab, labcourse.grading")
     assert "No module named 'labcourse.grading'" in done.stderr
-    done = _in_release(released, "-c", "import rotflex.course.lab; print(rotflex.__file__)")
-    assert Path(done.stdout.strip()).is_relative_to(released.folder)
+    done = _run_in(installed, "-c", "import rotflex.course.lab; print(rotflex.__file__)")
+    assert Path(done.stdout.strip()).is_relative_to(installed)
 
 
-def _in_release(released, *arguments):
-    return subprocess.run(
-        [sys.executable, *arguments], cwd=released.folder, capture_output=True, text=True, check=False
-    )
+def _run_in(folder, *arguments):
+    return subprocess.run([sys.executable, *arguments], cwd=folder, capture_output=True, text=True, check=False)
 
 
 def test_an_earlier_release_is_only_replaced_when_asked(tmp_path):

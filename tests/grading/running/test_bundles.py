@@ -180,7 +180,7 @@ def test_a_release_from_before_there_were_names_is_known_by_its_notebooks(sandbo
 
 
 def test_modules_that_an_older_release_does_not_have_are_not_imported_for_it(two, course):
-    later = replace(course, imports=("springlab.lab", "springlab.later", "math", "rotflex.no.such"))
+    later = replace(course, imports=("springlab.lab", "springlab.later", "math", "labcourse.no.such"))
     older = Releases(course).find(two.about(two.first)["release"])
     assert bundle.of_release(older, later).imports == ("springlab.lab", "math")
 
