@@ -13,7 +13,7 @@ import marks
 import pytest
 from hypothesis import settings
 
-from labcourse import course_place
+from labcourse import course_place, courses
 from rotflex.recording import Recording
 
 #: Courses made for tests have notebooks; it is for the tests to run them.
@@ -29,6 +29,7 @@ for name in [name for name in os.environ if name.startswith(("JUPYTERHUB_", "BIN
     del os.environ[name]  # whoever tests on a hub has no hub in the tests
 os.environ[course_place.SETTINGS] = tempfile.mkdtemp(prefix="rotflex-settings-")
 os.environ["LABCOURSE_PROGRAM"] = "rotflex"  # as messages name it, also where a test calls no command
+os.environ[courses.SETTING] = "rotflex.course"
 
 RECORDINGS = Path(__file__).resolve().parents[2] / "shared" / "reference" / "recordings"
 

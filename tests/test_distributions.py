@@ -8,10 +8,13 @@ import shutil
 import subprocess
 import sys
 import zipfile
+from importlib import metadata
 from pathlib import Path
 
 import pytest
 from checkout import ROOT
+
+import labcourse
 
 pytestmark = pytest.mark.slow
 
@@ -37,17 +40,10 @@ def built(project: Path, folder: Path, what: str = "wheel") -> Path:
     return folder / done.stdout.strip().splitlines()[-1]
 
 
-@pytest.fixture
-def alone(wheels, tmp_path):
-    """The students' wheel by itself."""
-    shutil.unpack_archive(wheels[0], tmp_path / "alone", "zip")
-    return tmp_path / "alone"
-
-
 @pytest.fixture(scope="module")
 def wheels(tmp_path_factory):
     folder = tmp_path_factory.mktemp("wheels")
-    return built(ROOT, folder), built(ROOT / "distributions" / "instructor", folder)
+    return built(ROOT, folder), built(ROOT / "labcourse", folder)
 
 
 @pytest.fixture(scope="module")
@@ -70,41 +66,37 @@ def names(wheel):
         return set(packed.namelist())
 
 
-def test_together_they_hold_every_module_once_and_the_students_none_of_the_instructors(wheels):
-    students, instructors = map(names, wheels)
-    modules = {path.relative_to(ROOT).as_posix() for path in (ROOT / "rotflex").rglob("*.py")}
-    of_instructors = {name for name in modules if name.startswith("labcourse/grading/")}
-    assert {name for name in students if name.endswith(".py")} == modules - of_instructors
-    assert {name for name in instructors if name.endswith(".py")} == of_instructors
-    assert "labcourse/grading/reports/templates/feedback.html" in instructors
-    assert {"labcourse/scene/explorer.js", "labcourse/scene/explorer.css"} <= students
-    assert {f"rotflex/_course/notebooks/{path.name}" for path in (ROOT / "notebooks").glob("*.ipynb")} <= students
+def test_together_they_hold_every_module_once(wheels):
+    for package, held in zip(("rotflex", "labcourse"), map(names, wheels), strict=True):
+        modules = {path.relative_to(ROOT).as_posix() for path in (ROOT / package).rglob("*.py")}
+        assert {name for name in held if name.endswith(".py")} == modules
+        assert not [name for name in held if not name.startswith((f"{package}/", f"{package}-"))]
+    laboratory, engine = map(names, wheels)
+    assert {f"rotflex/course/notebooks/{path.name}" for path in (ROOT / "notebooks").glob("*.ipynb")} <= laboratory
+    assert {"labcourse/scene/explorer.js", "labcourse/grading/reports/templates/feedback.html"} <= engine
 
 
-def test_a_source_distribution_for_students_has_no_solution_no_key_and_builds_the_same_wheel(wheels, tmp_path):
-    shutil.unpack_archive(built(ROOT, tmp_path, "sdist"), tmp_path)
+@pytest.mark.parametrize("package", ["rotflex", "labcourse"])
+def test_a_source_distribution_has_no_solution_and_builds_the_same_wheel(wheels, tmp_path, package):
+    project = ROOT if package == "rotflex" else ROOT / package
+    shutil.unpack_archive(built(project, tmp_path, "sdist"), tmp_path)
     (folder,) = (path for path in tmp_path.iterdir() if path.is_dir())
-    assert {path.name for path in folder.iterdir() if path.is_dir()} == {"rotflex", "notebooks"}
-    assert not (folder / "labcourse" / "grading").exists()
-    assert names(built(folder, tmp_path)) == names(wheels[0])
+    assert not [path for path in folder.rglob("*") if path.name == "solutions"]
+    assert names(built(folder, tmp_path)) == names(wheels[package == "labcourse"])
 
 
-def test_the_instructors_distribution_needs_the_students_of_its_version(installed):
-    from rotflex import __version__
-
-    (about,) = installed.glob("rotflex_instructor-*.dist-info")
-    assert f"Requires-Dist: rotflex=={__version__}\n" in (about / "METADATA").read_text(encoding="utf-8")
-
-
-def test_a_students_installation_opens_the_notebooks_and_has_no_commands_of_instructors(alone, tmp_path):
-    shown = rotflex(alone, tmp_path, "--help").stdout
-    assert " lab " in shown and " grade " not in shown
-    assert "is written" in rotflex(alone, tmp_path, "bench", "notebook").stdout  # for who sets up a laboratory's bench
+def test_the_laboratory_alone_needs_no_jupyterlab_and_has_the_commands_of_a_bench(wheels, tmp_path):
+    shutil.unpack_archive(wheels[0], tmp_path / "alone", "zip")
+    (about,) = metadata.distributions(name="rotflex", path=[str(tmp_path / "alone")])
+    needed = {one.partition(">")[0] for one in about.requires if "extra" not in one}
+    assert not needed & {"jupyterlab", "ipywidgets", "labcourse"}
+    assert f"labcourse=={labcourse.__version__}; extra == 'course'" in about.requires
+    block = "import sys; sys.modules['labcourse'] = None; sys.argv[0] = 'rotflex'; from rotflex import cli; cli.run()"
+    shown = ran(["-P", "-c", block, "--help"], tmp_path, PYTHONPATH=str(tmp_path / "alone")).stdout
+    assert " bench " in shown and " lab " not in shown
+    done = ran(["-P", "-c", block, "bench", "notebook"], tmp_path, PYTHONPATH=str(tmp_path / "alone"))
+    assert done.returncode == 0, done.stderr  # for who sets up a laboratory's bench
     assert "A real bench, commissioned" in (tmp_path / "commissioning.ipynb").read_text(encoding="utf-8")
-    code = "from pathlib import Path; from labcourse.lab_command import fill; print(fill(Path('work'), 'ada'))"
-    done = ran(["-P", "-c", code], tmp_path, PYTHONPATH=str(alone))
-    assert done.returncode == 0, done.stderr
-    assert (tmp_path / "work" / "00_start.ipynb").exists()
 
 
 @pytest.mark.parametrize("command", [("release", "out"), ("grade", "out", "in")], ids=lambda words: words[0])
@@ -125,7 +117,6 @@ def test_release_finds_the_course_by_option_and_by_the_environment(installed, tm
     one, two = ((tmp_path / out / "rotflex-course.zip").read_bytes() for out in ("one", "two"))
     assert one == two
     released = tmp_path / "one" / "rotflex-course"
-    assert not (released / "labcourse" / "grading").exists()
     assert (released / "LICENSE").read_text(encoding="utf-8") == (ROOT / "LICENSE").read_text(encoding="utf-8")
 
 
@@ -138,10 +129,13 @@ def test_grade_finds_the_course_from_the_wheels(installed, tmp_path, sandbox):
     assert (tmp_path / "out" / "grades.csv").exists()
 
 
-def test_students_check_and_pack_their_work_with_their_own_wheel_alone(alone, tmp_path):
-    work = tmp_path / "work"
+def test_students_check_and_pack_their_work_with_their_releases_wheels_alone(installed, tmp_path):
+    assert rotflex(installed, tmp_path, "release", "out", "--solutions", ROOT / "solutions").returncode == 0
+    work, alone = tmp_path / "work", tmp_path / "alone"
+    for wheel in (tmp_path / "out" / "rotflex-course" / "wheels").iterdir():
+        shutil.unpack_archive(wheel, alone, "zip")
     assert not (alone / "labcourse" / "grading").exists()
-    shutil.copytree(alone / "rotflex" / "_course" / "notebooks", work)
+    shutil.copytree(alone / "rotflex" / "course" / "notebooks", work)
     start = work / "00_start.ipynb"
     answered = start.read_text("utf-8").replace("resolution = None", "resolution = helper.resolution")
     start.write_text(answered.replace("import rotflex.course.lab", "import rotflex.course.lab\\n", 1), encoding="utf-8")

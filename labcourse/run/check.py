@@ -14,7 +14,8 @@ from enum import StrEnum
 from pathlib import Path
 from typing import Any
 
-from labcourse import course_file, files, program, released
+import labcourse
+from labcourse import course_file, courses, files, program, released
 from labcourse.answers import (
     answers,
     cell_reports,
@@ -353,12 +354,17 @@ def _too_new(work: Work, merged: Merged) -> Iterator[str]:
             )
 
 
+def _packages() -> tuple[str, str]:
+    """Return the packages that bring what a course's work may import."""
+    return labcourse.__name__, courses.current().package.partition(".")[0]
+
+
 def _foreign(work: Work, merged: Merged) -> Iterator[str]:
     """Yield a message on each module and each file that is here and may be missing elsewhere."""
     sources = [*_own_code(work, merged)]
     files = work.hand_in.files
     own = {name.partition("/")[0].partition(".")[0] for name in files}
-    for name in portability.foreign((source for _name, source in sources), own):
+    for name in portability.foreign((source for _name, source in sources), own, _packages()):
         yield (
             f"{name} does not come with the course: it may be missing where your work is graded. Ask your "
             "instructor, or do without it."

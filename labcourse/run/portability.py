@@ -102,27 +102,28 @@ def _tree(code: str) -> ast.Module | None:
         return None
 
 
-def foreign(sources: Iterable[str], own: Iterable[str], package: str = "rotflex") -> list[str]:
+def foreign(sources: Iterable[str], own: Iterable[str], packages: Collection[str]) -> list[str]:
     """Return the modules here that these sources import, and that neither the course, Python nor the student brings.
 
     Parameters
     ----------
     sources : source code; code that cannot be parsed is ignored
     own : names of the student's own modules
-    package : a package of the course; its distribution lists what comes with it
+    packages : the course's and labcourse; their distributions list what comes with them
 
     Returns
     -------
     list
         Names, in order; none where it is not known what the course brings.
     """
-    known = {*own, "__main__", *sys.stdlib_module_names}
+    known = {*own, *packages, "__main__", *sys.stdlib_module_names}
     asked = {name for source in sources for name in imported(source)} - known
     if not asked:
         return []
     homes = importlib.metadata.packages_distributions()
-    brought = {_canonical(name) for start in homes.get(package, ()) for name in _closure(start)}
-    if not brought:
+    starts = [home for package in packages for home in homes.get(package, (package,))]
+    brought = {name for start in starts for name in _closure(start)}
+    if brought <= {_canonical(start) for start in starts}:
         return []
     others = (name for name in asked if not brought & {_canonical(home) for home in homes.get(name, ())})
     return sorted(name for name in others if name in homes or importlib.util.find_spec(name))  # else the run says so

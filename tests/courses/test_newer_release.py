@@ -37,7 +37,7 @@ def lab(installed: Path, place: Path, student: str | None = None) -> str:
     done = subprocess.run(
         [sys.executable, "-P", "-c", FILL.format(student=student)],
         cwd=place,
-        env=os.environ | {"PYTHONPATH": str(site)},
+        env=os.environ | {"PYTHONPATH": str(site), "LABCOURSE_COURSE": "springlab"},
         capture_output=True,
         encoding="utf-8",
         check=False,
@@ -80,7 +80,7 @@ def test_the_bench_of_a_session_is_the_releases(two, tmp_path):
         done = subprocess.run(
             [sys.executable, "-P", "-c", "import springlab.lab; print(springlab.lab.start('ada').seed)"],
             cwd=folder,
-            env=os.environ | {"PYTHONPATH": str(site)},
+            env=os.environ | {"PYTHONPATH": str(site), "LABCOURSE_COURSE": "springlab"},
             capture_output=True,
             encoding="utf-8",
             check=False,

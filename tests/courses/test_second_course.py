@@ -160,10 +160,14 @@ def test_a_release_holds_what_students_need_and_nothing_else(released: Path) -> 
     with zipfile.ZipFile(released.with_suffix(".zip")) as packed:
         names = {name for name in packed.namelist() if not name.endswith("/")}
     assert names == {f"spring-course/{name}" for name in files}
-    assert {"springlab/plant.py", "springlab/lab.py", "rotflex/cli.py", f"notebooks/{NOTEBOOK}"} <= set(files)
-    assert not [name for name in files if re.search(r"(^|/)(instructor|solutions)/|key\.py|course\.py", name)]
-    for name, path in files.items():  # of the key, and of the solutions of 1.2 and 1.4
-        assert not re.search(rb"swing loses|the one that your own k gives|falls = np", path.read_bytes()), name
+    contents = {name: path.read_bytes() for name, path in files.items()}
+    for path in released.glob("wheels/*.whl"):
+        with zipfile.ZipFile(path) as wheel:
+            contents |= {name: wheel.read(name) for name in wheel.namelist()}
+    assert {"springlab/plant.py", "springlab/lab.py", "labcourse/session.py", f"notebooks/{NOTEBOOK}"} <= set(contents)
+    assert not [name for name in contents if re.search(r"(^|/)(grading|solutions)/|key\.py|/course\.py", name)]
+    for name, content in contents.items():  # of the key, and of the solutions of 1.2 and 1.4
+        assert not re.search(rb"swing loses|the one that your own k gives|falls = np", content), name
     assert b"SOLUTION" not in files[f"notebooks/{NOTEBOOK}"].read_bytes()
     assert "# A mass on a spring" in files["README.md"].read_text(encoding="utf-8")
 

@@ -21,10 +21,10 @@ _PLANTED = "open('/tmp/planted', 'w')\nanswer = start = loads = dumps = read = p
 #: Which of them would be imported in place of what bears the name; in capitals, in letters that look the same, packed.
 MODULES = (
     *("numpy.py", "NumPy.PY", "numpy/__init__.py", "numpy/__init__.abi3.so", "numpy.cpython-312-x86_64-linux-gnu.so"),
-    *("rotflex/__init__.py", "rotflex/course/lab.py", "Rotflex/courseware/run/cell_reports.py", "rotflex.pyc"),
+    *("rotflex/__init__.py", "rotflex/course/lab.py", "Labcourse/answers/cell_reports.py", "rotflex.pyc"),
     *("sitecustomize.py", "usercustomize.py", "__main__.py", "ipykernel_launcher.py", "conftest.py", "evil.pth"),
     *("IPython.py", "ipython/__init__.py", "nbformat.py", "papermill/__init__.py", "json.py", "main.py", "watch.py"),
-    *("\uff4e\uff55\uff4d\uff50\uff59.py", "num\u200bpy.py", "nump\u0443.py", "rotflex_inside/__init__.py"),
+    *("\uff4e\uff55\uff4d\uff50\uff59.py", "num\u200bpy.py", "nump\u0443.py", "labcourse_inside/__init__.py"),
     *("matplotlibrc", "Matplotlibrc", "style/matplotlibrc", "ipython_config.py", "ipython_kernel_config.json"),
 )
 _SHADOWED = """

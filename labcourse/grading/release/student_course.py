@@ -271,7 +271,7 @@ def _given(course: Course) -> dict[str, Any]:
 
 def _copy_package(package: Path, target: Path) -> None:
     """Copy a package as students get it: without what grades, and without notebooks that an installed one has."""
-    everywhere = shutil.ignore_patterns(*_NEVER, *(("pyproject.toml",) if package.name == PACKAGE else ()))
+    everywhere = shutil.ignore_patterns(*_NEVER, *(("LICENSE", "pyproject.toml") if package.name == PACKAGE else ()))
 
     def left_out(folder: str, names: list[str]) -> set[str]:
         grading = {_GRADING} if package.name == PACKAGE and Path(folder) == package else set()

@@ -111,7 +111,7 @@ def test_a_submission_is_given_student_and_bench_and_each_notebook_a_kernel_and_
 
 def test_there_are_no_solutions_no_instructors_modules_and_nothing_of_the_graders_environment(seen):
     assert seen["solved"] is False
-    assert "rotflex-course-" in seen["package"] and seen["modules"] == ["experiments"]
+    assert "labcourse-course-" in seen["package"] and seen["modules"] == ["experiments"]
     assert "SECRET_TOKEN" not in seen["environment"]
     assert seen["environment"]["HOME"] != os.environ.get("HOME")
     assert seen["environment"]["LABCOURSE_PROBE_SEED"] == "123"
@@ -239,7 +239,7 @@ def test_hostile_files_are_named_and_what_cells_leave_in_their_place_is_bounded(
     found = json.loads(evidence(course.packed, reader, files))
     assert found["recordings"] == [] and len(found["left_out"]) == len(HOSTILE)
     assert all(f"{number:03d}-x.mat" in line for number, line in enumerate(found["left_out"], 1))
-    large = f"import os\nopen('.rotflex-evidence.json', 'w').write('1' * {runner.MAX_EVIDENCE + 1})\nos._exit(0)"
+    large = f"import os\nopen('.labcourse-evidence.json', 'w').write('1' * {runner.MAX_EVIDENCE + 1})\nos._exit(0)"
     assert evidence(course.packed, reader, files, large, course) == b""
 
 

@@ -91,7 +91,7 @@ thread.join()
 @pytest.mark.parametrize("name", TRAPS)
 def test_a_notebook_full_of_one_trap_is_merged_and_explained_in_little_time(name):
     assert all(len(TRAPS[name](size)) <= handed_in.MAX_SOURCE for size in SIZES)
-    path = json.dumps([str(ROOT), str(ROOT / "tests" / "helpers"), str(ROOT / "tests" / "courseware" / "run")])
+    path = json.dumps([str(ROOT), str(ROOT / "tests" / "helpers"), str(ROOT / "tests" / "labcourse" / "run")])
     command = [sys.executable, "-c", PROGRAM, path, name]
     done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=SECONDS)
     assert (done.returncode, done.stdout) == (0, "read\n"), done.stderr

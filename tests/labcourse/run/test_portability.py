@@ -42,10 +42,10 @@ def test_what_is_installed_and_is_not_the_courses(monkeypatch, tmp_path):
         ("import at_home_only, __main__", ["at_home_only"]),  # on the path, and of no distribution
         ("import pytest_thing, pandas.x", ["pandas"]),
     ):
-        assert foreign([source], ["helper"], "course") == names
-    assert foreign(["import pandas"], [], "unknown") == []  # it is not known what that course brings
+        assert foreign([source], ["helper"], ["course"]) == names
+    assert foreign(["import pandas"], [], ["unknown"]) == []  # it is not known what that course brings
     monkeypatch.setitem(HOMES, "pytest", ["pytest"])
-    assert foreign(["import pytest"], [], "course") == ["pytest"]  # a requirement of an extra is not brought
+    assert foreign(["import pytest"], [], ["course"]) == ["pytest"]  # a requirement of an extra is not brought
 
 
 def test_names_of_modules_are_those_of_the_top():
