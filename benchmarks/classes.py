@@ -73,7 +73,7 @@ def environment(scratch: Path, **more: str) -> dict[str, str]:
     """Environment variables for all that is measured: no progress bars, and nobody's own settings of Jupyter."""
     plain = {name: value for name, value in os.environ.items() if not name.startswith(("ROTFLEX_", "JUPYTER_"))}
     jupyter = {"JUPYTER_CONFIG_DIR": str(scratch / "no-settings"), "JUPYTER_PREFER_ENV_PATH": "1"}
-    return {**plain, **jupyter, "ROTFLEX_PROGRESS": "off", **more}
+    return {**plain, **jupyter, "TQDM_DISABLE": "1", **more}
 
 
 @dataclass(frozen=True)

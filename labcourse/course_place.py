@@ -16,7 +16,7 @@ from labcourse import files
 from labcourse.files import COURSE_FILE
 
 USUAL = Path("notebooks")  #: the folder's name unless another is given
-SETTINGS = "ROTFLEX_CONFIG_DIR"  #: environment variable: the folder of the user's settings
+SETTINGS = "LABCOURSE_CONFIG_DIR"  #: environment variable: the folder of the user's settings
 _LAST = "lab.json"  # there: {"folder": "..."}
 
 
@@ -92,4 +92,4 @@ def settings() -> Path:
         return Path(named)
     from jupyter_core.paths import jupyter_config_dir
 
-    return Path(jupyter_config_dir(), "rotflex")
+    return Path(jupyter_config_dir(), "labcourse")

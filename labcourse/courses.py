@@ -3,7 +3,7 @@
 A course's package says in its ``pyproject.toml``::
 
     [project.entry-points."labcourse.courses"]
-    rotflex = "rotflex.course"
+    pendulum = "pendulum.course"
 
 The notebooks as handed out are in the package's folder ``notebooks``; in a checkout, in the folder ``notebooks`` beside
 the package or above it.

@@ -1,4 +1,4 @@
-"""What `rotflex lab` has JupyterLab's server do differently: quick explorers, and kernels that start safely.
+"""What the command `lab` has JupyterLab's server do differently: quick explorers, and kernels that start safely.
 
 The server sends a small message ("busy") and then the new picture of an explorer. On a connection that gathers small
 messages, as is usual (Nagle's algorithm), the second waits until the browser has acknowledged the first, and a browser
@@ -37,4 +37,4 @@ class SafeKernelSpec(KernelSpec):
         super().__init__(**given)
 
 
-os.environ.pop("PYTHONSAFEPATH", None)  # the server has it from `rotflex lab`; terminals run students' programs as ever
+os.environ.pop("PYTHONSAFEPATH", None)  # the server inherits it; terminals run students' programs as ever

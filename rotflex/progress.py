@@ -11,12 +11,12 @@ T = TypeVar("T")
 
 AFTER = 1.0  #: s; what is done sooner shows no bar
 _IN_LOGS = None  # as tqdm's ``disable``: no bar where stderr is not a terminal; notebooks still show theirs
-SWITCH = "ROTFLEX_PROGRESS"  #: environment variable; "off" shows none ever, as where outputs are compared
+SWITCH = "TQDM_DISABLE"  #: environment variable of tqdm; if it is set, no bar is shown, as where outputs are compared
 
 
 def wanted(show: bool = True) -> bool:
     """Whether a bar may be shown at all."""
-    return show and os.environ.get(SWITCH) != "off"
+    return show and not os.environ.get(SWITCH)
 
 
 def progress(items: Collection[T], what: str, unit: str, show: bool = True) -> Iterable[T]:

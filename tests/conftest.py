@@ -14,6 +14,7 @@ import pytest
 from hypothesis import settings
 
 from labcourse import course_place, courses
+from rotflex import files
 from rotflex.recording import Recording
 
 #: Courses made for tests have notebooks; it is for the tests to run them.
@@ -27,7 +28,8 @@ settings.load_profile("landing")
 # What `rotflex lab` keeps for next time is not to land among the settings of who runs the tests.
 for name in [name for name in os.environ if name.startswith(("JUPYTERHUB_", "BINDER_"))]:
     del os.environ[name]  # whoever tests on a hub has no hub in the tests
-os.environ[course_place.SETTINGS] = tempfile.mkdtemp(prefix="rotflex-settings-")
+for name in (course_place.SETTINGS, files.FOLDER):
+    os.environ[name] = tempfile.mkdtemp(prefix="rotflex-settings-")
 os.environ["LABCOURSE_PROGRAM"] = "rotflex"  # as messages name it, also where a test calls no command
 os.environ[courses.SETTING] = "rotflex.course"
 

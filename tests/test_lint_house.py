@@ -13,6 +13,7 @@ import pytest
     [
         ('"""As in lab.value("2.12", "K_s")."""', ["K_s", "2.12"]),
         ('units = {"vm": "V"}  # Table 2', ["vm", "Table 2"]),
+        ("servo, joint(theta); conjoint, rejoint, thetas", ["servo", "joint", "theta"]),
         ('x = 2.1 + 0.1  # place(0.1, 0.2), but not of "0.1"', ["0.1"]),
         ('draw(x, alpha=0.3); needs = ">=3.11", "3.11.2"; item.alpha = alphabet', []),
     ],
@@ -23,17 +24,18 @@ def test_questions_and_quantities_are_found_as_whole_words(text, found):
 
 def test_each_breach_names_its_file_and_line(tmp_path, monkeypatch, capsys):
     for name, text in {
-        "labcourse/answers/kinds.py": "# any course\n# theta, as a question of springlab has it\n",
+        "labcourse/answers/forms.py": "# any course\n# theta, as a question of springlab has it\n",
         "rotflex/hil/board.py": "# theta may be named here\n",
         "tests/test_page.py": "from playwright" + ".sync_api import sync_playwright\n",
     }.items():
         (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / name).write_text(text, encoding="utf-8")
     monkeypatch.setattr(lint_house, "ROOT", tmp_path)
-    monkeypatch.setitem(lint_house.CONTRACTS["neutral"], "source_modules", ["labcourse", "labcourse.grading.new"])
+    listed = lint_house.CONTRACTS["library"]["source_modules"]
+    monkeypatch.setitem(lint_house.CONTRACTS["library"], "source_modules", [*listed, "rotflex.gone"])
     assert lint_house.main() == 1
     places = [line.partition(": ")[0] for line in capsys.readouterr().out.splitlines()]
-    assert places == ["labcourse/answers/kinds.py:2"] * 2 + ["pyproject.toml", "tests/test_page.py"]
+    assert places == ["labcourse/answers/forms.py:2"] * 2 + ["pyproject.toml", "tests/test_page.py"]
 
 
 @pytest.mark.parametrize("program", marks.PROGRAMS)

@@ -89,7 +89,7 @@ def set_environment(folder: str) -> None:
     told not to: else each of some thousand processes compiles all of its modules anew.
     """
     threads = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
-    os.environ.update({"ROTFLEX_PROGRESS": "off", "IPYTHONDIR": folder, **threads})
+    os.environ.update({"TQDM_DISABLE": "1", "IPYTHONDIR": folder, **threads})
     os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
     sys.dont_write_bytecode = False
 

@@ -206,7 +206,7 @@ class _Kernel:
             **os.environ,
             "IPYTHONDIR": str(self._settings),
             RUNNING: "check",
-            "ROTFLEX_PROGRESS": "off",
+            "TQDM_DISABLE": "1",
             "LABCOURSE_PICTURES": "off",
             # As where it is graded; and two kernels share the processors.
             "OMP_NUM_THREADS": "1",

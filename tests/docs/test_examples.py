@@ -134,7 +134,7 @@ PREPARED = {
 )
 def test_python_runs(path, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("ROTFLEX_PROGRESS", "off")
+    monkeypatch.setenv("TQDM_DISABLE", "1")
     module = types.ModuleType("example")
     monkeypatch.setitem(sys.modules, "example", module)  # where dataclasses look for the module of a class
     names = module.__dict__

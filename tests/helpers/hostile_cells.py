@@ -52,7 +52,7 @@ OTHER_PARAMETERS = """
 # Parameters
 student = OUTSIDE["neighbour"]
 bench = "virtual:?seed=1"
-for name in ("LABCOURSE_PROBE_SEED", "ROTFLEX_RUN", "ROTFLEX_BENCH"): os.environ[name] = "7"
+for name in ("LABCOURSE_PROBE_SEED", "LABCOURSE_RUN", "ROTFLEX_BENCH"): os.environ[name] = "7"
 """
 
 

@@ -176,7 +176,7 @@ def grade(
         hostile.save(folder / "alone" / student, {name: json.dumps(notebook) for name, notebook in work.items()})
     shutil.copytree(folder / "alone", submissions, dirs_exist_ok=True)
     environment = {**os.environ, "HOME": str(home), "MPLCONFIGDIR": matplotlib.get_cachedir()}
-    environment["ROTFLEX_SECRET"] = canaries["environment"]
+    environment["LABCOURSE_SECRET"] = canaries["environment"]
     outside = {
         "marker": str(marker),
         "namespaces": hostile.namespaces(),
@@ -194,7 +194,7 @@ def grade(
         ],
         "targets": [str(path) for path in (open_to_all, marker, out, submissions, source, home)],
         "processes": [witness, os.getpid(), os.getppid()],
-        "variables": ["ROTFLEX_SECRET"],
+        "variables": ["LABCOURSE_SECRET"],
         "hosts": ["127.0.0.1", _own_address()],
         "unix": listeners.path,
         "abstract": listeners.abstract,

@@ -16,7 +16,7 @@ from labcourse.grading.running.inside import main
 
 PROGRAM = Path(main.__file__)
 #: What a kernel, or the program, is started with besides what this process has.
-ENVIRONMENT = {"ROTFLEX_PROGRESS": "off", "PYTHONPATH": str(ROOT), "OMP_NUM_THREADS": "1"}
+ENVIRONMENT = {"TQDM_DISABLE": "1", "PYTHONPATH": str(ROOT), "OMP_NUM_THREADS": "1"}
 
 
 def notebook(cells: Mapping[str, str] | Sequence[str]) -> dict[str, Any]:

@@ -77,4 +77,4 @@ def test_settings_are_beside_jupyters(tmp_path, monkeypatch):
     monkeypatch.delenv(course_place.SETTINGS)
     monkeypatch.setenv("JUPYTER_CONFIG_DIR", str(tmp_path / "jupyter"))
     course_place.remember(tmp_path)
-    assert (tmp_path / "jupyter" / "rotflex" / "lab.json").exists() and course_place.remembered() == tmp_path
+    assert (tmp_path / "jupyter" / "labcourse" / "lab.json").exists() and course_place.remembered() == tmp_path

@@ -157,7 +157,7 @@ def test_the_first_notebook_is_served_and_its_address_is_all_that_is_said(tmp_pa
     environment = {
         name: value for name, value in os.environ.items() if name not in ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER")
     }
-    environment |= {"PYTHONPATH": str(ROOT), "ROTFLEX_CONFIG_DIR": str(tmp_path / "settings")}
+    environment |= {"PYTHONPATH": str(ROOT), "LABCOURSE_CONFIG_DIR": str(tmp_path / "settings")}
     environment |= {f"JUPYTER_{name}_DIR": str(tmp_path / name) for name in ("CONFIG", "DATA", "RUNTIME")}
     running = subprocess.Popen(
         [sys.executable, "-P", "-c", AS_ON_WINDOWS, "lab", "work", "--student", "ada"],

@@ -27,7 +27,7 @@ VIEW = "application/vnd.jupyter.widget-view+json"
 _NAME = re.compile(r"(?<![`\[])`(\d\d_\w+)`(?!`)")
 CELL_TIMEOUT = 120  # s; the slowest takes three
 #: No bars, which end up as lines of their own; and one thread, for there may be other programs.
-QUIET = {"ROTFLEX_PROGRESS": "off", "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
+QUIET = {"TQDM_DISABLE": "1", "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
 
 AS_IT_BEGINS = """
 :::{{note}}

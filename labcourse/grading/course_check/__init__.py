@@ -18,6 +18,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from labcourse import program
 from labcourse.grading.course import Course
 from labcourse.grading.course_check import (
     cells,
@@ -49,7 +50,7 @@ def check(course: Course, run: bool = True) -> Iterator[Finding]:
     """
     if outdated := percent.outdated(course):
         for name in outdated:
-            yield Finding(name, "it is not what is made of its text now: say rotflex notebooks.")
+            yield Finding(name, f"it is not what is made of its text now: say {program.name()} make-notebooks.")
         return
     yield from key.check(course)
     yield from rubric.check(course)

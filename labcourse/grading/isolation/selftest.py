@@ -162,7 +162,7 @@ def _shown_of(home: Path) -> list[str]:
 @contextlib.contextmanager
 def _victim(token: str) -> Iterator[subprocess.Popen[bytes]]:
     """A process of ours, with a secret in its environment. It ends with its input, and so with us."""
-    environment = {**os.environ, "ROTFLEX_SECRET": token}
+    environment = {**os.environ, "LABCOURSE_SECRET": token}
     with subprocess.Popen(["cat"], env=environment, stdin=subprocess.PIPE) as victim:
         yield victim
 

@@ -27,7 +27,7 @@ from labcourse.grading.isolation.outcome import Ending, Limits, Outcome, read_ot
 from labcourse.grading.isolation.pipes import ProcessPipes
 from labcourse.grading.isolation.sandbox import NO_FILES, NO_VARIABLES
 
-_TOKEN = "ROTFLEX_RUN"  # environment variable by which a run's processes are known
+_TOKEN = "LABCOURSE_RUN"  # environment variable by which a run's processes are known
 _ROUNDS = 100  # a process that forks faster than this is for the sandbox
 
 

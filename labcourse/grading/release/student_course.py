@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 import labcourse
-from labcourse import course_file, files
+from labcourse import course_file, files, program
 from labcourse.answers import starts
 from labcourse.benches import OWN, PRESET, REAL, SAME
 from labcourse.errors import GradingError
@@ -121,7 +121,9 @@ def derived(course: Course) -> dict[str, str]:
         If there are none, if one cannot be derived, or if one is not what its text gives.
     """
     if outdated := percent.outdated(course):
-        raise GradingError(f"{outdated[0]} is not what {Path(outdated[0]).stem}.py gives: say rotflex notebooks.")
+        raise GradingError(
+            f"{outdated[0]} is not what {Path(outdated[0]).stem}.py gives: say {program.name()} make-notebooks."
+        )
     if not course.notebooks:
         raise GradingError(f"There are no notebooks in {course.folder}.")
     found = {}

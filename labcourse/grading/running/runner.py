@@ -173,10 +173,10 @@ def _environment(folder: Path, job: Job) -> dict[str, str]:
     """Environment variables that a submission gets, besides those of its sandbox."""
     return {
         "LANG": "C.UTF-8",
-        "PYTHONPATH": str(folder),  # comes before where this rotflex is installed
+        "PYTHONPATH": str(folder),  # comes before where this package is installed
         "PYTHONDONTWRITEBYTECODE": "1",
         "PYTHONNOUSERSITE": "1",
-        "ROTFLEX_PROGRESS": "off",
+        "TQDM_DISABLE": "1",
         RUNNING: "grade",
         "LABCOURSE_PROBE_SEED": str(job.probe_seed),
         # Submissions share the processors; each calculates on one.

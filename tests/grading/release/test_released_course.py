@@ -28,7 +28,7 @@ def test_runs_to_its_end_empty(course, name):
     notebook = nbformat.read(course / "notebooks" / name, as_version=4)
     # The first cell tells whose package runs; it is there for the test only.
     notebook.cells.insert(0, nbformat.v4.new_code_cell(_WHERE))
-    environment = os.environ | {"PYTHONPATH": str(course), "ROTFLEX_PROGRESS": "off"}
+    environment = os.environ | {"PYTHONPATH": str(course), "TQDM_DISABLE": "1"}
     client = NotebookClient(notebook, timeout=120, resources={"metadata": {"path": str(course / "notebooks")}})
     client.execute(env=environment)
     assert notebook.cells[0].outputs[0].text == f"{course / 'rotflex' / '__init__.py'} None\n"

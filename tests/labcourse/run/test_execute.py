@@ -65,10 +65,10 @@ def test_each_notebook_has_a_kernel_of_its_own_that_has_imported_and_named_nothi
 
 def test_a_run_is_marked_and_shows_nothing(tmp_path, monkeypatch):
     monkeypatch.setenv("IPYTHONDIR", str(tmp_path / "ipython"))
-    names = ["LABCOURSE_RUNNING", "ROTFLEX_PROGRESS", "LABCOURSE_PICTURES", "OMP_NUM_THREADS"]
+    names = ["LABCOURSE_RUNNING", "TQDM_DISABLE", "LABCOURSE_PICTURES", "OMP_NUM_THREADS"]
     cell = f"import os; {put('told', f'[os.environ[name] for name in {names}]')}"
     run(tmp_path, {"one.ipynb": notebook(code("a", cell), code("b", put("python", "__import__('sys').executable")))})
-    assert left(tmp_path) == {"told": "['check', 'off', 'off', '1']", "python": sys.executable}
+    assert left(tmp_path) == {"told": "['check', '1', 'off', '1']", "python": sys.executable}
 
 
 @pytest.mark.parametrize(

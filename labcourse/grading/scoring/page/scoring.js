@@ -18,7 +18,7 @@ const say = (words, trouble = false) => {
 const send = async (act, more = {}, options = {}) => {
   const reply = await fetch(`/act/${act}`, {
     method: "POST",
-    headers: { "Content-Type": "application/json", "X-Rotflex-Page": document.body.dataset.page },
+    headers: { "Content-Type": "application/json", "X-Labcourse-Page": document.body.dataset.page },
     body: JSON.stringify({ ...task, ...more }),
     ...options,
   });
