@@ -1,9 +1,10 @@
-# The course in a container; docs/without_installing.md says how it is used. Two images come of it:
+# The course in a container; docs/without_installing.md says how it is used. Two images are made of it:
 #
 #     docker build -t rotflex .                                    what a student has: no solution, no key
 #     docker build --target instructor -t rotflex-instructor .     with the instructor's commands and the solutions
 #
-# With the folder of a release in place of the dot, and this file by -f, the first is that release.
+# The first holds a release. It is made here of the checkout; with a release's folder in place of the dot, and this file
+# by -f, it is that one.
 
 FROM debian:trixie-slim AS base
 # bubblewrap is for grading, where the host lets a container set up another one inside: `rotflex doctor` tells.
@@ -17,8 +18,13 @@ ENV LANG=C.UTF-8
 FROM base AS built
 WORKDIR /src
 COPY . .
-RUN python3 -m venv /build \
-    && /build/bin/pip wheel --no-cache-dir --no-deps --wheel-dir /wheels .
+RUN if [ ! -d wheels ]; then \
+        python3 -m venv /build \
+        && /build/bin/pip install --no-cache-dir "./labcourse[grading]" . \
+        && /build/bin/rotflex release /release --solutions solutions \
+        && cp -r /release/rotflex-course/wheels . ; \
+    fi \
+    && cp -r wheels /wheels
 
 FROM base AS student
 COPY --from=built /wheels /wheels
@@ -36,10 +42,8 @@ CMD ["rotflex", "lab", "work", "--", "--ip=0.0.0.0", "--port=8888", "--no-browse
 
 FROM student AS instructor
 USER 0
-COPY --from=built /src/distributions /src/distributions
-COPY --from=built /src/rotflex /src/rotflex
-COPY --from=built /src/README.md /src/LICENSE /src/
-RUN pip install --no-cache-dir /src/distributions/instructor \
+COPY --from=built /src /src
+RUN pip install --no-cache-dir "/src/labcourse[grading]" /src \
     && rm -r /src
 USER 1000
 RUN mkdir course

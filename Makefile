@@ -58,7 +58,8 @@ test-newest: RESOLUTION := highest
 test-lowest test-newest: test-%:
 	$(PYTHON) -m venv --clear $(VENV)/$*
 	$(VENV)/$*/bin/python -m pip install --quiet uv
-	$(VENV)/$*/bin/python -m uv pip compile --quiet --resolution $(RESOLUTION) --extra report pyproject.toml \
+	$(VENV)/$*/bin/python -m uv pip compile --quiet --resolution $(RESOLUTION) --extra report \
+		labcourse/pyproject.toml pyproject.toml \
 		--output-file $(VENV)/$*/versions.txt
 	$(VENV)/$*/bin/python -m uv pip install --quiet --override $(VENV)/$*/versions.txt --requirements $(VENV)/$*/versions.txt \
 		--editable "./labcourse[grading,report,postgres,cluster]" --editable ".[course,test]"

@@ -45,7 +45,7 @@ class _Commands(typer.core.TyperGroup):
             todo = f" {FREE_SPACE}" if error.errno in DISK_FULL else ""
             raise _stopped(f"{where}{error.strerror or error}.{todo}") from error
         except ModuleNotFoundError as error:
-            if (error.name or "").partition(".")[0] == "labcourse":
+            if (error.name or "").partition(".")[0] == "labcourse" and error.name != _GRADING:
                 raise
             raise _stopped(
                 f"this command needs {error.name}, which comes with the instructor's extra: pip install "
