@@ -22,7 +22,8 @@ def test_it_has_at_most_25_lines_of_code_and_needs_no_course():
     imports = [node for node in ast.walk(ast.parse(text)) if isinstance(node, ast.Import | ast.ImportFrom)]
     names = {alias.name for node in imports for alias in node.names}
     assert {node.module for node in imports if isinstance(node, ast.ImportFrom)} == {"rotflex"}
-    assert names.isdisjoint({"courseware", "lab", "instructor", "workbook", "practice"})
+    assert names.isdisjoint({"course", "widgets"})
+    assert text in (ROOT / "README.md").read_text(encoding="utf-8")
 
 
 def test_lqr_observer_sweep_and_margins(monkeypatch, capsys):
