@@ -19,8 +19,8 @@ from typing import Any
 __version__ = "0.2.0"
 
 _PUBLIC = (
-    *("config", "controller", "design", "errors", "experiments", "figures", "greybox", "hil", "identification", "lab"),
-    *("model", "plant", "practice", "recording", "response", "signals", "simulation", "specifications", "symbolic"),
+    *("config", "controller", "design", "errors", "experiments", "figures", "greybox", "hil", "identification"),
+    *("model", "plant", "recording", "response", "signals", "simulation", "specifications", "symbolic"),
     *("units", "widgets"),
 )
 
