@@ -2,16 +2,23 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 from labcourse.errors import ConfigurationError
+from labcourse.student_id import caseless
 
 OWN, SAME, PRESET, REAL = "own", "same", "preset", "real"
 WHICH = (OWN, SAME, PRESET, REAL)
 FIRST_DRAW = 1  #: the version of the draws of whoever names none
 MOST_SEED = 2**32 - 1  #: seeds are drawn from 32 bits
+
+
+def seed_of(student: str) -> int:
+    """Return the seed (32 bits) of a student's own bench; the same on every machine, however the ID is typed."""
+    return int.from_bytes(hashlib.sha256(caseless(student).encode()).digest()[:4], "big")
 
 
 @dataclass(frozen=True)
@@ -37,13 +44,13 @@ class BenchPolicy:
     def __post_init__(self) -> None:
         object.__setattr__(self, "benches", tuple(self.benches))  # plain data has lists
 
-    def seed_for(self, student: str, own: Callable[[str], int]) -> int:
+    def seed_for(self, student: str, own: Callable[[str], int] = seed_of) -> int:
         """The seed of a student's bench. (Of a preset nothing is drawn; it is then good for other draws.)
 
         Parameters
         ----------
         student : the ID
-        own : the ID → the seed of the student's own bench, as the course has it
+        own : the ID → the seed of the student's own bench, for a course that draws it in its own way
         """
         return self.seed if self.which == SAME else own(student)
 

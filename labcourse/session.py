@@ -10,9 +10,9 @@ import time
 from collections.abc import Iterable, Mapping
 from datetime import datetime
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
-from labcourse import course_file, hub, student_id
+from labcourse import course_file, courses, hub, student_id
 from labcourse.answers import cell_reports, forms, predicting, reflection
 from labcourse.answers.answers import AnswerBook
 from labcourse.answers.beginning import Beginning
@@ -66,7 +66,7 @@ class Session:
 
     Attributes
     ----------
-    student : as given
+    student, seed : as given
     beginning : where the class begins, and what is given to it
     catalogue, questions : of what is asked of this class; everything of it that can be answered, by number
     book : the answers so far, but for those in words
@@ -76,6 +76,7 @@ class Session:
 
     def __init__(self, student: str, folder: Path, catalogue: Catalogue, bench: Mapping[str, Any], seed: int) -> None:
         self.student = student
+        self.seed = seed
         self.beginning = Beginning(course_file.of(folder) or {}, catalogue, self)
         self.catalogue = self.beginning.catalogue
         self.questions = self.catalogue.everything
@@ -90,6 +91,29 @@ class Session:
         )
         self.saved_words = SavedWords(folder, self.catalogue)
         self.report_files = FolderReports(folder, self.catalogue)
+
+    @classmethod
+    def begin(cls, package: str, catalogue: Catalogue, student: str = "") -> Self:
+        """Begin a session in the notebook's folder, at a virtual bench that is drawn from ``seed``.
+
+        Parameters
+        ----------
+        package : import name of the course's package
+        catalogue : of the course
+        student : the student's ID; without one, that of :func:`student_of`
+
+        Raises
+        ------
+        ConfigurationError
+            If the ID cannot be used, or if ``course.json`` cannot be read.
+        """
+        courses.use(package)
+        folder = Path.cwd()
+        name = student_of(student, folder)
+        seed = course_file.bench_policy(folder).seed_for(name)
+        session = cls(name, folder, catalogue, {"uri": "virtual", "seed": seed}, seed)
+        session.print_notices()
+        return session
 
     def print_notices(self) -> None:
         """Print what happened to the answers that the student should know."""

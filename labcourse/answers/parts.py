@@ -21,7 +21,7 @@ The kinds, and what an answer of each looks like to a student:
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from labcourse.answers.probes import Probe
 from labcourse.errors import AnswerError
@@ -229,3 +229,8 @@ def recording(
 def function(name: str, probe: Probe, outcome: str, prompt: str, points: float = 2) -> Part:
     """A function, tried on a probe's inputs."""
     return Part(name, "function", points, prompt, outcome, probe=probe)
+
+
+def entry(question: Question, name: str, points: float = 0.5) -> Part:
+    """The entry of a results table that carries over a part of a question."""
+    return replace(question.part(name), points=points, shows=(question.number, name))

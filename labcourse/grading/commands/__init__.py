@@ -1,7 +1,7 @@
 """The instructor's commands, in the order of use. The command line adds them where this package is.
 
 =============  ===========================================================================
-``course``     make-notebooks, check-course, release
+``course``     new, make-notebooks, check-course, release
 ``grade``      doctor, grade
 ``marks``      roster, regrade, report, mark, comment, history
 ``score``      score: the page on which persons score, and scores by a table
@@ -20,7 +20,7 @@ import typer
 from labcourse.grading.commands import course, day, export, grade, marks, outcomes, person, score
 
 _PANELS = {  # groups come after commands
-    "Course": (course.make_notebooks, course.check_course, course.release),
+    "Course": (course.new, course.make_notebooks, course.check_course, course.release),
     "Class": (
         *(grade.doctor, marks.roster, grade.grade, day.status, score.score, marks.regrade, marks.report, day.publish),
         *(export.export, outcomes.outcomes),

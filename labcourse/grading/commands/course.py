@@ -1,4 +1,4 @@
-"""Commands about a course: make-notebooks, check-course, release."""
+"""Commands about a course: new, make-notebooks, check-course, release."""
 
 from __future__ import annotations
 
@@ -7,9 +7,20 @@ from typing import Annotated
 
 import typer
 
+from labcourse import program
 from labcourse.grading import course as courses
 from labcourse.grading.commands.options import SOME_TROUBLE, CourseFolder
 from labcourse.messages import plural
+
+
+def new(
+    name: Annotated[str, typer.Argument(metavar="NAME", help="Name of the course's folder and of its package.")],
+) -> None:
+    """Make a folder with a small course that works, to be written over."""
+    from labcourse.grading.new import make
+
+    folder = make(name, Path.cwd())
+    typer.echo(f"{folder}\nGo on there: {program.name()} make-notebooks, then {program.name()} check-course.")
 
 
 def release(

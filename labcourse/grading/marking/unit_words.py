@@ -60,6 +60,17 @@ class Quantity:
         return " or ".join(f"“{text}”" for text in (self.usual[0].name, *self.units[0].names.split()[-1:]))
 
 
+def quantity(symbol: str, symbols: str = "", names: str = "") -> Quantity:
+    """Return a quantity that is drawn in one SI unit.
+
+    Parameters
+    ----------
+    symbol : of the unit, as in "K"
+    symbols, names : other ways to write it, in small letters, with spaces between
+    """
+    return Quantity((Unit(symbol, 1.0, f"{symbol.lower()} {symbols}", names),), (Named(symbol, 1.0),))
+
+
 _SECOND = Unit("s", 1.0, "s sec secs", "second seconds", prefixed=True)
 _MINUTE = Unit("min", 60.0, "min mins", "minute minutes")
 _RADIAN = Unit("rad", 1.0, "rad rads", "radian radians", prefixed=True)

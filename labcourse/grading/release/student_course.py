@@ -121,9 +121,8 @@ def derived(course: Course) -> dict[str, str]:
         If there are none, if one cannot be derived, or if one is not what its text gives.
     """
     if outdated := percent.outdated(course):
-        raise GradingError(
-            f"{outdated[0]} is not what {Path(outdated[0]).stem}.py gives: say {program.name()} make-notebooks."
-        )
+        text = f"{Path(outdated[0]).stem}.py"
+        raise GradingError(f"{outdated[0]} is not what {text} gives: say {program.name()} make-notebooks.")
     if not course.notebooks:
         raise GradingError(f"There are no notebooks in {course.folder}.")
     found = {}

@@ -1,0 +1,86 @@
+"""A course that ``labcourse new`` makes goes the whole way at once, by commands alone."""
+
+import csv
+import os
+import shutil
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+
+import pytest
+from checkout import ROOT
+
+from labcourse.errors import GradingError
+from labcourse.grading import new
+
+
+def labcourse(folder: Path, *arguments: object) -> None:
+    """Run a command in a folder; it has to end well."""
+    done = subprocess.run(
+        [sys.executable, "-P", "-m", "labcourse", *map(str, arguments)],
+        cwd=folder,
+        env={name: value for name, value in os.environ.items() if not name.startswith("LABCOURSE_")}
+        | {"PYTHONPATH": str(ROOT)},
+        capture_output=True,
+        encoding="utf-8",
+        check=False,
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+@pytest.fixture(scope="module")
+def tank(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A new course with its notebooks."""
+    parent = tmp_path_factory.mktemp("new")
+    labcourse(parent, "new", "tank")
+    labcourse(parent / "tank", "make-notebooks")
+    return parent / "tank"
+
+
+@pytest.fixture(scope="module")
+def rows(sandbox: None, tank: Path) -> dict[str, dict[str, str]]:
+    """The table of grades of a class of two: the solutions, and the notebooks as they are handed out."""
+    for student, notebooks in (("solved", "solutions"), ("empty", "notebooks")):
+        shutil.copytree(tank / notebooks, tank / "HANDED" / student, ignore=shutil.ignore_patterns("*.py", "*.toml"))
+    labcourse(tank, "grade", "MARKS", "HANDED")
+    with (tank / "MARKS" / "grades.csv").open(encoding="utf-8-sig", newline="") as file:
+        return {row["student"]: row for row in csv.DictReader(file)}
+
+
+@pytest.mark.usefixtures("sandbox")
+def test_it_passes_its_own_check(tank):
+    labcourse(tank, "check-course")
+
+
+def test_its_release_brings_the_package_and_no_solution(tank):
+    labcourse(tank, "release", "OUT")
+    (wheel,) = (tank / "OUT" / "tank-course" / "wheels").glob("tank-*.whl")
+    with zipfile.ZipFile(wheel) as packed:
+        files = {name for name in packed.namelist() if ".dist-info/" not in name}
+        entries = next(packed.read(name).decode() for name in packed.namelist() if name.endswith("entry_points.txt"))
+    modules = {path.relative_to(tank).as_posix() for path in (tank / "tank").glob("*.py")}
+    assert files == modules | {
+        f"tank/notebooks/{name}" for name in ("01_first_lab.ipynb", "02_report.ipynb", "course.json")
+    }
+    assert "[labcourse.courses]\ntank = tank" in entries
+
+
+def test_solutions_get_all_points_but_those_that_a_person_gives_and_empty_notebooks_none(rows):
+    columns = ("1.1", "1.2", "1.3", "1.4", "1.5", "Table 1", "total", "out_of", "awaiting a person")
+    assert [rows["solved"][name] for name in columns] == ["2", "3", "2", "2", "3", "1", "13", "17", "4"]
+    assert [rows["empty"][name] for name in columns] == ["0"] * 6 + ["0", "17", "0"]
+
+
+@pytest.mark.parametrize("name", ["two tanks", "2tanks", "Tank", "class", "../tank", "", "numpy"])
+def test_a_name_that_cannot_be_a_package_is_refused(tmp_path, name):
+    with pytest.raises(GradingError):
+        new.make(name, tmp_path)
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_folder_that_exists_is_left_alone(tmp_path):
+    (tmp_path / "tank").mkdir()
+    with pytest.raises(GradingError, match="tank"):
+        new.make("tank", tmp_path)
+    assert not list((tmp_path / "tank").iterdir())
