@@ -79,7 +79,7 @@ class Figure:
     @property
     def in_text(self) -> bool:
         """Return whether it stands in a text of the student's, and was not recorded."""
-        return self.place == self.written
+        return bool(self.place.cell) and self.place == self.written
 
 
 @dataclass(frozen=True)
@@ -110,7 +110,7 @@ class Table:
     @property
     def in_text(self) -> bool:
         """Return whether it stands in a text of the student's, and was not recorded."""
-        return self.place == self.written
+        return bool(self.place.cell) and self.place == self.written
 
 
 @dataclass(frozen=True)

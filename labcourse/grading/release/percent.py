@@ -8,6 +8,7 @@ module is taken for one. What its cells begin with::
     # %% answer 1.3                the solution of a question: of all its parts that no other cell has
     # %% answer 1.3 omega          of some of its parts
     # %% words 1.4 why [markdown]  the model answer in words
+    # %% front Report [markdown]   the entries that students fill in: authors, captions, sources of a report
 
 The cells of the parameters and of the setup come after the first text, and a cell that records the answer after each
 solution. A solution without ``### BEGIN SOLUTION`` is one as a whole; before it, the names of its parts are preset.
@@ -29,7 +30,8 @@ from labcourse.answers.parts import Part, Question
 from labcourse.errors import AnswerError, GradingError
 from labcourse.grading.course import Course
 from labcourse.grading.release import student_notebooks
-from labcourse.grading.release.student_notebooks import BEGIN, END, PARAMETERS_TAG
+from labcourse.grading.release.student_notebooks import BEGIN, END, OPEN_TAG, PARAMETERS_TAG
+from labcourse.report.front import FRONT
 
 _UNNAMED = "-"  # the id of a cell, for now
 _SETUP = "import {module}\n\nlab = {module}.start(student)"
@@ -101,7 +103,7 @@ class _Cells:
         unnamed: list[NotebookNode] = []
         for place, (cell, question, parts) in enumerate(titled):
             if question is None:
-                one = _plain(cell)
+                one = _front(cell) or _plain(cell)
                 unnamed.append(one)
                 if place == 0 and cell.cell_type == "markdown":
                     yield from _named(unnamed, "title")
@@ -156,6 +158,16 @@ class _Cells:
         source = "\n".join(f"{name} = {value!r}".replace("'", '"') for name, value in parameters.items())
         yield new_code_cell(source, id="parameters", metadata={"tags": [PARAMETERS_TAG]})
         yield _locked("setup", _SETUP.format(module=self._course.imports[0]))
+
+
+def _front(cell: NotebookNode) -> NotebookNode | None:
+    """The cell of a report's authors, captions and sources, to be filled in; None for any other cell."""
+    kind, _space, report = cell.metadata.get("title", "").partition(" ")
+    if kind != "front":
+        return None
+    source = f"{words.heading('Your text: authors, captions and sources')}\n\n{cell.source}"
+    about = {words.KEY: {FRONT: report}, "tags": [OPEN_TAG]}
+    return NotebookNode(new_markdown_cell(source, id=f"{report.lower().replace(' ', '-')}-front", metadata=about))
 
 
 def _plain(cell: NotebookNode) -> NotebookNode:

@@ -57,7 +57,7 @@ TABLE = Question("Table 1", "2", REPORT, "The oven", ("measures",), (entry(FOUND
 # A row shows answers; a row with a part is a text to write, and one that is judged is the report as a whole.
 ROWS = [
     ReportItem("Report", "1", "Procedure", "What was done?", ("measures",), (("1.1", ""),), part="procedure"),
-    ReportItem("Report", "2", "Results", "What came out.", ("measures",), (("Table 1", ""), ("1.5", "p"))),
+    ReportItem("Report", "2", "Results", "What came out.", ("measures",), (("1.1", "plot"), ("Table 1", ""))),
     ReportItem("Report", "3", "Conclusion", "What is the model good for?", ("models",), part="conclusion"),
     ReportItem("Report", "4", "As a whole", "Is it clear?", ("models",), judged="clarity"),
 ]

@@ -20,6 +20,12 @@ tau = lab.value("1.2", "tau")
 #
 # Write its texts here, and save. Then make the document.
 
+# %% front Report [markdown]
+# * **Authors:**
+# * **Figure 1.1:**
+# * **Table 1:**
+# * **[1]**
+
 # %% words Report procedure [markdown]
 # The heater was switched on with 5 V. The temperature was recorded for 100 s.
 
