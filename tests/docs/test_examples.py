@@ -6,7 +6,6 @@ What stands in a ``text`` fence after ``<!-- printed -->`` is what the Python be
 """
 
 import functools
-import math
 import re
 import shlex
 import sys
@@ -22,6 +21,7 @@ from traitlets.config import Config
 from rotflex import cli, experiments, greybox, hil
 from rotflex.course import spare_design
 
+ELSEWHERE = ROOT / "docs" / "new_course.md"  # what it says is done in test_new_course_page.py
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]
 FENCE = re.compile(r"^(?P<margin> *)```(?P<language>\w+)\n(?P<code>.*?)^(?P=margin)```$", re.MULTILINE | re.DOTALL)
 NOT_RUN = re.compile(r"<!-- not run: (.+?) -->\s*$")
@@ -74,26 +74,6 @@ def any_model():
     return np.diag([-1.0, -1.0, -2.0, -2.0]), np.ones((4, 1))
 
 
-@pytest.fixture(autouse=True)
-def other_courses_are_forgotten():
-    """Modules of the tests' courses are not found by the tests after these, which have copies of their own."""
-    yield
-    for name, module in list(sys.modules.items()):
-        if Path(getattr(module, "__file__", None) or "/").is_relative_to(ROOT / "tests" / "courses"):
-            del sys.modules[name]
-
-
-def new_course(monkeypatch):
-    """The package of the course on a spring, with the page's own catalogue, key and session in it."""
-    example = sys.modules["example"]
-    monkeypatch.syspath_prepend(str(ROOT / "tests" / "courses" / "spring"))
-    monkeypatch.setitem(sys.modules, "spring_page", types.ModuleType("spring_page"))
-    monkeypatch.setitem(sys.modules, "spring_page.key", example)
-    monkeypatch.setitem(sys.modules, "springlab.catalogue", example)
-    lab = types.SimpleNamespace(answer=lambda *number, **parts: example.start("ada").answer(*number, **parts))
-    return {"__package__": "spring_page", "lab": lab, "m": 0.5, "T": 1.0, "MASS": 0.5, "math": math}
-
-
 def bench_tutorial(_monkeypatch):
     """The twin as the page has it, and the run of it and of its bench that the page records by commands."""
     page = ROOT / "docs" / "tutorials" / "own_bench.md"
@@ -106,14 +86,6 @@ def bench_tutorial(_monkeypatch):
     return {}
 
 
-def course_tutorial(monkeypatch):
-    """The files of the page that others import, as they are in the course that it builds."""
-    monkeypatch.syspath_prepend(str(ROOT / "tests" / "courses" / "spring"))
-    monkeypatch.setitem(sys.modules, "spring_page", types.ModuleType("spring_page"))
-    monkeypatch.setitem(sys.modules, "spring_page.key", sys.modules["example"])
-    return {"__package__": "spring_page"}
-
-
 def hub_settings(_monkeypatch):
     """The object that a hub's file of settings finds under this name."""
     return {"c": Config()}
@@ -122,15 +94,15 @@ def hub_settings(_monkeypatch):
 PREPARED = {
     "docs/jupyterhub.md": hub_settings,
     "docs/own_bench.md": own_bench,
-    "docs/new_course.md": new_course,
     "docs/tutorials/own_bench.md": bench_tutorial,
-    "docs/tutorials/own_course.md": course_tutorial,
 }
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "path", [path for path in PAGES if any(not reason for *_code, reason in fences(path, "python"))], ids=name_of
+    "path",
+    [path for path in PAGES if path != ELSEWHERE and any(not reason for *_code, reason in fences(path, "python"))],
+    ids=name_of,
 )
 def test_python_runs(path, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
@@ -150,15 +122,15 @@ def test_python_runs(path, tmp_path, monkeypatch, capsys):
 
 
 def commands(path):
-    """Every ``rotflex …`` of a page, and whether it is whole: lines of shell are, code in the text may be a name."""
+    """Every command of a page, and whether it is whole: lines of shell are, code in the text may be a name."""
     text = path.read_text(encoding="utf-8")
     lines = [line for _line, code, _reason in fences(path, "sh", "console", "bash") for line in code.split("\n")]
     lines += [line for line in text.split("\n") if line.startswith("    ")]  # the other way to write code
     for line in lines:
-        found = re.match(r" *(?:\$ )?(rotflex [a-z].*)$", line)
+        found = re.match(r" *(?:\$ )?((?:rotflex|labcourse) [a-z].*)$", line)
         if found:
             yield re.split(r" +#", found[1])[0], True
-    for found in re.finditer(r"(?<!`)`(rotflex [^`\n]+)`(?!`)", text):
+    for found in re.finditer(r"(?<!`)`((?:rotflex|labcourse) [a-z][^`\n]*)`(?!`)", text):
         yield found[1], False
 
 

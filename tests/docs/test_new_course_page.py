@@ -14,6 +14,8 @@ from pathlib import Path
 import pytest
 from checkout import ROOT
 
+pytestmark = pytest.mark.slow
+
 PAGE = (ROOT / "docs" / "new_course.md").read_text(encoding="utf-8")
 FENCE = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 FILE = re.compile(r"\*\*`([\w./]+)`\*\*(?:, (?:above `(.+)`|(at the end)):$)?", re.MULTILINE)
