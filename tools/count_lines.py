@@ -86,6 +86,7 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
             "labcourse/grading/*.py",
             "labcourse/grading/commands/**/*.py",
             "labcourse/grading/course_check/**/*.py",
+            "labcourse/grading/new/**/*.py",
             "labcourse/grading/release/**/*.py",
             "labcourse/grading/settings/**/*.py",
         ),
