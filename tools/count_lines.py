@@ -25,7 +25,7 @@ PACKAGES = ("rotflex", "labcourse")
 #: a file that is named belongs elsewhere than the rest of its folder.
 ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
     "laboratory core, figures, greybox, model": (
-        4225,
+        4226,
         (
             "rotflex/*.py",
             "rotflex/figures/**/*.py",
@@ -33,7 +33,7 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
         ),
     ),
     "hil, commissioning, doctor, bench commands": (
-        4278,
+        4271,
         (
             "rotflex/bench_commands/**/*.py",
             "rotflex/bench_doctor/**/*.py",
