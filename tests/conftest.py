@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
@@ -108,3 +109,13 @@ def sandbox() -> None:
         pytest.skip(
             f"Students' code cannot be isolated here: {lacking[0].name}: {lacking[0].found}. {lacking[0].remedy}"
         )
+
+
+@pytest.fixture(autouse=True, scope="module")
+def no_package_of_another_course() -> Iterator[None]:
+    """Forget the packages of courses made for tests: each file of tests has copies of its own, of the same names."""
+    path = list(sys.path)
+    yield
+    sys.path[:] = path
+    for name in [name for name in sys.modules if name.partition(".")[0] == "springlab"]:
+        del sys.modules[name]

@@ -2,6 +2,7 @@
 
 import io
 import json
+import shutil
 import subprocess
 import sys
 import zipfile
@@ -17,7 +18,7 @@ from labcourse.benches import BenchPolicy
 from labcourse.errors import GradingError
 from labcourse.grading import course as courses
 from labcourse.grading.marking import decoding, marking
-from labcourse.grading.release import releases
+from labcourse.grading.release import releases, student_course
 from labcourse.grading.release.releases import Releases
 from labcourse.grading.running import bundle, runner
 from labcourse.grading.running.bundles import Bundles
@@ -249,3 +250,17 @@ def test_a_release_that_cannot_be_kept_is_told_with_what_to_do(two, course, tmp_
     elsewhere = replace(course, settings=replace(course.settings, releases=str(tmp_path / "kept")))
     with pytest.raises(GradingError, match=str(tmp_path / "kept")):
         releases.keep(elsewhere, made)
+
+
+@pytest.mark.parametrize("name", ["labcourse/session.py", "springlab/plant.py"])
+def test_a_changed_line_of_the_engine_or_of_the_courses_package_is_another_run(course, tmp_path, monkeypatch, name):
+    """A changed line of the key is another way of marking: tests/grading/marking/test_digest.py."""
+    for package in ("labcourse", "springlab"):
+        ignored = shutil.ignore_patterns("__pycache__", "grading")
+        shutil.copytree(courses.package_folder(package), tmp_path / package, ignore=ignored)
+    monkeypatch.setattr(student_course, "package_folder", lambda package: tmp_path / package)
+    before = bundle.build(course).digest
+    assert bundle.build(course).digest == before
+    with (tmp_path / name).open("a", encoding="utf-8") as file:
+        file.write("# changed\n")
+    assert bundle.build(course).digest != before
