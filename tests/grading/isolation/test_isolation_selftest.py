@@ -118,8 +118,8 @@ def test_every_attack_is_contained_for_an_ordinary_user_as_well(tmp_path_factory
     scratch = Path(subprocess.check_output(["mktemp", "-d", "/tmp/rotflex-test-XXXXXX"], text=True).strip())
     try:
         scratch.chmod(0o755)
-        package = scratch / "rotflex"
-        shutil.copytree(ROOT / "rotflex", package, ignore=shutil.ignore_patterns("__pycache__"))
+        package = scratch / "labcourse"
+        shutil.copytree(ROOT / "labcourse", package, ignore=shutil.ignore_patterns("__pycache__"))
         drop = ["setpriv", "--reuid", NOBODY, "--regid", NOBODY, "--clear-groups", "--inh-caps=-all"]
         environment = {"PATH": "/usr/bin:/bin", "PYTHONPATH": str(scratch), "HOME": "/nonexistent"}
         done = subprocess.run(
