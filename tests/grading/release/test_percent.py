@@ -120,3 +120,10 @@ def test_a_notebook_is_made_anew_only_where_its_text_gives_another(tmp_path):
     assert path.read_bytes() == before and percent.outdated(course) == []
     (tmp_path / "01_tank.py").write_text(TEXT.replace("# A tank", "# Two tanks"), encoding="utf-8")
     assert percent.outdated(course) == ["01_tank.ipynb"]
+
+
+def test_the_cell_of_a_reports_authors_can_be_filled_in_and_is_no_answer():
+    text = f"{TEXT}\n# %% front First report [markdown]\n# * **Authors:**\n"
+    (cell,) = [cell for cell in percent.notebook(text, "01_tank.py", COURSE).cells if "front" in cell.id]
+    assert cell.source == f"{words.heading('Your text: authors, captions and sources')}\n\n* **Authors:**"
+    assert cell.metadata == {words.KEY: {"front": "First report"}, "tags": ["open"]}
