@@ -8,7 +8,7 @@ from typing import Annotated, Any
 
 import typer
 
-from labcourse import benches, course_file, course_place, courses, files, hub, student_id
+from labcourse import benches, course_file, course_place, courses, files, hub, program, student_id
 from labcourse.errors import ConfigurationError, StudentIDError
 from labcourse.files import COURSE_FILE
 from labcourse.jupyterlab import open_jupyterlab
@@ -140,13 +140,24 @@ def fill(folder: Path, student: str | None = None) -> list[str]:
         raise ConfigurationError(f"{folder} is not a folder.")
     folder.mkdir(parents=True, exist_ok=True)
     at_home = _is_home(folder, course)
-    lines = [] if at_home else [*_brought_up_to_date(folder, course, student), *_copied(folder, course)]
+    begun = _begun(folder).get(course_file.RELEASE)
+    lines = [] if at_home else _brought_up_to_date(folder, course, student)
+    if begun is not None and begun == _begun(course).get(course_file.RELEASE):
+        lines += _missing(folder, course)
+    elif not at_home:
+        lines += _copied(folder, course)
     if student is not None:
         # In a checkout, the bench is as it is drawn now: a file that names the student alone is of the first draw.
         now = {} if _is_release(course) else {"draw": installed.draw}
         _write_course(folder, {**(_begun(folder) or now), course_file.STUDENT: student})
         lines.append(f"Student: {student}")
     return lines
+
+
+def _missing(folder: Path, course: Path) -> list[str]:
+    """Name the notebooks that are not in a folder of this release: some hand out a course week by week."""
+    names = [path.stem for path in sorted(course.glob("*.ipynb")) if not (folder / path.name).exists()]
+    return [f"Not in {folder}: {', '.join(names)}. {program.name()} restore NAME brings one."] if names else []
 
 
 def _copied(folder: Path, course: Path) -> list[str]:

@@ -175,6 +175,17 @@ def test_lab_brings_a_half_done_folder_to_the_installed_release(released, opened
     assert {path: path.stat().st_mtime_ns for path in Path("work").rglob("*")} == before
 
 
+def test_lab_adds_no_notebook_to_a_folder_of_the_same_release_and_names_what_is_missing(course, opened):
+    """Some hand out a course week by week."""
+    (course / "notebooks" / "course.json").write_text(json.dumps(RELEASED))
+    Path("work").mkdir()
+    Path("work", "00_start.ipynb").write_text("mine")
+    Path("work", "course.json").write_text(json.dumps({**RELEASED, "student": "ada"}))
+    done = rotflex("lab", "work")
+    assert done.exit_code == 0 and "01_next" in done.output
+    assert {path.name for path in Path("work").iterdir()} == {"00_start.ipynb", "course.json"}
+
+
 def test_lab_tells_that_the_bench_is_another(released, opened):
     Path("work").mkdir()
     Path("work/00_start.ipynb").write_bytes(saved(notebook(text("title", "# New"))))
