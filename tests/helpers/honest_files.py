@@ -199,7 +199,7 @@ def format_3(folder: Path, work: Work) -> None:
 def installed(version: str = "3.12") -> Files:
     """What of a virtual environment may be taken for something else: the course as installed, with empty notebooks."""
     packages = f".venv/lib/python{version}/site-packages"
-    files = {f"{packages}/rotflex/_course/notebooks/{n}": written(nb) for n, nb in released_notebooks(ROOT).items()}
+    files = {f"{packages}/rotflex/course/notebooks/{n}": written(nb) for n, nb in released_notebooks(ROOT).items()}
     files |= {f"{packages}/lots/module_{number}.py": b"x = 1\n" * 50 for number in range(400)}
     return {
         **files,

@@ -22,8 +22,8 @@
 ``dump``        the whole content in canonical order
 ==============  ======================================================================================================
 
-It is a general package: it knows of students, questions and points, but of no course, and depends on ``errors`` and
-``courseware`` alone.
+It is a general package: it knows of students, questions and points, but of no course, and depends on
+``labcourse.errors``, ``messages`` and ``student_id`` alone.
 """
 
 from __future__ import annotations
