@@ -278,12 +278,12 @@ class ChoiceIs:
 
     Parameters
     ----------
-    expected : the right one
+    expected : the right one; or a function that returns it, of the bench
     reason : why it is
     follow, follow_what : what the student's own answers make right (on their bench), and what these are in words
     """
 
-    expected: str
+    expected: str | Callable[[Any], str]
     reason: str
     follow: Callable[[Own, Any], str] | None = None
     follow_what: str = ""
@@ -291,7 +291,7 @@ class ChoiceIs:
 
     def verdict(self, part: Part, value: Any, case: Case) -> Verdict:
         """Compare words."""
-        if value == self.expected:
+        if value == (self.expected(case.bench) if callable(self.expected) else self.expected):
             return right(self.reason)
         if self.follow is not None:
             try:

@@ -3,6 +3,7 @@
 import json
 import math
 import signal
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -80,6 +81,12 @@ def test_a_slip_is_named_up_to_the_tolerance_of_what_it_leads_to(share, named):
 @pytest.mark.parametrize(("given", "follows", "status"), [("a", "b", RIGHT), ("b", "b", FOLLOW), ("c", "b", WRONG)])
 def test_a_choice_is_right_or_follows_or_is_wrong(given, follows, status):
     assert ChoiceIs("a", "so", lambda own, bench: follows, "yours").verdict(X, given, case()).status is status
+
+
+@pytest.mark.parametrize(("bench", "given", "status"), [(1, "a", RIGHT), (1, "b", WRONG), (2, "b", RIGHT)])
+def test_the_right_word_may_depend_on_the_bench(bench, given, status):
+    check = ChoiceIs(lambda bench: "a" if bench == 1 else "b", "so")
+    assert check.verdict(X, given, replace(case(), bench=bench)).status is status
 
 
 @pytest.mark.parametrize("error", checks.NOT_TO_BE_HAD)
