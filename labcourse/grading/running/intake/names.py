@@ -12,6 +12,7 @@ import unicodedata
 from collections.abc import Collection, Iterator
 
 from labcourse import messages
+from labcourse.answers.own_files import RECEIPTS
 
 _READ_AS = ("cp437", "cp1252", "latin-1")  # in which code UTF-8 is read by mistake, or another one
 _WRITTEN_IN = ("utf-8", "cp850", "cp1252")
@@ -66,7 +67,7 @@ def listed(given: Collection[str]) -> str:
 
 def is_hidden(part: str) -> bool:
     """Whether a file or folder is one that a system or a program put there for itself."""
-    return part.startswith(HIDDEN) or part.casefold() in _SYSTEM
+    return part.startswith(HIDDEN) or part.casefold() in _SYSTEM or part.endswith(RECEIPTS)
 
 
 def letters(text: str) -> str:

@@ -373,3 +373,9 @@ def test_of_several_archives_in_one_folder_the_later_counts(tmp_path):
     old, new = (zipped(work(answer=f"{word} = 1"), datetime(2026, 11, day)) for word, day in (("old", 3), ("new", 7)))
     lay(tmp_path, packings.moodle("Ada King Lovelace", 1, {"z.zip": old, "a.zip": new}))
     assert first_answer(intake.find(tmp_path, ROSTER), "ada") == "new = 1"
+
+
+def test_receipts_that_submit_left_beside_the_zips_are_passed_over(tmp_path):
+    lay(tmp_path, {"ada.zip": zipped(work("ada")), "ada-receipts.txt": b"Receipt    ada"})
+    found = intake.find(tmp_path)
+    assert (students(found), found.ignored) == (["ada"], [])
