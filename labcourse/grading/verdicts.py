@@ -44,6 +44,9 @@ class NothingFollows(LookupError):
         return " ".join(map(str, self.args))
 
 
+OWN_ANSWERS = "your own earlier answers"  #: what an answer follows from, where a check does not name it
+
+
 @dataclass(frozen=True)
 class Case:
     """What an answer is judged against.

@@ -21,6 +21,7 @@ from labcourse.answers.kinds.recordings import Sampled
 from labcourse.answers.parts import WHOLE, Part
 from labcourse.errors import CourseError
 from labcourse.grading.verdicts import (
+    OWN_ANSWERS,
     Case,
     NothingFollows,
     Own,
@@ -93,7 +94,7 @@ class _Numbers:
     rtol: float = 0.02
     atol: float = 0.0
     follow: Callable[[Own], Any] | None = None
-    follow_what: str = ""
+    follow_what: str = OWN_ANSWERS
     follow_rtol: float = 0.02
     slips: Callable[[Any], Mapping[str, Any]] = field(default=lambda bench: {})
 
@@ -195,7 +196,7 @@ class FunctionIs:
     rtol: float = 1e-4
     atol: float = 0.0
     follow: Callable[..., Any] | None = None
-    follow_what: str = ""
+    follow_what: str = OWN_ANSWERS
     slips: Mapping[str, Callable[..., Any]] = field(default_factory=dict)
     kinds = ("function",)
 
@@ -286,7 +287,7 @@ class ChoiceIs:
     expected: str | Callable[[Any], str]
     reason: str
     follow: Callable[[Own, Any], str] | None = None
-    follow_what: str = ""
+    follow_what: str = OWN_ANSWERS
     kinds = ("choice",)
 
     def verdict(self, part: Part, value: Any, case: Case) -> Verdict:

@@ -14,7 +14,17 @@ from typing import Any
 import numpy as np
 
 from labcourse.answers.parts import Part
-from labcourse.grading.verdicts import Case, NothingFollows, Own, Verdict, follow_through, partly, right, wrong
+from labcourse.grading.verdicts import (
+    OWN_ANSWERS,
+    Case,
+    NothingFollows,
+    Own,
+    Verdict,
+    follow_through,
+    partly,
+    right,
+    wrong,
+)
 
 Point = Mapping[str, float]
 Rule = Callable[[Point], float]  # a quantity as a function of all symbols' values
@@ -70,7 +80,7 @@ class ExpressionIs:
 
     expected: Rule
     follow: Callable[[Own, Point], float] | None = None
-    follow_what: str = ""
+    follow_what: str = OWN_ANSWERS
     slips: Mapping[str, Rule] | None = None
     kinds = ("expression",)
 
@@ -119,7 +129,7 @@ class EquationIs:
     motion: frozenset[str]
     others: tuple[Rule, ...] = ()
     follow: Callable[[Own, Point], float] | None = None
-    follow_what: str = ""
+    follow_what: str = OWN_ANSWERS
     slips: Mapping[str, Rule] | None = None
     kinds = ("equation",)
 
@@ -169,7 +179,7 @@ class SymbolicMatrixIs:
 
     expected: Callable[[Point], Any]
     follow: Callable[[Own, Point], Any] | None = None
-    follow_what: str = ""
+    follow_what: str = OWN_ANSWERS
     own_symbols: tuple[str, ...] = ()
     kinds = ("symbolic_matrix",)
 
