@@ -40,6 +40,11 @@ class InstalledCourse:
     place: Path
 
     @property
+    def above(self) -> list[Path]:
+        """The folders above the package's, up to the one that holds the outermost package."""
+        return list(self.place.parents)[: self.package.count(".") + 1]
+
+    @property
     def notebooks(self) -> Path:
         """The folder of the notebooks as handed out.
 
@@ -48,8 +53,7 @@ class InstalledCourse:
         ConfigurationError
             If there are none.
         """
-        above = list(self.place.parents)[: self.package.count(".") + 1]
-        for place in (self.place, *above):
+        for place in (self.place, *self.above):
             if any((place / NOTEBOOKS).glob("*.ipynb")):
                 return place / NOTEBOOKS
         raise ConfigurationError(

@@ -53,9 +53,9 @@ class Catalogue:
         starts: Iterable[Start] = (),
     ) -> None:
         self.starts = tuple(starts)
-        self.warm_up = {question.number: question for question in warm_up}
-        self.questions = {question.number: question for question in questions}
-        self.tables = {table.number: table for table in tables}
+        self.warm_up = _by_number("warm_up", warm_up)
+        self.questions = _by_number("questions", questions)
+        self.tables = _by_number("tables", tables)
         self.report_items = tuple(report_items)
         self.reports = {number: self._report(number, *about) for number, about in (reports or {}).items()}
         self.outcomes = dict(outcomes or {})
@@ -123,6 +123,16 @@ class Catalogue:
         """
         judged = self.judged.get(number) if isinstance(number, str) else None
         return judged or self.find(number)
+
+
+def _by_number(what: str, given: Iterable[Question]) -> dict[str, Question]:
+    """Questions by number. Raises TypeError if one is something else, as a tuple by a comma too many."""
+    found = {}
+    for place, one in enumerate(given, start=1):
+        if not isinstance(one, Question):
+            raise TypeError(f"entry {place} of {what} is a {type(one).__name__}, not a Question")
+        found[one.number] = one
+    return found
 
 
 def spans(numbers: Iterable[str]) -> list[str]:

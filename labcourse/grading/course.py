@@ -19,8 +19,10 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import labcourse
+from labcourse import courses
 from labcourse.benches import FIRST_DRAW, REAL, BenchPolicy
-from labcourse.errors import AnswerError, GradingError
+from labcourse.errors import AnswerError, ConfigurationError, GradingError
 from labcourse.grading import settings
 from labcourse.grading.settings import CourseSettings
 
@@ -159,7 +161,7 @@ class Course:
 
 
 def find(given: str | Path | None = None) -> Course:
-    """The course that is meant: the one that is given, else the one here.
+    """The course that is meant: the one that is given, else the one here, else the one that is installed from a folder.
 
     Parameters
     ----------
@@ -176,12 +178,24 @@ def find(given: str | Path | None = None) -> Course:
     place = Path(folder)
     if not (place / file).is_file() and ((place / USUAL / file).is_file() or not given):
         place = place / USUAL
+    if not (given or place.is_dir()):
+        place = _beside_installed() or place
     if not place.is_dir():
         raise GradingError(
             f"There is no course at {place.resolve()}. Name the course's folder, the one that holds course.py, "
-            f"by --solutions FOLDER or by the environment variable {SETTING}."
+            f"by --solutions FOLDER or by the environment variable {SETTING}. Or name a course that was installed by "
+            f"pip install -e, by --course NAME or by {courses.SETTING}."
         )
     return load(place, entry or ENTRY)
+
+
+def _beside_installed() -> Path | None:
+    """Return the folder of solutions beside the package of the installed course; None if there is none."""
+    try:
+        installed = courses.current()
+    except ConfigurationError:
+        return None
+    return next((place / USUAL for place in installed.above if (place / USUAL / "course.py").is_file()), None)
 
 
 def load(folder: Path, entry: str = ENTRY) -> Course:
@@ -223,12 +237,18 @@ def load(folder: Path, entry: str = ENTRY) -> Course:
 
 
 def _where(error: Exception, folder: Path) -> str:
-    """The course's file and line that an error came from; a syntax error says its own."""
+    """The file and line of the course's that an error came from; a syntax error says its own."""
     frames = traceback.extract_tb(error.__traceback__)
-    ours = [frame for frame in frames if Path(frame.filename).is_relative_to(folder)]
+    ours = [frame for frame in frames if _is_of_course(Path(frame.filename), folder)]
     if isinstance(error, SyntaxError) or not ours:
         return ""
     return f" ({Path(ours[-1].filename).name}, line {ours[-1].lineno})"
+
+
+def _is_of_course(path: Path, folder: Path) -> bool:
+    """Whether a file of code is in the course's folder or in a package beside it."""
+    engine = Path(labcourse.__file__).parent
+    return path.is_relative_to(folder.parent) and not path.is_relative_to(engine) and "site-packages" not in path.parts
 
 
 def package_folder(name: str) -> Path:
@@ -262,11 +282,14 @@ def _check_key(course: Course) -> None:
             question = course.catalogue.find_marked(number)
         except AnswerError as error:
             raise GradingError(f"The key: {error}") from None
-        if set(checks) != set(question.names):
-            raise GradingError(
-                f"The key: question {number} has the parts {', '.join(question.names)}, not "
-                f"{', '.join(map(repr, checks)) or 'none'}."
-            )
+        for name in question.names:
+            if name not in checks:
+                raise GradingError(f"The key has no check for {number} {name}.")
+        for name in checks:
+            if name not in question.names:
+                raise GradingError(
+                    f"The key has a check for {number} {name}, but the question has only {', '.join(question.names)}."
+                )
         for part in question.parts:
             kinds = getattr(checks[part.name], "kinds", ())
             if not kinds or isinstance(kinds, str):

@@ -3,6 +3,7 @@
 import importlib
 import json
 import shutil
+import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -90,4 +91,16 @@ def test_a_check_without_kinds_is_refused(spoilt, kinds):
         file.write(f'\n\nclass Mine:\n    """Mine."""\n\n{kinds}\n\n\nKEY["1.2"]["k"] = Mine()\n')
     shutil.copytree(course.folder, course.folder.with_name("again"))
     with pytest.raises(GradingError, match=r"1\.2, k.*Mine.*kinds"):
+        courses.load(course.folder.with_name("again"))
+
+
+def test_a_comma_too_many_in_the_catalogue_is_named_with_its_place(spoilt):
+    course = spoilt()
+    path = course.folder.parent / "springlab" / "catalogue.py"
+    source = path.read_text(encoding="utf-8")
+    path.write_text(source.replace("    ],\n    outcomes", '        ("1.5",),\n    ],\n    outcomes'))
+    for name in [name for name in sys.modules if name.partition(".")[0] == "springlab"]:
+        del sys.modules[name]
+    shutil.copytree(course.folder, course.folder.with_name("again"))
+    with pytest.raises(GradingError, match=r"entry 5 of questions is a tuple.*catalogue\.py, line \d+"):
         courses.load(course.folder.with_name("again"))
