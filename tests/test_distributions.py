@@ -111,6 +111,7 @@ def test_without_a_course_a_command_says_how_to_name_one(installed, tmp_path, co
 def test_release_finds_the_course_by_option_and_by_the_environment(installed, tmp_path):
     course = tmp_path / "elsewhere" / "solutions"
     shutil.copytree(ROOT / "solutions", course, ignore=shutil.ignore_patterns("__pycache__", "answers.json"))
+    shutil.copy(ROOT / "LICENSE", course.parent)
     by_option = rotflex(installed, tmp_path, "release", "one", "--solutions", course)
     by_setting = rotflex(installed, tmp_path, "release", "two", LABCOURSE_SOLUTIONS=str(course))
     assert (by_option.returncode, by_setting.returncode) == (0, 0), by_option.stderr + by_setting.stderr

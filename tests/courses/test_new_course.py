@@ -15,13 +15,13 @@ from labcourse.errors import GradingError
 from labcourse.grading import new
 
 
-def labcourse(folder: Path, *arguments: object) -> None:
+def labcourse(folder: Path, *arguments: object, installed: Path = ROOT) -> None:
     """Run a command in a folder; it has to end well."""
     done = subprocess.run(
         [sys.executable, "-P", "-m", "labcourse", *map(str, arguments)],
         cwd=folder,
         env={name: value for name, value in os.environ.items() if not name.startswith("LABCOURSE_")}
-        | {"PYTHONPATH": str(ROOT)},
+        | {"PYTHONPATH": f"{ROOT}{os.pathsep}{installed}"},
         capture_output=True,
         encoding="utf-8",
         check=False,
@@ -53,6 +53,22 @@ def test_it_passes_its_own_check(tank):
     labcourse(tank, "check-course")
 
 
+@pytest.mark.parametrize("licence", ["", "Copyright (c) Ann Lee\n"])
+def test_a_release_has_the_courses_own_licence_and_the_engines_in_its_wheel(tank, tmp_path, licence):
+    shutil.copytree(tank, tmp_path / "tank")
+    if licence:
+        (tmp_path / "tank" / "LICENSE").write_text(licence)
+    labcourse(tmp_path / "tank", "release", "OUT")
+    released = tmp_path / "tank" / "OUT" / "tank-course"
+    assert (released / "LICENSE").is_file() == bool(licence)
+    found = {}
+    for wheel in (released / "wheels").glob("*.whl"):
+        with zipfile.ZipFile(wheel) as packed:
+            names = [name for name in packed.namelist() if name.endswith("/licenses/LICENSE")]
+            found[wheel.name.partition("-")[0]] = "".join(packed.read(name).decode() for name in names)
+    assert found == {"labcourse": (ROOT / "LICENSE").read_text(), "tank": licence}
+
+
 def test_its_release_brings_the_package_and_no_solution(tank):
     labcourse(tank, "release", "OUT")
     (wheel,) = (tank / "OUT" / "tank-course" / "wheels").glob("tank-*.whl")
@@ -70,6 +86,29 @@ def test_solutions_get_all_points_but_those_that_a_person_gives_and_empty_notebo
     columns = ("1.1", "1.2", "1.3", "1.4", "1.5", "Table 1", "total", "out_of", "awaiting a person")
     assert [rows["solved"][name] for name in columns] == ["2", "3", "2", "2", "3", "1", "13", "17", "4"]
     assert [rows["empty"][name] for name in columns] == ["0"] * 6 + ["0", "17", "0"]
+
+
+def test_a_renamed_notebook_leaves_nothing_behind_and_what_others_wrote_stays(tank, tmp_path):
+    shutil.copytree(tank, tmp_path / "tank")
+    solutions, notebooks = tmp_path / "tank" / "solutions", tmp_path / "tank" / "notebooks"
+    mine = (
+        (notebooks / "01_first_lab.ipynb")
+        .read_text()
+        .replace('"outputs": []', '"outputs": [{"name": "stdout", "output_type": "stream", "text": []}]')
+    )
+    (notebooks / "mine.ipynb").write_text(mine)
+    (solutions / "01_first_lab.py").rename(solutions / "01_oven.py")
+    catalogue = tmp_path / "tank" / "tank" / "catalogue.py"
+    catalogue.write_text(catalogue.read_text().replace("01_first_lab", "01_oven"))
+    labcourse(tmp_path / "tank", "make-notebooks")
+    left = ["01_oven.ipynb", "02_report.ipynb"]
+    assert sorted(path.name for path in solutions.glob("*.ipynb")) == left
+    assert sorted(path.name for path in notebooks.glob("*.ipynb")) == [*left, "mine.ipynb"]
+
+
+def test_an_installed_course_is_found_from_elsewhere_by_its_name(tank, tmp_path):
+    labcourse(tmp_path, "--course", "tank", "release", "OUT", "--no-keep", installed=tank)
+    assert (tmp_path / "OUT" / "tank-course.zip").is_file()
 
 
 @pytest.mark.parametrize("name", ["two tanks", "2tanks", "Tank", "class", "../tank", "", "numpy"])

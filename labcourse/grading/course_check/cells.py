@@ -122,7 +122,9 @@ def check_derived(course: Course) -> Iterator[Finding]:
         return
     there = {path.name: path.read_text(encoding="utf-8") for path in folder.glob("*.ipynb")}
     for name in sorted(texts.keys() | there.keys()):
-        if texts.get(name) != there.get(name):
+        if name not in texts:
+            yield Finding(f"{folder.name}/{name}", f"no notebook in {course.folder.name} leads to it: remove it.")
+        elif texts[name] != there.get(name):
             yield Finding(
                 f"{folder.name}/{name}", f"it is not what is derived now: say {program.name()} make-notebooks."
             )

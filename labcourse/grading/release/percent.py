@@ -33,6 +33,7 @@ from labcourse.grading.release import student_notebooks
 from labcourse.grading.release.student_notebooks import BEGIN, END, OPEN_TAG, PARAMETERS_TAG
 from labcourse.report.front import FRONT
 
+_TEXT = "made of"  # of a notebook's metadata: the file name of its text
 _UNNAMED = "-"  # the id of a cell, for now
 _SETUP = "import {module}\n\nlab = {module}.start(student)"
 
@@ -43,7 +44,7 @@ def outdated(course: Course) -> list[str]:
 
 
 def write(course: Course) -> None:
-    """Make the notebooks of a course that are written as text.
+    """Make the notebooks of a course that are written as text, and remove those of a text that was renamed.
 
     Raises
     ------
@@ -53,6 +54,10 @@ def write(course: Course) -> None:
     for path, made in _made(course):
         if not _same(path, made):
             files.write(path, student_notebooks.text(made))
+    for path in course.notebooks:
+        text = student_notebooks.read(path).metadata.get(_TEXT)
+        if text and not (course.folder / text).is_file() and path.stem not in course.catalogue.notebooks:
+            path.unlink()
 
 
 def _made(course: Course) -> Iterator[tuple[Path, NotebookNode]]:
@@ -86,6 +91,7 @@ def notebook(text: str, name: str, course: Course) -> NotebookNode:
 
     made: NotebookNode = new_notebook(cells=list(_Cells(course, name).of(jupytext.reads(text, fmt="py:percent").cells)))
     student_notebooks.set_points(made, name, course.catalogue)
+    made.metadata[_TEXT] = name
     return made
 
 

@@ -137,22 +137,21 @@ def derived(course: Course) -> dict[str, str]:
 def write_notebooks(course: Course) -> list[Path]:
     """Derive the course's student notebooks anew, and return their paths.
 
-    Those of the course that are written as text are made first. Points are written into the course's, too.
+    Those of the course that are written as text are made first. Points are written into the course's, too. Notebooks
+    that were made of a text, or derived, under a name that is gone are removed.
 
     Raises
     ------
     GradingError
-        If a notebook cannot be derived, or if there is one there that no solution leads to.
+        If a notebook cannot be derived.
     """
     percent.write(course)
     texts = derived(course)
     folder = course.student_notebooks
     folder.mkdir(exist_ok=True)
-    strays = sorted({path.name for path in folder.glob("*.ipynb")} - texts.keys())
-    if strays:
-        raise GradingError(
-            f"{folder} holds {', '.join(strays)}, which no notebook in {course.folder} leads to: remove it."
-        )
+    for path in sorted(folder.glob("*.ipynb")):
+        if path.name not in texts and student_notebooks.is_derived(student_notebooks.read(path)):
+            path.unlink()  # its solution has another name now
     for path in course.notebooks:
         notebook = student_notebooks.read(path)
         if student_notebooks.set_points(notebook, path.name, course.catalogue):
@@ -297,14 +296,17 @@ def _pack_wheels(course: Course, folder: Path, release: str) -> None:
     for name in (NOTEBOOKS, DATA):
         if (folder / name).is_dir():
             shutil.copytree(folder / name, home / name)
+    (folder / "LICENSE").write_text(wheels.licence(), encoding="utf-8", newline="\n")
     made = [wheels.build(folder / PACKAGE, f"students.{identity.digest(folder / PACKAGE)}", folder / WHEELS)]
+    (folder / "LICENSE").unlink()  # it is the engine's, and the course has its own, or none
+    if (licence := course.folder.parent / "LICENSE").is_file():
+        shutil.copy(licence, folder / licence.name)
     for name in course.packages:
         brings = course.package if course.package.partition(".")[0] == name else ""
         local = f"course.{release.rpartition('-')[2]}"
         made.append(wheels.build(folder / name, local, folder / WHEELS, brings, course.requires))
     for name in (PACKAGE, *course.packages):
         shutil.rmtree(folder / name)
-    (folder / "LICENSE").write_text(wheels.licence(), encoding="utf-8", newline="\n")
     project = wheels.project_of_all(course.name, course.title, made)
     (folder / "pyproject.toml").write_text(project, encoding="utf-8", newline="\n")
 

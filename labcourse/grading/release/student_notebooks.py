@@ -110,6 +110,11 @@ def student_version(notebook: NotebookNode, name: str, catalogue: Catalogue) -> 
     return released
 
 
+def is_derived(notebook: NotebookNode) -> bool:
+    """Whether a notebook is a student version in which nobody has run a cell."""
+    return all(cell.metadata.get("deletable") is False and not cell.get("outputs") for cell in notebook.cells)
+
+
 def _released_source(cell: NotebookNode, where: str) -> str:
     """What a cell holds for students."""
     in_words = is_answer(cell) and cell.cell_type == "markdown"
