@@ -67,6 +67,13 @@ def test_a_notebook_that_stops_when_nothing_is_filled_in_is_told_with_its_cell(s
 
 
 @pytest.mark.usefixtures("sandbox")
+def test_a_name_that_is_missed_in_two_cells_is_told_once(spoilt):
+    course = spoilt(q1_2=SOLVED, q1_3=f"formula = omega = None\nprint(k)\n{SOLVED}")
+    (stop,) = unfilled.check(course, bundle.build(course))
+    assert stop.where == f"{NOTEBOOK}, cell 'q1-2-answer'"
+
+
+@pytest.mark.usefixtures("sandbox")
 def test_a_solution_that_is_not_recorded_says_why(spoilt):
     number = SOLVED.replace("lab.bench().k", '"stiff"')
     told = found(

@@ -77,7 +77,7 @@ def check_course(
         typer.echo(str(finding))
     asked = len(found.catalogue.everything)
     if count:
-        typer.echo(f"{count} found.", err=True)
+        typer.echo(f"{count} found.")
         raise typer.Exit(SOME_TROUBLE)
     typer.echo(
         "{asked} questions, tables and reports in {notebooks}: everything fits.".format(

@@ -32,6 +32,7 @@ def check(course: Course, made: Bundle) -> Iterator[Finding]:
         yield Finding("the student notebooks", problem)
     recorded = set(decoding.decode(run.answers, SEED, course.catalogue).values)
     causes = Causes(made.pristine, notebooks, cell_reports.read(run.reports), recorded, course.catalogue)
+    unset = set()  # a name without a value is told once, where it is missed first
     for cells in causes.cells.values():
         roots = dict.fromkeys(causes.root(cell) for cell in cells if cell.stopped)
         stopped = {root: _type(root) for root in roots if isinstance(root, RunCell)}
@@ -39,7 +40,11 @@ def check(course: Course, made: Bundle) -> Iterator[Finding]:
         for root, error in stopped.items():
             if error == "NameError" and any(place < root.place for place in no_python):
                 continue  # what that cell would have bound cannot be read off it
-            yield Finding(in_cell(root.notebook, root.id), f"it stops when nothing is filled in: {_why(root)}")
+            why = _why(root)
+            if error == "NameError" and why in unset:
+                continue
+            unset.add(why)
+            yield Finding(in_cell(root.notebook, root.id), f"it stops when nothing is filled in: {why}")
 
 
 def _type(cell: RunCell) -> str:
