@@ -51,7 +51,7 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
         ),
     ),
     "answers, session, files of a course": (
-        3944,
+        3951,
         (
             "labcourse/*.py",
             "labcourse/answers/**/*.py",
@@ -60,9 +60,9 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
     ),
     "run": (2488, ("labcourse/run/**/*.py",)),
     "report": (1919, ("labcourse/report/**/*.py",)),
-    "running, intake": (3351, ("labcourse/grading/running/**/*.py",)),
+    "running, intake": (3352, ("labcourse/grading/running/**/*.py",)),
     "gradebook": (2444, ("labcourse/grading/gradebook/**/*.py",)),
-    "marking": (1294, ("labcourse/grading/marking/**/*.py",)),
+    "marking": (1305, ("labcourse/grading/marking/**/*.py",)),
     "isolation": (1332, ("labcourse/grading/isolation/**/*.py",)),
     "reports, scoring": (2861, ("labcourse/grading/reports/**/*.py", "labcourse/grading/scoring/**/*.py")),
     "outcomes, overview, platforms, accounts": (
@@ -76,7 +76,7 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
         ),
     ),
     "settings, release, commands, rest": (
-        4344,
+        4380,
         (
             "rotflex/cli.py",
             "labcourse/command_line.py",
