@@ -123,7 +123,7 @@ def recording(cell, source):
 
 
 def asking(cell, **about):
-    return lambda cells: cells[cell]["metadata"].update(rotflex=about)
+    return lambda cells: cells[cell]["metadata"].update(labcourse=about)
 
 
 #: What is wrong, in which notebooks.

@@ -172,7 +172,7 @@ def _odd_names(notebooks: Notebooks) -> None:
     names += ["supplied-q2-12-answer", "injected-parameters", "q2-1", "", 7, None, ["a"], "a" * 10_000]
     grading = {"grade": True, "points": 99, "grade_id": "q2-12", "locked": False, "solution": True}
     tags = ["parameters", "injected-parameters", "illustration", "skip-execution"]
-    metadata = {"nbgrader": grading, "rotflex": {"role": "locked"}, "tags": tags, "editable": True}
+    metadata = {"nbgrader": grading, "labcourse": {"role": "locked"}, "tags": tags, "editable": True}
     for name in names:
         notebooks[STIFFNESS]["cells"] += [_own("pass", name), _own("pass", name, metadata=metadata)] * 20
 
