@@ -151,7 +151,7 @@ def _read(data: bytes, found: Evidence) -> Iterator[tuple[str, Recording]]:
     for place, item in enumerate(items, 1):
         try:
             yield _recording(item)
-        except RotflexError as error:
+        except (AnswerError, RotflexError) as error:
             found.problems.append(f"Recording {place} of the run is not as it should be, and does not count: {error}")
 
 

@@ -224,7 +224,7 @@ def release(course: Course, out: Path, with_data: bool = False, replace: bool = 
         names = build(course, built, with_data)
         about = course_file.read(built / NOTEBOOKS) or {}
         _pack_wheels(course, built, about[course_file.RELEASE])
-        sources = [course.folder, *(package_folder(name) for name in course.packages)]
+        sources = [course.folder, *map(package_folder, (PACKAGE, *course.packages))]
         _write_archive(built, Path(scratch) / archive.name, dates.of_sources(sources))
         if folder.exists():
             shutil.rmtree(folder)

@@ -63,7 +63,7 @@ def test_it_can_stand_in_a_zip(tmp_path, when, year):
 def test_every_file_of_a_release_bears_it(tmp_path):
     course = load(copied(tmp_path / "course", ["00_start.ipynb"]))
     made = student_course.release(course, tmp_path / "out")
-    expected = dates.of_sources([course.folder, ROOT / "rotflex"])
+    expected = dates.of_sources([course.folder, ROOT / "labcourse", ROOT / "rotflex"])
     with zipfile.ZipFile(made.archive) as packed:
         # A zip's clock goes in steps of two seconds.
         assert {entry.date_time for entry in packed.infolist()} == {(*expected[:5], expected[5] // 2 * 2)}

@@ -180,7 +180,7 @@ def hostile(sandbox):
     prefix = Path(sys.prefix).resolve()
     outcome = isolation.run(
         [sys.executable, "-P", str(PROGRAM)],
-        visible=[ROOT / "rotflex", prefix],
+        visible=[ROOT / "labcourse", ROOT / "rotflex", prefix],
         wanted=NOTES,
         largest=10**6,
         stdin=json.dumps(specification(notebooks, cell_timeout=4)).encode(),
