@@ -273,7 +273,7 @@ def test_pictures_are_bounded_in_number_and_all_together():
 def test_the_largest_picture_takes_bounded_memory_and_time(mode):
     """In a process of its own, as its memory would not be told from that of others."""
     program = (
-        "import io, resource, sys\nfrom PIL import Image\nfrom labcourse import attached_pictures\n"
+        "import io, resource, sys\nfrom PIL import Image\nfrom labcourse.answers import attached_pictures\n"
         f"packed = io.BytesIO()\nImage.new({mode!r}, (7700, 7700)).save(packed, 'PNG')\n"
         "resource.setrlimit(resource.RLIMIT_AS, (2 << 30, 2 << 30))\n"
         "print(len(attached_pictures.as_png(packed.getvalue())) > 1000)"
