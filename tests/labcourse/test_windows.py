@@ -145,9 +145,11 @@ sys.platform = "win32"
 locks = types.ModuleType("msvcrt")
 locks.LK_NBLCK, locks.locking = 2, lambda *arguments: None
 sys.modules["msvcrt"] = locks
-import rotflex
+import labcourse, rotflex
 found = [
-    one.name for one in pkgutil.walk_packages(rotflex.__path__, "rotflex.", onerror=print)
+    one.name
+    for package in (labcourse, rotflex)
+    for one in pkgutil.walk_packages(package.__path__, f"{package.__name__}.", onerror=print)
     if not one.name.startswith("labcourse.grading") and not one.name.endswith("__main__")
 ]
 for name in found:

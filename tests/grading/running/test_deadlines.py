@@ -58,7 +58,7 @@ def settings_of(tmp_path, monkeypatch):
     monkeypatch.setattr(isolation_report, "check_unisolated", lambda: None)
 
     def made(*options):
-        command = ["grade", str(tmp_path / "in"), "--out", str(tmp_path / "out"), "--solutions", str(OURS.folder)]
+        command = ["grade", str(tmp_path / "out"), str(tmp_path / "in"), "--solutions", str(OURS.folder)]
         done = CliRunner().invoke(app, [*command, *options])
         assert done.exit_code == 2 and len(seen) == 1, done.output
         return seen.pop()
@@ -96,7 +96,7 @@ def test_the_other_options_are_each_their_own(settings_of):
 )
 def test_options_have_a_least_value(settings_of, tmp_path, option, least):
     settings_of(option, str(least))
-    command = ["grade", str(tmp_path / "in"), "--out", str(tmp_path / "out"), option, str(least - 1)]
+    command = ["grade", str(tmp_path / "out"), str(tmp_path / "in"), option, str(least - 1)]
     said = " ".join(CliRunner().invoke(app, command).output.replace("│", " ").split())
     assert f"should be greater than or equal to {least} " in said and option in said
 
