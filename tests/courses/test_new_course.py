@@ -14,6 +14,8 @@ from checkout import ROOT
 from labcourse.errors import GradingError
 from labcourse.grading import new
 
+pytestmark = pytest.mark.slow
+
 
 def labcourse(folder: Path, *arguments: object, installed: Path = ROOT) -> None:
     """Run a command in a folder; it has to end well."""
@@ -48,6 +50,7 @@ def rows(sandbox: None, tank: Path) -> dict[str, dict[str, str]]:
         return {row["student"]: row for row in csv.DictReader(file)}
 
 
+@pytest.mark.scheduled  # tests/docs/test_new_course_page.py does it, too
 @pytest.mark.usefixtures("sandbox")
 def test_it_passes_its_own_check(tank):
     labcourse(tank, "check-course")
@@ -82,6 +85,7 @@ def test_its_release_brings_the_package_and_no_solution(tank):
     assert "[labcourse.courses]\ntank = tank" in entries
 
 
+@pytest.mark.scheduled  # as above
 def test_solutions_get_all_points_but_those_that_a_person_gives_and_empty_notebooks_none(rows):
     columns = ("1.1", "1.2", "1.3", "1.4", "1.5", "Table 1", "total", "out_of", "awaiting a person")
     assert [rows["solved"][name] for name in columns] == ["2", "3", "2", "2", "3", "1", "13", "17", "4"]

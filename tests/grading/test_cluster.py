@@ -10,7 +10,7 @@ import time
 import pytest
 import small_class
 
-pytestmark = pytest.mark.usefixtures("sandbox")
+pytestmark = [pytest.mark.usefixtures("sandbox"), pytest.mark.scheduled]
 SIZE = 4
 
 
