@@ -25,6 +25,8 @@ from labcourse.grading.running.bundles import Bundles
 from labcourse.grading.running.prepared import prepare
 from labcourse.grading.running.runner import Job
 
+pytestmark = pytest.mark.slow
+
 PROBE_SEED = 5
 #: Right under either release, if run with that release's packages.
 SOLVED = {
