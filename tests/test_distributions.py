@@ -131,7 +131,9 @@ def test_grade_finds_the_course_from_the_wheels(installed, tmp_path, sandbox):
 
 
 def test_students_check_and_pack_their_work_with_their_releases_wheels_alone(installed, tmp_path):
-    assert rotflex(installed, tmp_path, "release", "out", "--solutions", ROOT / "solutions").returncode == 0
+    assert (
+        rotflex(installed, tmp_path, "release", "out", "--no-keep", "--solutions", ROOT / "solutions").returncode == 0
+    )
     work, alone = tmp_path / "work", tmp_path / "alone"
     for wheel in (tmp_path / "out" / "rotflex-course" / "wheels").iterdir():
         shutil.unpack_archive(wheel, alone, "zip")

@@ -12,7 +12,7 @@ from labcourse.run import alignment, skippable_cells
 from labcourse.run.alignment import Change, Placed, Role
 
 Notebook = dict[str, Any]
-ROLE = "role"  #: where a cell that is run says whose it is, among its metadata's ``labcourse``
+ROLE = "role"  #: key of the role of a cell that is run, in its metadata's ``labcourse``
 _NAME = re.compile(r"[a-zA-Z0-9_-]{1,64}")  # what the format of notebooks has for an id
 
 

@@ -15,7 +15,7 @@ from labcourse.course_file import NOBODY
 from labcourse.errors import CheckError, ConfigurationError, StudentIDError
 from labcourse.files import ANSWERS_FILE, COURSE_FILE
 
-USUAL = "notebooks"  #: the folder that ``labcourse lab`` opens unless it is told another
+USUAL = "notebooks"  #: the folder that ``labcourse lab`` opens if none is named
 
 
 @dataclass(frozen=True)

@@ -28,7 +28,7 @@ from labcourse.run import reasons
 from labcourse.run.causes import Where
 from labcourse.run.merge import Merged, merged
 
-#: Student on whose bench the solutions are run: one on which no result touches its limit, where both answers are right.
+#: Student for the run of the solutions. No result on this bench is at its limit, where both answers are right.
 STUDENT = "checks"
 SEED = 20  #: from which the inputs of functions are drawn
 _LIMITS = Limits(cell=300, submission=1800.0)  # they are our own notebooks: they may take their time

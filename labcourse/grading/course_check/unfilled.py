@@ -32,7 +32,7 @@ def check(course: Course, made: Bundle) -> Iterator[Finding]:
         yield Finding("the student notebooks", problem)
     recorded = set(decoding.decode(run.answers, SEED, course.catalogue).values)
     causes = Causes(made.pristine, notebooks, cell_reports.read(run.reports), recorded, course.catalogue)
-    unset = set()  # a name without a value is told once, where it is missed first
+    unset = set()  # names without a value, each reported once, where it is first used
     for cells in causes.cells.values():
         roots = dict.fromkeys(causes.root(cell) for cell in cells if cell.stopped)
         stopped = {root: _type(root) for root in roots if isinstance(root, RunCell)}

@@ -65,7 +65,7 @@ def section(publications: Sequence[Publication], trail: Sequence[AuditRecord]) -
         by_student.setdefault(one.student, []).append(one)
     first = f"Last given back on {moment(last.when)}, by {last.actor}."
     first += (
-        " Marks of {students} have changed since; they should be told ({command} publish).".format(
+        " Marks of {students} have changed since; publish again, so that they see it ({command} publish).".format(
             command=program.name(), students=plural(len(by_student), "{count} student", "{count} students")
         )
         if found
