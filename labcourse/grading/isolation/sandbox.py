@@ -9,7 +9,9 @@ watches clock and bytes, kills it from outside and reads the file when everythin
 4. Told to go, it runs the command. Had the grader died by now, its pipe would have ended and the launcher with it.
 
 The sandbox's first process dies with bubblewrap, and bubblewrap with the thread that called; and with the first process
-of a process namespace, the kernel kills all others and waits for their end.
+of a process namespace, the kernel kills all others and waits for their end. One gap is bubblewrap's own: killed with
+the grader in its first milliseconds, it can leave a process that waits forever and starts nothing
+(https://github.com/containers/bubblewrap/issues/633).
 """
 
 from __future__ import annotations
