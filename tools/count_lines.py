@@ -88,7 +88,6 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
             "labcourse/grading/course_check/**/*.py",
             "labcourse/grading/new/**/*.py",
             "labcourse/grading/release/**/*.py",
-            "labcourse/grading/settings/**/*.py",
         ),
     ),
 }

@@ -14,7 +14,7 @@ from typing import Any
 
 from labcourse.answers.catalogue import Catalogue, enumeration
 from labcourse.grading.course import OUTCOMES_FILE
-from labcourse.grading.settings import toml_file
+from labcourse.grading.settings import are_texts, read_toml, refuse
 
 _SECTIONS = ("scheme", "outcomes", "codes")
 
@@ -71,11 +71,11 @@ def find(folder: Path, catalogue: Catalogue) -> OutcomeMap | None:
     """
     file = folder / OUTCOMES_FILE
     try:
-        found = toml_file.read(file)
+        found = read_toml(file)
     except FileNotFoundError:
         return None
-    toml_file.refuse(file, _misfits(found))
-    toml_file.refuse(file, _strangers(found, catalogue))
+    refuse(file, _misfits(found))
+    refuse(file, _strangers(found, catalogue))
     codes = {code: tuple(dict.fromkeys(goes_to)) for code, goes_to in found["codes"].items()}
     return OutcomeMap(found["scheme"], dict(found["outcomes"]), codes)
 
@@ -104,7 +104,7 @@ def _misfits(found: Mapping[str, Any]) -> Iterator[str]:
     if not isinstance(outcomes, Mapping) or not outcomes or not all(map(_is_line, outcomes.values())):
         yield '[outcomes]: it should have a line for each outcome, its key and a short name, as in: 1 = "problems"'
     codes = found.get("codes")
-    if not isinstance(codes, Mapping) or not all(map(toml_file.are_texts, codes.values())):
+    if not isinstance(codes, Mapping) or not all(map(are_texts, codes.values())):
         yield '[codes]: it should have a line for each code, with the keys of its outcomes, as in: A-1 = ["1"]'
 
 

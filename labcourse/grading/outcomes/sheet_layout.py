@@ -18,7 +18,7 @@ from labcourse.answers.parts import Part, Question, ReportItem
 from labcourse.errors import GradingError
 from labcourse.grading.course import SHEETS_FILE
 from labcourse.grading.outcomes.outcome_map import listed
-from labcourse.grading.settings import toml_file
+from labcourse.grading.settings import are_texts, read_toml, refuse
 
 Where = tuple[str, str]  #: question and part
 
@@ -81,16 +81,16 @@ def read(folder: Path, catalogue: Catalogue) -> list[Layout]:
     """
     file = folder / SHEETS_FILE
     try:
-        found = toml_file.read(file)
+        found = read_toml(file)
     except FileNotFoundError:
         raise GradingError(
             f"This course has no scoring sheets: there is no {file}. (docs/outcomes.md says what it holds.)"
         ) from None
-    toml_file.refuse(file, (fault for name, given in found.items() for fault in _faults(name, given, catalogue)))
+    refuse(file, (fault for name, given in found.items() for fault in _faults(name, given, catalogue)))
     layouts = [_layout(name, given, catalogue) for name, given in found.items()]
     twice = [where for where, count in Counter(where for one in layouts for where in one.parts).items() if count > 1]
     told = "{question}, {part}: it is scored in two places."
-    toml_file.refuse(file, (told.format(question=question, part=part) for question, part in twice))
+    refuse(file, (told.format(question=question, part=part) for question, part in twice))
     return layouts
 
 
@@ -126,7 +126,7 @@ def _faults(name: str, given: Any, catalogue: Catalogue) -> Iterator[str]:
         yield f"{name}.report: there is no report {given['report']!r}; there are {listed(catalogue.reports)}."
     for entry in ("codes", "format"):
         codes = given.get(entry, [] if entry == "format" else None)
-        if not toml_file.are_texts(codes) or not set(codes) <= set(catalogue.outcomes):
+        if not are_texts(codes) or not set(codes) <= set(catalogue.outcomes):
             yield f"{name}.{entry}: it should be a list of codes, of {listed(catalogue.outcomes)}."
     yield from _misplaced(name, given, catalogue)
 
@@ -134,7 +134,7 @@ def _faults(name: str, given: Any, catalogue: Catalogue) -> Iterator[str]:
 def _misplaced(name: str, given: Mapping[str, Any], catalogue: Catalogue) -> Iterator[str]:
     """What is wrong with what else is scored in a row."""
     also = given.get("also", {})
-    if not isinstance(also, Mapping) or not all(map(toml_file.are_texts, also.values())):
+    if not isinstance(also, Mapping) or not all(map(are_texts, also.values())):
         yield f'{name}.also: it should have a line for a row, as in: "II.1" = ["1.2"]'
         return
     rows = {item.number for item in catalogue.items(str(given.get("report", "")))}

@@ -242,7 +242,7 @@ def _about(course: Course, folder: Path) -> dict[str, Any]:
         "term": settings.term,
         "draw": settings.bench.draw,
         "bench": settings.bench.plain(),
-        course_file.REFLECT: settings.reflect.plain(),
+        course_file.REFLECT: settings.reflect.as_json(),
     }
     if settings.report.page_limit is not None:  # the names of releases stay as they are where there is none
         about[course_file.PAGE_LIMIT] = settings.report.page_limit

@@ -9,7 +9,7 @@ from made_courses import OURS
 
 from labcourse.grading import settings
 from labcourse.grading.marking import digest
-from labcourse.grading.settings import CourseSettings, entries
+from labcourse.grading.settings import CourseSettings
 
 
 @pytest.fixture
@@ -143,7 +143,8 @@ OTHERWISE = {
 
 def with_settings(tree, *sections):
     """The digest of the course with these sections of course.toml."""
-    lines = [f"{entries.heading(name)}\n{OTHERWISE[name]}\n" for name in sections]
+    heading = {name: f"[{name}]" for name in OTHERWISE} | {name: f"[[{name}]]" for name in ("deadline", "extension")}
+    lines = [f"{heading[name]}\n{OTHERWISE[name]}\n" for name in sections]
     (tree / "solutions" / "course.toml").write_text("".join(lines), encoding="utf-8")
     decided = settings.read(tree / "solutions", catalogue=OURS.catalogue)
     assert decided != CourseSettings() or not sections
@@ -159,7 +160,7 @@ def test_settings_of_what_is_made_of_marks_mark_nothing_again(tree, section):
 
 
 def test_the_settings_that_are_tried_are_all_there_are():
-    assert set(OTHERWISE) == set(entries.SECTIONS)
+    assert set(OTHERWISE) == {table for table, _entry in settings._ENTRIES}
 
 
 @pytest.mark.parametrize("name", ["tables/limits.csv", "roster.txt", "expected.json", "expected.toml"])
