@@ -5,14 +5,18 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from pydantic import Field, Strict, TypeAdapter, ValidationError
 
 from labcourse.errors import ConfigurationError
 from labcourse.student_id import caseless
 
-OWN, SAME, PRESET, REAL = "own", "same", "preset", "real"
+Which = Literal["own", "same", "preset", "real"]
+OWN: Which = "own"
+SAME: Which = "same"
+PRESET: Which = "preset"
+REAL: Which = "real"
 WHICH = (OWN, SAME, PRESET, REAL)
 FIRST_DRAW = 1  #: the version of the draws of whoever names none
 MOST_SEED = 2**32 - 1  #: seeds are drawn from 32 bits
@@ -24,7 +28,7 @@ def seed_of(student: str) -> int:
 
 
 _Name = Annotated[str, Strict(), Field(pattern=r"^\S(.*\S)?$")]  # without blanks around it
-_WHICH = Field(pattern="^(own|same|preset|real)$", description='"own", "same", "preset" or "real"', examples=['"own"'])
+_WHICH = Field(description='"own", "same", "preset" or "real"', examples=['"own"'])
 _SEED = Field(ge=0, le=MOST_SEED, description=f"a whole number from 0 to {MOST_SEED}", examples=["2026"])
 _PRESET = Field(description="the name of a bench", examples=['"workshop"'])
 _BENCHES = Field(min_length=1, description="names of the laboratory's benches", examples=['["north"]'])
@@ -44,7 +48,7 @@ class BenchPolicy:
     benches : names of the laboratory's, where it is one of these
     """
 
-    which: Annotated[str, Strict(), _WHICH] = OWN
+    which: Annotated[Which, _WHICH] = OWN
     seed: Annotated[int, Strict(), _SEED] = 0
     preset: Annotated[_Name, _PRESET] = ""
     draw: Annotated[int, Strict()] = FIRST_DRAW

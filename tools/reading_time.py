@@ -1,4 +1,4 @@
-"""Print how long each notebook takes, and what it is made of: the formula is in ``course_check/times.py``.
+"""Print how long each notebook takes, and what it is made of: the formula is in ``course_check/reading_time.py``.
 
 python tools/reading_time.py
 """
@@ -6,7 +6,7 @@ python tools/reading_time.py
 from __future__ import annotations
 
 from labcourse.grading import course
-from labcourse.grading.course_check import times
+from labcourse.grading.course_check import reading_time
 from labcourse.grading.release import student_notebooks
 
 HEADINGS = ("words", "folded", "figures", "answers", "in words", "functions", "min")
@@ -18,7 +18,7 @@ def main() -> None:
     total = 0
     print(f"{'notebook':28}" + "".join(f"{heading:>11}" for heading in HEADINGS))
     for path in ours.notebooks:
-        time = times.reading_time(student_notebooks.read(path), path.stem, ours.catalogue)
+        time = reading_time.reading_time(student_notebooks.read(path), path.stem, ours.catalogue)
         total += time.stated
         made_of = (time.words, time.folded, time.figures, time.answers, time.in_words, time.functions)
         counts = "".join(f"{count:11}" for count in made_of)

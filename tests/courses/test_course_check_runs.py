@@ -13,7 +13,7 @@ from labcourse.answers.catalogue import Catalogue
 from labcourse.errors import GradingError
 from labcourse.grading import course as courses
 from labcourse.grading import course_check
-from labcourse.grading.course_check import unfilled
+from labcourse.grading.course_check import solutions
 from labcourse.grading.release import student_course
 from labcourse.grading.running import bundle
 
@@ -61,7 +61,7 @@ def found(course, run=True):
 )
 def test_a_notebook_that_stops_when_nothing_is_filled_in_is_told_with_its_cell(spoilt, stub, place, said):
     course = spoilt(q1_2=f"{stub}\n{SOLVED}")
-    stops = {finding.where: finding.what for finding in unfilled.check(course, bundle.build(course))}
+    stops = {finding.where: finding.what for finding in solutions.check_empty(course, bundle.build(course))}
     assert set(stops) == ({place} if place else set())
     assert said in stops.get(place, "")
 
@@ -69,7 +69,7 @@ def test_a_notebook_that_stops_when_nothing_is_filled_in_is_told_with_its_cell(s
 @pytest.mark.usefixtures("sandbox")
 def test_a_name_that_is_missed_in_two_cells_is_told_once(spoilt):
     course = spoilt(q1_2=SOLVED, q1_3=f"formula = omega = None\nprint(k)\n{SOLVED}")
-    (stop,) = unfilled.check(course, bundle.build(course))
+    (stop,) = solutions.check_empty(course, bundle.build(course))
     assert stop.where == f"{NOTEBOOK}, cell 'q1-2-answer'"
 
 

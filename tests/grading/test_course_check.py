@@ -13,7 +13,7 @@ from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.parts import Question, number
 from labcourse.grading import course_check
 from labcourse.grading.course import Stated
-from labcourse.grading.course_check import solved
+from labcourse.grading.course_check import solutions
 from labcourse.grading.marking.checks import Number
 from labcourse.grading.running import bundle
 
@@ -210,11 +210,11 @@ def test_each_number_that_texts_repeat_is_missed_when_it_changes():
 
 @pytest.fixture(scope="module")
 def claims(sandbox):
-    return solved.answers_of_solutions(OURS, bundle.build(OURS))[0]
+    return solutions.answers_of_solutions(OURS, bundle.build(OURS))[0]
 
 
 def judged(course, claims):
-    return [str(finding) for finding in solved.judged(course, claims, {})]
+    return [str(finding) for finding in solutions.judged(course, claims, {})]
 
 
 def test_the_solutions_earn_all_and_wrong_answers_nothing(claims):

@@ -12,7 +12,7 @@ from nbformat.v4 import new_code_cell, new_markdown_cell, new_notebook, new_outp
 
 from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.parts import Question, ReportItem, figure, number, prose
-from labcourse.grading.course_check import times
+from labcourse.grading.course_check import reading_time
 
 TEN = "one two three four five six seven eight nine ten"
 COLLAPSED = {"jp-MarkdownHeadingCollapsed": True}
@@ -28,7 +28,7 @@ def code(source: str, pictures: int = 0, **metadata) -> NotebookNode:
 
 
 def time_of(*cells, questions=(), **more):
-    return times.reading_time(new_notebook(cells=list(cells)), "01_made", Catalogue(questions, **more))
+    return reading_time.reading_time(new_notebook(cells=list(cells)), "01_made", Catalogue(questions, **more))
 
 
 def test_words_are_what_holds_a_letter_or_a_digit():
@@ -85,7 +85,7 @@ def test_a_table_is_one_answer_whatever_it_carries_over():
     questions = [asked(a_number("x"), a_number("y"))]
     table = asked(*(a_number(name, shows=("1.1", name)) for name in "xy"), number="Table 1", notebook="02_table")
     catalogue = Catalogue(questions, tables=[table])
-    assert times.reading_time(new_notebook(), "02_table", catalogue).minutes == 3
+    assert reading_time.reading_time(new_notebook(), "02_table", catalogue).minutes == 3
 
 
 def test_a_report_is_apart_with_what_leads_to_it():
@@ -110,7 +110,7 @@ def copy(tmp_path):
 
 
 def test_this_course_states_what_the_formula_gives():
-    assert [str(finding) for finding in times.check(OURS)] == []
+    assert [str(finding) for finding in reading_time.check(OURS)] == []
 
 
 def test_a_time_that_is_stated_otherwise_is_told_with_its_place(copy):
@@ -121,14 +121,14 @@ def test_a_time_that_is_stated_otherwise_is_told_with_its_place(copy):
 
 
 def stating(course, name, minutes):
-    """What is found where a notebook states other times."""
+    """What is found where a notebook states other reading_time."""
     path = course.folder / f"{name}.ipynb"
     notebook = json.loads(path.read_text(encoding="utf-8"))
     for cell in notebook["cells"]:
         source = "".join(cell["source"])
-        cell["source"] = times._ROW.sub(
+        cell["source"] = reading_time._ROW.sub(
             lambda row: row[0].replace(f" {row['minutes']} min", f" {minutes} min"),
-            times._TITLE.sub(f"about {minutes} minutes", source) if cell["id"] == "title" else source,
+            reading_time._TITLE.sub(f"about {minutes} minutes", source) if cell["id"] == "title" else source,
         )
     path.write_text(json.dumps(notebook), encoding="utf-8")
-    return [str(finding) for finding in times.check(course)]
+    return [str(finding) for finding in reading_time.check(course)]

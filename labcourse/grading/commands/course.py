@@ -44,7 +44,7 @@ def release(
     typer.echo(f"{count}: {', '.join(made.notebooks)}")
     typer.echo(f"{made.folder}\n{made.archive}")
     if keep:
-        typer.echo(f"Release {made.id}, kept as {releases.keep(found, made)}")
+        typer.echo(f"Release {made.id}, kept as {releases.store(found, made.archive, made.id)}")
     else:
         typer.echo(f"Release {made.id}, not kept: what is done with it is run with the course as it is.")
 

@@ -1,71 +1,107 @@
-"""The releases of a course that were handed out: each is kept as its zip, for work that was begun under it."""
+"""The releases of a course: their names, and their zips, which are stored for work that was begun under them.
+
+The name of a release is its term and a digest of all that students work with: the same content has the same name. How
+to install it does not count, nor do recordings that may be handed out with it.
+"""
 
 from __future__ import annotations
 
+import hashlib
 import io
 import json
+import re
+import unicodedata
 import zipfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from functools import cached_property
 from pathlib import Path, PurePosixPath
 from typing import Any
 
-from labcourse import benches, files
+from labcourse import benches, course_file, files
 from labcourse.answers.handed_in import NotebookError, cells_of
 from labcourse.benches import BenchPolicy
-from labcourse.course_file import RELEASE
+from labcourse.course_file import RELEASE, STUDENT
 from labcourse.errors import ConfigurationError, GradingError
 from labcourse.files import COURSE_FILE
 from labcourse.grading.course import Course
-from labcourse.grading.release import identity, student_course
-from labcourse.grading.release.identity import DATA, NOTEBOOKS
 
-_PROJECT = "pyproject.toml"  # where it lies is the release's own folder
+NOTEBOOKS, DATA = "notebooks", "data"  #: folders of a release, beside those of the packages
+_ABOUT = f"{NOTEBOOKS}/{COURSE_FILE}"
+_PROJECT = "pyproject.toml"  # it lies in the release's own folder
+
+
+# --- names ------------------------------------------------------------------------------------------------------------
+
+
+def digest(contents: Iterable[tuple[str, bytes]]) -> str:
+    """Return 8 hexadecimal digits that stand for files, by name and content: they tell a course's releases apart."""
+    whole = hashlib.sha256()
+    for name, content in contents:
+        whole.update(f"{name} {len(content)}\n".encode() + content)
+    return whole.hexdigest()[:8]
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    """Read all files in a folder: relative path, with "/" → content, in the order of the paths."""
+    return {path.relative_to(folder).as_posix(): path.read_bytes() for path in files_in(folder)}
+
+
+def files_in(folder: Path) -> list[Path]:
+    """List all files in a folder and below it, in order."""
+    return sorted(path for path in folder.rglob("*") if path.is_file())
+
+
+def name_of(stored: Mapping[str, bytes], about: Mapping[str, Any], term: str) -> str:
+    """Make the name of a release, as "2026-autumn-3f2a9c41".
+
+    Parameters
+    ----------
+    stored : its files; those that do not count are passed over
+    about : the content of its ``course.json``
+    term : to begin the name with
+    """
+    content = {key: value for key, value in about.items() if key not in (STUDENT, RELEASE)}
+    counting = [(name, data) for name, data in sorted(stored.items()) if _counts(name)]
+    ascii_only = unicodedata.normalize("NFKD", term).encode("ascii", "ignore").decode().lower()
+    stem = re.sub(r"[^a-z0-9]+", "-", ascii_only)[:40].strip("-")  # it stands in a file's name
+    return f"{stem or 'release'}-{digest([*counting, (COURSE_FILE, json.dumps(content, sort_keys=True).encode())])}"
+
+
+def _counts(name: str) -> bool:
+    """Return whether a file of a release, by its relative path, has a part in its name."""
+    place = PurePosixPath(name)
+    return len(place.parts) > 1 and place.parts[0] != DATA and name != _ABOUT and place.suffix != ".pyc"
+
+
+# --- stored zips ------------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
-class KeptRelease:
+class StoredRelease:
     """A release that was handed out. Made by :func:`read`.
 
     Attributes
     ----------
     id : its name; of a release from before there were names, what its name would be
     archive : its zip
-    about : what its ``course.json`` says
     policy : which bench each student has
     packages : import names of the packages that it brings
     """
 
     id: str
     archive: Path
-    about: Mapping[str, Any]
     policy: BenchPolicy
     packages: tuple[str, ...]
 
-    @property
-    def term(self) -> str:
-        """Of its students; "" where it does not say."""
-        return str(self.about.get("term", ""))
-
     def notebooks(self) -> dict[str, dict[str, Any]]:
-        """Its notebooks: file name → notebook.
+        """Read its notebooks: file name → notebook.
 
         Raises
         ------
         GradingError
             If one of them cannot be read.
         """
-        found = {}
-        for name, content in sorted(_contents(self.archive).items()):
-            place = PurePosixPath(name)
-            if place.parent == PurePosixPath(NOTEBOOKS) and place.suffix == ".ipynb":
-                try:
-                    cells_of(content)
-                except NotebookError as error:
-                    raise _unusable(self.archive, f"{place.name}: {error}") from None
-                found[place.name] = json.loads(content)
-        return found
+        return _notebooks(self.archive, _contents(self.archive))
 
     def unpack(self, folder: Path) -> None:
         """Put all that counts of it into a folder.
@@ -82,7 +118,7 @@ class KeptRelease:
 
 
 class Releases:
-    """The releases of a course that are kept.
+    """The stored releases of a course.
 
     Parameters
     ----------
@@ -90,57 +126,48 @@ class Releases:
 
     Attributes
     ----------
-    folder : where they are kept
-    problems : on what lies there and cannot be read
+    folder : where they are stored
+    all : the releases, each once, in the order of their files' names
+    problems : messages about files there that cannot be read
     """
 
     def __init__(self, course: Course) -> None:
         self.folder = course.releases
         self.problems: list[str] = []
-
-    @cached_property
-    def all(self) -> tuple[KeptRelease, ...]:
-        """All of them, each once, in the order of their files' names."""
-        found: dict[str, KeptRelease] = {}
+        by_name: dict[str, StoredRelease] = {}
         for archive in sorted(self.folder.glob("*.zip")):
             try:
                 release = read(archive)
+                by_name.setdefault(release.id, release)
             except GradingError as error:
                 self.problems.append(str(error))
-            else:
-                found.setdefault(release.id, release)
-        return tuple(found.values())
-
-    def find(self, name: str) -> KeptRelease | None:
-        """The one of a name."""
-        return next((one for one in self.all if one.id == name), None)
+        self.all = tuple(by_name.values())
 
 
-def keep(course: Course, made: student_course.Release) -> Path:
-    """Keep a release that was made just now, and return its file.
+def store(course: Course, archive: Path, name: str) -> Path:
+    """Store the zip of a release that was made just now, and return the stored file.
 
     Raises
     ------
     GradingError
-        If it cannot be kept; the message says what to do.
+        If it cannot be stored; the message says what to do.
     """
-    kept = course.releases / f"{made.id}.zip"
-    if kept.exists():  # the same content, by its name
-        return kept
+    stored = course.releases / f"{name}.zip"
+    if stored.exists():  # the same content, by its name
+        return stored
     try:
-        kept.parent.mkdir(parents=True, exist_ok=True)
-        files.write(kept, made.archive.read_bytes())
+        stored.parent.mkdir(parents=True, exist_ok=True)
+        files.write(stored, archive.read_bytes())
     except OSError as error:
         raise GradingError(
-            f"The release is in {made.archive}, but it cannot be kept in {kept.parent}: {error.strerror}. Put a "
-            "copy there, or name another folder in course.toml: grading needs it for work that is begun under "
-            "this release."
+            f"The release is in {archive}, but it cannot be stored in {stored.parent}: {error.strerror}. Put a copy "
+            "there, or name another folder in course.toml: grading needs it for work that is begun under this release."
         ) from None
-    return kept
+    return stored
 
 
-def read(archive: Path) -> KeptRelease:
-    """A release from its zip.
+def read(archive: Path) -> StoredRelease:
+    """Read a release from its zip.
 
     Raises
     ------
@@ -148,38 +175,41 @@ def read(archive: Path) -> KeptRelease:
         If it is none.
     """
     found = _contents(archive)
-    about = _about(archive, found.pop(str(PurePosixPath(NOTEBOOKS, COURSE_FILE)), b"{}"))
     try:
+        about = course_file.parse(found.pop(_ABOUT, b"{}"))
         policy = benches.policy_of(about)
     except ConfigurationError as error:
         raise _unusable(archive, f"{COURSE_FILE}: {error}") from None
+    _notebooks(archive, found)  # raises if one of them cannot be read
     packages = sorted({top for name in found if f"{(top := name.partition('/')[0])}/__init__.py" in found})
-    named = about.get(RELEASE)
-    # Those of before bear no name; the term of the digest is not known, either.
-    name = named if isinstance(named, str) and named else identity.name_of(found, about, "unnamed")
-    release = KeptRelease(name, archive, about, policy, tuple(packages))
-    release.notebooks()  # or it is told now
-    return release
+    name = about.get(RELEASE)
+    # Releases from before there were names do not say their term, either.
+    return StoredRelease(
+        name if isinstance(name, str) and name else name_of(found, about, "unnamed"), archive, policy, tuple(packages)
+    )
 
 
-def _about(archive: Path, content: bytes) -> dict[str, Any]:
-    try:
-        about = json.loads(content)
-    except ValueError as error:
-        raise _unusable(archive, f"{COURSE_FILE}: {error}") from None
-    if not isinstance(about, dict):
-        raise _unusable(archive, f"its {COURSE_FILE} is no object")
-    return about
+def _notebooks(archive: Path, found: Mapping[str, bytes]) -> dict[str, dict[str, Any]]:
+    notebooks = {}
+    for place, content in sorted((PurePosixPath(name), content) for name, content in found.items()):
+        if place.parent == PurePosixPath(NOTEBOOKS) and place.suffix == ".ipynb":
+            try:
+                cells_of(content)
+            except NotebookError as error:
+                raise _unusable(archive, f"{place.name}: {error}") from None
+            notebooks[place.name] = json.loads(content)
+    return notebooks
 
 
 def _contents(archive: Path) -> dict[str, bytes]:
-    """What counts of a release, and its ``course.json``: relative path → content."""
+    """Read what counts of a release, and its ``course.json``: relative path → content."""
     try:
         with zipfile.ZipFile(archive) as packed:
-            root = _root(packed)
-            if root is None:
+            # Somebody who packed it again may have put other folders around it.
+            projects = [place for name in packed.namelist() if (place := PurePosixPath(name)).name == _PROJECT]
+            if not projects:
                 raise _unusable(archive, f"it holds no {_PROJECT}")
-            found = dict(_counting(packed, root))
+            found = dict(_counting(packed, min(projects, key=lambda place: len(place.parts)).parent))
     except (OSError, zipfile.BadZipFile, zipfile.LargeZipFile, NotImplementedError, RuntimeError) as error:
         raise _unusable(archive, error) from None
     if not any(name.startswith(f"{NOTEBOOKS}/") and name.endswith(".ipynb") for name in found):
@@ -187,16 +217,7 @@ def _contents(archive: Path) -> dict[str, bytes]:
     return found
 
 
-def _root(packed: zipfile.ZipFile) -> PurePosixPath | None:
-    """The release's own folder in its zip: whoever packed it anew may have put others around it."""
-    places = [PurePosixPath(name) for name in packed.namelist()]
-    return min(
-        (place.parent for place in places if place.name == _PROJECT), key=lambda one: len(one.parts), default=None
-    )
-
-
 def _counting(packed: zipfile.ZipFile, root: PurePosixPath) -> Iterator[tuple[str, bytes]]:
-    wanted = str(PurePosixPath(NOTEBOOKS, COURSE_FILE))
     for entry in packed.infolist():
         place = PurePosixPath(entry.filename)
         if entry.is_dir() or not place.is_relative_to(root) or ".." in place.parts:
@@ -204,7 +225,7 @@ def _counting(packed: zipfile.ZipFile, root: PurePosixPath) -> Iterator[tuple[st
         name = str(place.relative_to(root))
         if place.suffix == ".whl":
             yield from _of_wheel(packed.read(entry))
-        elif identity.counts(name) or name == wanted:
+        elif _counts(name) or name == _ABOUT:
             yield name, packed.read(entry)
 
 

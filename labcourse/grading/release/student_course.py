@@ -7,11 +7,14 @@ notebooks are in the course's package, too, as an installed course has them.
 
 from __future__ import annotations
 
+import os
 import shutil
+import subprocess
 import sys
 import tempfile
+import time
 import zipfile
-from collections.abc import Iterator
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -21,16 +24,19 @@ from labcourse import course_file, files, program
 from labcourse.answers import starts
 from labcourse.benches import OWN, PRESET, REAL, SAME
 from labcourse.errors import GradingError
-from labcourse.files import COURSE_FILE
+from labcourse.files import ANSWERS_FILE, COURSE_FILE
 from labcourse.grading.course import Course, package_folder
-from labcourse.grading.release import dates, identity, percent, student_notebooks, wheels
-from labcourse.grading.release.dates import ZipTime
-from labcourse.grading.release.identity import DATA, NOTEBOOKS
+from labcourse.grading.release import percent, releases, student_notebooks, wheels
+from labcourse.grading.release.releases import DATA, NOTEBOOKS, files_in
 
+ZipTime = tuple[int, int, int, int, int, int]
 PACKAGE = labcourse.__name__
 WHEELS = "wheels"  #: folder of a release
+_README = Path(__file__).with_name("student_readme.md")
 _GRADING = "grading"  # the folder of labcourse that students do not get
 _NEVER = ("__pycache__", "*.pyc", ".*")
+_FIRST, _LAST = 315_532_800, 4_354_819_198  # s since 1970, UTC: from 1980 to 2107, which a zip can hold
+_NOT_SOURCES = ("__pycache__", ANSWERS_FILE)  # what a run leaves in a folder of sources
 
 #: What a release has in place of a withheld module.
 _STUB = """\
@@ -40,64 +46,13 @@ raise ImportError(
 )
 """
 
-_README = """\
-# {title}
-
-You need Python {python} or newer. In this folder, once:
-
-Windows
-
-    py -m venv .venv
-    .venv\\Scripts\\pip install .
-
-macOS, Linux
-
-    python3 -m venv .venv
-    .venv/bin/pip install .
-
-Then, and every time you go on working (on Windows with `.venv\\Scripts\\{command}`):
-
-    .venv/bin/{command} lab
-
-JupyterLab opens `{first}` in the folder `notebooks`. The first time, it asks for the ID that your instructor knows you
-by. {bench} (Mistyped? Rename the folder `notebooks`, and start `.venv/bin/{command} lab --student RIGHT`, which makes a
-fresh one. Copy your notebooks and the folder `recordings` from the old one into it, and run them again, in order.)
-
-Write below the lines in colour that begin with ✎: code where it says `# Your code here.`, words in the text cells.
-Words are read from the saved notebook, so save it. Cells of your own may stand anywhere, and files of your own beside
-the notebooks: when your work is marked, your notebooks are run from the first cell to the last, with your answers, your
-cells and your files. The course's own cells are run as the course has them.
-
-Save, and see beforehand what comes of it, and what does not, and why; nothing is marked by it:
-
-    .venv/bin/{command} check
-
-If you changed or deleted something of the course's in a notebook, say in `02_...`, this gives it back, and touches no
-answer:
-
-    .venv/bin/{command} restore 02
-
-To hand in, say
-
-    .venv/bin/{command} submit
-
-It checks once more, and packs all that counts into one zip named by your ID (`--with THEIR-ID` if you worked with
-somebody), beside the folder `notebooks`. Upload that one file; the receipt says what is in it. (The folder `notebooks`,
-or a zip of it, is taken as well.) In a notebook the three are `lab.check()`, `lab.restore("02")` and `lab.submit()`.
-
-If your instructor hands out a newer release: unpack it somewhere else, not over this folder. Then, in this folder, say
-`.venv/bin/pip install` with the new folder behind it, and start as always. Your answers stay; the course's own cells
-become the new ones, and copies of your notebooks as they were are kept.
-"""
-
 _BENCH = {
     OWN: "Your own virtual bench is made from it.",
     SAME: "Everybody in the course has the same virtual bench.",
     PRESET: "Everybody in the course has the same virtual bench.",
     REAL: (
-        """\
-You are marked by what you record at the laboratory's own bench: your
-notebooks keep it in the folder `recordings`, which is handed in with them."""
+        "You are marked by what you record at the laboratory's own bench: your\nnotebooks store it in the folder "
+        "`recordings`, which is handed in with them."
     ),
 }
 
@@ -175,29 +130,37 @@ def build(course: Course, folder: Path, with_data: bool = False) -> tuple[str, .
     GradingError
         If a part of the course is missing or cannot be derived.
     """
-    texts = {name: text for name, text in derived(course).items() if not _is_skipped(course, name)}
+    given = course.settings.given
+    skipped = starts.find(course.catalogue, given).skips if given else ()  # by a class that begins in the middle
+    texts = {name: text for name, text in derived(course).items() if Path(name).stem not in skipped}
     (folder / NOTEBOOKS).mkdir(parents=True)
     for name, content in texts.items():
-        (folder / NOTEBOOKS / name).write_text(content, encoding="utf-8", newline="\n")
+        _write(folder / NOTEBOOKS / name, content)
     for name in (PACKAGE, *course.packages):
         _copy_package(package_folder(name), folder / name)
-    _withhold(course, folder)
-    about = course_file.text(_about(course, folder))
-    (folder / NOTEBOOKS / COURSE_FILE).write_text(about, encoding="utf-8", newline="\n")
+    for module in course.withheld:
+        path = folder / f"{module.replace('.', '/')}.py"
+        if not path.is_file():
+            raise GradingError(f"The course withholds {module}, and none of its packages has such a module.")
+        _write(path, _STUB.format(module=module))
+    _write(folder / NOTEBOOKS / COURSE_FILE, course_file.text(_about(course, folder)))
     if with_data:
         if not course.data.is_dir():
             raise GradingError(f"There is no data to hand out: {course.data} is missing.")
         shutil.copytree(course.data, folder / DATA, ignore=shutil.ignore_patterns(*_NEVER))
-    whose = _BENCH[course.settings.bench.which]
-    readme = _README.format(
+    readme = _README.read_text(encoding="utf-8").format(
         title=course.title,
         python=wheels.python(),
         first=Path(next(iter(texts))).stem,
-        bench=whose,
+        bench=_BENCH[course.settings.bench.which],
         command=course.command,
     )
-    (folder / "README.md").write_text(readme, encoding="utf-8", newline="\n")
+    _write(folder / "README.md", readme)
     return tuple(texts)
+
+
+def _write(path: Path, text: str) -> None:
+    path.write_text(text, encoding="utf-8", newline="\n")
 
 
 def release(course: Course, out: Path, with_data: bool = False, replace: bool = False) -> Release:
@@ -225,7 +188,7 @@ def release(course: Course, out: Path, with_data: bool = False, replace: bool = 
         about = course_file.read(built / NOTEBOOKS) or {}
         _pack_wheels(course, built, about[course_file.RELEASE])
         sources = [course.folder, *map(package_folder, (PACKAGE, *course.packages))]
-        _write_archive(built, Path(scratch) / archive.name, dates.of_sources(sources))
+        _write_archive(built, Path(scratch) / archive.name, date_of(sources))
         if folder.exists():
             shutil.rmtree(folder)
         built.replace(folder)
@@ -248,15 +211,9 @@ def _about(course: Course, folder: Path) -> dict[str, Any]:
         about[course_file.PAGE_LIMIT] = settings.report.page_limit
     if settings.given:
         about[starts.GIVEN] = _given(course)
-    name = identity.name_of(identity.contents(folder), about, settings.term or course.name)
+    name = releases.name_of(releases.contents(folder), about, settings.term or course.name)
     python = settings.python or f"{sys.version_info.major}.{sys.version_info.minor}"  # work is the same under another
     return {**about, course_file.RELEASE: name, course_file.PYTHON: python}
-
-
-def _is_skipped(course: Course, file: str) -> bool:
-    """Whether a class that begins in the middle does not get a notebook."""
-    name = course.settings.given
-    return bool(name) and Path(file).stem in starts.find(course.catalogue, name).skips
 
 
 def _given(course: Course) -> dict[str, Any]:
@@ -281,23 +238,15 @@ def _copy_package(package: Path, target: Path) -> None:
     shutil.copytree(package, target, ignore=left_out)
 
 
-def _withhold(course: Course, folder: Path) -> None:
-    """Replace what questions ask students to build by a module that says why it is not there."""
-    for module in course.withheld:
-        path = folder / f"{module.replace('.', '/')}.py"
-        if not path.is_file():
-            raise GradingError(f"The course withholds {module}, and none of its packages has such a module.")
-        path.write_text(_STUB.format(module=module), encoding="utf-8", newline="\n")
-
-
 def _pack_wheels(course: Course, folder: Path, release: str) -> None:
     """Make wheels of the packages in a release's folder, and what installs them, and remove the packages."""
     home = folder.joinpath(*course.package.split("."))
     for name in (NOTEBOOKS, DATA):
         if (folder / name).is_dir():
             shutil.copytree(folder / name, home / name)
-    (folder / "LICENSE").write_text(wheels.licence(), encoding="utf-8", newline="\n")
-    made = [wheels.build(folder / PACKAGE, f"students.{identity.digest(folder / PACKAGE)}", folder / WHEELS)]
+    _write(folder / "LICENSE", wheels.licence())
+    content = releases.digest(releases.contents(folder / PACKAGE).items())
+    made = [wheels.build(folder / PACKAGE, f"students.{content}", folder / WHEELS)]
     (folder / "LICENSE").unlink()  # it is the engine's, and the course has its own, or none
     if (licence := course.folder.parent / "LICENSE").is_file():
         shutil.copy(licence, folder / licence.name)
@@ -307,13 +256,12 @@ def _pack_wheels(course: Course, folder: Path, release: str) -> None:
         made.append(wheels.build(folder / name, local, folder / WHEELS, brings, course.requires))
     for name in (PACKAGE, *course.packages):
         shutil.rmtree(folder / name)
-    project = wheels.project_of_all(course.name, course.title, made)
-    (folder / "pyproject.toml").write_text(project, encoding="utf-8", newline="\n")
+    _write(folder / "pyproject.toml", wheels.project_of_all(course.name, course.title, made))
 
 
 def _write_archive(folder: Path, archive: Path, date: ZipTime) -> None:
     with zipfile.ZipFile(archive, "w", zipfile.ZIP_DEFLATED) as packed:
-        for path in _files(folder):
+        for path in files_in(folder):
             entry = zipfile.ZipInfo(f"{folder.name}/{path.relative_to(folder).as_posix()}", date)
             entry.compress_type = zipfile.ZIP_DEFLATED
             entry.create_system = 3  # whatever made it: attributes are Unix's
@@ -321,5 +269,30 @@ def _write_archive(folder: Path, archive: Path, date: ZipTime) -> None:
             packed.writestr(entry, path.read_bytes())
 
 
-def _files(folder: Path) -> Iterator[Path]:
-    return iter(sorted(path for path in folder.rglob("*") if path.is_file()))
+def date_of(folders: Iterable[Path]) -> ZipTime:
+    """Return the time of the last commit that changed something in one of the folders, in UTC, as zips have it.
+
+    The same sources give the same bytes. A folder that is in no repository, as that of an installed package, counts by
+    its newest file.
+    """
+    newest = max((_committed(folder) or _written(folder) for folder in folders), default=_FIRST)
+    return time.gmtime(min(max(newest, _FIRST), _LAST))[:6]
+
+
+def _committed(folder: Path) -> int | None:
+    """Return when something in a folder was committed last, s since 1970; None if that is not known."""
+    command = ["git", "log", "-1", "--format=%ct", "--", "."]
+    try:
+        done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=20, check=True)
+        return int(done.stdout)
+    except (OSError, subprocess.SubprocessError, ValueError):  # no git, no repository, or no commit
+        return None
+
+
+def _written(folder: Path) -> int:
+    """Return when the newest file in a folder was written, s since 1970."""
+    times = [_FIRST]
+    for place, folders, names in os.walk(folder):
+        folders[:] = [name for name in folders if name not in _NOT_SOURCES and not name.startswith(".")]
+        times += [int(os.stat(os.path.join(place, name)).st_mtime) for name in names if name not in _NOT_SOURCES]
+    return max(times)

@@ -1,6 +1,6 @@
 """The wheels of a release, and the project that installs them all by ``pip install .``.
 
-Each bears a local version by its content, so that a corrected release replaces an earlier one in an environment, and
+Each has a local version by its content, so that a corrected release replaces an earlier one in an environment, and
 the wheels of two courses stand beside each other.
 """
 
@@ -8,7 +8,10 @@ from __future__ import annotations
 
 import importlib.metadata
 import json
-from collections.abc import Mapping, Sequence
+import re
+from collections import defaultdict
+from collections.abc import Sequence
+from importlib.metadata import Distribution
 from pathlib import Path
 from typing import Any
 
@@ -17,10 +20,24 @@ from labcourse.courses import GROUP
 
 _ENGINE = labcourse.__name__
 _INSTRUCTORS = ("grading", "postgres", "cluster")  # extras of labcourse that students have no use for
-_TABLES = """
+_EXTRA = re.compile(r"\s*(?:;|\band\b)\s*extra == ['\"]([^'\"]+)['\"]$")  # the end of a requirement
+_PROJECT = """\
 [build-system]
 requires = ["hatchling>=1.24"]
 build-backend = "hatchling.build"
+
+[project]
+name = {name}
+version = "0"
+description = {title}
+requires-python = ">={python}"
+dependencies = {dependencies}
+
+[tool.hatch.metadata]
+allow-direct-references = true
+
+[tool.hatch.build.targets.wheel]
+bypass-selection = true
 """
 
 
@@ -41,53 +58,66 @@ def build(package: Path, local: str, out: Path, course: str = "", requires: Sequ
         The wheel.
     """
     from hatchling.builders.wheel import WheelBuilder
+    from hatchling.metadata.core import ProjectMetadata
+    from hatchling.plugin.manager import PluginManager
 
-    about = _distribution(package.name)
-    version = about.version if about else labcourse.__version__
-    needed = list(about.requires or ()) if about else []
-    contents: dict[str, Any] = {
-        "name": about.name if about else package.name,
-        "version": f"{version}+{local}",
-        "requires-python": f">={python()}",
-        "dependencies": [one for one in needed if "extra ==" not in one],
-    }
-    if package.name == _ENGINE:
-        contents["optional-dependencies"] = _extras(needed)
-    else:
-        contents["dependencies"] += [f"{_ENGINE}=={labcourse.__version__}", *requires]
-    points = {name: value for name, group, value in _entry_points(about) if group == GROUP} if about else {}
-    if course:
-        points.setdefault(course.partition(".")[0], course)
-    scripts = {name: value for name, group, value in _entry_points(about) if group == "console_scripts"}
-    text = _TABLES + _table("project", contents)
-    text += _table("project.scripts", scripts) + _table(f'project.entry-points."{GROUP}"', points)
-    text += _table("tool.hatch.build", {"ignore-vcs": True})
-    text += _table("tool.hatch.build.targets.wheel", {"packages": [package.name]})
-    project = package.parent / "pyproject.toml"
-    project.write_text(text, encoding="utf-8", newline="\n")
+    root = str(package.parent)
+    tool = {"hatch": {"build": {"ignore-vcs": True, "targets": {"wheel": {"packages": [package.name]}}}}}
+    config = {"project": _project(package.name, local, course, requires), "tool": tool}
+    builder = WheelBuilder(root, metadata=ProjectMetadata(root, PluginManager(), config))
     out.mkdir(exist_ok=True)
-    made = next(iter(WheelBuilder(str(package.parent)).build(directory=str(out), versions=["standard"])))
-    project.unlink()
-    return Path(made)
+    return Path(next(iter(builder.build(directory=str(out), versions=["standard"]))))
+
+
+def _project(package: str, local: str, course: str, requires: Sequence[str]) -> dict[str, Any]:
+    """Write the metadata of a wheel, as in the table ``[project]``."""
+    about = _distribution(package)
+    needed, extras = _requirements(about)
+    points: dict[str, dict[str, str]] = defaultdict(dict)
+    for point in about.entry_points if about else ():
+        points[point.group][point.name] = point.value
+    if course:
+        points[GROUP].setdefault(course.partition(".")[0], course)
+    is_engine = package == _ENGINE
+    return {
+        "name": about.name if about else package,
+        "version": f"{about.version if about else labcourse.__version__}+{local}",
+        "requires-python": f">={python()}",
+        "dependencies": needed if is_engine else [*needed, f"{_ENGINE}=={labcourse.__version__}", *requires],
+        "optional-dependencies": extras if is_engine else {},
+        "scripts": points["console_scripts"],
+        "entry-points": {GROUP: points[GROUP]} if points[GROUP] else {},
+    }
+
+
+def _distribution(package: str) -> Distribution | None:
+    """Find the distribution that a package was installed by; None for a package that lies beside a course."""
+    names = importlib.metadata.packages_distributions().get(package, [package])
+    try:
+        return importlib.metadata.distribution(names[0])
+    except importlib.metadata.PackageNotFoundError:
+        return None
+
+
+def _requirements(about: Distribution | None) -> tuple[list[str], dict[str, list[str]]]:
+    """Return what a distribution needs, and what its extras for students need."""
+    needed: list[str] = []
+    extras: dict[str, list[str]] = {}
+    for requirement in (about.requires or []) if about else []:
+        extra = _EXTRA.search(requirement)
+        if extra is None:
+            needed.append(requirement)
+        elif extra[1] not in _INSTRUCTORS:
+            extras.setdefault(extra[1], []).append(requirement[: extra.start()])
+    return needed, extras
 
 
 def project_of_all(name: str, title: str, made: Sequence[Path]) -> str:
-    """Write the ``pyproject.toml`` of a release: a project of no files of its own, which needs the wheels beside it."""
-    contents = {
-        "name": name,
-        "version": "0",
-        "description": title,
-        "requires-python": f">={python()}",
-        "dependencies": [
-            f"{path.name.partition('-')[0]} @ {{root:uri}}/{path.parent.name}/{path.name}" for path in made
-        ],
-    }
-    return (
-        _TABLES
-        + _table("project", contents)
-        + _table("tool.hatch.metadata", {"allow-direct-references": True})
-        + _table("tool.hatch.build.targets.wheel", {"bypass-selection": True})
-    ).lstrip()
+    """Write the ``pyproject.toml`` of a release: a project without files, which needs the wheels beside it."""
+    wheels = [f"{path.name.partition('-')[0]} @ {{root:uri}}/{path.parent.name}/{path.name}" for path in made]
+    texts = {"name": name, "title": title, "dependencies": wheels}  # TOML reads what JSON writes of text and lists
+    as_toml = {key: json.dumps(value, ensure_ascii=False) for key, value in texts.items()}
+    return _PROJECT.format(python=python(), **as_toml)
 
 
 def python() -> str:
@@ -98,38 +128,3 @@ def python() -> str:
 def licence() -> str:
     """Return the text of labcourse's licence."""
     return importlib.metadata.distribution(_ENGINE).read_text("licenses/LICENSE") or ""
-
-
-def _distribution(package: str) -> importlib.metadata.Distribution | None:
-    """Find the distribution that a package was installed by; None for a package that lies beside a course."""
-    names = importlib.metadata.packages_distributions().get(package, [package])
-    try:
-        return importlib.metadata.distribution(names[0])
-    except importlib.metadata.PackageNotFoundError:
-        return None
-
-
-def _entry_points(about: importlib.metadata.Distribution | None) -> list[tuple[str, str, str]]:
-    return [(point.name, point.group, point.value) for point in about.entry_points] if about else []
-
-
-def _extras(needed: Sequence[str]) -> dict[str, list[str]]:
-    """Sort the requirements that have a mark of an extra by extra, but for the instructors' ones."""
-    extras: dict[str, list[str]] = {}
-    for one in needed:
-        requirement, _mark, extra = one.partition("extra == ")
-        if extra and (name := extra.strip("'\"")) not in _INSTRUCTORS:
-            extras.setdefault(name, []).append(requirement.strip().rstrip(";").strip())
-    return extras
-
-
-def _table(name: str, contents: Mapping[str, Any]) -> str:
-    """Write a table of TOML. What JSON writes of text, lists of text and truth, TOML reads."""
-    rows = [
-        f"{key} = {json.dumps(value, ensure_ascii=False)}"
-        for key, value in contents.items()
-        if not isinstance(value, Mapping)
-    ]
-    text = "\n".join(["", f"[{name}]", *rows, ""]) if rows else ""
-    inner = [_table(f"{name}.{key}", value) for key, value in contents.items() if isinstance(value, Mapping)]
-    return text + "".join(inner)

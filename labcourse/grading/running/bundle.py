@@ -27,8 +27,7 @@ from labcourse.errors import ConfigurationError, GradingError
 from labcourse.files import COURSE_FILE
 from labcourse.grading.course import Course
 from labcourse.grading.release import student_course, student_notebooks
-from labcourse.grading.release.identity import NOTEBOOKS
-from labcourse.grading.release.releases import KeptRelease
+from labcourse.grading.release.releases import NOTEBOOKS, StoredRelease
 
 if TYPE_CHECKING:
     from nbformat import NotebookNode
@@ -86,7 +85,7 @@ def build(course: Course) -> Bundle:
         return _bundle(course, folder, packages, about[course_file.RELEASE], course.settings.bench)
 
 
-def of_release(release: KeptRelease, course: Course) -> Bundle:
+def of_release(release: StoredRelease, course: Course) -> Bundle:
     """The bundle of a release that was handed out before, with its notebooks and packages as they were.
 
     Parameters

@@ -251,7 +251,8 @@ def test_a_release_holds_what_a_student_needs_and_nothing_else(released, install
 def test_the_readme_says_whose_the_bench_is(tmp_path, policy, said):
     course = replace(OURS, settings=replace(OURS.settings, bench=policy))
     student_course.build(course, tmp_path / "out")
-    assert said in (tmp_path / "out" / "README.md").read_text(encoding="utf-8")
+    readme = (tmp_path / "out" / "README.md").read_text(encoding="utf-8")
+    assert said in readme and "    .venv\\Scripts\\pip install ." in readme.splitlines()
 
 
 def test_a_release_has_none_of_the_instructors_modules(installed):

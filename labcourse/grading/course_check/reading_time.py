@@ -1,4 +1,4 @@
-"""How long a notebook takes, by one formula for all, held against what the notebooks say.
+"""How long a notebook takes, by one formula for all, compared with what the notebooks say.
 
 ========================================  ==========
 words that are not folded, a hundred      50 s
@@ -9,14 +9,15 @@ a function to write                       10 min
 ========================================  ==========
 
 Folded is what a reader has to open: the inside of ``<details>``, the source of code cells whose source is hidden, and
-all below a heading that is collapsed. The entries of a results table, which carry over what was answered before, are
-one answer. A report is apart: neither its texts nor what leads to them is counted.
+all below a heading that is collapsed. The entries of a results table, which carry over earlier answers, count as one
+answer. A report does not count: neither its texts nor what leads to them.
 """
 
 from __future__ import annotations
 
 import contextlib
 import re
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -24,10 +25,9 @@ from nbformat import NotebookNode
 
 from labcourse.answers import words
 from labcourse.answers.catalogue import Catalogue
-from labcourse.answers.parts import Part
 from labcourse.errors import GradingError
 from labcourse.grading.course import Course
-from labcourse.grading.course_check.finding import Finding, in_cell
+from labcourse.grading.course_check.static import Finding, in_cell
 from labcourse.grading.release import student_notebooks
 
 WORDS_A_MINUTE = 120
@@ -62,18 +62,18 @@ class ReadingTime:
 
     @property
     def minutes(self) -> float:
-        """How long it takes, in min."""
+        """Time that it takes, in min."""
         asked = ANSWER * self.answers + IN_WORDS * self.in_words + FUNCTION * self.functions
         return self.words / WORDS_A_MINUTE + FIGURE * self.figures + asked
 
     @property
     def stated(self) -> int:
-        """As it is stated, in min."""
+        """Time as a notebook states it, in min."""
         return STEP * round(self.minutes / STEP)
 
 
 def reading_time(notebook: NotebookNode, name: str, catalogue: Catalogue) -> ReadingTime:
-    """How long the student version of a notebook takes.
+    """Compute how long the student version of a notebook takes.
 
     Parameters
     ----------
@@ -87,33 +87,26 @@ def reading_time(notebook: NotebookNode, name: str, catalogue: Catalogue) -> Rea
         If there is no student version of it.
     """
     pictures = {cell.id: _pictures(cell) for cell in notebook.cells if not student_notebooks.is_answer(cell)}
-    open_words = folded_words = figures = 0
+    all_words = open_words = figures = 0
     for cell, folded in _before_report(student_notebooks.student_version(notebook, name, catalogue), catalogue):
-        everything = len(_WORD.findall(cell.source))
-        at_once = 0 if folded else _read_at_once(cell)
-        open_words += at_once
-        folded_words += everything - at_once
+        all_words += len(_WORD.findall(cell.source))
+        open_words += 0 if folded else _read_at_once(cell)
         figures += 0 if folded else pictures.get(cell.id, 0)
     asked = [question for question in catalogue.everything.values() if question.notebook == name]
     parts = [part for question in asked if question.number not in catalogue.reports for part in question.parts]
     carried_over = any(part.shows is not None for part in parts)
-    kinds = [_kind(part) for part in parts if part.shows is None]
-    return ReadingTime(
-        open_words,
-        folded_words,
-        figures,
-        kinds.count("answer") + carried_over,
-        kinds.count("prose"),
-        kinds.count("function"),
-    )
+    kinds = Counter(part.kind for part in parts if part.shows is None)
+    in_words, functions = kinds.pop("prose", 0), kinds.pop("function", 0)
+    answers = kinds.total() + carried_over
+    return ReadingTime(open_words, all_words - open_words, figures, answers, in_words, functions)
 
 
 def check(course: Course) -> Iterator[Finding]:
-    """Times that a notebook states otherwise than the formula has them."""
+    """Find times that a notebook states and the formula gives otherwise."""
     notebooks = {path.stem: student_notebooks.read(path) for path in course.notebooks}
     times = {}
     for name, notebook in notebooks.items():
-        with contextlib.suppress(GradingError):  # why there is no student version of it, the check of the cells tells
+        with contextlib.suppress(GradingError):  # check_derived says why there is no student version of it
             times[name] = reading_time(notebook, name, course.catalogue)
     for name, notebook in notebooks.items():
         title = next((index for index, cell in enumerate(notebook.cells) if cell.cell_type == "markdown"), -1)
@@ -122,27 +115,19 @@ def check(course: Course) -> Iterator[Finding]:
             stated += [(match["notebook"], match["minutes"]) for match in _ROW.finditer(cell.source)]
             for which, minutes in stated:
                 if which in times and int(minutes) != times[which].stated:
-                    yield Finding(in_cell(f"{name}.ipynb", cell.id), _otherwise(which, times[which], minutes))
-
-
-def _otherwise(notebook: str, time: ReadingTime, given: str) -> str:
-    return f"{notebook} takes {time.stated} minutes by the formula ({time.minutes:.1f}); this text says {given}."
-
-
-def _kind(part: Part) -> str:
-    """What counts: an answer in words, a function, or any other."""
-    return part.kind if part.kind in ("prose", "function") else "answer"
+                    time = f"{times[which].stated} minutes by the formula ({times[which].minutes:.1f})"
+                    yield Finding(in_cell(f"{name}.ipynb", cell.id), f"{which} takes {time}; this text says {minutes}.")
 
 
 def _pictures(cell: NotebookNode) -> int:
-    """How many pictures a cell shows: those of a text, or the stored ones of a code cell."""
+    """Count the pictures that a cell shows: those of a text, or the stored pictures of a code cell."""
     if cell.cell_type == "markdown":
         return len(_PICTURE.findall(_NOT_READ.sub(" ", cell.source)))
     return sum("image/png" in output.get("data", {}) for output in cell.get("outputs", []))
 
 
 def _read_at_once(cell: NotebookNode) -> int:
-    """How many words of a cell are seen without opening anything."""
+    """Count the words of a cell that are seen without opening anything."""
     if cell.cell_type == "markdown":
         return len(_WORD.findall(_NOT_READ.sub(" ", cell.source)))
     hidden = cell.metadata.get("jupyter", {}).get("source_hidden", False)
@@ -150,7 +135,7 @@ def _read_at_once(cell: NotebookNode) -> int:
 
 
 def _before_report(notebook: NotebookNode, catalogue: Catalogue) -> Iterator[tuple[NotebookNode, bool]]:
-    """The cells before the section in which a report begins, and whether each is below a collapsed heading."""
+    """Yield the cells before the section in which a report begins, and whether each is below a collapsed heading."""
     cells = notebook.cells
     texts = [i for i, cell in enumerate(cells) if cell.metadata.get(words.KEY, {}).get("question") in catalogue.reports]
     if texts:
@@ -159,9 +144,7 @@ def _before_report(notebook: NotebookNode, catalogue: Catalogue) -> Iterator[tup
     for cell in cells:
         heading = _HEADING.match(cell.source) if cell.cell_type == "markdown" else None
         level = len(heading[1]) if heading else 7
-        if level <= below:
+        folded = level > below
+        if not folded:
             below = level if heading and cell.metadata.get(student_notebooks.COLLAPSED) else 7
-            folded = False
-        else:
-            folded = True
         yield cell, folded

@@ -1,7 +1,12 @@
-"""The key, held against the answers of the solutions, and against wrong answers made of them."""
+"""What check-course finds by running notebooks: as they are handed out, and with the solutions.
+
+Somebody who has written nothing yet must be able to go on, and the key must mark the solutions as right, and wrong
+answers made of them as wrong.
+"""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import Any
@@ -12,7 +17,7 @@ from labcourse.answers.handed_in import Cell, as_released, cells_of
 from labcourse.answers.parts import Part, Question
 from labcourse.errors import AnswerError
 from labcourse.grading.course import Course
-from labcourse.grading.course_check.finding import Finding, in_key
+from labcourse.grading.course_check.static import Finding, in_cell, in_key
 from labcourse.grading.isolation import layers
 from labcourse.grading.marking import decoding, marking
 from labcourse.grading.marking.checks import ForAPerson
@@ -25,7 +30,7 @@ from labcourse.grading.running.bundle import Bundle
 from labcourse.grading.running.runner import Job, Limits, Run
 from labcourse.grading.verdicts import Case, Check, Own, Status
 from labcourse.run import reasons
-from labcourse.run.causes import Where
+from labcourse.run.causes import Causes, RunCell, Where
 from labcourse.run.merge import Merged, merged
 
 #: Student for the run of the solutions. No result on this bench is at its limit, where both answers are right.
@@ -34,8 +39,54 @@ SEED = 20  #: from which the inputs of functions are drawn
 _LIMITS = Limits(cell=300, submission=1800.0)  # they are our own notebooks: they may take their time
 
 
-def check(course: Course, made: Bundle) -> Iterator[Finding]:
-    """Answers of the solutions that the key does not mark as right, or marks as right when they are changed."""
+_NO_PYTHON = ("SyntaxError", "IndentationError")
+_UNSET = re.compile(r"name '(\w+)' is not defined")
+
+
+def check_empty(course: Course, made: Bundle) -> Iterator[Finding]:
+    """Run the student notebooks as handed out. Find cells that stop, but for those that need an earlier answer.
+
+    Parameters
+    ----------
+    course : the course
+    made : its bundle
+    """
+    notebooks = merged(made.pristine, {}, every_cell=True)
+    run = run_of(made, notebooks)
+    yield from (Finding("the student notebooks", problem) for problem in run.problems)
+    recorded = set(decoding.decode(run.answers, SEED, course.catalogue).values)
+    causes = Causes(made.pristine, notebooks, cell_reports.read(run.reports), recorded, course.catalogue)
+    unset = set()  # names without a value, each reported once, where it is first used
+    for cells in causes.cells.values():
+        roots = dict.fromkeys(causes.root(cell) for cell in cells if cell.stopped)
+        stopped = {root: _error_type(root) for root in roots if isinstance(root, RunCell)}
+        no_python = [root.place for root, error in stopped.items() if error in _NO_PYTHON]
+        for root, error in stopped.items():
+            why = _why(root)
+            after_no_python = any(place < root.place for place in no_python)  # it might have bound the name
+            if error == "NameError" and (after_no_python or why in unset):
+                continue
+            unset.add(why)
+            yield Finding(in_cell(root.notebook, root.id), f"it stops when nothing is filled in: {why}")
+
+
+def _error_type(cell: RunCell) -> str:
+    return cell.report.error.type if cell.report and cell.report.error else ""
+
+
+def _why(cell: RunCell) -> str:
+    error = cell.report.error if cell.report else None
+    if error is None:
+        return "the Python process ended in it."
+    unset = _UNSET.search(error.message)
+    if error.type == "NameError" and unset:
+        return f"{unset[1]} has no value; preset it before the solution, as {unset[1]} = None."
+    line = f", line {error.line}" if error.line else ""
+    return f"{error.type}{line}: {error.message}"
+
+
+def check_key(course: Course, made: Bundle) -> Iterator[Finding]:
+    """Run the solutions. Find answers that the key does not mark as right, or marks as right when they are changed."""
     claims, missing = answers_of_solutions(course, made)
     for problem in claims.problems:
         yield Finding("the solutions", problem)
@@ -43,7 +94,7 @@ def check(course: Course, made: Bundle) -> Iterator[Finding]:
 
 
 def judged(course: Course, claims: Claims, missing: Mapping[Where, str]) -> Iterator[Finding]:
-    """What the key makes of the solutions' answers, and of wrong ones made of them.
+    """Mark the solutions' answers, and wrong answers made of them; find verdicts that are not as expected.
 
     Parameters
     ----------
@@ -58,29 +109,28 @@ def judged(course: Course, claims: Claims, missing: Mapping[Where, str]) -> Iter
             own = _Own(case.own, course.catalogue)
             why = missing.get((number, part.name), "its cell runs to its end, and leaves it empty.")
             yield from _judged(question, part, checks[part.name], claims, replace(case, own=own), why)
-            for said in own.unknown:
-                yield Finding(in_key(question, part), f"it follows what there is not. {said}")
+            for error in own.unknown:
+                yield Finding(in_key(question, part), f"it follows what there is not. {error}")
 
 
 class _Own:
-    """The solutions' own answers, for follow-through; remembers what was asked for and is in no catalogue."""
+    """The solutions' own answers, for follow-through; it remembers unknown questions that the key asks for."""
 
     def __init__(self, own: Own, catalogue: Catalogue) -> None:
         self._own, self._catalogue = own, catalogue
-        self.unknown: list[str] = []
+        self.unknown: dict[str, None] = {}  # messages, each once
 
     def __call__(self, question: str, part: str) -> Any:
         try:
             self._catalogue.find(question).part(part)
         except AnswerError as error:
-            if str(error) not in self.unknown:
-                self.unknown.append(str(error))
+            self.unknown[str(error)] = None
             raise LookupError(str(error)) from None
         return self._own(question, part)
 
 
 def handed_in(course: Course, pristine: Mapping[str, dict[str, Any]]) -> dict[str, tuple[Cell, ...]]:
-    """The cells of a student who answered as the solutions do, and changed nothing else.
+    """Return the cells of a student who answered as the solutions do, and changed nothing else.
 
     Parameters
     ----------
@@ -97,7 +147,7 @@ def handed_in(course: Course, pristine: Mapping[str, dict[str, Any]]) -> dict[st
 
 
 def answers_of_solutions(course: Course, made: Bundle) -> tuple[Claims, Mapping[Where, str]]:
-    """What the notebooks with solutions answer, and why answers are missing.
+    """Run the notebooks with solutions; return what they answer, and why answers are missing.
 
     Raises
     ------
@@ -115,12 +165,12 @@ def answers_of_solutions(course: Course, made: Bundle) -> tuple[Claims, Mapping[
     for path in course.notebooks:
         texts = words.written(made.pristine[path.name]["cells"], cells_of(path.read_bytes()))
         claims = decoding.with_words(claims, texts.words, course.catalogue)
-        claims.problems.extend(f"{path.name}: {told}" for told in [*texts.problems, *texts.notes])
+        claims.problems.extend(f"{path.name}: {problem}" for problem in [*texts.problems, *texts.notes])
     return claims, why.missing
 
 
 def run_of(made: Bundle, notebooks: Merged) -> Run:
-    """Run notebooks of our own: where there is no sandbox, without.
+    """Run notebooks of the course: in the sandbox if there is one on this computer, else without.
 
     Raises
     ------
@@ -140,45 +190,37 @@ def run_of(made: Bundle, notebooks: Merged) -> Run:
 
 
 def _judged(
-    question: Question, part: Part, one: Check, claims: Claims, case: Case, why_missing: str
+    question: Question, part: Part, check: Check, claims: Claims, case: Case, why_missing: str
 ) -> Iterator[Finding]:
-    """The key's verdict on a solution, and on what it becomes when it is changed."""
-    where = in_key(question, part)
-    for_a_person = isinstance(one, ForAPerson)
+    """Mark a solution, and a wrong answer made of it."""
+    where, for_a_person = in_key(question, part), isinstance(check, ForAPerson)
     try:
-        mark = marking.mark_part(question, part, one, claims, case)
-    except Exception as error:  # whatever a slip in a key may raise
+        mark = marking.mark_part(question, part, check, claims, case)
+    except Exception as error:  # whatever a mistake in a key may raise
         yield Finding(where, _fails(error))
         return
     if mark.status is Status.MISSING:
         yield Finding(where, f"the solution records no answer: {why_missing}")
         return
     if mark.status is not (Status.FOR_A_PERSON if for_a_person else Status.RIGHT):
-        yield Finding(
-            where,
-            f"the solution gets {mark.points:g} of {mark.out_of:g} points, {mark.status.value}: {mark.reason}",
-        )
+        points = f"{mark.points:g} of {mark.out_of:g} points"
+        yield Finding(where, f"the solution gets {points}, {mark.status.value}: {mark.reason}")
     value = claims.values.get((question.number, part.name))
     if for_a_person or value is None:
         return
     if part.plausible and not part.plausible[0] <= value <= part.plausible[1]:
-        yield Finding(
-            f"the catalogue, {question.number} {part.name}",
-            f"the solution, {value:g}, is outside of what is plausible: right answers would draw a hint.",
-        )
+        hint = f"the solution, {value:g}, is outside of what is plausible: right answers would draw a hint."
+        yield Finding(f"the catalogue, {question.number} {part.name}", hint)
     try:
-        verdict = one.verdict(part, wrong_answer(part, value), case)
+        wrong = wrong_answer(part, value)
+        verdict = check.verdict(part, wrong, case)
     except Exception as error:
         yield Finding(where, f"on a wrong answer, {_fails(error)}")
         return
     if verdict.status in (Status.RIGHT, Status.FOLLOW_THROUGH):
-        yield Finding(
-            where,
-            f"a wrong answer ({str(wrong_answer(part, value))[:60]}) is taken for right: {verdict.reason}",
-        )
+        yield Finding(where, f"a wrong answer ({str(wrong)[:60]}) is taken for right: {verdict.reason}")
 
 
 def _fails(error: Exception) -> str:
-    if isinstance(error, KeyFault):
-        return f"it fails: {error}"
-    return f"it fails: {type(error).__name__}: {error}"
+    kind = "" if isinstance(error, KeyFault) else f"{type(error).__name__}: "
+    return f"it fails: {kind}{error}"
