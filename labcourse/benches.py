@@ -17,7 +17,6 @@ OWN: Which = "own"
 SAME: Which = "same"
 PRESET: Which = "preset"
 REAL: Which = "real"
-WHICH = (OWN, SAME, PRESET, REAL)
 FIRST_DRAW = 1  #: the version of the draws of whoever names none
 MOST_SEED = 2**32 - 1  #: seeds are drawn from 32 bits
 

@@ -414,9 +414,8 @@ def read(
     _refuse(file, faults.items())
     settings = replace(settings, bench=replace(settings.bench, draw=draw))
     bench = _bench_faults(data.get("bench", {}), presets, benches or {})
-    _refuse(file, [*bench, *_contradictions(data, settings), *_level_faults(settings.levels)])
-    if catalogue is not None:
-        _refuse(file, _unknown_names(settings, catalogue))
+    names = () if catalogue is None else _unknown_names(settings, catalogue)
+    _refuse(file, [*bench, *_contradictions(data, settings), *_level_faults(settings.levels), *names])
     return settings
 
 

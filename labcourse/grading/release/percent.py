@@ -1,7 +1,7 @@
-"""A course's notebook, written as text with cells (jupytext's percent format), and the notebook that is made of it.
+"""Notebooks of a course that are written as text with cells (jupytext's percent format).
 
-``NAME.py`` in the course's folder, beside ``NAME.ipynb``, which is made of it; its name begins with a digit, so that no
-module is taken for one. What its cells begin with::
+The text is ``NAME.py`` in the course's folder, and ``NAME.ipynb`` beside it is made of it. The name begins with a
+digit, unlike those of modules. A cell begins with one of these lines::
 
     # %% [markdown]                text
     # %%                           code of the course's
@@ -10,13 +10,15 @@ module is taken for one. What its cells begin with::
     # %% words 1.4 why [markdown]  the model answer in words
     # %% front Report [markdown]   the entries that students fill in: authors, captions, sources of a report
 
-The cells of the parameters and of the setup come after the first text, and a cell that records the answer after each
-solution. A solution without ``### BEGIN SOLUTION`` is one as a whole; before it, the names of its parts are preset.
+The cells of the parameters and of the setup are added after the first text, and a cell that records the answer after
+each solution. A solution without ``### BEGIN SOLUTION`` is all of its cell; the names of its parts are preset
+before it.
 """
 
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -39,7 +41,7 @@ _SETUP = "import {module}\n\nlab = {module}.start(student)"
 
 
 def outdated(course: Course) -> list[str]:
-    """The notebooks that are not what their text gives, by file name. (Outputs are left out of account.)"""
+    """List the file names of notebooks that differ from what their text gives. (Outputs may differ.)"""
     return [path.name for path, made in _made(course) if not _same(path, made)]
 
 
@@ -61,7 +63,7 @@ def write(course: Course) -> None:
 
 
 def _made(course: Course) -> Iterator[tuple[Path, NotebookNode]]:
-    """Path of each notebook that is written as text, and what that gives."""
+    """Make the notebooks that are written as text; yield each with its path."""
     for path in sorted(course.folder.glob("[0-9]*.py")):
         yield path.with_suffix(".ipynb"), notebook(path.read_text(encoding="utf-8"), path.name, course)
 
@@ -74,7 +76,7 @@ def _same(path: Path, made: NotebookNode) -> bool:
 
 
 def notebook(text: str, name: str, course: Course) -> NotebookNode:
-    """The notebook that a text gives.
+    """Make a notebook of its text.
 
     Parameters
     ----------
@@ -100,36 +102,34 @@ class _Cells:
 
     def __init__(self, course: Course, name: str) -> None:
         self._course, self._name = course, name
-        self._elsewhere: set[tuple[str, str]] = set()  # answers that a cell names by their part
+        self._elsewhere: set[tuple[str, str]] = set()  # question and part of cells that name their part
 
     def of(self, written: list[NotebookNode]) -> Iterator[NotebookNode]:
-        """The cells, in order. One without a name is named after the answer that follows."""
+        """Make the cells, in order. A cell without a name is named after the answer that follows."""
         titled = [(cell, *self._asked(cell.metadata.get("title", ""))) for cell in written]
         self._elsewhere = {(question.number, part.name) for _, question, parts in titled if question for part in parts}
         unnamed: list[NotebookNode] = []
         for place, (cell, question, parts) in enumerate(titled):
             if question is None:
-                one = _front(cell) or _plain(cell)
-                unnamed.append(one)
+                unnamed.append(_front(cell) or _course_cell(cell))
                 if place == 0 and cell.cell_type == "markdown":
                     yield from _named(unnamed, "title")
-                    unnamed = []
+                    unnamed.clear()
             else:
                 made = [*self._answer(cell, question, parts)]
                 yield from _named(unnamed, made[0].id)
                 yield from made
-                unnamed = []
+                unnamed.clear()
             if place == 0:
                 yield from self._beginning()
         yield from _named(unnamed, "end")
 
     def _asked(self, title: str) -> tuple[Question | None, tuple[Part, ...]]:
-        """The question that a cell answers, None for any other cell; and the parts that it names."""
+        """Return the question that a cell answers, None for any other cell; and the parts that it names."""
         kind, _space, about = title.partition(" ")
         if kind not in ("answer", "words"):
             return None, ()
-        everything = self._course.catalogue.everything
-        numbers = [number for number in everything if f"{about} ".startswith(f"{number} ")]
+        numbers = [number for number in self._course.catalogue.everything if f"{about} ".startswith(f"{number} ")]
         try:
             question = self._course.catalogue.find(max(numbers, key=len, default=about))
             return question, tuple(map(question.part, about[len(question.number) :].split()))
@@ -147,7 +147,7 @@ class _Cells:
             about = {words.KEY: {"question": question.number, "part": parts[0].name}}
             yield new_markdown_cell(source, id=name, metadata={**about, **_grading(name, "markdown")})
             return
-        asked = parts or tuple(one for one in question.parts if (question.number, one.name) not in self._elsewhere)
+        asked = parts or [part for part in question.parts if (question.number, part.name) not in self._elsewhere]
         source = cell.source
         if BEGIN not in source:
             presets = [f"{part.name} = None{f'  # {part.unit}' if part.unit else ''}" for part in asked]
@@ -157,7 +157,7 @@ class _Cells:
         yield _locked(f"{name}-answer", f'lab.answer("{question.number}", {given})')
 
     def _beginning(self) -> Iterator[NotebookNode]:
-        """The cells of the parameters and of the setup."""
+        """Make the cells of the parameters and of the setup."""
         if not self._course.imports:
             raise GradingError("course.py should name the module that notebooks begin with, as imports=(...).")
         parameters = {"student": "", **self._course.parameters}
@@ -167,7 +167,7 @@ class _Cells:
 
 
 def _front(cell: NotebookNode) -> NotebookNode | None:
-    """The cell of a report's authors, captions and sources, to be filled in; None for any other cell."""
+    """Make the cell of a report's authors, captions and sources, to be filled in; None for any other cell."""
     kind, _space, report = cell.metadata.get("title", "").partition(" ")
     if kind != "front":
         return None
@@ -176,24 +176,24 @@ def _front(cell: NotebookNode) -> NotebookNode | None:
     return NotebookNode(new_markdown_cell(source, id=f"{report.lower().replace(' ', '-')}-front", metadata=about))
 
 
-def _plain(cell: NotebookNode) -> NotebookNode:
-    """A cell of the course's; it has its title for its name."""
+def _course_cell(cell: NotebookNode) -> NotebookNode:
+    """Make a cell of the course's own text or code; its title becomes its name."""
     tags = {"tags": cell.metadata.tags} if "tags" in cell.metadata else {}
     name = re.sub(r"[^a-z0-9]+", "-", cell.metadata.get("title", "").lower()).strip("-") or _UNNAMED
     if cell.cell_type != "code":
         return NotebookNode(new_markdown_cell(cell.source, id=name, metadata=tags))
-    one = _locked(name, cell.source)
-    one.metadata.update(tags)
-    return one
+    code = _locked(name, cell.source)
+    code.metadata.update(tags)
+    return code
 
 
 def _named(cells: list[NotebookNode], name: str) -> Iterator[NotebookNode]:
-    """Cells with names for those that have none: "title", "q1-1-text", "q1-1-text-2", "q1-1-code"."""
-    counted: dict[str, int] = {}
+    """Name the cells that have no name: "title", "q1-1-text", "q1-1-text-2", "q1-1-code"."""
+    counted = Counter[str]()
     for cell in cells:
         if cell.id == _UNNAMED:
             kind = "text" if cell.cell_type == "markdown" else "code"
-            counted[kind] = counted.get(kind, 0) + 1
+            counted[kind] += 1
             stem = name if name == "title" else f"{name}-{kind}"
             cell.id = stem + (f"-{counted[kind]}" if counted[kind] > 1 else "")
         if cell.cell_type == "code":
@@ -206,7 +206,7 @@ def _locked(name: str, source: str) -> NotebookNode:
 
 
 def _grading(name: str, kind: str, answer: bool = True) -> dict[str, Any]:
-    """The metadata by which nbgrader's schema knows an answer, or a locked cell."""
+    """Return the metadata that mark an answer, or a locked cell, in nbgrader's schema."""
     about = {"grade": answer, "grade_id": name, "locked": not answer, "schema_version": 3}
     about |= {"solution": answer, "task": False}
     return {"nbgrader": about | ({"cell_type": kind} if kind == "markdown" else {})}

@@ -1,8 +1,7 @@
-"""What students get: a folder and a zip with notebooks, wheels, and how to install them. No solution, no key, no stored
-answer.
+"""What students get: a folder and a zip with notebooks, wheels, and a README. No solution, no key, no stored answer.
 
-The wheels are labcourse without its folder ``grading``, and the course's packages without what they withhold. The
-notebooks are in the course's package, too, as an installed course has them.
+The wheels are labcourse without its folder ``grading``, and the course's packages without the modules that the course
+withholds. The notebooks are in the course's package, too, as an installed course has them.
 """
 
 from __future__ import annotations
@@ -38,7 +37,7 @@ _NEVER = ("__pycache__", "*.pyc", ".*")
 _FIRST, _LAST = 315_532_800, 4_354_819_198  # s since 1970, UTC: from 1980 to 2107, which a zip can hold
 _NOT_SOURCES = ("__pycache__", ANSWERS_FILE)  # what a run leaves in a folder of sources
 
-#: What a release has in place of a withheld module.
+#: The content of a withheld module in a release.
 _STUB = """\
 raise ImportError(
     "{module} is not in your course, because its questions ask you to build what it holds. "
@@ -59,7 +58,7 @@ _BENCH = {
 
 @dataclass(frozen=True)
 class Release:
-    """Where a release lies, the names of its notebooks, and what it is known by."""
+    """Folder and zip of a release, the names of its notebooks, and the name of the release."""
 
     folder: Path
     archive: Path
@@ -68,7 +67,7 @@ class Release:
 
 
 def derived(course: Course) -> dict[str, str]:
-    """The student notebooks of a course: file name → text, in order.
+    """Derive the student notebooks of a course: file name → text, in order.
 
     Raises
     ------
@@ -80,13 +79,11 @@ def derived(course: Course) -> dict[str, str]:
         raise GradingError(f"{outdated[0]} is not what {text} gives: say {program.name()} make-notebooks.")
     if not course.notebooks:
         raise GradingError(f"There are no notebooks in {course.folder}.")
-    found = {}
-    for path in course.notebooks:
-        notebook = student_notebooks.read(path)
-        found[path.name] = student_notebooks.text(
-            student_notebooks.student_version(notebook, path.name, course.catalogue)
-        )
-    return found
+    notebooks = {path.name: student_notebooks.read(path) for path in course.notebooks}
+    return {
+        name: student_notebooks.text(student_notebooks.student_version(notebook, name, course.catalogue))
+        for name, notebook in notebooks.items()
+    }
 
 
 def write_notebooks(course: Course) -> list[Path]:
@@ -197,7 +194,7 @@ def release(course: Course, out: Path, with_data: bool = False, replace: bool = 
 
 
 def _about(course: Course, folder: Path) -> dict[str, Any]:
-    """The ``course.json`` of the release in a folder: what of the settings concerns students, and its name."""
+    """Make the ``course.json`` of the release in a folder: its name, and the settings that concern students."""
     settings = course.settings
     about = {
         course_file.STUDENT: "",
@@ -217,7 +214,7 @@ def _about(course: Course, folder: Path) -> dict[str, Any]:
 
 
 def _given(course: Course) -> dict[str, Any]:
-    """What is given: where benches are the students' own, each session works the values out."""
+    """Return what is given; with own benches it has no values, because each student's session works them out."""
     start, bench = starts.find(course.catalogue, course.settings.given), course.settings.bench
     if bench.which == OWN:
         return starts.plain(start, None)
