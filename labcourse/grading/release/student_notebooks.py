@@ -3,8 +3,9 @@
 In an instructor's notebook, the part of an answer cell that students are to write stands between two lines,
 ``### BEGIN SOLUTION`` and ``### END SOLUTION``; in a text cell for an answer in words they are
 ``<!-- BEGIN SOLUTION -->`` and ``<!-- END SOLUTION -->``, which are not seen when the cell is rendered. Cells tagged
-``instructor`` are for instructors only. Points stand in the catalogue alone, and are written into the cells here. Other
-cells are locked: students may edit answers, the parameters, and cells tagged ``open``, which a text asks them to change.
+``instructor`` are for instructors only. Points stand in the catalogue alone, and are written into the cells here.
+Students may edit answers, the parameters, and cells tagged ``open``, which a text asks them to change; other cells are
+locked.
 """
 
 from __future__ import annotations
