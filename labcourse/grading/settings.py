@@ -15,9 +15,9 @@ from dataclasses import dataclass, field, is_dataclass, replace
 from datetime import date, datetime, time
 from decimal import Decimal
 from difflib import get_close_matches
-from functools import partial
+from functools import partial, reduce
 from itertools import pairwise
-from operator import itemgetter
+from operator import getitem, itemgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args, get_type_hints
 
@@ -446,12 +446,10 @@ def _line(text: str, place: Place) -> int:
 
 def _value(data: Any, place: Place) -> Any:
     """Look up an entry; None if it is missing."""
-    for part in place:
-        with suppress(KeyError, IndexError, TypeError):
-            data = data[part]
-            continue
+    try:
+        return reduce(getitem, place, data)
+    except (KeyError, IndexError, TypeError):
         return None
-    return data
 
 
 def _entries(table: Any, above: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], FieldInfo]]:
@@ -462,24 +460,23 @@ def _entries(table: Any, above: tuple[str, ...] = ()) -> Iterator[tuple[tuple[st
         place = above + (tuple(map(str, alias.path)) if isinstance(alias, AliasPath) else (name,))
         if info and info[-1].description:
             yield place, info[-1]
-        elif is_dataclass(inner := _ROWS.get(name, hint)):
+        elif is_dataclass(inner := _ROWS.get(place[-1], hint)):
             yield from _entries(inner, place)
 
 
-_ROWS: Mapping[str, type] = {"deadlines": Deadline, "extensions": Extension}
-_REPEATED = ("deadline", "extension")
+_ROWS: Mapping[str, type] = {"deadline": Deadline, "extension": Extension}  # tables of which there may be several
 _ENTRIES = dict(_entries(CourseSettings))
 
 
 def _heading(table: str) -> str:
-    return f"[[{table}]]" if table in _REPEATED else f"[{table}]"
+    return f"[[{table}]]" if table in _ROWS else f"[{table}]"
 
 
 def _unknown(data: Mapping[str, Any]) -> Iterator[Fault]:
     """Find tables and entries that there are not, and tables that are none."""
     tables = {table: _heading(table) for table, _name in _ENTRIES}
     for table, content in data.items():
-        rows = content if table in _REPEATED else [content]
+        rows = content if table in _ROWS else [content]
         if table not in tables:
             homes = [f"It belongs under {tables[home]}." for home, name in _ENTRIES if name == table]
             yield (table,), f"there is no such section. {(*homes, _nearest(table, tables))[0]}"
@@ -489,7 +486,7 @@ def _unknown(data: Mapping[str, Any]) -> Iterator[Fault]:
             known = {name: name for home, name in _ENTRIES if home == table}
             for number, row in enumerate(rows):
                 for name in row.keys() - known.keys():
-                    place = (table, number, name) if table in _REPEATED else (table, name)
+                    place = (table, number, name) if table in _ROWS else (table, name)
                     yield place, f"there is no such entry. {_nearest(name, known)}"
 
 
@@ -500,7 +497,7 @@ def _nearest(name: str, known: Mapping[str, str]) -> str:
 
 def _refused(details: ErrorDetails, data: Mapping[str, Any]) -> Fault:
     """Describe what pydantic refuses: the entry as it is, what is expected, and an example."""
-    place: Place = details["loc"][: 3 if details["loc"][0] in _REPEATED else 2]
+    place: Place = details["loc"][: 3 if details["loc"][0] in _ROWS else 2]
     if (place[0], place[-1]) not in _ENTRIES:
         return place[:1], ""  # a table that is none
     value = _value(data, place)
