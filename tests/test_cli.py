@@ -16,8 +16,7 @@ from made_notebooks import answer, code, notebook, saved, text
 from typer.testing import CliRunner
 
 from labcourse import course_place, courses, lab_command
-from labcourse.grading.isolation.layers import Layer
-from labcourse.grading.isolation.selftest import Attempt
+from labcourse.grading.isolation.selftest import Attempt, Layer
 from rotflex import __version__, cli
 from rotflex.course.lab import Lab
 from rotflex.hil.student_benches import DRAW
@@ -417,8 +416,8 @@ LACKING = Layer("bubblewrap", False, "the program bwrap is not there", "apt-get 
     ids=["missing layer", "broke out", "root"],
 )
 def test_grade_runs_nobodys_code_unisolated(tmp_path, monkeypatch, layers, attempts, user, options, named):
-    monkeypatch.setattr("labcourse.grading.isolation.layers.examine", lambda: layers)
-    monkeypatch.setattr("labcourse.grading.isolation.selftest.run_all", lambda: attempts)
+    monkeypatch.setattr("labcourse.grading.isolation.selftest.layers", lambda: layers)
+    monkeypatch.setattr("labcourse.grading.isolation.selftest.attempts", lambda: attempts)
     monkeypatch.setattr("os.geteuid", lambda: user)
     done = graded(tmp_path, *options)
     said = " ".join(done.output.split())
@@ -494,7 +493,7 @@ def test_a_slip_in_the_name_of_a_gradebook_makes_no_new_one(tmp_path, words):
 
 def test_doctor_shows_the_layers_and_says_what_to_do(monkeypatch):
     layers = [LACKING, Layer("cgroups", False, "not to be had", "", False)]
-    monkeypatch.setattr("labcourse.grading.isolation.layers.examine", lambda: layers)
+    monkeypatch.setattr("labcourse.grading.isolation.selftest.layers", lambda: layers)
     done = rotflex("doctor")
     assert done.exit_code == 3
     assert "apt-get install bubblewrap" in done.output and "it need not be" in done.output

@@ -63,7 +63,7 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
     "running, intake": (3352, ("labcourse/grading/running/**/*.py",)),
     "gradebook": (2444, ("labcourse/grading/gradebook/**/*.py",)),
     "marking": (1305, ("labcourse/grading/marking/**/*.py",)),
-    "isolation": (1332, ("labcourse/grading/isolation/**/*.py",)),
+    "isolation": (1153, ("labcourse/grading/isolation/**/*.py",)),
     "reports, scoring": (2861, ("labcourse/grading/reports/**/*.py", "labcourse/grading/scoring/**/*.py")),
     "outcomes, overview, platforms, accounts": (
         2959,

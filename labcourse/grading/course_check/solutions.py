@@ -18,7 +18,7 @@ from labcourse.answers.parts import Part, Question
 from labcourse.errors import AnswerError
 from labcourse.grading.course import Course
 from labcourse.grading.course_check.static import Finding, in_cell, in_key
-from labcourse.grading.isolation import layers
+from labcourse.grading.isolation import selftest
 from labcourse.grading.marking import decoding, marking
 from labcourse.grading.marking.checks import ForAPerson
 from labcourse.grading.marking.decoding import Claims
@@ -184,7 +184,7 @@ def run_of(made: Bundle, notebooks: Merged) -> Run:
         parameters=made.parameters,
         imports=made.imports,
         limits=_LIMITS,
-        isolated=all(layer.good for layer in layers.examine() if layer.needed),
+        isolated=all(layer.good for layer in selftest.layers() if layer.needed),
     )
     return runner.run(made.packed, job)
 

@@ -3,17 +3,14 @@
 A general package: it knows nothing of courses or marks, and depends on :mod:`labcourse.errors` alone.
 
 sandbox      ``run``: a command in a sandbox (bubblewrap on Linux), or an error; never the command without it
-unisolated   the same call without isolation, for those who trust the code
-layers       the isolation layers of this computer, there or missing, and what to do
-selftest     attacks, really made from inside, and whether they were contained
+unisolated   what ``run`` uses for commands that are trusted
+selftest     the isolation layers of this computer, with remedies; and attacks, really made from inside a sandbox
 
-outcome      the limits, and what comes back
-bubblewrap   the arguments of bubblewrap
+process      the limits on a command, its pipes, and its outcome
+bubblewrap   the arguments of bubblewrap, and what to do if it fails
 seccomp      the filter of system calls
-cgroups      memory and processes of all together, where the system lets us limit them
-pipes        feed and read a running command, never waiting for it
-remedies     what to do when a layer cannot be set up
+cgroups      memory and processes of everything together, where the system lets us limit them
 attacks      the program that the self-test runs inside
 
-Everything here can be imported on any system; what is Linux's own is used only when something is run.
+All modules can be imported on any system; what only Linux has is used when something is run.
 """

@@ -1,4 +1,4 @@
-"""Bubblewrap's arguments: which isolation layers a sandbox has, and what can be seen inside.
+"""Bubblewrap's arguments: which isolation layers a sandbox has, and what can be seen inside. And remedies if it fails.
 
 Inside, there are: the system's programs and libraries (``/usr``), a few of the files of ``/etc``, the Python
 environment, and what the caller shows; all of it read-only, and nothing else of the file system. One bounded tmpfs can
@@ -7,6 +7,7 @@ be written: ``/tmp``, with the working folder and a home in it.
 
 from __future__ import annotations
 
+import contextlib
 import os
 import secrets
 import sys
@@ -16,8 +17,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from labcourse.errors import IsolationError
-from labcourse.grading.isolation.outcome import MIB, Limits
+from labcourse.grading.isolation.process import MIB, Limits
 
+OLDEST = (0, 8)  #: version of bubblewrap that can set up all layers
+INSTALL = (
+    "Install bubblewrap 0.8 or newer: `apt-get install bubblewrap` (Debian, Ubuntu), `dnf install bubblewrap` (Fedora)."
+)
 WORK, HOME = "/tmp/work", "/tmp/home"
 USER_NAME = "student"  # of the only user inside, and its group
 _SHARED_MEMORY = 16 * MIB  # semaphores are files there
@@ -37,12 +42,12 @@ class User:
 
 
 def is_root() -> bool:
-    """Whether this program has root's rights."""
+    """Return whether this program has root's rights."""
     return os.geteuid() == 0
 
 
 def sandbox_user() -> User:
-    """Somebody to run one command, with a number of their own where we are root.
+    """Choose a user to run one command; for root, one with a number that no other run has.
 
     Raises
     ------
@@ -51,9 +56,7 @@ def sandbox_user() -> User:
     """
     if not is_root():
         return User(1000, False)
-    spare = _unassigned_ids(
-        Path("/proc/self/uid_map").read_text("ascii"), Path("/proc/self/gid_map").read_text("ascii")
-    )
+    spare = _unassigned_ids(*(Path(f"/proc/self/{kind}_map").read_text("ascii") for kind in ("uid", "gid")))
     if not spare:
         raise IsolationError(
             "Students' code must not run as root, and root has no other user to become here.",
@@ -64,34 +67,26 @@ def sandbox_user() -> User:
 
 
 def _unassigned_ids(*maps: str) -> range:
-    """Numbers that nobody has, and that we have the use of, by the kernel's maps of users and groups."""
-    for candidates in (_UNASSIGNED_IDS, range(60000, 65000), range(30000, 60000)):
-        if all(_covers(text, candidates) for text in maps):
-            return candidates
+    """Find numbers that nobody has, and that we may use by the kernel's maps of users and groups."""
+    extents = [[tuple(map(int, line.split())) for line in text.splitlines()] for text in maps]
+    for numbers in (_UNASSIGNED_IDS, range(60000, 65000), range(30000, 60000)):
+        if all(any(first <= numbers[0] and numbers[-1] < first + n for first, _, n in lines) for lines in extents):
+            return numbers
     return range(0)
 
 
-def _covers(text: str, numbers: range) -> bool:
-    extents = [tuple(map(int, line.split())) for line in text.splitlines()]
-    return any(first <= numbers[0] and numbers[-1] < first + length for first, _, length in extents)
-
-
 def arguments(
-    user: User,
-    visible: Iterable[Path],
-    environment: Mapping[str, str],
-    limits: Limits,
-    synthetic: Mapping[str, int],
+    user: User, visible: Iterable[Path], environment: Mapping[str, str], limits: Limits, synthetic: Mapping[str, int]
 ) -> list[str]:
-    """Bubblewrap's arguments, up to the command.
+    """Return bubblewrap's arguments, up to the command.
 
     Parameters
     ----------
     user : who runs the command
-    visible : what is shown besides the system and the Python environment, see :func:`visible_paths`
+    visible : paths to show besides the system and the Python environment, see :func:`visible_paths`
     environment : all variables
     limits : of which the size of the folder is used
-    synthetic : path → descriptor of a file with what is to be there
+    synthetic : path → descriptor of a file with the content to show there
 
     Raises
     ------
@@ -100,7 +95,7 @@ def arguments(
     """
     args = ["--die-with-parent", "--new-session", "--as-pid-1", "--clearenv", "--hostname", "sandbox"]
     args += ["--unshare-ipc", "--unshare-pid", "--unshare-net", "--unshare-uts", "--unshare-cgroup-try"]
-    if user.from_root:  # what the launcher needs to become somebody else; it drops these, too
+    if user.from_root:  # the launcher needs these to become somebody else, and drops them, too
         args += ["--cap-drop", "ALL"]
         for capability in ("CAP_SETUID", "CAP_SETGID", "CAP_SETPCAP"):
             args += ["--cap-add", capability]
@@ -121,7 +116,7 @@ def arguments(
 
 
 def synthetic_files(user: User) -> dict[str, str]:
-    """Path → text of the files that are there in place of the system's own."""
+    """Return path → text of the files that replace those of the system."""
     return {
         "/etc/passwd": f"{USER_NAME}:x:{user.uid}:{user.uid}::{HOME}:/bin/sh\n",
         "/etc/group": f"{USER_NAME}:x:{user.uid}:\n",
@@ -131,7 +126,7 @@ def synthetic_files(user: User) -> dict[str, str]:
 
 
 def setpriv_prefix(user: User) -> list[str]:
-    """What comes before the command, for it to be run by this user."""
+    """Return what to put before a command, for this user to run it."""
     if not user.from_root:
         return []
     ids = ["--reuid", str(user.uid), "--regid", str(user.uid), "--clear-groups"]
@@ -140,41 +135,41 @@ def setpriv_prefix(user: User) -> list[str]:
 
 
 def default_environment() -> dict[str, str]:
-    """The variables that every command gets, unless the caller sets them."""
+    """Return the variables that every command gets, unless the caller sets them."""
     folders = [str(python().parent), "/usr/local/bin", "/usr/bin", "/bin"]
     return {"PATH": os.pathsep.join(folders), "HOME": HOME, "TMPDIR": "/tmp", "LANG": "C.UTF-8", "USER": USER_NAME}
 
 
 def python() -> Path:
-    """This Python's program, by a name that it has in the sandbox as well.
+    """Return the path of this Python, which is the same in the sandbox.
 
-    ``sys.executable`` is what was typed: by ``..`` it may go through folders that are not shown.
+    ``sys.executable`` is what was typed: with ``..`` it may go through folders that are not shown.
     """
     return straight(Path(sys.executable).absolute())
 
 
 def straight(path: Path) -> Path:
-    """An absolute path to the same place, without ``..``.
+    """Return an absolute path to the same place, without ``..``.
 
-    Links are followed only where a ``..`` comes after them; the last stays: by its place, not by where it leads,
-    a Python knows its virtual environment.
+    Links are followed only where a ``..`` comes after them. The last link stays: a Python finds its virtual environment
+    by its own place, not by where it leads.
     """
-    found = Path(path.anchor)
+    result = Path(path.anchor)
     for part in path.parts[1:]:
-        found = found.resolve().parent if part == ".." else found / part
-    return found
+        result = result.resolve().parent if part == ".." else result / part
+    return result
 
 
 # --- what is shown ----------------------------------------------------------------------------------------------------
 
 
 def visible_paths(visible: Iterable[Path]) -> list[Path]:
-    """The Python environment and what the caller shows, parents first.
+    """Return the paths of the Python environment and those that the caller shows, parents first.
 
     Raises
     ------
     IsolationError
-        If something is not there, or if too much would be seen with it.
+        If a path does not exist, or would show too much.
     """
     # Under its name and where links lead to: programs ask for either.
     python = [path for prefix in (sys.prefix, sys.base_prefix) for path in (Path(prefix), Path(prefix).resolve())]
@@ -186,64 +181,58 @@ def _checked(path: Path) -> Path:
         raise IsolationError(f"Only absolute paths can be shown in the sandbox, not {path}.", "files")
     path = straight(path)
     if not path.exists():
-        raise IsolationError(f"{path} is to be shown in the sandbox, and is not there.", "files")
+        raise IsolationError(f"{path} is to be shown in the sandbox, and does not exist.", "files")
     real = path.resolve()
     own = (os.path.expanduser("~"), tempfile.gettempdir(), "/var", WORK, HOME)
     private = [Path(folder).resolve() for folder in own]
     for place in (path, real):
         too_much = any(folder.is_relative_to(place) for folder in private)
         if too_much or any(place.is_relative_to(folder) for folder in _NEVER):
+            environment = str(path) in (sys.prefix, sys.base_prefix)
             raise IsolationError(
-                f"{path} cannot be shown in the sandbox: too much would be seen with it.",
+                f"{path} cannot be shown in the sandbox: it would show too much.",
                 "files",
-                "Use a Python environment in a folder of its own."
-                if str(path) in (sys.prefix, sys.base_prefix)
-                else "Keep what is to be shown in a folder of its own.",
+                f"{'Use a Python environment' if environment else 'Keep what is to be shown'} in a folder of its own.",
             )
-    if is_root():
-        needed = 0o5 if real.is_dir() else 0o4
-        if real.stat().st_mode & needed != needed:
-            raise IsolationError(
-                f"{path} can be read by its owner only, and root drops to another user in the sandbox.",
-                "files",
-                f"Let others read it (chmod -R o+rX {path}), or grade as an ordinary user.",
-            )
+    needed = 0o5 if real.is_dir() else 0o4
+    if is_root() and real.stat().st_mode & needed != needed:
+        raise IsolationError(
+            f"{path} can be read by its owner only, and root drops to another user in the sandbox.",
+            "files",
+            f"Let others read it (chmod -R o+rX {path}), or grade as an ordinary user.",
+        )
     return path
 
 
 def _own_package() -> Path:
-    """The package that this belongs to: it knows how the command is judged, and is not for the command to see."""
+    """Return the package that this belongs to: it knows how the command is judged, and must not be seen inside."""
     return Path(__file__).resolve().parents[2]
 
 
 def _mounts(paths: Sequence[Path], hidden: Path) -> list[str]:
-    """Show these, parents first; and an empty folder in place of ``hidden``, save what is asked for inside it."""
-    outer = [path for path in paths if not path.is_relative_to(hidden)]
-    inner = [path for path in paths if path.is_relative_to(hidden)]
+    """Show paths, parents first; and an empty folder in place of ``hidden``, except for paths inside it."""
     args: list[str] = []
     done = [Path("/usr")]
-    for path in outer:
-        if not any(path.is_relative_to(above) for above in done):
+    for path in paths:
+        if not any(path.is_relative_to(above) for above in [*done, hidden]):
             args += _read_only(path)
             done.append(path)
     # A folder that is shown under two names has ``hidden`` under both.
     seen = [(path, path.resolve()) for path in done]
-    masks = [path / hidden.relative_to(real) for path, real in seen if hidden.is_relative_to(real)]
+    masks = [str(path / hidden.relative_to(real)) for path, real in seen if hidden.is_relative_to(real)]
     for mask in masks:
-        args += ["--perms", "0755", "--tmpfs", str(mask)]
-    for path in inner:
-        args += _read_only(path)
+        args += ["--perms", "0755", "--tmpfs", mask]
+    for path in paths:
+        args += _read_only(path) if path.is_relative_to(hidden) else []
     for mask in masks:
-        args += ["--remount-ro", str(mask)]
+        args += ["--remount-ro", mask]
     return args
 
 
 def _read_only(path: Path) -> list[str]:
-    """Show it under its name. The folders above are made first: bubblewrap makes them for their owner only."""
-    args = []
-    for parent in reversed(path.parents[:-1]):
-        args += ["--perms", "0755", "--dir", str(parent)]
-    return [*args, "--ro-bind", str(path), str(path)]
+    """Show a path under its name. Make the folders above it first: bubblewrap makes them for their owner only."""
+    above = [arg for parent in reversed(path.parents[:-1]) for arg in ("--perms", "0755", "--dir", str(parent))]
+    return [*above, "--ro-bind", str(path), str(path)]
 
 
 def _system_mounts() -> list[str]:
@@ -261,3 +250,77 @@ def _system_mounts() -> list[str]:
 
 def _tmpfs(path: str, size: int) -> list[str]:
     return ["--perms", "1777", "--size", str(size), "--tmpfs", path]
+
+
+# --- what to do if it fails -------------------------------------------------------------------------------------------
+
+_OTHER_SYSTEMS = {
+    "win32": "Grade under WSL2 (`wsl --install`, then this program in its Linux), or on a Linux machine.",
+    "darwin": "Grade on a Linux machine, or in a Linux virtual machine on this one.",
+}
+_APPARMOR = (
+    "AppArmor keeps bubblewrap from making user namespaces (Ubuntu 24.04 does). Let it alone do so: write\n"
+    "    abi <abi/4.0>,\n"
+    "    include <tunables/global>\n"
+    "    profile bwrap /usr/bin/bwrap flags=(unconfined) { userns, }\n"
+    "to /etc/apparmor.d/bwrap and run `sudo apparmor_parser -r /etc/apparmor.d/bwrap`."
+)
+_CONTAINER = (
+    "This seems to be a container whose own isolation keeps bubblewrap from setting up another. Best grade outside of "
+    "it, on the machine itself. Else start the container with `--security-opt seccomp=unconfined --security-opt "
+    "apparmor=unconfined --security-opt systempaths=unconfined` and grade as an ordinary user in it; do not use "
+    "--privileged."
+)
+_OF_NAMESPACES = (
+    # file in /proc/sys, the value that forbids namespaces, and what to do
+    ("kernel/apparmor_restrict_unprivileged_userns", "1", _APPARMOR),
+    (
+        "kernel/unprivileged_userns_clone",
+        "0",
+        "Let ordinary users make user namespaces: `sudo sysctl kernel.unprivileged_userns_clone=1`.",
+    ),
+    (
+        "user/max_user_namespaces",
+        "0",
+        "Let users make user namespaces: `sudo sysctl user.max_user_namespaces=15000`.",
+    ),
+)
+_MESSAGES = (
+    # parts of bubblewrap's message, the layer that failed, and what to do; "" for what the system's settings say
+    (("Unknown option",), "bubblewrap", INSTALL),
+    (("No permissions to create", "Creating new namespace failed", "setting up uid map"), "namespaces", ""),
+    (("mount proc", "make / slave", "remount", "mount tmpfs"), "file system", ""),
+    (("loopback", "RTM_NEWADDR"), "network", ""),
+    (("setpriv: failed to execute", "setpriv: not found"), "user", "Install util-linux, or grade as an ordinary user."),
+    (("setpriv",), "user", "Root may not become another user here: grade as an ordinary user."),
+)
+
+
+def remedy_of_platform() -> str:
+    """Return what to do where the system is not Linux."""
+    return _OTHER_SYSTEMS.get(sys.platform, "Grade on a Linux machine.")
+
+
+def remedy_of_namespaces(settings: Path = Path("/proc/sys")) -> str:
+    """Return what to do where namespaces cannot be made: by the system's settings, or in a container."""
+    for name, bad, remedy in _OF_NAMESPACES:
+        with contextlib.suppress(OSError):
+            if (settings / name).read_text("ascii").strip() == bad:
+                return remedy
+    if in_container():
+        return _CONTAINER
+    return "Let ordinary users make user namespaces (see `man 7 user_namespaces`), or grade on another machine."
+
+
+def in_container(root: Path = Path("/")) -> bool:
+    """Return whether this seems to be a container: of Docker, Podman, or Kubernetes, as on a hub."""
+    marks = (".dockerenv", "run/.containerenv", "run/secrets/kubernetes.io", "var/run/secrets/kubernetes.io")
+    return "KUBERNETES_SERVICE_HOST" in os.environ or any((root / mark).exists() for mark in marks)
+
+
+def explain(message: str) -> tuple[str, str]:
+    """Return which layer failed, and what to do, from bubblewrap's message."""
+    for parts, layer, remedy in _MESSAGES:
+        if any(part in message for part in parts):
+            return layer, remedy or remedy_of_namespaces()
+    return "bubblewrap", "The command `doctor` shows which layers work here and which do not."

@@ -1,9 +1,8 @@
-"""Memory and processes of all that runs in a sandbox together, limited where the system lets us (control groups).
+"""Control groups: limit memory and processes of everything in a sandbox together, where the system permits it.
 
-An optional layer. It is active where we may make a group of our own below the one that we are in: as root, mostly; as
-anybody else where the system's manager has handed a group over (``systemd-run --user --scope``). A group made here is
-below ours (version 1, so that a limit on us holds inside) or beside it (version 2, where inner groups hold no
-processes).
+An optional layer. It is active where we may make a group below the one that we are in: as root, mostly; as anybody else
+where the system's manager has delegated a group (``systemd-run --user --scope``). A group made here is below ours
+(version 1, so that a limit on us holds inside) or beside it (version 2, where inner groups hold no processes).
 """
 
 from __future__ import annotations
@@ -17,21 +16,18 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from labcourse.grading.isolation.outcome import Limits
+from labcourse.grading.isolation.process import Limits
 
-_PREFIX = "labcourse"
-_PATIENCE = 2.0  # s; the kernel lets go of a group a little after its last process
-_FILES = {
-    # controller → version → the file of its limit
-    "memory": {1: "memory.limit_in_bytes", 2: "memory.max"},
-    "pids": {1: "pids.max", 2: "pids.max"},
-}
-_NAMES = {"memory": "memory of all together", "pids": "processes of all together"}
+PREFIX = "labcourse"  #: of the names of groups that are made here
+#: Controller → the name of its layer.
+LAYERS = {"memory": "memory of all together", "pids": "processes of all together"}
+_LIMIT_FILES = {("memory", 1): "memory.limit_in_bytes", ("memory", 2): "memory.max"}  # those of pids: "pids.max"
+_REMOVAL_TIMEOUT = 2.0  # s; the kernel lets go of a group a little after its last process
 
 
 @dataclass(frozen=True)
 class ParentGroup:
-    """A group below which one can be made that has a controller."""
+    """A group below which one can be made: its folder, and the version of its hierarchy."""
 
     folder: Path
     version: int
@@ -44,74 +40,59 @@ class Groups:
     limited: dict[str, Path]
 
     def add(self, pid: int) -> tuple[str, ...]:
-        """Put a process into them, with all that it will start; what is limited by them from now on."""
+        """Put a process into the groups, with all that it will start. Returns the layers that are active with that."""
         active = []
         for controller, folder in self.limited.items():
             with contextlib.suppress(OSError):
                 (folder / "cgroup.procs").write_text(str(pid), "ascii")
-                active.append(_NAMES[controller])
+                active.append(LAYERS[controller])
         return tuple(active)
 
 
 def parent_groups(system: Path = Path("/proc/self")) -> dict[str, ParentGroup]:
-    """Where groups can be made: controller ("memory", "pids") → group; without those that cannot be had.
+    """Find where groups can be made: controller ("memory", "pids") → group, without controllers that are not available.
 
     Parameters
     ----------
     system : folder with the kernel's ``cgroup`` and ``mountinfo`` of this process
     """
     try:
-        ours = _ours((system / "cgroup").read_text("utf-8"))
-        mounts = (system / "mountinfo").read_text("utf-8")
+        lines = [line.split(":", 2) for line in (system / "cgroup").read_text("utf-8").splitlines()]
+        mounts = (system / "mountinfo").read_text("utf-8").splitlines()
     except OSError:
         return {}
-    found = {}
-    for root, folder, version, controllers in _hierarchies(mounts):
-        for controller in _FILES:
-            path = ours.get(controller if version == 1 else "")
-            if path is None or (version == 1 and controller not in controllers) or not path.is_relative_to(root):
-                continue
-            parent = _parent_group(folder, path.relative_to(root), version, controller)
-            if parent is not None and os.access(parent.folder, os.W_OK | os.X_OK):
-                found[controller] = parent
-    return found
-
-
-def _parent_group(folder: Path, path: Path, version: int, controller: str) -> ParentGroup | None:
-    if version == 1:
-        return ParentGroup(folder / path, 1)
-    for group in (folder / path, (folder / path).parent):  # beside ours, but not above where we can see
-        with contextlib.suppress(OSError):
-            handed_on = (group / "cgroup.subtree_control").read_text("ascii").split()
-            if group.is_relative_to(folder) and controller in handed_on:
-                return ParentGroup(group, 2)
-    return None
-
-
-def _ours(text: str) -> dict[str, Path]:
-    """Controller (or "" for version 2) → the group that we are in, from ``/proc/self/cgroup``."""
-    found = {}
-    for line in text.splitlines():
-        _, controllers, path = line.split(":", 2)
-        for controller in controllers.split(","):
-            found[controller] = Path(path)
-    return found
-
-
-def _hierarchies(mounts: str) -> Iterator[tuple[Path, Path, int, list[str]]]:
-    """What is mounted of the groups: its root, where, version, and the controllers (of version 1)."""
-    for line in mounts.splitlines():
+    ours = {name: Path(path) for _number, names, path in lines for name in names.split(",")}  # "" for version 2
+    parents = {}
+    for line in mounts:
         left, _, right = line.partition(" - ")
         kind, _, options = right.split(" ", 2)
-        root, folder = left.split(" ")[3:5]
-        if kind in ("cgroup", "cgroup2"):
-            yield Path(root), Path(folder), 2 if kind == "cgroup2" else 1, options.split(",")
+        root, folder = map(Path, left.split(" ")[3:5])
+        version = {"cgroup": 1, "cgroup2": 2}.get(kind, 0)
+        controllers = {1: options.split(","), 2: list(LAYERS)}.get(version, [])
+        for controller in (name for name in LAYERS if name in controllers):
+            path = ours.get("" if version == 2 else controller)
+            if path is not None and path.is_relative_to(root):
+                group = folder / path.relative_to(root)
+                parent = group if version == 1 else _delegated(folder, group, controller)
+                if parent is not None and os.access(parent, os.W_OK | os.X_OK):
+                    parents[controller] = ParentGroup(parent, version)
+    return parents
+
+
+def _delegated(mount: Path, own: Path, controller: str) -> Path | None:
+    """Find the group, our own or the one above it (if we can see it), that passes a controller on to groups below."""
+    for group in (own, own.parent):
+        with contextlib.suppress(OSError):
+            passed_on = (group / "cgroup.subtree_control").read_text("ascii").split()
+            if group.is_relative_to(mount) and controller in passed_on:
+                return group
+    return None
 
 
 @contextlib.contextmanager
 def limited_groups(limits: Limits, parents: Mapping[str, ParentGroup]) -> Iterator[Groups]:
-    """Groups with these limits, where they can be had, for as long as the ``with`` block lasts."""
-    name = f"{_PREFIX}-{os.getpid()}-{secrets.token_hex(8)}"
+    """Make groups with these limits, where that is possible, for as long as the ``with`` block lasts."""
+    name = f"{PREFIX}-{os.getpid()}-{secrets.token_hex(8)}"
     most = {"memory": limits.memory, "pids": limits.processes + 2}  # two shells wait for the command
     groups, folders = Groups({}), set()
     try:
@@ -119,25 +100,22 @@ def limited_groups(limits: Limits, parents: Mapping[str, ParentGroup]) -> Iterat
             _sweep(parent.folder)
             folder = parent.folder / name
             with contextlib.suppress(OSError):
-                folder.mkdir(exist_ok=True)  # both controllers have the same one in version 2
+                folder.mkdir(exist_ok=True)  # in version 2 both controllers have the same one
                 folders.add(folder)
-                (folder / _FILES[controller][parent.version]).write_text(str(most[controller]), "ascii")
+                limit = _LIMIT_FILES.get((controller, parent.version), "pids.max")
+                (folder / limit).write_text(str(most[controller]), "ascii")
                 groups.limited[controller] = folder
-                _no_swap(folder, limits.memory)
+                for swap, value in (("memory.memsw.limit_in_bytes", limits.memory), ("memory.swap.max", 0)):
+                    if (folder / swap).exists():
+                        (folder / swap).write_text(str(value), "ascii")
         yield groups
     finally:
         for folder in folders:
             _remove(folder)
 
 
-def _no_swap(folder: Path, memory: int) -> None:
-    for name, value in (("memory.memsw.limit_in_bytes", memory), ("memory.swap.max", 0)):
-        if (folder / name).exists():
-            (folder / name).write_text(str(value), "ascii")
-
-
 def _remove(folder: Path) -> None:
-    deadline = time.monotonic() + _PATIENCE
+    deadline = time.monotonic() + _REMOVAL_TIMEOUT
     while folder.exists() and time.monotonic() < deadline:
         try:
             folder.rmdir()
@@ -145,10 +123,10 @@ def _remove(folder: Path) -> None:
             time.sleep(0.01)
 
 
-def _sweep(folder: Path) -> None:
-    """Remove what a program that was killed has left: the groups of processes that are no more."""
-    for left in folder.glob(f"{_PREFIX}-*"):
-        found = re.fullmatch(rf"{_PREFIX}-(\d+)-[0-9a-f]+", left.name)
-        if found and not Path("/proc", found[1]).exists():
+def _sweep(parent: Path) -> None:
+    """Remove the groups that a killed program has left: those of processes that do not exist any more."""
+    for folder in parent.glob(f"{PREFIX}-*"):
+        match = re.fullmatch(rf"{PREFIX}-(\d+)-[0-9a-f]+", folder.name)
+        if match and not Path("/proc", match[1]).exists():
             with contextlib.suppress(OSError):
-                left.rmdir()
+                folder.rmdir()

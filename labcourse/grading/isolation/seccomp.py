@@ -1,9 +1,9 @@
-"""The filter of system calls: a few that students' work does not need, and that reach around the other layers.
+"""The filter of system calls: a few that students' work does not need, and that go around the other layers.
 
-Classic BPF, as the kernel wants it (``man 2 seccomp``), written down here rather than by a library. What is refused:
+Classic BPF, as the kernel takes it (``man 2 seccomp``), written here without a library. It refuses:
 
 * new user namespaces, in which a process has all capabilities again (``clone``, ``unshare``, ``setns``);
-* keys of whoever started us, that a process inherits;
+* keys that a process inherits from the grader;
 * families of sockets that a network namespace does not hold, such as AF_VSOCK, which reaches a virtual machine's host;
 * memory that no file size counts (``memfd_create``, System V's shared memory and queues);
 * looking into other processes, and io_uring, which calls the kernel around such a filter.
@@ -12,6 +12,7 @@ Classic BPF, as the kernel wants it (``man 2 seccomp``), written down here rathe
 from __future__ import annotations
 
 import errno
+import itertools
 import struct
 
 _LOAD, _JUMP_EQUAL, _JUMP_AT_LEAST, _JUMP_BITS, _RETURN = 0x20, 0x15, 0x35, 0x45, 0x06
@@ -22,33 +23,17 @@ _NUMBER, _ARCHITECTURE, _FIRST, _SECOND = 0, 4, 16, 24  # offsets in struct secc
 _AUDIT = {"x86_64": 0xC000003E, "aarch64": 0xC00000B7}
 _X32 = 0x40000000
 
-# From the kernel's tables of system calls: name → (x86_64, aarch64).
+# From the kernel's tables of system calls: why it is refused → name → (x86_64, aarch64).
 _REFUSED = {
-    "unshare": (272, 97),
-    "setns": (308, 268),
-    "add_key": (248, 217),
-    "request_key": (249, 218),
-    "keyctl": (250, 219),
-    "ptrace": (101, 117),
-    "process_vm_readv": (310, 270),
-    "process_vm_writev": (311, 271),
-    "kcmp": (312, 272),
-    "pidfd_getfd": (438, 438),
-    "bpf": (321, 280),
-    "perf_event_open": (298, 241),
-    "userfaultfd": (323, 282),
-    "fanotify_init": (300, 262),
-    "open_by_handle_at": (304, 265),
-    "io_uring_setup": (425, 425),
-    "io_uring_enter": (426, 426),
-    "io_uring_register": (427, 427),
-    "memfd_create": (319, 279),
-    "memfd_secret": (447, 447),
-    "shmget": (29, 194),
-    "msgget": (68, 186),
-    "semget": (64, 190),
-    "mq_open": (240, 180),
-    "syslog": (103, 116),
+    "new namespaces": {"unshare": (272, 97), "setns": (308, 268)},
+    "inherited keys": {"add_key": (248, 217), "request_key": (249, 218), "keyctl": (250, 219)},
+    "other processes": {"ptrace": (101, 117), "kcmp": (312, 272), "pidfd_getfd": (438, 438)},
+    "their memory": {"process_vm_readv": (310, 270), "process_vm_writev": (311, 271), "userfaultfd": (323, 282)},
+    "the kernel": {"bpf": (321, 280), "perf_event_open": (298, 241), "syslog": (103, 116)},
+    "files by handle": {"fanotify_init": (300, 262), "open_by_handle_at": (304, 265)},
+    "io_uring": {"io_uring_setup": (425, 425), "io_uring_enter": (426, 426), "io_uring_register": (427, 427)},
+    "memory that no file size counts": {"memfd_create": (319, 279), "memfd_secret": (447, 447), "shmget": (29, 194)},
+    "queues and semaphores, too": {"msgget": (68, 186), "semget": (64, 190), "mq_open": (240, 180)},
 }
 _CLONE, _CLONE3, _SOCKET, _IOCTL = (56, 220), (435, 435), (41, 198), (16, 29)
 _NEW_NAMESPACES = 0x7E020000  # CLONE_NEWNS | NEWCGROUP | NEWUTS | NEWIPC | NEWUSER | NEWPID | NEWNET
@@ -57,7 +42,7 @@ _TYPING = (0x5412, 0x541C)  # TIOCSTI, TIOCLINUX: type into a terminal
 
 
 def program(machine: str) -> bytes | None:
-    """The filter for a machine (``os.uname().machine``), or None for one whose numbers are not known here."""
+    """Return the filter for a machine (``os.uname().machine``); None for one whose numbers are not known here."""
     if machine not in _AUDIT:
         return None
     column = list(_AUDIT).index(machine)
@@ -69,7 +54,7 @@ def program(machine: str) -> bytes | None:
         (_JUMP_AT_LEAST, 0, 1, _X32),
         (_RETURN, 0, 0, _ERROR | errno.ENOSYS),
     ]
-    for numbers in _REFUSED.values():
+    for numbers in itertools.chain(*map(dict.values, _REFUSED.values())):
         steps += _refuse_if(_JUMP_EQUAL, numbers[column], errno.EPERM)
     # Its flags are in memory, out of a filter's sight. The C library falls back on clone.
     steps += _refuse_if(_JUMP_EQUAL, _CLONE3[column], errno.ENOSYS)
@@ -87,6 +72,6 @@ def _refuse_if(jump: int, value: int, error: int) -> list[tuple[int, int, int, i
 
 
 def _examine(number: int, argument: int, steps: list[tuple[int, int, int, int]]) -> list[tuple[int, int, int, int]]:
-    """For this call: load an argument, take the steps, and allow it if they come to their end."""
+    """Make steps for one call: load an argument, take the steps given, and allow the call if none refused it."""
     body = [(_LOAD, 0, 0, argument), *steps, (_RETURN, 0, 0, _ALLOW)]
     return [(_JUMP_EQUAL, 0, len(body), number), *body]

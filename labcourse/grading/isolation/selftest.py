@@ -1,8 +1,9 @@
-"""Try to break out: attacks that are really made, from inside a sandbox, against targets that are really there.
+"""Whether isolation works on this computer: look at each layer, then try to break out.
 
-Three sandboxes are started: in one :mod:`labcourse.grading.isolation.attacks` runs to its end; in the others
-detached children that ignore signals are left, and it is ended from outside. What only the outside can see is looked
-at from there.
+Layers are looked at from outside, and by a trusted program in a sandbox that shows what it sees. Then attacks are made,
+from inside a sandbox, against targets that really exist: in one sandbox :mod:`labcourse.grading.isolation.attacks` runs
+to its end; in others detached children that ignore signals are left, and it is ended from outside. Some results are
+seen only from outside, and are looked at from there.
 """
 
 from __future__ import annotations
@@ -10,29 +11,40 @@ from __future__ import annotations
 import contextlib
 import json
 import os
+import platform
+import re
 import secrets
+import shutil
 import socket
 import subprocess
+import sys
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from labcourse.errors import IsolationError
-from labcourse.grading.isolation import attacks, bubblewrap, sandbox, seccomp
-from labcourse.grading.isolation.outcome import MIB, Ending, Limits
+from labcourse.grading.isolation import attacks, bubblewrap, cgroups, sandbox, seccomp
+from labcourse.grading.isolation.process import MIB, Ending, Limits
 
+_KERNEL = (5, 14)  # counts an ordinary user's processes in each user namespace; before, the sandbox shares one limit
+_LOOK = """
+cat /proc/self/status /proc/self/limits /proc/net/dev /proc/self/mounts
+echo =
+ls -d /proc/[0-9]*
+id -u
+echo seen > seen
+"""
+_WRITABLE = re.compile(r"/tmp|/dev/.*|/proc")
+_DELEGATE = (
+    "Grade as root, or in a group of your own where systemd runs: `systemd-run --user --scope …`. "
+    "Without it each process is limited by itself, and the number of small files that a student can make is not."
+)
+_REPORT = "Do not grade here, and report what this shows."
 _LIMITS = Limits(
     seconds=60, memory=256 * MIB, processes=20, file_size=8 * MIB, folder=32 * MIB, output=65536, open_files=64
 )
-_FILTERED = (
-    "reach a virtual machine's host",
-    "make a user namespace",
-    "trace the first process",
-    "read inherited keys",
-)
-_TOGETHER = "take too much memory together"  # held by control groups, where they are to be had
 # Detached and ignoring signals, with the token among their arguments; {then} is what comes after them.
 _CHILDREN = """
 [ "$(uname -n)" = sandbox ] || exit 1
@@ -45,24 +57,133 @@ echo left > left
 
 
 @dataclass(frozen=True)
+class Layer:
+    """A layer of isolation.
+
+    Attributes
+    ----------
+    name : of the layer
+    good : whether it works
+    state : what there is, as text
+    remedy : what to do if it does not work; "" if it does
+    needed : whether nothing may be run without it
+    """
+
+    name: str
+    good: bool
+    state: str
+    remedy: str = ""
+    needed: bool = True
+
+
+@dataclass(frozen=True)
 class Attempt:
     """An attack that was made.
 
     Attributes
     ----------
-    name : what was tried
-    contained : whether the sandbox held
-    said : what came of it
-    needed : whether nothing may be run where it does not hold
+    name : of the attack
+    contained : whether the sandbox contained it
+    result : what happened
+    needed : whether nothing may be run where it is not contained
     """
 
     name: str
     contained: bool
-    said: str
+    result: str
     needed: bool = True
 
 
-def run_all() -> list[Attempt]:
+# --- layers -----------------------------------------------------------------------------------------------------------
+
+
+def layers() -> list[Layer]:
+    """Look at the layers, the most basic first; stop after one of the first three if it does not work."""
+    result: list[Layer] = []
+    for look in (_system, _bubblewrap, _user):
+        result.append(look())
+        if not result[-1].good:
+            return result
+    return [*result, *_inside(), _together("memory"), _together("pids")]
+
+
+def _system() -> Layer:
+    name, release = "operating system", f"{platform.system()} {platform.release()}"
+    if not sys.platform.startswith("linux"):
+        return Layer(name, False, f"{release}; isolation needs Linux", bubblewrap.remedy_of_platform())
+    good = _version(platform.release()) >= _KERNEL
+    return Layer(name, good, release, "" if good else "Use a system with Linux 5.14 or newer.")
+
+
+def _version(text: str) -> tuple[int, ...]:
+    return tuple(int(part) for part in re.findall(r"\d+", text)[:2])
+
+
+def _bubblewrap() -> Layer:
+    program = shutil.which("bwrap")
+    if program is None:
+        return Layer("bubblewrap", False, "not installed", bubblewrap.INSTALL)
+    reported = subprocess.run([program, "--version"], capture_output=True, text=True, check=False).stdout.strip()
+    good = _version(reported) >= bubblewrap.OLDEST
+    state = f"{reported or 'of an unknown version'} ({program})"
+    return Layer("bubblewrap", good, state, "" if good else bubblewrap.INSTALL)
+
+
+def _user() -> Layer:
+    try:
+        user = bubblewrap.sandbox_user()
+    except IsolationError as error:
+        return _of_error(error)
+    root, other = "root, who becomes another user for each run", "an ordinary user, in a user namespace"
+    return Layer("user", True, root if user.from_root else other)
+
+
+def _inside() -> list[Layer]:
+    """Look at the layers that a trusted program sees from inside."""
+    limits = Limits(seconds=60)
+    try:
+        outcome = sandbox.run(["/bin/sh", "-c", _LOOK], visible=[], wanted="seen", largest=5, limits=limits)
+    except IsolationError as error:
+        return [_of_error(error)]
+    output, _, ours = outcome.output.decode(errors="replace").partition("\n=\n")
+    if outcome.file != b"seen\n":
+        return [Layer("sandbox", False, f"a trusted program does not run in it: {output[-200:]}", _REPORT)]
+    interfaces = re.findall(r"^\s*(\w+):(?:\s+\d+){10}", output, re.MULTILINE)
+    mounts = re.findall(r"^\S+ (\S+) \S+ (rw|ro),", output, re.MULTILINE)
+    read_only = bool(mounts) and all(_WRITABLE.fullmatch(path) for path, how in mounts if how == "rw")
+    processes = ours.count("/proc/")
+    unprivileged = re.search(r"CapEff:\s*0+\n.*NoNewPrivs:\s*1\n", output, re.DOTALL) and ours.split()[-1] != "0"
+    limited = re.search(rf"Max address space\s+{limits.memory}\s", output)
+    filtered = "system calls" in outcome.layers
+    return [
+        _layer("file system", read_only, "read-only, but for /tmp"),
+        _layer("network", interfaces == ["lo"], f"interfaces: {', '.join(interfaces)}"),
+        _layer("processes", 0 < processes <= 5, f"{processes} to be seen, all of the sandbox"),
+        _layer("privileges", bool(unprivileged), "none, and none to be had"),
+        _layer("limits", bool(limited), "memory and files of each process, number of processes, time"),
+        Layer("system calls", filtered, "filtered" if filtered else "not filtered on this machine", needed=False),
+    ]
+
+
+def _of_error(error: IsolationError) -> Layer:
+    return Layer(error.layer or "sandbox", False, str(error).removesuffix(error.remedy).strip(), error.remedy)
+
+
+def _layer(name: str, good: bool, state: str) -> Layer:
+    return Layer(name, good, state if good else f"not so: {state}", "" if good else _REPORT)
+
+
+def _together(controller: str) -> Layer:
+    parent = cgroups.parent_groups().get(controller)
+    if parent is None:
+        return Layer(cgroups.LAYERS[controller], False, "no control group available", _DELEGATE, needed=False)
+    return Layer(cgroups.LAYERS[controller], True, f"control group (version {parent.version})", needed=False)
+
+
+# --- attempts ---------------------------------------------------------------------------------------------------------
+
+
+def attempts() -> list[Attempt]:
     """Make all attacks.
 
     Raises
@@ -70,41 +191,20 @@ def run_all() -> list[Attempt]:
     IsolationError
         If the sandbox cannot be set up, or the attacks could not be made in it.
     """
-    token = secrets.token_hex(16)
-    with tempfile.TemporaryDirectory(prefix="labcourse-selftest-") as scratch:
-        planted = Path(scratch) / "planted"
-        planted.mkdir()
-        planted.chmod(0o777)  # whoever finds it could write to it
-        (planted / "secret").write_text(token, "utf-8")
-        with _listeners(planted) as (ports, received), _victim(token) as victim:
-            targets = {
-                **ports,
-                "planted": str(planted),
-                "token": token,
-                "process": victim.pid,
-                "home": os.path.expanduser("~"),
-                "home_shown": _shown_of(Path(os.path.expanduser("~"))),
-                "memory": _LIMITS.memory,
-                "processes": _LIMITS.processes,
-                "file_size": _LIMITS.file_size,
-                "folder": _LIMITS.folder,
-            }
-            found = _attacked(targets)
-            seen = {
-                "reach a UDP listener": "it was heard outside" if received() else "",
-                "kill a process outside": "" if victim.poll() is None else "it was killed",
-                "write outside": "" if sorted(os.listdir(planted)) == ["secret", "unix"] else "a file is there",
-            }
-    attempts = [_judged(name, *what, seen.get(name, "")) for name, what in found.items()]
-    return [*attempts, _flood(), _deadline()]
+    with _targets() as (targets, seen_outside):
+        results = _attack(targets)
+        seen = seen_outside()
+    judged = [_judge(name, *result, seen.get(name, "")) for name, result in results.items()]
+    flood = _leave_children("outlive a flood of output", Ending.OUTPUT, "exec yes", _LIMITS.seconds)
+    for seconds in (0.3, 3, 30):  # on a busy machine, it may take a while until the children run
+        deadline = _leave_children("outlive the deadline", Ending.DEADLINE, "exec sleep 60", seconds)
+        if deadline.contained:
+            break
+    return [*judged, flood, deadline]
 
 
-def _judged(name: str, contained: bool, said: str, seen: str) -> Attempt:
-    needed = name != _TOGETHER and (name not in _FILTERED or seccomp.program(os.uname().machine) is not None)
-    return Attempt(name, contained and not seen, seen or said, needed)
-
-
-def _attacked(targets: dict[str, Any]) -> dict[str, tuple[bool, str]]:
+def _attack(targets: dict[str, Any]) -> dict[str, tuple[bool, str]]:
+    """Run the attacks in a sandbox. Returns attack → whether it was contained, and what happened."""
     outcome = sandbox.run(
         [str(sandbox.python()), "-I", "-S", "-c", Path(attacks.__file__).read_text("utf-8")],
         visible=[],
@@ -113,31 +213,29 @@ def _attacked(targets: dict[str, Any]) -> dict[str, tuple[bool, str]]:
         stdin=json.dumps(targets).encode(),
         limits=_LIMITS,
     )
-    found = json.loads(outcome.file or b"{}")
-    if list(found) != list(attacks.ATTACKS):
+    results = json.loads(outcome.file or b"{}")
+    if list(results) != list(attacks.ATTACKS):
         message = outcome.output.decode(errors="replace").strip()
         raise IsolationError(f"The self-test did not come to its end: {message or outcome.ending.value}.", "self-test")
-    return {name: (contained, said) for name, (contained, said) in found.items()}
+    return {name: (contained, result) for name, (contained, result) in results.items()}
 
 
-def _flood() -> Attempt:
-    return _left_behind("outlive a flood of output", Ending.OUTPUT, "exec yes", _LIMITS.seconds)
+def _judge(name: str, contained: bool, result: str, seen: str) -> Attempt:
+    """Judge an attack by what it says, and by what was seen outside ("" for nothing)."""
+    layer, _ = attacks.ATTACKS[name]
+    needed = layer == "" or (layer == attacks.FILTER and seccomp.program(os.uname().machine) is not None)
+    return Attempt(name, contained and not seen, seen or result, needed)
 
 
-def _deadline() -> Attempt:
-    for seconds in (0.3, 3, 30):  # on a busy machine, it may take a while for the children to be there
-        attempt = _left_behind("outlive the deadline", Ending.DEADLINE, "exec sleep 60", seconds)
-        if attempt.contained:
-            break
-    return attempt
-
-
-def _left_behind(name: str, ending: Ending, then: str, seconds: float) -> Attempt:
-    """Leave detached children that ignore signals, and be ended; the outside looks for them."""
+def _leave_children(name: str, ending: Ending, then: str, seconds: float) -> Attempt:
+    """Leave detached children that ignore signals, let the run be ended, and look for the children outside."""
     token = secrets.token_hex(16)
     command = ["/bin/sh", "-c", _CHILDREN.format(then=then), token]
     outcome = sandbox.run(command, visible=[], wanted="left", largest=16, limits=replace(_LIMITS, seconds=seconds))
-    left = sum(token.encode() in _command_line(process) for process in Path("/proc").glob("[0-9]*"))
+    left = 0
+    for process in Path("/proc").glob("[0-9]*"):
+        with contextlib.suppress(OSError):  # some end meanwhile
+            left += token.encode() in (process / "cmdline").read_bytes()
     if left:
         return Attempt(name, False, f"{left} processes left")
     if outcome.ending is not ending or outcome.file != b"left\n":
@@ -145,33 +243,16 @@ def _left_behind(name: str, ending: Ending, then: str, seconds: float) -> Attemp
     return Attempt(name, True, "ended; no process left, its file was read")
 
 
-def _command_line(process: Path) -> bytes:
-    with contextlib.suppress(OSError):
-        return (process / "cmdline").read_bytes()
-    return b""
-
-
-def _shown_of(home: Path) -> list[str]:
-    """Names in the home folder under which something is shown on purpose."""
-    return [path.relative_to(home).parts[0] for path in bubblewrap.visible_paths([]) if path.is_relative_to(home)]
-
-
-# --- targets ----------------------------------------------------------------------------------------------------------
-
-
 @contextlib.contextmanager
-def _victim(token: str) -> Iterator[subprocess.Popen[bytes]]:
-    """A process of ours, with a secret in its environment. It ends with its input, and so with us."""
-    environment = {**os.environ, "LABCOURSE_SECRET": token}
-    with subprocess.Popen(["cat"], env=environment, stdin=subprocess.PIPE) as victim:
-        yield victim
-
-
-@contextlib.contextmanager
-def _listeners(folder: Path) -> Iterator[tuple[dict[str, Any], Any]]:
-    """Listeners of every kind, where they are, and whether the one for datagrams has received anything since."""
-    abstract = "labcourse-" + secrets.token_hex(8)
+def _targets() -> Iterator[tuple[dict[str, Any], Callable[[], dict[str, str]]]]:
+    """Set up targets of every kind. Returns what the attacks must know of them, and a look at them from outside."""
+    token, abstract = secrets.token_hex(16), "labcourse-" + secrets.token_hex(8)
+    home = Path(os.path.expanduser("~"))
     with contextlib.ExitStack() as stack:
+        planted = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="labcourse-selftest-"))) / "planted"
+        planted.mkdir()
+        planted.chmod(0o777)  # whoever finds it could write to it
+        (planted / "secret").write_text(token, "utf-8")
 
         def bound(family: int, kind: int, address: Any) -> socket.socket:
             listener = stack.enter_context(socket.socket(family, kind))
@@ -182,41 +263,52 @@ def _listeners(folder: Path) -> Iterator[tuple[dict[str, Any], Any]]:
 
         tcp = bound(socket.AF_INET, socket.SOCK_STREAM, ("127.0.0.1", 0))
         udp = bound(socket.AF_INET, socket.SOCK_DGRAM, ("", 0))
-        bound(socket.AF_UNIX, socket.SOCK_STREAM, str(folder / "unix"))
+        bound(socket.AF_UNIX, socket.SOCK_STREAM, str(planted / "unix"))
         bound(socket.AF_UNIX, socket.SOCK_STREAM, "\0" + abstract)
-        port = udp.getsockname()[1]
-        _reach(udp, port)
+        addresses = _reach(udp)
+        # A process of ours, with a secret in its environment. It ends with its input, and so with us.
+        environment = {**os.environ, "LABCOURSE_SECRET": token}
+        victim = stack.enter_context(subprocess.Popen(["cat"], env=environment, stdin=subprocess.PIPE))
+        targets = {
+            "tcp": tcp.getsockname()[1],
+            "udp": udp.getsockname()[1],
+            "addresses": addresses,
+            "unix": str(planted / "unix"),
+            "abstract": abstract,
+            "planted": str(planted),
+            "token": token,
+            "process": victim.pid,
+            "home": str(home),
+            # Names in it under which something is shown on purpose.
+            "home_shown": [
+                path.relative_to(home).parts[0] for path in bubblewrap.visible_paths([]) if path.is_relative_to(home)
+            ],
+            **{name: getattr(_LIMITS, name) for name in ("memory", "processes", "file_size", "folder")},
+        }
 
-        def received() -> bool:
+        def seen_outside() -> dict[str, str]:
+            seen = {}
             with contextlib.suppress(BlockingIOError):
-                return bool(udp.recv(64))
-            return False
+                seen["reach a UDP listener"] = "it was heard outside" if udp.recv(64) else ""
+            if victim.poll() is not None:
+                seen["kill a process outside"] = "it was killed"
+            if sorted(os.listdir(planted)) != ["secret", "unix"]:
+                seen["write outside"] = "a file is there"
+            return seen
 
-        yield (
-            {
-                "tcp": tcp.getsockname()[1],
-                "udp": port,
-                "addresses": ["127.0.0.1", *_addresses()],
-                "unix": str(folder / "unix"),
-                "abstract": abstract,
-            },
-            received,
-        )
+        yield targets, seen_outside
 
 
-def _reach(udp: socket.socket, port: int) -> None:
-    """Make sure that a datagram sent here arrives, or its silence would mean nothing."""
+def _reach(udp: socket.socket) -> list[str]:
+    """Make sure that a datagram arrives (else silence would mean nothing). Returns this machine's addresses."""
     udp.settimeout(5)
+    addresses = ["127.0.0.1"]
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
-        sender.sendto(b"here", ("127.0.0.1", port))
-    if udp.recv(64) != b"here":
-        raise IsolationError("The self-test's listener hears something else.", "self-test")
+        sender.sendto(b"here", ("127.0.0.1", udp.getsockname()[1]))
+        if udp.recv(64) != b"here":
+            raise IsolationError("The self-test's listener hears something else.", "self-test")
+        with contextlib.suppress(OSError):  # where it has no address to the outside
+            sender.connect(("192.0.2.1", 9))  # nothing is sent
+            addresses.append(sender.getsockname()[0])
     udp.setblocking(False)
-
-
-def _addresses() -> list[str]:
-    """This machine's address to the outside, if it has one. (Nothing is sent.)"""
-    with contextlib.suppress(OSError), socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        probe.connect(("192.0.2.1", 9))
-        return [probe.getsockname()[0]]
-    return []
+    return addresses

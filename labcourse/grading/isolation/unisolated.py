@@ -1,8 +1,8 @@
-"""Run a command without isolation, for those who trust it: the same call as the sandbox.
+"""Run a command without isolation, for those who trust it.
 
-What is held to: the deadline, the bytes that it writes and leaves, a folder of its own, an environment with nothing of
-ours in it, and that what it started ends with it, as far as it can be found. It has the rights of whoever calls;
-memory, processes and files are not limited.
+Only some limits hold: the deadline, and the bytes that the command writes to its output and leaves in its files. It
+works in a folder of its own, with an environment that holds nothing of the grader's, and the processes that it started
+end with it, as far as they can be found. It has the rights of the caller; memory, processes and files are not limited.
 """
 
 from __future__ import annotations
@@ -13,87 +13,92 @@ import secrets
 import signal
 import subprocess
 import tempfile
-import threading
-import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-
-import psutil  # type: ignore[import-untyped]
+from typing import Any
 
 from labcourse.errors import IsolationError
-from labcourse.grading.isolation import remedies
-from labcourse.grading.isolation.bubblewrap import python
-from labcourse.grading.isolation.outcome import Ending, Limits, Outcome, read_others, read_wanted
-from labcourse.grading.isolation.pipes import ProcessPipes
-from labcourse.grading.isolation.sandbox import NO_FILES, NO_VARIABLES
+from labcourse.grading.isolation import bubblewrap, process
 
-_TOKEN = "LABCOURSE_RUN"  # environment variable by which a run's processes are known
-_ROUNDS = 100  # a process that forks faster than this is for the sandbox
+_TOKEN = "LABCOURSE_RUN"  # environment variable that marks the processes of a run
+_ROUNDS = 100  # a process that forks faster than this needs the sandbox
+_REMOVE = 'chmod -R u+rwX -- "$0"; rm -rf -- "$0"'  # rm copes with any depth and any names
 
 
-def run(
-    command: Sequence[str],
-    *,
-    visible: Sequence[Path],
-    wanted: str,
-    largest: int,
-    also: Mapping[str, int] = NO_FILES,
-    stdin: bytes = b"",
-    environment: Mapping[str, str] = NO_VARIABLES,
-    limits: Limits = Limits(),  # noqa: B008 (it cannot be changed)
-    cancelled: threading.Event | None = None,
-) -> Outcome:
-    """Run a command with our own rights, and get a file that it leaves.
+class Unisolated:
+    """A command that runs with the rights of the caller (a ``with`` block, with the attributes of a sandbox).
 
-    Takes and returns what :func:`labcourse.grading.isolation.sandbox.run` does. All files are visible, whatever
-    ``visible`` says; of the limits, ``seconds`` and ``output`` hold.
+    Parameters
+    ----------
+    command, environment : as for :func:`labcourse.grading.isolation.sandbox.run`
 
     Raises
     ------
     IsolationError
-        For root, whose rights no untrusted command may have; and where there are no process groups (Windows).
+        For root, whose rights no untrusted command may have; and on systems without process groups (Windows).
     """
-    del visible
-    _refuse_root()
-    token = secrets.token_hex(16)
-    with _scratch() as scratch:
-        work, home = scratch / "work", scratch / "home"
-        for folder in (work, home):
-            folder.mkdir()
-        # Held open: should the command put another folder in its place, the file is still sought here.
-        opened = os.open(work, os.O_RDONLY | os.O_DIRECTORY)
-        try:
-            process = subprocess.Popen(
-                command,
-                bufsize=0,
-                cwd=work,
-                env={**_variables(home), **environment, _TOKEN: token},
-                stdin=subprocess.PIPE,
-                stdout=subprocess.PIPE,
-                stderr=subprocess.STDOUT,
-                start_new_session=True,
-            )
-            pipes = ProcessPipes(process, limits.output)
-            started = time.monotonic()
-            try:
-                pipes.send(stdin, last=True)
-                ending = pipes.exchange_until(started + limits.seconds, cancelled or threading.Event())
-                seconds = time.monotonic() - started
-            finally:
-                _end_all(process, token)
-                pipes.close()
-            file, trouble = read_wanted(opened, wanted, largest)
-            others = read_others(opened, also)
-        finally:
-            os.close(opened)
-    assert ending is not None
-    code = process.returncode if ending is Ending.FINISHED else None
-    return Outcome(ending, code, file, trouble, bytes(pipes.output[: limits.output]), seconds, (), others)
+
+    go = b""
+    layers: tuple[str, ...] = ()
+
+    def __init__(self, command: Sequence[str], environment: Mapping[str, str]) -> None:
+        _refuse_root()
+        self._command, self._environment = command, environment
+        self._token = secrets.token_hex(16)
+        self._code: int | None = None
+
+    def __enter__(self) -> Unisolated:
+        with contextlib.ExitStack() as stack:
+            scratch = Path(tempfile.mkdtemp(prefix="labcourse-run-")).resolve()
+            remove = ["/bin/sh", "-c", _REMOVE, str(scratch)]
+            stack.callback(subprocess.run, remove, capture_output=True, check=False)
+            work, home = scratch / "work", scratch / "home"
+            work.mkdir()
+            home.mkdir()
+            # Held open: should the command put another folder in its place, the files are still read from this one.
+            self.folder = os.open(work, os.O_RDONLY | os.O_DIRECTORY)
+            stack.callback(os.close, self.folder)
+            path = os.pathsep.join([str(bubblewrap.python().parent), os.defpath])
+            ours = {"PATH": path, "HOME": str(home), "TMPDIR": str(home), "LANG": "C.UTF-8"}
+            variables = {**ours, **self._environment, _TOKEN: self._token}
+            self._process = process.start(self._command, cwd=work, env=variables, start_new_session=True)
+            self.pipes = process.ProcessPipes(self._process, 0)
+            stack.callback(self.pipes.close)
+            stack.callback(self.end)
+            self._stack = stack.pop_all()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._stack.close()
+
+    def end(self) -> int:
+        """Kill the process group, and every process that has the token of the run in its environment.
+
+        Processes that the command starts can leave the group; the environment that they started with stays.
+        """
+        import psutil  # type: ignore[import-untyped]
+
+        if self._code is not None:  # its number may be another process's by now
+            return self._code
+        with contextlib.suppress(ProcessLookupError, PermissionError):
+            os.killpg(self._process.pid, signal.SIGKILL)
+        self._code = self._process.wait()
+        for _ in range(_ROUNDS):
+            left = _processes_with(self._token)
+            if not left:
+                break
+            for running in left:
+                with contextlib.suppress(psutil.Error):
+                    running.kill()
+            psutil.wait_procs(left, timeout=1)
+        return self._code
 
 
 def _refuse_root() -> None:
     if os.name != "posix":
-        raise IsolationError("A run cannot be watched and ended here.", "operating system", remedies.of_platform())
+        raise IsolationError(
+            "A run cannot be watched and ended here.", "operating system", bubblewrap.remedy_of_platform()
+        )
     if os.geteuid() == 0:
         raise IsolationError(
             "Root does not run students' code without isolation: with its rights it could do anything at all.",
@@ -102,44 +107,12 @@ def _refuse_root() -> None:
         )
 
 
-def _variables(home: Path) -> dict[str, str]:
-    path = os.pathsep.join([str(python().parent), os.defpath])
-    return {"PATH": path, "HOME": str(home), "TMPDIR": str(home), "LANG": "C.UTF-8"}
+def _processes_with(token: str) -> list[Any]:
+    import psutil
 
-
-@contextlib.contextmanager
-def _scratch() -> Iterator[Path]:
-    """A temporary folder. It is removed by rm, to which neither depth nor odd names in it matter."""
-    folder = Path(tempfile.mkdtemp(prefix="labcourse-run-")).resolve()
-    try:
-        yield folder
-    finally:
-        for command in (["chmod", "-R", "u+rwX"], ["rm", "-rf"]):
-            subprocess.run([*command, "--", str(folder)], capture_output=True, check=False)
-
-
-def _end_all(process: subprocess.Popen[bytes], token: str) -> None:
-    """Kill the process group, and every process that bears the run's token.
-
-    What it starts may leave the group; the environment that it was born with stays.
-    """
-    with contextlib.suppress(ProcessLookupError, PermissionError):
-        os.killpg(process.pid, signal.SIGKILL)
-    process.wait()
-    for _ in range(_ROUNDS):
-        found = _with_token(token)
-        if not found:
-            return
-        for one in found:
-            with contextlib.suppress(psutil.Error):
-                one.kill()
-        psutil.wait_procs(found, timeout=1)
-
-
-def _with_token(token: str) -> list[psutil.Process]:
-    found = []
-    for process in psutil.process_iter():
+    processes = []
+    for running in psutil.process_iter():
         with contextlib.suppress(psutil.Error, OSError):
-            if process.environ().get(_TOKEN) == token and process.status() != psutil.STATUS_ZOMBIE:
-                found.append(process)
-    return found
+            if running.environ().get(_TOKEN) == token and running.status() != psutil.STATUS_ZOMBIE:
+                processes.append(running)
+    return processes

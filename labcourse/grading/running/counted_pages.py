@@ -15,8 +15,8 @@ from pathlib import Path
 from labcourse.answers import report_files
 from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.report_files import ReportFile
-from labcourse.grading.isolation import sandbox, unisolated
-from labcourse.grading.isolation.outcome import MIB, Ending, Limits
+from labcourse.grading.isolation import sandbox
+from labcourse.grading.isolation.process import MIB, Ending, Limits
 from labcourse.grading.running.executors import Pool
 
 MOST_PAGES = 2000  #: of a report, to be believed; ten times what anybody hands in
@@ -59,10 +59,9 @@ def counted(content: Mapping[str, bytes], catalogue: Catalogue, pool: Pool, isol
 
 def work(data: bytes, isolated: bool, cancelled: threading.Event | None = None) -> bytes | None:
     """What the program in the sandbox says of a PDF, unchecked; None if it says nothing."""
-    run = sandbox.run if isolated else unisolated.run
     # As text: what lies in our own package is not shown in the sandbox.
     command = [str(sandbox.python()), "-P", "-c", _PROGRAM.read_text(encoding="utf-8")]
-    outcome = run(
+    outcome = sandbox.run(
         command,
         visible=[],
         wanted=_RESULT,
@@ -71,6 +70,7 @@ def work(data: bytes, isolated: bool, cancelled: threading.Event | None = None) 
         environment={"PYTHONDONTWRITEBYTECODE": "1", "PYTHONNOUSERSITE": "1"},
         limits=_LIMITS,
         cancelled=cancelled,
+        isolated=isolated,
     )
     return outcome.file if outcome.ending is Ending.FINISHED else None
 

@@ -8,11 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 from labcourse import program
 from labcourse.errors import IsolationError
-from labcourse.grading.isolation import layers, selftest
+from labcourse.grading.isolation import selftest
 
 if TYPE_CHECKING:
-    from labcourse.grading.isolation.layers import Layer
-    from labcourse.grading.isolation.selftest import Attempt
+    from labcourse.grading.isolation.selftest import Attempt, Layer
 
 _REFUSAL = (
     "[bold]Not graded:[/bold] students' code cannot be run in isolation here. It would run with your own rights: "
@@ -56,9 +55,9 @@ class Examined:
 
 def examine() -> Examined:
     """Look at the layers, and try to break out if they are all there."""
-    found = tuple(layers.examine())
+    found = tuple(selftest.layers())
     layers_good = all(layer.good for layer in found if layer.needed)
-    return Examined(found, tuple(selftest.run_all()) if layers_good else ())
+    return Examined(found, tuple(selftest.attempts()) if layers_good else ())
 
 
 def check() -> None:
@@ -66,11 +65,11 @@ def check() -> None:
     examined = examine()
     for layer in examined.layers:
         if layer.needed and not layer.good:
-            raise IsolationError(f"{layer.name}: {layer.found}", layer.name, layer.remedy)
+            raise IsolationError(f"{layer.name}: {layer.state}", layer.name, layer.remedy)
     for attempt in examined.attempts:
         if attempt.needed and not attempt.contained:
             raise IsolationError(
-                f"The self-test broke out: {attempt.name}: {attempt.said}",
+                f"The self-test broke out: {attempt.name}: {attempt.result}",
                 attempt.name,
                 f"Do not grade here; run `{program.name()} doctor` and report what it shows.",
             )
@@ -107,7 +106,7 @@ def show(examined: Examined) -> None:
     for heading in ("layer", "", "found"):
         table.add_column(heading)
     for layer in examined.layers:
-        table.add_row(layer.name, _word(layer.good, layer.needed), Text(layer.found))
+        table.add_row(layer.name, _word(layer.good, layer.needed), Text(layer.state))
     console.print(table)
     for layer in examined.layers:
         if not layer.good and layer.remedy:
@@ -117,7 +116,7 @@ def show(examined: Examined) -> None:
         for heading in ("attempt", "", "what came of it"):
             table.add_column(heading)
         for attempt in examined.attempts:
-            table.add_row(attempt.name, _word(attempt.contained, attempt.needed), Text(attempt.said))
+            table.add_row(attempt.name, _word(attempt.contained, attempt.needed), Text(attempt.result))
         console.print(table)
     console.print(
         "Students' code can be run in isolation here."

@@ -18,7 +18,7 @@ import labcourse
 from labcourse.answers.cell_reports import MAX_BYTES, REPORTS_FILE
 from labcourse.errors import GradingError
 from labcourse.files import ANSWERS_FILE
-from labcourse.grading.isolation import sandbox, unisolated
+from labcourse.grading.isolation import sandbox
 from labcourse.grading.isolation.sandbox import Ending, Outcome
 from labcourse.grading.running import inside
 from labcourse.grading.running.bundle import FONTS, INSIDE, unpacked
@@ -147,7 +147,6 @@ def _check_course(packed: bytes, job: Job) -> None:
 
 def _run(packed: bytes, job: Job, cancelled: threading.Event | None) -> Outcome:
     folder = unpacked(packed)
-    run_command = sandbox.run if job.isolated else unisolated.run
     spec = {
         "notebooks": dict(job.notebooks),
         "parameters": {**job.parameters, "student": job.student},
@@ -156,7 +155,7 @@ def _run(packed: bytes, job: Job, cancelled: threading.Event | None) -> Outcome:
         "cell_timeout": job.limits.cell,
         "evidence": job.evidence,
     }
-    return run_command(
+    return sandbox.run(
         ["sh", "-c", _WITH_FONTS, str(folder / FONTS), str(sandbox.python()), "-P", str(folder / INSIDE / "main.py")],
         visible=[folder],
         wanted=ANSWERS_FILE,
@@ -166,6 +165,7 @@ def _run(packed: bytes, job: Job, cancelled: threading.Event | None) -> Outcome:
         environment=_environment(folder, job),
         limits=job.limits.of_sandbox(),
         cancelled=cancelled,
+        isolated=job.isolated,
     )
 
 

@@ -17,8 +17,7 @@ from checkout import ROOT
 
 from labcourse.errors import IsolationError
 from labcourse.grading.isolation import bubblewrap, cgroups, sandbox
-from labcourse.grading.isolation.outcome import MIB
-from labcourse.grading.isolation.sandbox import Ending, Limits
+from labcourse.grading.isolation.process import MIB, Ending, Limits
 
 pytestmark = pytest.mark.isolation
 
@@ -243,7 +242,7 @@ def test_nothing_outlives_a_grader_that_is_killed(moment):
         return [
             left
             for parent in cgroups.parent_groups().values()
-            for left in parent.folder.glob(f"rotflex-{grader.pid}-*")
+            for left in parent.folder.glob(f"{cgroups.PREFIX}-{grader.pid}-*")
         ]
 
     shell("true")  # which clears away the control groups that the killed one had, ...
@@ -469,7 +468,7 @@ def test_control_groups_are_named_and_leave_nothing_behind():
     outcome = shell("echo here > answer")
     assert {"memory of all together", "processes of all together"} & set(outcome.layers)
     for parent in cgroups.parent_groups().values():
-        assert list(parent.folder.glob(f"rotflex-{os.getpid()}-*")) == []
+        assert list(parent.folder.glob(f"{cgroups.PREFIX}-{os.getpid()}-*")) == []
 
 
 @pytest.mark.parametrize(

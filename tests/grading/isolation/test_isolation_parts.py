@@ -12,9 +12,9 @@ import pytest
 from checkout import ROOT
 
 from labcourse.errors import IsolationError
-from labcourse.grading.isolation import bubblewrap, cgroups, layers, remedies, sandbox, seccomp
+from labcourse.grading.isolation import bubblewrap, cgroups, sandbox, seccomp, selftest
 from labcourse.grading.isolation.cgroups import ParentGroup
-from labcourse.grading.isolation.outcome import Limits
+from labcourse.grading.isolation.process import Limits
 
 
 def test_a_path_is_made_straight_by_where_it_leads_and_its_links_are_left(tmp_path):
@@ -246,23 +246,23 @@ def test_groups_of_programs_that_were_killed_are_cleared_away(tmp_path):
 def test_the_systems_settings_tell_the_remedy(setting, value, remedy, tmp_path):
     (tmp_path / setting).parent.mkdir()
     (tmp_path / setting).write_text(value + "\n")
-    assert remedy in remedies.of_namespaces(tmp_path)
+    assert remedy in bubblewrap.remedy_of_namespaces(tmp_path)
     (tmp_path / setting).write_text("12345\n")
-    assert remedy not in remedies.of_namespaces(tmp_path)
+    assert remedy not in bubblewrap.remedy_of_namespaces(tmp_path)
 
 
 def test_containers_are_told_of_least_privilege(tmp_path, monkeypatch):
     monkeypatch.delenv("KUBERNETES_SERVICE_HOST", raising=False)
     for number, mark in enumerate((".dockerenv", "run/.containerenv", "var/run/secrets/kubernetes.io")):
         root = tmp_path / str(number)
-        assert not remedies.in_container(root)
+        assert not bubblewrap.in_container(root)
         (root / mark).mkdir(parents=True)
-        assert remedies.in_container(root)
-    assert not remedies.in_container(tmp_path)
+        assert bubblewrap.in_container(root)
+    assert not bubblewrap.in_container(tmp_path)
     monkeypatch.setenv("KUBERNETES_SERVICE_HOST", "10.0.0.1")
-    assert remedies.in_container(tmp_path)
-    monkeypatch.setattr(remedies, "in_container", lambda: True)
-    assert "do not use --privileged" in remedies.of_namespaces(tmp_path)
+    assert bubblewrap.in_container(tmp_path)
+    monkeypatch.setattr(bubblewrap, "in_container", lambda: True)
+    assert "do not use --privileged" in bubblewrap.remedy_of_namespaces(tmp_path)
 
 
 @pytest.mark.isolation
@@ -287,7 +287,7 @@ def test_where_a_containers_filter_refuses_namespaces_the_doctor_refuses_to_grad
 
 @pytest.mark.isolation
 def test_all_layers_stand_here():
-    found = layers.examine()
+    found = selftest.layers()
     names = [layer.name for layer in found]
     assert names[:3] == ["operating system", "bubblewrap", "user"]
     assert {"file system", "network", "processes", "privileges", "limits"} <= set(names)
@@ -298,7 +298,7 @@ def test_all_layers_stand_here():
 @pytest.mark.parametrize(("system", "remedy"), [("win32", "WSL2"), ("darwin", "Linux"), ("freebsd14", "Linux machine")])
 def test_other_systems_are_told_at_the_first_layer(system, remedy, monkeypatch):
     monkeypatch.setattr(sys, "platform", system)
-    (layer,) = layers.examine()
+    (layer,) = selftest.layers()
     assert (layer.name, layer.good, layer.needed) == ("operating system", False, True)
     assert remedy in layer.remedy
 
@@ -309,12 +309,12 @@ def test_an_old_bubblewrap_is_told(version, tmp_path, monkeypatch):
     fake.write_text(f"#!/bin/sh\necho '{version}'\n")
     fake.chmod(0o755)
     monkeypatch.setenv("PATH", str(tmp_path))
-    assert [layer.good for layer in layers.examine()] == [True, False]
+    assert [layer.good for layer in selftest.layers()] == [True, False]
 
 
 def test_a_missing_bubblewrap_is_told_at_its_layer(tmp_path, monkeypatch):
     monkeypatch.setenv("PATH", str(tmp_path))
-    assert [(layer.name, layer.good) for layer in layers.examine()][-1] == ("bubblewrap", False)
+    assert [(layer.name, layer.good) for layer in selftest.layers()][-1] == ("bubblewrap", False)
 
 
 def test_a_layer_that_cannot_be_set_up_is_reported_with_the_rest(tmp_path, monkeypatch):
@@ -325,10 +325,10 @@ def test_a_layer_that_cannot_be_set_up_is_reported_with_the_rest(tmp_path, monke
     )
     fake.chmod(0o755)
     monkeypatch.setenv("PATH", str(tmp_path))
-    bad = [layer for layer in layers.examine() if layer.needed and not layer.good]
+    bad = [layer for layer in selftest.layers() if layer.needed and not layer.good]
     assert [layer.name for layer in bad] == ["namespaces"]
-    assert "setting up uid map" in bad[0].found
-    assert bad[0].remedy and bad[0].remedy not in bad[0].found
+    assert "setting up uid map" in bad[0].state
+    assert bad[0].remedy and bad[0].remedy not in bad[0].state
 
 
 @pytest.mark.isolation
@@ -343,4 +343,4 @@ def test_a_layer_that_is_not_there_is_seen_from_inside(layer, without, monkeypat
 
     monkeypatch.setattr(bubblewrap, "arguments", weakened)
     monkeypatch.setattr(sandbox, "_NAMESPACES", ())
-    assert [found.name for found in layers.examine() if found.needed and not found.good] == [layer]
+    assert [found.name for found in selftest.layers() if found.needed and not found.good] == [layer]

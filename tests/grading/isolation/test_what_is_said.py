@@ -9,12 +9,11 @@ from types import SimpleNamespace
 import pytest
 
 from labcourse.errors import IsolationError
-from labcourse.grading.isolation import bubblewrap, cgroups, layers, remedies, sandbox, seccomp, selftest
+from labcourse.grading.isolation import attacks, bubblewrap, cgroups, sandbox, seccomp, selftest
 from labcourse.grading.isolation.bubblewrap import User
 from labcourse.grading.isolation.cgroups import ParentGroup
-from labcourse.grading.isolation.layers import Layer
-from labcourse.grading.isolation.outcome import Ending, Limits, Outcome
-from labcourse.grading.isolation.selftest import Attempt
+from labcourse.grading.isolation.process import Ending, Limits, Outcome
+from labcourse.grading.isolation.selftest import Attempt, Layer
 from labcourse.grading.running import isolation_report
 from labcourse.grading.running.isolation_report import Examined
 
@@ -41,7 +40,7 @@ def said(monkeypatch):
             return Outcome(Ending.FINISHED, 0, file, "", output.encode(), 0.1, filtered)
 
         monkeypatch.setattr(sandbox, "run", run)
-        return {layer.name: layer for layer in layers._inside()}
+        return {layer.name: layer for layer in selftest._inside()}
 
     return look
 
@@ -50,8 +49,8 @@ def test_where_all_is_well_every_layer_is_called_good(said):
     found = said(seen())
     assert list(found) == ["file system", "network", "processes", "privileges", "limits", "system calls"]
     assert all(layer.good and layer.remedy == "" for layer in found.values())
-    assert found["network"].found == "interfaces: lo"
-    assert found["processes"].found == "3 to be seen, all of the sandbox"
+    assert found["network"].state == "interfaces: lo"
+    assert found["processes"].state == "3 to be seen, all of the sandbox"
     assert [layer.needed for layer in found.values()] == [True] * 5 + [False]
 
 
@@ -78,7 +77,7 @@ def test_where_all_is_well_every_layer_is_called_good(said):
 def test_a_layer_that_is_not_there_is_said_not_to_be_and_no_other(said, name, otherwise):
     found = said(seen(**otherwise))
     assert [layer.name for layer in found.values() if not layer.good] == [name]
-    assert found[name].found.startswith("not so: ") and "Do not grade here" in found[name].remedy
+    assert found[name].state.startswith("not so: ") and "Do not grade here" in found[name].remedy
 
 
 @pytest.mark.parametrize(("processes", "good"), [(1, True), (5, True), (6, False)])
@@ -89,14 +88,14 @@ def test_a_handful_of_processes_are_the_sandboxs_own(said, processes, good):
 @pytest.mark.parametrize(("filtered", "words"), [(("system calls",), "filtered"), ((), "not filtered")])
 def test_system_calls_are_called_filtered_where_they_are(said, filtered, words):
     layer = said(seen(), filtered=filtered)["system calls"]
-    assert (layer.good, layer.needed) == (bool(filtered), False) and layer.found.startswith(words)
+    assert (layer.good, layer.needed) == (bool(filtered), False) and layer.state.startswith(words)
 
 
 @pytest.mark.parametrize("file", [None, b"", b"other\n"])
 def test_a_sandbox_in_which_a_trusted_program_does_not_run_is_said_to_be_none(said, file):
     (layer,) = said("sh: not found", file=file).values()
     assert (layer.name, layer.good, layer.needed) == ("sandbox", False, True)
-    assert layer.found == "a trusted program does not run in it: sh: not found" and layer.remedy
+    assert layer.state == "a trusted program does not run in it: sh: not found" and layer.remedy
 
 
 def isolated(*command):
@@ -115,7 +114,7 @@ def test_what_a_run_says_of_its_layers_is_so(monkeypatch, filtering):
     assert ("system calls" in outcome.layers) == filtering
     mode = int(outcome.file.split()[1])
     assert (mode == 2) == filtering  # SECCOMP_MODE_FILTER
-    found = {layer.name: layer for layer in layers.examine()}
+    found = {layer.name: layer for layer in selftest.layers()}
     assert found["system calls"].good == filtering
 
 
@@ -123,7 +122,7 @@ def test_what_a_run_says_of_its_layers_is_so(monkeypatch, filtering):
 @pytest.mark.usefixtures("sandbox")
 def test_groups_that_are_said_to_be_active_are_those_that_can_be_had():
     outcome = isolated("/bin/sh", "-c", "true")
-    said = {layer.name for layer in layers.examine() if layer.good and layer.name.endswith("of all together")}
+    said = {layer.name for layer in selftest.layers() if layer.good and layer.name.endswith("of all together")}
     assert {name for name in outcome.layers if name.endswith("of all together")} == said
 
 
@@ -132,10 +131,10 @@ def test_what_is_limited_together_is_said_of_each_by_itself(parents, monkeypatch
     there = {name: ParentGroup(tmp_path, version) for name, version in parents.items()}
     monkeypatch.setattr(cgroups, "parent_groups", lambda: there)
     for controller, name in (("memory", "memory of all together"), ("pids", "processes of all together")):
-        layer = layers._together(controller, name)
+        layer = selftest._together(controller)
         assert (layer.name, layer.good, layer.needed) == (name, controller in parents, False)
-        expected = f"control group (version {parents[controller]})" if layer.good else "no control group to be had"
-        assert layer.found == expected and bool(layer.remedy) != layer.good
+        expected = f"control group (version {parents[controller]})" if layer.good else "no control group available"
+        assert layer.state == expected and bool(layer.remedy) != layer.good
 
 
 def test_the_number_of_processes_together_leaves_room_for_the_two_shells(tmp_path, monkeypatch):
@@ -151,43 +150,46 @@ def test_the_number_of_processes_together_leaves_room_for_the_two_shells(tmp_pat
     ("release", "good"), [("5.13.19", False), ("5.14.0-1", True), ("6.1.2", True), ("4.19", False)]
 )
 def test_the_oldest_kernel_is_5_14(release, good, monkeypatch):
-    monkeypatch.setattr(layers.platform, "release", lambda: release)
-    layer = layers._system()
-    assert layer.good == good and release in layer.found and bool(layer.remedy) != good
+    monkeypatch.setattr(selftest.platform, "release", lambda: release)
+    layer = selftest._system()
+    assert layer.good == good and release in layer.state and bool(layer.remedy) != good
 
 
 @pytest.mark.parametrize(("version", "good"), [("0.7.9", False), ("0.8.0", True), ("0.11.0", True), ("1.0", True)])
 def test_the_oldest_bubblewrap_is_0_8(version, good, monkeypatch):
     reported = SimpleNamespace(stdout=f"bubblewrap {version}\n")
-    monkeypatch.setattr(layers.shutil, "which", lambda name: "/usr/bin/bwrap")
-    monkeypatch.setattr(layers.subprocess, "run", lambda *given, **more: reported)
-    layer = layers._bubblewrap()
-    assert (layer.good, layer.found) == (good, f"bubblewrap {version} (/usr/bin/bwrap)")
-    assert layer.remedy == ("" if good else remedies.INSTALL)
+    monkeypatch.setattr(selftest.shutil, "which", lambda name: "/usr/bin/bwrap")
+    monkeypatch.setattr(selftest.subprocess, "run", lambda *given, **more: reported)
+    layer = selftest._bubblewrap()
+    assert (layer.good, layer.state) == (good, f"bubblewrap {version} (/usr/bin/bwrap)")
+    assert layer.remedy == ("" if good else bubblewrap.INSTALL)
 
 
-def test_who_a_run_becomes_is_said(monkeypatch, tmp_path):
+def test_who_a_run_becomes_is_said(monkeypatch):
     monkeypatch.setattr(bubblewrap, "sandbox_user", lambda: User(1000, False))
-    assert layers._user() == Layer("user", True, "an ordinary user, in a user namespace")
+    assert selftest._user() == Layer("user", True, "an ordinary user, in a user namespace")
     monkeypatch.setattr(bubblewrap, "sandbox_user", lambda: User(70000, True))
-    program = tmp_path / "setpriv"
-    monkeypatch.setattr(bubblewrap, "setpriv_prefix", lambda user: [str(program)])
-    missing = layers._user()
-    assert not missing.good and missing.found == f"root, and there is no {program}" and "util-linux" in missing.remedy
-    program.touch()
-    assert layers._user() == Layer("user", True, "root, who becomes another user for each run")
+    assert selftest._user() == Layer("user", True, "root, who becomes another user for each run")
+
+
+@pytest.mark.isolation
+@pytest.mark.skipif(os.geteuid() != 0, reason="only root becomes another user")
+def test_a_missing_setpriv_is_a_missing_layer_and_its_remedy_is_named(monkeypatch):
+    monkeypatch.setattr(bubblewrap, "setpriv_prefix", lambda user: ["/nowhere/setpriv"])
+    (missing,) = [layer for layer in selftest.layers() if layer.needed and not layer.good]
+    assert missing.name == "user" and "util-linux" in missing.remedy
 
 
 def test_after_a_first_layer_that_is_missing_nothing_more_is_looked_at(monkeypatch):
     for name in ("_system", "_bubblewrap", "_user"):
         with monkeypatch.context() as context:
-            context.setattr(layers, "_inside", lambda: pytest.fail("a sandbox is set up"))
+            context.setattr(selftest, "_inside", lambda: pytest.fail("a sandbox is set up"))
             before = {"_system": "system", "_bubblewrap": "bubblewrap", "_user": "user"}
             for other, title in before.items():
                 context.setattr(
-                    layers, other, lambda title=title, other=other, name=name: Layer(title, other != name, "")
+                    selftest, other, lambda title=title, other=other, name=name: Layer(title, other != name, "")
                 )
-            found = layers.examine()
+            found = selftest.layers()
             assert found[-1].name == before[name] and [layer.good for layer in found].count(False) == 1
 
 
@@ -254,8 +256,8 @@ def test_grading_begins_where_all_holds_that_is_needed_and_not_otherwise(found, 
 @pytest.mark.parametrize(("found", "tried"), [((GOOD,), 1), ((GOOD, OPTIONAL), 1), ((GOOD, LACKING), 0)])
 def test_breaking_out_is_tried_where_every_needed_layer_is_there(found, tried, monkeypatch):
     calls = []
-    monkeypatch.setattr(layers, "examine", lambda: list(found))
-    monkeypatch.setattr(selftest, "run_all", lambda: calls.append(1) or [HELD])
+    monkeypatch.setattr(selftest, "layers", lambda: list(found))
+    monkeypatch.setattr(selftest, "attempts", lambda: calls.append(1) or [HELD])
     examined = isolation_report.examine()
     assert len(calls) == tried and examined == Examined(found, (HELD,) * tried)
 
@@ -279,18 +281,20 @@ def test_a_refusal_names_the_error_and_the_way_on(capsys):
 @pytest.mark.parametrize("contained", [True, False])
 @pytest.mark.parametrize("outside", ["", "it was heard outside"])
 def test_what_the_outside_saw_counts_against_what_was_said_inside(contained, outside):
-    attempt = selftest._judged("reach a UDP listener", contained, "refused", outside)
+    attempt = selftest._judge("reach a UDP listener", contained, "refused", outside)
     assert attempt.contained == (contained and not outside)
-    assert attempt.said == (outside or "refused") and attempt.needed
+    assert attempt.result == (outside or "refused") and attempt.needed
 
 
 @pytest.mark.parametrize("filtering", [True, False])
 def test_what_only_a_filter_holds_is_needed_where_there_is_one(filtering, monkeypatch):
     monkeypatch.setattr(seccomp, "program", lambda machine: b"..." if filtering else None)
-    for name in selftest._FILTERED:
-        assert selftest._judged(name, True, "", "").needed == filtering
-    assert selftest._judged("write outside", True, "", "").needed
-    assert not selftest._judged(selftest._TOGETHER, True, "", "").needed
+    filtered = [name for name, (layer, _attack) in attacks.ATTACKS.items() if layer == attacks.FILTER]
+    assert "trace the first process" in filtered
+    for name in filtered:
+        assert selftest._judge(name, True, "", "").needed == filtering
+    assert selftest._judge("write outside", True, "", "").needed
+    assert not selftest._judge("take too much memory together", True, "", "").needed
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="looks for processes in /proc")
@@ -301,16 +305,16 @@ def test_what_only_a_filter_holds_is_needed_where_there_is_one(filtering, monkey
 def test_what_was_left_behind_is_judged_by_its_ending_and_its_file(ending, file, contained, monkeypatch):
     outcome = Outcome(ending, None, file, "", b"", 1.0)
     monkeypatch.setattr(sandbox, "run", lambda command, **more: outcome)
-    attempt = selftest._left_behind("outlive the deadline", Ending.DEADLINE, "exec sleep 60", 0.3)
+    attempt = selftest._leave_children("outlive the deadline", Ending.DEADLINE, "exec sleep 60", 0.3)
     assert attempt.contained == contained
-    assert attempt.said.startswith("ended; no process left" if contained else "it ended otherwise")
+    assert attempt.result.startswith("ended; no process left" if contained else "it ended otherwise")
 
 
 def test_a_self_test_that_did_not_come_to_its_end_is_no_good_one(monkeypatch):
     outcome = Outcome(Ending.DEADLINE, None, json.dumps({}).encode(), "", b"stuck", 1.0)
     monkeypatch.setattr(sandbox, "run", lambda command, **more: outcome)
     with pytest.raises(IsolationError, match="end: stuck"):
-        selftest._attacked({})
+        selftest._attack({})
     monkeypatch.setattr(sandbox, "run", lambda command, **more: replace(outcome, file=None, output=b""))
     with pytest.raises(IsolationError, match=f"end: {Ending.DEADLINE.value}"):
-        selftest._attacked({})
+        selftest._attack({})

@@ -13,9 +13,9 @@ from typer.testing import CliRunner
 
 from labcourse.errors import GradingError
 from labcourse.grading import batch
-from labcourse.grading.isolation import sandbox, unisolated
-from labcourse.grading.isolation.outcome import Ending, Outcome
-from labcourse.grading.isolation.outcome import Limits as SandboxLimits
+from labcourse.grading.isolation import sandbox
+from labcourse.grading.isolation.process import Ending, Outcome
+from labcourse.grading.isolation.process import Limits as SandboxLimits
 from labcourse.grading.running import executors, isolation_report, runner
 from labcourse.grading.running.inside import EVIDENCE_FILE, watch
 from labcourse.grading.running.inside import main as inside_main
@@ -114,12 +114,8 @@ def test_a_run_is_given_its_limits_and_what_it_depends_on(tmp_path, monkeypatch,
             Ending.FINISHED, 0, b"{}", "", b"", 1.0, (), {runner.REPORTS_FILE: b"reports", EVIDENCE_FILE: b"{}"}
         )
 
-    def other(command, **given):
-        pytest.fail("the other way of running")
-
     monkeypatch.setattr(runner, "unpacked", lambda packed: tmp_path)
-    monkeypatch.setattr(sandbox, "run", run if isolated else other)
-    monkeypatch.setattr(unisolated, "run", other if isolated else run)
+    monkeypatch.setattr(sandbox, "run", run)
     cancelled = threading.Event()
     job = runner.Job(
         "ada",
@@ -136,6 +132,7 @@ def test_a_run_is_given_its_limits_and_what_it_depends_on(tmp_path, monkeypatch,
     assert done == runner.Run(b"{}", (), True, b"reports", b"{}")
     ((command, given),) = asked
     assert command[-2:] == ["-P", str(tmp_path / "inside" / "main.py")] and given["visible"] == [tmp_path]
+    assert given["isolated"] is isolated
     assert given["limits"] == SandboxLimits(seconds=77.5, memory=300 * 2**20, processes=9, folder=12345)
     also = {runner.REPORTS_FILE: 1_000_000, EVIDENCE_FILE: 40_000_000}
     assert (given["largest"], given["also"]) == (2_000_000, also)
