@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from labcourse.answers.parts import Part
 from labcourse.grading.marking import checks
-from labcourse.grading.marking.checks import MIRRORED, NOT_TO_BE_HAD, mirrored, same_entries
+from labcourse.grading.marking.checks import EVALUATION_ERRORS, MIRRORED, mirrored, same_entries
 from labcourse.grading.marking.expression_checks import at
 from labcourse.grading.verdicts import Case, NothingFollows, Own, Verdict, follow_through, partly, right, wrong
 from rotflex import design, model
@@ -28,7 +28,7 @@ from rotflex.course.probes import PLANT_PARAMETERS
 from rotflex.simulation import with_actuator
 
 from . import tolerances
-from .own_answers import sound
+from .own_answers import usable
 from .wanted import desired_poles
 
 Array = NDArray[Any]
@@ -108,7 +108,7 @@ def candidates(case: Case) -> Iterator[tuple[Design, bool]]:
 
 def carried(question: str, part: str) -> Follows:
     """An entry of a results table: the student's own answer, carried over."""
-    return ((CARRIED, lambda case: np.asarray(sound(case.own, question, part))),)
+    return ((CARRIED, lambda case: np.asarray(usable(case.own, question, part))),)
 
 
 def led_to(case: Case, follow: Follows) -> tuple[list[tuple[str, Any]], str]:
@@ -119,7 +119,7 @@ def led_to(case: Case, follow: Follows) -> tuple[list[tuple[str, Any]], str]:
             expected = function(case)
         except NothingFollows as nothing:
             why = why or f" {nothing}"
-        except NOT_TO_BE_HAD:
+        except EVALUATION_ERRORS:
             pass  # nothing of their own
         else:
             if np.any(expected):
@@ -129,7 +129,7 @@ def led_to(case: Case, follow: Follows) -> tuple[list[tuple[str, Any]], str]:
     return found, why
 
 
-def settle(
+def judge_candidates(
     value: Any,
     case: Case,
     what: str,
@@ -141,7 +141,7 @@ def settle(
     for candidate, stiffness_is_right in candidates(case):
         try:
             expected = ideal(candidate)
-        except NOT_TO_BE_HAD:
+        except EVALUATION_ERRORS:
             continue
         if agrees(value, expected):
             if stiffness_is_right:
@@ -178,13 +178,13 @@ class ArrayFrom:
 
     def verdict(self, part: Part, value: Any, case: Case) -> Verdict:
         """Compare with what the answer may stand on."""
-        found, why = settle(value, case, self.what, self.ideal, self._agrees, self.follow)
+        found, why = judge_candidates(value, case, self.what, self.ideal, self._agrees, self.follow)
         if found is not None:
             return found
         right_ones = [self.ideal(candidate) for candidate, _stiffness_is_right in candidates(case)]
         for slip, changed in self.slips:
             for expected in (*right_ones, *(own for _words, own in led_to(case, self.follow)[0])):
-                with contextlib.suppress(*NOT_TO_BE_HAD):  # what cannot be inverted, say, was not
+                with contextlib.suppress(*EVALUATION_ERRORS):  # what cannot be inverted, say, was not
                     if self._agrees(value, changed(np.asarray(expected))):
                         return wrong(f"Not {self.what}: {slip}.")
         for slip, expected in led_to(case, self.others)[0]:
@@ -220,11 +220,11 @@ class PolesFrom:
 
     def verdict(self, part: Part, value: Any, case: Case) -> Verdict:
         """Compare with what the answer may stand on."""
-        found, why = settle(value, case, self.what, self.ideal, self._agrees, self.follow)
+        found, why = judge_candidates(value, case, self.what, self.ideal, self._agrees, self.follow)
         if found is not None:
             return found
         for slip, changed in ((MIRRORED, mirrored), *self.slips):
-            if settle(changed(value), case, self.what, self.ideal, self._agrees, self.follow)[0] is not None:
+            if judge_candidates(changed(value), case, self.what, self.ideal, self._agrees, self.follow)[0] is not None:
                 return wrong(f"Not {self.what}: {slip}.")
         for slip, expected in led_to(case, self.others)[0]:
             if self._agrees(value, expected):
@@ -255,7 +255,7 @@ class StateSpaceFunction:
             return right("Called with other parameters, it gives their model.")
         try:
             own = [own_matrices(case.own, *one) for one in inputs]
-        except NOT_TO_BE_HAD:
+        except EVALUATION_ERRORS:
             own = []
         if own and not set(bad) - set("AB") and not self._differing(value, own):
             return follow_through("Not the model of the derivation, but it gives your own matrices of question 2.7.")

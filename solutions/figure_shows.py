@@ -11,9 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from labcourse.answers.parts import Part
-from labcourse.grading.marking.curve_following import Trace
-from labcourse.grading.marking.seen_curves import Seen, Wanted, best, find, own_trace
-from labcourse.grading.marking.unit_words import ANGLE, VOLTAGE
+from labcourse.grading.marking.curves import Seen, Trace, Wanted, best, find, own_trace
+from labcourse.grading.marking.units import ANGLE, VOLTAGE
 from labcourse.grading.verdicts import Case, Verdict, for_a_person, partly, right, wrong
 
 from .repeated import Again

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from labcourse.grading.marking.checks import NOT_TO_BE_HAD, ChoiceIs, ForAPerson, MatrixIs, Number, PolesAre
+from labcourse.grading.marking.checks import EVALUATION_ERRORS, ChoiceIs, ForAPerson, MatrixIs, Number, PolesAre
 from rotflex.config import srv02
 from rotflex.specifications import ZETA
 from rotflex.units import DEG
@@ -11,7 +11,7 @@ from . import tolerances
 from .design_checks import CARRIED, ArrayFrom, carried
 from .figure_shows import FigureShows
 from .loop_checks import ClosedLoopPoles, GainPlaces, by_own_companion, torque_gain
-from .own_answers import sound
+from .own_answers import usable
 from .own_model import own_voltage_model
 from .repeated import gain_used, own_model, run_again, simulated_again, torque_simulated
 from .response_checks import Measured, ResponseOf, Satisfied
@@ -21,12 +21,12 @@ from .wanted import desired_poles, desired_polynomial
 
 
 def own_polynomial(case):
-    return np.poly(np.ravel(sound(case.own, "2.18", "poles"))).real
+    return np.poly(np.ravel(usable(case.own, "2.18", "poles"))).real
 
 
 def own_stability(own, bench):
     """What the workbook's rule makes of the student's own poles."""
-    poles = np.ravel(sound(own, "2.18", "poles"))
+    poles = np.ravel(usable(own, "2.18", "poles"))
     largest = np.abs(poles).max()
     real = np.where(np.abs(poles.real) < 1e-3 * largest, 0.0, poles.real)
     if np.any(real > 0) or np.sum(np.abs(poles) < 1e-3 * largest) > 1:
@@ -47,25 +47,25 @@ def companion(polynomial):
 
 
 def own_companion(case):
-    return companion(sound(case.own, "3.2", "polynomial"))
+    return companion(usable(case.own, "3.2", "polynomial"))
 
 
 def wanted_by_own_poles(own):
-    return np.poly(np.ravel(sound(own, "3.4", "desired_poles"))).real
+    return np.poly(np.ravel(usable(own, "3.4", "desired_poles"))).real
 
 
 def own_K_c(case):
     """The difference of the student's own two polynomials; the right one where they gave none."""
     try:
-        desired = np.ravel(sound(case.own, "3.4", "polynomial"))
+        desired = np.ravel(usable(case.own, "3.4", "polynomial"))
     except LookupError:
         desired = desired_polynomial()
-    return (desired - np.ravel(sound(case.own, "3.2", "polynomial")))[:0:-1]
+    return (desired - np.ravel(usable(case.own, "3.2", "polynomial")))[:0:-1]
 
 
 def K_c_for_own_wish(case):
     """For the student's own desired polynomial, from the polynomial of their own model."""
-    desired = np.ravel(sound(case.own, "3.4", "polynomial"))
+    desired = np.ravel(usable(case.own, "3.4", "polynomial"))
     return (desired - np.poly(own_model(case)[0]).real)[:0:-1]
 
 
@@ -165,11 +165,11 @@ def own_ctrb(case):
 
 
 def torque_ctrb(case):
-    return ctrb(sound(case.own, "2.14", "A"), sound(case.own, "2.14", "B"))
+    return ctrb(usable(case.own, "2.14", "A"), usable(case.own, "2.14", "B"))
 
 
 def W_the_wrong_way(case):
-    return np.linalg.inv(sound(case.own, "3.7", "T_c")) @ sound(case.own, "3.7", "T")
+    return np.linalg.inv(usable(case.own, "3.7", "T_c")) @ usable(case.own, "3.7", "T")
 
 
 def own_rank(own):
@@ -177,7 +177,7 @@ def own_rank(own):
     try:
         T = ctrb(*own_voltage_model(own, srv02()))
         return float(np.linalg.matrix_rank(T / np.linalg.norm(T, axis=0)))
-    except NOT_TO_BE_HAD as error:
+    except EVALUATION_ERRORS as error:
         raise LookupError("no model") from error
 
 
@@ -188,8 +188,8 @@ def own_controllable(own, bench):
 #: Notebook 06 takes the companion form from the model; by hand it is that of 3.3, or of the polynomial.
 T_C = (
     ("that of the companion form of your own model", lambda case: T_c(np.poly(own_model(case)[0]).real)),
-    ("that of your own companion form", lambda case: ctrb(sound(case.own, "3.3", "A_c"), np.array([0, 0, 0, 1.0]))),
-    ("that of your own polynomial", lambda case: T_c(np.ravel(sound(case.own, "3.2", "polynomial")))),
+    ("that of your own companion form", lambda case: ctrb(usable(case.own, "3.3", "A_c"), np.array([0, 0, 0, 1.0]))),
+    ("that of your own polynomial", lambda case: T_c(np.ravel(usable(case.own, "3.2", "polynomial")))),
 )
 
 
@@ -198,7 +198,7 @@ def T_c(polynomial):
 
 
 def own_W(case):
-    return sound(case.own, "3.7", "T") @ np.linalg.inv(sound(case.own, "3.7", "T_c"))
+    return usable(case.own, "3.7", "T") @ np.linalg.inv(usable(case.own, "3.7", "T_c"))
 
 
 def W_of_own_model(case):
@@ -208,7 +208,7 @@ def W_of_own_model(case):
 
 OWN_K_C = "it is the gain in companion form, which belongs to other states: multiply it by the inverse of W"
 GAIN_SLIPS = (
-    (OWN_K_C, lambda K, case: sound(case.own, "3.5", "K_c")),
+    (OWN_K_C, lambda K, case: usable(case.own, "3.5", "K_c")),
     ("K_c is multiplied by W, not by its inverse", lambda K, case: own_K_c_and_W(case)),
     ("all its signs are turned round", lambda K, case: -K),
     ("it is per degree; the states are in rad", lambda K, case: K * DEG),
@@ -218,7 +218,7 @@ GAIN_SLIPS = (
 
 
 def own_K_c_and_W(case):
-    return np.ravel(sound(case.own, "3.5", "K_c")) @ sound(case.own, "3.7", "W")
+    return np.ravel(usable(case.own, "3.5", "K_c")) @ usable(case.own, "3.7", "W")
 
 
 DESIGN = {
@@ -346,7 +346,7 @@ def measured(suffix):
 USED = "the gain that your recording says it was made with"
 OWN_GAIN = carried("3.8", "K")
 PARTIAL = (
-    ("what partial feedback leaves of your own gain", lambda case: np.ravel(sound(case.own, "3.8", "K")) * LEFT),
+    ("what partial feedback leaves of your own gain", lambda case: np.ravel(usable(case.own, "3.8", "K")) * LEFT),
     ("what partial feedback leaves of the gain of your recording", lambda case: gain_used(case, "3.15") * LEFT),
 )
 LEFT = [1, 0, 1, 0]
@@ -356,7 +356,7 @@ TABLE_3 = {
         "desired_poles": PolesAre(
             "the desired poles",
             lambda bench: desired_poles(),
-            follow=lambda own: sound(own, "3.4", "desired_poles"),
+            follow=lambda own: usable(own, "3.4", "desired_poles"),
             follow_what=CARRIED,
         ),
         "K_c": ArrayFrom(

@@ -8,7 +8,7 @@ from labcourse.grading.marking import expression_checks
 from labcourse.grading.marking.checks import ForAPerson, Number, RecordingOf
 from labcourse.grading.marking.expression_checks import ExpressionIs, at
 from labcourse.grading.marking.figure_checks import FigureFollows, FigureOfSpectrum
-from labcourse.grading.marking.unit_words import ANGLE
+from labcourse.grading.marking.units import ANGLE
 from labcourse.grading.verdicts import OwnBench
 from rotflex.hil.student_benches import FIRST_RUN
 from rotflex.units import DEG, HZ
@@ -17,7 +17,7 @@ from . import tolerances
 from .design_checks import ArrayFrom, PolesFrom, StateSpaceFunction, carried
 from .figure_shows import FigureShows
 from .motion import MOTION, STATE, accelerations, euler_lagrange, link_acceleration, slope
-from .own_answers import sound
+from .own_answers import usable
 from .own_model import from_own_function, own_voltage_model
 from .reading_checks import K_S, OMEGA_N, NaturalFrequency, Stiffness, inertia_slips
 from .repeated import validated_again
@@ -85,27 +85,27 @@ def J_l(p):
 
 def own_lagrangian_gives(coordinate, force):
     """The equation of motion that the student's own Lagrangian leads to."""
-    return lambda own, p: euler_lagrange(sound(own, "2.3", "L"), coordinate, p) - force(p)
+    return lambda own, p: euler_lagrange(usable(own, "2.3", "L"), coordinate, p) - force(p)
 
 
 def own_theta_ddot(own, p):
-    return accelerations(sound(own, "2.4", "equation"), sound(own, "2.5", "equation"), p)[0]
+    return accelerations(usable(own, "2.4", "equation"), usable(own, "2.5", "equation"), p)[0]
 
 
 def own_alpha_ddot(own, p):
     """By the link's own equation of motion, with the student's own acceleration of the servo if they gave one."""
-    link = sound(own, "2.5", "equation")
+    link = usable(own, "2.5", "equation")
     try:
-        return link_acceleration(link, sound(own, "2.6", "theta_ddot"), p)
+        return link_acceleration(link, usable(own, "2.6", "theta_ddot"), p)
     except (LookupError, ZeroDivisionError):
-        return accelerations(sound(own, "2.4", "equation"), link, p)[1]
+        return accelerations(usable(own, "2.4", "equation"), link, p)[1]
 
 
 def own_rows(inputs):
     """The matrix whose last rows are the slopes of the student's own accelerations."""
     first = [[0, 0, 1, 0], [0, 0, 0, 1]] if len(inputs) == 4 else [[0], [0]]
     return lambda own, p: (
-        first + [[slope(sound(own, "2.6", f"{q}_ddot"), x, p) for x in inputs] for q in ("theta", "alpha")]
+        first + [[slope(usable(own, "2.6", f"{q}_ddot"), x, p) for x in inputs] for q in ("theta", "alpha")]
     )
 
 
@@ -135,7 +135,7 @@ PRELAB = {
     "2.3": {
         "L": ExpressionIs(
             lambda p: T(p) - V(p),
-            follow=lambda own, p: at(sound(own, "2.2", "T"), p) - at(sound(own, "2.1", "V"), p),
+            follow=lambda own, p: at(usable(own, "2.2", "T"), p) - at(usable(own, "2.1", "V"), p),
             follow_what="T - V with your own T and V",
             slips={"this is the total energy": lambda p: T(p) + V(p)},
         ),
@@ -232,7 +232,9 @@ STIFFNESS = {
     },
     "2.11": {
         # Many benches have their peak in the same bin: an equal omega_n says nothing by itself.
-        "omega_n": NaturalFrequency(own_bench=OwnBench(lambda b: b.omega_n, tolerances.ALIKE["omega_n"], tells=False)),
+        "omega_n": NaturalFrequency(
+            own_bench=OwnBench(lambda b: b.omega_n, tolerances.ALIKE["omega_n"], is_discriminating=False)
+        ),
         "explanation": ForAPerson(),
     },
     "2.12": {
@@ -253,7 +255,7 @@ def own_model(index):
     """A matrix of the model, from the student's own stiffness and inertia."""
 
     def follow(case):
-        k, inertia = sound(case.own, "2.12", "K_s"), sound(case.own, "2.12", "J_l")
+        k, inertia = usable(case.own, "2.12", "K_s"), usable(case.own, "2.12", "J_l")
         p = {"K_s": k, "J_l": inertia, "J_eq": case.bench.servo.J_eq, "B_eq": case.bench.servo.B_eq}
         return np.array((A(p), B(p))[index])
 
@@ -270,7 +272,7 @@ def own_function(name):
 
 def of_torque(case):
     """The poles of the student's own model as it is in 2.14."""
-    return np.linalg.eigvals(sound(case.own, "2.14", "A"))
+    return np.linalg.eigvals(usable(case.own, "2.14", "A"))
 
 
 def with_motor(case):

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from labcourse.answers.parts import Part
-from labcourse.grading.marking.checks import NOT_TO_BE_HAD
+from labcourse.grading.marking.checks import EVALUATION_ERRORS
 from labcourse.grading.verdicts import Case, NothingFollows, Verdict, follow_through, right, wrong
 from rotflex.design import gain_by_place
 
@@ -21,7 +21,7 @@ from .design_checks import (
     led_to,
     same_poles,
 )
-from .own_answers import sound
+from .own_answers import usable
 from .own_model import own_voltage_model
 from .wanted import desired_poles, desired_polynomial
 
@@ -35,12 +35,12 @@ def wanted_polynomials(case: Case) -> Iterator[tuple[Array, bool]]:
     """
     yield desired_polynomial(), True
     for find in (
-        lambda: np.poly(np.ravel(sound(case.own, "3.4", "desired_poles"))).real,
-        lambda: np.ravel(sound(case.own, "3.4", "polynomial")),
+        lambda: np.poly(np.ravel(usable(case.own, "3.4", "desired_poles"))).real,
+        lambda: np.ravel(usable(case.own, "3.4", "polynomial")),
     ):
         try:
             yield find(), False
-        except NOT_TO_BE_HAD:
+        except EVALUATION_ERRORS:
             continue
 
 
@@ -98,7 +98,7 @@ class GainPlaces:
             try:
                 if places(gain, *own_voltage_model(case.own, case.bench.servo), wanted):
                     return follow_through(f"It puts the poles of your own model where {where}.")
-            except NOT_TO_BE_HAD:
+            except EVALUATION_ERRORS:
                 continue  # nothing of their own to try it on
         return None
 
@@ -107,7 +107,7 @@ class GainPlaces:
             try:
                 if np.allclose(gain, np.reshape(leads_to(np.ravel(candidate.K), case), (1, 4)), rtol=tolerances.PLACED):
                     return True
-            except NOT_TO_BE_HAD:
+            except EVALUATION_ERRORS:
                 continue
         return False
 
@@ -168,18 +168,18 @@ class ClosedLoopPoles:
 
     def _own_gain(self, case: Case) -> Array:
         try:
-            return np.reshape(sound(case.own, "3.8", "K"), (1, 4))
+            return np.reshape(usable(case.own, "3.8", "K"), (1, 4))
         except NothingFollows:
             raise
         except LookupError:
-            return np.reshape(sound(case.own, "3.10", "K"), (1, 4))
+            return np.reshape(usable(case.own, "3.10", "K"), (1, 4))
 
     def _models(self, case: Case) -> Iterator[tuple[Array, Array]]:
         """The student's own model first, then those that follow from a stiffness."""
         try:
             A, B = own_voltage_model(case.own, case.bench.servo)
             yield A, np.reshape(B, (4, 1))
-        except NOT_TO_BE_HAD:
+        except EVALUATION_ERRORS:
             pass  # none of their own
         for candidate, _stiffness_is_right in candidates(case):
             yield candidate.voltage_model
@@ -187,9 +187,9 @@ class ClosedLoopPoles:
 
 def by_own_companion(case: Case) -> Array:
     """The gain by the student's own gain in companion form and their own W (3.8)."""
-    return np.ravel(sound(case.own, "3.5", "K_c")) @ np.linalg.inv(sound(case.own, "3.7", "W"))
+    return np.ravel(usable(case.own, "3.5", "K_c")) @ np.linalg.inv(usable(case.own, "3.7", "W"))
 
 
 def torque_gain(case: Case) -> Array:
     """The gain that places the poles of the student's own model with the torque as input, for which none was asked."""
-    return gain_by_place(sound(case.own, "2.14", "A"), sound(case.own, "2.14", "B"), desired_poles())
+    return gain_by_place(usable(case.own, "2.14", "A"), usable(case.own, "2.14", "B"), desired_poles())

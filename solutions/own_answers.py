@@ -31,7 +31,7 @@ _ALIKE = 0.005  # relative: two polynomials that are the same, but for rounding
 Where = tuple[str, str]
 
 
-def sound(own: Own, question: str, part: str) -> Any:
+def usable(own: Own, question: str, part: str) -> Any:
     """An own answer, if there is something in it to build on.
 
     Raises

@@ -19,7 +19,7 @@ from rotflex.config import Servo
 from rotflex.course.probes import PLANT_PARAMETERS
 from rotflex.simulation import with_actuator
 
-from .own_answers import sound
+from .own_answers import usable
 
 Array = NDArray[Any]
 _EXACT = 1e-4  # relative: outputs are kept to six digits
@@ -27,7 +27,7 @@ _EXACT = 1e-4  # relative: outputs are kept to six digits
 
 def own_voltage_model(own: Own, servo: Servo) -> tuple[Array, Array]:
     """A and B with the motor voltage as input, from the student's own matrices. Raises LookupError without them."""
-    return with_actuator(sound(own, "2.14", "A"), np.reshape(sound(own, "2.14", "B"), (4, 1)), servo)
+    return with_actuator(usable(own, "2.14", "A"), np.reshape(usable(own, "2.14", "B"), (4, 1)), servo)
 
 
 def from_own_function(case: Case, matrix: str) -> Array:
@@ -51,14 +51,14 @@ def from_own_function(case: Case, matrix: str) -> Array:
 
 def _stiffness(case: Case) -> float:
     try:
-        return float(sound(case.own, "2.12", "K_s"))
+        return float(usable(case.own, "2.12", "K_s"))
     except LookupError:
         return float(case.bench.K_s)
 
 
 def _inertia(case: Case) -> float:
     try:
-        return float(sound(case.own, "2.12", "J_l"))
+        return float(usable(case.own, "2.12", "J_l"))
     except LookupError:
         return float(case.bench.J_l)
 

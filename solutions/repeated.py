@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from labcourse.grading.marking.checks import NOT_TO_BE_HAD, said_run
+from labcourse.grading.marking.checks import EVALUATION_ERRORS, said_run
 from labcourse.grading.verdicts import Case
 from rotflex.course import spare_design
 from rotflex.errors import RotflexError
@@ -21,7 +21,7 @@ from rotflex.hil.student_benches import FIRST_RUN
 from rotflex.recording import Recording
 
 from .design_checks import Design
-from .own_answers import sound
+from .own_answers import usable
 from .own_model import own_voltage_model
 
 Vector = NDArray[np.float64]
@@ -38,7 +38,7 @@ def own_gain(case: Case) -> Vector:
     """The student's gain (3.8, else 3.10), else the one that is right for their bench."""
     for question in ("3.8", "3.10"):
         try:
-            return np.reshape(sound(case.own, question, "K"), 4)
+            return np.reshape(usable(case.own, question, "K"), 4)
         except LookupError:
             continue
     return np.ravel(right_design(case).K)
@@ -48,7 +48,7 @@ def own_model(case: Case) -> tuple[Vector, Vector]:
     """The student's model with the voltage as input, else the one that is right for their bench."""
     try:
         return own_voltage_model(case.own, case.bench.servo)
-    except NOT_TO_BE_HAD:
+    except EVALUATION_ERRORS:
         return right_design(case).voltage_model
 
 
@@ -72,7 +72,7 @@ def simulated_again(case: Case, metadata: dict[str, Any]) -> list[Recording]:
 def torque_simulated(case: Case, metadata: dict[str, Any]) -> list[Recording]:
     """The same with the torque for the voltage: the student's matrices of 2.14 as they are."""
     try:
-        A, B = sound(case.own, "2.14", "A"), sound(case.own, "2.14", "B")
+        A, B = usable(case.own, "2.14", "A"), usable(case.own, "2.14", "B")
     except LookupError:
         return []
     runs: list[Recording] = case.bench.simulations(A, B, own_gain(case))
@@ -129,6 +129,6 @@ def validated_again(case: Case, metadata: dict[str, Any]) -> list[Recording]:
     for A, B in (own_model(case), right_design(case).voltage_model):
         try:
             return [case.bench.validation(A, B, signal, run_of(metadata))]
-        except NOT_TO_BE_HAD:  # a model whose numbers are too large to be simulated
+        except EVALUATION_ERRORS:  # a model whose numbers are too large to be simulated
             continue
     return []

@@ -26,7 +26,7 @@ from rotflex.recording import Recording
 from rotflex.specifications import LIMITS as OF_SUMMARY
 from rotflex.units import DEG
 
-from .own_answers import sound
+from .own_answers import usable
 from .repeated import Again
 
 Vector = NDArray[np.float64]
@@ -154,7 +154,7 @@ class Measured:
         """The verdict on a number that is the student's own answer, or on their own recording; None on another."""
         if self.carried is not None:
             try:
-                if self._near(value, float(sound(case.own, *self.carried))):
+                if self._near(value, float(usable(case.own, *self.carried))):
                     return follow_through("It is your own answer, carried over.")
             except LookupError:
                 pass  # nothing of their own to carry over
@@ -220,7 +220,7 @@ class Satisfied:
     def verdict(self, part: Part, value: Any, case: Case) -> Verdict:
         """Compare with the student's own numbers, else with the experiment run again."""
         try:
-            own = {name: float(sound(case.own, self.question, name)) for name in LIMITS}
+            own = {name: float(usable(case.own, self.question, name)) for name in LIMITS}
         except LookupError:
             own = {}
         if own:

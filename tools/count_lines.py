@@ -62,7 +62,7 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
     "report": (1919, ("labcourse/report/**/*.py",)),
     "running, intake": (3352, ("labcourse/grading/running/**/*.py",)),
     "gradebook": (2444, ("labcourse/grading/gradebook/**/*.py",)),
-    "marking": (1305, ("labcourse/grading/marking/**/*.py",)),
+    "marking": (1242, ("labcourse/grading/marking/**/*.py",)),
     "isolation": (1153, ("labcourse/grading/isolation/**/*.py",)),
     "reports, scoring": (2861, ("labcourse/grading/reports/**/*.py", "labcourse/grading/scoring/**/*.py")),
     "outcomes, overview, platforms, accounts": (

@@ -1,4 +1,4 @@
-"""What an answer is judged against, and what comes of it: cases, verdicts, and the protocol of a check."""
+"""Cases, verdicts, and the protocol of a check: what an answer is judged against, and the result."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from labcourse.answers.parts import Part
 
 
 class Status(StrEnum):
-    """What became of an answer."""
+    """Result of marking an answer."""
 
     RIGHT = "right"
     FOLLOW_THROUGH = "right, given your own earlier answers"
@@ -24,7 +24,7 @@ class Status(StrEnum):
     NOT_MARKED = "not marked: key fault"
 
 
-#: Nothing is decided yet; not to be taken for no points.
+#: Nothing is decided yet; this does not mean no points.
 UNDECIDED = (Status.FOR_A_PERSON, Status.NOT_MARKED)
 
 
@@ -35,9 +35,9 @@ class Own(Protocol):
 
 
 class NothingFollows(LookupError):
-    """One of the student's own answers holds nothing that the next step could use; says which and what, for them.
+    """One of the student's own answers holds nothing that the next step could use; the message, for them, says which.
 
-    What follows from it takes no work: zeros from zeros. A check takes it as an answer that is not there.
+    What follows from it takes no work: zeros from zeros. A check treats it as a missing answer.
     """
 
     def __str__(self) -> str:
@@ -76,24 +76,24 @@ class Verdict:
 
 @dataclass(frozen=True)
 class OwnBench:
-    """What makes a number that is measured on a student's own bench known again where it fits another's.
+    """How to recognise a number that was measured on another student's bench.
 
-    A check that has this as its ``own_bench`` is looked at by :mod:`labcourse.grading.reports.hints`.
+    :mod:`labcourse.grading.reports.hints` uses it of checks that have it as their ``own_bench``.
 
     Attributes
     ----------
-    expected : of a bench
-    rtol : how near to it, relative, a number of that bench is
-    tells : whether an equal number says something by itself; not where everybody reads off the same scale
+    expected : a function of a bench: the number that it gives
+    rtol : relative tolerance within which a number is of that bench
+    is_discriminating : whether an equal number alone is a hint; not where everybody reads off the same scale
     """
 
     expected: Callable[[Any], float]
     rtol: float
-    tells: bool = True
+    is_discriminating: bool = True
 
 
 class Check(Protocol):
-    """A way to compare an answer."""
+    """Protocol of a check, which compares an answer."""
 
     kinds: tuple[str, ...]
 
@@ -102,36 +102,36 @@ class Check(Protocol):
 
 
 def right(reason: str) -> Verdict:
-    """All of the points."""
+    """Return a verdict with all of the points."""
     return Verdict(Status.RIGHT, 1.0, reason)
 
 
 def follow_through(reason: str) -> Verdict:
-    """All of the points, for what is right given the student's own earlier answers."""
+    """Return a verdict with all of the points, for an answer that follows from the student's own earlier answers."""
     return Verdict(Status.FOLLOW_THROUGH, 1.0, reason)
 
 
 def partly(share: float, reason: str) -> Verdict:
-    """Some of the points."""
+    """Return a verdict with a share of the points."""
     return Verdict(Status.PARTLY, share, reason)
 
 
 def wrong(reason: str) -> Verdict:
-    """No points."""
+    """Return a verdict with no points."""
     return Verdict(Status.WRONG, 0.0, reason)
 
 
 def for_a_person(reason: str) -> Verdict:
-    """No points yet."""
+    """Return a verdict with no points yet: a person decides."""
     return Verdict(Status.FOR_A_PERSON, 0.0, reason)
 
 
 @runtime_checkable
 class JudgesMissing(Protocol):
-    """A check that may find it right that there is no answer."""
+    """Protocol of a check for which no answer may be right."""
 
     def missing(self, part: Part, case: Case) -> Verdict | None:
-        """Judge that there is none; None if it is just missing."""
+        """Judge that there is no answer; None if it is just missing."""
 
 
 Key = Mapping[str, Mapping[str, Check]]  #: question → part → check

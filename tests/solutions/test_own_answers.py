@@ -29,7 +29,7 @@ from labcourse.grading.verdicts import Case, NothingFollows, Status
 from rotflex.course.questions import CATALOGUE
 from solutions.design_checks import Design
 from solutions.key import KEY
-from solutions.own_answers import sound
+from solutions.own_answers import usable
 from solutions.own_model import from_own_function
 from solutions.true_bench import TrueBench
 from solutions.wanted import desired_polynomial
@@ -245,7 +245,7 @@ def test_nothing_follows_from_what_holds_nothing_and_it_is_said_why(name):
 
 def test_numbers_that_cannot_be_measured_meet_no_specification():
     with pytest.raises(NothingFollows, match=r"3\.14"):
-        sound(lambda q, p: 0.0, "3.14", "t_s")
+        usable(lambda q, p: 0.0, "3.14", "t_s")
 
 
 RIGHT = {
@@ -269,7 +269,7 @@ RIGHT = {
 @pytest.mark.parametrize("where", RIGHT, ids=" ".join)
 def test_what_is_right_is_something_to_build_on(where):
     known = {at: stored(at, value) for at, value in RIGHT.items()}
-    assert sound(lambda q, p: known[q, p], *where) is known[where]
+    assert usable(lambda q, p: known[q, p], *where) is known[where]
 
 
 #: The chain of nothing that once earned 12.75 points.

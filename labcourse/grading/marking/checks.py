@@ -1,8 +1,8 @@
-"""How an answer of each sort is compared. A course's key is a table of these, and of what knows its plant.
+"""Checks that compare answers of each kind. A course's key is a table of these, and of checks that know its plant.
 
 A check is given a decoded answer (:mod:`labcourse.grading.marking.decoding`: finite numbers, bounded in size) and the
-case at hand, and comes to a verdict: a status, the share of the points, and the reason, in words that a student can act
-on and an instructor can defend. Reasons do not tell the expected value.
+case, and returns a verdict: a status, the share of the points, and the reason, on which a student can act and which an
+instructor can defend. Reasons do not give the expected value away.
 """
 
 from __future__ import annotations
@@ -20,37 +20,26 @@ from labcourse.answers.json_values import thin
 from labcourse.answers.kinds.recordings import Sampled
 from labcourse.answers.parts import WHOLE, Part
 from labcourse.errors import CourseError
-from labcourse.grading.verdicts import (
-    OWN_ANSWERS,
-    Case,
-    NothingFollows,
-    Own,
-    OwnBench,
-    Status,
-    Verdict,
-    follow_through,
-    for_a_person,
-    right,
-    wrong,
-)
+from labcourse.grading import verdicts
+from labcourse.grading.verdicts import OWN_ANSWERS, Case, NothingFollows, Own, OwnBench, Status, Verdict
 
 MOST_RUNS = 1000  #: of an experiment, far more than anybody makes: a bench repeats none beyond
 _FIRST_RUN = 1  # counted as people count
 _LONGEST_SHOWN = 40  # characters of what a recording says
 
-#: What a calculation with a student's own answers may raise: then there is nothing that follows from them.
-NOT_TO_BE_HAD = (LookupError, ArithmeticError, ValueError, RuntimeError, CourseError)
+#: Errors that a calculation with a student's own answers may raise: then nothing follows from them.
+EVALUATION_ERRORS = (LookupError, ArithmeticError, ValueError, RuntimeError, CourseError)
 
 
 @dataclass(frozen=True)
 class ForAPerson:
-    """An answer in words, or a report as a whole. What to look for in it, the course's rubric says."""
+    """An answer in words, or a report as a whole. The course's rubric says what to look for in it."""
 
     kinds = ("prose", WHOLE)
 
     def verdict(self, part: Part, value: Any, case: Case) -> Verdict:
         """Leave it to a person."""
-        return for_a_person("A person will read this.")
+        return verdicts.for_a_person("A person will read this.")
 
 
 def led_to(follow: Callable[..., Any] | None, *given: Any) -> tuple[Any, str]:
@@ -71,13 +60,13 @@ def led_to(follow: Callable[..., Any] | None, *given: Any) -> tuple[Any, str]:
     if follow is None:
         return None, ""
     try:
-        found = follow(*given)
-        numbers = _flat(found)
+        result = follow(*given)
+        numbers = _flat(result)
     except NothingFollows as why:
         return None, f" {why}"
-    except NOT_TO_BE_HAD:
+    except EVALUATION_ERRORS:
         return None, ""
-    return (found if np.any(numbers) and np.all(np.isfinite(numbers)) else None), ""
+    return (result if np.any(numbers) and np.all(np.isfinite(numbers)) else None), ""
 
 
 def _flat(value: Any) -> NDArray[Any]:
@@ -87,7 +76,7 @@ def _flat(value: Any) -> NDArray[Any]:
 
 @dataclass(frozen=True)
 class _Numbers:
-    """What the checks of numbers have in common; :class:`Number` says what the parameters are."""
+    """The common part of the checks of numbers; :class:`Number` documents the parameters."""
 
     what: str
     expected: Callable[[Any], Any]
@@ -99,18 +88,18 @@ class _Numbers:
     slips: Callable[[Any], Mapping[str, Any]] = field(default=lambda bench: {})
 
     def verdict(self, part: Part, value: Any, case: Case) -> Verdict:
-        """Compare with the bench, then with the student's own answers."""
+        """Compare with the bench, then with the student's own answers, then with usual mistakes."""
         room = _room(self.rtol, self.atol, part.unit or part.usual.unit)
         if self._agrees(value, self.expected(case.bench), self.rtol):
-            return right(f"Within {room} of {self.what}.")
+            return verdicts.right(f"Within {room} of {self.what}.")
         own, why = led_to(self.follow, case.own)
         if own is not None and self._agrees(value, own, self.follow_rtol):
-            return follow_through(f"Not {self.what}, but it agrees with {self.follow_what}.")
+            return verdicts.follow_through(f"Not {self.what}, but it agrees with {self.follow_what}.")
         for slip, numbers in self._all_slips(case.bench).items():
             if self._agrees(value, numbers, self.rtol):
-                return wrong(f"Not {self.what}: {slip}.")
+                return verdicts.wrong(f"Not {self.what}: {slip}.")
         disagrees = f" It does not agree with {self.follow_what} either." if own is not None else why
-        return wrong(f"More than {room} off {self.what}.{disagrees}")
+        return verdicts.wrong(f"More than {room} off {self.what}.{disagrees}")
 
     def _agrees(self, value: Any, wanted: Any, rtol: float) -> bool:
         return same_entries(value, wanted, rtol, self.atol)
@@ -138,8 +127,8 @@ class Number(_Numbers):
     follow_what : what that is, as in "the product of your own two factors"
     follow_rtol : relative tolerance for it; ``atol`` holds for it, too
     slips : of the bench: usual mistakes, what was done → what it leads to
-    fewest_digits : the expected number, rounded to so many significant digits, is right as well; 0 for none of that
-    own_bench : for what differs from bench to bench: by what it is known again; None where that is not looked for
+    fewest_digits : the expected number is right, too, when it is rounded to so many significant digits; 0 for never
+    own_bench : how to recognise the number of another bench; None where that is not looked for
     """
 
     fewest_digits: int = 0
@@ -147,13 +136,13 @@ class Number(_Numbers):
     kinds = ("number",)
 
     def verdict(self, part: Part, value: Any, case: Case) -> Verdict:
-        """Compare as all numbers are compared, and with the expected one rounded."""
-        found = super().verdict(part, value, case)
-        if found.status is not Status.RIGHT and self.fewest_digits:
+        """Compare within the tolerance, and with the expected number rounded."""
+        verdict = super().verdict(part, value, case)
+        if verdict.status is not Status.RIGHT and self.fewest_digits:
             rounded = float(f"{self.expected(case.bench):.{self.fewest_digits}g}")
             if _near(value, rounded, 1e-9):
-                return right(f"It is {self.what}, rounded.")
-        return found
+                return verdicts.right(f"It is {self.what}, rounded.")
+        return verdict
 
 
 @dataclass(frozen=True)
@@ -178,7 +167,7 @@ class PolesAre(_Numbers):
 
 @dataclass(frozen=True)
 class FunctionIs:
-    """A function that gives what the expected one gives, for all inputs of the part's probe.
+    """A function that returns the same as the expected one, for all inputs of the part's probe.
 
     Parameters
     ----------
@@ -187,8 +176,8 @@ class FunctionIs:
         a tuple of these where the probe keeps several
     rtol, atol : tolerance, relative and absolute; the larger of the two counts. Outputs are kept to six digits.
     follow : of the student's own answers and the inputs; None where nothing comes before
-    follow_what : what that is, in words
-    slips : usual mistakes: what was done → of the bench and the inputs, what it leads to
+    follow_what : what that is, as in "your own constant"
+    slips : usual mistakes: what was done → a function of the bench and the inputs, for what it leads to
     """
 
     what: str
@@ -206,20 +195,20 @@ class FunctionIs:
         inputs = part.probe.inputs(case.probe_seed)
 
         def outputs(function: Callable[..., Any], of: Any) -> list[Any]:
-            return [function(of, *one) for one in inputs]
+            return [function(of, *arguments) for arguments in inputs]
 
         if self._same(value, outputs(self.expected, case.bench)):
-            return right(f"Called with other inputs, it gives {self.what}.")
+            return verdicts.right(f"Called with other inputs, it gives {self.what}.")
         own, why = led_to(self.follow and partial(outputs, self.follow), case.own)
         if own is not None and self._same(value, own):
-            return follow_through(f"Not {self.what}, but it agrees with {self.follow_what}.")
+            return verdicts.follow_through(f"Not {self.what}, but it agrees with {self.follow_what}.")
         for slip, function in self.slips.items():
             if self._same(value, outputs(function, case.bench)):
-                return wrong(f"Not {self.what}: {slip}.")
-        return wrong(f"Called with other inputs, it gives something else than {self.what}.{why}")
+                return verdicts.wrong(f"Not {self.what}: {slip}.")
+        return verdicts.wrong(f"Called with other inputs, it gives something else than {self.what}.{why}")
 
     def _same(self, value: Any, expected: list[Any]) -> bool:
-        tuples = [one if isinstance(one, tuple) else (one,) for one in expected]
+        tuples = [output if isinstance(output, tuple) else (output,) for output in expected]
         return all(
             len(given) == len(wanted)
             and all(same_entries(*pair, self.rtol, self.atol) for pair in zip(given, wanted, strict=True))
@@ -231,7 +220,7 @@ _ZERO = 1e-3  # of the relative tolerance, of the largest entry: the room for wh
 
 
 def same_entries(value: Any, expected: Any, rtol: float, atol: float = 0.0) -> bool:
-    """Whether two arrays have the same entries, within a tolerance; a vector may lie or stand.
+    """Return whether two arrays have the same entries, within a tolerance; a vector may be a row or a column.
 
     Parameters
     ----------
@@ -244,7 +233,7 @@ def same_entries(value: Any, expected: Any, rtol: float, atol: float = 0.0) -> b
 
 
 def same_poles(value: Any, expected: Any, rtol: float, atol: float = 0.0) -> bool:
-    """Whether two sets of poles are the same, in any order; the tolerance is that of :func:`same_entries`."""
+    """Return whether two sets of poles are the same, in any order; the tolerance is that of :func:`same_entries`."""
     from scipy.optimize import linear_sum_assignment
 
     given, wanted = np.ravel(value).astype(complex), np.ravel(expected).astype(complex)
@@ -256,7 +245,7 @@ def same_poles(value: Any, expected: Any, rtol: float, atol: float = 0.0) -> boo
 
 
 def _rooms(wanted: NDArray[Any], rtol: float, atol: float) -> NDArray[np.float64]:
-    """How far each entry may be off."""
+    """Return the tolerance of each entry."""
     sizes = np.abs(wanted)
     return np.asarray(np.maximum(np.maximum(rtol * sizes, atol), _ZERO * rtol * sizes.max(initial=0.0)))
 
@@ -265,7 +254,7 @@ MIRRORED = "the signs of the real parts are turned round"
 
 
 def mirrored(poles: NDArray[Any]) -> NDArray[Any]:
-    """Poles with the other sign of their real parts."""
+    """Return poles with the other sign of their real parts."""
     return np.asarray(-np.conj(poles))
 
 
@@ -279,9 +268,10 @@ class ChoiceIs:
 
     Parameters
     ----------
-    expected : the right one; or a function that returns it, of the bench
-    reason : why it is
-    follow, follow_what : what the student's own answers make right (on their bench), and what these are in words
+    expected : the right choice; or a function of the bench that returns it
+    reason : why it is right
+    follow : a function of the student's own answers and the bench: the choice that they make right
+    follow_what : what these answers are, as in "your own two factors"
     """
 
     expected: str | Callable[[Any], str]
@@ -291,30 +281,30 @@ class ChoiceIs:
     kinds = ("choice",)
 
     def verdict(self, part: Part, value: Any, case: Case) -> Verdict:
-        """Compare words."""
+        """Compare choices."""
         if value == (self.expected(case.bench) if callable(self.expected) else self.expected):
-            return right(self.reason)
+            return verdicts.right(self.reason)
         if self.follow is not None:
             try:
                 if value == self.follow(case.own, case.bench):
-                    return follow_through(f"It agrees with {self.follow_what}.")
-            except NOT_TO_BE_HAD:
-                pass  # nothing of their own to compare with
-        return wrong("Look again at what decides it.")
+                    return verdicts.follow_through(f"It agrees with {self.follow_what}.")
+            except EVALUATION_ERRORS:
+                pass  # no own answer to compare with
+        return verdicts.wrong("Look again at what decides it.")
 
 
 @dataclass(frozen=True)
 class RecordingOf:
-    """A recording that the student's own bench gives, too, when the experiment is run again.
+    """A recording that the student's own bench gives again when the experiment is repeated.
 
     Parameters
     ----------
-    recording : of the bench; and of the number of the run, where ``runs``
+    recording : a function of the bench, and of the number of the run where ``runs``
     channel : to compare
     rtol : largest RMS difference, relative. Where a bench came to rest before moves a whole channel a little, so means
         are not compared.
-    slips : usual mistakes that the recording's metadata shows: (name, what it should be) → what was done
-    runs : whether the bench's runs differ: then a recording is held against the run that it says it is
+    slips : usual mistakes that the metadata of the recording shows: (name, right value) → what was done
+    runs : whether the runs of a bench differ: then a recording is compared with the run that it claims to be
         (:func:`said_run`)
     """
 
@@ -333,42 +323,44 @@ class RecordingOf:
         of_run = (said_run(value["metadata"]),) if self.runs else ()
         expected = self.recording(case.bench, *of_run)
         if value["n"] != len(expected) or not _near(value["sample_time"], expected.sample_time, 1e-3):
-            return wrong("It has another length or sample time than the experiment as the notebook describes it.")
+            return verdicts.wrong(
+                "It has another length or sample time than the experiment as the notebook describes it."
+            )
         samples = value["channels"][self.channel]["values"]
         wanted = expected.channels[self.channel].values
         difference = misfit(samples, wanted[thin(len(expected), samples.size)])
         if difference <= self.rtol:
-            return right("Your bench gives the same when the experiment is run again.")
+            return verdicts.right("Your bench gives the same when the experiment is run again.")
         for (name, usual), slip in self.slips.items():
             if value["metadata"].get(name, usual) != usual:
-                return wrong(slip)
-        return wrong(
+                return verdicts.wrong(slip)
+        return verdicts.wrong(
             "Not a recording of your bench: run again on your own bench as the notebook describes it, the "
             f"experiment gives another {self.channel}."
         )
 
 
 def refused_recording(part: Part, value: dict[str, Any], case: Case) -> Verdict | None:
-    """The verdict on a recording that cannot be compared, or is of another experiment; None if it can be."""
+    """Return the verdict on a recording that cannot be compared, or is of another experiment; None if it can be."""
     if not case.virtual:
-        return for_a_person("It does not come from a bench that is known here; a person will look at it.")
+        return verdicts.for_a_person("It does not come from a bench that is known here; a person will look at it.")
     for name, wanted in part.settings:
         if value["metadata"].get(name) != wanted:
-            return wrong(f"It is not the recording that is asked for: its {name} should be {wanted!r}.")
+            return verdicts.wrong(f"It is not the recording that is asked for: its {name} should be {wanted!r}.")
     try:
         said_run(value["metadata"])
     except ValueError as error:
-        return wrong(str(error))
+        return verdicts.wrong(str(error))
     return None
 
 
 def said_run(metadata: Mapping[str, Any]) -> int:
-    """The number of the run that a recording says it is, as ``metadata["bench"]["run"]``; 1 where it says none.
+    """Return the number of the run that a recording claims to be, ``metadata["bench"]["run"]``; 1 where there is none.
 
     Raises
     ------
     ValueError
-        If that is no number of a run; the message is for the student.
+        If it is not the number of a run; the message is for the student.
     """
     about = metadata.get("bench")
     run = about.get("run", _FIRST_RUN) if isinstance(about, Mapping) else _FIRST_RUN
@@ -381,7 +373,7 @@ def said_run(metadata: Mapping[str, Any]) -> int:
 
 
 def misfit(values: NDArray[np.float64], reference: NDArray[np.float64]) -> float:
-    """RMS difference of two signals (n,) about their means, relative to the reference's own; inf where it has none."""
+    """Return the RMS difference of two signals (n,) about their means, relative to the reference's (inf if 0)."""
     given, wanted = values - values.mean(), reference - reference.mean()
     ratio = float(np.sqrt(np.mean((given - wanted) ** 2) / np.mean(wanted**2)))
     return ratio if math.isfinite(ratio) else math.inf

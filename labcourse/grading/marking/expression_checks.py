@@ -1,7 +1,7 @@
 """Checks of expressions, equations and matrices of expressions: any equivalent form is right.
 
 Two expressions are taken as equal if they agree at a few random points. (A polynomial or a quotient of polynomials
-that is not zero vanishes at random points with a probability of nothing; and numbers can be compared in bounded time,
+that is not zero vanishes at random points with a probability of zero; and numbers can be compared in bounded time,
 where simplifying an untrusted expression cannot.)
 """
 
@@ -9,38 +9,33 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from labcourse.answers.parts import Part
-from labcourse.grading.verdicts import (
-    OWN_ANSWERS,
-    Case,
-    NothingFollows,
-    Own,
-    Verdict,
-    follow_through,
-    partly,
-    right,
-    wrong,
-)
+from labcourse.grading import verdicts
+from labcourse.grading.verdicts import OWN_ANSWERS, Case, NothingFollows, Own, Verdict
 
 Point = Mapping[str, float]
-Rule = Callable[[Point], float]  # a quantity as a function of all symbols' values
+Rule = Callable[[Point], Any]  # a quantity as a function of all symbols' values
 _POINTS = 6  # random points; two would do
 _RTOL = 1e-7  # half the digits of a float; a tolerance for rounded coefficients is in the checks
 _FLOAT_RTOL = 2e-3  # a student's 0.333 for a third is 1e-3 away
+_WORTH_A_SHARE = 0.7  # of the rows; in a state-space model, half of them take no derivation
+#: What the evaluation of an expression may raise where it has no value.
+_NO_VALUE = (ArithmeticError, TypeError, ValueError)
 
 
 def points(symbols: tuple[str, ...], seed: int) -> list[dict[str, float]]:
-    """Random values for symbols, from a half to two, the same for the same seed."""
+    """Draw random values for symbols, from a half to two; the same for the same seed."""
     draw = np.random.default_rng(seed)
     return [dict(zip(symbols, draw.uniform(0.5, 2.0, len(symbols)).tolist(), strict=True)) for _ in range(_POINTS)]
 
 
 def at(expression: Any, point: Point) -> float:
-    """The value of a sympy expression at a point. Raises ArithmeticError where it has no real one."""
+    """Return the value of a sympy expression at a point. Raises ArithmeticError where it has no real value."""
     import sympy
 
     number = sympy.sympify(expression).xreplace({sympy.Symbol(name): sympy.Float(v) for name, v in point.items()})
@@ -50,20 +45,20 @@ def at(expression: Any, point: Point) -> float:
     return value.real
 
 
-def _agree(expression: Any, rule: Rule, where: list[dict[str, float]]) -> bool:
-    """Whether an expression equals a rule at all points."""
-    tolerance = _FLOAT_RTOL if _has_floats(expression) else _RTOL
-    try:
-        pairs = [(at(expression, point), rule(point)) for point in where]
-    except (ArithmeticError, TypeError, ValueError, np.linalg.LinAlgError):
-        return False
-    return all(abs(given - wanted) <= tolerance * max(1e-3, abs(wanted)) for given, wanted in pairs)
-
-
-def _has_floats(expression: Any) -> bool:
+def _tolerance(expression: Any) -> float:
     import sympy
 
-    return bool(sympy.sympify(expression).atoms(sympy.Float))
+    return _FLOAT_RTOL if sympy.sympify(expression).atoms(sympy.Float) else _RTOL
+
+
+def _agree(expression: Any, rule: Rule, where: list[dict[str, float]]) -> bool:
+    """Return whether an expression equals a rule at all points."""
+    tolerance = _tolerance(expression)
+    try:
+        pairs = [(at(expression, point), rule(point)) for point in where]
+    except _NO_VALUE:
+        return False
+    return all(abs(given - wanted) <= tolerance * max(1e-3, abs(wanted)) for given, wanted in pairs)
 
 
 @dataclass(frozen=True)
@@ -74,136 +69,127 @@ class ExpressionIs:
     ----------
     expected : the quantity at a point
     follow : the same from the student's own answers; raises LookupError where there are none
-    follow_what : what that is, in words
+    follow_what : what that is, as in "your own energy"
     slips : usual mistakes: what was done → the quantity that it leads to
     """
 
     expected: Rule
-    follow: Callable[[Own, Point], float] | None = None
+    follow: Callable[[Own, Point], Any] | None = None
     follow_what: str = OWN_ANSWERS
     slips: Mapping[str, Rule] | None = None
     kinds = ("expression",)
+    _equals = "equal to"
 
     def verdict(self, part: Part, value: Any, case: Case) -> Verdict:
         """Compare at random points."""
-        where = points(part.symbols, case.probe_seed)
-        if _agree(value, self.expected, where):
-            return right("Equal to what the derivation gives.")
-        own, why_not = _from_own(self.follow, case.own, where)
-        if own is not None and _agree(value, own, where):
-            return follow_through(f"Not what the derivation gives, but it agrees with {self.follow_what}.")
+        where = points(self._symbols(part), case.probe_seed)
+        if any(self._agrees(value, rule, where) for rule in self._right_ones()):
+            return verdicts.right(f"{self._equals.capitalize()} what the derivation gives.")
+        own, why = self._from_own(case.own, where[0])
+        if own is not None and self._agrees(value, own, where):
+            return verdicts.follow_through(f"Not what the derivation gives, but it agrees with {self.follow_what}.")
         for slip, rule in (self.slips or {}).items():
-            if _agree(value, rule, where):
-                return wrong(f"Not equal to what the derivation gives: {slip}.")
-        return wrong("Not equal to what the derivation gives." + why_not)
+            if self._agrees(value, rule, where):
+                return verdicts.wrong(f"Not {self._equals} what the derivation gives: {slip}.")
+        return self._wrong(value, where, why)
+
+    def _symbols(self, part: Part) -> tuple[str, ...]:
+        return part.symbols
+
+    def _right_ones(self) -> tuple[Rule, ...]:
+        return (self.expected,)
+
+    def _agrees(self, value: Any, rule: Rule, where: list[dict[str, float]]) -> bool:
+        return _agree(value, rule, where)
+
+    def _from_own(self, own: Own, point: Point) -> tuple[Rule | None, str]:
+        """Return the rule that the student's own answers give; None where they give none, and why, if that is known."""
+        if self.follow is None:
+            return None, ""
+        try:
+            self.follow(own, point)
+        except NothingFollows as why:
+            return None, f" {why}"
+        except (LookupError, *_NO_VALUE):
+            return None, ""
+        return partial(self.follow, own), ""
+
+    def _wrong(self, value: Any, where: list[dict[str, float]], why: str) -> Verdict:
+        return verdicts.wrong(f"Not {self._equals} what the derivation gives.{why}")
 
 
-def _from_own(
-    follow: Callable[[Own, Point], Any] | None, own: Own, where: list[dict[str, float]]
-) -> tuple[Callable[[Point], Any] | None, str]:
-    """The rule that the student's own answers give; None where they give none, and then why, if that is known."""
-    if follow is None:
-        return None, ""
-    try:
-        follow(own, where[0])
-    except NothingFollows as why:
-        return None, f" {why}"
-    except (LookupError, ArithmeticError, TypeError, ValueError, np.linalg.LinAlgError):
-        return None, ""
-    return lambda point: follow(own, point), ""
-
-
-@dataclass(frozen=True)
-class EquationIs:
+@dataclass(frozen=True, kw_only=True)
+class EquationIs(ExpressionIs):
     """An equation equivalent to the expected one: the two differ by a factor, such as a mass, but not by a motion.
 
     Parameters
     ----------
     expected : left side less right side, at a point
     motion : the symbols of what moves; the factor must not depend on them, as it may on the parameters
-    others : the same, of equations that are as good: with another equation of the mechanism put into the expected one
+    others : the same as ``expected``, of equations that are as good: with another equation of the mechanism put into it
     follow, follow_what, slips : as for :class:`ExpressionIs`
     """
 
-    expected: Rule
     motion: frozenset[str]
     others: tuple[Rule, ...] = ()
-    follow: Callable[[Own, Point], float] | None = None
-    follow_what: str = OWN_ANSWERS
-    slips: Mapping[str, Rule] | None = None
     kinds = ("equation",)
+    _equals = "equivalent to"
 
-    def verdict(self, part: Part, value: Any, case: Case) -> Verdict:
-        """Compare at random points, up to a factor."""
-        where = points(part.symbols, case.probe_seed)
+    def _right_ones(self) -> tuple[Rule, ...]:
+        return (self.expected, *self.others)
+
+    def _agrees(self, value: Any, rule: Rule, where: list[dict[str, float]]) -> bool:
+        """Return whether an equation is a rule times a factor that the parameters may be in, but not the motion."""
         residual = value.lhs - value.rhs
-        if any(self._proportional(residual, rule, where) for rule in (self.expected, *self.others)):
-            return right("Equivalent to what the derivation gives.")
-        own, why_not = _from_own(self.follow, case.own, where)
-        if own is not None and self._proportional(residual, own, where):
-            return follow_through(f"Not what the derivation gives, but it agrees with {self.follow_what}.")
-        for slip, rule in (self.slips or {}).items():
-            if self._proportional(residual, rule, where):
-                return wrong(f"Not equivalent to what the derivation gives: {slip}.")
-        return wrong("Not equivalent to what the derivation gives." + why_not)
-
-    def _proportional(self, residual: Any, rule: Rule, where: list[dict[str, float]]) -> bool:
-        """Whether a residual is a rule times a factor that the parameters may be in, but not the motion."""
-        tolerance = _FLOAT_RTOL if _has_floats(residual) else _RTOL
+        tolerance = _tolerance(residual)
         for parameters in where[: _POINTS // 2]:
             moved = [{**parameters, **{name: point[name] for name in point.keys() & self.motion}} for point in where]
             try:
                 given, wanted = np.array([(at(residual, point), rule(point)) for point in moved]).T
-            except (ArithmeticError, TypeError, ValueError, np.linalg.LinAlgError):
+            except _NO_VALUE:
                 return False
             largest = np.argmax(np.abs(wanted))
             if given[largest] == 0 or wanted[largest] == 0:
                 return False
-            factor = given[largest] / wanted[largest]
-            if not np.all(np.abs(given - factor * wanted) <= tolerance * abs(given[largest])):
+            off = np.abs(given - given[largest] / wanted[largest] * wanted)
+            if not np.all(off <= tolerance * abs(given[largest])):
                 return False
         return True
 
 
-@dataclass(frozen=True)
-class SymbolicMatrixIs:
-    """A matrix of expressions, entry by entry; some right entries earn their share.
+@dataclass(frozen=True, kw_only=True)
+class SymbolicMatrixIs(ExpressionIs):
+    """A matrix of expressions, entry by entry; some right rows earn their share.
 
     Parameters
     ----------
     expected : the matrix at a point
-    follow : the same from the student's own answers
-    follow_what : what that is, in words
-    own_symbols : that the student's own answers have besides those of the matrix
+    own_symbols : symbols in the student's own answers, besides those of the matrix
+    follow, follow_what, slips : as for :class:`ExpressionIs`
     """
 
-    expected: Callable[[Point], Any]
-    follow: Callable[[Own, Point], Any] | None = None
-    follow_what: str = OWN_ANSWERS
     own_symbols: tuple[str, ...] = ()
     kinds = ("symbolic_matrix",)
+    _equals = "every entry equals"
 
-    def verdict(self, part: Part, value: Any, case: Case) -> Verdict:
-        """Compare the entries at random points."""
-        where = points((*part.symbols, *self.own_symbols), case.probe_seed)
-        if np.all(self._entries(value, self.expected, where)):
-            return right("Every entry equals what the derivation gives.")
-        own, why_not = _from_own(self.follow, case.own, where)
-        if own is not None and np.all(self._entries(value, own, where)):
-            return follow_through(f"Not what the derivation gives, but it agrees with {self.follow_what}.")
-        rows = [i + 1 for i in range(part.shape[0]) if not all(self._entries(value, self.expected, where)[i])]
-        share = 1 - len(rows) / part.shape[0]
-        reason = f"Rows that are not what the derivation gives: {', '.join(map(str, rows))}." + why_not
-        return partly(share, reason) if share >= _WORTH_A_SHARE else wrong(reason)
+    def _symbols(self, part: Part) -> tuple[str, ...]:
+        return (*part.symbols, *self.own_symbols)
 
-    def _entries(self, matrix: Any, rule: Callable[[Point], Any], where: list[dict[str, float]]) -> list[list[bool]]:
-        """For each entry, whether it agrees with a rule."""
-        rows, columns = matrix.shape
+    def _agrees(self, value: Any, rule: Rule, where: list[dict[str, float]]) -> bool:
+        return bool(len(self._right_rows(value, rule, where)) == value.rows)
+
+    def _wrong(self, value: Any, where: list[dict[str, float]], why: str) -> Verdict:
+        right_rows = self._right_rows(value, self.expected, where)
+        bad = [str(row + 1) for row in range(value.rows) if row not in right_rows]
+        share = 1 - len(bad) / value.rows
+        reason = f"Rows that are not what the derivation gives: {', '.join(bad)}.{why}"
+        return verdicts.partly(share, reason) if share >= _WORTH_A_SHARE else verdicts.wrong(reason)
+
+    def _right_rows(self, value: Any, rule: Rule, where: list[dict[str, float]]) -> list[int]:
+        """Return the rows of which each entry agrees with a rule."""
 
         def entry(i: int, j: int) -> Rule:
-            return lambda point: float(np.reshape(rule(point), (rows, columns))[i, j])
+            return lambda point: float(np.reshape(rule(point), value.shape)[i, j])
 
-        return [[_agree(matrix[i, j], entry(i, j), where) for j in range(columns)] for i in range(rows)]
-
-
-_WORTH_A_SHARE = 0.7  # of the rows; in a state-space model, half of them take no derivation
+        rows, columns = value.shape
+        return [i for i in range(rows) if all(_agree(value[i, j], entry(i, j), where) for j in range(columns))]

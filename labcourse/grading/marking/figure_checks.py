@@ -1,4 +1,4 @@
-"""Checks of figures, by the curves that are seen on them and the units that their axes name."""
+"""Checks of figures, by their curves and the units that their axes name."""
 
 from __future__ import annotations
 
@@ -11,11 +11,12 @@ from numpy.typing import NDArray
 
 from labcourse.answers.kinds.recordings import Sampled
 from labcourse.answers.parts import Part
+from labcourse.grading import verdicts
+from labcourse.grading.marking import curves
 from labcourse.grading.marking.checks import misfit
-from labcourse.grading.marking.curve_following import Curve, Trace, curves
-from labcourse.grading.marking.seen_curves import HALF, Reading, Wanted, best, find, own_trace, readings
-from labcourse.grading.marking.unit_words import FREQUENCY, Quantity
-from labcourse.grading.verdicts import Case, Verdict, follow_through, for_a_person, partly, right, wrong
+from labcourse.grading.marking.curves import HALF, Curve, Reading, Trace, Wanted
+from labcourse.grading.marking.units import FREQUENCY, Quantity
+from labcourse.grading.verdicts import Case, Verdict
 
 Vector = NDArray[np.float64]
 
@@ -33,9 +34,9 @@ class FigureFollows:
     Parameters
     ----------
     recording : of the student's own bench
-    own : (question, part) of the student's own recording, which is just as good to plot
-    channel : which
-    quantity : what the channel is (:mod:`.unit_words`); it may be drawn in any of its units
+    own : (question, part) of the student's own recording, which may be plotted as well
+    channel : name of the channel
+    quantity : of the channel (:mod:`.units`); it may be drawn in any of its units
     rtol : largest RMS difference, relative
     largest : in the channel's SI unit; what is larger in the student's own recording is from no bench
     """
@@ -49,20 +50,20 @@ class FigureFollows:
     kinds = ("figure",)
 
     def verdict(self, part: Part, value: Any, case: Case) -> Verdict:
-        """Look for a curve that follows, then at the labels of its axes."""
+        """Look for a curve that follows, then check the labels of its axes."""
         if not case.virtual:
-            return for_a_person("It does not come from a bench that is known here; a person will look at it.")
+            return verdicts.for_a_person("It does not come from a bench that is known here; a person will look at it.")
         lacking = ""
-        for trace, verdict, whose in _traces(self.recording, self.own, self.channel, self.largest, case):
-            seen = best(find(value, Wanted(trace, self.quantity, self.rtol, _SHORTEST * trace.duration)))
+        for trace, verdict, note in _traces(self.recording, self.own, self.channel, self.largest, case):
+            seen = curves.best(curves.find(value, Wanted(trace, self.quantity, self.rtol, _SHORTEST * trace.duration)))
             if seen is None:
                 continue
             if seen.faults and not seen.lacking:
-                return partly(HALF, f"The curve is there, but {' and '.join(seen.faults)}.")
+                return verdicts.partly(HALF, f"The curve is there, but {' and '.join(seen.faults)}.")
             if not seen.lacking:
-                return verdict(f"A curve of {self.channel} over time, with units.{whose}")
+                return verdict(f"A curve of {self.channel} over time, with units.{note}")
             lacking = lacking or f" ({seen.lacking})"
-        return wrong(
+        return verdicts.wrong(
             f"No curve in the figure follows {self.channel} over half of the recording or more{lacking}. Plot "
             "the recording of your bench against its time."
         )
@@ -77,8 +78,8 @@ class FigureOfSpectrum:
     Parameters
     ----------
     recording : of the student's own bench
-    own : (question, part) of the student's own recording, whose spectrum is just as good
-    channel : which
+    own : (question, part) of the student's own recording, whose spectrum may be plotted as well
+    channel : name of the channel
     band : Hz, in which the peak is sought
     peak_rtol : tolerance of where the peak is, relative
     rtol : largest RMS difference in shape, relative
@@ -95,45 +96,45 @@ class FigureOfSpectrum:
     kinds = ("figure",)
 
     def verdict(self, part: Part, value: Any, case: Case) -> Verdict:
-        """Look for a curve with the right peak, then at the labels of its axes."""
+        """Look for a curve with the right peak, then check the labels of its axes."""
         if not case.virtual:
-            return for_a_person("It does not come from a bench that is known here; a person will look at it.")
+            return verdicts.for_a_person("It does not come from a bench that is known here; a person will look at it.")
         elsewhere = ""
-        for trace, verdict, whose in _traces(self.recording, self.own, self.channel, self.largest, case):
-            found = sorted(self._readings(value, trace), key=lambda one: (bool(one[1].fault), one[1].says_another))
-            if not found:
+        for trace, verdict, note in _traces(self.recording, self.own, self.channel, self.largest, case):
+            spectra = sorted(self._readings(value, trace), key=lambda s: (bool(s[1].fault), s[1].says_another))
+            if not spectra:
                 continue
-            curve, reading, in_decibels = found[0]
+            curve, reading, in_decibels = spectra[0]
             if reading.says_another:  # its peak is not where the axis says that it is
                 elsewhere = elsewhere or f" ({reading.fault})"
                 continue
             if reading.fault:
-                return partly(HALF, f"The spectrum is there, but {reading.fault}.")
+                return verdicts.partly(HALF, f"The spectrum is there, but {reading.fault}.")
             if not curve.axis["ylabel"]:
-                return partly(HALF, "The spectrum is there, but the vertical axis has no label.")
+                return verdicts.partly(HALF, "The spectrum is there, but the vertical axis has no label.")
             if in_decibels and "db" not in curve.axis["ylabel"].lower():
-                return partly(HALF, "The spectrum is there, but the vertical axis lacks its unit: write dB.")
-            return verdict(f"A spectrum with its peak in the right place.{whose}")
-        return wrong(
+                return verdicts.partly(HALF, "The spectrum is there, but the vertical axis lacks its unit: write dB.")
+            return verdict(f"A spectrum with its peak in the right place.{note}")
+        return verdicts.wrong(
             f"No curve in the figure has its peak where the spectrum of your recording has it{elsewhere}. Plot "
             "the amplitude against frequency, its peak in sight."
         )
 
     def _readings(self, figure: dict[str, Any], trace: Trace) -> Iterator[tuple[Curve, Reading, bool]]:
-        """The curves that are the spectrum, each with what its axis says, and whether its amplitudes are in dB."""
+        """Find the curves that are the spectrum, each with the reading of its axis, and whether it is in dB."""
         spectrum = _Spectrum(trace)
         peak = spectrum.peak(self.band)
         if peak is None:
             return
-        for curve in curves(figure, _FEWEST_OF_A_SPECTRUM):
-            for reading in readings(curve.axis["xlabel"], FREQUENCY, "horizontal"):
+        for curve in curves.curves_of(figure, _FEWEST_OF_A_SPECTRUM):
+            for reading in curves.readings(curve.axis["xlabel"], FREQUENCY, "horizontal"):
                 f = reading.unit.size * curve.x
                 for amplitude, in_decibels in _amplitudes(curve):
                     if f.min() <= peak <= f.max() and self._is_it(f, amplitude, spectrum, peak):
                         yield curve, reading, in_decibels
 
     def _is_it(self, f: Vector, amplitude: Vector, spectrum: _Spectrum, peak: float) -> bool:
-        """Whether a curve is a spectrum, by its peak or by its shape."""
+        """Return whether a curve is a spectrum, by its peak or by its shape."""
         swept = (f >= self.band[0]) & (f <= self.band[1])
         if np.unique(f[swept]).size < 3:
             return False
@@ -141,8 +142,8 @@ class FigureOfSpectrum:
         fine = np.diff(np.sort(f[swept])).max() <= 2 * spectrum.bin_width
         if fine and _peaks(f[swept], amplitude[swept], peak, near):
             return True
-        # Of a curve far beyond the band, few points are kept in it: compare the shape of all of it, as far as
-        # the samples tell (the student's own recording is thinned out).
+        # A curve far beyond the band has few stored points in it: compare the shape of the whole curve, up to the
+        # highest frequency that the samples show (the student's own recording is thinned out).
         swinging = (f >= self.band[0] / 2) & (f <= spectrum.fastest)
         wanted, given = spectrum.at(f[swinging]), amplitude[swinging]
         if np.ptp(wanted) < _VARIES * wanted.max():  # anything flat has the shape of a small piece
@@ -152,7 +153,7 @@ class FigureOfSpectrum:
 
 
 def _peaks(f: Vector, amplitude: Vector, peak: float, near: float) -> bool:
-    """Whether a curve is highest near a frequency, and falls off to both sides."""
+    """Return whether a curve is highest near a frequency, and falls off to both sides."""
     top = np.argmax(amplitude)
     lower = f[amplitude < amplitude[top]]
     return bool(abs(f[top] - peak) <= near and lower.size and lower.min() < f[top] < lower.max())
@@ -167,23 +168,23 @@ class _Spectrum:
         self._f = np.fft.rfftfreq(size, trace.step)
         self._amplitude = 2 * np.abs(np.fft.rfft(swinging, size)) / swinging.size
         self.bin_width = 1 / trace.duration
-        self.fastest = trace.kept * self.bin_width / 2
+        self.fastest = trace.given * self.bin_width / 2
 
     def at(self, f: Vector) -> Vector:
         return np.asarray(np.interp(f, self._f, self._amplitude))
 
     def peak(self, band: tuple[float, float]) -> float | None:
-        """Where the highest point of a band is; None where the samples do not tell."""
+        """Return the frequency of the highest point of a band; None if the samples do not reach it."""
         within = (self._f >= band[0]) & (self._f <= band[1])
         return float(self._f[within][np.argmax(self._amplitude[within])]) if within.any() else None
 
 
 def _amplitudes(curve: Curve) -> Iterator[tuple[Vector, bool]]:
-    """What a curve may show, to any scale; amplitudes, or dB of amplitudes or of powers."""
-    says_so = "db" in curve.axis["ylabel"].lower()
-    if curve.y.min() >= 0 and not says_so:
+    """Return the amplitudes that a curve may show, to any scale, and whether they are in dB."""
+    labelled = "db" in curve.axis["ylabel"].lower()
+    if curve.y.min() >= 0 and not labelled:
         yield curve.y, False
-    elif says_so or np.ptp(curve.y) >= _DECIBELS:
+    elif labelled or np.ptp(curve.y) >= _DECIBELS:
         below = curve.y - curve.y.max()
         yield 10 ** (below / 20), True
 
@@ -191,11 +192,11 @@ def _amplitudes(curve: Curve) -> Iterator[tuple[Vector, bool]]:
 def _traces(
     recording: Callable[[Any], Sampled], own: tuple[str, str], channel: str, largest: float, case: Case
 ) -> Iterator[tuple[Trace, Callable[[str], Verdict], str]]:
-    """The channel that the bench gives, then that of the student's own recording, with verdicts and what to add."""
+    """Return the bench's channel, then that of the student's own recording, each with its verdict and a note to add."""
     expected = recording(case.bench)
     values = expected.channels[channel].values
-    yield Trace(np.arange(values.size, dtype=np.float64) * expected.sample_time, values), right, ""
-    trace = own_trace(case, own, channel, largest)
+    yield Trace(np.arange(values.size, dtype=np.float64) * expected.sample_time, values), verdicts.right, ""
+    trace = curves.own_trace(case, own, channel, largest)
     if trace is not None:
-        whose = " It is that of your own recording, which is not what your bench gives."
-        yield trace, follow_through, whose
+        note = " It is that of your own recording, which is not what your bench gives."
+        yield trace, verdicts.follow_through, note

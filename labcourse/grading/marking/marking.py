@@ -1,4 +1,4 @@
-"""Claims and key to marks. Points need positive evidence: what is missing, malformed or unknown earns none."""
+"""Mark claims by a key. Points need positive evidence: a missing, malformed or unknown answer earns none."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ _SUPPLIED = (
     "It was missing. Your instructor supplied this value, so that what builds on it could be run; it earns nothing."
 )
 
-KEY_FAILED = "{number}, {part} is not marked: the key failed. {fault}"  #: a problem; its fault comes last
-UNMARKED = "was answered; the key does not mark it."  #: how a note on that ends
+KEY_FAILED = "{number}, {part} is not marked: the key failed. {fault}"  #: a problem; the fault comes last
+UNMARKED = "was answered; the key does not mark it."  #: end of a note
 _NONE = Verdict(Status.MISSING, 0.0, _MISSING)
 _PATIENCE = 60.0  # s for one answer; the slowest honest one takes a few
 _LONGEST_SHOWN = 300  # characters of an expression
@@ -35,15 +35,15 @@ _LONGEST_SHOWN = 300  # characters of an expression
 
 @dataclass(frozen=True)
 class Mark:
-    """What became of the answer to one part.
+    """Mark of the answer to one part.
 
     Attributes
     ----------
-    question, part : which
+    question, part : number of the question, and name of the part
     status : see :class:`~labcourse.grading.verdicts.Status`
     points, out_of : earned, and possible
     reason : for the student
-    given : the answer in a few words, all of it if it is prose; the student's own
+    given : the student's answer as a short text; prose as a whole
     """
 
     question: str
@@ -56,20 +56,20 @@ class Mark:
 
     @property
     def awaiting(self) -> float:
-        """Points that a person has yet to give or not."""
+        """Return the points on which a person has yet to decide."""
         return self.out_of if self.status is Status.FOR_A_PERSON else 0.0
 
 
 @dataclass(frozen=True)
 class About:
-    """What is known of a run besides its answers.
+    """Facts about a run besides its answers.
 
     Attributes
     ----------
     missing : (question, part) → why there is no answer
     supplied : (question, part) of values that an instructor supplied
-    asked : (question, part) that the release which was worked with asks; None if that is all that the course asks
-    start : name of what was given to a class that began in the middle; "" where it began at the beginning
+    asked : (question, part) of the release that the student worked with; None if it asks all that the course asks
+    start : name of the start of a class that began in the middle; "" where it began at the beginning
     reports_in_pdf : number of a report → the PDF that was handed in, for a person to read
     """
 
@@ -81,21 +81,21 @@ class About:
 
 
 class KeyFault(Exception):
-    """A check of the key that failed for a reason of its own; the message names its place."""
+    """A check of the key that has a fault; the message names its place."""
 
 
 def mark(course: Course, claims: Claims, bench: Any, probe_seed: int, about: About = About()) -> list[Mark]:
-    """Marks for every part of every question in the key, in its order.
+    """Mark every part of every question in the key, in its order.
 
-    A fault of the key costs the part that it marks, and no other.
+    A fault of the key leaves the part unmarked that it concerns, and no other.
 
     Parameters
     ----------
     course : with the key
     claims : from :func:`labcourse.grading.marking.decoding.decode`; faults of the key are added to its problems
-    bench : the student's own, as it really is: what ``course.bench`` gives
+    bench : the student's own, as it really is: what ``course.bench`` returns
     probe_seed : from which the inputs of functions were drawn
-    about : what else is known of the run
+    about : other facts about the run
     """
     claims = with_reports(claims, course.catalogue, about.reports_in_pdf)
     case = case_of(course, claims, bench, probe_seed)
@@ -107,23 +107,22 @@ def mark(course: Course, claims: Claims, bench: Any, probe_seed: int, about: Abo
             if not _is_asked(course, where, about):
                 continue
             try:
-                one = mark_part(question, part, checks[part.name], claims, case)
+                mark = mark_part(question, part, checks[part.name], claims, case)
             except KeyFault as fault:
                 claims.problems.append(KEY_FAILED.format(number=number, part=part.name, fault=fault))
                 why = "The key that it is marked by has a fault; it will be marked when that is mended."
-                given = _given(part, claims.contents[where], claims.values[where]) if where in claims.values else ""
-                one = Mark(number, part.name, Status.NOT_MARKED, 0.0, part.points, why, given)
+                mark = Mark(number, part.name, Status.NOT_MARKED, 0.0, part.points, why, _given(part, claims, where))
             if where in about.supplied:
                 why = about.missing.get(where, "")
-                one = replace(one, status=Status.SUPPLIED, points=0.0, reason=f"{why} {_SUPPLIED}".strip())
-            elif one.status is Status.MISSING and where in about.missing:
-                one = replace(one, reason=about.missing[where])
-            marks.append(one)
+                mark = replace(mark, status=Status.SUPPLIED, points=0.0, reason=f"{why} {_SUPPLIED}".strip())
+            elif mark.status is Status.MISSING and where in about.missing:
+                mark = replace(mark, reason=about.missing[where])
+            marks.append(mark)
     return marks
 
 
 def _is_asked(course: Course, where: tuple[str, str], about: About) -> bool:
-    """Whether the release that was worked with asks for a part; for a report as a whole, for any of its texts."""
+    """Return whether the student's release asks for a part; for a report as a whole, for any of its texts."""
     if about.asked is None:
         return True
     report = course.catalogue.report_judged.get(where[0])
@@ -131,7 +130,7 @@ def _is_asked(course: Course, where: tuple[str, str], about: About) -> bool:
 
 
 def case_of(course: Course, claims: Claims, bench: Any, probe_seed: int) -> Case:
-    """What the answers of a submission are judged against. Parameters as for :func:`mark`."""
+    """Return what the answers of a submission are judged against. Parameters as for :func:`mark`."""
 
     def own(question: str, part: str) -> Any:
         return claims.values[question, part]  # a KeyError is a LookupError
@@ -141,40 +140,35 @@ def case_of(course: Course, claims: Claims, bench: Any, probe_seed: int) -> Case
 
 
 def mark_part(question: Question, part: Part, check: Check, claims: Claims, case: Case) -> Mark:
-    """The mark for one part.
+    """Mark one part.
 
     Raises
     ------
     KeyFault
-        If its check fails for a reason of its own.
+        If its check has a fault.
     """
     where = (question.number, part.name)
-    given = ""
     if where in claims.values:
-        verdict = _verdict(check, part, claims.values[where], case)
-        given = _given(part, claims.contents[where], claims.values[where])
+        verdict = _verdict(lambda: check.verdict(part, claims.values[where], case))
     elif where in claims.malformed:
         verdict = wrong(f"Malformed: {claims.malformed[where]}")
     else:
         verdict = _left_out(part, check, case)
     points = round(verdict.share * part.points, 6)
+    given = _given(part, claims, where)
     return Mark(question.number, part.name, verdict.status, points, part.points, verdict.reason, given)
 
 
 def _left_out(part: Part, check: Check, case: Case) -> Verdict:
-    """The verdict on an answer that is not there: missing, but where the check finds that there is none to give."""
-    found = _judged(lambda: check.missing(part, case) or _NONE) if isinstance(check, JudgesMissing) else _NONE
-    if found.share > 0:
-        return found
+    """Return the verdict on a missing answer: it may be right where the check finds that there is none to give."""
+    verdict = _verdict(lambda: check.missing(part, case) or _NONE) if isinstance(check, JudgesMissing) else _NONE
+    if verdict.share > 0:
+        return verdict
     return Verdict(Status.MISSING, 0.0, {"prose": _NO_WORDS, WHOLE: _NO_REPORT}.get(part.kind, _MISSING))
 
 
-def _verdict(check: Check, part: Part, value: Any, case: Case) -> Verdict:
-    return _judged(lambda: check.verdict(part, value, case))
-
-
-def _judged(judge: Callable[[], Verdict]) -> Verdict:
-    """A check's verdict; a person's, where a claim is so odd that the check fails on it. The other parts count."""
+def _verdict(judge: Callable[[], Verdict]) -> Verdict:
+    """Return a check's verdict; leave it to a person where a claim is so odd that the check fails on it."""
     try:
         # A claim may hold the largest numbers there are, and be built to be slow.
         with np.errstate(all="ignore"), within(_PATIENCE):
@@ -186,16 +180,21 @@ def _judged(judge: Callable[[], Verdict]) -> Verdict:
 
 
 def _where(error: Exception) -> str:
-    """What failed, and the line of the course's that it came from: the last that is none of the package's."""
+    """Return the error, and the line of the course that it came from: the last that is not of this package."""
     ours = Path(__file__).resolve().parent
-    lines = [one for one in traceback.extract_tb(error.__traceback__) if Path(one.filename).resolve().parent != ours]
+    frames = traceback.extract_tb(error.__traceback__)
+    lines = [frame for frame in frames if Path(frame.filename).resolve().parent != ours]
     what = f"{type(error).__name__}: {error}"
     if not lines:
         return what
     return f"{what} ({Path(lines[-1].filename).name}, line {lines[-1].lineno})"
 
 
-def _given(part: Part, content: dict[str, Any], value: Any) -> str:
+def _given(part: Part, claims: Claims, where: tuple[str, str]) -> str:
+    """Return a student's answer as text; "" if there is none that can be used."""
+    if where not in claims.values:
+        return ""
+    content, value = claims.contents[where], claims.values[where]
     if part.kind in ("prose", WHOLE):
         return str(content["value"])
     if part.kind in ("expression", "equation"):
@@ -206,13 +205,13 @@ def _given(part: Part, content: dict[str, Any], value: Any) -> str:
 
 
 def unmarked(key: Key, claims: Claims) -> list[str]:
-    """A message on answers to questions that the key does not have."""
+    """Return a message for each answered question that the key does not have."""
     numbers = dict.fromkeys(number for number, _part in claims.contents if number not in key)
     return [f"Question {number} {UNMARKED}" for number in numbers]
 
 
 def nothing_earned(course: Course, reason: str, status: Status = Status.MISSING, about: About = About()) -> list[Mark]:
-    """Marks for a submission of which nothing could be read, or none that could be marked."""
+    """Return marks for a submission of which nothing could be read or marked."""
     return [
         Mark(number, part.name, status, 0.0, part.points, reason)
         for number in course.key

@@ -1,7 +1,7 @@
-"""Marking in processes of its own: what a submission claims can be built to be expensive, and must stop nothing.
+"""Mark answers in separate processes: claims can be built to be expensive, and must not stop anything.
 
-Each answer has a time, each process a size. Should a process die of an answer all the same, that submission is one for
-a person, and the next one is marked in a new process.
+Each answer has a time limit, each process a memory limit. If a process dies while it marks a submission, a person must
+look at that submission, and the next one is marked in a new process.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ _LONGEST_BENCH = 200  # characters of what answers say of their bench, in a mess
 
 @dataclass(frozen=True)
 class Marked:
-    """The marks of a submission, and what there is to say about its answers."""
+    """The marks of a submission, with problems and notes about its answers."""
 
     marks: tuple[Mark, ...]
     problems: tuple[str, ...] = ()
@@ -55,9 +55,9 @@ class Asked:
     answers : what the run left; None if nothing
     probe_seed : from which the inputs of functions were drawn
     words : the answers in words, from the saved notebooks
-    about : what else is known of the run
-    policy : which bench each student has, if not as the course's settings say
-    evidence : what the course read of the student's files in the sandbox, JSON: a claim
+    about : other facts about the run
+    policy : which bench each student has; None for that of the course's settings
+    evidence : what the course read from the student's files in the sandbox, JSON: a claim
     """
 
     student: str
@@ -74,8 +74,8 @@ class Marker:
 
     Parameters
     ----------
-    course : each process loads it for itself, from its folder
-    processes : how many submissions to mark at a time
+    course : each process loads it from its folder
+    processes : number of submissions to mark at a time
     """
 
     def __init__(self, course: Course, processes: int) -> None:
@@ -98,7 +98,7 @@ class Marker:
 
     def warm_up(self) -> None:
         """Start a marking process, if none is idle, while there is something else to wait for."""
-        with contextlib.suppress(RuntimeError):  # broken just now: mark() sees to it
+        with contextlib.suppress(RuntimeError):  # broken just now: mark() makes a new one
             _submit(self._pool, _warm)
 
     def mark(self, asked: Asked) -> Marked:
@@ -112,7 +112,7 @@ class Marker:
         pool = self._pool
         try:
             return _submit(pool, _mark, asked).result(timeout=_PATIENCE)
-        except (RuntimeError, TimeoutError, CancelledError):  # broken, or ended just now by who found it broken
+        except (RuntimeError, TimeoutError, CancelledError):  # broken, or ended by another thread because it was
             with self._lock:
                 if self._pool is pool:
                     self._pool = self._new_pool(self._processes)
@@ -128,14 +128,14 @@ class Marker:
 
     @staticmethod
     def _end(pool: ProcessPoolExecutor) -> None:
-        """End a pool now, whatever its processes do."""
+        """End a pool now, even if its processes are busy."""
         for process in list((pool._processes or {}).values()):
             process.kill()
         pool.shutdown(cancel_futures=True)
 
 
 def _submit(pool: ProcessPoolExecutor, work: Callable[..., _T], *given: object) -> Future[_T]:
-    """Have work done; a process that is started for it does not hear Ctrl-C, which is for this program to answer."""
+    """Submit work to a pool. A process that is started for it ignores Ctrl-C, which this program handles."""
     if not hasattr(signal, "pthread_sigmask"):  # Windows
         return pool.submit(work, *given)
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
@@ -160,13 +160,13 @@ def _begin(folder: Path, entry: str) -> None:
 
 
 def _warm() -> None:
-    """Import what checks import when they are called: there is time for it while the submission runs."""
+    """Import the libraries that checks import when they are called: there is time while the submission runs."""
     for name in _IMPORTED:
         importlib.import_module(name)
 
 
 def _end_with_parent() -> None:
-    """The pool's processes would wait for ever for a program that was killed."""
+    """End this process with the program: it would wait forever for one that was killed."""
     parent = multiprocessing.parent_process()
     if parent is not None:
         parent.join()
@@ -191,7 +191,7 @@ def _mark(asked: Asked) -> Marked:
 
 
 def _other_bench(course: Course, bench: Any, claims: Claims) -> list[str]:
-    """A message where answers say that they come from another bench than the one that they were run on."""
+    """Return a message if answers claim to come from another bench than the one on which they were run."""
     identity = getattr(bench, "identity", None)
     if not claims.bench or identity is None:
         return []

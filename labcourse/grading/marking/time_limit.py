@@ -1,4 +1,4 @@
-"""A bound on the time that something may take, for what untrusted input can make slow."""
+"""A time limit for code that untrusted input can make slow."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ class TooSlow(ArithmeticError):
 def within(seconds: float) -> Iterator[None]:
     """Stop the block with :class:`TooSlow` after so many seconds.
 
-    It needs the main thread of a program on Linux or macOS, which is where answers are marked
-    (:mod:`labcourse.grading.marking.marking_processes`); elsewhere the block is as slow as it is.
+    It works only in the main thread of a program on Linux or macOS, where answers are marked
+    (:mod:`labcourse.grading.marking.marking_processes`); elsewhere there is no limit.
     """
     if threading.current_thread() is not threading.main_thread() or not hasattr(signal, "setitimer"):
         yield
@@ -28,7 +28,7 @@ def within(seconds: float) -> Iterator[None]:
         raise TooSlow(f"stopped after {seconds:g} s")
 
     previous = signal.signal(signal.SIGALRM, stop)
-    # Again and again: the first may be caught by something that takes it for an error of arithmetic.
+    # Repeatedly: the first may be caught by code that takes it for an error of arithmetic.
     signal.setitimer(signal.ITIMER_REAL, seconds, max(seconds / 10, 0.01))
     try:
         yield

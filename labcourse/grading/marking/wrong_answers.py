@@ -1,4 +1,4 @@
-"""Wrong answers, made of right ones: what a key must not take for right."""
+"""Wrong answers, made from right ones: a key must not mark them as right."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ _OF_RANGE = 0.05  # of what is plausible for a number: what is nearly zero is no
 
 
 def wrong_answer(part: Part, value: Any) -> Any:
-    """An answer of the same form that is wrong where the given one is right.
+    """Return an answer of the same form that is wrong where the given one is right.
 
     Parameters
     ----------
-    part : what is asked for; not prose
+    part : part of a question, not prose
     value : a decoded answer (:func:`labcourse.answers.forms.decode`)
     """
     return _WRONG[part.kind](part, value)
@@ -27,56 +27,34 @@ def _number(part: Part, value: Any) -> Any:
     return value * _FACTOR + max(_OFFSET, _OF_RANGE * (high - low))
 
 
-def _poles(part: Part, value: Any) -> Any:
-    return value * _FACTOR - _OFFSET
-
-
-def _choice(part: Part, value: Any) -> Any:
-    return next(other for other in part.choices if other != value)
-
-
-def _expression(part: Part, value: Any) -> Any:
-    return value * 3 + 1
-
-
 def _equation(part: Part, value: Any) -> Any:
     import sympy
 
     return sympy.Eq(value.lhs + sympy.Symbol(part.symbols[0]) + 1, value.rhs, evaluate=False)
 
 
-def _symbolic_matrix(part: Part, value: Any) -> Any:
-    return value.applyfunc(lambda entry: entry * 3 + 1)
-
-
-def _function(part: Part, value: Any) -> Any:
-    return [tuple(_number(part, array) for array in output) for output in value]
-
-
 def _recording(part: Part, value: Any) -> Any:
-    backwards = {
-        name: {**channel, "values": channel["values"][::-1] * _FACTOR} for name, channel in value["channels"].items()
-    }
-    return {**value, "channels": backwards}
+    return {**value, "channels": {name: _backwards(channel, "values") for name, channel in value["channels"].items()}}
 
 
 def _figure(part: Part, value: Any) -> Any:
-    axes = [
-        {**axis, "lines": [{**line, "y": line["y"][::-1] * _FACTOR} for line in axis["lines"]]}
-        for axis in value["axes"]
-    ]
+    axes = [{**axis, "lines": [_backwards(line, "y") for line in axis["lines"]]} for axis in value["axes"]]
     return {**value, "axes": axes}
+
+
+def _backwards(samples: dict[str, Any], name: str) -> dict[str, Any]:
+    return {**samples, name: samples[name][::-1] * _FACTOR}
 
 
 _WRONG: dict[str, Callable[[Part, Any], Any]] = {
     "number": _number,
     "matrix": _number,
-    "poles": _poles,
-    "choice": _choice,
-    "expression": _expression,
+    "poles": lambda part, value: value * _FACTOR - _OFFSET,
+    "choice": lambda part, value: next(other for other in part.choices if other != value),
+    "expression": lambda part, value: value * 3 + 1,
     "equation": _equation,
-    "symbolic_matrix": _symbolic_matrix,
-    "function": _function,
+    "symbolic_matrix": lambda part, value: value.applyfunc(lambda entry: entry * 3 + 1),
+    "function": lambda part, value: [tuple(_number(part, array) for array in output) for output in value],
     "recording": _recording,
     "figure": _figure,
 }

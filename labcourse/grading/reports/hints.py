@@ -203,7 +203,7 @@ def fitting_numbers(everybody: Sequence[Measured], parts: Mapping[Where, OwnBenc
     hints: list[Hint] = []
     for one in everybody:
         others = [other for other in everybody if other.bench != one.bench]
-        for where in sorted(where for where in one.wrong if parts[where].tells):
+        for where in sorted(where for where in one.wrong if parts[where].is_discriminating):
             mates = _with_that_number(one, where, others)
             number = f"{_numbers({where: one.given[where]})} is wrong on their own bench, and the right answer of"
             hints += [_hint(one, mate, f"{number} {mate.student}") for mate in mates]

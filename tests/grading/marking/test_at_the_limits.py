@@ -89,7 +89,7 @@ def test_the_right_word_may_depend_on_the_bench(bench, given, status):
     assert check.verdict(X, given, replace(case(), bench=bench)).status is status
 
 
-@pytest.mark.parametrize("error", checks.NOT_TO_BE_HAD)
+@pytest.mark.parametrize("error", checks.EVALUATION_ERRORS)
 def test_a_choice_of_which_nothing_follows_is_wrong(error):
     def follow(own, bench):
         raise error("nothing")
@@ -216,7 +216,8 @@ def test_digits_are_counted_before_they_are_read():
 @FITS
 def test_characters_that_are_shown_of_an_expression(fits):
     part = CATALOGUE.find("2.1").part("V")
-    given = marking._given(part, {}, sympy.Symbol("x" * (300 + (not fits))))
+    claims = decoding.Claims(values={("2.1", "V"): sympy.Symbol("x" * (300 + (not fits)))}, contents={("2.1", "V"): {}})
+    given = marking._given(part, claims, ("2.1", "V"))
     assert given == "x" * 300 + ("" if fits else "…")
 
 

@@ -6,9 +6,9 @@ from matplotlib.figure import Figure
 from scipy.optimize import brentq
 
 from labcourse.answers import forms
-from labcourse.grading.marking.curve_following import Trace
+from labcourse.grading.marking.curves import Trace
 from labcourse.grading.marking.figure_checks import FigureFollows, FigureOfSpectrum
-from labcourse.grading.marking.unit_words import ANGLE
+from labcourse.grading.marking.units import ANGLE
 from labcourse.grading.verdicts import Case, Status
 from rotflex.course.questions import CATALOGUE
 from rotflex.recording import Recording

@@ -401,11 +401,14 @@ def test_feedback_shows_the_students_own_expression_and_equation():
     import sympy
 
     K_s, alpha = sympy.symbols("K_s alpha")
-    expression = CATALOGUE.find("2.1").part("V")
-    assert marking._given(expression, {}, K_s * alpha**2 / 2) == "K_s*alpha**2/2"
-    equation = CATALOGUE.find("2.5").part("equation")
-    assert marking._given(equation, {}, sympy.Eq(K_s * alpha, 0, evaluate=False)) == "K_s*alpha = 0"
-    assert len(marking._given(expression, {}, sympy.Add(*sympy.symbols("long_name_of_a_symbol_1:60")))) <= 301
+
+    def shown(question, part, value):
+        read = decoding.Claims(values={(question, part): value}, contents={(question, part): {}})
+        return marking._given(CATALOGUE.find(question).part(part), read, (question, part))
+
+    assert shown("2.1", "V", K_s * alpha**2 / 2) == "K_s*alpha**2/2"
+    assert shown("2.5", "equation", sympy.Eq(K_s * alpha, 0, evaluate=False)) == "K_s*alpha = 0"
+    assert len(shown("2.1", "V", sympy.Add(*sympy.symbols("long_name_of_a_symbol_1:60")))) <= 301
 
 
 class Perhaps:

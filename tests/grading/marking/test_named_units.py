@@ -4,8 +4,7 @@ import math
 
 import pytest
 
-from labcourse.grading.marking.named_units import named
-from labcourse.grading.marking.unit_words import ANGLE, FREQUENCY, TIME, VOLTAGE, Unit
+from labcourse.grading.marking.units import ANGLE, FREQUENCY, TIME, VOLTAGE, Unit, named
 
 DEG, RATE = math.pi / 180, 1 / (2 * math.pi)
 

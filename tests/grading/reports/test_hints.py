@@ -28,7 +28,7 @@ from rotflex.hil.student_benches import student_seed
 
 X, Y, Z = ("1.1", "x"), ("1.2", "y"), ("1.2", "z")
 PARTS = {
-    X: OwnBench(lambda bench: bench.x, 0.035, tells=False),
+    X: OwnBench(lambda bench: bench.x, 0.035, is_discriminating=False),
     Y: OwnBench(lambda bench: bench.y, 0.002),
     Z: OwnBench(lambda bench: bench.z, 0.07),
 }
@@ -129,7 +129,7 @@ def test_any_number_can_be_compared(value):
 
 def test_in_this_course_what_is_measured_on_the_own_bench_is_compared():
     parts = hints.measured_parts(OURS.key)
-    assert {where: own.tells for where, own in parts.items()} == {
+    assert {where: own.is_discriminating for where, own in parts.items()} == {
         ("2.11", "omega_n"): False,
         ("2.12", "J_l"): True,
         ("2.12", "K_s"): True,

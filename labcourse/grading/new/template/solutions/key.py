@@ -16,7 +16,7 @@ from labcourse.grading.marking.checks import (
 )
 from labcourse.grading.marking.expression_checks import ExpressionIs
 from labcourse.grading.marking.figure_checks import FigureFollows
-from labcourse.grading.marking.unit_words import quantity
+from labcourse.grading.marking.units import quantity
 
 KP, KI = 0.2, 0.05  # V/K, V/(K s)
 

@@ -1,0 +1,326 @@
+"""Curves of a figure: which follow a channel of a recording over time, in the units that their axes name."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from labcourse.answers.json_values import thin
+from labcourse.answers.kinds.axis_labels import unit_places
+from labcourse.grading.marking.checks import misfit
+from labcourse.grading.marking.units import TIME, Quantity, Unit, named
+from labcourse.grading.verdicts import Case
+
+Vector = NDArray[np.float64]
+HALF = 0.5  # of the points, for a curve with a fault in its labels or its height
+FEWEST_POINTS = 20  # of a curve; with fewer it is a mark
+SMALLEST_SWING = 0.25  # of the channel's, from its lowest value to its highest: with less, nothing happens in it
+ENOUGH = 0.98  # of the time that is asked for: the last sample is one before its end
+_FEWEST_OF_A_PIECE = 2
+_MOST_CURVES = 48  # looked at in a figure
+_MOST_SAMPLES = 16384  # of a trace
+_FLAT = 1e-3  # of a channel's variance: a window with less is flat
+_REFINED = np.linspace(-1, 1, 5)  # samples, about the best whole one
+_LIKELY = (0.1, 10.0)  # times the channel's swing: of a curve whose axis may have another unit than it says
+_SAMPLE_TIMES = (1e-6, 1.0)  # s
+_SAME_STRETCH = 0.02  # of both, by which their ends may differ
+
+
+@dataclass(frozen=True)
+class Curve:
+    """Points of a figure, with their axes, and the lines of the figure (row of axes, place) that they belong to."""
+
+    axis: dict[str, Any]
+    x: Vector
+    y: Vector
+    lines: frozenset[tuple[int, int]]
+
+
+def curves_of(figure: dict[str, Any], fewest: int = FEWEST_POINTS) -> list[Curve]:
+    """Return the lines of a figure that have enough points; of very many lines, those with most points."""
+    curves = [
+        Curve(axis, line["x"], line["y"], frozenset([(row, place)]))
+        for row, axis in enumerate(figure["axes"])
+        for place, line in enumerate(axis["lines"])
+        if line["x"].size >= fewest
+    ]
+    return sorted(curves, key=lambda curve: -curve.x.size)[:_MOST_CURVES]
+
+
+class Trace:
+    """A channel of a recording, on an even grid from time 0.
+
+    Parameters
+    ----------
+    time, values : (n,) samples, time (s) rising
+    n : number of samples of the whole recording, of which these may be some
+    smooth : whether the channel has no jumps, so that a spline interpolates between its samples
+
+    Attributes
+    ----------
+    step : of the grid, s
+    given : number of samples that were given
+    duration : of the recording, s
+    swing : from the lowest value to the highest
+    """
+
+    def __init__(self, time: Vector, values: Vector, n: int | None = None, smooth: bool = True) -> None:
+        from scipy.interpolate import CubicSpline
+
+        self.time, self.values = time, values
+        if n is not None and n > time.size:
+            self.time = np.linspace(0, time[-1], min(n, _MOST_SAMPLES))
+            self.values = CubicSpline(time, values)(self.time) if smooth else np.interp(self.time, time, values)
+        self.given, self.duration, self.swing = time.size, float(self.time[-1]), float(np.ptp(self.values))
+        self.step = self.duration / (self.time.size - 1)
+
+    def inside(self, x: Vector, shift: float) -> NDArray[np.bool_]:
+        """Return which times, counted from ``shift``, are within the recording."""
+        at = x + shift
+        return (at >= -self.step) & (at <= self.duration + self.step)
+
+    def misfit(self, x: Vector, y: Vector, shift: float = 0.0) -> float:
+        """Return the relative RMS difference of a curve (s, the channel's unit); inf if too few points are within."""
+        within = self.inside(x, shift)
+        if within.sum() < FEWEST_POINTS:
+            return math.inf
+        with np.errstate(all="ignore"):  # numbers may be as large as they come, and the channel may be flat there
+            return misfit(y[within], self._at(x[within] + shift))
+
+    def near(self, x: Vector, y: Vector, rtol: float) -> bool:
+        """Return whether a piece of a curve is on the channel; its RMS difference is relative to the whole channel."""
+        difference = y - self._at(x)
+        return bool(self.inside(x, 0.0).all() and np.mean(difference**2) <= rtol**2 * self.values.var())
+
+    def shows(self, x: Vector, shift: float) -> tuple[float, float]:
+        """Return how long (s) a curve runs over the recording, and the share of the channel's swing in that time."""
+        seen = x[self.inside(x, shift)]
+        return float(np.ptp(seen)), float(np.ptp(self._at(seen + shift))) / self.swing
+
+    def best_shift(self, x: Vector, y: Vector) -> float | None:
+        """Return the time (s) from which a curve's time is counted, where it follows best; None if it is longer.
+
+        The misfit is computed for all whole samples at once: the recording is correlated with a comb of the points.
+        """
+        if not np.ptp(x) <= self.duration + self.step:
+            return None
+        places = np.round((x - x.min()) / self.step).astype(np.intp)
+        count = self.values.size - int(places.max())  # of shifts, in whole samples
+        if count < 1:
+            return float(-x.min())
+        comb, heights = np.bincount(places, minlength=1), np.bincount(places, weights=y - y.mean())
+        size, of_values, of_squares = self._spectra
+        about = np.fft.rfft(comb, size).conj()
+        sums, squares = (np.fft.irfft(of * about, size)[:count] for of in (of_values, of_squares))
+        products = np.fft.irfft(of_values * np.fft.rfft(heights, size).conj(), size)[:count]
+        spread = squares - sums**2 / x.size
+        swinging = spread > _FLAT * x.size * self.values.var()
+        ratio = np.full(count, math.inf)
+        np.divide((y - y.mean()) @ (y - y.mean()) - 2 * products + spread, spread, out=ratio, where=swinging)
+        best = float(np.argmin(np.where(np.isnan(ratio), math.inf, ratio)) * self.step - x.min())
+        near: list[float] = [best + part * self.step for part in _REFINED.tolist()]
+        return min(near, key=lambda shift: self.misfit(x, y, shift))
+
+    @cached_property
+    def _spectra(self) -> tuple[int, NDArray[np.complex128], NDArray[np.complex128]]:
+        """Return a length with room for a correlation, and the transforms of the values and of their squares."""
+        size = 2 ** (2 * self.values.size - 1).bit_length()
+        swinging = self.values - self.values.mean()
+        return size, np.fft.rfft(swinging, size), np.fft.rfft(swinging**2, size)
+
+    def _at(self, time: Vector) -> Vector:
+        return np.interp(time, self.time, self.values)
+
+
+# --- what a figure shows --------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Reading:
+    """A unit that an axis may be in. It has a fault, as text, where the label does not say so."""
+
+    unit: Unit
+    fault: str = ""
+    says_another: bool = False
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """A channel that a curve should follow.
+
+    Parameters
+    ----------
+    trace : the channel
+    quantity : that gives the units in which it may be drawn
+    rtol : largest RMS difference, relative
+    shortest : s, over which it should follow
+    """
+
+    trace: Trace
+    quantity: Quantity
+    rtol: float
+    shortest: float
+
+
+@dataclass(frozen=True)
+class Seen:
+    """A curve that follows.
+
+    Attributes
+    ----------
+    shift : time in the recording from which its time is counted, s
+    misfit : RMS difference, relative
+    faults : of its labels, as text; with them it earns half of the points
+    lacking : why it earns nothing, as text; "" if it earns something
+    """
+
+    curve: Curve
+    shift: float
+    misfit: float
+    faults: tuple[str, ...] = ()
+    lacking: str = ""
+
+    @property
+    def share(self) -> float:
+        """Return the share of the points that it earns."""
+        return 0.0 if self.lacking else HALF if self.faults else 1.0
+
+
+def best(seen: Iterable[Seen]) -> Seen | None:
+    """Return the curve that earns most; of equal ones, the nearest. None if there is none."""
+    return min(seen, key=lambda curve: (-curve.share, len(curve.faults), curve.misfit), default=None)
+
+
+def own_trace(case: Case, where: tuple[str, str], channel: str, largest: float, smooth: bool = True) -> Trace | None:
+    """Return a channel of the student's own recording, from its stored samples; None without a usable one."""
+    try:
+        recording = case.own(*where)
+        values = recording["channels"][channel]["values"]
+    except LookupError:
+        return None
+    sampled = _SAMPLE_TIMES[0] <= recording["sample_time"] <= _SAMPLE_TIMES[1]
+    if values.size < FEWEST_POINTS or np.abs(values).max() > largest or not sampled:
+        return None
+    time = thin(recording["n"], values.size) * recording["sample_time"]
+    return Trace(time, values, recording["n"], smooth)
+
+
+def readings(label: str, quantity: Quantity, which: str) -> tuple[Reading, ...]:
+    """Return the units that an axis may be in: those that its label names, then others. ``which`` as "horizontal"."""
+    labelled = named(label, quantity)
+    names = ", ".join(unit.name for unit in labelled)
+    what = "names no unit that is known for it" if unit_places(label) else "lacks its unit"
+    lacking = f"the {which} axis {what}: write a symbol or an English word, such as {quantity.example}"
+    result = [Reading(unit) for unit in labelled]
+    for unit in quantity.usual:
+        if not any(math.isclose(unit.size, other.size) for other in labelled):
+            another = f"the {which} axis says {names}, and the curve is in {unit.name}: let one follow the other"
+            result.append(Reading(unit, another if labelled else lacking, says_another=bool(labelled)))
+    return tuple(result)
+
+
+def find(
+    figure: dict[str, Any], wanted: Wanted, search: bool = True, origins: Sequence[tuple[Curve, float]] = ()
+) -> list[Seen]:
+    """Find the curves of a figure that follow, whole or in pieces.
+
+    Parameters
+    ----------
+    figure : a decoded figure
+    wanted : the channel
+    search : whether to look for curves whose time is counted from somewhere else in the recording
+    origins : curves, and from where their time is counted: it is the same for other curves over the same stretch
+    """
+    if not wanted.trace.swing > 0:
+        return []
+    result = [seen for curve in curves_of(figure) if (seen := _look(curve, wanted, search, origins))]
+    for axis in figure["axes"]:
+        pieces = [curve for curve in curves_of(figure, _FEWEST_OF_A_PIECE) if curve.axis is axis]
+        if len(pieces) > 1 and not any(seen.share == 1 for seen in result if seen.curve.axis is axis):
+            result += filter(None, [_look_at_pieces(pieces, wanted)])
+    return result
+
+
+def _look(curve: Curve, wanted: Wanted, search: bool, origins: Sequence[tuple[Curve, float]]) -> Seen | None:
+    """Try each reading of a curve's axes, until it follows without a fault."""
+    known = [shift for other, shift in origins if _over_the_same(curve, other)]
+    result = []
+    for x, y, faults in _read(curve, wanted):
+        seen = _follow(replace(curve, x=x, y=y), wanted, known or [0.0], search and not known)
+        if seen is not None:
+            result.append(replace(seen, curve=curve, faults=faults))
+            if result[-1].share == 1:
+                break
+    return best(result)
+
+
+def _read(curve: Curve, wanted: Wanted) -> Iterable[tuple[Vector, Vector, tuple[str, ...]]]:
+    """Return times and values (SI) of a curve, by the units that its axes name; then by other units, with faults."""
+    numbered = Reading(
+        Unit("", wanted.trace.step),
+        "the curve is drawn against the number of the sample: draw it against time, in s",
+    )
+    vertical = readings(curve.axis["ylabel"], wanted.quantity, "vertical")
+    for across in (*readings(curve.axis["xlabel"], TIME, "horizontal"), numbered):
+        x = across.unit.size * curve.x
+        if across.fault and not np.ptp(x) >= ENOUGH * wanted.shortest:
+            continue
+        for up in vertical:
+            y = up.unit.size * curve.y
+            if not up.fault or _LIKELY[0] <= np.ptp(y) / wanted.trace.swing <= _LIKELY[1]:
+                yield x, y, tuple(filter(None, (across.fault, up.fault)))
+
+
+def _follow(curve: Curve, wanted: Wanted, shifts: Sequence[float], search: bool) -> Seen | None:
+    """Return a curve (SI) if it follows, even upside down, with its time counted from ``shifts``, or from any time."""
+    trace, x, y = wanted.trace, curve.x, curve.y
+    tried = [(trace.misfit(x, y, shift), shift) for shift in shifts]
+    if search and min(tried)[0] > wanted.rtol and np.ptp(x) >= ENOUGH * wanted.shortest:
+        shift = trace.best_shift(x, y)
+        tried += [] if shift is None else [(trace.misfit(x, y, shift), shift)]
+    misfit, shift = min(tried)
+    if misfit <= wanted.rtol:
+        return Seen(curve, shift, misfit, lacking=_too_little(trace.shows(x, shift), wanted))
+    misfit, shift = min((trace.misfit(x, -y, shift), shift) for shift in shifts)
+    if misfit <= wanted.rtol:
+        return Seen(curve, shift, misfit, lacking="a curve follows it upside down: look at its sign")
+    return None
+
+
+def _too_little(shown: tuple[float, float], wanted: Wanted) -> str:
+    time, swing = shown
+    if time < ENOUGH * wanted.shortest:
+        return "a curve follows it, but over too short a time"
+    if swing < SMALLEST_SWING:
+        return "a curve follows it, but only where hardly anything happens"
+    return ""
+
+
+def _look_at_pieces(pieces: list[Curve], wanted: Wanted) -> Seen | None:
+    """Join the pieces on one diagram that follow where they are, to one curve."""
+    result, read = [], [list(_read(piece, wanted)) for piece in pieces]
+    for faults in dict.fromkeys(faults for of_piece in read for _x, _y, faults in of_piece):
+        on_it = [
+            (piece, x, y)
+            for piece, of_piece in zip(pieces, read, strict=True)
+            for x, y, with_faults in of_piece
+            if with_faults == faults and wanted.trace.near(x, y, wanted.rtol)
+        ]
+        if len(on_it) > 1:
+            x, y = (np.concatenate(part) for part in list(zip(*on_it, strict=True))[1:])
+            lines = frozenset().union(*(piece.lines for piece, _x, _y in on_it))
+            if (seen := _follow(Curve(pieces[0].axis, x, y, lines), wanted, [0.0], search=False)) is not None:
+                result.append(replace(seen, faults=faults))
+    return best(result)
+
+
+def _over_the_same(curve: Curve, other: Curve) -> bool:
+    """Return whether two curves begin and end at about the same places of their axes."""
+    ends = np.array([[each.x.min(), each.x.max()] for each in (curve, other)])
+    return bool(np.abs(ends[0] - ends[1]).max() <= _SAME_STRETCH * np.ptp(ends))

@@ -1,0 +1,158 @@
+"""Units on the axes of figures: symbols, which are the same in every language, and English words.
+
+Symbols take the letters of prefixes (ms), names take their words (milliseconds). All are in lower case here.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass, replace
+from functools import lru_cache
+
+from labcourse.answers.kinds.axis_labels import plain, unit_places
+
+DEG = math.pi / 180  # rad per degree
+
+
+@dataclass(frozen=True)
+class Unit:
+    """A unit, and how it is written.
+
+    Attributes
+    ----------
+    name : shown to people; of a unit that a label names, with its prefix or factor
+    size : in SI units
+    symbols, names : ways to write it, in lower case, with spaces between
+    prefixed : whether it takes prefixes
+    """
+
+    name: str
+    size: float
+    symbols: str = ""
+    names: str = ""
+    prefixed: bool = False
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """The units of a quantity.
+
+    Attributes
+    ----------
+    units : in which it may be drawn
+    usual : units that are tried for a curve if its label names none
+    per_time : units that become units of this quantity when divided by a time, as rad in rad/s
+    """
+
+    units: tuple[Unit, ...]
+    usual: tuple[Unit, ...]
+    per_time: tuple[Unit, ...] = ()
+
+    @property
+    def example(self) -> str:
+        """Return a symbol and, if there is one, an English word: “deg” or “degrees”."""
+        return " or ".join(f"“{text}”" for text in (self.usual[0].name, *self.units[0].names.split()[-1:]))
+
+
+def quantity(symbol: str, symbols: str = "", names: str = "") -> Quantity:
+    """Return a quantity that is drawn in one SI unit.
+
+    Parameters
+    ----------
+    symbol : of the unit, as in "K"
+    symbols, names : other ways to write it, in lower case, with spaces between
+    """
+    return Quantity((Unit(symbol, 1.0, f"{symbol.lower()} {symbols}", names),), (Unit(symbol, 1.0),))
+
+
+_SECOND = Unit("s", 1.0, "s sec secs", "second seconds", prefixed=True)
+_MINUTE = Unit("min", 60.0, "min mins", "minute minutes")
+_RADIAN = Unit("rad", 1.0, "rad rads", "radian radians", prefixed=True)
+_DEGREE = Unit("deg", DEG, "° deg degs", "degree degrees")
+TURN = Unit("rev", 2 * math.pi, "rev revs", "turn turns revolution revolutions")
+_VOLT = Unit("V", 1.0, "v", "volt volts", prefixed=True)
+_HERTZ = Unit("Hz", 1.0, "hz", "hertz", prefixed=True)
+
+TIME = Quantity((_SECOND, _MINUTE), (Unit("s", 1.0), Unit("ms", 1e-3), Unit("min", 60.0), Unit("μs", 1e-6)))
+ANGLE = Quantity((_DEGREE, _RADIAN, TURN), (Unit("deg", DEG), Unit("rad", 1.0), Unit("mrad", 1e-3)))
+VOLTAGE = Quantity((_VOLT,), (Unit("V", 1.0), Unit("mV", 1e-3)))
+FREQUENCY = Quantity(
+    (_HERTZ,),
+    (Unit("Hz", 1.0), Unit("rad/s", 0.5 / math.pi), Unit("kHz", 1e3)),
+    per_time=(
+        Unit("1", 1.0, "1", "cycles periods"),
+        *(replace(unit, size=unit.size / TURN.size) for unit in (_RADIAN, _DEGREE, TURN)),
+    ),
+)
+
+#: Size → letters before symbols, of which the first is shown, and the word before names.
+PREFIXES = {1e-3: ("m", "milli"), 1e-6: ("μ u", "micro"), 1e3: ("k", "kilo")}
+
+
+# --- units that a label names -----------------------------------------------------------------------------------------
+
+_RATE = re.compile(r"(.+?)(?:\s*/\s*|\s+per\s+)(.+)")
+_INVERSE = re.compile(r"(.*?)[\s·.*]*(\w+)\s*\^\s*-1")
+_FACTOR = re.compile(
+    r"[×x*·]?\s*(?:10\s*\^\s*(?P<power>[+-]?\d{1,2})|(?P<number>\d{0,9}\.?\d{1,9}(?:e[+-]?\d{1,2})?))\s*"
+    r"[×x*·]?\s*(?P<rest>[^\d/\s^].*)"
+)
+_PRODUCT = re.compile(r"[/·]|\^\s*-|^per\b")  # after a unit: it was only the first of a product
+_COLUMN = re.compile(r"[^\W_]{3,}_(\w+)")  # "time_ms", as columns of tables are named
+
+
+@lru_cache
+def named(label: str, quantity: Quantity) -> tuple[Unit, ...]:
+    """Return the units of a quantity that a label names, each with its prefix or factor."""
+    units = [_read(place, quantity) for place in unit_places(label)]
+    if not any(units):
+        text = plain(label)
+        columns = (_spelt(quantity.units).get(column[1]) for column in _COLUMN.finditer(text))
+        units = [*columns, _at_the_end(text, quantity)]
+    return tuple(dict.fromkeys(filter(None, units)))
+
+
+def _at_the_end(text: str, quantity: Quantity) -> Unit | None:
+    """Read a unit that is the whole label, or its full name as the last word, or the sign for degrees at the end."""
+    whole, last = text.strip("()[]. "), text.rpartition(" ")[2].strip("().")
+    spelt = _spelt(quantity.units)
+    return spelt.get(whole) or _spelt(quantity.units, full=True).get(last) or spelt.get("°" if last[-1:] == "°" else "")
+
+
+def _read(place: str, quantity: Quantity) -> Unit | None:
+    """Read the unit that a text is, or with which it begins as a separate word."""
+    factor, text = 1.0, place
+    if (scaled := _FACTOR.fullmatch(place)) is not None:
+        factor = 10.0 ** int(scaled["power"]) if scaled["power"] else float(scaled["number"])
+        text = scaled["rest"]
+    word, _space, more = text.partition(" ")
+    unit = _spelt(quantity.units).get(text.replace(" ", "")) or _rate(text, quantity.per_time)
+    if unit is None and not _PRODUCT.search(more):
+        unit = _spelt(quantity.units).get(word.strip(".,;:"))
+    if unit is None or factor == 1:
+        return unit
+    return Unit(f"{factor:g} {unit.name}", factor * unit.size) if factor > 0 else None
+
+
+def _rate(text: str, units: tuple[Unit, ...]) -> Unit | None:
+    """Read a unit divided by a time: "rad/s", "rad s^-1", "1/s"."""
+    parts = (_RATE.fullmatch(text) or _INVERSE.fullmatch(text)) if units else None
+    if parts is None:
+        return None
+    counted, time = _spelt(units).get(parts[1].strip() or "1"), _spelt(TIME.units).get(parts[2].strip())
+    return Unit(f"{counted.name}/{time.name}", counted.size / time.size) if counted and time else None
+
+
+@lru_cache
+def _spelt(units: tuple[Unit, ...], full: bool = False) -> dict[str, Unit]:
+    """Return all ways to write units, with each prefix or without; if ``full``, only by their names."""
+    spelt: dict[str, Unit] = {}
+    for unit in units:
+        symbols, names = [] if full else unit.symbols.split(), unit.names.split()
+        spelt |= {word: Unit(unit.name, unit.size) for word in [*symbols, *names]}
+        for size, (letters, prefix) in PREFIXES.items() if unit.prefixed else ():
+            prefixed = Unit(letters[0] + unit.name, size * unit.size)
+            spelt |= {letter + symbol: prefixed for letter in letters.split() for symbol in symbols}
+            spelt |= {prefix + word: prefixed for word in [*symbols, *names]}
+    return spelt
