@@ -105,15 +105,13 @@ def _what_goes(told: Erased, results: Results | None) -> Iterator[str]:
     yield "What there is of {who}:".format(who=", ".join(filter(None, (about.student, about.name, about.email))))
     called = {
         "deliveries": "files that were handed in, each version",
-        "submissions": "hand-ins",
         "runs": "runs",
-        "answers": "records of answers",
         "marks": "marks by the software",
         "decisions": "marks by persons",
         "audit": "lines of the audit trail",
         "scores": "acts of scorers",
         "claims": "answers that are being read",
-        "comments": "words to them",
+        "comments": "comments for them",
         "requests": "requests to look again",
     }
     for name, what in called.items():

@@ -7,5 +7,5 @@
 ``copied``   all that is stored about a person, as a zip for them
 ===========  ==========================================================================================
 
-What goes from the gradebook, and what its tables let go of, is in :mod:`labcourse.grading.gradebook.erasing`.
+What goes from the gradebook, and what its tables let go of, is in :mod:`labcourse.grading.gradebook.persons`.
 """

@@ -1,40 +1,31 @@
 """The gradebook: what a class handed in, what it earned, and who changed which mark, when and why. Instructor only.
 
 ==============  ======================================================================================================
-``records``     what goes in and comes out: plain dataclasses
-``storable``    untrusted text and numbers, as every database takes them
+``records``     the tables, as dataclasses: what goes in and comes out
+``guards``      what the database itself refuses
+``database``    SQLite or PostgreSQL behind two kinds of transactions, reading and writing; the version of the tables
+``storable``    untrusted text and data, as every database accepts them
 ``roster``      the CSV of a class → students
-``tables``      the tables
-``migrations``  how they came to be, revision by revision
-``schema``      a new, an old or somebody else's database → one with these tables
-``database``    SQLite or PostgreSQL behind one pair of transactions, reading and writing
-``rows``        records ↔ rows, inside a transaction
-``removal``     taking out a student of whom there is nothing
-``erasing``     erasing a person, and what stays of them
-``naming``      what names a person in a text
-``deciding``    a person's decision on a mark: what is refused, what is written
-``decided``     acts of scoring, answers as scorers see them, requests, publications: plain dataclasses
-``score_rows``  acts and claims ↔ rows
-``scores``      what scorers do, one transaction to a method
-``requests``    requests to look again; when feedback was given back
-``store``       :class:`Gradebook`, one transaction to a method
-``persons``     all that there is of a person, one transaction to a method
-``dump``        the whole content in canonical order
+``deliveries``  files that were handed in, inside a transaction
+``marks``       students, runs, marks, decisions and the audit trail, inside a transaction
+``scoring``     what scorers do, and requests to look again, one transaction a method
+``persons``     a copy of all data of a person, and erasing it, one transaction a method
+``store``       :class:`Gradebook`, one transaction a method
 ==============  ======================================================================================================
 
 It is a general package: it knows of students, questions and points, but of no course, and depends on
-``labcourse.errors``, ``messages`` and ``student_id`` alone.
+``labcourse.errors``, ``messages``, ``program`` and ``student_id`` alone.
 """
 
 from __future__ import annotations
 
-from labcourse.grading.gradebook.decided import Act, Answer, Publication, Request
-from labcourse.grading.gradebook.erasing import OfOthers
-from labcourse.grading.gradebook.naming import Person
+from labcourse.grading.gradebook.persons import OfOthers, Person
 from labcourse.grading.gradebook.records import (
     DECIDED,
     FOR_A_PERSON,
     GIVEN_BY_A_PERSON,
+    Act,
+    Answer,
     Arrival,
     AuditRecord,
     CommentRecord,
@@ -44,10 +35,13 @@ from labcourse.grading.gradebook.records import (
     Graded,
     MarkRecord,
     MarkState,
+    Publication,
+    Request,
     RosterReport,
     RunRecord,
     StudentRecord,
 )
+from labcourse.grading.gradebook.scoring import standing
 from labcourse.grading.gradebook.store import Gradebook
 
 __all__ = [
@@ -73,4 +67,5 @@ __all__ = [
     "RosterReport",
     "RunRecord",
     "StudentRecord",
+    "standing",
 ]

@@ -1,36 +1,44 @@
-"""SQLite or PostgreSQL behind one pair of transactions: ``reading`` sees one moment, ``writing`` is alone.
+"""SQLite or PostgreSQL behind two kinds of transactions: ``reading`` sees one moment, ``writing`` is alone.
 
-There is one writer at a time. Others wait for it, up to ``PATIENCE``, so that whoever writes may first read.
+There is one writer at a time. Others wait for it, up to ``PATIENCE``, so that a writer may first read.
 
-SQLite keeps its default rollback journal: between transactions a gradebook is one file, that can be copied, and
-that may lie on a network drive. A connection ends with its transaction, so that a forked child inherits none.
+SQLite keeps its default rollback journal: between transactions a gradebook is one file, which can be copied, and
+which may lie on a network drive. A connection ends with its transaction, so that a forked child inherits none.
 """
 
 from __future__ import annotations
 
 import os
 import re
+import secrets
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from sqlalchemy import URL, Connection, Engine, NullPool, create_engine, event, make_url
+from sqlalchemy import URL, Engine, NullPool, create_engine, event, inspect, make_url, select
 from sqlalchemy.exc import ArgumentError, DBAPIError, NoSuchModuleError
+from sqlalchemy.orm import Session
 
+from labcourse import program
 from labcourse.errors import GradebookError
+from labcourse.grading.gradebook import guards  # noqa: F401 - they are made along with the tables
+from labcourse.grading.gradebook.records import About, Base
 from labcourse.messages import FREE_SPACE
 
 PATIENCE = 30.0  #: s; a transaction takes one at most
+VERSION = 6  #: of the tables and guards; raise it when they change
+_SECRET_BYTES = 32  # 256 bits
+_FORMER_VERSION = "gradebook_version"  # a table of gradebooks before version 6
 _WRITERS = 0x726F74666C6578  # the number of the lock that writers take
 _POSTGRES = ("postgresql", "postgres")
 _FORMS = "A gradebook is a file, sqlite:///FILE or postgresql://USER@HOST/NAME"
 _SCHEME = re.compile(r"[a-z][\w+.-]+:(?=/)|(postgres|postgresql|sqlite)[\w+]*:", re.IGNORECASE)  # C:/ is a folder
-_SECRET = re.compile(r"password\s*=|:[^/\\]+@", re.IGNORECASE)  # of an address in a form that is none of ours
+_SECRET = re.compile(r"password\s*=|:[^/\\]+@", re.IGNORECASE)  # of an address in an unknown form
 
 
 class Database:
-    """A database, not looked at yet.
+    """A database; :meth:`prepare` makes or checks its tables.
 
     Parameters
     ----------
@@ -38,7 +46,7 @@ class Database:
 
     Attributes
     ----------
-    where : what messages call it; never with a password
+    where : its name in messages; never with a password
 
     Raises
     ------
@@ -65,27 +73,65 @@ class Database:
             ]
 
     def close(self) -> None:
-        """Let go of it."""
+        """Release all connections."""
         self._engine.dispose()
 
-    @contextmanager
-    def reading(self) -> Iterator[Connection]:
-        """A transaction that sees the gradebook as it is at one moment."""
-        with self._transaction(self._start_reading) as connection:
-            yield connection
+    def prepare(self) -> None:
+        """Make the tables of a new gradebook, or check those that are there.
+
+        Raises
+        ------
+        GradebookError
+            If the database holds something else, or a gradebook of another version. It is left as it is.
+        """
+        with self.reading() as session:
+            if self._is_ready(session):
+                return
+        with self.writing() as session:
+            if not self._is_ready(session):  # else another process was first
+                Base.metadata.create_all(session.connection())
+                session.add(About(VERSION, secrets.token_bytes(_SECRET_BYTES)))
+
+    def _is_ready(self, session: Session) -> bool:
+        """Return whether a gradebook is there; False if the database is empty."""
+        tables = inspect(session.connection()).get_table_names()
+        if not tables:
+            return False
+        if _FORMER_VERSION in tables:
+            version = VERSION - 1
+        elif {About.__tablename__, "students", "audit"} <= set(tables):
+            version = session.scalar(select(About.version)) or 0
+        else:
+            raise GradebookError(
+                f"{self.where} holds something else than a gradebook. It is left as it is; choose another."
+            )
+        if version < VERSION:
+            raise GradebookError(_older(self.where))
+        if version > VERSION:
+            raise GradebookError(
+                f"The gradebook {self.where} was made by a newer labcourse (version {version} of the tables; this one "
+                f"knows {VERSION}): upgrade labcourse, or choose another gradebook."
+            )
+        return True
 
     @contextmanager
-    def writing(self) -> Iterator[Connection]:
-        """A transaction that no other writer disturbs: all of it is written, or, after an error or a kill, nothing."""
-        with self._transaction(self._start_writing) as connection:
-            yield connection
+    def reading(self) -> Iterator[Session]:
+        """Begin a transaction that sees the gradebook as it is at one moment."""
+        with self._transaction(self._start_reading) as session:
+            yield session
+
+    @contextmanager
+    def writing(self) -> Iterator[Session]:
+        """Begin a transaction that no other writer disturbs: after an error or a kill, nothing of it is written."""
+        with self._transaction(self._start_writing) as session:
+            yield session
 
     def rebuild(self, names: Sequence[str]) -> None:
-        """Write the tables of these names anew, so that nothing is left where rows were; with what was known of them.
+        """Write these tables anew, and what the database counts of their columns, so that no deleted row is left.
 
-        What was deleted lies on in free pages until then, and a server keeps common values of each column.
+        Until then, deleted rows stay in free pages, and a server's statistics hold common values of each column.
         """
-        with self._told_in_words(), self._engine.connect() as connection:
+        with self._explained(), self._engine.connect() as connection:
             if connection.dialect.name == "sqlite":
                 connection.exec_driver_sql("VACUUM")
             else:
@@ -93,18 +139,28 @@ class Database:
                 alone.exec_driver_sql(f"VACUUM (FULL, ANALYZE) {', '.join(names)}")
 
     @contextmanager
-    def _transaction(self, start: list[str]) -> Iterator[Connection]:
-        with self._told_in_words(), self._engine.begin() as connection:
+    def _transaction(self, start: list[str]) -> Iterator[Session]:
+        with self._explained(), Session(self._engine, expire_on_commit=False) as session, session.begin():
             for statement in start:
-                connection.exec_driver_sql(statement)
-            yield connection
+                session.connection().exec_driver_sql(statement)
+            yield session
 
     @contextmanager
-    def _told_in_words(self) -> Iterator[None]:
+    def _explained(self) -> Iterator[None]:
         try:
             yield
         except DBAPIError as error:
             raise GradebookError(f"The gradebook {self.where}: {_message(error)}") from error
+
+
+def _older(where: str) -> str:
+    name = program.name()
+    return (
+        f"The gradebook {where} was made by an earlier labcourse, and this one cannot read it. It is left as it is. "
+        f"Grade the submissions again into a new folder ({name} grade). What persons scored can be taken over: write "
+        f"it with the earlier version ({name} score --write TABLE), and read it with this one ({name} score --read "
+        "TABLE)."
+    )
 
 
 def is_address(url: str | Path) -> bool:
@@ -113,19 +169,19 @@ def is_address(url: str | Path) -> bool:
     Raises
     ------
     GradebookError
-        If it begins like an address, as in ``postgresql:/...``, and is none: it may hold a password, which no message
-        and no name of a file should.
+        If it begins like an address, as in ``postgresql:/...``, but cannot be read as one: it may hold a password,
+        which should stand in no message and in no name of a file.
     """
     if isinstance(url, Path):
         return False
-    begin = _SCHEME.match(url)
-    if not begin and not _SECRET.search(url):
+    scheme = _SCHEME.match(url)
+    if not scheme and not _SECRET.search(url):
         return False
     try:
         make_url(url)
     except (ArgumentError, ValueError):
-        said = begin[0] if begin else ""
-        raise GradebookError(f"{said}... is neither a file nor an address that can be read: {_FORMS}.") from None
+        begin = scheme[0] if scheme else ""
+        raise GradebookError(f"{begin}... is neither a file nor an address that can be read: {_FORMS}.") from None
     return True
 
 
@@ -147,10 +203,10 @@ def _sqlite(address: URL) -> Engine:
     path = Path(address.database or "")
     if not address.database or address.database == ":memory:":
         raise GradebookError("A gradebook in SQLite needs a file, as in sqlite:///gradebook.sqlite.")
-    try:  # made for its owner only: there are marks in it, and a secret
+    try:  # readable by its owner only: there are marks in it, and a secret
         os.close(os.open(path, os.O_RDWR | os.O_CREAT, 0o600))
     except PermissionError:
-        if not path.is_file():  # one that is there may perhaps be read
+        if not path.is_file():  # a file that is there can perhaps be read
             raise GradebookError(f"The gradebook {path} cannot be made: permission denied.") from None
     except OSError as error:
         raise GradebookError(f"The gradebook {path} cannot be opened: {error.strerror}.") from None
@@ -158,7 +214,7 @@ def _sqlite(address: URL) -> Engine:
 
     @event.listens_for(engine, "connect")
     def _prepare(connection: Any, _: object) -> None:
-        connection.isolation_level = None  # transactions begin where we say so
+        connection.isolation_level = None  # transactions begin where the statements above say
         connection.execute("PRAGMA foreign_keys = ON")
         connection.execute("PRAGMA secure_delete = ON")  # what is deleted is overwritten, and lies in no free page
 
@@ -173,7 +229,7 @@ def _postgres(address: URL) -> Engine:
 
 
 def _message(error: DBAPIError) -> str:
-    """The database's message; without the statement and its values, which are untrusted text."""
+    """Return the database's message, without the statement and its values, which are untrusted text."""
     message = str(error.orig).strip()
     if "file is not a database" in message:
         return "this file is not a gradebook. It is left as it is; choose another."

@@ -1,17 +1,137 @@
-"""All that there is of a person: a copy of it, and erasing it. One transaction to a method."""
+"""All data of a person: a copy of it, and erasing it.
+
+Erasing deletes every row of the person, and strikes their name out of what others are told. What others wrote and
+handed in is theirs and stays as it is, also where it names the person; so does the name of who gave a mark. Both are
+reported.
+
+A person is named by their ID, name, e-mail address and the other names by which platforms know them, each as a whole. A
+first name alone, or a misspelt name, is not found. Only the letters A to Z match in either case where something is
+struck out: so the guards of the tables can check it (:mod:`.guards`), on every database.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import hmac
+import json
+import re
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import asdict, dataclass, replace
 from datetime import datetime
+from functools import cached_property
 from typing import Any
 
+from sqlalchemy import ColumnElement, Table, delete, func, select, update
+from sqlalchemy.orm import Session
+
 from labcourse.errors import GradebookError
-from labcourse.grading.gradebook import erasing, storable
+from labcourse.grading.gradebook import marks, storable
 from labcourse.grading.gradebook.database import Database
-from labcourse.grading.gradebook.erasing import OfOthers
-from labcourse.grading.gradebook.records import Delivery, Erased
-from labcourse.grading.gradebook.tables import metadata
+from labcourse.grading.gradebook.records import (
+    About,
+    Base,
+    Delivery,
+    Erased,
+    Erasure,
+    MarkState,
+    RunRecord,
+    StudentRecord,
+)
+from labcourse.student_id import caseless
+
+FEWEST_CHARACTERS = 3  #: of a word that is looked for in texts: a shorter one is found in texts that name nobody
+FEWEST_DIGITS = 5  #: of a number: points, years and frequencies have up to four
+#: Tables with rows of one student → what a row is called.
+_CALLED = {
+    "deliveries": "file that they handed in",
+    "runs": "what their run left",
+    "marks": "answer",
+    "decisions": "mark by a person",
+    "audit": "audit trail",
+    "scores": "remark",
+    "claims": "answer that is being read",
+    "comments": "comment for them",
+    "requests": "request to look again",
+    "publications": "note on what was given back",
+}
+#: Columns of text that persons write about others' work, by table; in objects of JSON their ``reason``.
+_WRITTEN = {
+    "comments": ("text",),
+    "decisions": ("reason",),
+    "audit": ("reason", "mark_before", "mark_after"),
+    "scores": ("remark", "replaced"),
+    "requests": ("text", "answer"),
+    "publications": ("note",),
+    "deliveries": ("source",),
+}
+_ACTORS = ("actor", "answered_by")  # columns that name who decided or wrote
+_TABLES = Base.metadata.tables
+_OF_STUDENTS = [table for table in Base.metadata.sorted_tables if {"student_id", "run_id"} & set(table.c.keys())]
+
+
+class Person:
+    """A person who is erased.
+
+    Parameters
+    ----------
+    about : who
+    number : of the student's row
+
+    Attributes
+    ----------
+    student : the ID
+    words : by which they are named in texts, the longest first
+    unsought : those that are too short to be looked for
+    mark : what stands in the place of each
+    """
+
+    def __init__(self, about: StudentRecord, number: int) -> None:
+        names = dict.fromkeys(filter(None, (about.student, about.name, about.email, *about.aliases)))
+        self.student = about.student
+        self.words = tuple(sorted(filter(_is_long_enough, names), key=len, reverse=True))
+        self.unsought = tuple(word for word in names if not _is_long_enough(word))
+        self.mark = f"[erased {number}]"
+
+    def struck(self, text: str) -> str:
+        """Return a text without what names the person."""
+        for word in self.words:
+            text = self.struck_once(text, word)
+        return text
+
+    def struck_once(self, text: str, word: str) -> str:
+        """Return a text without one of the words."""
+        return re.sub(rf"(?<!\w)(?ai:{re.escape(word)})(?!\w)", lambda _match: self.mark, text)
+
+    def named_in(self, content: str | bytes) -> bool:
+        """Return whether a text or a file names the person, in any case; in JSON letters may stand as ``\\u00e9``."""
+        if not self.words:
+            return False
+        text = content if isinstance(content, str) else content.decode("utf-8", "replace")
+        return self._anywhere.search(text) is not None
+
+    @cached_property
+    def _anywhere(self) -> re.Pattern[str]:
+        spelled = dict.fromkeys(form for word in self.words for form in (word, json.dumps(word)[1:-1]))
+        return re.compile("|".join(rf"(?<!\w){re.escape(form)}(?!\w)" for form in spelled), re.IGNORECASE)
+
+
+def _is_long_enough(word: str) -> bool:
+    return len(word) >= (FEWEST_DIGITS if word.isdecimal() else FEWEST_CHARACTERS)
+
+
+@dataclass(frozen=True)
+class OfOthers:
+    """What becomes of others' records that name a person. Each function leaves all other records alone.
+
+    Attributes
+    ----------
+    run : a run of another student → the same without the person
+    file : name and content of a file that another handed in → the content without the person
+    shares : whether a run of another is of what the person handed in, and so of their common work
+    """
+
+    run: Callable[[RunRecord, Person], RunRecord] = lambda run, person: run
+    file: Callable[[str, bytes, Person], bytes] = lambda name, content, person: content
+    shares: Callable[[RunRecord, Person], bool] = lambda run, person: False
 
 
 class Persons:
@@ -20,16 +140,15 @@ class Persons:
     Parameters
     ----------
     database : the gradebook's, with its tables
-    secret : gives the gradebook's secret
     """
 
-    def __init__(self, database: Database, secret: Callable[[], bytes]) -> None:
-        self._database, self._secret = database, secret
+    def __init__(self, database: Database) -> None:
+        self._database = database
 
     def erase(self, student: str, actor: str, of_others: OfOthers | None = None) -> Erased:
-        """Erase a person: every row of theirs, and their name in what others are told. See :mod:`.erasing`.
+        """Erase a person: every row of theirs, and their name in what others are told.
 
-        The file, or the tables of a server, are written anew after it, so that no byte lies on in them.
+        The file, or the tables of a server, are written anew after it, so that no deleted byte stays in them.
 
         Parameters
         ----------
@@ -41,12 +160,10 @@ class Persons:
         GradebookError
             If there is no such student. If the last step fails, the person is erased; the message says what is left.
         """
-        secret = self._secret()
-        with self._database.writing() as connection:
-            whom, who = storable.text(student), storable.text(actor)
-            done = erasing.erase(connection, whom, who, secret, of_others or OfOthers())
+        with self._database.writing() as session:
+            done = _Erasing(session, student, of_others or OfOthers()).erase(storable.text(actor))
         try:
-            self._database.rebuild([table.name for table in metadata.sorted_tables])
+            self._database.rebuild(list(_TABLES))
         except GradebookError as error:
             raise GradebookError(
                 f"{student!r} is erased from the gradebook's tables, but the space where they stood could not be "
@@ -55,32 +172,172 @@ class Persons:
         return done
 
     def would_be_erased(self, student: str, of_others: OfOthers | None = None) -> Erased:
-        """What would become of a person who is erased; all stays as it is. Raises GradebookError if there is none."""
-        secret, found = self._secret(), []
-        try:
-            with self._database.writing() as connection:
-                found.append(erasing.erase(connection, storable.text(student), "", secret, of_others or OfOthers()))
-                raise _TakenBack
-        except _TakenBack:
-            return found[0]
+        """Return what :meth:`erase` would do, and change nothing. Raises GradebookError if there is no such student."""
+        with self._database.writing() as session:
+            done = _Erasing(session, student, of_others or OfOthers()).erase("")
+            session.rollback()
+        return done
 
     def erased(self, students: Sequence[str]) -> dict[str, datetime]:
-        """Of these IDs, those of persons who were erased and have not come into the gradebook again, and when."""
-        secret = self._secret()
-        with self._database.reading() as connection:
-            return erasing.erased(connection, secret, students)
+        """Return which of these IDs are of persons who were erased and have not come again, and when."""
+        with self._database.reading() as session:
+            erasures = session.scalars(select(Erasure).order_by(Erasure.number))
+            when = {erasure.fingerprint: erasure.erased for erasure in erasures}
+            secret = session.scalars(select(About.secret)).one()
+            by_id = {student: when.get(_fingerprint(secret, student)) for student in students} if when else {}
+            return {
+                student: moment
+                for student, moment in by_id.items()
+                if moment is not None and marks.find_student(session, student) is None
+            }
 
     def everything_of(self, student: str) -> tuple[dict[str, list[dict[str, Any]]], list[Delivery]]:
-        """A student's rows, by table, and each version of all that they handed in, in the order in which it came.
+        """Return a student's rows, by table, and each version of all that they handed in, in the order it came.
 
         Raises
         ------
         GradebookError
             If there is no such student.
         """
-        with self._database.reading() as connection:
-            return erasing.everything_of(connection, storable.text(student))
+        with self._database.reading() as session:
+            about = marks.known_student(session, student)
+            rows = {table.name: _rows(session, table, about.id) for table in _OF_STUDENTS if table.name != "deliveries"}
+            statement = select(Delivery).where(Delivery.student_id == about.id).order_by(Delivery.received, Delivery.id)
+            return {"students": [{"id": about.id, **asdict(about)}], **rows}, list(session.scalars(statement))
 
 
-class _TakenBack(Exception):
-    """Nothing of a transaction is to stay."""
+def _fingerprint(secret: bytes, student: str) -> bytes:
+    """Return what identifies a student who was erased; only with the gradebook's secret can it be made of an ID."""
+    return hmac.digest(secret, f"erased: {caseless(student)}".encode(), "sha256")
+
+
+def remove(session: Session, student: str) -> StudentRecord:
+    """Delete a student's row, and return it. Raises GradebookError if there is none, or they have any other row."""
+    about = marks.known_student(session, student)
+    if more := [_CALLED[name] for name, count in _counts(session, about.id).items() if count]:
+        raise GradebookError(
+            f"{about.student!r} is not removed: the gradebook has more of them than a line of a roster: "
+            f"{', '.join(more)}."
+        )
+    session.execute(delete(StudentRecord).where(StudentRecord.id == about.id))
+    return about
+
+
+def _of(table: Table, number: int) -> ColumnElement[bool]:
+    """Return the condition for a student's rows of a table."""
+    if "student_id" in table.c:
+        return table.c.student_id == number
+    return table.c.run_id.in_(select(RunRecord.id).where(RunRecord.student_id == number))
+
+
+def _counts(session: Session, number: int) -> dict[str, int]:
+    """Count a student's rows, by table."""
+    counted = {table.name: select(func.count()).where(_of(table, number)) for table in _OF_STUDENTS}
+    return {name: session.scalar(statement) or 0 for name, statement in counted.items()}
+
+
+def _rows(session: Session, table: Table, number: int) -> list[dict[str, Any]]:
+    rows = session.execute(select(table).where(_of(table, number)).order_by(*table.primary_key)).mappings()
+    return [
+        {name: vars(value) if isinstance(value, MarkState) else value for name, value in row.items()} for row in rows
+    ]
+
+
+_DECIDED = "{} is named as who marked, wrote, published or erased"
+
+
+class _Erasing:
+    """The erasure of one person, inside a transaction."""
+
+    def __init__(self, session: Session, student: str, of_others: OfOthers) -> None:
+        about = marks.known_student(session, student)
+        self._session, self._of_others, self._number = session, of_others, about.id
+        self._about = replace(about)  # this one outlives the row
+        self._person = Person(self._about, self._number)
+        rows = session.execute(select(StudentRecord.id, StudentRecord.student))
+        self._names: dict[int, str] = {number: name for number, name in rows}
+
+    def erase(self, actor: str) -> Erased:
+        """Delete the person's rows, and strike their name out of the others'."""
+        session, number = self._session, self._number
+        counts = _counts(session, number)
+        own = Delivery.student_id == number, Delivery.source != ""
+        sources = tuple(session.scalars(select(Delivery.source).distinct().where(*own)))
+        fingerprint = _fingerprint(session.scalars(select(About.secret)).one(), self._about.student)
+        session.add(Erasure(number, -number, fingerprint, actor, sum(counts.values()), marks.now()))
+        session.flush()
+        self._hand_over()
+        struck = [*self._strike(), *self._rewrite()]
+        session.execute(delete(StudentRecord).where(StudentRecord.id == number))
+        left = tuple(sorted(set(self._left())))
+        return Erased(self._about, counts, tuple(dict.fromkeys(struck)), left, sources, self._person.unsought)
+
+    def _hand_over(self) -> None:
+        """Store files that the person handed in as those of others, too, whose work they are by the person's word."""
+        session, number = self._session, self._number
+        theirs = list(session.scalars(select(Delivery).where(Delivery.student_id == number).order_by(Delivery.id)))
+        for run in session.scalars(select(RunRecord).where(RunRecord.current, RunRecord.student_id != number)):
+            if self._of_others.shares(run, self._person):
+                own = set(session.scalars(select(Delivery.name).where(Delivery.student_id == run.student_id)))
+                for file in theirs:
+                    if file.name not in own:
+                        marks.put(session, run.student_id, replace(file))
+
+    def _strike(self) -> Iterator[str]:
+        """Strike the person out of what was written about others; yield where."""
+        for table, names in ((_TABLES[name], names) for name, names in _WRITTEN.items()):
+            columns = [column for column in table.columns if column.name != "content"]
+            others = [table.c.student_id != self._number] if "student_id" in table.c else []
+            for row in self._session.execute(select(*columns).where(*others)).mappings().all():
+                key = [column == row[column.name] for column in table.primary_key]
+                old = {name: row[name] for name in names}
+                for word in self._person.words:  # one at a time, as the guards of the tables look for one
+                    new = {name: self._struck(value, word) for name, value in old.items()}
+                    if new != old:
+                        self._session.execute(update(table).where(*key).values(new))
+                        yield self._place(table, row)
+                    old = new
+
+    def _struck(self, value: Any, word: str) -> Any:
+        if isinstance(value, str):
+            return self._person.struck_once(value, word)
+        if isinstance(value, MarkState):
+            return replace(value, reason=self._struck(value.reason, word))
+        return value and {**value, "reason": self._struck(value["reason"], word)}
+
+    def _rewrite(self) -> Iterator[str]:
+        """Take the person out of others' runs and files, as far as the course knows how; yield where."""
+        for run in self._session.scalars(select(RunRecord).where(RunRecord.student_id != self._number)):
+            new = self._of_others.run(run, self._person)
+            if new != run:
+                for name in ("problems", "notes", "cells", "answers"):
+                    setattr(run, name, getattr(new, name))
+                yield f"{self._names[run.student_id]}: what is said of their run"
+        for file in self._session.scalars(select(Delivery).where(Delivery.student_id != self._number)):
+            content = self._of_others.file(file.name, file.content, self._person)
+            if content != file.content:
+                file.content = content
+                yield f"{self._names[file.student_id]}: {file.name}"
+        self._session.flush()
+
+    def _left(self) -> Iterator[str]:
+        """Yield where the person is still named."""
+        runs: dict[Any, int] = dict(self._session.execute(select(RunRecord.id, RunRecord.student_id)).all())
+        for table in (_TABLES[name] for name in (*_CALLED, "erasures") if name != "claims"):  # claims run out
+            for row in self._session.execute(select(table)).mappings():
+                actors = [row.get(name) for name in _ACTORS]
+                yield from (_DECIDED.format(name) for name in actors if self._is_named(name))
+                if any(self._is_named(value) for name, value in row.items() if name not in _ACTORS):
+                    yield self._place(table, {"student_id": runs.get(row.get("run_id"), 0), **row})
+
+    def _is_named(self, value: Any) -> bool:
+        if isinstance(value, MarkState | dict | tuple):
+            value = json.dumps(value, default=vars, ensure_ascii=False)
+        return isinstance(value, str | bytes) and self._person.named_in(value)
+
+    def _place(self, table: Table, row: Any) -> str:
+        """Say where a row is, for people."""
+        if not row.get("student_id"):
+            return _CALLED[table.name]
+        about = (row.get(name) for name in ("question", "part", "name", "actor"))
+        return f"{self._names[row['student_id']]}: {', '.join(filter(None, (_CALLED[table.name], *about)))}"

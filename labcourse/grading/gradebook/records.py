@@ -1,14 +1,29 @@
-"""What goes into a gradebook and comes out of it: plain data, that outlives the connection."""
+"""What a gradebook holds: each table is a dataclass, and its rows are the records that methods take and return.
+
+An attribute with an annotation is a field of the record. A column without one belongs to the database alone: the number
+of a row, and what it refers to. Records outlive the transaction that read them. Those that mirror no table are frozen.
+
+Everything of a student goes with their row (``ON DELETE CASCADE``). What the database itself refuses to change or to
+delete is in :mod:`labcourse.grading.gradebook.guards`.
+"""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
-from datetime import datetime
-from typing import Any, NamedTuple
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from typing import Any, ClassVar, NamedTuple
+
+import sqlalchemy as sa
+from sqlalchemy.orm import DeclarativeBase, Mapped, MappedAsDataclass, composite, mapped_column
 
 #: The statuses of marks that a person set, and is to set.
 GIVEN_BY_A_PERSON, FOR_A_PERSON = "given by a person", "for a person"
+DECIDED = "as the instructor decided"  #: how a time of arrival, or an owner, may be known
+NEW: Any = None  #: the number of a record that is not stored yet: the database gives it one
+
+Where = tuple[str, str]  #: question and part
 
 
 @dataclass(frozen=True)
@@ -33,13 +48,135 @@ class MarkRecord:
     given: str = ""
 
     @property
-    def where(self) -> tuple[str, str]:
+    def where(self) -> Where:
         """Question and part."""
         return self.question, self.part
 
 
 @dataclass(frozen=True)
-class RunRecord:
+class MarkState:
+    """What of a mark is worth a line in the audit trail when it changes."""
+
+    status: str
+    points: float
+    out_of: float
+    reason: str
+
+
+class Instant(sa.TypeDecorator[datetime]):
+    """A moment in UTC, also in a database that stores no time zone (SQLite)."""
+
+    impl = sa.DateTime(timezone=True)
+    cache_ok = True
+
+    def process_bind_param(self, value: datetime | None, dialect: sa.Dialect) -> datetime | None:
+        return value and value.astimezone(UTC)
+
+    def process_result_value(self, value: datetime | None, dialect: sa.Dialect) -> datetime | None:
+        return value and (value.astimezone(UTC) if value.tzinfo else value.replace(tzinfo=UTC))
+
+
+class Json(sa.TypeDecorator[Any]):
+    """A tuple, stored as a list in sa.JSON, or the state of a mark, stored as an object; None is NULL."""
+
+    impl = sa.JSON(none_as_null=True)
+    cache_ok = True
+
+    def process_bind_param(self, value: Any, dialect: sa.Dialect) -> Any:
+        return vars(value) if isinstance(value, MarkState) else value
+
+    def process_result_value(self, value: Any, dialect: sa.Dialect) -> Any:
+        return tuple(value) if isinstance(value, list) else value and MarkState(**value)
+
+
+class Base(MappedAsDataclass, DeclarativeBase):
+    """Base of all tables."""
+
+    type_annotation_map: ClassVar = {
+        str: sa.Text,
+        float: sa.Double,
+        datetime: Instant,
+        Mapping[str, Any]: sa.JSON,
+        **dict.fromkeys((tuple[str, ...], tuple[Mapping[str, Any], ...], MarkState), Json),
+    }
+
+
+def _number() -> Any:
+    return mapped_column(sa.Integer, primary_key=True)
+
+
+def _of_student(**options: Any) -> Any:
+    return mapped_column(sa.ForeignKey("students.id", ondelete="CASCADE"), nullable=False, **options)
+
+
+def _mark_columns() -> list[Any]:
+    """Return the columns of a :class:`MarkRecord`."""
+    keys = [mapped_column(name, primary_key=True) for name in ("question", "part")]
+    return keys + [mapped_column(name) for name in ("status", "points", "out_of", "reason", "given")]
+
+
+class About(Base):
+    """What a gradebook knows of itself: the version of its tables, and its secret."""
+
+    __tablename__ = "gradebook"
+
+    version: Mapped[int] = mapped_column(primary_key=True, autoincrement=False)
+    secret: Mapped[bytes]
+
+
+class StudentRecord(Base):
+    """A student; all but the ID may be empty.
+
+    ``aliases`` are other names by which platforms know them; ``enrolled`` says whether they are on the roster, and not
+    only known from what they handed in.
+    """
+
+    __tablename__ = "students"
+
+    id = _number()
+    folded = mapped_column(sa.Text, unique=True, nullable=False)  # the ID without regard to capitals
+    student: Mapped[str]
+    name: Mapped[str] = mapped_column(default="")
+    email: Mapped[str] = mapped_column(default="")
+    section: Mapped[str] = mapped_column(default="")
+    aliases: Mapped[tuple[str, ...]] = mapped_column(default=())
+    enrolled: Mapped[bool] = mapped_column(default=False)
+
+
+class Delivery(Base):
+    """A file that a student handed in; each version of it is a row.
+
+    Attributes
+    ----------
+    name : a notebook's file name, an own file's path relative to the folder, "answers.json" or "course.json"
+    digest : by which equal content is known
+    content : as it was handed in, or what is stored of it
+    received : when
+    source : what it came in, for people, as the name of a zip
+    clock : how the time is known; "" where only the student's computer wrote it, None where nothing was recorded of it
+    """
+
+    __tablename__ = "deliveries"
+    __table_args__ = (sa.UniqueConstraint("student_id", "name", "digest", "received"),)
+
+    id = _number()
+    student_id = _of_student()
+    name: Mapped[str]
+    digest: Mapped[str]
+    content: Mapped[bytes]
+    received: Mapped[datetime]
+    source: Mapped[str] = mapped_column(default="")
+    clock: Mapped[str | None] = mapped_column(default=None)
+
+
+class Arrival(NamedTuple):
+    """When a file came, and how that is known: as :class:`Delivery` has them."""
+
+    received: datetime
+    clock: str | None = None
+
+
+class RunRecord(Base):
     """One run of a submission.
 
     Attributes
@@ -64,31 +201,54 @@ class RunRecord:
     The last six are plain data as JSON has it: lists, and no tuples; finite numbers.
     """
 
-    key: str
-    student: str
-    submission: str
-    master: str
-    software: str
-    probe_seed: int
-    isolation: str
-    answers: bytes | None = None
-    problems: tuple[str, ...] = ()
-    notes: tuple[str, ...] = ()
-    cells: tuple[Mapping[str, Any], ...] = ()
-    claim: Mapping[str, Any] = field(default_factory=dict)
-    words: Mapping[str, Any] = field(default_factory=dict)
-    supplied: Mapping[str, Any] = field(default_factory=dict)
-    release: str = ""
-    files: tuple[str, ...] = ()
+    __tablename__ = "runs"
+
+    id = _number()
+    student_id = _of_student(index=True)
+    current = mapped_column(sa.Boolean, nullable=False)  # whether it is the student's run that counts
+    key_digest = mapped_column(sa.Text, nullable=False)  # of the key that its marks were made with
+    recorded = mapped_column(Instant, nullable=False)
+    key: Mapped[str] = mapped_column(unique=True)
+    student: Mapped[str]
+    submission: Mapped[str]
+    master: Mapped[str]
+    software: Mapped[str]
+    probe_seed: Mapped[int] = mapped_column(sa.BigInteger)
+    isolation: Mapped[str]
+    answers: Mapped[bytes | None] = mapped_column(default=None)
+    problems: Mapped[tuple[str, ...]] = mapped_column(default=())
+    notes: Mapped[tuple[str, ...]] = mapped_column(default=())
+    cells: Mapped[tuple[Mapping[str, Any], ...]] = mapped_column(default=())
+    claim: Mapped[Mapping[str, Any]] = mapped_column(default_factory=dict)
+    words: Mapped[Mapping[str, Any]] = mapped_column(default_factory=dict)
+    supplied: Mapped[Mapping[str, Any]] = mapped_column(default_factory=dict)
+    release: Mapped[str] = mapped_column(default="")
+    files: Mapped[tuple[str, ...]] = mapped_column(default=())
 
 
-@dataclass(frozen=True)
-class GivenMark:
-    """A mark that a person gave, who, and when (UTC)."""
+_COUNTS = sa.text("current")
+sa.Index("uq_runs_one_current", RunRecord.student_id, unique=True, sqlite_where=_COUNTS, postgresql_where=_COUNTS)
 
-    mark: MarkRecord
-    actor: str
-    when: datetime
+
+class Mark(Base):
+    """A mark of a run, as the software made it. A person's mark for the same answer counts more."""
+
+    __tablename__ = "marks"
+
+    run_id: Mapped[int] = mapped_column(sa.ForeignKey("runs.id", ondelete="CASCADE"), primary_key=True)
+    record: Mapped[MarkRecord] = composite(*_mark_columns())
+    position: Mapped[int]
+
+
+class GivenMark(Base):
+    """A mark that a person gave, who, and when (UTC). It holds while answer and possible points stay the same."""
+
+    __tablename__ = "decisions"
+
+    student_id = _of_student(primary_key=True)
+    mark: Mapped[MarkRecord] = composite(*_mark_columns())
+    actor: Mapped[str]
+    when: Mapped[datetime] = mapped_column("decided")
 
 
 @dataclass(frozen=True)
@@ -101,7 +261,7 @@ class Graded:
     marks : in the order of the key; a person's mark in place of the software's, where it holds
     key_digest : of the key that they were made with
     lapsed : marks by persons that do not hold for this run: another answer was given, or it is out of other points. The
-        gradebook tells them, and takes none
+        gradebook returns them, and ignores those that it is given
     """
 
     run: RunRecord
@@ -110,52 +270,214 @@ class Graded:
     lapsed: tuple[GivenMark, ...] = ()
 
 
-@dataclass(frozen=True)
-class StudentRecord:
-    """A student; all but the ID may be empty.
+class CommentRecord(Base):
+    """A person's comment for a student, on a question or, where that is None, on everything."""
 
-    ``aliases`` are other names by which platforms know them; ``enrolled`` says whether they are on the roster, and not
-    only known from what they handed in.
-    """
+    __tablename__ = "comments"
 
+    id = _number()
+    student_id = _of_student(index=True)
     student: str
-    name: str = ""
-    email: str = ""
-    section: str = ""
-    aliases: tuple[str, ...] = ()
-    enrolled: bool = False
+    question: Mapped[str | None]
+    text: Mapped[str]
+    actor: Mapped[str]
+    when: Mapped[datetime] = mapped_column("written")
 
 
-@dataclass(frozen=True)
-class Delivery:
-    """A file that a student handed in.
+class AuditRecord(Base):
+    """One change of one mark. This table only grows.
 
     Attributes
     ----------
-    name : a notebook's file name, an own file's path relative to the folder, "answers.json" or "course.json"
-    digest : by which equal content is known
-    content : as it was handed in, or what is kept of it
-    received : when
-    source : what it came in, for people, as the name of a zip
-    clock : how the time is known; "" where only the student's computer wrote it, None where nothing was recorded of it
+    student, question, part : whose, and which
+    before, after : the mark; None where there was, or is, none
+    run : key of the run that counts after the change
+    actor, reason, when : who changed it, why, and when (UTC)
     """
 
-    name: str
-    digest: str
-    content: bytes
-    received: datetime
-    source: str = ""
-    clock: str | None = None
+    __tablename__ = "audit"
+
+    id = _number()
+    student_id = _of_student(index=True)
+    student: str
+    question: Mapped[str]
+    part: Mapped[str]
+    before: Mapped[MarkState | None] = mapped_column("mark_before")
+    after: Mapped[MarkState | None] = mapped_column("mark_after")
+    run: Mapped[str]
+    actor: Mapped[str]
+    reason: Mapped[str]
+    when: Mapped[datetime] = mapped_column("changed")
 
 
-DECIDED = "as the instructor decided"  #: how a time of arrival, or an owner, may be known
+class Act(Base):
+    """One thing that a scorer did to one answer. This table only grows.
+
+    Attributes
+    ----------
+    number : of the act, by which it is undone
+    student, question, part : whose answer, and which
+    actor : the scorer
+    level : that was given; None if points were given without one, or the instructor is asked
+    points, out_of : given, and possible; points are None where the instructor is asked
+    remark : for the student; where the instructor is asked, for the instructor
+    given : the answer as it was read
+    asked : whether the instructor is asked; then the answer waits
+    undoes : number of the act that this one takes back
+    when : UTC
+    """
+
+    __tablename__ = "scores"
+    __table_args__ = (sa.Index("ix_scores_question_part", "question", "part"),)
+
+    number: Mapped[int] = mapped_column("id", primary_key=True)
+    student_id = _of_student(index=True)
+    replaced = mapped_column(sa.JSON(none_as_null=True))  # the decision that was there before, for undo; NULL: none
+    student: str
+    question: Mapped[str]
+    part: Mapped[str]
+    actor: Mapped[str]
+    level: Mapped[int | None]
+    points: Mapped[float | None]
+    out_of: Mapped[float]
+    remark: Mapped[str]
+    given: Mapped[str]
+    asked: Mapped[bool]
+    undoes: Mapped[int | None] = mapped_column(sa.ForeignKey("scores.id"))
+    when: Mapped[datetime] = mapped_column("acted")
+
+    @property
+    def where(self) -> Where:
+        """Question and part."""
+        return self.question, self.part
 
 
-class Arrival(NamedTuple):
-    """When a file came, and how that is known: as :class:`Delivery` has them."""
+class Claim(Base):
+    """Who is reading which answer, and until when nobody else is given it."""
 
-    received: datetime
-    clock: str | None = None
+    __tablename__ = "claims"
+
+    student_id: Mapped[int] = mapped_column(sa.ForeignKey("students.id", ondelete="CASCADE"), primary_key=True)
+    question: Mapped[str] = mapped_column(primary_key=True)
+    part: Mapped[str] = mapped_column(primary_key=True)
+    actor: Mapped[str]
+    until: Mapped[datetime]
+
+
+@dataclass(frozen=True)
+class Answer:
+    """An answer that a person reads or has marked, as it is now.
+
+    Attributes
+    ----------
+    student, question, part : whose, and which
+    mark : as it counts
+    acts : on this very answer, in order; without those that were taken back
+    given : the mark as a person gave it, by an act or by ``labcourse mark``; None while nobody has
+    """
+
+    student: str
+    question: str
+    part: str
+    mark: MarkRecord
+    acts: tuple[Act, ...] = ()
+    given: GivenMark | None = None
+
+    @property
+    def where(self) -> Where:
+        """Question and part."""
+        return self.question, self.part
+
+    def last(self) -> Act | None:
+        """Return the last act. :attr:`decision` says whether the mark comes from it."""
+        return self.acts[-1] if self.acts else None
+
+    @property
+    def decision(self) -> Act | None:
+        """The act that the mark comes from; None while it waits, and where ``labcourse mark`` gave it since."""
+        last, given = self.last(), self.given
+        if last is None or last.points is None or given is None:
+            return None
+        same = (last.actor, last.remark) == (given.actor, given.mark.reason)
+        return last if same and math.isclose(last.points, given.mark.points) else None
+
+    @property
+    def asked(self) -> bool:
+        """Whether it waits for the instructor: asked, and decided by nobody since."""
+        last = self.last()
+        return last is not None and last.asked and self.mark.status != GIVEN_BY_A_PERSON
+
+    @property
+    def waiting(self) -> bool:
+        """Whether nobody has decided yet."""
+        return self.asked or self.mark.status == FOR_A_PERSON
+
+
+class Request(Base):
+    """A student's wish to have an answer looked at again; open until it is answered.
+
+    Attributes
+    ----------
+    number : by which it is answered
+    student, question, part, sa.text, made : whose, of which answer, in their words, when (UTC)
+    answered_by, answer, answered : by whom, what, and when; None while it is open
+    """
+
+    __tablename__ = "requests"
+
+    number: Mapped[int] = mapped_column("id", primary_key=True)
+    student_id = _of_student(index=True)
+    student: str
+    question: Mapped[str]
+    part: Mapped[str]
+    text: Mapped[str]
+    made: Mapped[datetime]
+    answered_by: Mapped[str | None] = mapped_column(default=None)
+    answer: Mapped[str | None] = mapped_column(default=None)
+    answered: Mapped[datetime | None] = mapped_column(default=None)
+
+    @property
+    def where(self) -> Where:
+        """Question and part."""
+        return self.question, self.part
+
+    @property
+    def is_open(self) -> bool:
+        """Whether nobody has answered."""
+        return self.answered is None
+
+
+class Publication(Base):
+    """Feedback given back to the class: who did it, when (UTC), and a note."""
+
+    __tablename__ = "publications"
+
+    number: Mapped[int] = mapped_column("id", primary_key=True)
+    actor: Mapped[str]
+    note: Mapped[str]
+    when: Mapped[datetime] = mapped_column("published")
+
+
+class Erasure(Base):
+    """That somebody was erased, and nothing of who it was. This table only grows.
+
+    Attributes
+    ----------
+    number : that their row had, and nobody's has again
+    gone : the same number; before their row is deleted its negative, which refers to no erasure, so that the
+        transaction cannot end
+    fingerprint : of their ID, by which it is recognised if it comes again
+    actor, lines, erased : who erased them, how many rows, when (UTC)
+    """
+
+    __tablename__ = "erasures"
+
+    number: Mapped[int] = mapped_column(primary_key=True, autoincrement=False)
+    gone: Mapped[int] = mapped_column(sa.ForeignKey("erasures.number", deferrable=True, initially="DEFERRED"))
+    fingerprint: Mapped[bytes]
+    actor: Mapped[str]
+    lines: Mapped[int]
+    erased: Mapped[datetime]
 
 
 @dataclass(frozen=True)
@@ -165,8 +487,8 @@ class RosterReport:
     Attributes
     ----------
     added, changed, unchanged : numbers of students
-    problems : a word on each line that was not taken
-    notes : a word on all that was replaced, removed, kept though its cell is empty, or not read
+    problems : a sentence on each line that was not taken
+    notes : a sentence on all that was replaced, removed, left though its cell is empty, or not read
     """
 
     added: int
@@ -177,50 +499,6 @@ class RosterReport:
 
 
 @dataclass(frozen=True)
-class MarkState:
-    """What of a mark is worth a line in the audit trail when it changes."""
-
-    status: str
-    points: float
-    out_of: float
-    reason: str
-
-
-@dataclass(frozen=True)
-class AuditRecord:
-    """One change of one mark.
-
-    Attributes
-    ----------
-    student, question, part : whose, and which
-    before, after : the mark; None where there was, or is, none
-    run : key of the run that counts after the change
-    actor, reason, when : who changed it, why, and when (UTC)
-    """
-
-    student: str
-    question: str
-    part: str
-    before: MarkState | None
-    after: MarkState | None
-    run: str
-    actor: str
-    reason: str
-    when: datetime
-
-
-@dataclass(frozen=True)
-class CommentRecord:
-    """A person's word to a student, on a question or, where that is None, on everything."""
-
-    student: str
-    question: str | None
-    text: str
-    actor: str
-    when: datetime
-
-
-@dataclass(frozen=True)
 class Erased:
     """What became of a person who was erased, or would.
 
@@ -228,8 +506,8 @@ class Erased:
     ----------
     about : what was known of them
     counts : name of a table → how many rows of it were theirs
-    struck : where their name was taken out of what is said of others, in words
-    left : where they are named still, in words: others' own work, and as who decided
+    struck : where their name was replaced in what is said of others, in words
+    left : where they are still named, in words: others' own work, and as who decided
     sources : what their hand-ins came in, as the names of zips
     unsought : of what names them, what is too short to be looked for
     """

@@ -1,7 +1,7 @@
 """The CSV of a class → its students.
 
 It has a line of headings, of which these are understood, without regard to capitals, spaces and punctuation; others
-are passed over, and told:
+are not read, and are named in a note:
 
 ===========  =========================================================================================================
 ID           student ID, student number, SIS user ID, SIS ID, OrgDefinedId, ID number, username, SIS login ID, ID,
@@ -13,12 +13,11 @@ other names  alias, aliases, other names (several with ; between them), Identifi
              columns of IDs that are not the ID: by these, platforms name what students hand in
 ===========  =========================================================================================================
 
-An empty cell says nothing: what is known of a student stays, as where there is no such column. A cell of "-" removes
-it.
+Missing columns and empty cells leave existing values unchanged. A cell of "-" removes the value.
 
-Commas, semicolons or tabs; UTF-8 with or without a byte-order mark, or Excel's UTF-16. Cells are text, whatever they
-begin with; only ``="0042"``, by which Excel keeps the zeros of a number, is 0042, and so is ``#0042`` in a file that
-Brightspace wrote (it has a column OrgDefinedId).
+Separators are commas, semicolons or tabs; the file is UTF-8 with or without a byte-order mark, or Excel's UTF-16. Cells
+are text, whatever they begin with; only ``="0042"``, with which Excel preserves the zeros of a number, is 0042, and so
+is ``#0042`` in a file that Brightspace wrote (it has a column OrgDefinedId).
 """
 
 from __future__ import annotations
@@ -27,7 +26,7 @@ import codecs
 import csv
 import io
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -51,8 +50,9 @@ _OTHER_NAMES = ("alias", "aliases", "othernames", "identifier", "userid", "canva
 _BRIGHTSPACES, _MARKED = "orgdefinedid", ("orgdefinedid", "username")  # its columns that begin with #
 _KNOWN = {*_IDS, *_NAMES, *_FIRST_NAMES, *_LAST_NAMES, *_EMAILS, *_SECTIONS}
 _REMOVED = "-"
-_MOST_TOLD = 12  # columns that are not read
-_KEPT_ZEROS = re.compile(r'="([^"]*)"')
+_MOST_UNREAD = 12  # columns that are named in the note
+_STAYS = "stays; the roster's cell is empty"
+_EXCELS_ZEROS = re.compile(r'="([^"]*)"')
 
 
 @dataclass(frozen=True)
@@ -63,27 +63,23 @@ class Entry:
     details: dict[str, Any]
 
     def added_to(self, record: StudentRecord) -> tuple[StudentRecord, list[str]]:
-        """What is known of a student with what the roster says, and a word on all that it takes away or leaves.
+        """Return the record with what the roster says, and a note on all that it replaces, removes or leaves.
 
         Parameters
         ----------
         record : what is known; a new student's is empty
         """
-        new, words = {}, []
-        for what, said in self.details.items():
-            was = getattr(record, what)
-            is_now = type(was)() if said in (_REMOVED, (_REMOVED,)) else said
-            if not said and was:
-                word = "{student}: {what} {was} stays; the roster's cell is empty."
-            elif was and not is_now:
-                word = "{student}: {what} {was} is removed."
-            else:
-                word = "{student}: {what} {was} → {new}." if was and is_now != was else ""
-            new[what] = is_now if said else was
-            if word:
-                called = "other names" if what == "aliases" else what
-                words.append(word.format(student=self.student, what=called, was=_shown(was), new=_shown(is_now)))
-        return replace(record, student=self.student, enrolled=True, **new), words
+        new, notes = {}, []
+        for field, cell in self.details.items():
+            old, value = getattr(record, field), cell
+            if cell in (_REMOVED, (_REMOVED,)):
+                value = type(old)()
+            new[field] = value if cell else old
+            if old and old != value:
+                change = f"→ {_shown(value)}" if value else "is removed"
+                name = "other names" if field == "aliases" else field
+                notes.append(f"{self.student}: {name} {_shown(old)} {change if cell else _STAYS}.")
+        return replace(record, student=self.student, enrolled=True, **new), notes
 
 
 def _shown(value: str | Sequence[str]) -> str:
@@ -92,28 +88,22 @@ def _shown(value: str | Sequence[str]) -> str:
 
 @dataclass(frozen=True)
 class Roster:
-    """What a file says.
+    """The content of a file.
 
     Attributes
     ----------
     entries : its students
-    problems : a word on each line that was not taken
-    unread : headings of columns that are not understood
+    problems : a sentence on each line that was not taken
+    notes : a sentence on the columns that are not understood, if there are any
     """
 
     entries: tuple[Entry, ...]
     problems: tuple[str, ...] = ()
-    unread: tuple[str, ...] = ()
-
-    def notes(self) -> list[str]:
-        """What is passed over without harm, in a line."""
-        if not self.unread:
-            return []
-        return [f"Columns that are not read: {listed(self.unread, _MOST_TOLD)}."]
+    notes: tuple[str, ...] = ()
 
 
 def read(path: Path) -> Roster:
-    """The students of a roster, and what was not taken of it.
+    """Read the students of a roster, and say what was not taken of it.
 
     Raises
     ------
@@ -124,13 +114,15 @@ def read(path: Path) -> Roster:
     skipped = 1 if lines and lines[0].lower().startswith("sep=") else 0  # a line for Excel
     del lines[:skipped]
     try:
-        separator = max(",;\t", key=lambda one: len(_KNOWN.intersection(_headings(lines, one))))
+        separator = max(",;\t", key=lambda mark: len(_KNOWN.intersection(map(_heading, _first_row(lines, mark)))))
         table = csv.reader(lines, delimiter=separator)
         columns = _Columns(path, next(table, []))
-        entries, problems = _entries(columns, ((table.line_num + skipped, row) for row in table))
-        return Roster(tuple(entries), tuple(problems), columns.unread)
+        entries: dict[str, tuple[int, Entry]] = {}
+        problems = tuple(columns.read(((table.line_num + skipped, row) for row in table), entries))
     except csv.Error as error:
         raise GradebookError(f"The roster {path} is not a CSV that can be read: {error}.") from None
+    notes = [f"Columns that are not read: {listed(columns.unread, _MOST_UNREAD)}."] if columns.unread else []
+    return Roster(tuple(entry for _line, entry in entries.values()), problems, tuple(notes))
 
 
 def _text(path: Path) -> str:
@@ -141,99 +133,83 @@ def _text(path: Path) -> str:
     except OSError as error:
         raise GradebookError(f"The roster {path} cannot be read: {error.strerror}.") from None
     except UnicodeDecodeError:
-        raise GradebookError(f"The roster {path} is not UTF-8. Excel saves it so as 'CSV UTF-8'.") from None
+        raise GradebookError(f"The roster {path} is not UTF-8. In Excel, save it as 'CSV UTF-8'.") from None
 
 
-def _headings(lines: Sequence[str], separator: str) -> list[str]:
-    return list(map(_heading, next(csv.reader(lines, delimiter=separator), [])))
+def _first_row(lines: Sequence[str], separator: str) -> list[str]:
+    return next(csv.reader(lines, delimiter=separator), [])
 
 
 def _heading(cell: str) -> str:
     return "".join(filter(str.isalnum, cell.casefold()))
 
 
-def _plain(cell: str) -> str:
-    """A cell's text without white space around."""
-    kept_zeros = _KEPT_ZEROS.fullmatch(cell.strip())
-    return (kept_zeros[1] if kept_zeros else cell).strip()
+def _stripped(cell: str) -> str:
+    """Return a cell's text without white space around."""
+    zeros = _EXCELS_ZEROS.fullmatch(cell.strip())
+    return (zeros[1] if zeros else cell).strip()
 
 
 def _on_one_line(cell: str) -> str:
-    return " ".join(_plain(cell).split())
-
-
-class _NoID(Exception):
-    """A row whose cell for the ID is empty."""
+    return " ".join(_stripped(cell).split())
 
 
 class _Columns:
-    """Where to find what in a row."""
+    """Which field of a student stands in which columns."""
 
     def __init__(self, path: Path, line: list[str]) -> None:
         headings = list(map(_heading, line))
 
-        def first(names: Iterable[str]) -> int | None:
-            return next((headings.index(name) for name in names if name in headings), None)
+        def first(names: Iterable[str]) -> list[int]:
+            return [headings.index(name) for name in names if name in headings][:1]
 
         student = first(_IDS)
-        if student is None:
+        if not student:
             raise GradebookError(
                 f"The roster {path} has no column of IDs: call one 'student', in the first line. Besides it, "
                 "'name', 'email' and 'section' are understood."
             )
-        self._student = student
-        self.id_heading = _on_one_line(line[student])
-        name = first(name for name in _NAMES if name != headings[student])
-        self._columns = {"email": [first(_EMAILS)], "section": [first(_SECTIONS)], "name": [name]}
-        if name is None:
-            self._columns["name"] = [first(_FIRST_NAMES), first(_LAST_NAMES)]
+        self._student, self._id_heading = student[0], _on_one_line(line[student[0]])
+        names = first(name for name in _NAMES if name != headings[self._student])
+        names = names or [*first(_FIRST_NAMES), *first(_LAST_NAMES)]
+        self._columns = {"email": first(_EMAILS), "section": first(_SECTIONS), "name": names}
         marked = _MARKED if _BRIGHTSPACES in headings else ()
         self._marked = {place for place, heading in enumerate(headings) if heading in marked}
-        taken = {student, *self._columns["name"]}
-        self._others = [
-            place for place, heading in enumerate(headings) if heading in (*_IDS, *_OTHER_NAMES) and place not in taken
-        ]
-        read = {*taken, *self._others, *self._columns["email"], *self._columns["section"]}
-        named = (_on_one_line(cell) for place, cell in enumerate(line) if place not in read)
-        self.unread = tuple(filter(None, named))
+        others = {place for place, heading in enumerate(headings) if heading in (*_IDS, *_OTHER_NAMES)}
+        self._others = sorted(others - {*student, *names})
+        used = {*student, *self._others, *(place for places in self._columns.values() for place in places)}
+        unread = (_on_one_line(cell) for place, cell in enumerate(line) if place not in used)
+        self.unread = tuple(filter(None, unread))
 
-    def entry(self, row: list[str]) -> Entry:
-        """What a row says. Raises _NoID where it has no ID, StudentIDError where it has what cannot be one."""
-
-        def cell(place: int) -> str:
-            found = row[place] if place < len(row) else ""
-            return found.strip().removeprefix("#") if place in self._marked else found
-
-        details: dict[str, Any] = {}
-        for what, places in self._columns.items():
-            there = [place for place in places if place is not None]
-            if there:
-                details[what] = storable.text(" ".join(filter(None, map(_on_one_line, map(cell, there)))))
-        if self._others:
-            named = [_on_one_line(one) for place in self._others for one in _plain(cell(place)).split(";")]
-            details["aliases"] = tuple(dict.fromkeys(map(storable.text, filter(None, named))))
-        given = _plain(cell(self._student))
-        if not given:
-            raise _NoID
-        return Entry(student_id.normalised(given), details)
-
-
-def _entries(columns: _Columns, rows: Iterable[tuple[int, list[str]]]) -> tuple[list[Entry], list[str]]:
-    taken: dict[str, tuple[int, Entry]] = {}
-    problems = []
-    for line, row in rows:
-        if not any(map(_plain, row)):
-            continue
-        try:
-            entry = columns.entry(row)
-        except _NoID:
-            problem = "Line {line} has no ID in the column {column!r}: not taken."
-            problems.append(problem.format(line=line, column=columns.id_heading))
-        except StudentIDError as error:
-            problems.append(f"Line {line}: {error} It is not taken.")
-        else:
-            first, same = taken.setdefault(caseless(entry.student), (line, entry))
+    def read(self, rows: Iterable[tuple[int, list[str]]], entries: dict[str, tuple[int, Entry]]) -> Iterator[str]:
+        """Read numbered rows into entries, by caseless ID; yield a sentence on each row that is not taken."""
+        for line, row in rows:
+            if not any(map(_stripped, row)):
+                continue
+            if not (student := _stripped(self._cell(row, self._student))):
+                yield f"Line {line} has no ID in the column {self._id_heading!r}: not taken."
+                continue
+            try:
+                entry = Entry(student_id.normalised(student), self._details(row))
+            except StudentIDError as error:
+                yield f"Line {line}: {error} It is not taken."
+                continue
+            first, same = entries.setdefault(caseless(entry.student), (line, entry))
             if same != entry:
-                problem = "Line {line}: {student!r} is in line {first} already: not taken."
-                problems.append(problem.format(line=line, student=entry.student, first=first))
-    return [entry for _line, entry in taken.values()], problems
+                yield f"Line {line}: {entry.student!r} is in line {first} already: not taken."
+
+    def _cell(self, row: list[str], place: int) -> str:
+        cell = row[place] if place < len(row) else ""
+        return cell.strip().removeprefix("#") if place in self._marked else cell
+
+    def _details(self, row: list[str]) -> dict[str, Any]:
+        details: dict[str, Any] = {
+            field: storable.text(" ".join(filter(None, (_on_one_line(self._cell(row, place)) for place in places))))
+            for field, places in self._columns.items()
+            if places
+        }
+        if self._others:
+            cells = (_stripped(self._cell(row, place)) for place in self._others)
+            names = filter(None, (_on_one_line(name) for cell in cells for name in cell.split(";")))
+            details["aliases"] = tuple(dict.fromkeys(map(storable.text, names)))
+        return details

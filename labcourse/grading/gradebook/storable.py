@@ -1,8 +1,8 @@
-"""Untrusted text and numbers, in the form in which every database takes them and every report can show them.
+"""Untrusted text and data, in a form that every database accepts and every report can show.
 
 Text stays as it is, but for what PostgreSQL refuses (NUL, halves of surrogate pairs) and what a terminal obeys (control
-characters): these are written out, as ``\\x00`` or ``\\ud800``. Line ends become ``\\n``; tabs stay. Twice is as once,
-so that what was read can be recorded again.
+characters): these are written out, as ``\\x00`` or ``\\ud800``. Line ends become ``\\n``; tabs stay. Cleaning twice
+gives the same as cleaning once, so that what was read can be recorded again.
 """
 
 from __future__ import annotations
@@ -11,9 +11,9 @@ import json
 import math
 import re
 from collections.abc import Mapping
-from dataclasses import replace
-from datetime import UTC
-from typing import Any
+from dataclasses import fields
+from datetime import UTC, datetime
+from typing import Any, TypeVar
 
 from labcourse import student_id
 from labcourse.errors import GradebookError, StudentIDError
@@ -25,26 +25,26 @@ _DEEPEST = 30  # levels of plain data
 _INTEGERS = range(-(2**63), 2**63)
 _LINE_END = re.compile(r"\r\n?")
 _UNFIT = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\ud800-\udfff]")
+_Record = TypeVar("_Record", RunRecord, Delivery, MarkRecord)
 
 
 def text(given: str) -> str:
-    """Text as it is kept. Of an enumeration's string, its value."""
-    plain = _LINE_END.sub("\n", str.__str__(given))
-    return _UNFIT.sub(_written_out, plain)
+    """Clean a text. Of an enumeration's string, take its value."""
+    return _UNFIT.sub(_written_out, _LINE_END.sub("\n", str.__str__(given)))
 
 
-def _written_out(found: re.Match[str]) -> str:
-    code = ord(found[0])
+def _written_out(match: re.Match[str]) -> str:
+    code = ord(match[0])
     return f"\\x{code:02x}" if code < 0x100 else f"\\u{code:04x}"
 
 
 def student(given: str) -> str:
-    """A student's ID as it is kept.
+    """Return a student's ID in the form in which it is stored.
 
     Raises
     ------
     GradebookError
-        If it cannot be one.
+        If it cannot be an ID.
     """
     try:
         return student_id.normalised(given)
@@ -53,7 +53,7 @@ def student(given: str) -> str:
 
 
 def graded(given: Graded) -> Graded:
-    """A run and its marks as they are kept.
+    """Clean a run and its marks.
 
     Raises
     ------
@@ -61,44 +61,61 @@ def graded(given: Graded) -> Graded:
         If a number is not finite, the probe seed does not fit into 64 bits, a part is marked twice, or what came with
         the run is not plain data of a bounded size.
     """
-    return Graded(_run(given.run), marks(given.marks), text(given.key_digest))
+    if given.run.probe_seed not in _INTEGERS:
+        raise GradebookError(f"The probe seed {given.run.probe_seed} does not fit into 64 bits: choose a smaller one.")
+    run = cleaned(given.run)
+    run.student = student(given.run.student)
+    return Graded(run, marks(given.marks), text(given.key_digest))
 
 
-def _run(given: RunRecord) -> RunRecord:
-    if given.probe_seed not in _INTEGERS:
-        raise GradebookError(f"The probe seed {given.probe_seed} does not fit into 64 bits: choose a smaller one.")
-    return replace(
-        given,
-        student=student(given.student),
-        key=text(given.key),
-        submission=text(given.submission),
-        master=text(given.master),
-        software=text(given.software),
-        isolation=text(given.isolation),
-        problems=tuple(map(text, given.problems)),
-        notes=tuple(map(text, given.notes)),
-        cells=tuple(_bounded("cells", list(given.cells))),
-        claim=_bounded("claim", given.claim),
-        words=_bounded("words", given.words),
-        supplied=_bounded("supplied", given.supplied),
-        release=text(given.release),
-        files=tuple(_bounded("files", list(given.files))),
-    )
+def marks(given: tuple[MarkRecord, ...]) -> tuple[MarkRecord, ...]:
+    """Clean marks. Raises as :func:`graded` does."""
+    seen = set()
+    for mark in (clean := tuple(map(cleaned, given))):
+        if not (math.isfinite(mark.points) and math.isfinite(mark.out_of)):
+            raise GradebookError(
+                f"Question {mark.question}, {mark.part}: {mark.points} of {mark.out_of} points is not a mark."
+            )
+        if mark.where in seen:
+            raise GradebookError(f"Question {mark.question}, {mark.part} has two marks.")
+        seen.add(mark.where)
+    return clean
+
+
+def delivery(given: Delivery) -> Delivery:
+    """Clean a file that was handed in, its time in UTC. Raises GradebookError if it is too large."""
+    if len(given.content) > MOST_BYTES:
+        raise GradebookError(f"{given.name} has {len(given.content)} bytes, of which there may be {MOST_BYTES}.")
+    return cleaned(given)
+
+
+def cleaned(record: _Record) -> _Record:
+    """Return a new record with clean text and data. Raises GradebookError where data is not plain, or too large."""
+    return type(record)(*(_value(field.name, getattr(record, field.name)) for field in fields(record)))
+
+
+def _value(name: str, value: Any) -> Any:
+    if isinstance(value, str):
+        return text(value)
+    if isinstance(value, float):
+        return value + 0.0  # of zero and minus zero, zero
+    if isinstance(value, datetime):
+        return value.astimezone(UTC)
+    if isinstance(value, tuple):
+        return tuple(_bounded(name, list(value)))
+    return _bounded(name, value) if isinstance(value, Mapping) else value
 
 
 def _bounded(name: str, given: Any) -> Any:
-    kept = _plain(name, given, _DEEPEST)
-    size = len(json.dumps(kept))
+    clean = _plain(name, given, _DEEPEST)
+    size = len(json.dumps(clean))
     if size > MOST_CHARACTERS:
-        raise GradebookError(
-            f"What is to be recorded of a run as {name} takes {size} characters, of which there may be "
-            f"{MOST_CHARACTERS}."
-        )
-    return kept
+        raise GradebookError(f"The {name} of a run have {size} characters, of which there may be {MOST_CHARACTERS}.")
+    return clean
 
 
 def _plain(name: str, given: Any, levels: int) -> Any:
-    """Data as JSON has it, its text as :func:`text` keeps it."""
+    """Return data as JSON has it, its text as :func:`text` returns it."""
     if isinstance(given, str):
         return text(given)
     if isinstance(given, Mapping) and levels and all(isinstance(key, str) for key in given):
@@ -110,47 +127,5 @@ def _plain(name: str, given: Any, levels: int) -> Any:
     if isinstance(given, float) and math.isfinite(given):
         return given
     raise GradebookError(
-        f"What is to be recorded of a run as {name} holds what is not plain data, or too deep in it: "
-        f"{type(given).__name__}."
-    )
-
-
-def delivery(given: Delivery) -> Delivery:
-    """A file that was handed in as it is kept, its time in UTC. Raises GradebookError if it is too large."""
-    if len(given.content) > MOST_BYTES:
-        raise GradebookError(f"{given.name} has {len(given.content)} bytes, of which there may be {MOST_BYTES}.")
-    return Delivery(
-        name=text(given.name),
-        digest=text(given.digest),
-        content=bytes(given.content),
-        received=given.received.astimezone(UTC),
-        source=text(given.source),
-        clock=given.clock,
-    )
-
-
-def marks(given: tuple[MarkRecord, ...]) -> tuple[MarkRecord, ...]:
-    """Marks as they are kept. Raises as :func:`graded` does."""
-    kept = tuple(map(_mark, given))
-    seen = set()
-    for mark in kept:
-        if mark.where in seen:
-            raise GradebookError(f"Question {mark.question}, {mark.part} has two marks.")
-        seen.add(mark.where)
-    return kept
-
-
-def _mark(given: MarkRecord) -> MarkRecord:
-    if not (math.isfinite(given.points) and math.isfinite(given.out_of)):
-        raise GradebookError(
-            f"Question {given.question}, {given.part}: {given.points} of {given.out_of} points is not a mark."
-        )
-    return MarkRecord(
-        question=text(given.question),
-        part=text(given.part),
-        status=text(given.status),
-        points=float(given.points) + 0.0,  # of zero and minus zero, zero
-        out_of=float(given.out_of) + 0.0,
-        reason=text(given.reason),
-        given=text(given.given),
+        f"The {name} of a run hold data that JSON cannot have, or that is nested too deep: {type(given).__name__}."
     )

@@ -3,69 +3,65 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Sequence
-from dataclasses import replace
-from datetime import datetime
+from dataclasses import fields
+from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
 
-from sqlalchemy import insert, select, update
+from sqlalchemy import ColumnElement, select
 
-from labcourse.errors import GradebookError
-from labcourse.grading.gradebook import deciding, removal, roster, rows, schema, storable
+from labcourse.grading.gradebook import marks, roster, storable
 from labcourse.grading.gradebook.database import Database
-from labcourse.grading.gradebook.persons import Persons
+from labcourse.grading.gradebook.marks import Current
+from labcourse.grading.gradebook.persons import Persons, remove
 from labcourse.grading.gradebook.records import (
+    About,
     Arrival,
     AuditRecord,
     CommentRecord,
     Delivery,
+    GivenMark,
     Graded,
     MarkRecord,
-    MarkState,
     RosterReport,
     StudentRecord,
 )
-from labcourse.grading.gradebook.requests import Requests
-from labcourse.grading.gradebook.scores import Scores
-from labcourse.grading.gradebook.tables import audit, comments, deliveries, meta, students
+from labcourse.grading.gradebook.scoring import Requests, Scores
 from labcourse.student_id import caseless
 
 
 class Gradebook:
     """A class's submissions, runs, answers, marks, comments, and every change of a mark.
 
-    It may be used by several processes at once, and by several threads. Students are told apart without regard to
-    capitals, as :mod:`labcourse.student_id` says; untrusted text is kept as
-    :mod:`labcourse.grading.gradebook.storable` says.
+    Several processes and several threads may use it at once. Students are told apart without regard to capitals, as
+    :mod:`labcourse.student_id` says; untrusted text is stored as :mod:`labcourse.grading.gradebook.storable` says.
 
     Parameters
     ----------
-    url : a file (SQLite), or ``sqlite:///file``, or ``postgresql://user:password@host/name``; made if it is not there,
-        migrated if it is older than this software
+    url : a file (SQLite), or ``sqlite:///file``, or ``postgresql://user:password@host/name``; made if it is not there
 
     Attributes
     ----------
     scores : what scorers do
     requests : what students ask to have looked at again, and when feedback was given back
-    persons : all that there is of a person, and erasing it
+    persons : a copy of all data of a person, and erasing it
 
     Raises
     ------
     GradebookError
-        If it cannot be opened, holds something else, or is newer than this software. So do all methods, if the database
-        fails.
+        If it cannot be opened, holds something else, or was made by an older or a newer version. So do all methods, if
+        the database fails.
     """
 
     def __init__(self, url: str | Path) -> None:
         self._database = Database(url)
         try:
-            schema.prepare(self._database)
+            self._database.prepare()
         except BaseException:
             self._database.close()
             raise
         self.scores = Scores(self._database)
         self.requests = Requests(self._database)
-        self.persons = Persons(self._database, self.secret)
+        self.persons = Persons(self._database)
 
     def __enter__(self) -> Gradebook:
         return self
@@ -78,52 +74,50 @@ class Gradebook:
         self._database.close()
 
     def secret(self) -> bytes:
-        """32 random bytes, drawn when the gradebook was made; it never leaves the trusted side."""
-        with self._database.reading() as connection:
-            value = connection.scalar(select(meta.c.value).where(meta.c.name == "secret"))
-        if value is None:
-            raise GradebookError(f"The gradebook {self._database.where} has lost its secret: it is damaged.")
-        return bytes(value)
+        """Return 32 random bytes, drawn when the gradebook was made; students never see them."""
+        with self._database.reading() as session:
+            return session.scalars(select(About.secret)).one()
 
     # --- students -----------------------------------------------------------------------------------------------------
 
     def import_roster(self, path: Path, again: Collection[str] = ()) -> RosterReport:
-        """Take in a class from a CSV, see :mod:`labcourse.grading.gradebook.roster`. Students who are not in it stay.
+        """Take in a class from a CSV, see :mod:`labcourse.grading.gradebook.roster`.
 
-        So does what it says nothing of: it has no such column, or the cell is empty. Who was erased is not taken in,
-        and that is told, unless their ID is in ``again``.
+        Students who are not in it stay. Missing columns and empty cells leave existing values unchanged. Students who
+        were erased are not taken in, and are reported, unless their ID is in ``again``.
 
         Raises
         ------
         GradebookError
             If the file as a whole cannot be read; then nothing is taken in.
         """
-        found = roster.read(path)
+        table = roster.read(path)
+        notes = list(table.notes)
+        welcome = set(map(caseless, again))
+        gone = self.persons.erased([entry.student for entry in table.entries if caseless(entry.student) not in welcome])
+        entries = [entry for entry in table.entries if entry.student not in gone]
         added = changed = 0
-        notes = found.notes()
-        gone = self.persons.erased([entry.student for entry in found.entries])
-        kept_out = {one: when for one, when in gone.items() if caseless(one) not in set(map(caseless, again))}
-        with self._database.writing() as connection:
-            there = {row.folded: (row.id, rows.student_record(row)) for row in connection.execute(select(students))}
-            for entry in found.entries:
-                if entry.student in kept_out:
-                    continue
-                student_id, record = there.get(caseless(entry.student), (None, StudentRecord(entry.student)))
-                new, words = entry.added_to(record)
-                notes += words
-                if student_id is None:
-                    rows.add_student(connection, entry.student, vars(new))
+        with self._database.writing() as session:
+            there = {student.folded: student for student in session.scalars(select(StudentRecord))}
+            for entry in entries:
+                old = there.get(caseless(entry.student), StudentRecord(entry.student))
+                new, more = entry.added_to(old)
+                notes += more
+                if caseless(entry.student) not in there:
+                    marks.add_student(session, new)
                     added += 1
-                elif new != record:
-                    connection.execute(update(students).where(students.c.id == student_id).values(vars(new)))
+                elif new != old:
+                    for field in fields(new):
+                        setattr(old, field.name, getattr(new, field.name))
                     changed += 1
-        told = "{student} was erased on {when:%Y-%m-%d}, and is not taken in. --again {student} takes them in."
-        problems = (*found.problems, *(told.format(student=one, when=when) for one, when in kept_out.items()))
-        unchanged = len(found.entries) - len(kept_out) - added - changed
-        return RosterReport(added, changed, unchanged, problems, tuple(notes))
+        problems = [
+            f"{student} was erased on {when:%Y-%m-%d}, and is not taken in. --again {student} takes them in."
+            for student, when in gone.items()
+        ]
+        return RosterReport(added, changed, len(entries) - added - changed, (*table.problems, *problems), tuple(notes))
 
     def remove(self, student: str) -> StudentRecord:
-        """Take a student out of whom there is nothing but their line of the roster, as a slip in their ID makes one.
+        """Remove a student who has nothing but their line of the roster, as after a slip in an ID.
 
         Returns
         -------
@@ -133,23 +127,23 @@ class Gradebook:
         Raises
         ------
         GradebookError
-            If there is no such student, or anything was handed in, graded or said of them.
+            If there is no such student, or the gradebook holds anything else of theirs.
         """
-        with self._database.writing() as connection:
-            return removal.remove(connection, storable.text(student))
+        with self._database.writing() as session:
+            return remove(session, student)
 
     def students(self) -> list[StudentRecord]:
-        """All students, by ID."""
-        with self._database.reading() as connection:
-            found = [rows.student_record(row) for row in connection.execute(select(students))]
-        return sorted(found, key=lambda one: caseless(one.student))
+        """Return all students, by ID."""
+        with self._database.reading() as session:
+            students = list(session.scalars(select(StudentRecord)))
+        return sorted(students, key=lambda student: caseless(student.student))
 
     # --- what was handed in -------------------------------------------------------------------------------------------
 
     def deliver(self, student: str, files: Sequence[Delivery]) -> int:
-        """Keep files that a student handed in, beside all earlier ones; the student is added if needed.
+        """Store files that a student handed in, beside all earlier ones; the student is added if needed.
 
-        What has the name, the digest and the time of one that is there is the same.
+        A file with the name, the digest and the time of a stored one is the same.
 
         Parameters
         ----------
@@ -168,53 +162,48 @@ class Gradebook:
         """
         student = storable.student(student)
         new = list(map(storable.delivery, files))
-        with self._database.writing() as connection:
-            return rows.put_deliveries(connection, rows.student_for(connection, student), new)
+        with self._database.writing() as session:
+            return marks.put_deliveries(session, marks.student_for(session, student).id, new)
 
     def give_over(self, source: str, received: datetime, student: str) -> list[str]:
-        """Take what came in a submission from all students but its owner, and return their IDs."""
+        """Delete what came in a submission from all students but its owner, and return their IDs."""
         student = storable.student(student)
-        with self._database.writing() as connection:
-            owner = rows.student_for(connection, student)
-            return rows.give_over_deliveries(connection, storable.text(source), received, owner)
+        with self._database.writing() as session:
+            owner = marks.student_for(session, student)
+            return marks.give_over_deliveries(session, storable.text(source), received.astimezone(UTC), owner.id)
 
     def delivered(self, student: str) -> list[Delivery]:
-        """The newest of each file that a student handed in, by name: received last, of equals recorded last."""
-        with self._database.reading() as connection:
-            student_id = rows.find_student(connection, storable.text(student))
-            return [] if student_id is None else rows.newest_deliveries(connection, student_id)
+        """Return the newest of each file that a student handed in, by name: received last, of equals recorded last."""
+        with self._database.reading() as session:
+            about = marks.find_student(session, student)
+            return [] if about is None else marks.newest_deliveries(session, about.id)
 
     def content(self, student: str, name: str, digest: str) -> bytes | None:
-        """What a student handed in under a name, by its digest; None if it is not there."""
-        with self._database.reading() as connection:
-            student_id = rows.find_student(connection, storable.text(student))
-            wanted = select(deliveries.c.content).where(
-                deliveries.c.student_id == student_id, deliveries.c.name == name, deliveries.c.digest == digest
-            )
-            found = connection.scalar(wanted.limit(1)) if student_id is not None else None
-        return None if found is None else bytes(found)
+        """Return what a student handed in under a name, by its digest; None if it is not there."""
+        wanted = select(Delivery.content).join(StudentRecord).where(Delivery.name == name, Delivery.digest == digest)
+        with self._database.reading() as session:
+            return session.scalar(wanted.where(_is(student)).limit(1))
 
     def received(self, student: str) -> dict[str, Arrival]:
-        """When a student handed in the notebooks that count, by file name: each, when its content came first."""
-        with self._database.reading() as connection:
-            student_id = rows.find_student(connection, storable.text(student))
-            return {} if student_id is None else rows.notebooks_received(connection, student_id)
+        """Return when a student handed in the notebooks that count, by file name: each, when its content came first."""
+        with self._database.reading() as session:
+            about = marks.find_student(session, student)
+            return {} if about is None else marks.notebooks_received(session, about.id)
 
     def handed_in(self) -> list[str]:
-        """Students of whom there are files, graded or not."""
-        found = select(students.c.student).where(students.c.id.in_(select(deliveries.c.student_id)))
-        with self._database.reading() as connection:
-            return list(connection.scalars(found.order_by(students.c.folded)))
+        """Return the students who handed in files, graded or not."""
+        with_files = StudentRecord.id.in_(select(Delivery.student_id))
+        with self._database.reading() as session:
+            return list(session.scalars(select(StudentRecord.student).where(with_files).order_by(StudentRecord.folded)))
 
     # --- runs and marks -----------------------------------------------------------------------------------------------
 
     def record(self, graded: Graded, actor: str, reason: str) -> int:
-        """Record a run, and let its marks be the student's. Recording the same again changes nothing.
+        """Record a run, and make its marks the student's. Recording the same again changes nothing.
 
-        A run with a key that is there replaces that run. A mark that a person set holds on, as long as what was given
-        (white space aside), and the points that there are for it, stay the same; where they do not, the new mark
-        counts, and the audit trail and ``lapsed`` say so. Should the same be given again, the person's mark counts
-        again.
+        A run with the key of a stored one replaces it. A mark that a person set stays as long as the answer (white
+        space aside) and the points possible stay the same; where they do not, the new mark counts, and the audit trail
+        and ``lapsed`` say so. If the same answer comes again, the person's mark counts again.
 
         Parameters
         ----------
@@ -229,29 +218,25 @@ class Gradebook:
         Raises
         ------
         GradebookError
-            If it is not fit to be recorded: an impossible ID, marks that are not finite, another student's key.
+            If it cannot be recorded: an impossible ID, marks that are not finite, another student's key.
         """
         graded = storable.graded(graded)
-        change = _change(actor, reason)
-        with self._database.writing() as connection:
-            student_id = rows.student_for(connection, graded.run.student)
-            before = rows.current_run(connection, student_id)
-            there = rows.find_run(connection, graded.run.key)
-            run_id = rows.put_run(connection, student_id, graded, there)
-            rows.put_marks(connection, run_id, graded.marks)
-            rows.make_current(connection, student_id, run_id)
-            return rows.put_audit(connection, student_id, before, change)
+        with self._database.writing() as session:
+            student = marks.student_for(session, graded.run.student)
+            before = marks.current_marks(session, student.id)
+            run = marks.put_run(session, student.id, graded)
+            marks.put_marks(session, run.id, graded.marks)
+            marks.make_current(session, run)
+            return marks.put_audit(session, Current(student, run, before), *_clean(actor, reason))
 
-    def remark(self, student: str, marks: Sequence[MarkRecord], key_digest: str, actor: str, reason: str) -> int:
-        """New marks for the run of a student that counts, all of them; the rest as for :meth:`record`."""
-        new = storable.marks(tuple(marks))
-        change = _change(actor, reason)
-        with self._database.writing() as connection:
-            before = deciding.run_of(connection, student)
-            graded = replace(before.graded, key_digest=storable.text(key_digest))
-            rows.put_run(connection, before.student_id, graded, before)
-            rows.put_marks(connection, before.run_id, new)
-            return rows.put_audit(connection, before.student_id, before, change)
+    def remark(self, student: str, new: Sequence[MarkRecord], key_digest: str, actor: str, reason: str) -> int:
+        """Replace all marks of the student's run that counts; the rest as for :meth:`record`."""
+        new = storable.marks(tuple(new))
+        with self._database.writing() as session:
+            before = marks.current(session, student)
+            before.run.key_digest = storable.text(key_digest)
+            marks.put_marks(session, before.run.id, new)
+            return marks.put_audit(session, before, *_clean(actor, reason))
 
     def set_mark(
         self,
@@ -263,7 +248,7 @@ class Gradebook:
         actor: str,
         expected: MarkRecord | None = None,
     ) -> int:
-        """A person's mark for an answer, in place of the software's; see :meth:`record` for how long it holds.
+        """Set a person's mark for an answer, in place of the software's; :meth:`record` says how long it holds.
 
         Parameters
         ----------
@@ -275,88 +260,65 @@ class Gradebook:
         Raises
         ------
         GradebookError
-            If there is no such mark, the points are not among those that there are for it, or status, points or answer
-            are others by now than expected; the message says who gave what, and when.
+            If there is no such mark, there are not so many points for it, or status, points or answer are not the
+            expected ones; the message says who gave what, and when.
         """
-        change = _change(actor, reason)
-        with self._database.writing() as connection:
-            before = deciding.run_of(connection, student)
-            mark = deciding.mark_of(before, (question, part))
-            deciding.check_points(mark, points)
-            new = deciding.decided(mark, points, change.reason)
-            if new == mark:
+        where, actor, reason = (question, part), *_clean(actor, reason)
+        with self._database.writing() as session:
+            before = marks.current(session, student)
+            new = marks.decided(before.mark(where), points, reason)
+            if new == before.mark(where):
                 return 0
-            deciding.check_expected(connection, before, mark, expected)
-            rows.put_decision(connection, before.student_id, new, change)
-            return rows.put_audit(connection, before.student_id, before, change)
+            marks.check_expected(session, before, where, expected)
+            marks.put_decision(session, before.student.id, GivenMark(new, actor, marks.now()))
+            return marks.put_audit(session, before, actor, reason)
 
     def find(self, key: str) -> Graded | None:
-        """The run with a content key, and its marks as they are now; it need not be the one that counts."""
-        with self._database.reading() as connection:
-            found = rows.find_run(connection, storable.text(key))
-        return None if found is None else found.graded
+        """Return the run with a content key, and its marks as they are now; it need not be the one that counts."""
+        with self._database.reading() as session:
+            run = marks.find_run(session, key)
+            return None if run is None else marks.graded(session, run)
 
     def current(self, student: str) -> Graded | None:
-        """The run of a student that counts, and its marks."""
-        with self._database.reading() as connection:
-            student_id = rows.find_student(connection, storable.text(student))
-            found = None if student_id is None else rows.current_run(connection, student_id)
-        return None if found is None else found.graded
+        """Return the run of a student that counts, and its marks."""
+        with self._database.reading() as session:
+            about = marks.find_student(session, student)
+            run = None if about is None else marks.current_run(session, about.id)
+            return None if run is None else marks.graded(session, run)
 
     def all_current(self) -> Iterator[Graded]:
-        """The runs that count, by student; each is read when it is asked for."""
-        for one in self.students():
-            graded = self.current(one.student)
+        """Yield the runs that count, by student; each is read when it is asked for."""
+        for student in self.students():
+            graded = self.current(student.student)
             if graded is not None:
                 yield graded
 
-    # --- comments ---------------------------------------------------------------------------------------------------
+    # --- comments and the audit trail ---------------------------------------------------------------------------------
 
     def comment(self, student: str, text: str, actor: str, question: str | None = None) -> None:
-        """A person's word to a student."""
-        row = {
-            "question": None if question is None else storable.text(question),
-            "text": storable.text(text),
-            "actor": storable.text(actor),
-        }
-        with self._database.writing() as connection:
-            student_id = rows.known_student(connection, storable.text(student))
-            connection.execute(insert(comments).values({**row, "student_id": student_id, "written": rows.now()}))
+        """Store a person's comment for a student."""
+        question = None if question is None else storable.text(question)
+        with self._database.writing() as session:
+            about = marks.known_student(session, student)
+            comment = (about.student, question, storable.text(text), storable.text(actor), marks.now())
+            marks.put(session, about.id, CommentRecord(*comment))
 
     def comments(self, student: str) -> list[CommentRecord]:
-        """Persons' words to a student, in the order in which they were written."""
-        found = (
-            select(comments, students.c.student)
-            .join(students)
-            .where(students.c.folded == caseless(storable.text(student)))
-            .order_by(comments.c.id)
-        )
-        with self._database.reading() as connection:
-            return [
-                CommentRecord(row.student, row.question, row.text, row.actor, row.written)
-                for row in connection.execute(found)
-            ]
+        """Return persons' comments for a student, in the order in which they were written."""
+        with self._database.reading() as session:
+            return marks.read(session, CommentRecord, _is(student))
 
     def audit(self, student: str | None = None, question: str | None = None) -> list[AuditRecord]:
-        """Every change of a mark, in the order in which they were made; of one student or one question, if given."""
-        found = select(audit, students.c.student).join(students).order_by(audit.c.id)
-        if student is not None:
-            found = found.where(students.c.folded == caseless(storable.text(student)))
-        if question is not None:
-            found = found.where(audit.c.question == storable.text(question))
-        with self._database.reading() as connection:
-            return [_audit_record(row) for row in connection.execute(found)]
+        """Return every change of a mark, in order; of one student or one question, if given."""
+        which = [] if student is None else [_is(student)]
+        which += [] if question is None else [AuditRecord.question == storable.text(question)]
+        with self._database.reading() as session:
+            return marks.read(session, AuditRecord, *which)
 
 
-def _change(actor: str, reason: str) -> rows.Change:
-    return rows.Change(storable.text(actor), storable.text(reason))
+def _is(student: str) -> ColumnElement[bool]:
+    return StudentRecord.folded == caseless(storable.text(student))
 
 
-def _audit_record(row: Any) -> AuditRecord:
-    before, after = (
-        MarkState(*state)
-        if (state := [getattr(row, f"{name}_{side}") for name in MarkState.__dataclass_fields__])[0] is not None
-        else None
-        for side in ("before", "after")
-    )
-    return AuditRecord(row.student, row.question, row.part, before, after, row.run, row.actor, row.why, row.changed)
+def _clean(actor: str, reason: str) -> tuple[str, str]:
+    return storable.text(actor), storable.text(reason)

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from itertools import islice
 
-from labcourse.grading.gradebook import Act
-from labcourse.grading.gradebook.score_rows import standing
+from labcourse.grading.gradebook import Act, standing
 
 KEYS = "abcdefg"  #: by which remarks are put in; "h" is help
 

@@ -1,8 +1,7 @@
-"""The gradebook's database: processes at a time, kills, waiting, migrations, addresses; on a file and on PostgreSQL."""
+"""The gradebook's database: processes at a time, kills, waiting, versions, addresses; on a file and on PostgreSQL."""
 
 import multiprocessing
 import os
-import shutil
 import signal
 import stat
 import threading
@@ -10,25 +9,16 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing
 from pathlib import Path
 
-import alembic.autogenerate
 import pytest
-from alembic import command
-from alembic.config import Config
-from alembic.runtime.migration import MigrationContext
 from gradebook_dump import dump
 from made_runs import graded, mark, record, small_class
-from sqlalchemy import inspect, text
+from sqlalchemy import inspect, text, update
 
 from labcourse.errors import GradebookError
-from labcourse.grading.gradebook import (
-    Gradebook,
-    StudentRecord,
-    rows,
-    schema,
-    tables,
-)
+from labcourse.grading.gradebook import Gradebook, marks
 from labcourse.grading.gradebook import database as database_module
-from labcourse.grading.gradebook.database import Database
+from labcourse.grading.gradebook.database import VERSION, Database
+from labcourse.grading.gradebook.records import About, Base
 
 forked = multiprocessing.get_context("fork")
 
@@ -79,7 +69,7 @@ def test_a_kill_amid_recording_leaves_what_was_before(url, undisturbed, step):
         record(book, small_class()[0])
         before = dump(book)
     second = small_class()[2]
-    assert killed_after(rows, step, lambda: record(Gradebook(url), second))
+    assert killed_after(marks, step, lambda: record(Gradebook(url), second))
     with Gradebook(url) as book:
         assert dump(book) == before
         for one in small_class():
@@ -87,10 +77,14 @@ def test_a_kill_amid_recording_leaves_what_was_before(url, undisturbed, step):
         assert dump(book) == undisturbed
 
 
+def tables(url):
+    with closing(Database(url)) as database, database.reading() as session:
+        return inspect(session.connection()).get_table_names()
+
+
 def test_a_kill_while_the_gradebook_is_made_leaves_none(url):
-    assert killed_after(schema.command, "upgrade", lambda: Gradebook(url))
-    with closing(Database(url)) as database, database.reading() as connection:
-        assert inspect(connection).get_table_names() == []
+    assert killed_after(Base.metadata, "create_all", lambda: Gradebook(url))
+    assert tables(url) == []
     with Gradebook(url) as book:
         assert len(book.secret()) == 32
 
@@ -98,7 +92,7 @@ def test_a_kill_while_the_gradebook_is_made_leaves_none(url):
 def test_an_error_amid_recording_leaves_what_was_before(book, monkeypatch):
     record(book, graded())
     before = dump(book)
-    monkeypatch.setattr(rows, "put_audit", lambda *_: 1 / 0)
+    monkeypatch.setattr(marks, "put_audit", lambda *_: 1 / 0)
     with pytest.raises(ZeroDivisionError):
         record(book, graded("ada", "second", mark(points=0.0)))
     assert dump(book) == before
@@ -136,82 +130,43 @@ def test_a_writer_does_not_wait_for_ever(book, url, monkeypatch):
     assert record(book, graded()) == 2
 
 
-def test_the_migrations_make_the_tables_that_the_software_knows(book, url):
-    with closing(Database(url)) as database, database.reading() as connection:
-        options = {"version_table": tables.VERSION_TABLE, "compare_type": True, "compare_server_default": True}
-        context = MigrationContext.configure(connection, opts=options)
-        assert alembic.autogenerate.compare_metadata(context, tables.metadata) == []
+#: What is in a database → what is said of it.
+NOT_OURS = {
+    "somebody else's": (["CREATE TABLE students (shoe INTEGER)"], "something else than a gradebook"),
+    "of the time of alembic": (
+        ["CREATE TABLE gradebook_version (version_num TEXT)", "CREATE TABLE students (id INTEGER)"],
+        r"earlier labcourse.* Grade the submissions again.* score --write .* score --read",
+    ),
+}
 
 
-FIRST_ROWS = """
-INSERT INTO students (student, folded, name, email, section) VALUES ('Ada', 'ada', 'Ada L.', '', 'A');
-INSERT INTO submissions (student_id, digest, first_seen) VALUES (1, 'first', '2025-10-01 12:00:00+00:00');
-INSERT INTO runs (student_id, submission_id, key, spelled, master, software, probe_seed, isolation, problems, notes,
-  key_digest, current, recorded) VALUES (1, 1, 'ada first', 'Ada', 'm', 'rotflex 0', 7, 'isolated', '["p"]', '[]',
-  'key 1', true, '2025-10-01 12:00:00+00:00');
-INSERT INTO marks (run_id, question, part, position, status, points, out_of, reason, given)
-  VALUES (1, '2.11', 'K_s', 0, 'right', 2.0, 2.0, 'Well.', '1.3')
-"""
+@pytest.mark.parametrize("what", NOT_OURS)
+def test_a_database_that_cannot_be_used_is_left_as_it_is(url, what):
+    statements, why = NOT_OURS[what]
+    with closing(Database(url)) as database, database.writing() as session:
+        for statement in statements:
+            session.execute(text(statement))
+    there = tables(url)
+    with pytest.raises(GradebookError, match=why):
+        Gradebook(url)
+    assert tables(url) == there
 
 
-def test_a_gradebook_of_the_first_revision_reads_as_before(url):
-    config = Config()
-    config.set_main_option("script_location", "labcourse.grading.gradebook:migrations")
-    with closing(Database(url)) as database, database.writing() as connection:
-        config.attributes["connection"] = connection
-        command.upgrade(config, "0001")
-        connection.execute(text("INSERT INTO meta (name, value) VALUES ('secret', :value)"), {"value": b"s" * 32})
-        for statement in FIRST_ROWS.split(";"):
-            connection.exec_driver_sql(statement)
-    one = graded("Ada", "first", mark(), key="ada first", answers=None, problems=("p",))
-    with Gradebook(url) as book:
-        assert book.secret() == b"s" * 32
-        assert book.current("ada") == one
-        assert book.students() == [StudentRecord("Ada", "Ada L.", "", "A", enrolled=True)]
-        assert book.delivered("ada") == []
-        before = dump(book)
-        assert record(book, one) == 0
-        assert dump(book) == before
-        assert record(book, graded("ada", "second", claim={"2.11": {}}, files=("h.py",))) == 1
+@pytest.mark.parametrize(("difference", "why"), [(-1, "earlier labcourse"), (1, "newer labcourse.* upgrade")])
+def test_a_gradebook_of_another_version_is_refused_and_left_as_it_is(url, undisturbed, difference, why):
+    def set_version(version):
+        with closing(Database(url)) as database, database.writing() as session:
+            session.execute(update(About).values(version=version))
 
-
-NEXT_REVISION = """
-import sqlalchemy as sa
-from alembic import op
-revision, down_revision = "9999", {head!r}
-def upgrade():
-    op.add_column("comments", sa.Column("mood", sa.Text, server_default="mild", nullable=False))
-"""
-
-
-def test_an_older_gradebook_is_migrated_and_a_newer_one_refused(url, tmp_path, monkeypatch, undisturbed):
     with Gradebook(url) as book:
         for one in small_class():
             record(book, one)
-        secret = book.secret()
-    newer = tmp_path / "newer"
-    shutil.copytree(Path(schema.__file__).parent / "migrations", newer)
-    with closing(Database(url)) as database, database.reading() as connection:
-        head = connection.scalar(text(f"SELECT version_num FROM {tables.VERSION_TABLE}"))
-    (newer / "versions" / "next.py").write_text(NEXT_REVISION.format(head=head))
-    with monkeypatch.context() as patch:
-        patch.setattr(schema, "_SCRIPTS", str(newer))
-        with Gradebook(url) as book:
-            assert (dump(book), book.secret()) == (undisturbed, secret)
-    with closing(Database(url)) as database, database.reading() as connection:
-        assert "mood" in {column["name"] for column in inspect(connection).get_columns("comments")}
-    with pytest.raises(GradebookError, match=r"newer labcourse .*'9999'.*upgrade"):
+    set_version(VERSION + difference)
+    with pytest.raises(GradebookError, match=why):
         Gradebook(url)
-
-
-def test_somebody_elses_database_is_left_as_it_is(url):
-    with closing(Database(url)) as database:
-        with database.writing() as connection:
-            connection.execute(text("CREATE TABLE students (shoe INTEGER)"))
-        with pytest.raises(GradebookError, match="something else than a gradebook"):
-            Gradebook(url)
-        with database.reading() as connection:
-            assert inspect(connection).get_table_names() == ["students"]
+    set_version(VERSION)
+    with Gradebook(url) as book:
+        assert dump(book) == undisturbed
 
 
 def test_a_file_that_is_no_database_is_left_as_it_is(tmp_path):

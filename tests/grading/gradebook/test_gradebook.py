@@ -30,7 +30,7 @@ from labcourse.grading.gradebook import (
     MarkRecord,
     MarkState,
     RunRecord,
-    rows,
+    marks,
     storable,
 )
 
@@ -175,7 +175,7 @@ def test_an_enumerations_string_is_its_value_and_nought_has_no_sign(book):
     record(book, graded("ada", "first", mark(status=Status.RIGHT)))
     assert type(book.current("ada").marks[0].status) is str
     assert book.current("ada").marks[0].status == "right"
-    kept = storable._mark(mark(points=-0.0, out_of=-0.0))
+    kept = storable.cleaned(mark(points=-0.0, out_of=-0.0))
     assert math.copysign(1, kept.points) == math.copysign(1, kept.out_of) == 1
 
 
@@ -303,7 +303,7 @@ def test_another_answer_waits_again_and_the_trail_says_so(book):
     book.set_mark("ada", "2.12", "why", 2.5, "Nearly.", "prof")
     record(book, graded("ada", "second", mark(), prose("It does not.")))
     assert book.current("ada").marks[1] == prose("It does not.")
-    assert book.audit()[-1].reason == f"Graded. {rows.NO_LONGER}"
+    assert book.audit()[-1].reason == f"Graded. {marks.NO_LONGER}"
     record(book, graded())  # what the person read
     assert book.current("ada").marks[1].points == 2.5
     assert changes(book, question="2.12")[-1] == ("why", ("for a person", 0.0), (GIVEN_BY_A_PERSON, 2.5))
@@ -508,7 +508,7 @@ def test_the_dump_is_the_same_on_every_database_and_holds_no_secret(book, undist
     for one in small_class():
         record(book, one)
     assert dump(book) == undisturbed
-    assert [run["key"] for run in undisturbed["students"][1]["submissions"][0]["runs"]] == ["another key", "bob first"]
+    assert [run["key"] for run in undisturbed["students"][1]["runs"]] == ["another key", "bob first"]
     written = json.dumps(dump(book), ensure_ascii=False, allow_nan=False)
     assert book.secret().hex() not in written and str(datetime.now(UTC).year) not in written
 

@@ -9,12 +9,9 @@ from gradebook_dump import dump
 from gradebooks import graded, mark, prose, record, report_text
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from sqlalchemy import insert, select
 
 from labcourse.errors import GradebookError
-from labcourse.grading.gradebook import FOR_A_PERSON, GIVEN_BY_A_PERSON, Gradebook, rows
-from labcourse.grading.gradebook.database import Database
-from labcourse.grading.gradebook.tables import scores as scores_table
+from labcourse.grading.gradebook import FOR_A_PERSON, GIVEN_BY_A_PERSON, Gradebook, marks
 from labcourse.grading.verdicts import Status
 
 WORDS = ("2.11", "explanation")  # 1 point
@@ -217,8 +214,8 @@ def test_what_a_scorer_held_is_let_go_when_they_claim_anew_or_leave(class_of_thr
 def test_a_claim_that_has_run_out_is_anybodys(class_of_three, monkeypatch):
     class_of_three.scores.claim(["ada"], WORDS, "kim", 60)
     assert class_of_three.scores.claim(["ada"], WORDS, "lee", 60) is None
-    later = rows.now() + timedelta(seconds=61)
-    monkeypatch.setattr(rows, "now", lambda: later)
+    later = marks.now() + timedelta(seconds=61)
+    monkeypatch.setattr(marks, "now", lambda: later)
     assert class_of_three.scores.claimed(WORDS) == {}
     assert class_of_three.scores.claim(["ada"], WORDS, "lee", 60) == "ada"
 
@@ -226,21 +223,6 @@ def test_a_claim_that_has_run_out_is_anybodys(class_of_three, monkeypatch):
 def test_what_is_decided_is_claimed_by_nobody(class_of_three):
     class_of_three.scores.give("ada", WORDS, 1, "kim")
     assert class_of_three.scores.claim(["ada"], WORDS, "lee", HOUR) is None
-
-
-def test_acts_of_a_second_round_in_a_gradebook_of_an_earlier_version_change_nothing(class_of_three, url):
-    first = class_of_three.scores.give("ada", COMPARED, 2, "kim", level=4)
-    before = class_of_three.scores.answers()
-    with Database(url).writing() as connection:
-        (row,) = connection.execute(select(scores_table).where(scores_table.c.id == first.number)).mappings()
-        second = {name: value for name, value in row.items() if name != "id"}
-        second |= {"round": 2, "actor": "lee", "level": 1, "points": 0.5}
-        (number,) = connection.execute(insert(scores_table).values(second)).inserted_primary_key
-    assert class_of_three.scores.answers() == before and class_of_three.scores.acts() == [first]
-    with pytest.raises(GradebookError, match="has no act"):
-        class_of_three.scores.undo(number, "lee")
-    class_of_three.scores.undo(first.number, "kim")
-    assert mark_now(class_of_three, "ada", COMPARED).status == FOR_A_PERSON
 
 
 def test_what_was_opened_is_held_whatever_became_of_it(class_of_three):

@@ -1,6 +1,7 @@
 """What another marking changed, in words and as data."""
 
 import json
+from dataclasses import replace
 from datetime import UTC, datetime
 
 from gradebooks import graded, mark, prose, record
@@ -56,7 +57,7 @@ def test_the_reason_says_who_did_something():
     assert changes(one, graded("ada", submission="second")).why == HANDED_IN_AGAIN
     assert changes(one, graded("ada", key="key 2")).why == KEY_CHANGED
     again = graded("ada", submission="other notebooks")
-    again = type(again)(type(again.run)(**{**vars(again.run), "submission": "first"}), again.marks, "key 1")
+    again = replace(again, run=replace(again.run, submission="first"), key_digest="key 1")
     assert changes(one, again).why == RUN_AGAIN
 
 
