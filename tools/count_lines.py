@@ -76,7 +76,7 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
         ),
     ),
     "settings, release, commands, rest": (
-        4380,
+        3932,
         (
             "rotflex/cli.py",
             "labcourse/command_line.py",

@@ -1,7 +1,6 @@
 """``rotflex check-course``: what is forgotten or contradicts itself is told, with its place."""
 
 import json
-import re
 import shutil
 from dataclasses import replace
 
@@ -13,15 +12,15 @@ from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.parts import Question, number
 from labcourse.grading import course_check
 from labcourse.grading.course import Stated
-from labcourse.grading.course_check import solutions
+from labcourse.grading.course_check import solutions, static
 from labcourse.grading.marking.checks import Number
 from labcourse.grading.running import bundle
 
 pytestmark = pytest.mark.slow
 
 
-def found(course, run=False):
-    return [str(finding) for finding in course_check.check(course, run)]
+def places(course):
+    return [finding.where for finding in course_check.check(course, run=False)]
 
 
 def with_key(question, **checks):
@@ -29,7 +28,7 @@ def with_key(question, **checks):
 
 
 def test_this_course_is_whole():
-    assert found(OURS) == []
+    assert places(OURS) == []
 
 
 STIFFNESS, MODELING, VALIDATION = (
@@ -60,16 +59,17 @@ def dearer_question():
 
 
 def test_a_question_that_was_only_put_into_the_catalogue_is_missed_in_key_and_cells():
-    places = {one.where for one in course_check.check(another_question(), run=False)}
-    assert {"question 2.19, T", "the key"} <= places
-    assert "question 2.19" in {one.where for one in course_check.check(another_question("02_nonsense"), run=False)}
+    assert {"question 2.19, T", "the key"} <= set(places(another_question()))
+    elsewhere = static.check_cells(another_question("02_nonsense"))
+    assert "question 2.19" in {finding.where for finding in elsewhere}
 
 
-def test_what_catalogue_key_and_numbers_forget_is_told(snapshot):
+def test_what_catalogue_key_and_numbers_forget_is_reported_with_its_place():
     without = {one: checks for one, checks in OURS.key.items() if one != "Modeling report, as a whole"}
     key = {number: OURS.key[number] for number in without}
     stated = [Stated("the answer", r"the answer is (\d+)", 42)]
-    assert listed({"key and numbers": found(replace(dearer_question(), key=key, stated=stated))}) == snapshot
+    course = replace(dearer_question(), key=key, stated=stated)
+    assert places(course) == ["the key", f"notebooks/{STIFFNESS}", "stated, the answer"]
 
 
 @pytest.fixture
@@ -84,11 +84,6 @@ def copy(tmp_path):
         return replace(OURS, folder=tmp_path / name / "solutions")
 
     return made
-
-
-def listed(told):
-    """Return the messages about several courses, as one text for a snapshot."""
-    return "\n".join(f"{what}\n" + "\n".join(f"  {line}" for line in lines) for what, lines in told.items())
 
 
 def edit(course, name, change):
@@ -126,61 +121,89 @@ def asking(cell, **about):
     return lambda cells: cells[cell]["metadata"].update(labcourse=about)
 
 
-#: What is wrong, in which notebooks.
+def in_cell(notebook, cell):
+    return f"{notebook}, cell '{cell}'"
+
+
+DERIVED = [f"notebooks/{MODELING}", f"notebooks/{STIFFNESS}"]
+#: What is wrong in which notebooks, and the places of what is found.
 SPOILT = {
-    "recorded nowhere": [
-        (STIFFNESS, without("q2-11-answer")),
-        (MODELING, without("q2-4-strategy")),
-    ],
-    "recorded twice, or for what there is not": [
-        (STIFFNESS, recording("q2-11-answer", 'lab.answer("2.11", omega_n=omega_n, explanation=None)')),
-        (STIFFNESS, recording("q2-12-answer", 'lab.answer("2.11", omega_n=K_s)')),
-        (MODELING, recording("q2-1-answer", 'lab.answer("2.91", V=V)')),
-    ],
-    "text cells for no question, no part, a number, another notebook, nothing": [
-        (STIFFNESS, asking(EXPLANATION, question="2.91", part="explanation")),
-        (MODELING, asking("q2-4-strategy", question="2.4", part="reason")),
-        (MODELING, asking("q2-5-strategy", question="2.5", part="equation")),
-        (VALIDATION, asking("q2-16-comparison", question="2.11", part="explanation")),
-        (VALIDATION, asking("q2-17-reason")),
-    ],
-    "headings": [(STIFFNESS, without_heading), (MODELING, same_heading)],
-    "solutions outside of answer cells, and a missing tag": [(STIFFNESS, no_answer_cell)],
+    "recorded nowhere": (
+        [(STIFFNESS, without("q2-11-answer")), (MODELING, without("q2-4-strategy"))],
+        [in_cell(STIFFNESS, "q2-11"), "question 2.4, strategy", "question 2.11, omega_n", *DERIVED],
+    ),
+    "recorded twice, or for what there is not": (
+        [
+            (STIFFNESS, recording("q2-11-answer", 'lab.answer("2.11", omega_n=omega_n, explanation=None)')),
+            (STIFFNESS, recording("q2-12-answer", 'lab.answer("2.11", omega_n=K_s)')),
+            (MODELING, recording("q2-1-answer", 'lab.answer("2.91", V=V)')),
+        ],
+        [
+            in_cell(MODELING, "q2-1-answer"),
+            *("question 2.1, V", "question 2.11, omega_n", "question 2.11, explanation"),
+            *("question 2.12, J_l", "question 2.12, K_s"),
+        ],
+    ),
+    "text cells for no question, no part, a number, another notebook, nothing": (
+        [
+            (STIFFNESS, asking(EXPLANATION, question="2.91", part="explanation")),
+            (MODELING, asking("q2-4-strategy", question="2.4", part="reason")),
+            (MODELING, asking("q2-5-strategy", question="2.5", part="equation")),
+            (VALIDATION, asking("q2-16-comparison", question="2.11", part="explanation")),
+            (VALIDATION, asking("q2-17-reason")),
+        ],
+        [
+            *(in_cell(MODELING, "q2-4-strategy"), in_cell(MODELING, "q2-5-strategy"), in_cell(STIFFNESS, EXPLANATION)),
+            *(in_cell(VALIDATION, "q2-17-reason"), in_cell(VALIDATION, "q2-16-comparison")),
+            in_cell(VALIDATION, "q2-17-reason"),
+            *("question 2.4, strategy", "question 2.5, strategy", "question 2.5, equation"),
+            *("question 2.16, comparison", "question 2.17, reason"),
+        ],
+    ),
+    "headings": (
+        [(STIFFNESS, without_heading), (MODELING, same_heading)],
+        [in_cell(MODELING, "q2-5-strategy"), in_cell(STIFFNESS, EXPLANATION), *DERIVED],
+    ),
+    "solutions outside of answer cells, and a missing tag": (
+        [(STIFFNESS, no_answer_cell)],
+        [STIFFNESS, in_cell(STIFFNESS, EXPLANATION), in_cell(STIFFNESS, "q2-12"), "question 2.11, explanation"],
+    ),
 }
 
 
-def test_what_is_wrong_in_notebooks_is_told_with_its_place(copy, snapshot):
-    told = {}
-    for what, edits in SPOILT.items():
-        course = copy(what)
-        for notebook, spoil in edits:
-            edit(course, notebook, spoil)
-        told[what] = [line for line in found(course) if "student notebooks: " not in line]
-    assert listed(told) == snapshot
+@pytest.mark.parametrize("what", SPOILT)
+def test_what_is_wrong_in_notebooks_is_reported_with_its_place(copy, what):
+    edits, expected = SPOILT[what]
+    course = copy()
+    for notebook, spoil in edits:
+        edit(course, notebook, spoil)
+    found = [finding.where for check in (static.check_cells, static.check_derived) for finding in check(course)]
+    assert [place for place in found if place != "the student notebooks"] == expected
 
 
-def test_what_is_wrong_in_rubric_map_and_sheets_is_told(copy, snapshot):
-    def taken_out(path, table):
-        text = path.read_text(encoding="utf-8")
-        start = text.index(f"{table}\n")
-        return text[start : text.index("\n[", start) + 1]
+def a_table(text, heading):
+    """Return a table of a TOML file with its heading."""
+    start = text.index(f"{heading}\n")
+    return text[start : text.index("\n[", start) + 1]
 
-    told = {}
-    for name, *changes in (
-        ("rubric.toml", ('["2.11".explanation]', None), ('["Control report, as a whole".organisation]', None)),
-        ("outcomes.toml", ("GS-2 =", "GS-3 =")),
-        ("sheets.toml", ('"II.3" = ["2.18"]', "")),
-        ("sheets.toml", ('"2.10"', '"2.99"')),
-    ):
-        course = copy(f"{name} {len(told)}")
-        path = course.folder / name
-        for old, new in changes:
-            text = path.read_text(encoding="utf-8")
-            there = taken_out(path, old) if new is None else old
-            assert there in text
-            path.write_text(text.replace(there, new or ""), encoding="utf-8")
-        told[f"{name}, {changes[0][0]}"] = [line.replace(str(course.folder), "…") for line in found(course)]
-    assert listed(told) == snapshot
+
+@pytest.mark.parametrize(
+    ("name", "old", "new", "said"),
+    [
+        ("rubric.toml", '["2.11".explanation]', None, '["2.11".explanation]'),
+        ("rubric.toml", '["Control report, as a whole".organisation]', None, "organisation"),
+        ("outcomes.toml", "GS-2 =", "GS-3 =", "codes.GS-3"),
+        ("sheets.toml", '"II.3" = ["2.18"]', "", "2.18, poles"),
+        ("sheets.toml", '"2.10"', '"2.99"', "modeling_report.also"),
+    ],
+)
+def test_what_is_wrong_in_rubric_map_and_sheets_is_reported(copy, name, old, new, said):
+    path = copy().folder / name
+    text = path.read_text(encoding="utf-8")
+    assert old in text
+    path.write_text(text.replace(a_table(text, old) if new is None else old, new or ""), encoding="utf-8")
+    (finding,) = static.check_files(replace(OURS, folder=path.parent))
+    assert finding.where == name and said in finding.what
 
 
 @pytest.mark.parametrize("files", [["rubric.toml"], ["outcomes.toml", "sheets.toml"]])
@@ -188,7 +211,7 @@ def test_a_course_without_rubric_or_without_map_and_sheets_is_whole(copy, files)
     course = copy()
     for name in files:
         (course.folder / name).unlink()
-    assert found(course) == []
+    assert list(static.check_files(course)) == []
 
 
 def test_a_model_answer_that_is_not_there_is_missed(copy, sandbox):
@@ -202,7 +225,7 @@ def test_a_model_answer_that_is_not_there_is_missed(copy, sandbox):
 
 def test_each_number_that_texts_repeat_is_missed_when_it_changes():
     changed = [replace(one, what=f"number {n}", value=one.value + 1) for n, one in enumerate(OURS.stated)]
-    said = found(replace(OURS, stated=changed))
+    said = [str(finding) for finding in static.check_numbers(replace(OURS, stated=changed))]
     for one in changed:
         assert any(f"{one.what} is {one.value:g}; this text says" in line for line in said), one.pattern
     assert all("this text says" in line for line in said)
@@ -226,15 +249,18 @@ def omega_n(expected, **others):
     return with_key("2.11", omega_n=Number("it", expected, **{"rtol": 0.05, **others}))
 
 
-def test_a_slip_in_the_key_is_told_with_its_question(claims, snapshot):
-    slips = {
-        "expected": omega_n(lambda bench: 2 * bench.omega_n),
-        "lambda": omega_n(lambda bench: bench.omega),
-        "too wide": omega_n(lambda bench: bench.omega_n, rtol=0.9),
-        "slip": omega_n(lambda bench: bench.omega_n, slips=lambda bench: {"x": bench.nothing}),
-        "follow-through": omega_n(lambda bench: bench.omega_n, follow=lambda own: nobody),  # noqa: F821 (an undefined name, on purpose)
-        "no such question": omega_n(lambda bench: bench.omega_n, follow=lambda own: own("2.91", "x")),
-    }
-    told = {what: [line for line in judged(course, claims) if "2.11 omega_n" in line] for what, course in slips.items()}
-    assert {len(lines) for lines in told.values()} == {1}
-    assert re.sub(r"line \d+|\d\d\.\d+", "…", listed(told)) == snapshot
+@pytest.mark.parametrize(
+    ("course", "said"),
+    [
+        (omega_n(lambda bench: 2 * bench.omega_n), "the solution gets 0 of 2 points"),
+        (omega_n(lambda bench: bench.omega), "it fails: AttributeError: 'TrueBench' object has no attribute 'omega'"),
+        (omega_n(lambda bench: bench.omega_n, rtol=0.9), "a wrong answer ("),
+        (omega_n(lambda bench: bench.omega_n, slips=lambda bench: {"x": bench.nothing}), "on a wrong answer, it fails"),
+        (omega_n(lambda bench: bench.omega_n, follow=lambda own: nobody), "on a wrong answer, it fails: NameError"),  # noqa: F821
+        (omega_n(lambda bench: bench.omega_n, follow=lambda own: own("2.91", "x")), "it follows what there is not"),
+    ],
+    ids=["expected", "lambda", "too wide", "slip", "follow-through", "no such question"],
+)
+def test_a_slip_in_the_key_is_reported_with_its_question(claims, course, said):
+    (found,) = [line for line in judged(course, claims) if "2.11 omega_n" in line]
+    assert found.startswith(f"the key, 2.11 omega_n: {said}")
