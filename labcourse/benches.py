@@ -5,18 +5,13 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Annotated, Any, Literal
-
-from pydantic import Field, Strict, TypeAdapter, ValidationError
+from typing import Any
 
 from labcourse.errors import ConfigurationError
 from labcourse.student_id import caseless
 
-Which = Literal["own", "same", "preset", "real"]
-OWN: Which = "own"
-SAME: Which = "same"
-PRESET: Which = "preset"
-REAL: Which = "real"
+OWN, SAME, PRESET, REAL = "own", "same", "preset", "real"
+WHICH = (OWN, SAME, PRESET, REAL)
 FIRST_DRAW = 1  #: the version of the draws of whoever names none
 MOST_SEED = 2**32 - 1  #: seeds are drawn from 32 bits
 
@@ -24,13 +19,6 @@ MOST_SEED = 2**32 - 1  #: seeds are drawn from 32 bits
 def seed_of(student: str) -> int:
     """Return the seed (32 bits) of a student's own bench; the same on every machine, however the ID is typed."""
     return int.from_bytes(hashlib.sha256(caseless(student).encode()).digest()[:4], "big")
-
-
-_Name = Annotated[str, Strict(), Field(pattern=r"^\S(.*\S)?$")]  # without blanks around it
-_WHICH = Field(description='"own", "same", "preset" or "real"', examples=['"own"'])
-_SEED = Field(ge=0, le=MOST_SEED, description=f"a whole number from 0 to {MOST_SEED}", examples=["2026"])
-_PRESET = Field(description="the name of a bench", examples=['"workshop"'])
-_BENCHES = Field(min_length=1, description="names of the laboratory's benches", examples=['["north"]'])
 
 
 @dataclass(frozen=True)
@@ -47,11 +35,11 @@ class BenchPolicy:
     benches : names of the laboratory's, where it is one of these
     """
 
-    which: Annotated[Which, _WHICH] = OWN
-    seed: Annotated[int, Strict(), _SEED] = 0
-    preset: Annotated[_Name, _PRESET] = ""
-    draw: Annotated[int, Strict()] = FIRST_DRAW
-    benches: Annotated[tuple[_Name, ...], _BENCHES] = ()
+    which: str = OWN
+    seed: int = 0
+    preset: str = ""
+    draw: int = FIRST_DRAW
+    benches: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "benches", tuple(self.benches))  # plain data has lists
@@ -79,24 +67,37 @@ class BenchPolicy:
 THEIR_OWN = BenchPolicy()  #: where nothing is said
 
 
-_READER = TypeAdapter(BenchPolicy)
-
-
 def policy_of(course: Mapping[str, Any]) -> BenchPolicy:
-    """Read the policy from the content of a ``course.json``; without one, benches are the students' own.
+    """The policy that a ``course.json`` says; benches are the students' own where it says nothing.
 
     Raises
     ------
     ConfigurationError
         If it cannot be understood.
     """
-    bench = course.get("bench", {})
-    if not isinstance(bench, Mapping):
-        raise ConfigurationError(f'"bench" should be as {{"which": "own"}}; it is {bench!r:.80}.')
-    try:
-        return _READER.validate_python({**bench, "draw": course.get("draw", FIRST_DRAW)})
-    except ValidationError as error:
-        fault = error.errors()[0]
+    said, draw = course.get("bench", {}), course.get("draw", FIRST_DRAW)
+    if not isinstance(said, Mapping) or said.get("which", OWN) not in WHICH:
         raise ConfigurationError(
-            f'the bench\'s "{fault["loc"][0]}" is {fault["input"]!r:.80}: {fault["msg"]}.'
-        ) from None
+            f'"bench" should be as {{"which": "own"}}, with "own", "same", "preset" or "real"; it is {said!r:.80}.'
+        )
+    named = said.get("benches", [])
+    if not is_names(named):
+        raise ConfigurationError(f'the "benches" should be names, not {named!r:.80}.')
+    policy = BenchPolicy(said.get("which", OWN), said.get("seed", 0), said.get("preset", ""), draw, tuple(named))
+    if not is_seed(policy.seed):
+        raise ConfigurationError(f'the bench\'s "seed" is {policy.seed!r:.80}, which is none.')
+    if not isinstance(policy.preset, str):
+        raise ConfigurationError(f'the bench\'s "preset" should be a name, not {policy.preset!r:.80}.')
+    if not isinstance(draw, int) or isinstance(draw, bool):
+        raise ConfigurationError(f'"draw" should be a whole number, not {draw!r:.80}.')
+    return policy
+
+
+def is_names(value: object) -> bool:
+    """Whether it is a list of names of benches, which may be empty."""
+    return isinstance(value, list | tuple) and all(isinstance(one, str) and one.strip() == one != "" for one in value)
+
+
+def is_seed(value: object) -> bool:
+    """Whether everybody's bench can be drawn from it."""
+    return isinstance(value, int) and not isinstance(value, bool) and 0 <= value <= MOST_SEED

@@ -66,6 +66,7 @@ def test_help_does_not_load_what_only_a_command_needs():
         "nbformat",
         "papermill",
         "jinja2",
+        "pydantic",
         "rotflex.course.lab",
         "labcourse.grading.reports.grades",
     ]

@@ -76,7 +76,7 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
         ),
     ),
     "settings, release, commands, rest": (
-        3932,
+        3945,
         (
             "rotflex/cli.py",
             "labcourse/command_line.py",

@@ -23,11 +23,10 @@ import labcourse
 from labcourse import courses
 from labcourse.benches import FIRST_DRAW, REAL, BenchPolicy
 from labcourse.errors import AnswerError, ConfigurationError, GradingError
-from labcourse.grading import settings
-from labcourse.grading.settings import CourseSettings
 
 if TYPE_CHECKING:  # the commands begin here, and are quick to say what they can do
     from labcourse.answers.catalogue import Catalogue
+    from labcourse.grading.settings import CourseSettings
     from labcourse.grading.verdicts import Key
 
 ENTRY = "course:COURSE"  #: module in the course's folder, and the name in it
@@ -53,6 +52,12 @@ class Stated:
     what: str
     pattern: str
     value: float
+
+
+def _default_settings() -> CourseSettings:
+    from labcourse.grading.settings import CourseSettings
+
+    return CourseSettings()
 
 
 @dataclass(frozen=True)
@@ -113,7 +118,7 @@ class Course:
     parameters: Mapping[str, str] = field(default_factory=dict)
     imports: tuple[str, ...] = ()
     stated: Sequence[Stated] = ()
-    settings: CourseSettings = field(default_factory=CourseSettings)
+    settings: CourseSettings = field(default_factory=_default_settings)
     folder: Path = Path()
     entry: str = ENTRY
 
@@ -211,6 +216,8 @@ def load(folder: Path, entry: str = ENTRY) -> Course:
     GradingError
         If it cannot be loaded, if its key does not fit its catalogue, or if its settings are not understood.
     """
+    from labcourse.grading import settings
+
     folder = folder.resolve()
     module_name, _sign, name = entry.partition(":")
     if not (folder / f"{module_name}.py").is_file():

@@ -21,12 +21,14 @@ from operator import getitem, itemgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args, get_type_hints
 
-from pydantic import AfterValidator, AliasPath, Field, PlainValidator, Strict, TypeAdapter, ValidationError
+from pydantic import AliasPath, Field, GetCoreSchemaHandler, GetPydanticSchema, Strict, TypeAdapter, ValidationError
 from pydantic.fields import FieldInfo
-from pydantic_core import ErrorDetails
+from pydantic.functional_validators import AfterValidator, PlainValidator
+from pydantic_core import CoreSchema, ErrorDetails
+from pydantic_core.core_schema import no_info_after_validator_function
 
 from labcourse import course_file
-from labcourse.benches import OWN, PRESET, REAL, SAME, THEIR_OWN, BenchPolicy
+from labcourse.benches import MOST_SEED, OWN, PRESET, REAL, SAME, THEIR_OWN, BenchPolicy
 from labcourse.errors import AnswerError, GradingError
 
 if TYPE_CHECKING:  # commands are quick to say what they can do
@@ -70,7 +72,7 @@ def _entry(expected: str, example: str, path: Sequence[str] = (), **limits: Any)
 
 
 def _number(example: str, least: float, most: float, expected: str = "a number") -> Any:
-    return _entry(f"{expected} from {least:g} to {most:g}", example, ge=least, le=most)
+    return _entry(f"{expected} from {least} to {most}", example, ge=least, le=most)
 
 
 def _moment(example: str, *path: str) -> Any:
@@ -88,9 +90,13 @@ _PERCENTS = TypeAdapter(dict[Literal["4", "3", "2", "1"], Annotated[_Number, Fie
 _START, _END = PlainValidator(partial(_datetime, time.min)), PlainValidator(partial(_datetime, time.max))
 _SHARES: Mapping[int, float] = {4: 1.0, 3: 0.75, 2: 0.5, 1: 0.25, 0: 0.0}
 _THRESHOLDS: Mapping[int, float] = {4: 0.9, 3: 0.75, 2: 0.5, 1: 0.0}
+_READ_SHARES = PlainValidator(partial(_shares, _SHARES))
+_READ_THRESHOLDS = PlainValidator(partial(_shares, _THRESHOLDS))
 _PARTS = "names of questions, or of a question and a part"
 _WEIGHTS = f"{_PARTS}, in quotes, each with a number from 0.001 to 1000"
 _LEVELS = "numbers from 0 to 100, in per cent, for levels of 4, 3, 2, 1"
+_PERCENT_SHARES = _entry(_LEVELS, "{4 = 100, 3 = 75, 2 = 50, 1 = 25}")
+_PERCENT_THRESHOLDS = _entry(_LEVELS, "{4 = 90, 3 = 75, 2 = 50, 1 = 0}")
 _LINE = "a line of text of at most 120 characters"
 _HERE = f'"3.{sys.version_info.minor}"'
 _PYTHON = _entry("a version of Python, in quotes", _HERE, path=("course", "python"), pattern=r"^3\.[0-9]{1,2}$")
@@ -98,6 +104,8 @@ _GIVEN = _entry("what is given to a class that begins in the middle", '"speed"',
 _RELEASES = _entry("the path of a folder", '"releases"', path=("releases", "folder"))
 _TITLE = _entry(_LINE, '"Control laboratory"', path=("course", "title"))
 _TERM = _entry(_LINE, '"2026 autumn"', path=("course", "term"))
+_WHICH = _entry('"own", "same", "preset" or "real"', '"own"')
+_BENCHES = _entry("names of the laboratory's benches", '["north"]', min_length=1)
 _NOTEBOOKS = _entry("names of the course's notebooks", '["01_first_lab"]', min_length=1)
 _SECTION = _entry("the name of a section of the roster", '"B"')
 
@@ -209,16 +217,10 @@ class LevelSettings:
     thresholds : level → the least share of the points that has this level; no points are level 0
     """
 
-    shares: Annotated[
-        Mapping[int, float],
-        PlainValidator(partial(_shares, _SHARES)),
-        _entry(_LEVELS, "{4 = 100, 3 = 75, 2 = 50, 1 = 25}"),
-    ] = field(default_factory=lambda: _SHARES)
-    thresholds: Annotated[
-        Mapping[int, float],
-        PlainValidator(partial(_shares, _THRESHOLDS)),
-        _entry(_LEVELS, "{4 = 90, 3 = 75, 2 = 50, 1 = 0}"),
-    ] = field(default_factory=lambda: _THRESHOLDS)
+    shares: Annotated[Mapping[int, float], _READ_SHARES, _PERCENT_SHARES] = field(default_factory=lambda: _SHARES)
+    thresholds: Annotated[Mapping[int, float], _READ_THRESHOLDS, _PERCENT_THRESHOLDS] = field(
+        default_factory=lambda: _THRESHOLDS
+    )
 
     def level_of(self, share: float) -> int:
         """Return the level of a share (0 to 1) of the points: the highest threshold that it reaches; 0 for nothing."""
@@ -294,6 +296,20 @@ class OutcomeSettings:
 
 
 @dataclass(frozen=True)
+class _Bench:
+    """The table of the benches, as it stands in the file."""
+
+    which: Annotated[Literal["own", "same", "preset", "real"], _WHICH] = "own"
+    seed: Annotated[_Whole, _number("2026", 0, MOST_SEED, "a whole number")] = 0
+    preset: Annotated[_Name, _entry("the name of a bench", '"workshop"')] = ""
+    benches: Annotated[tuple[_Name, ...], _BENCHES] = ()
+
+
+def _bench_schema(_type: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+    return no_info_after_validator_function(lambda bench: BenchPolicy(**vars(bench)), handler(_Bench))
+
+
+@dataclass(frozen=True)
 class CourseSettings:
     """What is decided of a course for a term.
 
@@ -318,7 +334,7 @@ class CourseSettings:
     title: Annotated[_Name, _TITLE] = ""
     term: Annotated[_Line, _TERM] = ""
     python: Annotated[_Line, _PYTHON] = ""
-    bench: BenchPolicy = THEIR_OWN
+    bench: Annotated[BenchPolicy, GetPydanticSchema(_bench_schema)] = THEIR_OWN
     given: Annotated[_Name, _GIVEN] = ""
     feedback: FeedbackSettings = FeedbackSettings()
     reflect: ReflectSettings = ReflectSettings()
@@ -460,11 +476,12 @@ def _entries(table: Any, above: tuple[str, ...] = ()) -> Iterator[tuple[tuple[st
         place = above + (tuple(map(str, alias.path)) if isinstance(alias, AliasPath) else (name,))
         if info and info[-1].description:
             yield place, info[-1]
-        elif is_dataclass(inner := _ROWS.get(place[-1], hint)):
+        elif is_dataclass(inner := _TABLES.get(place[-1], hint)):
             yield from _entries(inner, place)
 
 
 _ROWS: Mapping[str, type] = {"deadline": Deadline, "extension": Extension}  # tables of which there may be several
+_TABLES = {**_ROWS, "bench": _Bench}
 _ENTRIES = dict(_entries(CourseSettings))
 
 
@@ -557,12 +574,11 @@ def _overlap(deadline: Deadline, extension: Extension) -> bool:
 
 def _level_faults(levels: LevelSettings) -> Iterator[Fault]:
     default = "(What you leave out has its default.)"
-    for entry, verb in (("shares", "is worth"), ("thresholds", "begins at")):
-        percent = {level: f"{100 * share:g} %" for level, share in getattr(levels, entry).items()}
-        for low, high in pairwise(sorted(percent)):
-            if getattr(levels, entry)[low] > getattr(levels, entry)[high]:
-                more = f"level {low} {verb} {percent[low]}, more than level {high} with {percent[high]}"
-                yield ("levels", entry), f"{more}. A higher level should have at least as much. {default}"
+    for entry, of_level in (("shares", levels.shares), ("thresholds", levels.thresholds)):
+        for low, high in pairwise(sorted(of_level)):
+            if of_level[low] > of_level[high]:
+                less = f"level {high} has {100 * of_level[high]:g} %, and level {low} has {100 * of_level[low]:g} %"
+                yield ("levels", entry), f"{less}. A higher level should have at least as much. {default}"
     for level, share in levels.shares.items():
         if share and levels.level_of(share) != level:
             worth = f"a person's level {level} is worth {100 * share:g} % of the points, and by the thresholds so many"

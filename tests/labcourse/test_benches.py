@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from labcourse import course_file, courses
+from labcourse import benches, course_file, courses
 from labcourse.benches import BenchPolicy, policy_of
 from labcourse.errors import ConfigurationError
 
@@ -18,12 +18,7 @@ def test_a_policy_comes_back_from_plain_data():
 
 
 def test_seeds_are_the_students_own_unless_everybody_has_the_same():
-    assert [BenchPolicy(which, seed=7).seed_for("ada", len) for which in ("own", "same", "preset", "real")] == [
-        3,
-        7,
-        3,
-        3,
-    ]
+    assert [BenchPolicy(which, seed=7).seed_for("ada", len) for which in benches.WHICH] == [3, 7, 3, 3]
 
 
 @pytest.mark.parametrize(

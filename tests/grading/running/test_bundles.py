@@ -222,7 +222,7 @@ WHOLE = {"x/pyproject.toml": "", "x/notebooks/a.ipynb": '{"cells": []}'}
         ({"x/pyproject.toml": "", "x/springlab/__init__.py": ""}, "it holds no notebooks"),
         ({"x/pyproject.toml": "", "x/notebooks/a.ipynb": "{"}, "a.ipynb: it is not JSON"),
         ({**WHOLE, "x/notebooks/course.json": "["}, "course.json: "),
-        ({**WHOLE, "x/notebooks/course.json": '{"bench": {"which": "x"}}'}, 'course.json: the bench\'s "which" is'),
+        ({**WHOLE, "x/notebooks/course.json": '{"bench": {"which": "x"}}'}, 'course.json: "bench" should be'),
     ],
     ids=["no zip", "no project", "no notebooks", "no notebook", "no JSON", "no policy"],
 )
