@@ -160,7 +160,7 @@ def store(course: Course, archive: Path, name: str) -> Path:
         files.write(stored, archive.read_bytes())
     except OSError as error:
         raise GradingError(
-            f"The release is in {archive}, but it cannot be stored in {stored.parent}: {error.strerror}. Put a copy "
+            f"The release is in {archive}, but it cannot be kept in {stored.parent}: {error.strerror}. Put a copy "
             "there, or name another folder in course.toml: grading needs it for work that is begun under this release."
         ) from None
     return stored
