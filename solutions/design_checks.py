@@ -85,7 +85,7 @@ class Design:
 
 
 def candidates(case: Case) -> Iterator[tuple[Design, bool]]:
-    """The designs that an answer may stand on, and whether their stiffness is right.
+    """Return the designs that an answer may be based on, and whether their stiffness is right.
 
     Where the stiffness was not answered, the one in the student's matrix A serves, but only if it is right: nothing
     follows from a number that was never given.
@@ -107,12 +107,12 @@ def candidates(case: Case) -> Iterator[tuple[Design, bool]]:
 
 
 def carried(question: str, part: str) -> Follows:
-    """An entry of a results table: the student's own answer, carried over."""
+    """Return what an entry of a results table follows from: the student's own answer, carried over."""
     return ((CARRIED, lambda case: np.asarray(usable(case.own, question, part))),)
 
 
 def led_to(case: Case, follow: Follows) -> tuple[list[tuple[str, Any]], str]:
-    """What the student's own answers lead to, with what they are in words; and why to nothing, if that is known."""
+    """Return what the student's own answers lead to, each with its name; and why to nothing, if that is known."""
     found, why = [], ""
     for words, function in follow:
         try:
@@ -137,7 +137,15 @@ def judge_candidates(
     agrees: Callable[[Any, Any], bool],
     follow: Follows,
 ) -> tuple[Verdict | None, str]:
-    """The verdict on a value that agrees with one of the things that it may stand on, else None and why, if known."""
+    """Judge a value by each design that it may be based on, then by what the student's own answers lead to.
+
+    Returns
+    -------
+    Verdict or None
+        The verdict of the first that the value agrees with; None if it agrees with none.
+    str
+        Why nothing follows from the student's own answers, with a space before it; empty where that is not known.
+    """
     for candidate, stiffness_is_right in candidates(case):
         try:
             expected = ideal(candidate)
@@ -177,7 +185,7 @@ class ArrayFrom:
     kinds = ("matrix",)
 
     def verdict(self, part: Part, value: Any, case: Case) -> Verdict:
-        """Compare with what the answer may stand on."""
+        """Compare with what the answer may be based on."""
         found, why = judge_candidates(value, case, self.what, self.ideal, self._agrees, self.follow)
         if found is not None:
             return found
@@ -219,7 +227,7 @@ class PolesFrom:
     kinds = ("poles",)
 
     def verdict(self, part: Part, value: Any, case: Case) -> Verdict:
-        """Compare with what the answer may stand on."""
+        """Compare with what the answer may be based on."""
         found, why = judge_candidates(value, case, self.what, self.ideal, self._agrees, self.follow)
         if found is not None:
             return found

@@ -1,4 +1,4 @@
-"""The student's own answers as something to build on, and which of them are nothing to build on.
+"""The student's own answers as a basis for what follows from them, and which of them are degenerate.
 
 What follows from an own answer is right, given that answer: full points. But an answer may be *degenerate*: what the
 next step needs is not in it. Energies without motion, a matrix of zeros, poles that are all zero, a transformation that
@@ -32,7 +32,7 @@ Where = tuple[str, str]
 
 
 def usable(own: Own, question: str, part: str) -> Any:
-    """An own answer, if there is something in it to build on.
+    """Return an own answer if something can follow from it.
 
     Raises
     ------

@@ -25,7 +25,7 @@ MOUNTS += "tmpfs /dev/shm tmpfs rw,nosuid 0 0\nproc /proc proc rw,nosuid 0 0\n"
 ETHERNET = "  eth0:       0       0    0    0    0     0          0         0   0  0\n"
 
 
-def seen(status=STATUS, memory=MEMORY, network=NETWORK, mounts=MOUNTS, processes=3, user=1000) -> str:
+def seen(status=STATUS, memory=MEMORY, network=NETWORK, mounts=MOUNTS, processes=5, user=1000) -> str:
     listed = "".join(f"/proc/{number}\n" for number in range(1, processes + 1))
     return f"{status}{memory}{network}{mounts}\n=\n{listed}{user}\n"
 
@@ -50,7 +50,7 @@ def test_where_all_is_well_every_layer_is_called_good(said):
     assert list(found) == ["file system", "network", "processes", "privileges", "limits", "system calls"]
     assert all(layer.good and layer.remedy == "" for layer in found.values())
     assert found["network"].state == "interfaces: lo"
-    assert found["processes"].state == "3 to be seen, all of the sandbox"
+    assert found["processes"].state == "5 to be seen, all of the sandbox"
     assert [layer.needed for layer in found.values()] == [True] * 5 + [False]
 
 
@@ -63,7 +63,7 @@ def test_where_all_is_well_every_layer_is_called_good(said):
         ("file system", {"mounts": ""}),
         ("network", {"network": NETWORK + ETHERNET}),
         ("network", {"network": ""}),
-        ("processes", {"processes": 6}),
+        ("processes", {"processes": 6}),  # five are a handful of its own
         ("processes", {"processes": 0}),
         ("privileges", {"status": STATUS.replace("CapEff:\t0000000000000000", "CapEff:\t00000000a80425fb")}),
         ("privileges", {"status": STATUS.replace("NoNewPrivs:\t1", "NoNewPrivs:\t0")}),
@@ -78,11 +78,6 @@ def test_a_layer_that_is_not_there_is_said_not_to_be_and_no_other(said, name, ot
     found = said(seen(**otherwise))
     assert [layer.name for layer in found.values() if not layer.good] == [name]
     assert found[name].state.startswith("not so: ") and "Do not grade here" in found[name].remedy
-
-
-@pytest.mark.parametrize(("processes", "good"), [(1, True), (5, True), (6, False)])
-def test_a_handful_of_processes_are_the_sandboxs_own(said, processes, good):
-    assert said(seen(processes=processes))["processes"].good == good
 
 
 @pytest.mark.parametrize(("filtered", "words"), [(("system calls",), "filtered"), ((), "not filtered")])
@@ -137,15 +132,6 @@ def test_what_is_limited_together_is_said_of_each_by_itself(parents, monkeypatch
         assert layer.state == expected and bool(layer.remedy) != layer.good
 
 
-def test_the_number_of_processes_together_leaves_room_for_the_two_shells(tmp_path, monkeypatch):
-    monkeypatch.setattr(cgroups, "_remove", lambda folder: None)
-    parents = {name: ParentGroup(tmp_path, 2) for name in ("memory", "pids")}
-    with cgroups.limited_groups(Limits(memory=12345, processes=6), parents) as groups:
-        assert (groups.limited["pids"] / "pids.max").read_text() == "8"
-        assert (groups.limited["memory"] / "memory.max").read_text() == "12345"
-        assert groups.add(7) == ("memory of all together", "processes of all together")
-
-
 @pytest.mark.parametrize(
     ("release", "good"), [("5.13.19", False), ("5.14.0-1", True), ("6.1.2", True), ("4.19", False)]
 )
@@ -155,7 +141,9 @@ def test_the_oldest_kernel_is_5_14(release, good, monkeypatch):
     assert layer.good == good and release in layer.state and bool(layer.remedy) != good
 
 
-@pytest.mark.parametrize(("version", "good"), [("0.7.9", False), ("0.8.0", True), ("0.11.0", True), ("1.0", True)])
+@pytest.mark.parametrize(
+    ("version", "good"), [("0.7.9", False), ("0.8.0", True), ("0.11.0", True), ("1.0", True), ("unknown", False)]
+)
 def test_the_oldest_bubblewrap_is_0_8(version, good, monkeypatch):
     reported = SimpleNamespace(stdout=f"bubblewrap {version}\n")
     monkeypatch.setattr(selftest.shutil, "which", lambda name: "/usr/bin/bwrap")
