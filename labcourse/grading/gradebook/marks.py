@@ -132,17 +132,15 @@ def put_deliveries(session: Session, student_id: int, new: Sequence[Delivery]) -
         came_with_it = (old.name, old.received, old.source) in same_time
         return came_with_it and (old.name, old.digest, old.received) not in wanted
 
-    stored = list(
-        session.scalars(select(Delivery).where(Delivery.student_id == student_id).options(defer(Delivery.content)))
-    )
+    files = select(Delivery).where(Delivery.student_id == student_id).options(defer(Delivery.content))
+    stored = list(session.scalars(files))
     replaced = {old.id for old in stored if is_replaced(old)}
     session.execute(delete(Delivery).where(Delivery.id.in_(replaced)))
     for old in stored:
         if old.id not in replaced:
             wanted.pop((old.name, old.digest, old.received), None)
     for file in wanted.values():
-        file.student_id = student_id
-        session.add(file)
+        put(session, student_id, file)
     return len(wanted)
 
 
@@ -205,17 +203,15 @@ def current(session: Session, student: str) -> Current:
 
 def current_marks(session: Session, student_id: int) -> dict[Where, MarkRecord]:
     """Return the marks that count for a student."""
-    made, given = (
-        _made(session, RunRecord.student_id == student_id, RunRecord.current),
-        given_marks(session, student_id),
-    )
+    given = given_marks(session, student_id)
+    made = _made(session, RunRecord.student_id == student_id, RunRecord.current)
     return {mark.where: with_decision(mark, given) for mark in made}
 
 
 def graded(session: Session, run: RunRecord) -> Graded:
     """Return a run with its marks as they count now."""
     made, given = _made(session, RunRecord.id == run.id), given_marks(session, run.student_id)
-    lapsed = [given[mark.where] for mark in made if mark.where in given and not holds(given[mark.where], mark)]
+    lapsed = [one for mark in made if (one := given.get(mark.where)) and not holds(one.mark, mark)]
     return Graded(run, tuple(with_decision(mark, given) for mark in made), run.key_digest, tuple(lapsed))
 
 
@@ -233,12 +229,12 @@ def given_marks(session: Session, student_id: int) -> dict[Where, GivenMark]:
 def with_decision(mark: MarkRecord, given: Mapping[Where, GivenMark]) -> MarkRecord:
     """Return a person's mark in place of the software's, if it was for the same answer."""
     decision = given.get(mark.where)
-    return replace(decision.mark, given=mark.given) if decision and holds(decision, mark) else mark
+    return replace(decision.mark, given=mark.given) if decision and holds(decision.mark, mark) else mark
 
 
-def holds(given: GivenMark, mark: MarkRecord) -> bool:
-    """Return whether a person's mark was for this answer, white space aside, and for as many points."""
-    return given.mark.out_of == mark.out_of and same_answer(given.mark.given, mark.given)
+def holds(decision: MarkRecord | Act, mark: MarkRecord) -> bool:
+    """Return whether a person decided on this answer, white space aside, and for as many points."""
+    return decision.out_of == mark.out_of and same_answer(decision.given, mark.given)
 
 
 def same_answer(first: str, second: str) -> bool:

@@ -184,12 +184,9 @@ class Persons:
             erasures = session.scalars(select(Erasure).order_by(Erasure.number))
             when = {erasure.fingerprint: erasure.erased for erasure in erasures}
             secret = session.scalars(select(About.secret)).one()
-            by_id = {student: when.get(_fingerprint(secret, student)) for student in students} if when else {}
-            return {
-                student: moment
-                for student, moment in by_id.items()
-                if moment is not None and marks.find_student(session, student) is None
-            }
+            known = [student for student in students if when and _fingerprint(secret, student) in when]
+            gone = [student for student in known if marks.find_student(session, student) is None]
+            return {student: when[_fingerprint(secret, student)] for student in gone}
 
     def everything_of(self, student: str) -> tuple[dict[str, list[dict[str, Any]]], list[Delivery]]:
         """Return a student's rows, by table, and each version of all that they handed in, in the order it came.
@@ -238,9 +235,11 @@ def _counts(session: Session, number: int) -> dict[str, int]:
 
 def _rows(session: Session, table: Table, number: int) -> list[dict[str, Any]]:
     rows = session.execute(select(table).where(_of(table, number)).order_by(*table.primary_key)).mappings()
-    return [
-        {name: vars(value) if isinstance(value, MarkState) else value for name, value in row.items()} for row in rows
-    ]
+    return [{name: _as_json(value) for name, value in row.items()} for row in rows]
+
+
+def _as_json(value: Any) -> Any:
+    return vars(value) if isinstance(value, MarkState) else value
 
 
 _DECIDED = "{} is named as who marked, wrote, published or erased"

@@ -251,29 +251,21 @@ def _answers(session: Session, parts: Collection[Where] | None) -> list[Answer]:
         .where(RunRecord.current, *_among(Mark, parts))
         .order_by(StudentRecord.folded, Mark.position)
     )
-    given = _given(session, parts)
+    decisions = select(StudentRecord.student, GivenMark).join(GivenMark).where(*_among(GivenMark, parts))
+    given = {(student, one.mark.where): one for student, one in session.execute(decisions)}
     done: dict[tuple[str, Where], list[Act]] = defaultdict(list)
     for act in standing(marks.read(session, Act, *_among(Act, parts))):
         done[act.student, act.where].append(act)
     answers = []
     for student, mark in session.execute(made):
-        decision = given.get((student, mark.where))
-        own = decision if decision is not None and marks.holds(decision, mark) else None
-        current = marks.with_decision(mark, {mark.where: own} if own else {})
-        acts = tuple(act for act in done[student, mark.where] if _same(act, mark))
+        own = given.get((student, mark.where))
+        if own is not None and not marks.holds(own.mark, mark):
+            own = None
+        acts = tuple(act for act in done[student, mark.where] if marks.holds(act, mark))
         if mark.status == FOR_A_PERSON or own is not None or acts:
+            current = marks.with_decision(mark, {mark.where: own} if own else {})
             answers.append(Answer(student, *mark.where, current, acts, own))
     return answers
-
-
-def _same(act: Act, mark: MarkRecord) -> bool:
-    return act.out_of == mark.out_of and marks.same_answer(act.given, mark.given)
-
-
-def _given(session: Session, parts: Collection[Where] | None) -> dict[tuple[str, Where], GivenMark]:
-    given = select(StudentRecord.student, GivenMark).join(GivenMark)
-    rows = session.execute(given.where(*_among(GivenMark, parts)))
-    return {(student, decision.mark.where): decision for student, decision in rows}
 
 
 def _among(table: Any, parts: Collection[Where] | None) -> list[Any]:
@@ -284,10 +276,8 @@ def _among(table: Any, parts: Collection[Where] | None) -> list[Any]:
 
 
 def _claimed(session: Session, where: Where) -> dict[str, tuple[str, datetime]]:
-    statement = select(StudentRecord.student, Claim.actor, Claim.until).join(
-        Claim, Claim.student_id == StudentRecord.id
-    )
-    rows = session.execute(statement.where(*_among(Claim, [where]), Claim.until > marks.now()))
+    claims = select(StudentRecord.student, Claim.actor, Claim.until).join(Claim)
+    rows = session.execute(claims.where(*_among(Claim, [where]), Claim.until > marks.now()))
     return {student: (actor, until) for student, actor, until in rows}
 
 

@@ -244,6 +244,9 @@ def struck(old, new, table="audit", column="reason"):
 NO_STRIKING_OUT = [
     ["DELETE FROM audit WHERE student_id = 2"],
     ["DELETE FROM scores WHERE student_id = 2"],
+    ["DELETE FROM students WHERE id = 2"],  # all of theirs would go with it
+    [begin(2), "UPDATE audit SET mark_after = NULL"],
+    [begin(2), f'UPDATE audit SET mark_after = \'{{"reason": "{STANDS_IN}"}}\''],
     [begin(2), "DELETE FROM audit WHERE student_id = 1"],
     [begin(2), "DELETE FROM scores"],
     [struck(NAME, STANDS_IN)],
