@@ -37,7 +37,7 @@ from labcourse.student_id import caseless
 _WEAK_CLOCKS = (None, "", DECIDED)  # a time that is known so gives way to another one
 NO_LONGER = "The answer, or the points possible, changed: the mark that a person gave no longer holds."
 
-_Stored = TypeVar("_Stored", RunRecord, GivenMark, CommentRecord, Act, Request, Delivery)
+_Stored = TypeVar("_Stored", RunRecord, CommentRecord, Act, Request, Delivery)
 _Named = TypeVar("_Named", AuditRecord, CommentRecord, Act, Request)
 
 
@@ -211,7 +211,7 @@ def current_marks(session: Session, student_id: int) -> dict[Where, MarkRecord]:
 def graded(session: Session, run: RunRecord) -> Graded:
     """Return a run with its marks as they count now."""
     made, given = _made(session, RunRecord.id == run.id), given_marks(session, run.student_id)
-    lapsed = [one for mark in made if (one := given.get(mark.where)) and not holds(one.mark, mark)]
+    lapsed = [given[mark.where] for mark in made if mark.where in given and not holds(given[mark.where].mark, mark)]
     return Graded(run, tuple(with_decision(mark, given) for mark in made), run.key_digest, tuple(lapsed))
 
 
@@ -222,8 +222,8 @@ def _made(session: Session, *which: Any) -> list[MarkRecord]:
 
 def given_marks(session: Session, student_id: int) -> dict[Where, GivenMark]:
     """Return the marks that persons gave a student."""
-    given = session.scalars(select(GivenMark).where(GivenMark.student_id == student_id))
-    return {one.mark.where: one for one in given}
+    decisions = session.scalars(select(GivenMark).where(GivenMark.student_id == student_id))
+    return {decision.mark.where: decision for decision in decisions}
 
 
 def with_decision(mark: MarkRecord, given: Mapping[Where, GivenMark]) -> MarkRecord:

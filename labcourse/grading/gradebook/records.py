@@ -419,7 +419,7 @@ class Request(Base):
     Attributes
     ----------
     number : by which it is answered
-    student, question, part, sa.text, made : whose, of which answer, in their words, when (UTC)
+    student, question, part, text, made : whose, of which answer, in their words, when (UTC)
     answered_by, answer, answered : by whom, what, and when; None while it is open
     """
 

@@ -163,7 +163,7 @@ class Scores:
                 for answer in _answers(session, [where])
                 if answer.student not in taken and answer.mark.status == FOR_A_PERSON and not answer.asked
             }
-            student = next((free[caseless(one)] for one in order if caseless(one) in free), None)
+            student = next((free[name] for name in map(caseless, order) if name in free), None)
             if student is not None:
                 _claim(session, student, where, actor, seconds)
             return student
@@ -252,7 +252,7 @@ def _answers(session: Session, parts: Collection[Where] | None) -> list[Answer]:
         .order_by(StudentRecord.folded, Mark.position)
     )
     decisions = select(StudentRecord.student, GivenMark).join(GivenMark).where(*_among(GivenMark, parts))
-    given = {(student, one.mark.where): one for student, one in session.execute(decisions)}
+    given = {(student, given.mark.where): given for student, given in session.execute(decisions)}
     done: dict[tuple[str, Where], list[Act]] = defaultdict(list)
     for act in standing(marks.read(session, Act, *_among(Act, parts))):
         done[act.student, act.where].append(act)
