@@ -12,7 +12,7 @@ import os
 import re
 import secrets
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -102,9 +102,7 @@ class Database:
         elif {About.__tablename__, "students", "audit"} <= set(tables):
             version = session.scalar(select(About.version)) or 0
         else:
-            raise GradebookError(
-                f"{self.where} holds something else than a gradebook. It is left as it is; choose another."
-            )
+            raise GradebookError(f"{self.where} is not a gradebook. It is left as it is; choose another.")
         if version < VERSION:
             raise GradebookError(_older(self.where))
         if version > VERSION:
@@ -114,17 +112,13 @@ class Database:
             )
         return True
 
-    @contextmanager
-    def reading(self) -> Iterator[Session]:
+    def reading(self) -> AbstractContextManager[Session]:
         """Begin a transaction that sees the gradebook as it is at one moment."""
-        with self._transaction(self._start_reading) as session:
-            yield session
+        return self._transaction(self._start_reading)
 
-    @contextmanager
-    def writing(self) -> Iterator[Session]:
+    def writing(self) -> AbstractContextManager[Session]:
         """Begin a transaction that no other writer disturbs: after an error or a kill, nothing of it is written."""
-        with self._transaction(self._start_writing) as session:
-            yield session
+        return self._transaction(self._start_writing)
 
     def rebuild(self, names: Sequence[str]) -> None:
         """Write these tables anew, and what the database counts of their columns, so that no deleted row is left.

@@ -132,7 +132,7 @@ def test_a_writer_does_not_wait_for_ever(book, url, monkeypatch):
 
 #: What is in a database → what is said of it.
 NOT_OURS = {
-    "somebody else's": (["CREATE TABLE students (shoe INTEGER)"], "something else than a gradebook"),
+    "somebody else's": (["CREATE TABLE students (shoe INTEGER)"], "is not a gradebook"),
     "of the time of alembic": (
         ["CREATE TABLE gradebook_version (version_num TEXT)", "CREATE TABLE students (id INTEGER)"],
         r"earlier labcourse.* Grade the submissions again.* score --write .* score --read",
