@@ -97,8 +97,8 @@ def test_what_would_go_is_told_and_stays_unless_it_is_confirmed(slim):
     out = slim
     before = files(out)
     for done in (forget(out, "--dry-run"), forget(out, input="n\n")):
-        assert "2 files that were handed in, each version" in said(done) and "1 words to them" in said(done)
-        assert f"folder {out / 'fay'}" in said(done) and "bob: reason of a mark, 2.16, comparison, lea" in said(done)
+        assert "2 files that were handed in, each version" in said(done) and "1 comments for them" in said(done)
+        assert f"folder {out / 'fay'}" in said(done) and "bob: mark by a person, 2.16, comparison, lea" in said(done)
         assert "Nothing was erased" in said(done)
     assert done.exit_code == 2
     after = files(out)
@@ -142,7 +142,7 @@ def test_where_they_are_named_still_is_told(out, tmp_path):
         str(out / "old.xlsx"),
         str(handed_in),
         "course.toml, in an extension until 2026-02-03",
-        "bob handed in: notes.txt",
+        "bob: file that they handed in, notes.txt",
         "sheets.csv: taken away, and not written anew. This course has no scoring sheets",
     ):
         assert line in said(done)
@@ -157,7 +157,7 @@ def test_a_copy_holds_all_records_and_each_file_as_it_came(out, tmp_path):
     with zipfile.ZipFile(target) as packed:
         content = {name: packed.read(name) for name in packed.namelist()}
     stored = json.loads(content["record.json"])
-    assert stored["students"][0]["email"] == "fay@uni" and stored["answers"][0]["content"] == WORD
+    assert stored["students"][0]["email"] == "fay@uni" and stored["runs"][0]["answers"] == WORD
     assert content["handed_in/0002 2026-03-03/data/log.csv"] == f"{WORD}, 1".encode()
     assert content["fay/feedback.html"] == (out / "fay" / "feedback.html").read_bytes()
     assert not any(b"cleo" in one for one in content.values())
