@@ -12,7 +12,7 @@ from labcourse.student_id import caseless
 
 OWN, SAME, PRESET, REAL = "own", "same", "preset", "real"
 WHICH = (OWN, SAME, PRESET, REAL)
-FIRST_DRAW = 1  #: the version of the draws of whoever names none
+FIRST_DRAW = 1  #: the version of the draws unless another is named
 MOST_SEED = 2**32 - 1  #: seeds are drawn from 32 bits
 
 
@@ -28,11 +28,11 @@ class BenchPolicy:
     Attributes
     ----------
     which : "own", drawn from the student's ID; "same", drawn from ``seed``; "preset", the one named ``preset``; "real",
-        the one of the laboratory's at which they made their recordings
+        the laboratory's bench at which they made their recordings
     seed : of everybody's bench, where it is the same
     preset : name of everybody's bench, where it is a preset
-    draw : version of how benches are drawn from seeds
-    benches : names of the laboratory's, where it is one of these
+    draw : version of the way in which benches are drawn from seeds
+    benches : names of the laboratory's benches, if it is one of these
     """
 
     which: str = OWN
@@ -45,17 +45,17 @@ class BenchPolicy:
         object.__setattr__(self, "benches", tuple(self.benches))  # plain data has lists
 
     def seed_for(self, student: str, own: Callable[[str], int] = seed_of) -> int:
-        """The seed of a student's bench. (Of a preset nothing is drawn; it is then good for other draws.)
+        """Return the seed of a student's bench. (A preset is not drawn; its seed is used for other random numbers.)
 
         Parameters
         ----------
         student : the ID
-        own : the ID → the seed of the student's own bench, for a course that draws it in its own way
+        own : the ID → the seed of the student's own bench, if the course derives it differently
         """
         return self.seed if self.which == SAME else own(student)
 
     def plain(self) -> dict[str, Any]:
-        """What stands under "bench" in ``course.json``."""
+        """Return the entry "bench" of ``course.json``."""
         more: dict[str, dict[str, Any]] = {
             SAME: {"seed": self.seed},
             PRESET: {"preset": self.preset},
@@ -64,28 +64,28 @@ class BenchPolicy:
         return {"which": self.which, **more.get(self.which, {})}
 
 
-THEIR_OWN = BenchPolicy()  #: where nothing is said
+THEIR_OWN = BenchPolicy()  #: the default
 
 
 def policy_of(course: Mapping[str, Any]) -> BenchPolicy:
-    """The policy that a ``course.json`` says; benches are the students' own where it says nothing.
+    """Read the policy in a ``course.json``; by default, each student has a bench of their own.
 
     Raises
     ------
     ConfigurationError
-        If it cannot be understood.
+        If it is not valid.
     """
-    said, draw = course.get("bench", {}), course.get("draw", FIRST_DRAW)
-    if not isinstance(said, Mapping) or said.get("which", OWN) not in WHICH:
+    bench, draw = course.get("bench", {}), course.get("draw", FIRST_DRAW)
+    if not isinstance(bench, Mapping) or bench.get("which", OWN) not in WHICH:
         raise ConfigurationError(
-            f'"bench" should be as {{"which": "own"}}, with "own", "same", "preset" or "real"; it is {said!r:.80}.'
+            f'"bench" should be as {{"which": "own"}}, with "own", "same", "preset" or "real"; it is {bench!r:.80}.'
         )
-    named = said.get("benches", [])
-    if not is_names(named):
-        raise ConfigurationError(f'the "benches" should be names, not {named!r:.80}.')
-    policy = BenchPolicy(said.get("which", OWN), said.get("seed", 0), said.get("preset", ""), draw, tuple(named))
+    names = bench.get("benches", [])
+    if not is_names(names):
+        raise ConfigurationError(f'the "benches" should be names, not {names!r:.80}.')
+    policy = BenchPolicy(bench.get("which", OWN), bench.get("seed", 0), bench.get("preset", ""), draw, tuple(names))
     if not is_seed(policy.seed):
-        raise ConfigurationError(f'the bench\'s "seed" is {policy.seed!r:.80}, which is none.')
+        raise ConfigurationError(f'the bench\'s "seed" should be from 0 to {MOST_SEED}, not {policy.seed!r:.80}.')
     if not isinstance(policy.preset, str):
         raise ConfigurationError(f'the bench\'s "preset" should be a name, not {policy.preset!r:.80}.')
     if not isinstance(draw, int) or isinstance(draw, bool):
@@ -94,10 +94,12 @@ def policy_of(course: Mapping[str, Any]) -> BenchPolicy:
 
 
 def is_names(value: object) -> bool:
-    """Whether it is a list of names of benches, which may be empty."""
-    return isinstance(value, list | tuple) and all(isinstance(one, str) and one.strip() == one != "" for one in value)
+    """Check whether a value is a list of names of benches, which may be empty."""
+    return isinstance(value, list | tuple) and all(
+        isinstance(name, str) and name.strip() == name != "" for name in value
+    )
 
 
 def is_seed(value: object) -> bool:
-    """Whether everybody's bench can be drawn from it."""
+    """Check whether a value is a seed, from which a bench can be drawn."""
     return isinstance(value, int) and not isinstance(value, bool) and 0 <= value <= MOST_SEED

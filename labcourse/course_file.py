@@ -1,8 +1,8 @@
-"""``course.json``, beside the notebooks: whose folder it is, and of which release of the course.
+"""``course.json``, beside the notebooks: the student who works in the folder, and the release of the course.
 
-It is ``{"student", "release", "draw", "title", "term", "bench", "reflect", "python"}``; ``"page_limit"`` where the
-course sets one for reports, and ``"given"`` where a class begins in the middle (:mod:`labcourse.answers.starts`). The
-one that a release brings names no student; old ones name nothing else. What a later release may add is kept.
+It is ``{"student", "release", "draw", "title", "term", "bench", "reflect", "python"}``; with ``"page_limit"`` if the
+course limits reports, and ``"given"`` if the class begins in the middle (:mod:`labcourse.answers.starts`). A release
+leaves the student empty; old files have the student alone. Unknown entries, which a later release may add, are kept.
 """
 
 from __future__ import annotations
@@ -18,23 +18,23 @@ from labcourse.errors import ConfigurationError
 from labcourse.files import COURSE_FILE
 
 STUDENT, RELEASE = "student", "release"
-REFLECT, ON, OFF = "reflect", "on", "off"  #: whether own answers are asked about; or a time, from which on they are
-PYTHON = "python"  #: that grades, major and minor version; earlier releases do not say
-PAGE_LIMIT = "page_limit"  #: pages of a report, cover and contents included; not there where there is no limit
-NOBODY = "demo"  #: the student of whoever gives no name
+REFLECT, ON, OFF = "reflect", "on", "off"  #: whether own answers are compared with each other; or from what time on
+PYTHON = "python"  #: of the grading computer, major and minor version; earlier releases lack it
+PAGE_LIMIT = "page_limit"  #: pages of a report, cover and contents included; absent without a limit
+NOBODY = "demo"  #: the student if nobody gives an ID
 
 
 def read(folder: Path) -> dict[str, Any] | None:
-    """What the folder's ``course.json`` says; None where there is none.
+    """Read a folder's ``course.json``; None if there is none.
 
     Raises
     ------
     ConfigurationError
-        If it cannot be read, or is not an object that names a student.
+        If it cannot be read, or is not an object with a student.
     """
     try:
         course = parse(files.read(folder / COURSE_FILE))
-        course[STUDENT]
+        course[STUDENT]  # required
     except FileNotFoundError:
         return None
     except (OSError, KeyError) as error:
@@ -43,7 +43,7 @@ def read(folder: Path) -> dict[str, Any] | None:
 
 
 def parse(data: bytes) -> dict[str, Any]:
-    """Parse the content of a ``course.json``, which may hold anything.
+    """Parse the content of a ``course.json``, an untrusted file.
 
     Raises
     ------
@@ -60,7 +60,7 @@ def parse(data: bytes) -> dict[str, Any]:
 
 
 def student(folder: Path) -> str:
-    """The ID of whoever works in a folder, as its ``course.json`` has it; :data:`NOBODY` where it names none."""
+    """Return the student in a folder's ``course.json``; :data:`NOBODY` if it names none."""
     try:
         named = (read(folder) or {}).get(STUDENT)
     except ConfigurationError:
@@ -73,26 +73,23 @@ def _unreadable(error: Exception) -> ConfigurationError:
 
 
 def text(course: Mapping[str, Any]) -> str:
-    """The file's content."""
+    """Return the content of a ``course.json``."""
     return json.dumps(dict(course), ensure_ascii=False) + "\n"
 
 
 def of(folder: Path) -> dict[str, Any] | None:
-    """What holds for a student who works in a folder: its ``course.json``, else that of the installed release.
+    """Read the ``course.json`` of a folder, or else that of the installed release.
 
-    None where neither is there, as in the course's own folder.
+    Returns None if there is neither, as in the course's own folder.
 
     Raises
     ------
     ConfigurationError
         If the file cannot be read.
     """
-    course = read(folder)
-    return _released() if course is None else course
-
-
-def _released() -> dict[str, Any] | None:
-    """Return the ``course.json`` of the installed release; None where there is none, as in a checkout."""
+    about = read(folder)
+    if about is not None:
+        return about
     try:
         course = courses.current()
     except ConfigurationError:
@@ -101,12 +98,12 @@ def _released() -> dict[str, Any] | None:
 
 
 def bench_policy(folder: Path, latest: int = benches.FIRST_DRAW) -> BenchPolicy:
-    """Which bench a student who works in a folder has: as its ``course.json`` says, else as the installed release does.
+    """Return which bench a student has, by the ``course.json`` of their folder or of the installed release.
 
     Parameters
     ----------
-    folder : where the notebooks are
-    latest : version of the draws where neither is there, as in the course's own folder
+    folder : with the notebooks
+    latest : version of the draws without such a file, as in the course's own folder
 
     Raises
     ------

@@ -1,9 +1,9 @@
-"""The errors that labcourse raises on purpose. Each says what was wrong, where, and what to do.
+"""The errors of labcourse. Each message says what is wrong, where, and what to do.
 
 ::
 
     CourseError
-    ├── ConfigurationError   a combination of parts that does not exist (also a ValueError)
+    ├── ConfigurationError   a setting or a file of settings that is not valid (also a ValueError)
     │   └── StudentIDError   text that cannot be a student's ID
     ├── AnswerError          an answer to a question or a part that does not exist (also a ValueError)
     ├── CheckError           work that cannot be checked, packed or restored as asked
@@ -22,27 +22,26 @@ _RED, _PLAIN = "\x1b[31m", "\x1b[39m"
 
 
 class CourseError(Exception):
-    """Anything that labcourse raises on purpose."""
+    """The base class of labcourse's errors."""
 
     def _render_traceback_(self) -> list[str]:
         """Show the message and the lines of cells that led to it, in place of IPython's traceback.
 
-        What our own code did in between is of no use to who reads it there. In plain Python, the whole traceback is
-        printed, as ever.
+        The lines of our own code in between are of no use there. Plain Python prints the whole traceback, as usual.
         """
         return [f"{_RED}{type(self).__name__}{_PLAIN}: {self}", *_lines_of_cells(self.__traceback__)]
 
 
 def speaks_for_itself(error: BaseException) -> bool:
-    """Whether an error was raised on purpose, by labcourse or by a course's package, with a message for people.
+    """Check whether an error has a message for people: it is of labcourse or of a course's package.
 
-    Such errors show themselves in a notebook, by the method that IPython looks for.
+    A notebook shows such errors by the method that IPython looks for.
     """
     return hasattr(error, "_render_traceback_")
 
 
 def _lines_of_cells(trace: TracebackType | None) -> Iterator[str]:
-    """The lines of a notebook's cells that were being run, the outermost first."""
+    """List the lines of a notebook's cells that were being run, the outermost first."""
     this = ""
     while trace is not None:
         frame, number = trace.tb_frame, trace.tb_lineno
@@ -57,7 +56,7 @@ def _lines_of_cells(trace: TracebackType | None) -> Iterator[str]:
 
 
 class ConfigurationError(CourseError, ValueError):
-    """A combination of parts or parameters that does not exist."""
+    """A setting, a parameter or a file of settings that is not valid."""
 
 
 class StudentIDError(ConfigurationError):

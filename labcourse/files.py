@@ -1,4 +1,4 @@
-"""Files written whole or not at all: whatever happens, there is the old one or the new one, and nothing beside it."""
+"""Read untrusted files, and write files atomically: there is the old file or the new one, and nothing beside it."""
 
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ Content = str | bytes | Callable[[Path], object]
 
 _count = itertools.count()  # two threads may write the same file
 
-# Windows lets nobody replace a file that another program has open (a search, a virus scanner, a cloud's copy, another
-# notebook), and nobody read one that is being replaced. Elsewhere, what is refused stays refused.
+# On Windows, a file cannot be replaced while another program has it open (a search, a virus scanner, a cloud's copy,
+# another notebook), nor read while it is being replaced. On other systems, a refusal is final.
 _MAY_BE_OPEN = sys.platform == "win32"
 _PATIENCE = 2.0  # s until it is an error; a virus scanner has a new file for a second
 _PAUSE = 0.05  # s between two tries; a program that reads a small file has it for less
@@ -35,12 +35,12 @@ _Result = TypeVar("_Result")
 
 
 def patiently(act: Callable[[], _Result]) -> _Result:
-    """Do what another program may be in the way of for a moment, on Windows, and do it again until it is done.
+    """Repeat an operation that another program may block for a moment, on Windows, until it succeeds.
 
     Raises
     ------
     OSError
-        If it cannot be done.
+        If it still fails after some seconds.
     """
     until = time.monotonic() + _PATIENCE
     while True:
@@ -53,23 +53,23 @@ def patiently(act: Callable[[], _Result]) -> _Result:
 
 
 def ordinary(path: Path) -> os.stat_result:
-    """Return what is known of a file in a student's folder.
+    """Return the status of an ordinary file in a student's folder.
 
     Raises
     ------
     OSError
-        If it is not there, or is a link, which might lead anywhere, a folder, a pipe or a device.
+        If it is not there, or is a link (which might lead anywhere), a folder, a pipe or a device.
     """
     about = path.lstat()
     if stat.S_ISLNK(about.st_mode):
         raise OSError(errno.ELOOP, "it is a link, which is not followed; put the file itself there", str(path))
     if not stat.S_ISREG(about.st_mode):
-        raise OSError(errno.EINVAL, "it is no ordinary file", str(path))
+        raise OSError(errno.EINVAL, "it is not an ordinary file", str(path))
     return about
 
 
 def read(path: Path, most: int | None = None) -> bytes:
-    """Read a file in a student's folder, where anything may lie.
+    """Read an untrusted file in a student's folder.
 
     Raises
     ------
@@ -93,13 +93,22 @@ def read(path: Path, most: int | None = None) -> bytes:
     return data
 
 
+def version(path: Path) -> tuple[int, ...] | None:
+    """Return numbers that change when a file is written or replaced; None if it is not there."""
+    try:
+        about = path.lstat()
+    except OSError:
+        return None
+    return about.st_dev, about.st_ino, about.st_size, about.st_mtime_ns
+
+
 def reason(error: Exception) -> str:
     """Return why a file could not be read, without the system's number and path."""
     return getattr(error, "strerror", None) or str(error)
 
 
 def replace(source: Path, target: Path) -> None:
-    """Give a file another's name, in its place.
+    """Move a file to another's place, atomically.
 
     Raises
     ------
@@ -110,7 +119,7 @@ def replace(source: Path, target: Path) -> None:
 
 
 def from_json(data: bytes, **hooks: Any) -> Any:
-    """Parse a JSON file that may hold anything, so that what is returned can always be copied and written again.
+    """Parse an untrusted JSON file; the result can always be copied and written again.
 
     Halves of surrogate pairs, which UTF-8 does not have, become question marks.
 
@@ -141,23 +150,23 @@ def _depth(value: Any) -> int:
 
 
 def shown(path: str | PurePath) -> str:
-    """Return a path as text that can be printed: the bytes of its name may be no UTF-8."""
+    """Return a path as text that can be printed, though its name may not be valid UTF-8."""
     return no_escapes(str(path).encode(errors="replace").decode())
 
 
 def write(target: str | os.PathLike[str], content: Content) -> os.stat_result:
-    """Write a file in place of an earlier one, under a temporary name first.
+    """Write a file atomically, under a temporary name first.
 
     Parameters
     ----------
     target : the file
-    content : bytes; or text, which is written as UTF-8, its line ends as they are; or a function that is given a path,
-        whose ending is not the target's, and writes the file there
+    content : bytes; or text, which is written as UTF-8 with its line ends unchanged; or a function that writes the
+        file to a path, which has another ending than the target
 
     Returns
     -------
     os.stat_result
-        Of what was written, taken before it bore the target's name: another program may have replaced it since.
+        Of the written file, taken before it got its name: another program may have replaced it since.
 
     Raises
     ------
@@ -174,6 +183,6 @@ def write(target: str | os.PathLike[str], content: Content) -> os.stat_result:
         written = scratch.stat()
         replace(scratch, target)
     finally:
-        with contextlib.suppress(OSError):  # it is gone, after all went well; and what went wrong before says more
+        with contextlib.suppress(OSError):  # on success it is gone; on failure, the first error says more
             scratch.unlink()
     return written

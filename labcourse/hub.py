@@ -1,4 +1,4 @@
-"""A JupyterHub: where this runs on one, it says who its user is, and has a server of its own."""
+"""A JupyterHub: its user, and whether this program runs on one."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from labcourse import program, student_id
 from labcourse.errors import ConfigurationError, StudentIDError
 
 USER = "JUPYTERHUB_USER"  #: environment variable that a hub sets for each user's server
-_BINDER = ("BINDER_LAUNCH_HOST", "BINDER_REPO_URL", "BINDER_REQUEST")  # its hub makes up a user for each visit
+_BINDER = ("BINDER_LAUNCH_HOST", "BINDER_REPO_URL", "BINDER_REQUEST")  # its hub invents a user for each visit
 
 
 def user() -> str:
-    """The student ID that the hub knows its user by; "" where there is no hub, or nobody in particular uses it.
+    """Return the hub's name for its user as a student ID; "" without a hub, or if its users are anonymous.
 
     Raises
     ------
@@ -28,16 +28,16 @@ def user() -> str:
         ) from None
 
 
-def another(student: str) -> str:
-    """What is to be said where a student is not whom the hub knows; "" where they are the same, or there is no hub."""
+def other_user(student: str) -> str | None:
+    """Return a message if a student is not the hub's user; None if they are the same, or without a hub."""
     named = _name()
     if not named or student_id.caseless(named) == student_id.caseless(student):
-        return ""
+        return None
     return f"The hub knows you as {named[: student_id.LONGEST]!r}. The work here is that of {student!r}."
 
 
 def is_here() -> bool:
-    """Whether a hub runs the server: then JupyterLab is there already, at an address that the hub gives."""
+    """Check whether a hub runs the server: then JupyterLab runs already, at the hub's address."""
     return bool(os.environ.get("JUPYTERHUB_SERVICE_PREFIX"))
 
 

@@ -1,4 +1,4 @@
-"""The command ``lab``: a student's folder is filled with the course, and JupyterLab opens on it."""
+"""The command ``lab``: fill a student's folder with the course, and open JupyterLab on it."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from labcourse import benches, course_file, course_place, courses, files, hub, p
 from labcourse.errors import ConfigurationError, StudentIDError
 from labcourse.files import COURSE_FILE
 from labcourse.jupyterlab import open_jupyterlab
+from labcourse.messages import plural
 from labcourse.safe_text import no_escapes, say
 
 
@@ -31,81 +32,60 @@ def lab(
     earlier release of the course, the course's own cells become those of the installed one. On a JupyterHub, where
     JupyterLab runs already, that is all.
     """
-    given = list(words or [])
-    named = Path(given.pop(0)) if given and not given[0].startswith("-") else None
-    if given and not given[0].startswith("-"):
-        raise typer.BadParameter(f"One folder, please; {given[0]!r} is another. Put JupyterLab's options after --.")
+    arguments = list(words or [])
+    given = Path(arguments.pop(0)) if arguments and not arguments[0].startswith("-") else None
+    if arguments and not arguments[0].startswith("-"):
+        raise typer.BadParameter(f"One folder, please; {arguments[0]!r} is another. Put JupyterLab's options after --.")
     if student is not None:
         student = student_id.normalised(student)
-    folder, said = course_place.choose(named, _names())
-    for line in said:
-        say(line)
-    if student is None:
+    installed = courses.current()
+    folder, messages = course_place.choose(given, [path.name for path in installed.notebooks.glob("*.ipynb")])
+    say(*messages)
+    is_source = _is_home(folder, installed.notebooks) and not _release_of(installed.notebooks)
+    if student is None and not is_source:
         student = _asked(folder)
-    for line in fill(folder, student):
-        say(line)
-    if not _is_source(folder):
+    say(*fill(folder, student))
+    if not is_source:
         course_place.remember(folder)
-        if told := hub.another(course_file.student(folder)):
-            typer.echo(told)
+        if message := hub.other_user(course_file.student(folder)):
+            typer.echo(message)
     if hub.is_here():
         typer.echo(f"JupyterLab runs here already, as the hub's: open {folder} in its file browser.")
         raise typer.Exit
-    raise typer.Exit(open_jupyterlab(folder, given))
-
-
-def _names() -> list[str]:
-    """File names of the course's notebooks."""
-    return [path.name for path in courses.current().notebooks.glob("*.ipynb")]
-
-
-def _is_source(folder: Path) -> bool:
-    """Whether a folder is that of a checkout's own notebooks, where nobody works as a student."""
-    course = courses.current().notebooks
-    return _is_home(folder, course) and not _is_release(course)
+    raise typer.Exit(open_jupyterlab(folder, arguments))
 
 
 def _is_home(folder: Path, course: Path) -> bool:
     return folder.resolve() == course.resolve()
 
 
-def _is_release(course: Path) -> bool:
-    return course_file.RELEASE in _begun(course)
-
-
 def _asked(folder: Path) -> str | None:
-    """The ID of whoever sits at the terminal, or of the hub's user, where the folder does not know it; None if nobody
-    gives one.
-    """
+    """Ask the hub, or the person at the terminal, for the student's ID, if the folder has none; None if unknown."""
     try:
         known = (course_file.read(folder) or {}).get(course_file.STUDENT)
     except ConfigurationError:  # it may name a student: filling the folder says so
         return None
-    if known or _is_source(folder):
+    if known:
         return None
-    if named := _hubs_user():
-        told = "The hub knows you as {named}: that is your student ID. Is it another? Give it by --student YOUR-ID."
-        typer.echo(told.format(named=named))
-        return named
+    try:
+        if user := hub.user():
+            typer.echo(
+                f"The hub knows you as {user}: that is your student ID. Is it another? Give it by --student YOUR-ID."
+            )
+            return user
+    except ConfigurationError as error:  # no ID, but a person at the terminal may have one
+        typer.secho(no_escapes(str(error)), fg="red")
     while _at_a_terminal():
         prompt = "Your student ID, by which your instructor knows you (Enter: later)"
-        given = typer.prompt(prompt, default="", show_default=False).strip()
-        if not given:
+        answer = typer.prompt(prompt, default="", show_default=False).strip()
+        if not answer:
             break
         try:
-            return student_id.normalised(given)
+            return student_id.normalised(answer)
         except StudentIDError as error:
             typer.secho(no_escapes(str(error)), fg="red")
     typer.echo("There is no student ID yet, and the bench is nobody's: give your ID by --student YOUR-ID.")
     return None
-
-
-def _hubs_user() -> str:
-    try:
-        return hub.user()
-    except ConfigurationError as error:  # no ID, but whoever sits at the terminal may have one
-        typer.secho(no_escapes(str(error)), fg="red")
-        return ""
 
 
 def _at_a_terminal() -> bool:
@@ -113,9 +93,9 @@ def _at_a_terminal() -> bool:
 
 
 def fill(folder: Path, student: str | None = None) -> list[str]:
-    """Copy into a folder what is not there yet of the course, and write down the student. No answer is overwritten.
+    """Copy the course's files that a folder lacks, and write down the student. No answer is overwritten.
 
-    A folder that was begun under another release is brought to the installed one.
+    A folder that was begun under another release is updated to the installed one.
 
     Parameters
     ----------
@@ -130,7 +110,7 @@ def fill(folder: Path, student: str | None = None) -> list[str]:
     Raises
     ------
     ConfigurationError
-        If the ID cannot be one, there are no notebooks to copy, or ``course.json`` cannot be written.
+        If the ID is not valid, there are no notebooks to copy, or ``course.json`` cannot be written.
     """
     if student is not None:
         student = student_id.normalised(student)
@@ -139,31 +119,30 @@ def fill(folder: Path, student: str | None = None) -> list[str]:
     if folder.exists() and not folder.is_dir():
         raise ConfigurationError(f"{folder} is not a folder.")
     folder.mkdir(parents=True, exist_ok=True)
-    at_home = _is_home(folder, course)
-    begun = _begun(folder).get(course_file.RELEASE)
-    lines = [] if at_home else _brought_up_to_date(folder, course, student)
-    if begun is not None and begun == _begun(course).get(course_file.RELEASE):
+    at_home, begun = _is_home(folder, course), _release_of(folder)
+    lines = [] if at_home else _updated(folder, course, student)
+    if begun is not None and begun == _release_of(course):
         lines += _missing(folder, course)
     elif not at_home:
         lines += _copied(folder, course)
     if student is not None:
         # In a checkout, the bench is as it is drawn now: a file that names the student alone is of the first draw.
-        now = {} if _is_release(course) else {"draw": installed.draw}
-        _write_course(folder, {**(_begun(folder) or now), course_file.STUDENT: student})
+        now = {} if _release_of(course) else {"draw": installed.draw}
+        _write_course(folder, {**(_about(folder) or now), course_file.STUDENT: student})
         lines.append(f"Student: {student}")
     return lines
 
 
 def _missing(folder: Path, course: Path) -> list[str]:
-    """Name the notebooks that are not in a folder of this release: some hand out a course week by week."""
+    """Name the notebooks that a folder of this release lacks: some hand out a course week by week."""
     names = [path.stem for path in sorted(course.glob("*.ipynb")) if not (folder / path.name).exists()]
     return [f"Not in {folder}: {', '.join(names)}. {program.name()} restore NAME brings one."] if names else []
 
 
 def _copied(folder: Path, course: Path) -> list[str]:
-    """Copy what is not there yet, and say so."""
+    """Copy the files that a folder lacks, and return messages about it."""
     wanted = {path.name: path for path in sorted(course.glob("*.ipynb"))}
-    if _is_release(course):  # a checkout always has recordings; students have those that their release hands out
+    if _release_of(course):  # a checkout always has recordings; students have those that their release hands out
         wanted |= {f"data/{path.name}": path for path in sorted((course.parent / "data").glob("*.mat"))}
     linked = [name for name in wanted if (folder / name).is_symlink() or (folder / name.partition("/")[0]).is_symlink()]
     copied = [name for name in wanted if name not in linked and not (folder / name).exists()]
@@ -171,8 +150,6 @@ def _copied(folder: Path, course: Path) -> list[str]:
         (folder / name).parent.mkdir(exist_ok=True)
         files.write(folder / name, wanted[name].read_bytes())
     if copied and len(copied) == len(wanted):
-        from labcourse.messages import plural
-
         notebooks = plural(sum(name.endswith(".ipynb") for name in copied), "{count} notebook", "{count} notebooks")
         return [f"The course was copied to {folder}: {notebooks}."]
     lines = [f"Copied to {folder}: {', '.join(copied)}"] if copied else []
@@ -181,13 +158,13 @@ def _copied(folder: Path, course: Path) -> list[str]:
     return lines
 
 
-def _brought_up_to_date(folder: Path, released: Path, student: str | None) -> list[str]:
-    """Bring a folder that was begun under another release to the installed one, and say so."""
+def _updated(folder: Path, released: Path, student: str | None) -> list[str]:
+    """Update a folder that was begun under another release to the installed one, and return messages about it."""
     about = course_file.read(released) or {}
     release = about.get(course_file.RELEASE)
     try:
-        begun = _begun(folder) if student else course_file.read(folder) or {}
-    except ConfigurationError as error:  # it may name a student: whoever knows who should mend it
+        begun = _about(folder) if student else course_file.read(folder) or {}
+    except ConfigurationError as error:  # it may name a student, and only a person can mend it
         return [str(error)]
     if not release or begun.get(course_file.RELEASE) == release:  # a checkout is no release
         return []
@@ -211,12 +188,16 @@ def _same_bench(begun: dict[str, Any], about: dict[str, Any]) -> bool:
         return False
 
 
-def _begun(folder: Path) -> dict[str, Any]:
-    """What a folder's ``course.json`` says; nothing, if it is broken."""
+def _about(folder: Path) -> dict[str, Any]:
+    """Return the content of a folder's ``course.json``; nothing if it is broken."""
     try:
         return course_file.read(folder) or {}
     except ConfigurationError:
         return {}
+
+
+def _release_of(folder: Path) -> Any:
+    return _about(folder).get(course_file.RELEASE)
 
 
 def _write_course(folder: Path, course: dict[str, Any]) -> None:

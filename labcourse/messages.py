@@ -5,13 +5,13 @@ from __future__ import annotations
 import errno
 from collections.abc import Sequence
 
-DISK_FULL = (errno.ENOSPC, errno.EDQUOT)  #: what the system says of a full disk, and of a user's full share of it
+DISK_FULL = (errno.ENOSPC, errno.EDQUOT)  #: errors of a full disk, and of a user's full quota
 FREE_SPACE = "Free some space, and run the same command again."
 
 
-def plural(count: int, one: str, many: str) -> str:
+def plural(count: int, singular: str, plural: str) -> str:
     """Return the form that a count needs: ``plural(2, "{count} curve", "{count} curves")`` is "2 curves"."""
-    return (one if count == 1 else many).format(count=count)
+    return (singular if count == 1 else plural).format(count=count)
 
 
 def listed(texts: Sequence[str], most: int) -> str:

@@ -1,4 +1,4 @@
-"""How every picture looks.
+"""The style of all pictures.
 
 The colours are Okabe and Ito's, which people with any kind of colour vision can tell apart. Each stands for one thing
 throughout the course, and what is drawn together differs in line style too, so that a grey print can be read.
@@ -19,7 +19,7 @@ from PIL import Image
 
 BLACK, BLUE, VERMILLION, GREEN, PURPLE = "#000000", "#0072B2", "#D55E00", "#009E73", "#CC79A7"
 
-#: What a line stands for -> how it is drawn. Keyword arguments of ``Axes.plot``.
+#: The meaning of a line → how it is drawn. Keyword arguments of ``Axes.plot``.
 ROLES: dict[str, dict[str, Any]] = {
     "reference": {"color": BLACK, "linestyle": (0, (5, 2)), "linewidth": 1.2},
     "measured": {"color": VERMILLION, "linestyle": "-", "linewidth": 1.5},
@@ -31,7 +31,7 @@ ROLES: dict[str, dict[str, Any]] = {
 WIDTH = 7.0  #: inches; the width of every plot
 DOTS_PER_INCH = 130  # crisp on paper and on dense screens ...
 SHOWN_PER_INCH = 100  # ... while the notebook shows it at this size
-SWITCH = "LABCOURSE_PICTURES"  #: environment variable; "off" draws no image, as where nobody looks at the notebook
+SWITCH = "LABCOURSE_PICTURES"  #: environment variable; "off" draws no image, if nobody looks at the notebook
 
 STYLE: Any = {
     "axes.axisbelow": True,
@@ -57,10 +57,10 @@ STYLE: Any = {
 
 @contextmanager
 def style() -> Iterator[None]:
-    """The course's matplotlib settings, for the length of a ``with`` block.
+    """Use the course's matplotlib settings within a ``with`` block.
 
-    Only these are put back afterwards. (``rc_context`` puts back all: a pyplot that is first imported inside the block
-    would lose its notebook backend's settings, and students' plots would not show.)
+    Only these are restored afterwards. (``rc_context`` restores all: a pyplot that is first imported inside the block
+    would lose the settings of its notebook backend, and students' plots would not show.)
     """
     before = {name: mpl.rcParams[name] for name in STYLE}
     mpl.rcParams.update(STYLE)
@@ -75,7 +75,7 @@ class Picture(Figure):
 
     Attributes
     ----------
-    alt_text : what is to be seen, for somebody who cannot see it
+    alt_text : a description, for somebody who cannot see it
 
     It is not registered with pyplot: nothing has to be closed, and a notebook shows it once.
     """
@@ -87,12 +87,12 @@ class Picture(Figure):
 
 
 def new_picture(width: float, height: float, layout: Literal["constrained"] | None = "constrained") -> Picture:
-    """An empty picture of the given size (inches). Call it, and draw, within ``style()``."""
+    """Return an empty picture of the given size (inches). Call it, and draw, within ``style()``."""
     return Picture(figsize=(width, height), layout=layout)
 
 
 def png(figure: Figure) -> bytes:
-    """The figure as an opaque PNG image, of 128 colours: a third of the size, and none is missed in a plot."""
+    """Render a figure as an opaque PNG of 128 colours, which are enough for a plot, at a third of the size."""
     drawn, packed = io.BytesIO(), io.BytesIO()
     if figure.get_layout_engine() is None and any(axes.get_subplotspec() for axes in figure.axes):
         # Else a label may be cut off.
@@ -104,7 +104,7 @@ def png(figure: Figure) -> bytes:
 
 
 def bundle(figure: Figure, alt: str) -> tuple[dict[str, str], dict[str, Any]]:
-    """A notebook's display data and metadata for a figure."""
+    """Return a notebook's display data and metadata for a figure."""
     if os.environ.get(SWITCH) == "off":
         return {"text/plain": repr(figure)}, {}
     image = base64.b64encode(png(figure)).decode("ascii")

@@ -26,7 +26,7 @@ class Recording:
     ----------
     channels : by name
     sample_time : s
-    metadata : plain data: which experiment it is, and with which settings
+    metadata : JSON data: the experiment and its settings
     """
 
     channels: Mapping[str, Channel]

@@ -1,6 +1,6 @@
-"""The course as it was handed out: its notebooks, and what they say of the course they belong to.
+"""The course as released: its notebooks, and the packages and catalogue that they import.
 
-A notebook as handed out is a *master*: what a student's own is held against.
+A notebook as released is a *master*: students' notebooks are compared with it.
 """
 
 from __future__ import annotations
@@ -15,14 +15,14 @@ from typing import TYPE_CHECKING, Any
 from labcourse import course_file, courses
 from labcourse.errors import ConfigurationError
 
-if TYPE_CHECKING:  # the command begins here, and is quick to say what it can do
+if TYPE_CHECKING:  # for a quick --help
     from labcourse.answers.catalogue import Catalogue
 
 Notebook = dict[str, Any]  #: as in the file
 
 
 def masters() -> dict[str, Notebook]:
-    """Return the notebooks of the course that is worked on, as handed out: file name → content, in order.
+    """Return the masters of the current course: file name → content, in order.
 
     Raises
     ------
@@ -34,33 +34,33 @@ def masters() -> dict[str, Notebook]:
 
 
 def release() -> str:
-    """The name of the release that is installed; "" where there is none, as in a checkout."""
+    """Return the name of the installed release; "" without one, as in a checkout."""
     try:
-        named = (course_file.read(courses.current().notebooks) or {}).get(course_file.RELEASE)
+        name = (course_file.read(courses.current().notebooks) or {}).get(course_file.RELEASE)
     except ConfigurationError:
         return ""
-    return named if isinstance(named, str) else ""
+    return name if isinstance(name, str) else ""
 
 
 def imports_of(notebooks: Mapping[str, Notebook]) -> tuple[str, ...]:
-    """The import statements of masters, each once, in order."""
-    found = [
+    """Return the import statements of masters, each once, in order."""
+    imports = [
         ast.unparse(statement)
         for notebook in notebooks.values()
         for statement in _statements(notebook)
         if isinstance(statement, ast.Import | ast.ImportFrom)
     ]
-    return tuple(dict.fromkeys(found))
+    return tuple(dict.fromkeys(imports))
 
 
 def packages_of(notebooks: Mapping[str, Notebook]) -> tuple[str, ...]:
-    """Return top-level names of the modules that work needs: those that masters import, and ``labcourse``."""
+    """Return the top-level packages that masters import, and ``labcourse``."""
     names = {name.partition(".")[0] for notebook in notebooks.values() for name in _modules(notebook)}
     return tuple(sorted({*names, "labcourse"}))
 
 
 def catalogue_of(notebooks: Mapping[str, Notebook]) -> Catalogue:
-    """The catalogue of the course that masters belong to: the ``CATALOGUE`` of a module that they import.
+    """Find the catalogue of the masters' course: the ``CATALOGUE`` of a module that they import.
 
     Raises
     ------
@@ -76,13 +76,11 @@ def catalogue_of(notebooks: Mapping[str, Notebook]) -> Catalogue:
             continue
         if isinstance(catalogue, Catalogue):
             return catalogue
-    raise ConfigurationError(
-        "None of the modules that the course's notebooks import has the course's questions (CATALOGUE)."
-    )
+    raise ConfigurationError("No module that the course's notebooks import has the course's questions (CATALOGUE).")
 
 
 def asked_of(notebooks: Mapping[str, Notebook], folder: Path) -> Catalogue:
-    """The catalogue of what is asked of whoever works in a folder: a class may begin in the middle.
+    """Return the catalogue for a student's folder: a class that begins in the middle is asked less.
 
     Raises
     ------
@@ -96,7 +94,7 @@ def asked_of(notebooks: Mapping[str, Notebook], folder: Path) -> Catalogue:
 
 
 def _modules(notebook: Notebook) -> Iterator[str]:
-    """Modules that a master imports, or may, those first whose name says that they are a course's laboratory."""
+    """List the names that a master imports, which may be modules; a course's ``lab`` first."""
     names = []
     for statement in _statements(notebook):
         match statement:
@@ -108,7 +106,7 @@ def _modules(notebook: Notebook) -> Iterator[str]:
 
 
 def _statements(notebook: Notebook) -> Iterator[ast.stmt]:
-    """Statements of the code cells; cells that are not Python alone have none."""
+    """Parse the code cells; cells that are not plain Python are skipped."""
     for cell in notebook["cells"]:
         if cell["cell_type"] == "code":
             try:

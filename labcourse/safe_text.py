@@ -1,4 +1,4 @@
-"""Untrusted text made harmless for a terminal and for a spreadsheet."""
+"""Make untrusted text harmless for a terminal and for a spreadsheet."""
 
 from __future__ import annotations
 
@@ -9,19 +9,19 @@ import unicodedata
 from collections.abc import Iterable
 
 _NUMBER = re.compile(r"-?\d+(\.\d+)?(e[+-]?\d+)?", re.IGNORECASE)
-#: Where a spreadsheet would begin to calculate: at the beginning of a cell; and behind a semicolon or a line's end,
-#: because one that splits at semicolons, as in many countries, takes quotes in a line for letters.
+#: The beginning of a formula: at the beginning of a cell; and after a semicolon or a line's end, as spreadsheets that
+#: split at semicolons, which many countries use, read quotes within a line as letters.
 _FORMULA = re.compile(r"(^[ \u3000\xa0]*(?=[=+\-@＝＋－＠\t\r\n])|[;\n][\s\"]*(?=[=+\-@＝＋－＠]))")
 _KEPT = "\n\t\u200c\u200d"  # lines, tabs, and how letters and emoji join
 
 
 def no_escapes(text: str) -> str:
-    """Text without what steers a terminal or turns the direction of writing: each such character as "\\x1b"."""
-    return "".join(one if one in _KEPT or not _steers(one) else ascii(one)[1:-1] for one in text)
+    """Replace characters that control a terminal or the direction of writing by codes as "\\x1b"."""
+    return "".join(sign if sign in _KEPT or not _steers(sign) else ascii(sign)[1:-1] for sign in text)
 
 
 def say(*lines: str, err: bool = False) -> None:
-    """Print lines that may hold untrusted text, without what steers a terminal."""
+    """Print lines that may have untrusted text in them, without characters that control a terminal."""
     import typer
 
     for line in lines:
@@ -34,20 +34,20 @@ def _steers(character: str) -> bool:
 
 
 def spreadsheet_cell(text: str) -> str:
-    """Text that a spreadsheet takes for text: a ' stands before what would be a formula."""
+    """Put a ' before each formula in a text, so that spreadsheets take it for text."""
     return _FORMULA.sub(
-        lambda found: f"{found[0]}'" if found[0][:1] in (";", "\n") else f"'{found[0]}", no_escapes(text)
+        lambda match: f"{match[0]}'" if match[0][:1] in (";", "\n") else f"'{match[0]}", no_escapes(text)
     )
 
 
 def from_spreadsheet_cell(text: str) -> str:
-    """Return a text without the signs that :func:`spreadsheet_cell` puts before what looks like a formula."""
+    """Remove the signs that :func:`spreadsheet_cell` puts before formulas."""
     plain = re.sub(r"^'(?=[ \u3000\xa0]*[=+\-@＝＋－＠\t\r\n])|(?<=[;\s\"])'(?=[=+\-@＝＋－＠])", "", text)
     return plain if spreadsheet_cell(plain) == text else text
 
 
 def as_csv(rows: Iterable[Iterable[str]]) -> str:
-    """Return a table as CSV: every cell in quotes, and those that are no numbers as :func:`spreadsheet_cell` says."""
+    """Format a table as CSV, with quotes around each cell; :func:`spreadsheet_cell` is applied to all but numbers."""
     table = io.StringIO(newline="")
     cells = ([cell if _NUMBER.fullmatch(cell) else spreadsheet_cell(cell) for cell in row] for row in rows)
     csv.writer(table, quoting=csv.QUOTE_ALL).writerows(cells)

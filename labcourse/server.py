@@ -1,27 +1,36 @@
-"""What the command `lab` has JupyterLab's server do differently: quick explorers, and kernels that start safely.
-
-The server sends a small message ("busy") and then the new picture of an explorer. On a connection that gathers small
-messages, as is usual (Nagle's algorithm), the second waits until the browser has acknowledged the first, and a browser
-that has nothing else to say does so after 40 ms: half of the time from a slider to its picture.
-"""
+"""JupyterLab's server as ``labcourse lab`` runs it: it prints one line, stops at once, and starts kernels safely."""
 
 from __future__ import annotations
 
+import contextlib
 import os
+import signal
 import sys
+import urllib.parse
+import webbrowser
 from typing import Any
 
 from jupyter_client.kernelspec import KernelSpec
+from jupyter_server.serverapp import ServerApp
 from jupyter_server.services.kernels.connection.channels import ZMQChannelsWebsocketConnection
 
-from labcourse.jupyterlab import KERNEL
+from labcourse.kernels import KERNEL
+
+_SIGNALS = ("SIGINT", "SIGTERM", "SIGHUP")  # Windows has no SIGHUP
+_LOCAL = ("localhost", "127.0.0.1", "::1")
+_EVERYWHERE = ("", "0.0.0.0", "::")  # addresses that stand for all of a machine's
 
 
 class PromptConnection(ZMQChannelsWebsocketConnection):
-    """A kernel's connection to a page that sends each message at once."""
+    """A kernel's connection to a page that sends each message at once.
+
+    The server sends a small message ("busy") and then the new picture of an explorer. If small messages are gathered
+    (Nagle's algorithm, the default), the second waits until the browser has acknowledged the first, up to 40 ms: half
+    of the time from a slider to its picture.
+    """
 
     def connect(self) -> Any:
-        """As ever, without gathering."""
+        """Connect, with Nagle's algorithm switched off."""
         self.websocket_handler.set_nodelay(True)
         return super().connect()
 
@@ -37,4 +46,49 @@ class SafeKernelSpec(KernelSpec):
         super().__init__(**given)
 
 
-os.environ.pop("PYTHONSAFEPATH", None)  # the server inherits it; terminals run students' programs as ever
+class CourseServer(ServerApp):
+    """A server that prints its address in one line, and stops at the first Ctrl-C without a question."""
+
+    _ending = False
+
+    def init_signal(self) -> None:
+        """End the kernels and stop at any signal to end; kernels leave benches at 0 V."""
+        super().init_signal()
+        for name in _SIGNALS:
+            if hasattr(signal, name):
+                signal.signal(getattr(signal, name), self._end)
+
+    def start_app(self) -> None:
+        """Start to serve, and print the address.
+
+        Root, which is usual in a container, needs no option while only this machine is let in.
+        """
+        self.allow_root = self.allow_root or self.ip in _LOCAL
+        self.open_browser = self.open_browser and has_browser()
+        super().start_app()
+        # It listens when its loop runs: the callback before this one sees to it.
+        self.io_loop.add_callback(print, f"JupyterLab runs at {self.address}  (Ctrl-C ends it.)", flush=True)
+
+    @property
+    def address(self) -> str:
+        """The address of the first page on this machine, with the token. A container makes up its host's name."""
+        url = urllib.parse.urlsplit(self.local_url if self.ip in _EVERYWHERE else self.public_url)
+        token = self.identity_provider.token
+        return url._replace(query=f"token={urllib.parse.quote(token)}" if token else "").geturl()
+
+    def _end(self, *_: Any) -> None:
+        if not self._ending:  # a second Ctrl-C must not interrupt the end
+            self._ending = True
+            self.stop(from_signal=True)
+            with contextlib.suppress(OSError):  # the terminal may be closed
+                print("Stopping JupyterLab.", flush=True)
+
+
+def has_browser() -> bool:
+    """Check whether a browser that can show JupyterLab can be opened: one in the terminal cannot."""
+    try:
+        webbrowser.get()
+    except webbrowser.Error:
+        return False
+    screens = ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER")
+    return sys.platform in ("win32", "darwin", "cygwin") or any(os.environ.get(name) for name in screens)

@@ -15,13 +15,13 @@ from typing import Any, Self
 from labcourse import course_file, courses, hub, student_id
 from labcourse.answers import cell_reports, forms, predicting, reflection
 from labcourse.answers.answers import AnswerBook
-from labcourse.answers.beginning import Beginning
-from labcourse.answers.catalogue import Catalogue
+from labcourse.answers.catalogue import Catalogue, enumeration
 from labcourse.answers.parts import Question
 from labcourse.answers.probes import check_seed
 from labcourse.answers.report_files import FolderReports
-from labcourse.answers.saved_words import SavedWords
+from labcourse.answers.starts import Beginning
 from labcourse.answers.tables import ResultsTable
+from labcourse.answers.words import SavedWords
 from labcourse.errors import AnswerError, ConfigurationError, StudentIDError
 from labcourse.files import ANSWERS_FILE, COURSE_FILE
 from labcourse.messages import plural
@@ -35,16 +35,14 @@ _RAISE = object()
 
 
 def student_of(given: str, folder: Path) -> str:
-    """Return the student's name: the given one, or that of ``course.json`` in the folder, or the hub's, or "demo".
+    """Return the student's ID: the given one, or that of ``course.json`` in the folder, or the hub's, or "demo".
 
     Raises
     ------
     ConfigurationError
-        If it is not usable.
+        If it cannot be an ID.
     """
-    student: Any = given
-    if not given:
-        student = (course_file.read(folder) or {}).get("student") or hub.user() or DEMO
+    student: Any = given or (course_file.read(folder) or {}).get("student") or hub.user() or DEMO
     try:
         return student_id.normalised(student)
     except StudentIDError as error:
@@ -58,18 +56,18 @@ class Session:
 
     Parameters
     ----------
-    student : the student's id
-    folder : where answers are kept
+    student : the student's ID
+    folder : with the answers and notebooks
     catalogue : of the course
-    bench : identity of the bench, plain data; it is kept with the answers
+    bench : identity of the bench, as JSON data; it is saved with the answers
     seed : of the student's bench; inputs of functions are drawn from it, unless grading gives another
 
     Attributes
     ----------
     student, seed : as given
-    beginning : where the class begins, and what is given to it
-    catalogue, questions : of what is asked of this class; everything of it that can be answered, by number
-    book : the answers so far, but for those in words
+    beginning : where the class begins, and the values that it is given
+    catalogue, questions : what this class is asked; all that can be answered, by number
+    book : the answers so far, except those in words
     saved_words : the answers in words, as the notebooks in the folder hold them
     report_files : the reports' PDFs in the folder
     """
@@ -94,7 +92,7 @@ class Session:
 
     @classmethod
     def begin(cls, package: str, catalogue: Catalogue, student: str = "") -> Self:
-        """Begin a session in the notebook's folder, at a virtual bench that is drawn from ``seed``.
+        """Begin a session in the notebook's folder, at the student's virtual bench.
 
         Parameters
         ----------
@@ -116,7 +114,7 @@ class Session:
         return session
 
     def print_notices(self) -> None:
-        """Print what happened to the answers that the student should know."""
+        """Print messages about the stored answers."""
         for notices in (self.book.notices, self.saved_words.notices):
             for notice in notices:
                 print(f"Note      {notice}")
@@ -125,9 +123,9 @@ class Session:
     # --- answers -------------------------------------------------------------------------------------------------
 
     def answer(self, question: str, /, **parts: Any) -> None:
-        """Give answers to parts of a question, by name. Each is acknowledged by a line, and kept if its form is right.
+        """Answer parts of a question, by name. Print a line for each; an answer is saved if its form is right.
 
-        Only the form is looked at (kind, shape, units that are plausible), never the value.
+        Only the form is checked (kind, shape, plausible units), never the value.
 
         Raises
         ------
@@ -135,13 +133,13 @@ class Session:
             If there is no such question or part; the message names those that there are.
         """
         print(*self.record(question, **parts), sep="\n")
-        if not by_program():  # what is to be asked of words is asked while they are still in mind
+        if not by_program():  # questions about texts are asked while the student remembers them
             self.saved_words.refresh()
             self.print_notices()
 
     def record(self, question: str, /, **parts: Any) -> list[str]:
-        """As :meth:`answer`, but returns the lines: for explorers, which show them themselves."""
-        parts, unasked = self.beginning.sorted_out(question, parts)
+        """Answer as :meth:`answer` does, but return the lines, for explorers that show them themselves."""
+        parts, unasked = self.beginning.split(question, parts)
         if unasked and not parts:
             return unasked
         replies = self.book.answer(self.beginning.whole.find(question), parts, cell_now())
@@ -155,12 +153,12 @@ class Session:
         return [*map(str, replies), *unasked]
 
     def value(self, question: str, part: str, default: Any = _RAISE) -> Any:
-        """An answer that was given earlier, here or in another notebook.
+        """Return an earlier answer, of this notebook or another.
 
         Parameters
         ----------
         question, part : as in ``lab.value("1.2", "speed")``
-        default : returned, with a word of warning, where there is no answer yet
+        default : returned, with a printed warning, if there is no answer yet
 
         Returns
         -------
@@ -175,14 +173,15 @@ class Session:
         asked = self.beginning.whole.find(question)
         wanted = asked.part(part)
         self.refresh()
-        self.beginning.tell(question, part)
+        self.beginning.announce(question, part)
         content = self.content(question, part)
         if content is not None:
             try:
                 return forms.decode(wanted, content)
             except AnswerError as error:
                 raise AnswerError(f"{question}  {part}  cannot be read: {error} Answer it again.") from None
-        if default is not _RAISE and self.beginning.tell_unasked(question, part):
+        if default is not _RAISE and not self.beginning.is_asked(question, part):
+            print(f"{question}  {part}  is not asked in your class")
             return default
         cell_reports.lacked(question, part)
         missing = f"{question}  {part}  not answered yet: notebook {asked.notebook} asks for it"
@@ -194,7 +193,7 @@ class Session:
         return default
 
     def has(self, question: str, part: str) -> bool:
-        """Whether there is an answer to a part.
+        """Check whether there is an answer to a part.
 
         Raises
         ------
@@ -206,38 +205,36 @@ class Session:
         return self.content(question, part) is not None
 
     def given(self, questions: str, *values: Any) -> bool:
-        """Whether a cell has what it needs; where it has not, a line says which questions give it.
+        """Check whether a cell has the values that it needs; if not, print which questions give them.
 
         Parameters
         ----------
         questions : their numbers, as in ``lab.given("1.2, 1.3", speed, K)``
-        values : what the cell needs of them; None is what is not there yet
+        values : what the cell needs of them; None for a value that is not there yet
 
         Raises
         ------
         AnswerError
             If there is no such question.
         """
-        named = [self.beginning.whole.find(number.strip()).number for number in questions.split(",")]
+        numbers = [self.beginning.whole.find(number.strip()).number for number in questions.split(",")]
         if not any(value is None for value in values):
             return True
-        asked = [number for number in named if number in self.catalogue.everything]
-        if not asked:
-            print("This cell builds on questions that your class is not asked. Go on below it.")
-        elif len(asked) == 1:
-            print(f"Answer question {asked[0]} first; then run this cell again.")
+        asked = [number for number in numbers if number in self.catalogue.everything]
+        if asked:
+            named = f"question {asked[0]}" if len(asked) == 1 else f"questions {enumeration(asked)}"
+            print(f"Answer {named} first; then run this cell again.")
         else:
-            listed = f"{', '.join(asked[:-1])} and {asked[-1]}"
-            print(f"Answer questions {listed} first; then run this cell again.")
+            print("This cell builds on questions that your class is not asked. Go on below it.")
         return False
 
     def content(self, question: str, part: str) -> dict[str, Any] | None:
-        """An answer as plain data, or None: what is given; words as the saved notebook has them; what was recorded."""
+        """Return an answer as JSON data: a given value, a text of the saved notebook, or a recorded answer; or None."""
         own = self.saved_words.get(question, part) or self.book.get(question, part)
         return self.beginning.content(question, part) or own
 
     def table(self, number: str) -> ResultsTable:
-        """A results table, by its number as "Table 1", as filled in so far, to be shown.
+        """Return a results table, by its number as "Table 1", filled in so far, for a notebook to show.
 
         Raises
         ------
@@ -252,9 +249,9 @@ class Session:
     # --- progress ------------------------------------------------------------------------------------------------
 
     def progress(self, notebook: str = "") -> None:
-        """Print which questions are answered: all of the course, or those of one notebook.
+        """Print which questions are answered, in the whole course or in one notebook.
 
-        Answers in words are read from the notebooks as they are saved.
+        Answers in words are read from the saved notebooks.
 
         Raises
         ------
@@ -273,27 +270,24 @@ class Session:
                 if own := self.report_files.own(question.number):
                     state = f"in your own document, {own.name}"
                 print(f"{question.number:<16}  {question.title}: {state}")
-        self._say_what_is_read()
+        self._print_how_texts_are_read()
 
     def summary(self) -> None:
-        """Print how much of each notebook is answered, a line for each. Words count as they are saved."""
+        """Print how much of each notebook is answered, a line for each. Texts count as they are saved."""
         self.refresh()
         for notebook in self.catalogue.notebooks:
             asked = [question for question in self.questions.values() if question.notebook == notebook]
             done = sum(not self._missing(question) for question in asked)
-            print(
-                "{notebook:<26}  {done} of {questions} answered".format(
-                    notebook=notebook, done=done, questions=plural(len(asked), "{count} question", "{count} questions")
-                )
-            )
-        self._say_what_is_read()
+            questions = plural(len(asked), "{count} question", "{count} questions")
+            print(f"{notebook:<26}  {done} of {questions} answered")
+        self._print_how_texts_are_read()
 
     # --- predictions ---------------------------------------------------------------------------------------------
 
     def predict(self, question: str, /, **said: Any) -> None:
-        """Say what you expect of an experiment, before it. It stands then, and costs nothing if it is wrong.
+        """Predict the result of an experiment, before it. A prediction cannot be changed later, and is never marked.
 
-        Nothing of it is marked. Without a prediction, print what can be predicted, and what was.
+        Without a prediction, print what can be predicted, and what was.
 
         Raises
         ------
@@ -308,7 +302,7 @@ class Session:
         Parameters
         ----------
         question : number, as in "1.2"
-        why : what you think of the difference, in a sentence: kept, never marked
+        why : your explanation of the difference, in a sentence: it is saved, and never marked
 
         Raises
         ------
@@ -319,7 +313,7 @@ class Session:
         print(*predicting.observed(self.book, self.catalogue, question, why, self._found), sep="\n")
 
     def predicted(self, question: str, name: str) -> Any:
-        """What was predicted, to be drawn beside a recording: a number or a word; None if nothing was.
+        """Return a prediction, to be drawn beside a recording: a number or a word; None if there is none.
 
         Raises
         ------
@@ -329,22 +323,21 @@ class Session:
         self.book.refresh()
         return predicting.value(self.book, self.catalogue, question, name)
 
-    # --- their own answers, against each other -----------------------------------------------------------------------
+    # --- own answers, compared with each other -----------------------------------------------------------------------
 
     def checks(self) -> Iterable[reflection.Check]:
-        """What this student's own answers can be held against each other by: a course's own."""
+        """Return the course's checks that compare this student's own answers with each other."""
         return ()
 
     def reflect(self, *notebooks: str) -> None:
-        """Print what your own answers and recordings ask each other: questions, never verdicts. No key takes part.
+        """Compare your own answers and recordings with each other, and print questions about what does not agree.
 
-        What does not go together is asked about, with the numbers of the questions to look at. Nothing is marked by
-        it, and nothing is kept of it.
+        The correct answers are not used, nothing is marked, and nothing is saved.
 
         Parameters
         ----------
-        notebooks : by their numbers, as in ``lab.reflect("02")``: what can be asked when these are done; all unless
-            given
+        notebooks : by their numbers, as in ``lab.reflect("02")``: checks that are possible when these are done; all
+            unless given
 
         Raises
         ------
@@ -353,26 +346,25 @@ class Session:
         ConfigurationError
             If ``course.json`` cannot be read.
         """
-        silent = reflection.silence(course_file.of(self._folder) or {}, datetime.now().astimezone())
-        if silent:
-            print(silent)
+        if reason := reflection.silence(course_file.of(self._folder) or {}, datetime.now().astimezone()):
+            print(reason)
             return
         self.refresh()
         checks = self.beginning.possible(self.checks())
         print(reflection.reflect(reflection.of_notebooks(checks, self.beginning.whole, notebooks), self._found))
 
     def _found(self, question: str, part: str) -> Any:
-        """An answer that is there; raises AnswerError where none is, or none that can be read."""
+        """Return an answer; raises AnswerError if there is none, or none that can be read."""
         content = self.content(question, part)
         return forms.decode(self.beginning.whole.everything[question].part(part), content)
 
     def report(self, name: str, pdf: str | os.PathLike[str] = "") -> None:
-        """Make a report of what is recorded and saved, as HTML and PDF; or take a PDF of your own as the report.
+        """Make a report of the recorded and saved answers, as HTML and PDF; or use a PDF of your own as the report.
 
         Parameters
         ----------
-        name : of the report, or how its name begins
-        pdf : file of your own document, which then is the report
+        name : of the report, or the beginning of its name
+        pdf : file of your own document
 
         Raises
         ------
@@ -384,24 +376,24 @@ class Session:
     # --- before it is handed in ------------------------------------------------------------------------------------
 
     def check(self) -> None:
-        """Print what is recorded of the saved notebooks when they are run for marking, what is not, and why.
+        """Run the saved notebooks as for marking, and print which answers are recorded, which are not, and why.
 
-        They are run in a copy of the folder. Nothing is marked, and nothing is changed.
+        They run in a copy of the folder. Nothing is marked, and nothing is changed.
         """
         from_notebook.run("check", ["--student", self.student], self._folder, cell_now())
 
     def submit(self, *partners: str) -> None:
-        """Check the saved notebooks, and pack them into one zip to be handed in, with a receipt.
+        """Check the saved notebooks, and pack them into one zip to hand in, with a receipt.
 
         Parameters
         ----------
         partners : IDs of those who hand in the same work
         """
-        words = ["--student", self.student, *(f"--with={partner}" for partner in partners)]
-        from_notebook.run("submit", words, self._folder, cell_now(), needs_saving=True)
+        options = ["--student", self.student, *(f"--with={partner}" for partner in partners)]
+        from_notebook.run("submit", options, self._folder, cell_now(), needs_saving=True)
 
     def restore(self, *notebooks: str | int) -> None:
-        """Give back cells and text of the course's that were changed, moved or deleted. No answer is touched.
+        """Restore the course's cells that were changed, moved or deleted. No answer is changed.
 
         Parameters
         ----------
@@ -409,7 +401,7 @@ class Session:
         """
         from_notebook.run("restore", ["--", *map(str, notebooks)], self._folder, cell_now(), needs_saving=True)
 
-    def _say_what_is_read(self) -> None:
+    def _print_how_texts_are_read(self) -> None:
         if any(part.kind == "prose" for question in self.questions.values() for part in question.parts):
             print("Answers in words are read from the saved notebooks: save, and run this cell again.")
 
@@ -420,7 +412,7 @@ class Session:
         self.print_notices()
 
     def _missing(self, question: Question) -> list[str]:
-        """Names of the parts that have no answer, but for texts of a report that is a document of the student's own."""
+        """Return the names of the parts without an answer; texts of a report are not missing in an own document."""
         if self.report_files.own(question.number):
             return []
         return [part.name for part in question.parts if self.content(question.number, part.name) is None]

@@ -1,8 +1,8 @@
 """A student's ID: one rule for the laboratory, for submissions, and for the gradebook.
 
-An ID is a line of text that can name a folder on Windows, macOS and Linux: each student's results lie in one. It is
-kept in Unicode's composed form (NFC), without white space around, so that ``jürgen`` is one student with one bench,
-also where a Mac takes the ü apart. Capitals are kept as they are written, but tell nobody apart.
+An ID is a line of text that can name a folder on Windows, macOS and Linux: each student's results are in one. It is
+stored in Unicode's composed form (NFC), without white space around, so that ``jürgen`` is one student with one bench,
+although a Mac decomposes the ü. Capitals are stored as written, but IDs are compared without them.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ GRADES_FILE = "grades.csv"  #: in the folder of results, beside the students' fo
 GRADEBOOK_FILE = "gradebook.sqlite"  #: beside it
 HINTS_FILE = "hints.md"  #: beside it
 INTAKE_FILE = "intake.csv"  #: beside it
-#: Names that grading itself gives in the folder of results; the last three are SQLite's.
+#: Names of grading's own files in the folder of results; the last three are SQLite's.
 RESERVED = (
     GRADES_FILE,
     HINTS_FILE,
@@ -26,7 +26,7 @@ RESERVED = (
     GRADEBOOK_FILE,
     *(f"{GRADEBOOK_FILE}-{part}" for part in ("journal", "wal", "shm")),
 )
-_NOWHERE = '/\\:*?"<>|'  # these cannot stand in a folder's name on one system or another
+_NOWHERE = '/\\:*?"<>|'  # not allowed in a folder's name on some system
 _DEVICES = {
     *("con", "prn", "aux", "nul", "conin$", "conout$"),
     *(f"{device}{number}" for device in ("com", "lpt") for number in "123456789¹²³"),
@@ -34,12 +34,12 @@ _DEVICES = {
 
 
 def normalised(given: object) -> str:
-    """A student's ID as it is kept.
+    """Return a student's ID as it is stored.
 
     Raises
     ------
     StudentIDError
-        If it cannot be one; the message says why, and what to do.
+        If it cannot be an ID; the message says why, and what to do.
     """
     if not isinstance(given, str):
         raise StudentIDError(f"A student's ID should be text, not {given!a:.80}.")
@@ -51,17 +51,17 @@ def normalised(given: object) -> str:
 
 
 def composed(given: str) -> str:
-    """Any text in the form in which an ID is kept, whether it can be one or not."""
+    """Return any text in the form of a stored ID, whether it is valid or not."""
     return unicodedata.normalize("NFC", str.__str__(given)).strip()
 
 
 def caseless(given: str) -> str:
-    """The form by which IDs are compared, of any text: equal for the same student."""
+    """Return the form of any text by which IDs are compared: equal for the same student."""
     return unicodedata.normalize("NFC", composed(given).casefold())
 
 
 def _objections(student: str) -> Iterator[str]:
-    """Why an ID cannot be one. Each may take for granted what those before it ask for."""
+    """Say why a text cannot be an ID. Each check may rely on those before it."""
     if not student:
         yield "it is empty. Give the one that your instructor knows you by."
     unseen = [character for character in student if not character.isprintable()]
@@ -78,9 +78,9 @@ def _objections(student: str) -> Iterator[str]:
         yield "it ends with a dot, which Windows drops from a folder's name. Leave the dot out."
     unfit = [character for character in student if character in _NOWHERE]
     if unfit:
-        yield f"{unfit[0]} cannot stand in a folder's name on every system. Leave it out, or write - instead."
+        yield f"{unfit[0]} is not allowed in a folder's name on every system. Leave it out, or write - instead."
     if caseless(student) in RESERVED:
-        yield "grading gives a file of its own that name. Use another."
+        yield "grading has a file of that name. Use another."
     stem = student.partition(".")[0].rstrip()
     if caseless(stem) in _DEVICES:
         yield f"Windows keeps the name {stem} for a device. Use another."

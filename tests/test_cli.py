@@ -1,12 +1,9 @@
 """The command: what each part of it does, refuses, and leaves alone."""
 
 import json
-import os
 import re
-import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import pytest
@@ -260,7 +257,7 @@ def test_lab_comes_back_to_the_folder_of_last_time_from_anywhere(course, opened,
     done = rotflex("lab")
     assert opened[-1] == (work, []) and "as last time" in done.output and not list(Path().iterdir())
     done = rotflex("lab", "new", "--student", "bob")
-    assert "A new course is begun in new. The one of last time is in" in done.output
+    assert "A new course is begun in new. The last one is in" in done.output
     assert opened[-1] == (Path("new"), [])
 
 
@@ -285,57 +282,6 @@ def test_lab_refuses_what_is_no_id_and_no_folder_before_it_does_anything(course,
     done = rotflex("lab", *words)
     assert done.exit_code == 2 and named in " ".join(done.output.split())
     assert not Path("work").exists() and opened == []
-
-
-STUB = """
-import pathlib, signal, sys, time
-def stop(*_):
-    pathlib.Path("stopped").write_text("")
-    sys.exit(0)
-signal.signal(signal.SIGTERM, stop)
-signal.signal(signal.SIGINT, signal.SIG_IGN)  # as JupyterLab, which asks whether it is meant
-pathlib.Path("arguments.new").write_text("\\n".join(sys.argv[1:]))
-pathlib.Path("arguments.new").rename("arguments")
-time.sleep(300)
-"""
-
-
-@pytest.mark.parametrize(
-    "request_to_end", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP], ids=["Ctrl-C", "terminated", "terminal closed"]
-)
-def test_jupyterlab_is_ended_with_the_command(tmp_path, request_to_end):
-    (tmp_path / "stub" / "jupyterlab").mkdir(parents=True)
-    (tmp_path / "stub" / "jupyterlab" / "__init__.py").write_text("")
-    (tmp_path / "stub" / "jupyterlab" / "__main__.py").write_text(STUB)
-    environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(tmp_path / "stub"), str(ROOT)])}
-    # Who runs tests in the background may have Ctrl-C ignored, and what is started would ignore it, too.
-    previous = signal.signal(signal.SIGINT, signal.default_int_handler)
-    command = subprocess.Popen(
-        [sys.executable, "-m", "rotflex.cli", "lab", "work", "--", "--no-browser"],
-        cwd=tmp_path,
-        env=environment,
-        stdout=subprocess.DEVNULL,
-    )
-    try:
-        while not (tmp_path / "arguments").exists():
-            assert command.poll() is None
-            time.sleep(0.05)
-        command.send_signal(request_to_end)
-        assert command.wait(timeout=60) == 0
-    finally:
-        signal.signal(signal.SIGINT, previous)
-        command.kill()
-    assert (tmp_path / "stopped").exists()
-    arguments = (tmp_path / "arguments").read_text().splitlines()
-    assert (arguments[0], arguments[-1]) == (f"--ServerApp.root_dir={tmp_path / 'work'}", "--no-browser")
-
-
-def test_jupyterlabs_exit_code_is_the_commands(tmp_path, monkeypatch):
-    (tmp_path / "jupyterlab").mkdir()
-    (tmp_path / "jupyterlab" / "__init__.py").write_text("")
-    (tmp_path / "jupyterlab" / "__main__.py").write_text("raise SystemExit(7)")
-    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
-    assert lab_command.open_jupyterlab(tmp_path, []) == 7
 
 
 def test_release_says_what_it_made_and_keeps_it(tmp_path):

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import re
 import tomllib
-from pathlib import Path
 
 import pytest
 from checkout import ROOT
@@ -19,25 +18,16 @@ def page(name: str) -> str:
     return (ROOT / "docs" / name).read_text(encoding="utf-8")
 
 
-def ours(monkeypatch) -> dict[str, str]:
-    """What `rotflex lab` sets of its server, by name, but for what is of one folder or one machine."""
-    monkeypatch.setattr(jupyterlab, "_is_root", lambda: False)
-    monkeypatch.setattr(jupyterlab, "_has_browser", lambda: True)
-    settings = dict(option.partition("=")[::2] for option in jupyterlab._command(Path(), "lab", [])[4:])
-    here = {"--ServerApp.root_dir", "--LabApp.default_url", "--Application.log_level"}
-    return {name.lstrip("-"): value for name, value in settings.items() if name not in here}
-
-
-def test_a_hub_is_told_what_rotflex_lab_tells_its_own_server(monkeypatch):
+def test_a_hub_is_told_what_rotflex_lab_tells_its_own_server():
     (said,) = re.findall(r"c\.Spawner\.args = \[\n(.*?)\]", page("jupyterhub.md"), re.DOTALL)
     told = dict(one.lstrip("-").partition("=")[::2] for one in re.findall(r'"(.*?)",', said))
-    assert told == ours(monkeypatch)
+    assert told == jupyterlab.SETTINGS
 
 
-def test_binders_settings_are_among_those_of_rotflex_lab(monkeypatch):
+def test_binders_settings_are_among_those_of_rotflex_lab():
     script = (ROOT / "binder" / "postBuild").read_text(encoding="utf-8")
     told = dict(re.findall(r'^c\.(\S+) = "(.*)"$', script, re.MULTILINE))
-    assert len(told) == 2 and told.items() <= ours(monkeypatch).items()
+    assert len(told) == 2 and told.items() <= jupyterlab.SETTINGS.items()
     # repo2docker takes a dot alone for the name of a package, and installs before the folder is there.
     assert (ROOT / "binder" / "requirements.txt").read_text(encoding="utf-8") == "./\n"
 

@@ -1,7 +1,7 @@
-"""Pictures in a student's text, made safe to keep and to show: decoded within bounds, and written anew as PNG.
+"""Pictures in a student's text, made safe to store and to show: decoded within limits, and written anew as PNG.
 
-They come from untrusted files: attachments of a text cell, pictures that stand in the text itself ("data:"), and
-files beside the notebook. What cannot be read is left out, and told.
+They come from untrusted files: attachments of a text cell, pictures in the text itself ("data:"), and files beside the
+notebook. Pictures that cannot be read are left out, with a message.
 """
 
 from __future__ import annotations
@@ -24,10 +24,11 @@ MAX_BYTES = 20_000_000  #: of a picture as it comes; a telephone's largest photo
 MAX_PIXELS = 60_000_000  #: of one; a telephone's largest photographs have 50 million
 MAX_PIXELS_TOGETHER = 150_000_000  #: of all that are decoded for a notebook; three of the largest
 MAX_SIDE = 20_000  #: pixels of its height and of its width as it comes; a strip of few pixels takes very long
-LONGEST_SIDE = 1400  #: pixels, as it is kept; handwriting on a page can be read
-KEPT_BYTES = 700_000  #: of a picture as it is kept; six of them are within 5 MB
+LONGEST_SIDE = 1400  #: pixels, as it is stored; handwriting on a page can be read
+KEPT_BYTES = 700_000  #: of a picture as it is stored; six of them are within 5 MB
 _FORMATS = ("PNG", "JPEG", "GIF", "WEBP", "BMP")
 _SMALLER = (LONGEST_SIDE, 1000, 700, 400)  # until it is within KEPT_BYTES
+_TOO_MANY_PIXELS = f"it has more than {MAX_PIXELS // 1_000_000} million pixels"
 _SHOWN = 60  # characters of an untrusted name in a message
 
 #: A picture in Markdown, ``![words](target)``: its target in angle brackets or not, with or without a title.
@@ -40,7 +41,7 @@ _IN_TEXT = re.compile(r"(!\[[^\]\n]{0,500}\]\(\s{0,9}<?)data:image/[\w.+-]{1,30}
 
 
 class PictureError(Exception):
-    """A picture that is not kept; the message says why."""
+    """A picture that is left out; the message says why."""
 
 
 @dataclass
@@ -56,25 +57,25 @@ class Pictures:
 
     Attributes
     ----------
-    text : the answer's, in which pictures are now named
-    kept : name, as in the text (``attachment:name`` or a file's path) → PNG
-    told : what was left out, and why
+    text : of the answer, with a name in place of each picture in the text itself
+    saved : name, as in the text (``attachment:name`` or a file's path) → PNG
+    problems : what was left out, and why
     """
 
     text: str
-    kept: dict[str, bytes] = field(default_factory=dict)
-    told: list[str] = field(default_factory=list)
+    saved: dict[str, bytes] = field(default_factory=dict)
+    problems: list[str] = field(default_factory=list)
 
 
 def lifted(text: str) -> tuple[str, dict[str, str]]:
-    """A text without the pictures that stand in it letter by letter: they are named, and returned as base64."""
-    found: dict[str, str] = {}
+    """Replace the pictures in the text itself by names, and return the text and name → base64."""
+    pictures: dict[str, str] = {}
 
     def name(match: re.Match[str]) -> str:
-        found[f"in-text-{len(found) + 1}"] = match[2]
-        return f"{match[1]}attachment:in-text-{len(found)}"
+        pictures[f"in-text-{len(pictures) + 1}"] = match[2]
+        return f"{match[1]}attachment:in-text-{len(pictures)}"
 
-    return _IN_TEXT.sub(name, text), found
+    return _IN_TEXT.sub(name, text), pictures
 
 
 def pictures_of(
@@ -83,68 +84,64 @@ def pictures_of(
     files: Mapping[str, bytes] | None = None,
     budget: Budget | None = None,
 ) -> Pictures:
-    """The pictures that a text shows.
+    """Read the pictures that a text shows.
 
     Parameters
     ----------
     text : Markdown
     attachments : of its cell: name → media type → base64
-    files : the student's own beside the notebook: relative path → content
-    budget : what may still be decoded, for all answers of a notebook
+    files : the student's own files beside the notebook: relative path → content
+    budget : pixels that may still be decoded, for all answers of a notebook
     """
     budget = budget or Budget()
     text, inside = lifted(text)
-    found = Pictures(text)
+    result = Pictures(text)
     targets = dict.fromkeys(match["in"] or match["out"] for match in PICTURE.finditer(text, 0, LONGEST_PROSE))
     for target in targets:
-        if len(found.kept) == MOST:
-            found.told.append(f"more than {MOST} pictures: the first {MOST} are shown")
+        if len(result.saved) == MOST:
+            result.problems.append(f"more than {MOST} pictures: the first {MOST} are shown")
             break
         try:
-            found.kept[target] = as_png(_content(target, attachments, inside, files or {}), budget)
+            result.saved[target] = as_png(_content(target, attachments, inside, files or {}), budget)
         except PictureError as error:
-            found.told.append(f"the picture {target[:_SHOWN]!r}: {error}")
-    return found
+            result.problems.append(f"the picture {target[:_SHOWN]!r}: {error}")
+    return result
 
 
 def _content(
     target: str, attachments: Mapping[str, Mapping[str, str]], inside: Mapping[str, str], files: Mapping[str, bytes]
 ) -> bytes:
-    """The bytes of what a text names."""
+    """Return the content of the picture that a text names."""
     kind, _colon, name = target.partition(":")
     if kind == "attachment" and name in inside:
         return _decoded(inside[name])
     if kind == "attachment":
-        for spelt in (name, unquote(name)):
-            for media, data in attachments.get(spelt, {}).items():
+        for spelling in (name, unquote(name)):
+            for media, data in attachments.get(spelling, {}).items():
                 if media.startswith("image/"):
                     return _decoded(data)
         raise PictureError("it is not in the cell; paste it again")
-    for spelt in (target, unquote(target)):
-        if spelt.removeprefix("./") in files:
-            return files[spelt.removeprefix("./")]
+    for path in (target.removeprefix("./"), unquote(target).removeprefix("./")):
+        if path in files:
+            return files[path]
     raise PictureError("it is not in the notebook; paste it into the cell")
 
 
 def _decoded(data: str) -> bytes:
-    if len(data) > MAX_BYTES * 4 // 3 + 4:
-        raise PictureError(_too_large())
+    _check_size(len(data) * 3 // 4 - 3)
     try:
         return base64.b64decode(data)
     except (binascii.Error, ValueError):
         raise PictureError("it is damaged") from None
 
 
-def _too_large() -> str:
-    return f"it has more than {MAX_BYTES // 1_000_000} million bytes"
-
-
-def _too_many_pixels() -> str:
-    return f"it has more than {MAX_PIXELS // 1_000_000} million pixels"
+def _check_size(size: int) -> None:
+    if size > MAX_BYTES:
+        raise PictureError(f"it has more than {MAX_BYTES // 1_000_000} million bytes")
 
 
 def as_png(data: bytes, budget: Budget | None = None) -> bytes:
-    """A picture as a PNG of bounded size, of the pixels alone.
+    """Write a picture as a PNG of bounded size, with nothing but its pixels.
 
     Raises
     ------
@@ -152,8 +149,7 @@ def as_png(data: bytes, budget: Budget | None = None) -> bytes:
         If it is too large, is damaged, or is of a format that is not read.
     """
     budget = budget or Budget()
-    if len(data) > MAX_BYTES:
-        raise PictureError(_too_large())
+    _check_size(len(data))
     try:
         with Image.open(io.BytesIO(data), formats=_FORMATS) as image:
             _spend(image, budget)
@@ -163,7 +159,7 @@ def as_png(data: bytes, budget: Budget | None = None) -> bytes:
     except PictureError:
         raise
     except Image.DecompressionBombError:
-        raise PictureError(_too_many_pixels()) from None
+        raise PictureError(_TOO_MANY_PIXELS) from None
     except UnidentifiedImageError:
         raise PictureError(f"it is none of {', '.join(_FORMATS)}") from None
     except Exception:  # pillow raises all sorts of errors on what is damaged
@@ -171,30 +167,30 @@ def as_png(data: bytes, budget: Budget | None = None) -> bytes:
 
 
 def _spend(image: Image.Image, budget: Budget) -> None:
-    """Look at the size that a picture's head states, before anything is decoded."""
+    """Check the size that a picture's header states, before anything is decoded."""
     pixels = image.width * image.height
     if max(image.size) > MAX_SIDE:
         raise PictureError(f"it is more than {MAX_SIDE} pixels wide or high")
     if pixels > MAX_PIXELS:
-        raise PictureError(_too_many_pixels())
+        raise PictureError(_TOO_MANY_PIXELS)
     if pixels > budget.left:
         raise PictureError("all pictures of the notebook together have too many pixels; paste smaller ones")
     budget.left -= pixels
 
 
 def _packed(image: Image.Image) -> bytes:
-    """As PNG, on white where it was transparent, and made smaller until it is small enough."""
+    """Write a PNG, on white where the picture is transparent, and reduce it until it is small enough."""
     if image.mode in ("RGB", "RGBA", "L", "LA"):  # the others have to be decoded before they can be made smaller
         image.thumbnail((LONGEST_SIDE, LONGEST_SIDE), reducing_gap=2.0)
     if image.mode != "RGB":
-        seen = image.convert("RGBA")
-        image = Image.new("RGB", seen.size, "white")
-        image.paste(seen, mask=seen.getchannel("A"))
+        transparent = image.convert("RGBA")
+        image = Image.new("RGB", transparent.size, "white")
+        image.paste(transparent, mask=transparent.getchannel("A"))
     for side in _SMALLER:
         image.thumbnail((side, side))
-        for kept in (image, image.quantize(128, Image.Quantize.FASTOCTREE)):
+        for candidate in (image, image.quantize(128, Image.Quantize.FASTOCTREE)):
             packed = io.BytesIO()
-            kept.save(packed, format="PNG")
+            candidate.save(packed, format="PNG")
             if packed.tell() <= KEPT_BYTES:
                 return packed.getvalue()
     raise PictureError("it cannot be made small enough")

@@ -1,7 +1,7 @@
-"""Files that students put beside their notebooks, which come along to a run: modules, tables, measurements.
+"""Files that students put beside their notebooks, and that a run needs: modules, tables, measurements.
 
-The same rules hold where work is graded and where it is checked at home. What programs leave behind (caches, hidden
-folders, virtual environments) stays behind without a word; what else is not taken is told.
+The same rules hold at home and where work is graded. Files that programs leave behind (caches, hidden folders, virtual
+environments) are skipped without a message; for other files that are not taken, a note says why.
 """
 
 from __future__ import annotations
@@ -23,23 +23,24 @@ from labcourse.messages import plural
 from labcourse.student_id import caseless
 
 MAX_FILES = 200  #: that come along; docs/handing_in.md states it, and the next two
-MAX_FILE = 10_000_000  #: bytes of one
+MAX_FILE = 10_000_000  #: bytes of a file
 MAX_TOTAL = 30_000_000  #: bytes of all
 MAX_DEPTH = 8  #: folders within folders; as in what is handed in
 LONGEST_PATH = 240  #: characters; Windows has few more
 KEPT_COPY = ".before-restore"  #: in the name of a notebook's copy, which restoring it leaves behind
-RECEIPT_FILE = "receipt.json"  #: that a zip was made with; it is another each time, and no run should be
+RECEIPT_FILE = "receipt.json"  #: of a zip; it is different each time, and no run needs it
 RECEIPTS = "-receipts.txt"  #: at the end of the name of a student's receipts
 
-_ENVIRONMENT = "pyvenv.cfg"  # lies in a virtual environment
-_CACHES = {"__pycache__", "__macosx", "node_modules"}
-_LEAVINGS = {"thumbs.db", "desktop.ini", ANSWERS_FILE, COURSE_FILE}  # those of the course are made anew for each run
+_MOST_NOTES = 20
+_ENVIRONMENT = "pyvenv.cfg"  # is in each virtual environment
+_SKIPPED = {"__pycache__", "__macosx", "node_modules", "thumbs.db", "desktop.ini", ANSWERS_FILE, COURSE_FILE}
 _SETTINGS = {
     "matplotlibrc": "it would change matplotlib's settings",
-    "ipython_config.py": "it would change Python's settings",
-    "ipython_config.json": "it would change Python's settings",
-    "ipython_kernel_config.py": "it would change Python's settings",
-    "ipython_kernel_config.json": "it would change Python's settings",
+    **{
+        f"{name}.{ending}": "it would change Python's settings"
+        for name in ("ipython_config", "ipython_kernel_config")
+        for ending in ("py", "json")
+    },
     REPORTS_FILE.casefold(): "a run writes a file of that name",
 }
 _AT_START = {"sitecustomize", "usercustomize", "__main__", "ipykernel_launcher"}  # Python looks for these by itself
@@ -47,13 +48,13 @@ _MODULES = (".py", ".pyc", ".pyd", ".so", ".pyw")
 
 
 @dataclass(frozen=True)
-class Chosen:
-    """Which files come along.
+class Choice:
+    """The files that come along.
 
     Attributes
     ----------
     paths : relative to the folder of the notebooks
-    notes : what does not, and why
+    notes : the files that do not, and why
     """
 
     paths: tuple[PurePosixPath, ...]
@@ -62,34 +63,35 @@ class Chosen:
 
 @dataclass
 class OwnFiles:
-    """A student's own files: relative path, with "/" → content; and what is to be told of others."""
+    """A student's own files: relative path, with "/" → content; and notes on files that do not come along."""
 
     files: dict[str, bytes] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
 
 
-def chosen(
-    found: Iterable[tuple[PurePosixPath, int]], notebooks: Collection[str], modules: Collection[str] = ()
-) -> Chosen:
-    """Which of a student's files come along to a run.
+def choose(
+    candidates: Iterable[tuple[PurePosixPath, int]], notebooks: Collection[str], modules: Collection[str] = ()
+) -> Choice:
+    """Choose the student's files that come along to a run.
 
     Parameters
     ----------
-    found : all ordinary files, relative to the folder of the notebooks, with their sizes in bytes
-    notebooks : file names of the course's
-    modules : names of the course's packages; those that Python has, and that are installed here, are added
+    candidates : all ordinary files, relative to the folder of the notebooks, with their sizes in bytes
+    notebooks : file names of the course's notebooks
+    modules : names of the course's packages; Python's modules and the installed ones are added
     """
-    everything = sorted(found, key=lambda one: (len(one[0].parts), str(one[0])))
+    everything = sorted(candidates, key=lambda candidate: (len(candidate[0].parts), str(candidate[0])))
     environments = {path.parent for path, _size in everything if path.name == _ENVIRONMENT}
-    within = [path for path, _size in everything if len(path.parts) == 2]
-    packages = {path.parts[0] for path in within if _module(path.name) == "__init__"}
-    never = {caseless(name) for name in notebooks}
+    packages = {
+        path.parts[0] for path, _size in everything if len(path.parts) == 2 and _module(path.name) == "__init__"
+    }
+    excluded = {caseless(name) for name in (*notebooks, RECEIPT_FILE)}
     taken = {name.casefold() for name in (*modules, *_AT_START)} | _importable()
     paths: list[PurePosixPath] = []
     notes: list[str] = []
     total = 0
     for path, size in everything:
-        if _left_behind(path, environments, never):
+        if _is_skipped(path, environments, excluded):
             continue
         why = _refusal(path, size, packages, taken)
         if not why and total + size > MAX_TOTAL:
@@ -101,20 +103,20 @@ def chosen(
         else:
             paths.append(path)
             total += size
-    return Chosen(tuple(paths), _few(notes))
+    return Choice(tuple(paths), _few(notes))
 
 
 def read(folder: Path, notebooks: Collection[str], modules: Collection[str] = ()) -> OwnFiles:
-    """A student's own files in the folder that they work in. Links are not followed.
+    """Read a student's own files in the folder of the notebooks. Links are not followed.
 
     Parameters
     ----------
-    folder : with the notebooks in it
-    notebooks, modules : as for :func:`chosen`
+    folder : with the notebooks
+    notebooks, modules : as for :func:`choose`
     """
-    others: list[str] = []
-    choice = chosen(_ordinary_files(folder, PurePosixPath(), others), notebooks, modules)
-    own = OwnFiles(notes=[*choice.notes, *_few(others)])
+    refused: list[str] = []
+    choice = choose(_ordinary_files(folder, PurePosixPath(), refused), notebooks, modules)
+    own = OwnFiles(notes=[*choice.notes, *_few(refused)])
     for path in choice.paths:
         try:
             name = unicodedata.normalize("NFC", str(path))  # as it is named where it is graded
@@ -125,14 +127,14 @@ def read(folder: Path, notebooks: Collection[str], modules: Collection[str] = ()
 
 
 def megabytes(size: int) -> str:
-    """As in "10 MB"."""
+    """Format a size in bytes, as "10 MB"."""
     return f"{size / 1e6:.3g} MB"
 
 
-def _ordinary_files(folder: Path, within: PurePosixPath, others: list[str]) -> Iterator[tuple[PurePosixPath, int]]:
-    """Find files below a folder, but not those that would be left behind in any case, of which there may be thousands.
+def _ordinary_files(folder: Path, within: PurePosixPath, refused: list[str]) -> Iterator[tuple[PurePosixPath, int]]:
+    """Find the files below a folder. Skipped folders, which may hold thousands of files, are not entered.
 
-    ``others`` gets a note on each link, pipe and device: none of them is opened.
+    ``refused`` gets a note on each link, pipe and device: none of them is opened.
     """
     try:
         entries = sorted((folder / within).iterdir())
@@ -142,74 +144,69 @@ def _ordinary_files(folder: Path, within: PurePosixPath, others: list[str]) -> I
         return
     for entry in entries:
         path = within / entry.name
-        if _is_leaving(entry.name):
+        if _is_leftover(entry.name):
             continue
         if entry.is_dir() and not entry.is_symlink():
             if len(path.parts) <= MAX_DEPTH + 1:
-                yield from _ordinary_files(folder, path, others)
+                yield from _ordinary_files(folder, path, refused)
             continue
         try:
             yield path, files.ordinary(entry).st_size
         except OSError as error:
-            others.append(f"{files.shown(path)} does not come along: {error.strerror}.")
+            refused.append(f"{files.shown(path)} does not come along: {error.strerror}.")
 
 
-def _left_behind(path: PurePosixPath, environments: Collection[PurePosixPath], never: Collection[str]) -> bool:
-    """Whether a file stays behind without a word."""
+def _is_skipped(path: PurePosixPath, environments: Collection[PurePosixPath], excluded: Collection[str]) -> bool:
+    """Check whether a file does not come along, without a message."""
     name = caseless(path.name)
-    kept_for_the_student = name.endswith((RECEIPTS, f"{KEPT_COPY}.ipynb")) or _is_put_aside(name)
+    stem, _dot, ending = ANSWERS_FILE.rpartition(".")
     return (
-        any(map(_is_leaving, path.parts))
-        or kept_for_the_student
-        or (len(path.parts) == 1 and name in {*never, RECEIPT_FILE})
+        any(map(_is_leftover, path.parts))
+        or name.endswith((RECEIPTS, f"{KEPT_COPY}.ipynb"))
+        or (name.startswith(f"{stem}.") and name.endswith(f".{ending}"))  # set aside, as answers.broken.json
+        or (len(path.parts) == 1 and name in excluded)
         or any(folder in path.parents for folder in environments)
     )
 
 
-def _is_leaving(name: str) -> bool:
-    return name.startswith((".", "~$")) or name.casefold() in _CACHES | _LEAVINGS
+def _is_leftover(name: str) -> bool:
+    return name.startswith((".", "~$")) or name.casefold() in _SKIPPED
 
 
-def _is_put_aside(name: str) -> bool:
-    """Answers that could not be read, or another student's: ``answers.broken.json``."""
-    stem, _dot, ending = ANSWERS_FILE.rpartition(".")
-    return name.startswith(f"{stem}.") and name.endswith(f".{ending}")
-
-
-def _refusal(path: PurePosixPath, size: int, packages: Collection[str], taken: Collection[str]) -> str:
-    """Why a file cannot come along; "" if it can."""
-    name, top = path.name.casefold(), path.parts[0]
+def _refusal(path: PurePosixPath, size: int, packages: Collection[str], taken: Collection[str]) -> str | None:
+    """Return why a file cannot come along; None if it can."""
+    top = path.parts[0]
     for part in map(str.casefold, path.parts):
         if part in _SETTINGS:
             return _SETTINGS[part]
     module = _module(top)
-    is_module = top in packages or (len(path.parts) == 1 and name.endswith(_MODULES))
+    is_module = top in packages or (len(path.parts) == 1 and top.casefold().endswith(_MODULES))
     if is_module and module in taken:
         return f"Python has a module {module} already; give yours another name"
     if size > MAX_FILE:
         return f"it has more than {megabytes(MAX_FILE)}"
     if len(path.parts) > MAX_DEPTH + 1:
-        return f"it lies in more than {MAX_DEPTH} folders within folders"
+        return f"it is in more than {MAX_DEPTH} folders within folders"
     if len(str(path)) > LONGEST_PATH or any(not part.isprintable() or "\\" in part for part in path.parts):
         return "its name is too long, or has characters that cannot be seen"
-    return ""
+    return None
 
 
 def _module(name: str) -> str:
-    """What a file is imported as: the name up to its first dot, as in ``x.cpython-312-x86_64-linux-gnu.so``."""
+    """Return the name that imports a file: up to its first dot, as in ``x.cpython-312-x86_64-linux-gnu.so``."""
     return name.partition(".")[0].casefold()
 
 
-def _few(notes: list[str], most: int = 20) -> tuple[str, ...]:
-    if len(notes) <= most:
+def _few(notes: list[str]) -> tuple[str, ...]:
+    if len(notes) <= _MOST_NOTES:
         return tuple(notes)
-    rest = plural(len(notes) - most, "{count} more file", "{count} more files")
-    return (*notes[:most], f"{rest} of yours do not come along, either.")
+    rest = plural(len(notes) - _MOST_NOTES, "{count} more file", "{count} more files")
+    return (*notes[:_MOST_NOTES], f"{rest} of yours do not come along, either.")
 
 
 @functools.cache
 def _importable() -> frozenset[str]:
-    """Names of modules that Python has, and of those that are installed beside it."""
+    """Return the names of Python's modules, and of those that are installed."""
     places = {sysconfig.get_paths()[kind] for kind in ("purelib", "platlib")} | set(site.getsitepackages())
     installed = {module.name for module in pkgutil.iter_modules(sorted(places))}
     return frozenset(name.casefold() for name in {*sys.stdlib_module_names, *sys.builtin_module_names, *installed})

@@ -1,14 +1,14 @@
-"""What a student's own answers ask each other: held against one another, and against no key.
+"""Compare a student's own answers with each other, without the correct answers.
 
-A course gives :class:`Check` objects; a student's session puts their own answers in. What does not agree becomes a
-question to the student, never a verdict. ``course.json`` may switch all of it off, or say from when on it asks.
+A course defines :class:`Check` objects; a student's session fills in the answers. Answers that do not agree become
+questions to the student, never verdicts. ``course.json`` may switch this off, or allow it from some time on.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
-from datetime import date, datetime, time
+from datetime import datetime
 from typing import Any
 
 import numpy as np
@@ -19,16 +19,18 @@ from labcourse.errors import AnswerError, ConfigurationError, CourseError
 from labcourse.messages import plural
 
 Where = tuple[str, str]  # question, part
+#: What a check may raise for some student's numbers.
+_COMPUTATION_ERRORS = (ArithmeticError, LookupError, TypeError, ValueError, RuntimeError, CourseError)
 
 
 @dataclass(frozen=True)
 class Check:
-    """Own answers that can be held against each other.
+    """A comparison of a student's own answers.
 
     Attributes
     ----------
     about : the answers that it needs, (question, part)
-    ask : their values, in that order → a question in words, "" where they agree
+    ask : their values, in that order → a question to the student; "" if they agree
     """
 
     about: tuple[Where, ...]
@@ -36,20 +38,20 @@ class Check:
 
     @property
     def questions(self) -> list[str]:
-        """The numbers of the questions that it is about, each once."""
+        """The numbers of its questions, each once."""
         return list(dict.fromkeys(question for question, _part in self.about))
 
 
 @dataclass(frozen=True)
 class Reflection:
-    """What some checks have to ask.
+    """The result of some checks.
 
     Attributes
     ----------
-    asked : numbers of the questions to look at, and what is asked
+    asked : numbers of the questions to look at, and the question to the student
     compared : how many checks were made
     missing : answers that are not there yet, or cannot be read
-    unclear : numbers of questions of which something could not be worked out
+    unclear : numbers of the questions for which a check failed to compute
     """
 
     asked: tuple[tuple[tuple[str, ...], str], ...]
@@ -74,24 +76,23 @@ class Reflection:
             yield f"Nothing to ask: your answers agree with each other ({compared}). Right or wrong, this cannot say."
         if self.unclear:
             yield (
-                f"Not to be worked out from what is there: {enumeration(list(self.unclear))}. Are these numbers "
+                f"Nothing can be computed from your answers to {enumeration(list(self.unclear))}. Are these numbers "
                 "very large or zero?"
             )
         if self.missing:
-            yield "Not looked at yet, for there is no answer: {answers}.".format(
-                answers=", ".join(f"{question} {part}" for question, part in self.missing)
-            )
+            missing = ", ".join(f"{question} {part}" for question, part in self.missing)
+            yield f"Not compared yet, as there is no answer: {missing}."
         if not (self.asked or self.compared or self.unclear or self.missing):
-            yield "There is nothing here that could be held against anything else."
+            yield "There is nothing here to compare."
 
 
 def reflect(checks: Iterable[Check], find: Callable[[str, str], Any]) -> Reflection:
-    """Hold a student's own answers against each other.
+    """Compare a student's own answers with each other.
 
     Parameters
     ----------
     checks : of the course, in order
-    find : (question, part) → the answer; raises AnswerError where there is none
+    find : (question, part) → the answer; raises AnswerError if there is none
     """
     asked: list[tuple[tuple[str, ...], str]] = []
     missing: dict[Where, None] = {}
@@ -105,14 +106,7 @@ def reflect(checks: Iterable[Check], find: Callable[[str, str], Any]) -> Reflect
         try:
             with np.errstate(all="ignore"):
                 text = check.ask(*values)
-        except (
-            ArithmeticError,
-            LookupError,
-            TypeError,
-            ValueError,
-            RuntimeError,
-            CourseError,
-        ):  # of numbers as a student may give
+        except _COMPUTATION_ERRORS:
             unclear |= dict.fromkeys(check.questions)
             continue
         compared += 1
@@ -132,70 +126,62 @@ def _values(about: Iterable[Where], find: Callable[[str, str], Any]) -> tuple[li
 
 
 def of_notebooks(checks: Iterable[Check], catalogue: Catalogue, numbers: Iterable[str]) -> list[Check]:
-    """The checks that can be made when some notebooks are done: those whose last answer is asked for there.
+    """Select the checks that are possible when some notebooks are done: their last answer is asked there.
 
     Parameters
     ----------
     checks : of the course
     catalogue : says where questions are asked
-    numbers : how the notebooks' names begin, as "02"; all unless given
+    numbers : beginnings of the notebooks' names, as "02"; all unless given
 
     Raises
     ------
     AnswerError
         If there is no such notebook.
     """
-    wanted = list(numbers)
+    wanted = tuple(numbers)
     for number in wanted:
         if not isinstance(number, str) or not number or not any(n.startswith(number) for n in catalogue.notebooks):
             raise AnswerError(
                 f"There is no notebook {number!r} with questions; there are {', '.join(catalogue.notebooks)}."
             )
-    found = list(checks)
-    if not wanted:
-        return found
-    return [one for one in found if _asked_last(one, catalogue).startswith(tuple(wanted))]
-
-
-def _asked_last(check: Check, catalogue: Catalogue) -> str:
-    return max(catalogue.everything[question].notebook for question in check.questions)
+    return [
+        check
+        for check in checks
+        if not wanted or max(catalogue.everything[number].notebook for number in check.questions).startswith(wanted)
+    ]
 
 
 # --- the setting ------------------------------------------------------------------------------------------------------
 
 
-def silence(course: Mapping[str, Any], now: datetime) -> str:
-    """Why nothing is asked in a course at a time; "" where it is.
+def silence(course: Mapping[str, Any], now: datetime) -> str | None:
+    """Return why answers are not compared now; None if they are.
 
     Parameters
     ----------
-    course : what course.json says
+    course : content of ``course.json``
     now : with its time zone
 
     Raises
     ------
     ConfigurationError
-        If the setting is none.
+        If the setting is not valid.
     """
-    said = course.get(REFLECT, ON)
-    if said == ON:
-        return ""
-    if said == OFF:
-        return "It is switched off in this course: whoever teaches it decided so. All else works without it."
-    opens = _instant(said)
-    if now >= opens:
-        return ""
-    return f"It asks from {opens:%Y-%m-%d %H:%M} on: whoever teaches this course decided so."
+    setting = course.get(REFLECT, ON)
+    if setting == ON:
+        return None
+    if setting == OFF:
+        return "Your instructor has switched this off. Everything else works without it."
+    opens = _opening(setting)
+    return None if now >= opens else f"Your instructor allows this from {opens:%Y-%m-%d %H:%M} on."
 
 
-def _instant(said: Any) -> datetime:
+def _opening(setting: Any) -> datetime:
     try:
-        if isinstance(said, str) and len(said) <= len("2026-12-01"):
-            opens = datetime.combine(date.fromisoformat(said), time())
-        else:
-            opens = datetime.fromisoformat(said)
+        opens = datetime.fromisoformat(setting)  # of a date alone: midnight
     except (TypeError, ValueError):
         raise ConfigurationError(
-            f'course.json: "{REFLECT}" should be "on", "off" or a date as "2026-12-01"; it is {said!r:.80}.'
+            f'course.json: "{REFLECT}" should be "on", "off" or a date as "2026-12-01"; it is {setting!r:.80}.'
         ) from None
     return opens if opens.tzinfo else opens.astimezone()

@@ -1,8 +1,8 @@
-"""A report as a PDF beside the notebooks: its fixed name, and what can be told of it without reading a page.
+"""Reports: their PDFs beside the notebooks, and their texts as far as they are recorded.
 
-A report has one file, ``first_report.pdf`` for "First report". It is either made of the notebook's texts, or the
-student's own; which of the two, a word among its key words tells (:data:`COMPOSED`). Nothing here parses a PDF: where
-it came from a stranger, that is done in a sandbox.
+A report has one file, ``first_report.pdf`` for "First report". It is either made of the notebook's texts, which a word
+among its key words says (:data:`COMPOSED`), or the student's own document. Nothing here parses a PDF: those of
+strangers are parsed in a sandbox.
 """
 
 from __future__ import annotations
@@ -12,38 +12,45 @@ import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from labcourse import files
 from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.own_files import megabytes
+from labcourse.answers.parts import ReportItem
+from labcourse.errors import AnswerError
 from labcourse.messages import plural
+
+if TYPE_CHECKING:
+    from labcourse.session import Session
 
 PDF, HTML = ".pdf", ".html"
 MAX_BYTES = 20_000_000  #: of a report; ten photographs as telephones make them
 COMPOSED = "labcourse-composed"  #: a key word of a PDF that is made of the notebook's texts
+#: Fixed: a person's mark of a report as a whole holds for as long as what they read stays the same.
+NOT_WRITTEN = "*not written yet*"
 _MAGIC, _WITHIN = b"%PDF-", 1024  # a PDF begins with it, or nearly so
-_SHOWN = 12  # digits of a digest by which people tell two files apart; of a class no two begin alike
+_SHOWN = 12  # digits of a digest, by which people tell the files of a class apart
 _GIVEN = re.compile(r"^\[PDF: [\w.-]+, SHA-256 [0-9a-f]{64}\]$", re.MULTILINE)
 
 
 def file_name(report: str) -> str:
-    """The name that a report's PDF has beside the notebooks: of "First report", ``first_report.pdf``."""
+    """Return the name of a report's PDF: ``first_report.pdf`` for "First report"."""
     return re.sub(r"\W+", "_", report.casefold()).strip("_") + PDF
 
 
 def names(catalogue: Catalogue) -> dict[str, str]:
-    """Number of each report of a course → the name of its PDF."""
+    """Return the names of the reports' PDFs: number of the report → name."""
     return {number: file_name(number) for number in catalogue.reports}
 
 
 def made_files(pdfs: Iterable[str]) -> list[str]:
-    """All files that a report makes: beside each PDF a page of HTML, which is for its student alone."""
+    """Return the names of all files that are made for reports: PDFs, and a page of HTML for the student beside each."""
     return [name for pdf in pdfs for name in (pdf, pdf.removesuffix(PDF) + HTML)]
 
 
 def refusal(data: bytes) -> str:
-    """Why a file cannot be a report, by its size and its first bytes; "" if it can."""
+    """Return why a file cannot be a report, by its size and its first bytes; "" if it can."""
     if len(data) > MAX_BYTES:
         return f"it has {megabytes(len(data))}, of which there may be {megabytes(MAX_BYTES)}: save its pictures smaller"
     if _MAGIC not in data[:_WITHIN]:
@@ -52,13 +59,13 @@ def refusal(data: bytes) -> str:
 
 
 def is_composed(data: bytes) -> bool:
-    """Whether a PDF says that it was made of the notebook's texts."""
+    """Check whether a PDF says that it was made of the notebook's texts."""
     return COMPOSED.encode() in data
 
 
 @dataclass(frozen=True)
 class ReportFile:
-    """A report's PDF as it was handed in, or lies beside the notebooks.
+    """A report's PDF, handed in or beside the notebooks.
 
     Attributes
     ----------
@@ -66,9 +73,9 @@ class ReportFile:
     name : of the file
     digest : SHA-256 of its content
     size : bytes
-    own : whether it is the student's own; else it is made of the notebook's texts
-    pages : None where they could not be counted, or were not
-    trouble : why they could not be; "" where nothing went wrong
+    own : whether it is the student's own document; else it is made of the notebook's texts
+    pages : None if they were not counted
+    trouble : why they could not be counted; "" if nothing went wrong
     """
 
     report: str
@@ -81,39 +88,35 @@ class ReportFile:
 
     @property
     def given(self) -> str:
-        """By which a mark knows it: a mark holds for as long as what was given stays the same."""
+        """The text that stands for the PDF in an answer: a mark holds until it changes."""
         return f"[PDF: {self.name}, SHA-256 {self.digest}]"
 
     @property
     def about(self) -> str:
-        """In words, as in "PDF, 7 pages"."""
+        """A description as "PDF, 7 pages"."""
         return "PDF" if self.pages is None else f"PDF, {plural(self.pages, '{count} page', '{count} pages')}"
 
     def __str__(self) -> str:
-        text = (
-            "{report}: your own document, {name} ({about}; {digest})."
-            if self.own
-            else "{report}: {name}, made of the notebook’s texts ({about}; {digest})."
-        )
-        return text.format(report=self.report, name=self.name, about=self.about, digest=self.digest[:_SHOWN])
+        origin = f"your own document, {self.name} (" if self.own else f"{self.name}, made of the notebook’s texts ("
+        return f"{self.report}: {origin}{self.about}; {self.digest[:_SHOWN]})."
 
     def plain(self) -> dict[str, Any]:
-        """As plain data."""
+        """Return it as JSON data."""
         return dict(vars(self))
 
     @classmethod
     def from_plain(cls, content: Mapping[str, Any]) -> ReportFile:
-        """What :meth:`plain` gave."""
+        """Read what :meth:`plain` returned."""
         return cls(**content)
 
 
 def of_data(report: str, data: bytes) -> ReportFile:
-    """What is known of a report's PDF by its bytes."""
+    """Describe a report's PDF by its content."""
     return ReportFile(report, file_name(report), hashlib.sha256(data).hexdigest(), len(data), not is_composed(data))
 
 
 def of_files(files: Mapping[str, bytes], catalogue: Catalogue) -> dict[str, ReportFile]:
-    """Number of each report → its PDF, of those that are there.
+    """Describe the reports' PDFs among some files: number of the report → its PDF.
 
     Parameters
     ----------
@@ -124,19 +127,19 @@ def of_files(files: Mapping[str, bytes], catalogue: Catalogue) -> dict[str, Repo
 
 
 def is_given(text: str) -> bool:
-    """Whether what was given is a PDF, or one is part of it: its pages cannot be compared by their words."""
+    """Check whether an answer is a PDF, or has one as a part: then its pages cannot be compared as text."""
     return bool(_GIVEN.search(text))
 
 
 def named_in(text: str) -> str:
-    """The PDF that is part of what was given, for people; "" if there is none."""
-    found = _GIVEN.search(text)
-    return without_digests(found[0]) if found else ""
+    """Return the PDF in an answer, for people; "" if there is none."""
+    match = _GIVEN.search(text)
+    return without_digests(match[0]) if match else ""
 
 
 def without_digests(text: str) -> str:
-    """What was given, with each PDF by its name only: for people, who look at the PDF itself."""
-    return _GIVEN.sub(lambda found: found[0].partition(",")[0] + "]", text)
+    """Shorten each PDF in an answer to its name, for people."""
+    return _GIVEN.sub(lambda match: match[0].partition(",")[0] + "]", text)
 
 
 class FolderReports:
@@ -150,29 +153,25 @@ class FolderReports:
 
     def __init__(self, folder: Path, catalogue: Catalogue) -> None:
         self._paths = {number: folder / name for number, name in names(catalogue).items()}
-        self._known: dict[str, tuple[tuple[int, ...], ReportFile | None]] = {}
+        self._read: dict[Path, tuple[tuple[int, ...] | None, ReportFile | None]] = {}
 
     def get(self, report: str) -> ReportFile | None:
-        """A report's PDF; None where there is none that can be handed in."""
+        """Return a report's PDF; None if there is none that can be handed in."""
         path = self._paths.get(report)
-        try:
-            seen = path.lstat() if path is not None else None
-        except OSError:
-            seen = None
-        if path is None or seen is None or path.is_symlink() or seen.st_size > MAX_BYTES:
+        if path is None:
             return None
-        identity = (seen.st_ino, seen.st_size, seen.st_mtime_ns)
-        if self._known.get(report, ((), None))[0] != identity:
-            self._known[report] = (identity, _read(report, path))
-        return self._known[report][1]
+        version = files.version(path)
+        if path not in self._read or self._read[path][0] != version:
+            self._read[path] = (version, _described(report, path))
+        return self._read[path][1]
 
     def own(self, report: str) -> ReportFile | None:
-        """A report's PDF, if it is the student's own."""
-        found = self.get(report)
-        return found if found is not None and found.own else None
+        """Return a report's PDF, if it is the student's own document."""
+        pdf = self.get(report)
+        return pdf if pdf is not None and pdf.own else None
 
 
-def _read(report: str, path: Path) -> ReportFile | None:
+def _described(report: str, path: Path) -> ReportFile | None:
     try:
         data = files.read(path, MAX_BYTES)
     except OSError:
@@ -181,20 +180,74 @@ def _read(report: str, path: Path) -> ReportFile | None:
 
 
 def read_all(folder: Path, catalogue: Catalogue) -> tuple[dict[str, bytes], list[str]]:
-    """The reports' PDFs that lie in a folder and can be handed in: file name → content; and why others cannot be."""
-    found: dict[str, bytes] = {}
+    """Read the reports' PDFs in a folder: file name → content; and say which cannot be handed in, and why."""
+    contents: dict[str, bytes] = {}
     problems = []
     for name in names(catalogue).values():
-        path = folder / name
         try:
-            data = files.read(path)
+            data = files.read(folder / name)
             why = refusal(data)
         except FileNotFoundError:
             continue
         except OSError as error:
-            why = error.strerror or str(error)
+            why = files.reason(error)
         if why:
             problems.append(f"{name} is not handed in: {why}.")
         else:
-            found[name] = data
-    return found, problems
+            contents[name] = data
+    return contents, problems
+
+
+# --- the texts of a report --------------------------------------------------------------------------------------------
+
+
+def outline(catalogue: Catalogue, report: str, lab: Session) -> str:
+    """List the rows of a report as a Markdown table: text, the questions that it uses, and what is still missing.
+
+    Parameters
+    ----------
+    catalogue : the course's
+    report : its number, as in "First report"
+    lab : the student's session, with their answers
+
+    Raises
+    ------
+    AnswerError
+        If there is no such report.
+    """
+    if report not in catalogue.reports:
+        raise AnswerError(f"There is no report {report!r}; there are {', '.join(catalogue.reports)}.")
+    lab.refresh()
+    rows = ["| | item | what it says | rests on | so far |", "|---|---|---|---|---|"]
+    for item in catalogue.items(report):
+        rests_on = ", ".join(dict.fromkeys(number for number, _part in item.shows))
+        rows.append(f"| {item.number} | {item.heading} | {item.prompt} | {rests_on} | {_state(catalogue, item, lab)} |")
+    return "\n".join(rows)
+
+
+def in_one_piece(items: Iterable[ReportItem], texts: Mapping[str, str]) -> str:
+    """Join the texts of a report, in order, under their headings.
+
+    Parameters
+    ----------
+    items : the rows of the report
+    texts : name of a part → its text
+    """
+    return "\n\n".join(
+        f"**{item.number} {item.heading}**\n\n{texts.get(item.part, NOT_WRITTEN)}" for item in items if item.part
+    )
+
+
+def _state(catalogue: Catalogue, item: ReportItem, lab: Session) -> str:
+    """Say whether all that a row shows and says is recorded; nothing for a row on the report as a whole."""
+    wanted = [*item.shows, *([(item.report, item.part)] if item.part else [])]
+    parts = [(number, part) for number, name in wanted for part in ([name] if name else catalogue.find(number).names)]
+    missing = [f"{number} {part}" for number, part in parts if lab.content(number, part) is None]
+    own = lab.report_files.own(item.report)
+    if own is not None and item.part and lab.content(item.report, item.part) is None:
+        missing.remove(f"{item.report} {item.part}")
+        if not missing:
+            return f"in your own document, {own.name}"
+    if missing:
+        return f"missing: {', '.join(missing)}"
+    return "recorded" if parts else ""

@@ -1,22 +1,24 @@
-"""Beginning a course in the middle: what is given to a class that skips the notebooks before, and what is then asked.
+"""Begin a course in the middle: a class is given the results of the notebooks that it skips.
 
-A course says in its catalogue where a class may begin; its settings choose one, which stands in ``course.json`` as
-``"given": {"from": name, "values": {question: {part: value}}}``. Values are there where everybody has the same bench;
-of a bench of their own, a student's session works them out. What is given is not asked, nor is anything else of the
-notebooks that are skipped, an entry of a table that carries such an answer over, or a row of a report that rests on
-such answers alone. Given values hold whatever a student records: later answers are marked as following from them.
+A course lists in its catalogue where a class may begin. The course's settings choose one of these, and ``course.json``
+then has ``"given": {"from": name, "values": {question: {part: value}}}``. It has no values if each student has a bench
+of their own: then their session works them out. Given values are not asked, and neither are the other questions of
+skipped notebooks, entries of tables that repeat such an answer, and rows of reports that use only such answers. A given
+value replaces what a student records: later answers are marked as following from it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
+from labcourse.answers import forms
 from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.parts import Part, Question, ReportItem
+from labcourse.answers.reflection import Check
 from labcourse.errors import ConfigurationError
 
 GIVEN = "given"  #: in course.json
@@ -31,11 +33,11 @@ class Start:
     Attributes
     ----------
     name : in the settings, as "speed"
-    gives : (question, part) of what is given, each of a notebook that is skipped
+    gives : (question, part) of each given value; their notebooks are skipped
     skips : notebooks that are not handed out
-    title : what is given, in words
-    on_own_bench : the student's session → the values, where each student has a bench of their own; None where that
-        cannot be worked out without what the course asks for, so that everybody needs the same bench
+    title : what is given, for students
+    on_own_bench : the student's session → the values, where each student has a bench of their own; None where only
+        the solutions can work them out, so that everybody needs the same bench
     """
 
     name: str
@@ -45,99 +47,104 @@ class Start:
     on_own_bench: Callable[[Any], Values] | None = None
 
     def asks(self, catalogue: Catalogue, question: Question, part: Part) -> bool:
-        """Whether a part is asked of a class that begins here."""
+        """Check whether a class that begins here is asked a part."""
         if question.notebook in self.skips or (question.number, part.name) in self.gives:
             return False
-        return part.shows is None or self._asks(catalogue, part.shows)
+        return part.shows is None or self.asks_any(catalogue, part.shows)
 
-    def _asks(self, catalogue: Catalogue, where: Where) -> bool:
+    def asks_any(self, catalogue: Catalogue, where: Where) -> bool:
+        """Check whether such a class is asked a part, or, without its name, any part of the question."""
         number, name = where
         question = catalogue.everything[number]
         wanted = [question.part(name)] if name else question.parts
         return any(self.asks(catalogue, question, part) for part in wanted)
 
     def keeps(self, catalogue: Catalogue, item: ReportItem) -> bool:
-        """Whether a row of a report is there for such a class."""
+        """Check whether the reports of such a class have a row."""
         if catalogue.reports[item.report].notebook in self.skips:
             return False
-        return not item.shows or any(self._asks(catalogue, where) for where in item.shows)
+        return not item.shows or any(self.asks_any(catalogue, where) for where in item.shows)
 
 
 def find(catalogue: Catalogue, name: str) -> Start:
-    """The start of a name. Raises ConfigurationError if the course has none."""
+    """Find a start by its name. Raises ConfigurationError if the course has no such start."""
     for start in catalogue.starts:
         if start.name == name:
             return start
-    there = ", ".join(f'"{start.name}"' for start in catalogue.starts) or "none"
-    raise ConfigurationError(
-        f"A class can begin with what is given as {there} in this course, and not with {name!r:.80}."
-    )
+    known = ", ".join(f'"{start.name}"' for start in catalogue.starts) or "none"
+    raise ConfigurationError(f"In this course, a class can be given {known}, not {name!r:.80}.")
 
 
 def chosen(course: Mapping[str, Any], catalogue: Catalogue) -> Start | None:
-    """Where a ``course.json`` lets students begin; None for at the beginning.
+    """Return the start that a ``course.json`` names; None if the class begins at the beginning.
 
     Raises
     ------
     ConfigurationError
-        If it cannot be understood.
+        If its entry is broken.
     """
-    said = course.get(GIVEN)
-    if said is None:
+    given = course.get(GIVEN)
+    if given is None:
         return None
-    if not isinstance(said, Mapping) or not isinstance(said.get("from"), str):
-        raise ConfigurationError(f'"given" should be as {{"from": "…"}}; it is {said!r:.80}.')
-    return find(catalogue, said["from"])
+    if not isinstance(given, Mapping) or not isinstance(given.get("from"), str):
+        raise ConfigurationError(f'"given" should be as {{"from": "…"}}; it is {given!r:.80}.')
+    return find(catalogue, given["from"])
 
 
 def plain(start: Start, values: Values | None) -> dict[str, Any]:
-    """What stands under "given" in ``course.json``; without values, each student's session works them out."""
+    """Return the entry "given" of ``course.json``. Without values, each student's session works them out."""
     if values is None:
         return {"from": start.name}
-    found: dict[str, dict[str, Any]] = {}
+    plain_values: dict[str, dict[str, Any]] = {}
     for question, part in start.gives:
-        found.setdefault(question, {})[part] = np.asarray(values[question, part]).tolist()
-    return {"from": start.name, "values": found}
+        plain_values.setdefault(question, {})[part] = np.asarray(values[question, part]).tolist()
+    return {"from": start.name, "values": plain_values}
 
 
 def values_in(course: Mapping[str, Any], start: Start) -> Values | None:
-    """The values that a ``course.json`` gives; None where it has none. Raises ConfigurationError if one is missing."""
+    """Return the given values in a ``course.json``; None if it has none.
+
+    Raises
+    ------
+    ConfigurationError
+        If some are missing.
+    """
     values = course[GIVEN].get("values")
     if values is None:
         return None
     try:
-        found = {(question, part): values[question][part] for question, part in start.gives}
+        given = {(question, part): values[question][part] for question, part in start.gives}
     except (KeyError, TypeError):
-        raise ConfigurationError('course.json: not all is there that is "given".') from None
-    return {where: np.array(value) if isinstance(value, list) else value for where, value in found.items()}
+        raise ConfigurationError('course.json: values are missing in "given".') from None
+    return {where: np.array(value) if isinstance(value, list) else value for where, value in given.items()}
 
 
 def narrowed(catalogue: Catalogue, start: Start | None) -> Catalogue:
-    """A catalogue with what is asked of a class that begins at a start, and nothing else; itself without one."""
+    """Reduce a catalogue to the questions for a class that begins at a start; without one, return it unchanged."""
     if start is None:
         return catalogue
 
-    def kept(questions: Collection[Question]) -> Iterator[Question]:
+    def asked(questions: Collection[Question]) -> Iterator[Question]:
         for question in questions:
             parts = tuple(part for part in question.parts if start.asks(catalogue, question, part))
             if parts:
                 yield replace(question, parts=parts)
 
     items = [
-        replace(item, shows=tuple(where for where in item.shows if start._asks(catalogue, where)))
+        replace(item, shows=tuple(where for where in item.shows if start.asks_any(catalogue, where)))
         for item in catalogue.report_items
         if start.keeps(catalogue, item)
     ]
-    there = {item.report for item in items}
+    reports = {item.report for item in items}
     return Catalogue(
-        kept(catalogue.questions.values()),
-        warm_up=kept(catalogue.warm_up.values()),
-        tables=kept(catalogue.tables.values()),
+        asked(catalogue.questions.values()),
+        warm_up=asked(catalogue.warm_up.values()),
+        tables=asked(catalogue.tables.values()),
         report_items=items,
         reports={
-            number: (one.section, one.notebook, one.title)
-            for number, one in catalogue.reports.items()
-            if number in there
+            number: (report.section, report.notebook, report.title)
+            for number, report in catalogue.reports.items()
+            if number in reports
         },
         outcomes=catalogue.outcomes,
         predictions={
@@ -147,3 +154,84 @@ def narrowed(catalogue: Catalogue, start: Start | None) -> Catalogue:
         },
         starts=catalogue.starts,
     )
+
+
+class Beginning:
+    """Where a student's class begins: what it is asked, and the values that it is given.
+
+    Parameters
+    ----------
+    course : content of ``course.json``
+    whole : the course's catalogue
+    session : works out the values of the student's own bench, if the course does not bring them
+
+    Attributes
+    ----------
+    whole : as given
+    start : where it begins; None for at the beginning
+    catalogue : what is asked
+
+    Raises
+    ------
+    ConfigurationError
+        If the entry in ``course.json`` is broken.
+    """
+
+    def __init__(self, course: Mapping[str, Any], whole: Catalogue, session: Any) -> None:
+        self.whole, self._session = whole, session
+        self.start = chosen(course, whole)
+        self.catalogue = narrowed(whole, self.start)
+        self._values = None if self.start is None else values_in(course, self.start)
+        self._announced: set[Where] = set()
+
+    def is_given(self, question: str, part: str) -> bool:
+        """Check whether the value of a part is given."""
+        return self.start is not None and (question, part) in self.start.gives
+
+    def is_asked(self, question: str, part: str) -> bool:
+        """Check whether a part is asked."""
+        asked = self.catalogue.everything.get(question)
+        return asked is not None and part in asked.names
+
+    def content(self, question: str, part: str) -> dict[str, Any] | None:
+        """Return a given value as the JSON data of an answer; None if it is not given."""
+        if self.start is None or not self.is_given(question, part):
+            return None
+        if self._values is None:
+            assert self.start.on_own_bench is not None  # or the release would bring them
+            self._values = self.start.on_own_bench(self._session)
+        wanted, seed = self.whole.find(question).part(part), self._session.book.probe_seed
+        return forms.encode(wanted, self._values[question, part], seed).content
+
+    def announce(self, question: str, part: str) -> None:
+        """Print, once, that a value is given."""
+        if self.is_given(question, part) and (question, part) not in self._announced:
+            self._announced.add((question, part))
+            print(f"{question}  {part}  is given to your class; it is not asked")
+
+    def split(self, question: str, parts: Mapping[str, Any]) -> tuple[dict[str, Any], list[str]]:
+        """Return the parts of an answer that are asked, and a message about the others.
+
+        Raises
+        ------
+        AnswerError
+            If the course has no such part.
+        """
+        others = [name for name in parts if self.whole.find(question).part(name) and not self.is_asked(question, name)]
+        message = f"{question}  not asked in your class: {', '.join(others)}"
+        return {name: value for name, value in parts.items() if name not in others}, [message] if others else []
+
+    def possible(self, checks: Iterable[Check]) -> list[Check]:
+        """Return the checks of own answers that need only parts that are asked or given."""
+        return [
+            check for check in checks if all(self.is_asked(*where) or self.is_given(*where) for where in check.about)
+        ]
+
+    def lines(self) -> Iterable[str]:
+        """Return what a session prints about it when it begins."""
+        if self.start is not None:
+            named = ", ".join(f"{question} {part}" for question, part in self.start.gives)
+            yield (
+                f"Given     {self.start.title} ({named}). Notebooks that your course does not have: "
+                f"{', '.join(self.start.skips)}."
+            )

@@ -1,40 +1,45 @@
 """Answers in words: what a student wrote in the text cells of a notebook, read from the saved file.
 
 A cell of the course for such an answer carries ``{"question", "part"}`` in its metadata (:data:`KEY`). It begins with
-a heading of its own, which says what is to be written there, and a line to be written over (:data:`STUB`). Students
-split cells, renew their ids, turn them into other kinds, or write in a cell of their own just below: their words are
-taken wherever it is clear whose they are, and what is not clear is told.
+a heading that says what to write there, and a line to be replaced (:data:`STUB`). Students split cells, renew their
+ids, change their kind, or write in a cell of their own just below: their text is read wherever the question is clear,
+and a note says where it was found.
 """
 
 from __future__ import annotations
 
 import base64
 import binascii
+import itertools
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
+from labcourse import files
 from labcourse.answers import attached_pictures
 from labcourse.answers.attached_pictures import Budget, Pictures
-from labcourse.answers.handed_in import CODE, TEXT, Cell
+from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.json_values import clean
 from labcourse.answers.kinds.values import LONGEST_PROSE, STUBS, of_few_words
+from labcourse.answers.notebooks import CODE, RAW, TEXT, Cell, Notebook, NotebookError
 
 KEY = "labcourse"  #: of a cell's metadata: {"question": ..., "part": ...}
 INSTRUCTOR = "instructor"  #: tag of cells that only an instructor's notebook has
-MARK = "✎"  #: what a place to write begins with, in every notebook
+MARK = "✎"  #: begins each place to write, in every notebook
+MAX_BYTES = 100_000_000  #: of a notebook, with all of its outputs
 STUB = (
     "*Double-click here, and write in place of this line. Formulas between `$` signs and pasted pictures are welcome.*"
 )
-#: Lines of the instructor's notebooks between which a model answer stands; they are not seen when it is rendered.
+#: Lines around a model answer in the instructor's notebooks; rendered Markdown does not show them.
 BEGIN, END = "<!-- BEGIN SOLUTION -->", "<!-- END SOLUTION -->"
 
 Where = tuple[str, str]  # question, part
 
 _IN_ITALICS = re.compile(r"\*[^*\n]+\*")
 _HEADING = re.compile(rf'(?:<div class="[\w -]{{1,60}}"><b>|\*\*){MARK}[^*<>\n]{{1,200}}(?:</b></div>|\*\*)')
-#: How text begins that somebody wrote into a code cell: some words in a row, and no keyword of Python first.
+#: The beginning of text that was written into a code cell: some words in a row, and no keyword of Python first.
 _PROSE = re.compile(r"\s*(?!(?:from|for|if|while|with|not|lambda|assert|del|import)\b)\w+(?:,? [^\W\d_]{1,40}){3}")
 
 
@@ -52,7 +57,7 @@ class Words:
     pictures: Mapping[str, bytes] = field(default_factory=dict)
 
     def plain(self) -> dict[str, Any]:
-        """As plain data, with pictures in base64."""
+        """Return the answer as JSON data, with pictures in base64."""
         return {
             "text": self.text,
             "pictures": {name: base64.b64encode(data).decode("ascii") for name, data in self.pictures.items()},
@@ -60,12 +65,12 @@ class Words:
 
     @classmethod
     def from_plain(cls, content: Mapping[str, Any]) -> Words:
-        """What :meth:`plain` gave.
+        """Read what :meth:`plain` returned.
 
         Raises
         ------
         ValueError
-            If it is something else.
+            If the data have another form.
         """
         try:
             pictures = {name: base64.b64decode(data, validate=True) for name, data in content["pictures"].items()}
@@ -76,14 +81,14 @@ class Words:
 
 @dataclass
 class Written:
-    """What a student wrote in a notebook's text cells.
+    """A student's answers in the text cells of a notebook.
 
     Attributes
     ----------
-    words : (question, part) → words; what is not there was not written
-    notes : what a person may want to know, such as words that were found in another place
+    words : (question, part) → the answer; without answers that were not written
+    notes : for people, such as where an answer was found that is not in its cell
     problems : what is not read as the student left it
-    asked : what is read as it is, and asked about
+    asked : questions to the student about answers that are read as they are
     """
 
     words: dict[Where, Words] = field(default_factory=dict)
@@ -93,22 +98,12 @@ class Written:
 
 
 def where_of(cell: Mapping[str, Any]) -> Where | None:
-    """Of which question and part a cell of the course is the answer in words; None for any other cell."""
-    metadata = cell.get("metadata")
-    about = metadata.get(KEY) if isinstance(metadata, Mapping) else None
+    """Return the question and part that a text cell of the course answers; None for any other cell."""
+    about = _metadata(cell).get(KEY)
     if cell.get("cell_type") != TEXT or not isinstance(about, Mapping):
         return None
     question, part = about.get("question"), about.get("part")
     return (question, part) if isinstance(question, str) and isinstance(part, str) else None
-
-
-def words_of(
-    master_cells: Sequence[Mapping[str, Any]],
-    student_cells: Sequence[Cell],
-    files: Mapping[str, bytes] | None = None,
-) -> dict[Where, Words]:
-    """The words of a notebook, see :func:`written`."""
-    return written(master_cells, student_cells, files).words
 
 
 def written(
@@ -117,21 +112,21 @@ def written(
     files: Mapping[str, bytes] | None = None,
     with_pictures: bool = True,
 ) -> Written:
-    """The answers in words that a student's notebook holds.
+    """Read the answers in words from a student's notebook.
 
     Parameters
     ----------
     master_cells : of the course's notebook as released
     student_cells : of the student's
     files : the student's own files beside the notebook, for pictures that a text shows from there
-    with_pictures : decode them; else the text is all that is wanted
+    with_pictures : decode them; else only the text is read
     """
-    found, budget = Written(), Budget()
+    result, budget = Written(), Budget()
     places = _Places(master_cells, student_cells)
     for where, master in places.asked.items():
         label = f"{where[0]}, {where[1]}"
         cells, notes = places.cells_for(master)
-        found.notes += [f"{label}: {note}" for note in notes]
+        result.notes += [f"{label}: {note}" for note in notes]
         pieces = dict.fromkeys(piece for cell in cells if (piece := without_stub(cell.source, master)))
         text = clean("\n\n".join(pieces)).strip()
         if not text:
@@ -141,20 +136,20 @@ def written(
             shown = attached_pictures.pictures_of(text, attachments, files, budget)
         else:
             shown = Pictures(attached_pictures.lifted(text)[0])
-        found.problems += [f"{label}: {told}" for told in shown.told]
+        result.problems += [f"{label}: {problem}" for problem in shown.problems]
         if len(shown.text) > LONGEST_PROSE:
-            found.problems.append(
+            result.problems.append(
                 f"{label}: it has {len(shown.text)} characters, of which the first {LONGEST_PROSE} are read; "
                 "shorten it."
             )
         if question := of_few_words(text):
-            found.asked.append(f"{label}: {question}.")
-        found.words[where] = Words(shown.text[:LONGEST_PROSE], shown.kept)
-    return found
+            result.asked.append(f"{label}: {question}.")
+        result.words[where] = Words(shown.text[:LONGEST_PROSE], shown.saved)
+    return result
 
 
 def without_stub(source: str, master: Mapping[str, Any]) -> str:
-    """What a student wrote in a cell, without what the course had put there."""
+    """Return a student's text in a cell, without the text of the course's cell."""
     stubs = stubs_of(master)
     given = {line.strip() for line in [*source_of(master).split("\n"), *stubs, BEGIN, END]}
     lines = []
@@ -168,32 +163,32 @@ def without_stub(source: str, master: Mapping[str, Any]) -> str:
 
 
 def stubs_of(master: Mapping[str, Any]) -> list[str]:
-    """The lines to be written over that a cell of the course may have."""
+    """Return the lines of a course's cell that students replace by their text."""
     given = [line.strip() for line in source_of(master).split("\n")]
     return list(dict.fromkeys([STUB, *(line for line in given if _IN_ITALICS.fullmatch(line))]))
 
 
 def source_of(cell: Mapping[str, Any]) -> str:
-    """The text of a cell as a notebook's file has it."""
+    """Return the text of a cell of a notebook's file."""
     source = cell.get("source", "")
     return "".join(source) if isinstance(source, list) else str(source)
 
 
 def heading(label: str) -> str:
-    """The line with which an answer cell for words begins: a band in colour in JupyterLab, plain elsewhere."""
+    """Return the first line of an answer cell for text: a coloured band in JupyterLab, plain elsewhere."""
     return f'<div class="alert alert-success"><b>{MARK} {label}</b></div>'
 
 
 def headings(source: str) -> list[str]:
-    """The headings that say what is to be written in a cell."""
+    """Find the headings in a cell that say what to write there."""
     return _HEADING.findall(source)
 
 
-# --- which cells hold an answer ---------------------------------------------------------------------------------------
+# --- the cells of an answer -------------------------------------------------------------------------------------------
 
 
 class _Places:
-    """A student's cells beside the course's: which cell is whose, and which are the student's own."""
+    """A student's cells beside the course's: which are the course's, and which the student added."""
 
     def __init__(self, masters: Sequence[Mapping[str, Any]], cells: Sequence[Cell]) -> None:
         self._cells = cells
@@ -203,7 +198,7 @@ class _Places:
         self._owners = _owners(masters, cells)
 
     def cells_for(self, master: Mapping[str, Any]) -> tuple[list[Cell], list[str]]:
-        """The cells that hold an answer, in order, and what is worth saying of how they were found."""
+        """Find the cells with an answer, in order; and notes on where they were found."""
         own, notes = self._pieces(master)
         filled = [place for place in own if self._filled(place, master)]
         below = self._texts(self._after(own[-1])) if own else []
@@ -227,7 +222,7 @@ class _Places:
         return bool(without_stub(self._cells[place].source, master))
 
     def _pieces(self, master: Mapping[str, Any]) -> tuple[list[int], list[str]]:
-        """The pieces of an answer cell that stand together, or the only ones with something in them."""
+        """Find the pieces of an answer cell that stand together, or the only ones with text in them."""
         own = [place for place, owner in enumerate(self._owners) if owner == _id(master)]
         stretches: list[list[int]] = []
         for place in own:
@@ -235,43 +230,38 @@ class _Places:
                 stretches[-1].append(place)
             else:
                 stretches.append([place])
-        filled = [one for one in stretches if any(self._filled(place, master) for place in one)]
-        texts = {"\n\n".join(self._cells[place].source for place in one) for one in filled}
+        filled = [stretch for stretch in stretches if any(self._filled(place, master) for place in stretch)]
+        texts = {"\n\n".join(self._cells[place].source for place in stretch) for stretch in filled}
         if len(texts) < 2:
             return (filled or stretches or [[]])[0], []
-        told = "there are {count} copies of its cell that differ; all are read, one after the other."
-        return own, [told.format(count=len(filled))]
+        return own, [f"there are {len(filled)} copies of its cell that differ; all are read, one after the other."]
 
     def _after(self, place: int) -> list[int]:
-        """The student's own cells that follow a cell, up to the next of the course."""
-        found = []
-        for later in range(place + 1, len(self._cells)):
-            if self._owners[later]:
-                break
-            found.append(later)
-        return found
+        """Find the student's own cells between a cell and the course's next."""
+        owned = (later for later in range(place + 1, len(self._cells)) if self._owners[later])
+        return [*range(place + 1, next(owned, len(self._cells)))]
 
     def _texts(self, places: Iterable[int]) -> list[int]:
-        """Those with text in them."""
-        return [place for place in places if self._cells[place].kind in (TEXT, "raw") and self._filled(place, {})]
+        """Keep the cells with text in them."""
+        return [place for place in places if self._cells[place].kind in (TEXT, RAW) and self._filled(place, {})]
 
     def _may_be_words(self, place: int) -> bool:
         cell = self._cells[place]
-        return self._filled(place, {}) if cell.kind in (TEXT, "raw") else bool(_PROSE.match(cell.source))
+        return self._filled(place, {}) if cell.kind in (TEXT, RAW) else bool(_PROSE.match(cell.source))
 
     def _before(self, name: str) -> str:
-        """The course's cell before one, of those that the student still has; "" if there is none."""
-        at = self._order.index(name)
-        return next((one for one in reversed(self._order[:at]) if one in self._owners), "")
+        """Return the course's last cell before this one that the student still has; "" if there is none."""
+        earlier = self._order[: self._order.index(name)]
+        return next((other for other in reversed(earlier) if other in self._owners), "")
 
     def _near(self, name: str, own: Sequence[int]) -> list[int]:
-        """The student's own cells about an answer cell, or about where it is missing."""
+        """Find the student's own cells around an answer cell, or around the place where it is missing."""
         before = self._before(name)
         above = self._after(max(place for place, owner in enumerate(self._owners) if owner == before) if before else -1)
         return [*above, *(self._after(own[-1]) if own else [])]
 
     def _gap(self, name: str, own: Sequence[int]) -> list[int]:
-        """The student's own cells just above an answer cell, or where it is missing; none that may be another's."""
+        """Find own cells just above an answer cell, or in its place, unless they may belong to another answer."""
         before = self._before(name)
         if before in self._answers and not any(
             owner == before and self._filled(place, self._answers[before]) for place, owner in enumerate(self._owners)
@@ -280,12 +270,9 @@ class _Places:
         gap = self._near(name, ())
         if own:
             return gap if gap and gap[-1] + 1 == own[0] else []
-        missing = []
-        for one in self._order[self._order.index(before) + 1 if before else 0 :]:
-            if one in self._owners:
-                break
-            missing.append(one)
-        return gap if [one for one in missing if one in self._answers] == [name] else []
+        later = self._order[self._order.index(before) + 1 if before else 0 :]
+        missing = itertools.takewhile(lambda other: other not in self._owners, later)
+        return gap if [other for other in missing if other in self._answers] == [name] else []
 
 
 def _id(cell: Mapping[str, Any]) -> str:
@@ -293,7 +280,7 @@ def _id(cell: Mapping[str, Any]) -> str:
 
 
 def _owners(masters: Sequence[Mapping[str, Any]], cells: Sequence[Cell]) -> list[str]:
-    """For each of the student's cells, the id of the course's cell that it is; "" for one of their own."""
+    """Return the id of the course's cell for each of the student's cells; "" for the student's own."""
     ids = {_id(master) for master in masters}
     by_grade_id = {grade_id(master): _id(master) for master in masters if grade_id(master)}
     by_heading = {
@@ -308,41 +295,91 @@ def _owners(masters: Sequence[Mapping[str, Any]], cells: Sequence[Cell]) -> list
             return cell.id
         if cell.grade_id in by_grade_id:
             return by_grade_id[cell.grade_id]
-        if named := [by_heading[one] for one in headings(cell.source) if one in by_heading]:
-            return named[0]
-        alike = by_source.get(cell.source.strip(), []) if cell.source.strip() else []
-        return alike[0] if len(alike) == 1 else ""
+        for heading in headings(cell.source):
+            if heading in by_heading:
+                return by_heading[heading]
+        same = by_source.get(cell.source.strip(), []) if cell.source.strip() else []
+        return same[0] if len(same) == 1 else ""
 
     return [owner(cell) for cell in cells]
 
 
 def grade_id(cell: Mapping[str, Any]) -> str:
-    """As a cell's grading metadata say; "" where there are none."""
-    metadata = cell.get("metadata")
-    about = metadata.get("nbgrader") if isinstance(metadata, Mapping) else None
-    found = about.get("grade_id") if isinstance(about, Mapping) else None
-    return found if isinstance(found, str) else ""
+    """Return the id in a cell's grading metadata; "" if it has none."""
+    about = _metadata(cell).get("nbgrader")
+    name = about.get("grade_id") if isinstance(about, Mapping) else None
+    return name if isinstance(name, str) else ""
 
 
-def _for_instructors(cell: Mapping[str, Any]) -> bool:
+def _metadata(cell: Mapping[str, Any]) -> Mapping[str, Any]:
     metadata = cell.get("metadata") if isinstance(cell, Mapping) else None
-    tags = metadata.get("tags") if isinstance(metadata, Mapping) else None
-    return isinstance(tags, list) and INSTRUCTOR in tags
+    return metadata if isinstance(metadata, Mapping) else {}
 
 
 def own_masters(cells: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
-    """The course's cells, as far as a student's own copy of a notebook shows them: by their metadata.
+    """Return the course's cells in a student's copy of a notebook, recognised by their metadata.
 
-    Cells that have been split are there once. A notebook with cells for instructors is theirs, and none of it added.
+    Cells that have been split are returned once. In a notebook with cells for instructors, no cell is a student's.
     """
-    found: dict[str, Mapping[str, Any]] = {}
-    whole = any(_for_instructors(cell) for cell in cells)
+    masters: dict[str, Mapping[str, Any]] = {}
+    tags = [_metadata(cell).get("tags") for cell in cells]
+    whole = any(isinstance(names, list) and INSTRUCTOR in names for names in tags)
     for cell in cells:
-        metadata = cell.get("metadata") if isinstance(cell, Mapping) else None
-        if not isinstance(metadata, Mapping):
-            continue
+        metadata = _metadata(cell)
         if whole or grade_id(cell) or metadata.get("deletable") is False or metadata.get("editable") is False:
-            name = grade_id(cell) or str(cell.get("id", ""))
+            name = grade_id(cell) or _id(cell)
             kind = TEXT if KEY in metadata else cell.get("cell_type", CODE)
-            found.setdefault(name, {"id": name, "cell_type": kind, "metadata": metadata, "source": ""})
-    return list(found.values())
+            masters.setdefault(name, {"id": name, "cell_type": kind, "metadata": metadata, "source": ""})
+    return list(masters.values())
+
+
+# --- in a student's folder --------------------------------------------------------------------------------------------
+
+
+class SavedWords:
+    """The answers in words in the notebooks of a folder, read again when a file has changed.
+
+    Parameters
+    ----------
+    folder : with the notebooks
+    catalogue : of the course; it names them
+
+    Attributes
+    ----------
+    notices : for the student: what could not be read, or not as it is; and what is asked about
+    """
+
+    def __init__(self, folder: Path, catalogue: Catalogue) -> None:
+        self.notices: list[str] = []
+        self._paths = [folder / f"{name}.ipynb" for name in catalogue.notebooks]
+        self._seen: dict[Path, tuple[int, ...] | None] = {}
+        self._texts: dict[Path, dict[Where, str]] = {}
+        self._asked: set[str] = set()  # each question once, and not at each saving
+
+    def refresh(self) -> None:
+        """Read the notebooks that have been saved since."""
+        for path in self._paths:
+            version = files.version(path)
+            if path not in self._seen or version != self._seen[path]:
+                self._seen[path] = version
+                self._texts[path] = self._read(path) if version else {}
+
+    def get(self, question: str, part: str) -> dict[str, Any] | None:
+        """Return an answer as JSON data, as :func:`labcourse.answers.forms.encode` does; None if there is none."""
+        for texts in self._texts.values():
+            if (question, part) in texts:
+                return {"kind": "prose", "value": texts[question, part]}
+        return None
+
+    def _read(self, path: Path) -> dict[Where, str]:
+        try:
+            notebook = Notebook.read(files.read(path, MAX_BYTES))
+        except (OSError, NotebookError) as error:
+            self.notices.append(f"{path.name} could not be read for answers in words: {files.reason(error)}")
+            return {}
+        found = written(own_masters(notebook.content["cells"]), notebook.cells, with_pictures=False)
+        asked = {f"{path.name}: {question}": None for question in found.asked}
+        self.notices += [f"{path.name}: {problem}" for problem in found.problems]
+        self.notices += [question for question in asked if question not in self._asked]
+        self._asked.update(asked)
+        return {where: answer.text for where, answer in found.words.items()}

@@ -1,1 +1,1 @@
-__import__("labcourse.restarted", fromlist=["watch"]).watch()
+__import__("labcourse.kernels", fromlist=["watch"]).watch()

@@ -8,11 +8,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from labcourse import course_file, files
-from labcourse.answers import forms, handed_in, own_files, words
+from labcourse.answers import forms, own_files, words
 from labcourse.answers.attached_pictures import PICTURE
-from labcourse.answers.handed_in import NotebookError
+from labcourse.answers.notebooks import Notebook, NotebookError
 from labcourse.answers.parts import Question, ReportItem
-from labcourse.answers.saved_words import MAX_BYTES
+from labcourse.answers.words import MAX_BYTES
 from labcourse.errors import AnswerError
 from labcourse.report import counting, entries, fine_curves, front
 from labcourse.report.document import (
@@ -59,11 +59,11 @@ class _Composing:
         self._about: Question = lab.catalogue.reports[report]
         self._items = [item for item in lab.catalogue.items(report) if not item.judged]
         self._notebook = f"{self._about.notebook}.ipynb"
-        data = _read(folder / self._notebook)
-        cells = handed_in.document(data)["cells"]
+        notebook = _read(folder / self._notebook)
+        cells = notebook.content["cells"]
         masters = words.own_masters(cells)
         self._cells = {where[1]: str(master.get("id", "")) for master in masters if (where := words.where_of(master))}
-        self._written = words.written(masters, handed_in.cells_of(data), self._files(cells))
+        self._written = words.written(masters, notebook.cells, self._files(cells))
         labels = dict(named for item in self._items for named in self._labels(item))
         self._front: Front = front.read(cells, self._notebook, report, labels)
         self._numbers = {kind: 0 for kind in (Figure, Table, Equation)}
@@ -222,12 +222,10 @@ def _limit(course: Mapping[str, Any]) -> int | None:
     return limit if isinstance(limit, int) and not isinstance(limit, bool) and limit > 0 else None
 
 
-def _read(path: Path) -> bytes:
+def _read(path: Path) -> Notebook:
     try:
-        data = files.read(path, MAX_BYTES)
-        handed_in.document(data)
+        return Notebook.read(files.read(path, MAX_BYTES))
     except (OSError, NotebookError) as error:
         raise AnswerError(
             f"The report's texts are in {path.name}, which cannot be read: {files.reason(error)}"
         ) from None
-    return data

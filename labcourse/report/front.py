@@ -16,8 +16,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from labcourse.answers.handed_in import TEXT
 from labcourse.answers.json_values import clean
+from labcourse.answers.notebooks import TEXT
 from labcourse.answers.words import KEY, source_of
 from labcourse.report.document import Place, Reference
 

@@ -14,7 +14,7 @@ from enum import StrEnum
 from functools import cached_property
 from typing import Any
 
-from labcourse.answers.handed_in import CODE, Cell
+from labcourse.answers.notebooks import CODE, Cell
 
 PARAMETERS = "parameters"  #: tag of the cell after which a run puts its parameters
 OPEN = "open"  #: tag of course cells that students may change

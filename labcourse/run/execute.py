@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import Any
 
 from labcourse.errors import CheckError
-from labcourse.jupyterlab import KERNEL
+from labcourse.kernels import KERNEL
 from labcourse.run import RUNNING
 
 DIED, EXITED, TIMED_OUT = "died", "exited", "timed out"

@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from labcourse import files, program
-from labcourse.answers.handed_in import NotebookError, cells_of
+from labcourse.answers.notebooks import Notebook, NotebookError
 from labcourse.run import by_program
 from labcourse.safe_text import no_escapes
 
@@ -100,7 +100,7 @@ def _source_now() -> str | None:
 def _cells(path: Path) -> set[tuple[str, str]]:
     """Ids and sources of a notebook's cells; none where it cannot be read."""
     try:
-        return {(cell.id, cell.source) for cell in cells_of(files.read(path))}
+        return {(cell.id, cell.source) for cell in Notebook.read(files.read(path)).cells}
     except (OSError, NotebookError):
         return set()
 

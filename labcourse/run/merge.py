@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from labcourse.answers.handed_in import CODE, Cell
+from labcourse.answers.notebooks import CODE, Cell
 from labcourse.run import alignment, skippable_cells
 from labcourse.run.alignment import Change, Placed, Role
 

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from labcourse.answers.handed_in import CODE
+from labcourse.answers.notebooks import CODE
 from labcourse.answers.parts import Question
 from labcourse.run.alignment import Role, role_of, source_of
 

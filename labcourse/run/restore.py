@@ -18,7 +18,7 @@ from typing import Any
 
 from labcourse import files
 from labcourse.answers import own_files
-from labcourse.answers.handed_in import CODE, NotebookError, cells_in, document
+from labcourse.answers.notebooks import CODE, Notebook, NotebookError
 from labcourse.errors import CheckError
 from labcourse.run import alignment
 from labcourse.run.alignment import Change, Happened, Placed, Role
@@ -131,8 +131,8 @@ def mend(data: bytes, master: Mapping[str, Any]) -> tuple[dict[str, Any], tuple[
     NotebookError
         If the file is no notebook.
     """
-    notebook = document(data)
-    lines = [_said(change) for change in alignment.align(master["cells"], cells_in(notebook)).changes]
+    notebook = Notebook.read(data).content
+    lines = [_said(change) for change in alignment.align(master["cells"], Notebook(notebook).cells).changes]
     if notebook != json.loads(data):
         lines.append("its file has the form of a notebook again")
     version = (notebook.get("nbformat"), notebook.get("nbformat_minor"))
@@ -149,7 +149,7 @@ def mend(data: bytes, master: Mapping[str, Any]) -> tuple[dict[str, Any], tuple[
 
 def _put_right(notebook: dict[str, Any], master: Mapping[str, Any]) -> None:
     """Put the cells in order, and the course's into their place."""
-    aligned = alignment.align(master["cells"], cells_in(notebook))
+    aligned = alignment.align(master["cells"], Notebook(notebook).cells)
     wrong = {change.cell for change in aligned.changes if change.what is Happened.OTHER_KIND}
     found = _Cells(master["cells"], notebook["cells"], wrong)
     notebook["cells"] = [found.cell(place) for place in aligned.placed]

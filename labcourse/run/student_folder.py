@@ -10,7 +10,7 @@ from typing import Any
 from labcourse import course_file, files, hub, program, student_id
 from labcourse.answers import own_files, report_files
 from labcourse.answers.catalogue import Catalogue
-from labcourse.answers.handed_in import Cell, HandIn, NotebookError, cells_of
+from labcourse.answers.notebooks import Cell, HandIn, Notebook, NotebookError
 from labcourse.course_file import NOBODY
 from labcourse.errors import CheckError, ConfigurationError, StudentIDError
 from labcourse.files import ANSWERS_FILE, COURSE_FILE
@@ -80,8 +80,9 @@ def read(
     for name in notebooks:
         path = folder / name
         try:
-            cells[name] = cells_of(files.read(path))
-            saved[name] = path.stat().st_mtime
+            notebook = Notebook.without_outputs(files.read(path))
+            cells[name], saved[name] = notebook.cells, path.stat().st_mtime
+            problems += [f"{name}: {problem}" for problem in notebook.problems]
         except FileNotFoundError:
             problems.append(_not_there(folder, name))
         except NotebookError as error:
@@ -89,13 +90,12 @@ def read(
         except OSError as error:
             problems.append(f"{name} cannot be read: {error.strerror}.")
     reports: dict[str, bytes] = {}
-    notes: list[str] = []
     if catalogue is not None:
         reports, refused = report_files.read_all(folder, catalogue)
         problems += refused
     names = report_files.names(catalogue).values() if catalogue is not None else ()
     own = own_files.read(folder, [*notebooks, *report_files.made_files(names)], modules)
-    notes += own.notes
+    notes = own.notes
     if names and not reports:
         notes += [
             (

@@ -15,7 +15,7 @@ import labcourse
 from labcourse import files, program, student_id
 from labcourse.answers import own_files, report_files
 from labcourse.answers.catalogue import Catalogue
-from labcourse.answers.handed_in import document
+from labcourse.answers.notebooks import Notebook
 from labcourse.answers.own_files import RECEIPT_FILE
 from labcourse.answers.report_files import ReportFile
 from labcourse.course_file import NOBODY
@@ -168,7 +168,7 @@ def slim(data: bytes) -> tuple[bytes, int]:
 
     Sources, and pictures in text, stay as they are; so does all that cells have shown up to :data:`MAX_OUTPUT`.
     """
-    notebook = document(data)
+    notebook = Notebook.read(data).content
     dropped = 0
     for cell in notebook["cells"]:
         if len(json.dumps(cell.get("outputs"))) > MAX_OUTPUT:

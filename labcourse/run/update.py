@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from labcourse import files
-from labcourse.answers.handed_in import CODE, NotebookError, cells_in, document
+from labcourse.answers.notebooks import CODE, Notebook, NotebookError
 from labcourse.answers.words import KEY, MARK
 from labcourse.errors import ConfigurationError
 from labcourse.run import alignment, restore
@@ -145,12 +145,12 @@ def updated(data: bytes, master: Mapping[str, Any]) -> tuple[dict[str, Any], Cha
     NotebookError
         If the file is no notebook.
     """
-    notebook = document(data)
+    notebook = Notebook.read(data).content
     preparing = _Preparing(master["cells"], notebook["cells"])
     notebook["cells"] = preparing.cells()
     happened = [
         change.what
-        for change in alignment.align(master["cells"], cells_in(notebook)).changes
+        for change in alignment.align(master["cells"], Notebook(notebook).cells).changes
         if change.role in (Role.LOCKED, Role.TEXT)
     ]
     done, _lines = restore.mend(json.dumps(notebook).encode(), master)

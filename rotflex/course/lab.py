@@ -92,8 +92,8 @@ class Lab(Session):
     def _welcome(self) -> None:
         note = ' (nobody in particular: write your id in student = "...")' if self.student == DEMO else ""
         print(f"Student   {self.student}{note}")
-        if told := hub.another(self.student):
-            print(f"          {told}")
+        if message := hub.other_user(self.student):
+            print(f"          {message}")
         parts = f"arm in position {self.joint.arm_position}, encoders of type {self.servo.encoder}"
         print(f"Bench     {self.address}: {parts}")
         print(f"Answers   {self.book.path.name}")

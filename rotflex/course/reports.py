@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from labcourse.answers import reports
+from labcourse.answers import report_files
 from labcourse.report.button import button
 from labcourse.session import Session
 
@@ -10,5 +10,5 @@ __all__ = ["button", "outline"]
 
 
 def outline(report: str, lab: Session) -> str:
-    """See :func:`labcourse.answers.reports.outline`; of what is asked of the student's class."""
-    return reports.outline(lab.catalogue, report, lab)
+    """See :func:`labcourse.answers.report_files.outline`; of what is asked of the student's class."""
+    return report_files.outline(lab.catalogue, report, lab)

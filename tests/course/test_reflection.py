@@ -137,14 +137,14 @@ def test_in_a_session_it_prints_what_there_is_to_ask_and_keeps_nothing(tmp_path,
     assert lab.reflect("02") is None
     printed = capsys.readouterr().out.splitlines()
     assert printed[1] == "  2.12, 2.11: Your K_s is your J_l times your omega_n. Which unit does that product have?"
-    assert printed[2] == "Not looked at yet, for there is no answer: 2.9 sweep, 2.10 spectrum, 2.8 J_l."
+    assert printed[2].endswith(": 2.9 sweep, 2.10 spectrum, 2.8 J_l.")
     assert (tmp_path / "answers.json").read_bytes() == before
 
 
 def test_the_course_can_switch_it_off_or_delay_it(tmp_path, capsys):
     tomorrow = datetime.now().astimezone() + timedelta(days=1)
-    for setting, told in (("off", "It is switched off"), (tomorrow.isoformat(), f"It asks from {tomorrow:%Y-%m-%d}")):
+    for setting, fragment in (("off", "switched this off"), (tomorrow.isoformat(), f"from {tomorrow:%Y-%m-%d}")):
         (tmp_path / "course.json").write_text(json.dumps({"student": "ada", "reflect": setting}))
         lab = rotflex.course.lab.start(folder=tmp_path, quiet=True)
         lab.reflect()
-        assert capsys.readouterr().out.startswith(told)
+        assert fragment in capsys.readouterr().out

@@ -4,7 +4,7 @@ import re
 
 import pytest
 
-from labcourse.answers.reports import in_one_piece
+from labcourse.answers.report_files import in_one_piece
 from labcourse.errors import AnswerError
 from labcourse.session import Session
 from rotflex.course import reports

@@ -12,7 +12,7 @@ from made_courses import loaded
 from pdfs import blank, composed, typeset
 from scoring_class import LEVELS, clients
 
-from labcourse.answers import report_files, reports
+from labcourse.answers import report_files
 from labcourse.grading.gradebook import Gradebook
 from labcourse.grading.graded_run import facts_of
 from labcourse.grading.reports.feedback import page
@@ -260,7 +260,7 @@ def test_the_card_of_the_whole_says_of_each_text_that_is_not_in_its_cell_to_look
     said = "“not written yet” says that a text cell is empty"
     items = CATALOGUE.items(REPORT)
     for texts, wanted in (({TEXT: "We shook it."}, True), ({one.part: "Ours." for one in items if one.part}, False)):
-        given = f"{answer.mark.given}\n\n{reports.in_one_piece(items, texts)}"
+        given = f"{answer.mark.given}\n\n{report_files.in_one_piece(items, texts)}"
         shown = cards.card(scored, [replace(answer, mark=replace(answer.mark, given=given))])
         assert shown.first.some_in_pdf == wanted
         html = (

@@ -18,7 +18,7 @@ from typing import Any
 
 from hostile import HONEST, PRELAB, STIFFNESS, Attack
 
-from labcourse.grading.running.intake import limits
+from labcourse.answers.notebooks import MAX_FILE
 
 Notebooks = dict[str, dict[str, Any]]
 Outside = Mapping[str, Any]
@@ -218,7 +218,7 @@ def _unusual(path: Path, outside: Outside) -> None:
     path.write_bytes(data)
 
 
-_TOO_LARGE = f"more than {limits.MAX_NOTEBOOK_FILE} bytes"
+_TOO_LARGE = f"more than {MAX_FILE} bytes"
 _IGNORED = "There is no notebook of the course in the submission"
 _FULL = {"2.1": 2.0, "2.10": 2.0, "2.11": 2.0, "2.12": 3.0}
 _ALL = ("q0-1", "q2-1", "q2-10", "q2-11", "q2-12")

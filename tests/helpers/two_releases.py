@@ -14,7 +14,7 @@ from typing import Any
 
 from checkout import ROOT
 
-from labcourse.answers.handed_in import HandIn, cells_of
+from labcourse.answers.notebooks import HandIn, Notebook
 
 SPRING = ROOT / "tests" / "courses" / "spring"
 NOTEBOOK = "01_spring.ipynb"
@@ -50,7 +50,7 @@ class TwoReleases:
         notebook = self.notebook(which)
         for cell in notebook["cells"]:
             cell["source"] = answers.get(cell["id"], cell["source"])
-        return HandIn({NOTEBOOK: cells_of(json.dumps(notebook).encode())}, course=course)
+        return HandIn({NOTEBOOK: Notebook.read(json.dumps(notebook).encode()).cells}, course=course)
 
 
 def made(folder: Path) -> TwoReleases:

@@ -18,12 +18,10 @@ from labcourse.answers import (
     cell_reports,
     expressions,
     forms,
-    handed_in,
     own_files,
-    saved_words,
+    words,
 )
 from labcourse.answers.attached_pictures import Budget, PictureError, as_png, pictures_of
-from labcourse.answers.handed_in import NotebookError, cells_of
 from labcourse.answers.kinds import figures, recordings, values
 from labcourse.answers.parts import Question, figure, number, prose, recording
 from labcourse.errors import AnswerError, StudentIDError
@@ -191,8 +189,8 @@ def test_pictures_of_one_answer(number):
     text = " ".join(f"![a](attachment:{place}.png)" for place in range(number))
     data = base64.b64encode(png(20, 10)).decode()
     found = pictures_of(text, {f"{place}.png": {"image/png": data} for place in range(number)})
-    assert len(found.kept) == 6
-    assert found.told == ([] if number == 6 else ["more than 6 pictures: the first 6 are shown"])
+    assert len(found.saved) == 6
+    assert found.problems == ([] if number == 6 else ["more than 6 pictures: the first 6 are shown"])
 
 
 @pytest.mark.parametrize("side", [1399, 1400, 1401, 3000])
@@ -225,28 +223,11 @@ def notebook(cells):
 
 
 @FITS
-def test_cells_of_a_notebook(monkeypatch, fits):
-    monkeypatch.setattr(handed_in, "MAX_CELLS", 5)
-    cells = [{"cell_type": "code", "source": ""}] * (5 + (not fits))
-    taken(fits, lambda: cells_of(notebook(cells)), NotebookError, "5 cells")
-
-
-@FITS
-@pytest.mark.parametrize(("kind", "name"), [("code", "MAX_SOURCE"), ("markdown", "MAX_TEXT"), ("raw", "MAX_SOURCE")])
-def test_characters_of_a_cell(monkeypatch, fits, kind, name):
-    monkeypatch.setattr(handed_in, "MAX_SOURCE", 50)
-    monkeypatch.setattr(handed_in, "MAX_TEXT", 70)
-    size = getattr(handed_in, name) + (not fits)
-    (cell,) = cells_of(notebook([{"cell_type": kind, "source": "x" * size}]))
-    assert (cell.source == "x" * size) == fits and (cell.kind == handed_in.UNREADABLE) != fits
-
-
-@FITS
 def test_bytes_of_a_notebook_whose_words_are_read(tmp_path, monkeypatch, fits):
     path = tmp_path / "a.ipynb"
     path.write_bytes(notebook([]))
-    monkeypatch.setattr(saved_words, "MAX_BYTES", path.stat().st_size - (not fits))
-    book = saved_words.SavedWords.__new__(saved_words.SavedWords)
+    monkeypatch.setattr(words, "MAX_BYTES", path.stat().st_size - (not fits))
+    book = words.SavedWords.__new__(words.SavedWords)
     book.notices, book._asked = [], set()
     assert book._read(path) == {} and bool(book.notices) != fits
 
@@ -273,14 +254,14 @@ def test_characters_that_a_cell_shows(monkeypatch, fits):
 )
 def test_bytes_of_own_files(monkeypatch, fits, name, files):
     monkeypatch.setattr(own_files, name, 1000 - (not fits))
-    found = own_files.chosen([(PurePosixPath(path), size) for path, size in files], ["a.ipynb"])
+    found = own_files.choose([(PurePosixPath(path), size) for path, size in files], ["a.ipynb"])
     assert (len(found.paths) == len(files), len(found.notes)) == (fits, not fits)
 
 
 @FITS
 def test_number_depth_and_length_of_own_files(monkeypatch, fits):
     def taken_of(*paths):
-        found = own_files.chosen([(PurePosixPath(path), 1) for path in paths], ["a.ipynb"])
+        found = own_files.choose([(PurePosixPath(path), 1) for path in paths], ["a.ipynb"])
         return len(found.paths) == len(paths) and found.notes == ()
 
     assert taken_of(*(f"f{place:03}.csv" for place in range(200 + (not fits)))) == fits

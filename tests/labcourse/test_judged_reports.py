@@ -2,7 +2,7 @@
 
 import pytest
 
-from labcourse.answers import reports
+from labcourse.answers import report_files
 from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.parts import WHOLE, Question, ReportItem, number
 from labcourse.errors import AnswerError
@@ -68,7 +68,7 @@ def test_it_is_missing_in_no_list_of_what_there_is_to_do(lab, capsys):
 
 
 def test_the_texts_of_a_report_in_one_piece_say_what_is_not_written():
-    aim, missing, end, text = reports.in_one_piece(ITEMS[:4], {"end": "It ended."}).split("\n\n")
+    aim, missing, end, text = report_files.in_one_piece(ITEMS[:4], {"end": "It ended."}).split("\n\n")
     assert (aim, missing.startswith("*"), end, text) == ("**I Aim**", True, "**II End**", "It ended.")
 
 

@@ -32,8 +32,8 @@ BAD |= {"x" * 81: "81 characters", "\N{GRINNING FACE}" * 61: "244 bytes", ".ada"
 BAD |= {"..": "begins with a dot", "ada.": "ends with a dot", "NUL": "NUL for a device", "COM1": "COM1 for a device"}
 BAD |= {"Aux .ada": "Aux for a device", "con.ada.lovelace": "con for a device", "lpt\u00b2": "lpt² for a device"}
 BOOKS = [f"gradebook.sqlite-{kind}" for kind in ("journal", "wal", "shm")]
-BAD |= dict.fromkeys(["grades.csv", "Gradebook.SQLite", *BOOKS], "a file of its own")
-BAD |= {f"a{character}b": f"{character} cannot stand in a folder's name" for character in '/\\:*?"<>|'}
+BAD |= dict.fromkeys(["grades.csv", "Gradebook.SQLite", *BOOKS], "a file of that name")
+BAD |= {f"a{character}b": f"{character} is not allowed in a folder's name" for character in '/\\:*?"<>|'}
 
 
 def test_an_id_is_kept_composed_and_without_white_space_around():

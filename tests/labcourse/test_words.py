@@ -10,8 +10,8 @@ import pytest
 from PIL import Image
 
 from labcourse.answers import words
-from labcourse.answers.handed_in import Cell
 from labcourse.answers.kinds.values import LONGEST_PROSE
+from labcourse.answers.notebooks import Cell
 from labcourse.answers.words import STUB, Words
 
 HEADING = words.heading("Your answer: 1.1, why")
@@ -99,7 +99,7 @@ LANGUAGES = "Größe: $\\omega_n=\\sqrt{K_s}$\n\n* ¿por qué? — «c'est ça»
 def test_heading_and_stub_are_no_part_of_the_answer_and_all_else_is(source, text):
     found = words.written(MASTER, pristine(why=why(source)))
     assert (found.words, found.notes) == ({WHY: Words(text)}, [])
-    assert words.words_of(MASTER, pristine(why=why(source))) == {WHY: Words(text)}
+    assert words.written(MASTER, pristine(why=why(source))).words == {WHY: Words(text)}
 
 
 @pytest.mark.parametrize(
@@ -337,5 +337,5 @@ GERMAN = "*Hier doppelklicken und anstelle dieser Zeile schreiben.*"
 def test_words_are_read_from_a_cell_that_was_released_in_another_language(source, found):
     """Whatever language is spoken where they are read: the line to be written over is the course's own."""
     released = [master("why", f"{words.heading('Deine Antwort: 1.1, why')}\n\n{GERMAN}", where=WHY)]
-    read = words.words_of(released, [cell(source, "why")]).get(WHY)
+    read = words.written(released, [cell(source, "why")]).words.get(WHY)
     assert (read and read.text) == found

@@ -22,7 +22,7 @@ from made_courses import OURS
 from packs import packed
 
 from labcourse.answers import words
-from labcourse.answers.handed_in import as_released
+from labcourse.answers.notebooks import as_released
 from labcourse.grading.gradebook import Gradebook
 from labcourse.grading.running import bundle, intake
 from labcourse.run import merge

@@ -13,7 +13,7 @@ from typing import Any
 
 from labcourse.answers import cell_reports, words
 from labcourse.answers.catalogue import Catalogue
-from labcourse.answers.handed_in import Cell, as_released, cells_of
+from labcourse.answers.notebooks import Cell, Notebook, as_released
 from labcourse.answers.parts import Part, Question
 from labcourse.errors import AnswerError
 from labcourse.grading.course import Course
@@ -163,7 +163,7 @@ def answers_of_solutions(course: Course, made: Bundle) -> tuple[Claims, Mapping[
     )
     claims.problems.extend(run.problems)
     for path in course.notebooks:
-        texts = words.written(made.pristine[path.name]["cells"], cells_of(path.read_bytes()))
+        texts = words.written(made.pristine[path.name]["cells"], Notebook.read(path.read_bytes()).cells)
         claims = decoding.with_words(claims, texts.words, course.catalogue)
         claims.problems.extend(f"{path.name}: {problem}" for problem in [*texts.problems, *texts.notes])
     return claims, why.missing

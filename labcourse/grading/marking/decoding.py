@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import Any
 
-from labcourse.answers import answers, expressions, forms, reports
+from labcourse.answers import answers, expressions, forms, report_files
 from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.parts import WHOLE
 from labcourse.answers.report_files import ReportFile
@@ -148,7 +148,7 @@ def with_reports(
         texts = {name: claims.contents[place]["value"] for name, place in where.items() if place in claims.values}
         pdf = in_pdf.get(report.number)
         if texts or pdf is not None:
-            pieces = [reports.in_one_piece(catalogue.items(report.number), texts)] if texts else []
+            pieces = [report_files.in_one_piece(catalogue.items(report.number), texts)] if texts else []
             text = "\n\n".join([*pieces, *([pdf.given] if pdf is not None else [])])
             for name in question.names:
                 found.values[number, name] = text

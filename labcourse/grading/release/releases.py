@@ -18,7 +18,7 @@ from pathlib import Path, PurePosixPath
 from typing import Any
 
 from labcourse import benches, course_file, files
-from labcourse.answers.handed_in import NotebookError, cells_of
+from labcourse.answers.notebooks import Notebook, NotebookError
 from labcourse.benches import BenchPolicy
 from labcourse.course_file import RELEASE, STUDENT
 from labcourse.errors import ConfigurationError, GradingError
@@ -194,7 +194,7 @@ def _notebooks(archive: Path, found: Mapping[str, bytes]) -> dict[str, dict[str,
     for place, content in sorted((PurePosixPath(name), content) for name, content in found.items()):
         if place.parent == PurePosixPath(NOTEBOOKS) and place.suffix == ".ipynb":
             try:
-                cells_of(content)
+                Notebook.read(content)
             except NotebookError as error:
                 raise _unusable(archive, f"{place.name}: {error}") from None
             notebooks[place.name] = json.loads(content)

@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from labcourse.answers.handed_in import HandIn, cells_of
+from labcourse.answers.notebooks import HandIn, Notebook
 from labcourse.course_file import RELEASE
 from labcourse.files import COURSE_FILE
 from labcourse.grading.course import Course
@@ -123,7 +123,7 @@ def _cells_of_course(notebooks: Mapping[str, Any]) -> Cells:
     """What the course wrote into its notebooks, and students leave as it is."""
     found = set()
     for name, notebook in notebooks.items():
-        for cell, read in zip(notebook["cells"], cells_of(json.dumps(notebook).encode()), strict=True):
+        for cell, read in zip(notebook["cells"], Notebook.read(json.dumps(notebook).encode()).cells, strict=True):
             if read.source.strip() and not cell["metadata"].get("nbgrader", {}).get("solution"):
                 found.add((name, read.source.strip()))
     return frozenset(found)

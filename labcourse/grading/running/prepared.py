@@ -11,7 +11,7 @@ from typing import Any
 
 from labcourse.answers import answers, words
 from labcourse.answers.catalogue import Catalogue
-from labcourse.answers.handed_in import CODE, MAX_SOURCE, UNREADABLE, Cell, HandIn
+from labcourse.answers.notebooks import CODE, MAX_SOURCE, UNREADABLE, Cell, HandIn
 from labcourse.answers.words import Where, Words
 from labcourse.errors import AnswerError
 from labcourse.grading.running import supplied as supplying

@@ -8,8 +8,7 @@ from dataclasses import dataclass
 from markupsafe import Markup
 
 from labcourse.answers.parts import WHOLE, Part, Question
-from labcourse.answers.report_files import ReportFile, without_digests
-from labcourse.answers.reports import NOT_WRITTEN
+from labcourse.answers.report_files import NOT_WRITTEN, ReportFile, without_digests
 from labcourse.grading.gradebook import Answer, MarkRecord, RunRecord
 from labcourse.grading.graded_run import facts_of
 from labcourse.grading.reports.feedback import figures_of, pictures_of

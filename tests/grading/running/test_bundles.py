@@ -13,7 +13,7 @@ import two_releases
 from two_releases import NOTEBOOK, SEED, TwoReleases
 
 from labcourse.answers.cell_reports import REPORTS_FILE
-from labcourse.answers.handed_in import HandIn
+from labcourse.answers.notebooks import HandIn, Notebook
 from labcourse.benches import BenchPolicy
 from labcourse.errors import GradingError
 from labcourse.grading import course as courses
@@ -173,7 +173,7 @@ def test_a_release_from_before_there_were_names_is_known_by_its_notebooks(sandbo
             {NOTEBOOK: tuple(cell for cell in hand_in.notebooks[NOTEBOOK] if cell.id != "title")},
             course={"student": "ada"},
         )
-        title = next(cell for cell in two_releases.cells_of(text.encode()) if cell.id == "title")
+        title = next(cell for cell in Notebook.read(text.encode()).cells if cell.id == "title")
         older = HandIn({NOTEBOOK: (title, *older.notebooks[NOTEBOOK])}, course=older.course)
         chosen = again.of(older)
         assert chosen.bundle.release == found.id

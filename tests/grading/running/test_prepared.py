@@ -5,7 +5,7 @@ import json
 import pytest
 
 from labcourse.answers.catalogue import Catalogue
-from labcourse.answers.handed_in import MAX_SOURCE, HandIn, cells_of
+from labcourse.answers.notebooks import MAX_SOURCE, HandIn, Notebook
 from labcourse.answers.parts import Question, number
 from labcourse.grading.running import prepared
 from labcourse.grading.running.bundle import Bundle
@@ -31,7 +31,7 @@ BUNDLE = Bundle(b"", {"a.ipynb": {"cells": MASTER}}, {"a.ipynb": ["q1", "q2"]}, 
 
 
 def made(*cells, bundle=BUNDLE, **files):
-    notebooks = {"a.ipynb": cells_of(json.dumps({"cells": list(cells)}).encode())}
+    notebooks = {"a.ipynb": Notebook.read(json.dumps({"cells": list(cells)}).encode()).cells}
     return prepare(HandIn(notebooks=notebooks, **files), bundle, CATALOGUE, "ada")
 
 

@@ -16,7 +16,7 @@ import pytest
 from checkout import ROOT
 
 from labcourse.answers.catalogue import Catalogue
-from labcourse.answers.handed_in import as_released
+from labcourse.answers.notebooks import as_released
 from labcourse.errors import GradingError
 from labcourse.grading.course import Course
 from labcourse.grading.running import bundle, runner

@@ -9,7 +9,7 @@ from made_notebooks import notebook, saved
 from pdfs import blank, composed, typeset
 from report_texts import of_text
 
-from labcourse.answers import report_files, reports
+from labcourse.answers import report_files
 from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.parts import Question, ReportItem, number
 from labcourse.errors import AnswerError
@@ -126,20 +126,20 @@ def test_of_a_scan_it_is_told_that_it_is_one_and_nothing_else(lab, capsys):
 
 
 def test_its_texts_are_missing_nowhere_until_it_is_gone_again(lab, folder, capsys):
-    assert "missing: First report Procedure" in reports.outline(CATALOGUE, "First report", lab)
+    assert "missing: First report Procedure" in report_files.outline(CATALOGUE, "First report", lab)
     attach(lab, capsys, typeset())
-    outline = reports.outline(CATALOGUE, "First report", lab)
+    outline = report_files.outline(CATALOGUE, "First report", lab)
     assert "missing" not in outline and outline.count(f"in your own document, {NAME}") == 4
     lab.progress("02")
     assert f"On the swing: in your own document, {NAME}" in capsys.readouterr().out
     (folder / NAME).unlink()
-    assert "missing" in reports.outline(CATALOGUE, "First report", lab)
+    assert "missing" in report_files.outline(CATALOGUE, "First report", lab)
 
 
 def test_a_report_that_is_made_of_empty_cells_is_no_document_of_ones_own(lab, folder):
     (folder / NAME).write_bytes(composed())
     assert lab.report_files.own("First report") is None
-    assert "missing: First report Procedure" in reports.outline(CATALOGUE, "First report", lab)
+    assert "missing: First report Procedure" in report_files.outline(CATALOGUE, "First report", lab)
     assert report_files.is_composed(writing.written(of_text("Words.")).pdf)
     assert not report_files.is_composed(typeset())
 

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from labcourse.answers.handed_in import CODE, TEXT, Cell
+from labcourse.answers.notebooks import CODE, TEXT, Cell
 from labcourse.run.alignment import Happened, Role, align
 
 

@@ -19,7 +19,7 @@ from made_notebooks import ANSWER, answer, code, locked, notebook, saved, text
 from labcourse import course_file
 from labcourse.answers import answers, cell_reports, reflection
 from labcourse.answers.answers import AnswerBook
-from labcourse.answers.handed_in import cells_of, document
+from labcourse.answers.notebooks import Notebook
 from labcourse.errors import AnswerError, ConfigurationError, CourseError
 from labcourse.run import check, from_notebook, restore, student_folder, submit, update
 from labcourse.session import Session
@@ -124,7 +124,7 @@ def test_the_other_files_are_read_and_this_one_is_or_is_named(broken):
 
 def _packed_and_checked(folder, name):
     work = student_folder.read(folder, list(MASTERS), catalogue=CATALOGUE)
-    assert work.hand_in.notebooks[FIRST] == cells_of(saved(NEW))
+    assert work.hand_in.notebooks[FIRST] == Notebook.read(saved(NEW)).cells
     assert (BROKEN in work.hand_in.notebooks) != any(BROKEN in line for line in work.problems)
     for act in (
         lambda: submit.submit(folder, list(MASTERS), student="ada", catalogue=CATALOGUE),
@@ -171,7 +171,7 @@ def _mended(folder, released, name):
         assert restore.restore(folder, BROKEN, MASTER).lines == ()
     lines, whole = update.update(folder, released, "r2")
     assert whole or any(BROKEN in line and "could not be read" in line for line in lines)
-    assert document((folder / FIRST).read_bytes())["cells"][0]["source"] == "# New"
+    assert Notebook.read((folder / FIRST).read_bytes()).content["cells"][0]["source"] == "# New"
 
 
 NOT_UTF_8 = os.fsdecode(b"02_\xff.ipynb")

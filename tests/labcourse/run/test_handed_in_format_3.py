@@ -7,8 +7,8 @@ import json
 import pytest
 from made_courses import OURS
 
-from labcourse.answers.handed_in import cells_of, document
-from labcourse.answers.saved_words import SavedWords
+from labcourse.answers.notebooks import Notebook
+from labcourse.answers.words import SavedWords
 from labcourse.grading.release import student_course
 from labcourse.run import restore, submit, update
 
@@ -28,8 +28,8 @@ def in_format_3(wrote: str = "omega_n = 20.0") -> bytes:
 
 
 def test_its_cells_are_listed_as_those_of_any_other():
-    assert [cell["source"] for cell in document(in_format_3())["cells"]] == [
-        cell.source for cell in cells_of(in_format_3())
+    assert [cell["source"] for cell in Notebook.read(in_format_3()).content["cells"]] == [
+        cell.source for cell in Notebook.read(in_format_3()).cells
     ]
 
 

@@ -10,9 +10,9 @@ import sys
 import pytest
 from checkout import ROOT
 
-from labcourse.answers import cell_reports, handed_in
+from labcourse.answers import cell_reports, notebooks
 from labcourse.answers.cell_reports import CellError, CellReport, Reports
-from labcourse.answers.handed_in import CODE, Cell
+from labcourse.answers.notebooks import CODE, Cell
 from labcourse.run.merge import merged
 from labcourse.run.reasons import Claim, explain
 from rotflex.course.questions import CATALOGUE
@@ -37,7 +37,7 @@ PRISTINE = {NAME: {"cells": [cell for one in QUESTIONS for cell in answer(one, C
 
 
 def explained(cells, reports=NOTHING, claim=None):
-    of_the_course = handed_in.as_released(PRISTINE[NAME])
+    of_the_course = notebooks.as_released(PRISTINE[NAME])
     mine = (*of_the_course[:1], *cells, *of_the_course[1:])
     made = merged(PRISTINE, {NAME: mine})
     return explain(PRISTINE, made, reports, set(), CATALOGUE, handed_in=[NAME], claim=claim)
@@ -76,7 +76,7 @@ import json, resource, sys, threading
 resource.setrlimit(resource.RLIMIT_AS, (4 << 30, 4 << 30))
 sys.path[:0] = json.loads(sys.argv[1])
 from test_hostile_cells import SIZES, TRAPS, explained
-from labcourse.answers.handed_in import CODE, Cell
+from labcourse.answers.notebooks import CODE, Cell
 def read():
     for size, count in SIZES.items():
         explained([Cell(f"c{place}", "", CODE, TRAPS[sys.argv[2]](size)) for place in range(count)])
@@ -90,7 +90,7 @@ thread.join()
 @pytest.mark.skipif(sys.platform == "win32", reason="limits of memory are set as Unix does it")
 @pytest.mark.parametrize("name", TRAPS)
 def test_a_notebook_full_of_one_trap_is_merged_and_explained_in_little_time(name):
-    assert all(len(TRAPS[name](size)) <= handed_in.MAX_SOURCE for size in SIZES)
+    assert all(len(TRAPS[name](size)) <= notebooks.MAX_SOURCE for size in SIZES)
     path = json.dumps([str(ROOT), str(ROOT / "tests" / "helpers"), str(ROOT / "tests" / "labcourse" / "run")])
     command = [sys.executable, "-c", PROGRAM, path, name]
     done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=SECONDS)
@@ -123,7 +123,7 @@ ODD_IDS = ["../../x", "/etc/passwd", "C:\\x", "<script>", "\x1b[2J", "\u202e", "
 
 def test_cells_are_run_by_ids_that_can_do_no_harm_and_tell_them_apart():
     cells = [Cell(name, "", CODE, "pass") for name in ODD_IDS * 80]
-    made = merged(PRISTINE, {NAME: (*handed_in.as_released(PRISTINE[NAME]), *cells)}).notebooks[NAME]["cells"]
+    made = merged(PRISTINE, {NAME: (*notebooks.as_released(PRISTINE[NAME]), *cells)}).notebooks[NAME]["cells"]
     names = [cell["id"] for cell in made]
     assert len(set(names)) == len(names) > 800
     assert all(set(name) <= set("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_.-") for name in names)
@@ -131,7 +131,7 @@ def test_cells_are_run_by_ids_that_can_do_no_harm_and_tell_them_apart():
 
 def test_what_records_an_answer_is_the_courses_whatever_bears_its_id():
     forged = [Cell("q2.11-answer", "q2.11-answer", CODE, "forge()") for _ in range(5)]
-    made = merged(PRISTINE, {NAME: (*forged, *handed_in.as_released(PRISTINE[NAME]))}).notebooks[NAME]["cells"]
+    made = merged(PRISTINE, {NAME: (*forged, *notebooks.as_released(PRISTINE[NAME]))}).notebooks[NAME]["cells"]
     assert [cell["source"] for cell in made if cell["id"] == "q2.11-answer"] == [PRISTINE[NAME]["cells"][1]["source"]]
     tags = [tag for cell in made if cell["source"] == "forge()" for tag in cell["metadata"]["tags"]]
     assert set(tags) == {"raises-exception"}

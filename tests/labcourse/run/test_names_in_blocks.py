@@ -6,7 +6,7 @@ import pytest
 
 from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.cell_reports import CellError, CellReport, Reports
-from labcourse.answers.handed_in import CODE, as_released
+from labcourse.answers.notebooks import CODE, as_released
 from labcourse.answers.parts import Question, number
 from labcourse.run import skippable_cells
 from labcourse.run.merge import merged

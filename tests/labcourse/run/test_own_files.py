@@ -9,7 +9,7 @@ COURSE = ["01_springs.ipynb"]
 
 
 def choice(*names, size=10, modules=()):
-    return own_files.chosen([(PurePosixPath(name), size) for name in names], COURSE, modules)
+    return own_files.choose([(PurePosixPath(name), size) for name in names], COURSE, modules)
 
 
 def test_what_a_student_put_there_comes_along():
@@ -17,7 +17,7 @@ def test_what_a_student_put_there_comes_along():
     # Folders of these names hide no module of Python's: they hold data.
     names += ["old/01_springs.ipynb", "test/a.csv", "numpy/a.csv", "code/b.py", "Makefile", "springlab.py"]
     for name in names:
-        assert choice(name) == own_files.Chosen((PurePosixPath(name),), ())
+        assert choice(name) == own_files.Choice((PurePosixPath(name),), ())
 
 
 def test_what_is_the_courses_or_a_programs_stays_behind_without_a_word():
@@ -25,7 +25,7 @@ def test_what_is_the_courses_or_a_programs_stays_behind_without_a_word():
     names += ["course.json", ".git/config", ".ipynb_checkpoints/a-checkpoint.ipynb", "tools/.env", "~$report.docx"]
     names += ["__pycache__/helpers.cpython-311.pyc", "__MACOSX/helpers.py", "01_springs.before-restore.ipynb"]
     for name in [*names, "ada-receipts.txt"]:
-        assert choice(name) == own_files.Chosen((), ())
+        assert choice(name) == own_files.Choice((), ())
 
 
 def test_a_virtual_environment_stays_behind_whatever_its_name():
@@ -33,7 +33,7 @@ def test_a_virtual_environment_stays_behind_whatever_its_name():
 
 
 def test_size_and_number_are_bounded_and_small_files_are_not_lost_for_a_large_one():
-    found = own_files.chosen([(PurePosixPath("a.bin"), own_files.MAX_FILE + 1), (PurePosixPath("b.py"), 1)], COURSE)
+    found = own_files.choose([(PurePosixPath("a.bin"), own_files.MAX_FILE + 1), (PurePosixPath("b.py"), 1)], COURSE)
     assert found.paths == (PurePosixPath("b.py"),)
     assert len(found.notes) == 1 and "a.bin" in found.notes[0] and "10 MB" in found.notes[0]
     names = [f"f{number:03}" for number in range(own_files.MAX_FILES + 30)]

@@ -4,7 +4,7 @@ import pytest
 
 from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.cell_reports import LEFT, CellError, CellReport, Refusal, Reports
-from labcourse.answers.handed_in import CODE, Cell, as_released
+from labcourse.answers.notebooks import CODE, Cell, as_released
 from labcourse.answers.parts import Question, number
 from labcourse.run.merge import merged
 from labcourse.run.reasons import Claim, explain

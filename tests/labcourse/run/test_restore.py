@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from made_notebooks import answer, code, locked, notebook, saved, text
 
-from labcourse.answers.handed_in import cells_of
+from labcourse.answers.notebooks import Notebook
 from labcourse.errors import CheckError
 from labcourse.run import restore
 from labcourse.run.alignment import align
@@ -91,7 +91,7 @@ def test_an_older_format_without_ids_gets_them():
     for cell in own["cells"]:
         del cell["id"]
     done, _ = restored(own)
-    assert not align(MASTER["cells"], cells_of(saved(done))).changes
+    assert not align(MASTER["cells"], Notebook.read(saved(done)).cells).changes
     assert [cell["source"] for cell in done["cells"]] == [cell["source"] for cell in worked()["cells"]]
 
 
@@ -139,10 +139,10 @@ def mangled(steps):
 @given(STEPS)
 def test_after_restoring_nothing_is_missing_and_no_word_of_the_students_is_gone(steps):
     own = mangled(steps)
-    cells = cells_of(saved(own))
+    cells = Notebook.read(saved(own)).cells
     before = align(MASTER["cells"], cells)
     done, lines = restored(own)
-    again = align(MASTER["cells"], cells_of(saved(done)))
+    again = align(MASTER["cells"], Notebook.read(saved(done)).cells)
     assert again.changes == ()
     assert bool(lines) == bool(before.changes)
     theirs = {place.student for place in before.placed if place.role in ("answer", "added", "open")} - {None}

@@ -93,5 +93,5 @@ def test_what_is_no_notebook_is_left_alone(model):
 
 
 def test_the_server_is_told_of_it_by_a_name_that_there_is():
-    module, _, name = jupyterlab._SAVED.rpartition(".")
+    module, _, name = jupyterlab.SETTINGS["ContentsManager.pre_save_hook"].rpartition(".")
     assert getattr(importlib.import_module(module), name) is with_pictures

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from datetime import datetime
 from typing import Protocol
 
-from labcourse.answers.handed_in import HandIn, cells_of
+from labcourse.answers.notebooks import HandIn, Notebook
 from labcourse.files import ANSWERS_FILE, COURSE_FILE
 from labcourse.grading.running.intake.places import course_data
 
@@ -67,7 +67,7 @@ def newest(items: Iterable[Delivery], wanted: Sequence[str], reports: Sequence[s
             earlier.setdefault(item.name, []).append(latest[item.name])
         latest[item.name] = item
     hand_in = HandIn(
-        notebooks={name: cells_of(latest[name].content) for name in wanted if name in latest},
+        notebooks={name: Notebook.read(latest[name].content).cells for name in wanted if name in latest},
         files={
             name: item.content
             for name, item in sorted(latest.items())

@@ -20,10 +20,6 @@ MAX_INNER_ARCHIVES = 20  #: zips within one hand-in
 MAX_DIRECTORY = 2_000_000  #: bytes of a zip's table of contents; 5000 files, with paths of 350 characters
 MAX_CLASS_DIRECTORY = 10_000_000  #: the same, of a zip of the whole class
 
-# --- notebooks and what belongs to the course ---
-MAX_NOTEBOOK_FILE = 200_000_000  #: bytes of a notebook with its outputs, which are dropped
-MAX_NOTEBOOK = 5_000_000  #: bytes of it without outputs and pictures
-MAX_PICTURES = 15_000_000  #: bytes of the pictures pasted into the text cells of one notebook, as they are stored
-MAX_BRACKETS = 5_000_000  #: brackets, braces and texts in a notebook with large outputs; a second of looking
+# --- notebooks (see also labcourse.answers.notebooks) and what belongs to the course ---
 MAX_STRANGERS = 30  #: notebooks of unknown names that are recognised by their cells
 MAX_COURSE_FILE = 10_000  #: bytes of course.json; a name, a release, and partners

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from labcourse.answers.handed_in import Cell
+from labcourse.answers.notebooks import Cell
 from labcourse.run.alignment import source_of
 from labcourse.student_id import caseless
 

@@ -12,12 +12,12 @@ from typing import Any
 
 import labcourse
 from labcourse import course_file
-from labcourse.answers import answers, own_files, report_files
-from labcourse.answers.handed_in import Cell, NotebookError
+from labcourse.answers import answers, notebooks, own_files, report_files
+from labcourse.answers.notebooks import Cell, Notebook, NotebookError
 from labcourse.errors import ConfigurationError
 from labcourse.files import ANSWERS_FILE, COURSE_FILE
 from labcourse.grading.gradebook.records import DECIDED
-from labcourse.grading.running.intake import limits, names, notebook_names, notebooks, places, scripts
+from labcourse.grading.running.intake import limits, names, notebook_names, places, scripts
 from labcourse.grading.running.intake.decisions import Decisions, Doubt
 from labcourse.grading.running.intake.delivered import Item
 from labcourse.grading.running.intake.hand_ins import Piece, Submission
@@ -25,7 +25,7 @@ from labcourse.grading.running.intake.notebook_names import Fit
 from labcourse.grading.running.intake.stores import Entry, Store, Unreadable, opened
 from labcourse.grading.running.intake.times import in_utc
 from labcourse.run.alignment import source_of
-from labcourse.run.portability import Version
+from labcourse.run.portability import Version, version
 
 _UNREAD = "{name} cannot be read: {error}"
 _MOST_SHOWN = 5  # files that are named in a message
@@ -280,9 +280,9 @@ class _Reader:
         return self._bounded.read(self._store, key, most)
 
     def _read_notebook(self, path: str) -> tuple[tuple[Cell, ...], list[str]]:
-        data = self._read(self._files[path].key, limits.MAX_NOTEBOOK_FILE)
-        self._delivered.pythons.append(notebooks.saved_with(data))
-        return notebooks.read(data)
+        notebook = Notebook.without_outputs(self._read(self._files[path].key, notebooks.MAX_FILE))
+        self._delivered.pythons.append(version(notebook.python))
+        return notebook.cells, [*notebook.problems]
 
     @staticmethod
     def _preference(fit: tuple[Fit, str], base: str) -> tuple[object, ...]:
@@ -407,7 +407,7 @@ class _Reader:
         for name, candidates in found.items():
             path = min(candidates, key=lambda one: self._preference(one, base))[1]
             try:
-                data = self._read(self._files[path].key, limits.MAX_NOTEBOOK)
+                data = self._read(self._files[path].key, notebooks.MAX_NOTEBOOK)
                 cells = scripts.cells_of(data, list(self._masters[name].values()))
             except (Unreadable, NotebookError) as error:
                 self._delivered.unread[name] = f"{names.shown(path)}: {error}"
@@ -452,7 +452,7 @@ class _Reader:
         for path in in_the_way:
             del beside[path]
         found = ((PurePosixPath(path), entry.size) for path, entry in beside.items())
-        choice = own_files.chosen(found, [*self._wanted, *report_files.made_files(self._reports)], self._packages)
+        choice = own_files.choose(found, [*self._wanted, *report_files.made_files(self._reports)], self._packages)
         for note in choice.notes:
             self._note(note)
         size = 0

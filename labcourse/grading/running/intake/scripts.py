@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from labcourse.answers.handed_in import CODE, Cell, NotebookError
+from labcourse.answers.notebooks import CODE, Cell, NotebookError
 from labcourse.run.alignment import Role, name_of, role_of, source_of
 
 ENDING = ".py"

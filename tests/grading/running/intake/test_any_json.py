@@ -10,9 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from packings import WANTED, lay, notebook, work
 
-from labcourse.answers.handed_in import NotebookError
 from labcourse.grading.running import intake
-from labcourse.grading.running.intake import limits, notebooks
 from labcourse.grading.running.prepared import _claim
 from rotflex.course.questions import CATALOGUE
 
@@ -84,9 +82,3 @@ def test_the_other_files_are_read_and_this_one_is_or_is_named(broken):
 def test_an_old_notebook_without_cells_is_named_and_the_others_are_graded(tmp_path, sheets):
     hand_in, told = taken_in(tmp_path, {**GOOD, BROKEN: json.dumps({"nbformat": 3, "worksheets": sheets}).encode()})
     assert sorted(hand_in.notebooks) == [WANTED[0], WANTED[2]] and any(BROKEN in line for line in told)
-
-
-def test_a_large_notebook_of_format_3_is_refused_and_not_taken_for_an_empty_one(monkeypatch):
-    monkeypatch.setattr(limits, "MAX_NOTEBOOK", 100)
-    with pytest.raises(NotebookError, match="format 4"):
-        notebooks.read(json.dumps(OLD).encode())

@@ -8,11 +8,11 @@ import pytest
 from checkout import ROOT
 from packings import WANTED, lay, notebook, under, work, zipped
 
-from labcourse.answers import answers, handed_in, own_files, report_files
+from labcourse.answers import answers, notebooks, own_files, report_files
 from labcourse.errors import GradingError
 from labcourse.grading.gradebook.records import StudentRecord
 from labcourse.grading.running import intake
-from labcourse.grading.running.intake import labels, limits, notebooks, reading, stores, times
+from labcourse.grading.running.intake import labels, limits, reading, stores, times
 from labcourse.grading.running.intake.stores import Unreadable, Where
 
 ROSTER = [StudentRecord("ada", "Ada Lovelace")]
@@ -154,79 +154,6 @@ def test_bytes_and_seconds_of_a_student(tmp_path, monkeypatch, name, fits):
     assert [*delivered.unread] == ([] if fits else [WANTED[-1]])
 
 
-def test_a_notebook_of_too_many_cells_is_not_read_to_its_end(monkeypatch):
-    monkeypatch.setattr(limits, "MAX_NOTEBOOK", 1000)
-    begin = b'{"cells":[' + b"{}," * (handed_in.MAX_CELLS + 1)
-    with pytest.raises(notebooks.NotebookError, match=f"{handed_in.MAX_CELLS} cells"):
-        notebooks.read(begin + b"this is no JSON")
-
-
-def made(source="x = 1", outputs=(), kind="code", **more):
-    cell = {"cell_type": kind, "id": "a", "source": source, "outputs": outputs} | more
-    return json.dumps({"cells": [cell]}, separators=(",", ":")).encode()
-
-
-@FITS
-def test_bytes_of_a_notebook_with_its_outputs(monkeypatch, fits):
-    data = made(outputs=["x" * 1000])
-    limited(monkeypatch, "MAX_NOTEBOOK_FILE", len(data), fits)
-    if fits:
-        assert notebooks.read(data)[0][0].source == "x = 1"
-    else:
-        with pytest.raises(notebooks.NotebookError, match=f"{len(data) - 1} bytes"):
-            notebooks.read(data)
-
-
-@FITS
-@pytest.mark.parametrize(("kind", "name"), [("code", "MAX_NOTEBOOK"), ("markdown", "MAX_PICTURES")])
-def test_bytes_of_a_notebooks_cells(monkeypatch, fits, kind, name):
-    monkeypatch.setattr(limits, "MAX_NOTEBOOK", 10_000)
-    monkeypatch.setattr(limits, "MAX_PICTURES", 20_000)
-    most = getattr(limits, name)
-    data = made("x" * (most - 500), kind=kind, outputs=["x" * 30_000])
-    (cell,), _problems = notebooks.read(data)
-    size = notebooks._sizes([cell])[kind]
-    limited(monkeypatch, name, size, fits)
-    if fits:
-        assert len(notebooks.read(data)[0]) == 1
-    else:
-        with pytest.raises(notebooks.NotebookError, match=r"more than|outputs"):
-            notebooks.read(data)
-
-
-@FITS
-@pytest.mark.parametrize("outputs", [(), ("x" * 5000,)], ids=["small", "large"])
-def test_bytes_of_a_notebooks_pictures(monkeypatch, fits, outputs):
-    attachments = {"a.png": {"image/png": "A" * 600}}
-    size = len("a.png") + len("image/png") + 600
-    monkeypatch.setattr(limits, "MAX_NOTEBOOK", 3000)
-    monkeypatch.setattr(limits, "MAX_PICTURES", size + 100)
-    data = made("see", outputs, "markdown", attachments=attachments)
-    assert notebooks.read(data)[0][0].attachments
-    stored = len(json.dumps(attachments, separators=(",", ":"))) if outputs else size
-    limited(monkeypatch, "MAX_PICTURES", stored, fits)
-    (cell,), problems = notebooks.read(data)
-    assert (bool(cell.attachments), len(problems), cell.source) == (fits, not fits, "see")
-
-
-@FITS
-def test_parts_of_a_notebook(monkeypatch, fits):
-    parts = 50
-    monkeypatch.setattr(limits, "MAX_NOTEBOOK", 100)
-    data = made(outputs=["x"] * parts + ["x" * 200])
-    needed = next(most for most in range(10_000) if _can_be_read(monkeypatch, data, most))
-    assert parts < needed < 5 * parts
-    assert _can_be_read(monkeypatch, data, needed - (not fits)) == fits
-
-
-def _can_be_read(monkeypatch, data, most):
-    monkeypatch.setattr(limits, "MAX_BRACKETS", most)
-    try:
-        return bool(notebooks.read(data))
-    except notebooks.NotebookError:
-        return False
-
-
 def class_zip(folder):
     """A zip of two students' folders, given as it is."""
     packed = zipped(under("ada", work("ada")) | under("bob", work("bob")))
@@ -354,9 +281,9 @@ DOCUMENTED = {
     "files and folders of a hand-in": [limits.MAX_ENTRIES, limits.MAX_DEPTH],
     "all that is read of one student": [limits.MAX_SUBMISSION / MB, limits.MAX_SECONDS],
     "a zip of the whole class": [limits.MAX_CLASS_ARCHIVE / MB, limits.MAX_CLASS_ENTRIES],
-    "a notebook with its outputs, which are dropped": [limits.MAX_NOTEBOOK_FILE / MB],
-    "a notebook without its outputs and pictures": [limits.MAX_NOTEBOOK / MB],
-    "pictures pasted into one notebook's text cells": [limits.MAX_PICTURES / MB],
+    "a notebook with its outputs, which are dropped": [notebooks.MAX_FILE / MB],
+    "a notebook without its outputs and pictures": [notebooks.MAX_NOTEBOOK / MB],
+    "pictures pasted into one notebook's text cells": [notebooks.MAX_PICTURES / MB],
     "a report as PDF": [report_files.MAX_BYTES / MB],
     "own files": [own_files.MAX_FILES, own_files.MAX_FILE / MB, own_files.MAX_TOTAL / MB],
     "`answers.json`": [answers.MAX_BYTES / MB],

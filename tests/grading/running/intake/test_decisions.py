@@ -7,7 +7,7 @@ import pytest
 from checkout import ROOT
 from packings import WANTED, lay, notebook, work, zipped
 
-from labcourse.answers.handed_in import as_released
+from labcourse.answers.notebooks import as_released
 from labcourse.grading.gradebook import StudentRecord
 from labcourse.grading.running import intake
 from labcourse.grading.running.intake import OWNER, TIME, scripts

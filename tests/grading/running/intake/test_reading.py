@@ -16,7 +16,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from packings import NOTEBOOKS, WANTED, lay, notebook, renamed, tarred, under, work, zipped
 
-from labcourse.answers import answers, own_files
+from labcourse.answers import answers, notebooks, own_files
 from labcourse.grading.running import intake
 from labcourse.grading.running.intake import limits, notebook_names, places, stores
 from labcourse.run import student_folder, submit
@@ -354,7 +354,7 @@ def test_a_link_in_a_zip_is_not_taken_for_a_notebook(tmp_path):
 
 
 def test_a_zip_that_swells_is_read_no_further_than_the_limit(tmp_path, monkeypatch):
-    monkeypatch.setattr(limits, "MAX_NOTEBOOK_FILE", 1_000_000)
+    monkeypatch.setattr(notebooks, "MAX_FILE", 1_000_000)
     as_zip(tmp_path, {A: b"[" + b" " * 20_000_000, B: notebook(B)})
     assert (tmp_path / "ada.zip").stat().st_size < 200_000
     result = Read(tmp_path)

@@ -1,7 +1,4 @@
-"""Explain a NameError in a kernel that was restarted: the cells above have not been run.
-
-Kernels of ``labcourse lab`` run :func:`watch` when they start: ``PYTHONSTARTUP`` names ``jupyter/startup.py``.
-"""
+"""The kernels of a course's notebooks: the program that starts one, and what it says after a restart."""
 
 from __future__ import annotations
 
@@ -11,6 +8,9 @@ from typing import Any
 
 from labcourse.files import COURSE_FILE
 
+SETTINGS = Path(__file__).parent / "jupyter"  #: folder of JupyterLab's settings, and of the kernel's programs
+KERNEL = SETTINGS / "kernel.py"
+STARTUP = SETTINGS / "startup.py"  #: run by each kernel of ``labcourse lab`` at its start; it calls :func:`watch`
 WHAT_TO_DO = "Python was restarted, so this name is gone: choose Run → Run All Above Selected Cell, then run this cell."
 
 

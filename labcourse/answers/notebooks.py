@@ -1,0 +1,322 @@
+"""Read students' notebooks, at home and where they are graded. They are untrusted files, which may hold anything.
+
+Broken cells are repaired as far as possible. A run needs no outputs: :meth:`Notebook.without_outputs` never parses
+them, so that a notebook with a hundred megabytes of outputs takes no more memory than its file.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from labcourse import files
+
+MAX_FILE = 200_000_000  #: bytes of a notebook with its outputs, which are dropped
+MAX_NOTEBOOK = 5_000_000  #: bytes of it without outputs and pictures
+MAX_PICTURES = 15_000_000  #: bytes of the pictures pasted into the text cells of one notebook, as they are stored
+MAX_PARTS = 5_000_000  #: brackets, braces and strings in a notebook with large outputs; two seconds of reading
+MAX_CELLS = 1_000  #: of a notebook; ten times what a long one has
+MAX_SOURCE = 200_000  #: characters of a cell; thousands of lines
+MAX_TEXT = 10_000_000  #: characters of a text cell, which may hold pictures, as Colab writes them
+CODE, TEXT, RAW = "code", "markdown", "raw"  #: kinds of cells
+UNREADABLE = "unreadable"  #: kind of a cell with a source that is too long; the source is left out
+
+_TYPES = {"nbgrader": dict, "labcourse": dict, "tags": list}  # of those entries of a cell's metadata that are used
+_VERSION = re.compile(rb'"version"\s*:\s*"([\d.]+)')
+_LONGEST_LANGUAGE = 2_000  # bytes that Jupyter writes about the language
+_TOKEN = re.compile(rb'("(?:[^"\\]++|\\.)*+"?)([ \t\r\n]*:)?|[\[\]{}]', re.DOTALL)
+_QUOTE = ord('"')
+_CELLS, _ATTACHMENTS = b'"cells"', b'"attachments"'
+#: Depth of an object or a list → the names of those that are read.
+_NEEDED = {2: (_CELLS,), 4: (b'"metadata"', b'"source"', _ATTACHMENTS)}
+
+
+class NotebookError(Exception):
+    """A notebook that cannot be read; the message says why."""
+
+
+@dataclass(frozen=True)
+class Cell:
+    """A cell of a student's notebook.
+
+    Attributes
+    ----------
+    id : "" where the file has none
+    grade_id : from its grading metadata, which editors keep that renew ids; "" where there are none
+    kind : "code", "markdown", "raw", or :data:`UNREADABLE`
+    source : its text
+    attachments : of a text cell: file name → media type → base64
+    """
+
+    id: str
+    grade_id: str
+    kind: str
+    source: str
+    attachments: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class HandIn:
+    """All that counts of a student's work.
+
+    Attributes
+    ----------
+    notebooks : notebook's file name → its cells
+    files : the student's own files beside the notebooks: relative path, with "/" → content
+    claim : their own answers.json, which is only compared with what a run records
+    course : content of their course.json
+    reports : file name of a report's PDF → its content; no run needs it
+    """
+
+    notebooks: Mapping[str, tuple[Cell, ...]] = field(default_factory=dict)
+    files: Mapping[str, bytes] = field(default_factory=dict)
+    claim: bytes | None = None
+    course: Mapping[str, Any] = field(default_factory=dict)
+    reports: Mapping[str, bytes] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Notebook:
+    """A notebook in format 4, but that cells have an id only where the file gives one.
+
+    Attributes
+    ----------
+    content : as in the file; without what is no cell, and without unknown entries
+    problems : a sentence on each thing that was left out for its size
+    python : version of the Python that it was saved with, as "3.12.1"; "" if unknown. :meth:`read` leaves it out.
+    """
+
+    content: dict[str, Any]
+    problems: tuple[str, ...] = ()
+    python: str = ""
+
+    @classmethod
+    def read(cls, data: bytes) -> Notebook:
+        """Read a notebook's file with its outputs, and repair what can be repaired.
+
+        Raises
+        ------
+        NotebookError
+            If it is not a notebook with cells.
+        """
+        try:
+            content = files.from_json(data)
+        except ValueError as error:
+            raise NotebookError(f"it is not JSON ({error}).") from None
+        cells = _cell_list(content) if isinstance(content, dict) else None
+        if not isinstance(cells, list):
+            raise NotebookError("it is JSON, but not a notebook with cells in format 4: save it in JupyterLab.")
+        if len(cells) > MAX_CELLS:
+            raise NotebookError(f"it has more than {MAX_CELLS} cells.")
+        about = {name: content[name] for name in ("metadata", "nbformat", "nbformat_minor") if name in content}
+        if not isinstance(about.get("metadata", {}), dict):
+            del about["metadata"]
+        return cls({"cells": [_repaired(cell) for cell in cells if isinstance(cell, dict)], **about})
+
+    @classmethod
+    def without_outputs(cls, data: bytes) -> Notebook:
+        """Read a notebook's file as far as grading needs it, with limits on the size of what is read.
+
+        Raises
+        ------
+        NotebookError
+            If it is not a notebook with cells, or too large without its outputs.
+        """
+        if len(data) > MAX_FILE:
+            raise NotebookError(f"it has more than {MAX_FILE} bytes.")
+        problems: list[str] = []
+        notebook = cls.read(_reduced(_as_utf8(data), problems) if len(data) > MAX_NOTEBOOK else data)
+        sizes = Counter[str]()
+        for cell in notebook.cells:
+            sizes[cell.kind] += len(cell.source.encode())
+        # Some editors put pictures into the text itself.
+        if any(size > (MAX_PICTURES if kind == TEXT else MAX_NOTEBOOK) for kind, size in sizes.items()):
+            raise NotebookError(f"its cells have more than {MAX_NOTEBOOK} bytes.")
+        notebook._drop_pictures(problems)
+        language = max(data.rfind(b'"language_info"'), 0)
+        version = _VERSION.search(data, language, language + _LONGEST_LANGUAGE)
+        return replace(notebook, problems=tuple(problems), python=version[1].decode() if version else "")
+
+    @property
+    def cells(self) -> tuple[Cell, ...]:
+        """The cells, without their outputs."""
+        return tuple(map(_as_cell, self.content["cells"]))
+
+    def _drop_pictures(self, problems: list[str]) -> None:
+        """Drop the attachments that exceed the limit of all together."""
+        size = 0
+        for place, cell in enumerate(self.content["cells"], 1):
+            for name, content in [*cell.get("attachments", {}).items()]:
+                added = len(name) + sum(len(kind) + sum(map(len, data)) for kind, data in content.items())
+                if size + added > MAX_PICTURES:
+                    problems.append(
+                        f"the picture {name!a:.80} in its cell {place} is left out: together, they are too large."
+                    )
+                    del cell["attachments"][name]
+                else:
+                    size += added
+
+
+def as_released(notebook: Mapping[str, Any], answers: Mapping[str, str] | None = None) -> tuple[Cell, ...]:
+    """Return the cells of a student who wrote these answers into a notebook of the course, and changed nothing else.
+
+    Parameters
+    ----------
+    notebook : as released
+    answers : cell's id → what was written there
+    """
+    cells = Notebook(dict(notebook)).cells
+    return tuple(replace(cell, source=(answers or {}).get(cell.id, cell.source)) for cell in cells)
+
+
+def to_bytes(cells: Sequence[Cell]) -> bytes:
+    """Return cells as a notebook's file; :meth:`Notebook.read` gives the same cells again."""
+    content: list[dict[str, Any]] = []
+    for cell in cells:
+        metadata = {"nbgrader": {"grade_id": cell.grade_id}} if cell.grade_id else {}
+        content.append({"cell_type": cell.kind, "id": cell.id, "metadata": metadata, "source": cell.source})
+        if cell.attachments:
+            content[-1]["attachments"] = {name: dict(data) for name, data in cell.attachments.items()}
+    return json.dumps({"cells": content}, sort_keys=True, separators=(",", ":")).encode()
+
+
+# --- large notebooks --------------------------------------------------------------------------------------------------
+
+
+def _as_utf8(data: bytes) -> bytes:
+    coding = json.detect_encoding(data)
+    try:
+        return data if coding == "utf-8" else data.decode(coding).encode()
+    except UnicodeError:
+        raise NotebookError("it is not JSON (UnicodeError).") from None
+
+
+def _reduced(text: bytes, problems: list[str]) -> bytes:
+    """Replace each list and object that is not needed by null, without parsing it.
+
+    Only strings, brackets and braces are looked at; what is left is parsed, and refused if it is no JSON.
+    """
+    pieces: list[bytes] = []
+    begin = depth = cells = pictures = 0
+    name, opened = b"", {2: (b"", 0), 4: (b"", 0)}
+    for number, token in enumerate(_TOKEN.finditer(text)):
+        if number == MAX_PARTS:
+            raise NotebookError(f"it has more than {MAX_PARTS} parts.")
+        sign = text[token.start()]
+        if sign == _QUOTE:
+            name = token[1] if token.start(2) > 0 else name
+        elif sign in b"[{":
+            depth += 1
+            if depth in opened:
+                opened[depth] = name, token.start()
+            cells += depth == 3 and opened[2][0] == _CELLS
+            if cells > MAX_CELLS:
+                raise NotebookError(f"it has more than {MAX_CELLS} cells.")
+        else:
+            if depth == 2 or (depth == 4 and opened[2][0] == _CELLS):
+                owner, start = opened[depth]
+                size = token.end() - start
+                if too_large := owner == _ATTACHMENTS and pictures + size > MAX_PICTURES:
+                    problems.append(f"the pictures in its cell {cells} are left out: together, they are too large.")
+                elif owner == _ATTACHMENTS:
+                    pictures += size
+                if too_large or owner not in _NEEDED[depth]:
+                    pieces += text[begin:start], b"null"
+                    begin = token.end()
+            depth -= 1
+    pieces.append(text[begin:])
+    if sum(map(len, pieces)) > (most := MAX_NOTEBOOK + MAX_PICTURES):  # text may hold pictures
+        raise NotebookError(f"without its outputs it has more than {most} bytes.")
+    return b"".join(pieces)
+
+
+# --- repair -----------------------------------------------------------------------------------------------------------
+
+
+def _cell_list(notebook: Mapping[str, Any]) -> Any:
+    """Return the cells of a notebook, which are on worksheets in format 3; None if a worksheet is none."""
+    sheets = notebook.get("worksheets")
+    if "cells" in notebook or not isinstance(sheets, list):
+        return notebook.get("cells")
+    lists = [sheet.get("cells", []) if isinstance(sheet, dict) else None for sheet in sheets]
+    if not all(isinstance(cells, list) for cells in lists):
+        return None
+    return [_upgraded(cell) for cells in lists for cell in cells or () if isinstance(cell, dict)]
+
+
+def _upgraded(cell: dict[str, Any]) -> dict[str, Any]:
+    """Upgrade a cell from format 3 to format 4; drop its outputs and metadata if these are broken."""
+    from nbformat import from_dict  # comes with JupyterLab; takes a while to load, and old notebooks are rare
+    from nbformat.v4.convert import upgrade_cell
+
+    for candidate in (cell, {**cell, "outputs": [], "metadata": {}}):
+        try:
+            return {**upgrade_cell(from_dict(candidate)), "id": cell.get("id")}  # instead of a random one
+        except Exception:  # nbformat does not validate here: a broken cell may raise anything
+            continue
+    return cell
+
+
+def _repaired(cell: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a cell in format 4, keys sorted as JupyterLab writes them."""
+    metadata, kind = cell.get("metadata"), cell.get("cell_type")
+    repaired: dict[str, Any] = {
+        "cell_type": kind if kind in (CODE, TEXT, UNREADABLE) else RAW,
+        "metadata": {
+            key: value
+            for key, value in (metadata.items() if isinstance(metadata, dict) else ())
+            if isinstance(value, _TYPES.get(key, object))
+        },
+        "source": _source(cell.get("source")),
+    }
+    if isinstance(cell.get("id"), str):
+        repaired["id"] = cell["id"]
+    if kind == CODE:
+        count, outputs = cell.get("execution_count"), cell.get("outputs")
+        repaired["execution_count"] = count if type(count) is int else None
+        repaired["outputs"] = [*filter(_can_be_opened, outputs)] if isinstance(outputs, list) else []
+    elif isinstance(attachments := cell.get("attachments"), dict):
+        repaired["attachments"] = {
+            name: {media: data for media, data in content.items() if _is_text(data)}
+            for name, content in attachments.items()
+            if isinstance(content, dict)
+        }
+    return dict(sorted(repaired.items()))
+
+
+def _can_be_opened(output: Any) -> bool:
+    """Check whether JupyterLab opens a notebook with this output."""
+    return (
+        isinstance(output, dict)
+        and isinstance(output.get("output_type"), str)
+        and isinstance(output.get("data", {}), dict)
+        and _is_text(output.get("text", ""))
+    )
+
+
+def _is_text(value: Any) -> bool:
+    """Check whether a value is text, or a list of its lines."""
+    return all(isinstance(line, str) for line in (value if isinstance(value, list) else [value]))
+
+
+def _source(source: Any) -> str | list[str]:
+    """Return text, or its lines; other values as JSON, so that nothing is lost."""
+    if isinstance(source, list):
+        return [line if isinstance(line, str) else json.dumps(line) for line in source]
+    return source if isinstance(source, str) else "" if source is None else json.dumps(source)
+
+
+def _as_cell(cell: Mapping[str, Any]) -> Cell:
+    kind, source = cell["cell_type"], "".join(cell["source"])
+    if len(source) > (MAX_TEXT if kind == TEXT else MAX_SOURCE):
+        kind, source = UNREADABLE, ""
+    grade_id = cell.get("metadata", {}).get("nbgrader", {}).get("grade_id")
+    attachments = {
+        name: {media: "".join(data) for media, data in content.items()}
+        for name, content in (cell.get("attachments", {}) if kind == TEXT else {}).items()
+    }
+    return Cell(cell.get("id", ""), grade_id if isinstance(grade_id, str) else "", kind, source, attachments)

@@ -1,0 +1,40 @@
+"""What counts of several hand-ins: the newest of each name."""
+
+from datetime import UTC, datetime
+
+from hypothesis import given
+from hypothesis import strategies as st
+from packings import WANTED
+
+from labcourse.answers.notebooks import HandIn
+from labcourse.grading.running.intake import Item, newest
+
+names = st.sampled_from([*WANTED, "answers.json", "course.json", "h.py", "data/x.csv"])
+items = st.builds(
+    Item,
+    name=names,
+    content=st.integers(0, 99).map(lambda number: b'{"cells": [], "n": %d}' % number),
+    received=st.integers(1, 5).map(lambda day: datetime(2026, 11, day, tzinfo=UTC)),
+    source=st.sampled_from(["a.zip", "b.zip"]),
+)
+
+
+@given(st.lists(items, max_size=12))
+def test_the_newest_of_each_name_counts_and_of_one_time_the_last(given_items):
+    hand_in, notes = newest(given_items, WANTED)
+    best = {}
+    for place, item in enumerate(given_items):
+        best[item.name] = max(best.get(item.name, (item.received, place)), (item.received, place))
+    assert set(hand_in.notebooks) == set(best) & set(WANTED)
+    assert set(hand_in.files) == set(best) & {"h.py", "data/x.csv"}
+    for name, content in hand_in.files.items():
+        assert content == given_items[best[name][1]].content
+    assert (hand_in.claim is None) == ("answers.json" not in best)
+    if hand_in.claim is not None:
+        assert hand_in.claim == given_items[best["answers.json"][1]].content
+    told = [note for note in notes if note.endswith("was not handed in.")]
+    assert len(told) == (len(set(WANTED) - set(best)) if hand_in.notebooks else 0)
+
+
+def test_nothing_makes_an_empty_hand_in():
+    assert newest([], WANTED) == (HandIn(), [])
