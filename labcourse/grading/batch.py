@@ -1,17 +1,18 @@
-"""A class from submissions to marks in the gradebook.
+"""Grade a class: from submissions to marks in the gradebook.
 
-Submissions are independent of each other: whatever one does, the others are graded. What is done is in the gradebook
-at once, and is not run again: a run is known by the content of all that it depends on.
+Each submission is read, prepared, identified, run in a sandbox, explained, marked and stored, in this order, by the
+methods of :class:`Batch` of these names. Submissions are independent: whatever one does, the others are graded. A
+submission that is done is in the gradebook at once. Equal content is not run again: a run is identified by the content
+of all that it depends on.
 """
 
 from __future__ import annotations
 
 import hashlib
 import hmac
-import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
-from contextlib import AbstractContextManager, ExitStack
+from contextlib import ExitStack
 from dataclasses import asdict, dataclass, field, replace
 from datetime import UTC, datetime, tzinfo
 from itertools import islice
@@ -19,46 +20,28 @@ from pathlib import Path
 from typing import Any
 
 import labcourse
-from labcourse.answers import cell_reports, report_files
-from labcourse.answers.cell_reports import Reports
+from labcourse.answers import cell_reports, report_files, starts
 from labcourse.benches import REAL
-from labcourse.errors import GradingError, IsolationError
-from labcourse.grading import stages
+from labcourse.errors import AnswerError, CourseError, GradingError, IsolationError
+from labcourse.files import COURSE_FILE
+from labcourse.grading import graded_run
 from labcourse.grading.course import Course
-from labcourse.grading.gradebook import Gradebook, Graded, MarkRecord, RunRecord
-from labcourse.grading.graded_run import (
-    FAILED,
-    Facts,
-    facts_of,
-    mark_records,
-    plain_words,
-    recorded_in,
-    supplied_parts,
-    to_be_marked,
-    with_messages,
-)
+from labcourse.grading.gradebook import DECIDED, GIVEN_BY_A_PERSON, Delivery, Gradebook, Graded, MarkRecord, RunRecord
+from labcourse.grading.graded_run import Facts, facts_of
 from labcourse.grading.marking import marking
 from labcourse.grading.marking.digest import marking_digest
-from labcourse.grading.marking.marking import About
 from labcourse.grading.marking.marking_processes import Marker
-from labcourse.grading.running import counted_pages, executors, intake, runner
-from labcourse.grading.running.bundle import Bundle
-from labcourse.grading.running.bundles import Bundles
-from labcourse.grading.running.executors import Pool
-from labcourse.grading.running.intake import Decisions, Submission, newest
-from labcourse.grading.running.prepared import Prepared, prepare
-from labcourse.grading.running.runner import Job, Limits
-from labcourse.grading.running.supplied import Supplied, together
-from labcourse.grading.verdicts import Status
-from labcourse.run.portability import Version
+from labcourse.grading.reports.result import points
+from labcourse.grading.running import intake, pdf_pages, runner
+from labcourse.grading.running.bundle import Bundle, Bundles
+from labcourse.grading.running.prepared import Prepared, content_digest, prepare
+from labcourse.grading.running.supplied import Supplied, values_for
+from labcourse.grading.verdicts import UNDECIDED, Status
 from labcourse.run.reasons import explain
 from labcourse.student_id import caseless
 
 ISOLATED, NOT_ISOLATED = "Run in isolation.", "Run without isolation."
 PROBE_SEED_BITS = 48  #: not to be guessed, and exact as a float
-ACTOR = "labcourse grade"  #: who changes marks here, in the audit trail
-_NOTHING_READ = "Nothing of the course could be read in what you handed in."
-_OUR_FAULT = "Grading failed; ask your instructor."
 
 
 @dataclass(frozen=True)
@@ -67,20 +50,20 @@ class Settings:
 
     Attributes
     ----------
-    limits : on what a submission may take
+    limits : of a submission
     jobs : submissions at a time, on this machine
     scheduler : address of a dask.distributed scheduler, to run them on its workers instead
     probe_seed : for the inputs on which functions are tried; drawn from the gradebook's secret unless given
     isolated : in a sandbox, or with the rights of whoever grades
     every_cell : run the cells that only show something, too
     supplied : values in place of missing answers
-    times : name of what lies among the submissions, or a student's, → when it was handed in
-    zone : of times in names and in zips, which do not say theirs
+    times : name among the submissions, or of a student → when it was handed in
+    zone : time zone of times in names and in zips, which do not name theirs
     again : IDs of persons who were erased, and begin anew
-    decisions : what the instructor decided of submissions (``intake.csv``)
+    decisions : what the instructor decided about submissions (``intake.csv``)
     """
 
-    limits: Limits = field(default_factory=Limits)
+    limits: runner.Limits = field(default_factory=runner.Limits)
     jobs: int = 1
     scheduler: str | None = None
     probe_seed: int | None = None
@@ -90,7 +73,7 @@ class Settings:
     times: Mapping[str, datetime] = field(default_factory=dict)
     zone: tzinfo = UTC
     again: tuple[str, ...] = ()
-    decisions: Decisions = field(default_factory=dict)
+    decisions: intake.Decisions = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -99,8 +82,8 @@ class Step:
 
     Attributes
     ----------
-    graded : what is in the gradebook of it
-    ran : whether it was run just now; else it was known
+    graded : its run and marks, as in the gradebook
+    ran : whether it was run just now; else the gradebook had the run already
     new : whether its marks were made just now
     """
 
@@ -116,294 +99,458 @@ class Batch:
     ----------
     submissions : folder that holds a folder or a zip for each student
     course : the course, with its key
-    gradebook : where results go
-    settings : how
+    gradebook : where results are stored
+    settings : how to grade
 
     Attributes
     ----------
-    ignored : a message on what lies among the submissions and is none
+    ignored : a message on everything among the submissions that is not taken in
     absent : students of the gradebook's roster who have not handed in anything
     doubts : what an instructor may decide otherwise; complete when all are graded
 
     Raises
     ------
     GradingError
-        If there is nothing to grade, or nothing to grade it by.
+        If there are no submissions, or if a part of the course is missing.
     """
 
     def __init__(
         self, submissions: Path, course: Course, gradebook: Gradebook, settings: Settings | None = None
     ) -> None:
-        self._settings = settings or Settings()
-        roster = [one for one in gradebook.students() if one.enrolled]
-        self._gradebook = gradebook
-        known = stages.named_in(gradebook)
-        times, zone, decisions = self._settings.times, self._settings.zone, self._settings.decisions
-        found = intake.find(submissions, roster, times, zone, known, decisions)
-        self._submissions, erased = stages.without_erased(gradebook, found.submissions, self._settings.again)
-        self._submissions += stages.given_over(gradebook, self._submissions)
-        lateness_counts = course.settings.deadlines and course.settings.late.per_day
-        self.doubts = [one for one in found.doubts if one.about != intake.TIME or lateness_counts]
-        self.ignored = [*found.ignored, *erased]
-        self._course, self._key_digest = course, marking_digest(course)
+        self._course, self._gradebook = course, gradebook
+        self._settings = settings = settings or Settings()
+        self._key_digest, self._secret = marking_digest(course), gradebook.secret()
+        roster = [student for student in gradebook.students() if student.enrolled]
+        partners = partners_named_before(gradebook)
+        found = intake.find(submissions, roster, settings.times, settings.zone, partners, settings.decisions)
+        taken, erased = leave_out_erased(gradebook, found.submissions, settings.again)
+        self._submissions = [*taken, *move_to_decided_owners(gradebook, taken)]
         self._bundles = Bundles(course)
-        self.ignored += self._bundles.releases.problems
         self._masters = {
             name: {cell["id"]: cell for cell in notebook["cells"]}
             for name, notebook in self._bundles.current.pristine.items()
         }
         self._reports = list(report_files.names(course.catalogue).values())
-        self._secret = gradebook.secret()
-        there = {caseless(one.student) for one in self._submissions}
-        there |= {caseless(one) for one in gradebook.handed_in()}
-        self.absent = [one.student for one in roster if caseless(one.student) not in there]
+        self.ignored = [*found.ignored, *erased, *self._bundles.releases.problems]
+        time_matters = course.settings.deadlines and course.settings.late.per_day
+        self.doubts = [doubt for doubt in found.doubts if doubt.about != intake.TIME or time_matters]
+        present = {caseless(student) for student in (*self.students, *gradebook.handed_in())}
+        self.absent = [student.student for student in roster if caseless(student.student) not in present]
 
     @property
     def students(self) -> list[str]:
-        """IDs of those whose hand-ins are there."""
-        return [one.student for one in self._submissions]
+        """IDs of the students whose submissions are graded."""
+        return [submission.student for submission in self._submissions]
 
     def __len__(self) -> int:
         return len(self._submissions)
 
     def grade(self) -> Iterator[Step]:
-        """Grade all, and give each as soon as it is in the gradebook.
+        """Grade all submissions. Yield each as soon as it is in the gradebook.
 
         Raises
         ------
         IsolationError
             If submissions cannot be isolated; what was graded until then stays.
         """
+        scheduler = self._settings.scheduler
         with ExitStack() as stack:
-            pool = stack.enter_context(self._pool())
+            place = runner.local(self._settings.jobs) if scheduler is None else runner.cluster(scheduler)
+            pool = stack.enter_context(place)
             marker = stack.enter_context(Marker(self._course, pool.capacity))
-            graders = stack.enter_context(ThreadPoolExecutor(pool.capacity, thread_name_prefix="labcourse-grade"))
-            coming = iter(self._submissions)
+            threads = stack.enter_context(ThreadPoolExecutor(pool.capacity, thread_name_prefix="labcourse-grade"))
+            waiting = iter(self._submissions)
             # No more are begun than can run at a time, so that a large class takes no more memory than a small one.
-            busy = {graders.submit(self._grade, one, pool, marker) for one in islice(coming, pool.capacity)}
+            busy = {threads.submit(self._grade, one, pool, marker) for one in islice(waiting, pool.capacity)}
             try:
                 while busy:
                     done, busy = wait(busy, return_when=FIRST_COMPLETED)
-                    steps = [future.result() for future in done]  # without isolation, nothing more is begun
-                    busy |= {graders.submit(self._grade, one, pool, marker) for one in islice(coming, len(done))}
-                    for step in steps:
-                        yield self._keep(step)
+                    steps = [future.result() for future in done]  # without isolation, no more are begun
+                    busy |= {threads.submit(self._grade, one, pool, marker) for one in islice(waiting, len(done))}
+                    yield from map(self._store, steps)
             finally:  # on an interrupt, too: end what is running
                 pool.stop()
 
-    def _pool(self) -> AbstractContextManager[Pool]:
-        scheduler = self._settings.scheduler
-        return executors.local(self._settings.jobs) if scheduler is None else executors.cluster(scheduler)
-
-    def _keep(self, step: Step) -> Step:
-        if not step.new:
-            return step
-        self._gradebook.record(step.graded, actor=ACTOR, reason="run" if step.ran else "marked again")
-        # As it is in the gradebook: there, a mark that a person gave has stayed.
-        return replace(step, graded=self._gradebook.current(step.graded.run.student) or step.graded)
-
-    def _grade(self, submission: Submission, pool: Pool, marker: Marker) -> Step:
+    def _grade(self, submission: intake.Submission, pool: runner.Pool, marker: Marker) -> Step:
         """Grade one submission, whatever happens, unless it cannot be isolated."""
         try:
-            taken = self._taken_in(submission)
-            record = self._identity(taken)
+            prepared = self._prepare(submission)
+            run = self._identify(submission.student, prepared)
             current = self._gradebook.current(submission.student)
-            if current and _is_known(current, record, self._key_digest):
+            identity = (run.key, run.submission, self._key_digest)
+            if current and (current.run.key, current.run.submission, current.key_digest) == identity:
                 return Step(current, ran=False, new=False)
-            known = self._gradebook.find(record.key)
+            known = self._gradebook.find(run.key)
             if known is None:
                 marker.warm_up()
-                ran = self._run(record, taken, pool)
+                run = self._run(run, prepared, pool)
             else:
-                facts = facts_of(known.run)
-                ran = _Ran(known.run.answers, facts.ended, facts.reports, facts.evidence)
-            return Step(self._marked(self._explained(record, ran, taken, pool), taken, marker), known is None)
+                run = replace(run, answers=known.run.answers, cells=known.run.cells)
+            run = self._explain(run, prepared, pool)
+            return Step(self._mark(run, prepared, marker), ran=known is None)
         except IsolationError:
             raise
         except Exception as error:  # a fault of ours; it must not cost the others their marks
             return Step(self._failed(submission.student, error), ran=True)
 
-    def _taken_in(self, submission: Submission) -> _Taken:
-        """Read a submission, keep what is new of it, and make ready what counts: of each notebook the newest."""
-        packages, decisions = self._course.packages, self._settings.decisions
-        read = intake.read(submission, self._bundles.names, self._masters, packages, self._reports, decisions)
-        self.doubts += [doubt for one in read for doubt in one.doubts]
-        earlier, delivered = stages.kept(self._gradebook, submission, read)
-        problems = [*submission.problems, *intake.problems(read, earlier)]
-        notes = [*submission.notes, *intake.notes(read)]
-        hand_in, said = newest(delivered, self._bundles.names, self._reports)
-        chosen = self._bundles.of(hand_in)
-        student = submission.bench_of or submission.student
-        supplied = self._supplied(submission.student)
-        prepared = prepare(hand_in, chosen.bundle, self._course.catalogue, student, self._settings.every_cell, supplied)
-        said += [f"Your instructor supplied {one.name} = {one.value}." for one in supplied]
-        return _Taken(
-            submission,
-            prepared,
+    def _prepare(self, submission: intake.Submission) -> Prepared:
+        """Read a submission, store what is new of it, and prepare what counts: the newest of each notebook."""
+        names, packages = self._bundles.names, self._course.packages
+        read = intake.read(submission, names, self._masters, packages, self._reports, self._settings.decisions)
+        self.doubts += [doubt for delivered in read for doubt in delivered.doubts]
+        earlier, delivered = store_submission(self._gradebook, submission, read)
+        hand_in, arrivals = intake.newest(delivered, names, self._reports)
+        chosen = self._bundles.choose(hand_in)
+        prepared = prepare(
+            hand_in,
             chosen.bundle,
-            {one.name: one.value for one in supplied},
-            (*problems, *chosen.problems, *prepared.problems),
-            (*notes, *said, *chosen.notes, *prepared.notes),
-            max((python for one in read for python in one.pythons if python), default=None),
+            self._course.catalogue,
+            submission.bench_of or submission.student,
+            self._settings.every_cell,
+            self._supplied(submission.student),
         )
+        problems = (*submission.problems, *intake.problems(read, earlier), *chosen.problems, *prepared.problems)
+        notes = (*submission.notes, *intake.notes(read), *arrivals, *chosen.notes, *prepared.notes)
+        python = max((version for one in read for version in one.pythons if version), default=None)
+        return replace(prepared, problems=problems, notes=notes, python=python)
 
-    def _identity(self, taken: _Taken) -> RunRecord:
-        """What a submission's run is known by: equal content has been run already."""
-        settings, student = self._settings, taken.submission.student
-        how = [asdict(settings.limits), settings.isolated, settings.every_cell]
-        what = [student, taken.bench_of, taken.prepared.content()]
-        content = _digest([what, taken.bundle.digest, labcourse.__version__, how])
+    def _identify(self, student: str, prepared: Prepared) -> RunRecord:
+        """Identify a run by the content of all that it depends on. Choose its probe seed."""
+        settings = self._settings
+        how = [labcourse.__version__, asdict(settings.limits), settings.isolated, settings.every_cell]
+        content = content_digest([student, prepared.run_content(), how])
         seed = settings.probe_seed
-        if seed is None:  # nobody can know it who does not have the gradebook
+        if seed is None:  # only who has the gradebook can know it
             drawn = hmac.digest(self._secret, content.encode(), "sha256")
             seed = int.from_bytes(drawn) % 2**PROBE_SEED_BITS
-        return RunRecord(
-            key=_digest([content, seed]),
-            student=student,
-            submission=_digest([taken.prepared.digest(), taken.problems, taken.notes]),
-            master=taken.bundle.digest,
-            software=f"labcourse {labcourse.__version__}",
+        return self._record(
+            student,
+            prepared.bundle,
+            key=content_digest([content, seed]),
+            submission=prepared.digest(),
             probe_seed=seed,
-            isolation=ISOLATED if settings.isolated else NOT_ISOLATED,
-            claim={} if taken.prepared.claim is None else dict(taken.prepared.claim.cells),
-            words=plain_words(taken.prepared.words),
-            supplied=taken.supplied,
-            release=taken.bundle.release,
-            files=tuple(taken.prepared.files),
+            claim=dict(prepared.claim.cells) if prepared.claim else {},
+            words=graded_run.words_as_json(prepared.words),
+            supplied=prepared.supplied,
+            release=prepared.bundle.release,
+            files=tuple(prepared.files),
         )
 
-    def _run(self, record: RunRecord, taken: _Taken, pool: Pool) -> _Ran:
-        """Run a submission, and what its run left."""
-        if not taken.prepared.handed_in:
-            return _Ran(None, (), Reports())
-        job = Job(
-            student=taken.bench_of,
-            notebooks=taken.prepared.merged.notebooks,
-            probe_seed=record.probe_seed,
-            parameters=taken.bundle.parameters,
-            imports=taken.bundle.imports,
-            files=taken.prepared.files,
-            limits=self._settings.limits,
-            isolated=self._settings.isolated,
-            evidence=self._course.evidence if taken.bundle.policy.which == REAL else "",
-        )
-        running = pool.executor.submit(runner.work, runner.job_bytes(job), taken.bundle.packed)
-        run = runner.run_from(running.result())
-        if not run.complete:
-            raise GradingError("the run was called off")
-        ours = {(name, cell["id"]) for name, notebook in job.notebooks.items() for cell in notebook["cells"]}
-        return _Ran(run.answers, run.problems, cell_reports.read(run.reports).of(ours), run.evidence)
+    def _record(self, student: str, bundle: Bundle, **more: Any) -> RunRecord:
+        """Make the record of a run, or of what stands for one."""
+        isolation = ISOLATED if self._settings.isolated else NOT_ISOLATED
+        software = f"labcourse {labcourse.__version__}"
+        return RunRecord(student=student, master=bundle.digest, software=software, isolation=isolation, **more)
 
-    def _explained(self, record: RunRecord, ran: _Ran, taken: _Taken, pool: Pool) -> RunRecord:
-        """A run with what is to be said of it: what stopped, and what was recorded at home and is missing here."""
-        prepared, bundle_ = taken.prepared, taken.bundle
-        in_pdf = counted_pages.counted(prepared.reports, self._course.catalogue, pool, self._settings.isolated)
-        unreadable = any(one.error and one.error.type == "SyntaxError" for one in ran.reports.cells)
+    def _run(self, run: RunRecord, prepared: Prepared, pool: runner.Pool) -> RunRecord:
+        """Run a submission. Return the run with its answers, and what its cells reported."""
+        if not prepared.handed_in:
+            return run
+        bundle, settings = prepared.bundle, self._settings
+        job = runner.Job(
+            student=prepared.bench_of,
+            notebooks=prepared.merged.notebooks,
+            probe_seed=run.probe_seed,
+            parameters=bundle.parameters,
+            imports=bundle.imports,
+            files=prepared.files,
+            limits=settings.limits,
+            isolated=settings.isolated,
+            evidence=self._course.evidence if bundle.policy.which == REAL else "",
+        )
+        result = pool.run(runner.work, job, bundle.packed, labcourse.__version__)
+        cells = {(name, cell["id"]) for name, notebook in job.notebooks.items() for cell in notebook["cells"]}
+        reports = cell_reports.read(result.reports).of(cells)
+        facts = Facts(reports=reports, ended=result.problems, evidence=result.evidence)
+        return replace(run, answers=result.answers, cells=facts.as_json())
+
+    def _explain(self, run: RunRecord, prepared: Prepared, pool: runner.Pool) -> RunRecord:
+        """Add all messages to a run: what stopped, and what was recorded at home and is missing here."""
+        facts, bundle, catalogue = facts_of(run), prepared.bundle, self._course.catalogue
+        documents = dict(pdf_pages.count_pages(prepared.reports, catalogue, pool, self._settings.isolated))
+        damaged = [f"{one.report}: {one.name} {one.trouble}." for one in documents.values() if one.trouble]
+        counted = [str(one) for one in documents.values() if not one.trouble]
+        unreadable = any(cell.error and cell.error.type == "SyntaxError" for cell in facts.reports.cells)
         reasons = explain(
-            bundle_.pristine,
+            bundle.pristine,
             prepared.merged,
-            ran.reports,
-            (recorded_in(ran.answers) | set(prepared.words)) - supplied_parts(record),
-            bundle_.catalogue or self._course.catalogue,
+            facts.reports,
+            (graded_run.recorded_in(run.answers) | set(prepared.words)) - graded_run.supplied_parts(run),
+            starts.narrowed(catalogue, bundle.start),
             handed_in=prepared.handed_in,
             claim=prepared.claim,
             seconds=self._settings.limits.cell,
-            python=taken.python if unreadable else None,
+            python=prepared.python if unreadable else None,
         )
-        facts = Facts(
-            ran.reports,
-            ran.ended,
-            (*taken.problems, *ran.ended, *in_pdf.problems, *reasons.stops, *reasons.lost),
-            (*taken.notes, *in_pdf.notes, *reasons.harmless),
-            reasons.missing,
-            self._asked_by(bundle_),
-            taken.bench_of,
-            bundle_.policy,
-            bundle_.start.name if bundle_.start else "",
-            ran.evidence,
-            in_pdf.files,
-        )
-        return replace(record, answers=ran.answers, problems=facts.problems, notes=facts.notes, cells=facts.plain())
+        more = {
+            "problems": (*prepared.problems, *facts.ended, *damaged, *reasons.stops, *reasons.lost),
+            "notes": (*prepared.notes, *counted, *reasons.harmless),
+            "missing": [(*where, reason) for where, reason in reasons.missing.items()],
+            "asked": self._asked(bundle),
+            "bench_of": prepared.bench_of,
+            "policy": bundle.policy,
+            "start": bundle.start.name if bundle.start else "",
+            "reports_in_pdf": documents,
+        }
+        facts = facts.model_copy(update=more)
+        return replace(run, problems=facts.problems, notes=facts.notes, cells=facts.as_json())
 
-    def _marked(self, record: RunRecord, taken: _Taken, marker: Marker) -> Graded:
-        if not (taken.prepared.handed_in or taken.prepared.reports):
-            return Graded(record, self._nothing_earned(_NOTHING_READ, taken.bundle), self._key_digest)
-        marked = marker.mark(to_be_marked(record))
-        return Graded(with_messages(record, marked), mark_records(marked.marks), self._key_digest)
+    def _mark(self, run: RunRecord, prepared: Prepared, marker: Marker) -> Graded:
+        if prepared.handed_in or prepared.reports:
+            return graded_run.mark(run, marker, self._key_digest)
+        reason = "Nothing of the course could be read in what you handed in."
+        return Graded(run, self._no_points(reason, Status.MISSING, prepared.bundle), self._key_digest)
 
-    def _asked_by(self, bundle: Bundle) -> list[tuple[str, str]] | None:
-        """What a release asks for; None if that is all that the course asks."""
-        is_all = bundle.start is None and bundle.release == self._bundles.current.release
-        return None if is_all else sorted(bundle.asked)
-
-    def _nothing_earned(self, why: str, under: Bundle, status: Status = Status.MISSING) -> tuple[MarkRecord, ...]:
-        about = About(asked=self._asked_by(under))
-        return mark_records(tuple(marking.nothing_earned(self._course, why, status, about)))
-
-    def _supplied(self, student: str) -> Sequence[Supplied]:
-        """What stands in place of a student's missing answers: given before, and not taken back, or given now."""
-        current = self._gradebook.current(student)
-        before = current.run.supplied if current else {}
-        return together(student, before, self._settings.supplied, self._course.catalogue)
+    def _store(self, step: Step) -> Step:
+        """Store a submission's marks, if they are new."""
+        if not step.new:
+            return step
+        reason = "run" if step.ran else "marked again"
+        return replace(step, graded=_store(self._gradebook, step.graded, "labcourse grade", reason))
 
     def _failed(self, student: str, error: Exception) -> Graded:
-        """What stays where grading fails for a reason that is not the student's: what was there, or nothing marked yet.
+        """Return what stays where grading fails, which is not the student's fault: their marks, or nothing marked yet.
 
-        It has nobody's key, so that it is tried again.
+        It has no key's digest, so that the submission is graded again the next time.
         """
         fault = f"Grading failed, which is not the student's fault: {type(error).__name__}: {error}"
         supplied = {one.name: one.value for one in self._supplied(student)}  # is not lost
         current = self._gradebook.current(student)
-        if current is not None and not current.run.key.startswith(FAILED):
+        if current is not None and not current.run.key.startswith(graded_run.FAILED):
             problems = dict.fromkeys((*facts_of(current.run).problems, fault))
             return Graded(replace(current.run, problems=tuple(problems), supplied=supplied), current.marks, "")
-        record = RunRecord(
-            key=f"{FAILED}{student}",
-            student=student,
-            submission="",
-            master=self._bundles.current.digest,
-            software=f"labcourse {labcourse.__version__}",
-            probe_seed=0,
-            isolation=ISOLATED if self._settings.isolated else NOT_ISOLATED,
-            problems=(f"Not graded. {fault}",),
-            supplied=supplied,
-        )
-        return Graded(record, self._nothing_earned(_OUR_FAULT, self._bundles.current, Status.NOT_MARKED), "")
+        bundle = self._bundles.current
+        key = f"{graded_run.FAILED}{student}"
+        run = self._record(student, bundle, key=key, submission="", probe_seed=0, supplied=supplied)
+        marks = self._no_points("Grading failed; ask your instructor.", Status.NOT_MARKED, bundle)
+        return Graded(replace(run, problems=(f"Not graded. {fault}",)), marks, "")
+
+    def _supplied(self, student: str) -> list[Supplied]:
+        """Return the values in place of a student's missing answers: those in the gradebook, and those given now."""
+        current = self._gradebook.current(student)
+        earlier = current.run.supplied if current else {}
+        return values_for(student, earlier, self._settings.supplied, self._course.catalogue)
+
+    def _asked(self, bundle: Bundle) -> list[tuple[str, str]] | None:
+        """Return what a release asks for; None if that is all that the course asks."""
+        is_all = bundle.start is None and bundle.release == self._bundles.current.release
+        return None if is_all else sorted(bundle.asked)
+
+    def _no_points(self, reason: str, status: Status, bundle: Bundle) -> tuple[MarkRecord, ...]:
+        marks = marking.nothing_earned(self._course, reason, status, marking.About(asked=self._asked(bundle)))
+        return graded_run.mark_records(tuple(marks))
+
+
+def _store(gradebook: Gradebook, graded: Graded, actor: str, reason: str) -> Graded:
+    """Store a submission's run and marks in one transaction. Return the marks that count: a person's mark stays.
+
+    Parameters
+    ----------
+    gradebook : where they are stored
+    graded : the submission
+    actor : who changes marks, for the audit trail
+    reason : why
+    """
+    gradebook.record(graded, actor=actor, reason=reason)
+    return gradebook.current(graded.run.student) or graded
+
+
+# --- what the gradebook has of earlier submissions --------------------------------------------------------------------
+
+
+def store_submission(
+    gradebook: Gradebook, submission: intake.Submission, read: Sequence[intake.Delivered]
+) -> tuple[list[str], list[Delivery]]:
+    """Store what is new of a submission.
+
+    What a partner claims for this student stays among the partner's files: no claim by another, with whatever time,
+    replaces what this student hands in.
+
+    Parameters
+    ----------
+    gradebook : where it is stored
+    submission : as it was found
+    read : its content
+
+    Returns
+    -------
+    tuple
+        names of what was there before, and all that was handed in until now
+    """
+    owner = submission.claimed_by or submission.student
+    earlier = gradebook.delivered(owner)
+    new = []
+    for item in (item for delivered in read for item in delivered.items()):
+        digest = hashlib.sha256(item.content).hexdigest()
+        new.append(Delivery(item.name, digest, item.content, item.received, item.source, item.clock))
+    if not submission.claimed_by:
+        gradebook.deliver(owner, new)
+    delivered = [*earlier, *new] if submission.claimed_by else gradebook.delivered(owner)
+    return [delivery.name for delivery in earlier], delivered
+
+
+def partners_named_before(gradebook: Gradebook) -> Callable[[str], list[str] | None]:
+    """Return a function: student → the IDs in the course.json that they handed in last; None if nothing came."""
+
+    def named(student: str) -> list[str] | None:
+        delivered = {delivery.name: delivery for delivery in gradebook.delivered(student)}
+        if not delivered:
+            return None
+        return intake.named_in(delivered[COURSE_FILE].content) if COURSE_FILE in delivered else []
+
+    return named
+
+
+def move_to_decided_owners(gradebook: Gradebook, submissions: Sequence[intake.Submission]) -> list[intake.Submission]:
+    """Take submissions from earlier owners where an instructor decided on another.
+
+    Returns
+    -------
+    list
+        an empty submission for each earlier owner who handed in nothing else, so that their marks are made anew
+    """
+    present = {caseless(submission.student) for submission in submissions}
+    losing: dict[str, intake.Submission] = {}
+    for owner, piece in ((submission.student, piece) for submission in submissions for piece in submission.pieces):
+        if piece.rule == DECIDED:
+            reason = f"{piece.source} is {owner}'s, as the instructor decided."
+            for student in gradebook.give_over(piece.source, piece.received, owner):
+                losing[student] = intake.Submission(student, problems=(reason,))
+    return [submission for student, submission in losing.items() if caseless(student) not in present]
+
+
+def leave_out_erased(
+    gradebook: Gradebook, submissions: Sequence[intake.Submission], again: Sequence[str]
+) -> tuple[list[intake.Submission], list[str]]:
+    """Leave out the submissions of persons who were erased.
+
+    Parameters
+    ----------
+    gradebook : which knows who was erased
+    submissions : in the class's folder
+    again : IDs of those who are taken in as new persons
+
+    Returns
+    -------
+    tuple
+        the other submissions, and a message on each erased person who is in a submission
+    """
+    named = {one.student for one in submissions} | {one.bench_of for one in submissions if one.bench_of}
+    anew = set(map(caseless, again))
+    erased = {
+        student: f"{when:%Y-%m-%d}"
+        for student, when in gradebook.persons.erased(sorted(named)).items()
+        if caseless(student) not in anew
+    }
+    taken, messages = [], []
+    for submission in submissions:
+        student, partner = submission.student, submission.bench_of
+        if student in erased:
+            messages.append(
+                f"{student} was erased on {erased[student]}, but there is a submission of theirs. It is not taken in: "
+                f"delete it. If they begin anew, use --again {student}."
+            )
+            continue
+        taken.append(submission)
+        if partner in erased:
+            messages.append(
+                f"{student} handed in work that names {partner}, who was erased on {erased[partner]}: take {partner} "
+                "out of its course.json and its name, or the gradebook names them again."
+            )
+    return taken, messages
+
+
+# --- marking again ----------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
-class _Taken:
-    """A submission that was read: what is to be run, with what, and what there is to say of it."""
+class LeftAlone:
+    """A mark that a person gave and that stays, and the mark that the key gives now."""
 
-    submission: Submission
-    prepared: Prepared
-    bundle: Bundle
-    supplied: Mapping[str, Any]
-    problems: tuple[str, ...]
-    notes: tuple[str, ...]
-    python: Version | None
+    given: MarkRecord
+    by_key: MarkRecord
 
-    @property
-    def bench_of(self) -> str:
-        """Whose bench it is run on."""
-        return self.submission.bench_of or self.submission.student
+    def __str__(self) -> str:
+        """As in "1.2, speed: 1.5 of 2, given by a person, stays; the key gives 2 of 2 (right)."."""
+        given, now = self.given, self.by_key
+        stays = f"{points(given.points)} of {points(given.out_of)}, {given.status}, stays"
+        other = f"; the key gives {points(now.points)} of {points(now.out_of)} ({now.status})"
+        return f"{given.question}, {given.part}: {stays}{other if now.points != given.points else ''}."
+
+    def as_data(self) -> dict[str, Any]:
+        """Return the same as plain data."""
+        where = {"question": self.given.question, "part": self.given.part}
+        return {**where, "points": self.given.points, "by_key": self.by_key.points}
 
 
 @dataclass(frozen=True)
-class _Ran:
-    """What a run left, and what went wrong with it as a whole."""
+class Regraded:
+    """A student's marks before and after.
 
-    answers: bytes | None
-    ended: tuple[str, ...]
-    reports: Reports
-    evidence: bytes = b""
+    Attributes
+    ----------
+    before, after : as in the gradebook
+    problem : why they could not be marked again; "" where they could
+    left : marks that persons gave to answers that the key marks, too
+    """
+
+    before: Graded
+    after: Graded
+    problem: str = ""
+    left: tuple[LeftAlone, ...] = ()
 
 
-def _is_known(current: Graded, record: RunRecord, key_digest: str) -> bool:
-    """Whether nothing has changed since: neither what is run, nor words, nor key."""
-    before = current.run
-    return (before.key, before.submission, current.key_digest) == (record.key, record.submission, key_digest)
+def regrade(gradebook: Gradebook, course: Course, questions: Collection[str] = (), jobs: int = 1) -> Iterator[Regraded]:
+    """Mark everybody's stored answers by the key as it is now. Where that fails for a student, the marks stay.
+
+    Parameters
+    ----------
+    gradebook : with the answers
+    course : the course, with its key
+    questions : numbers of the questions to mark again; all if there are none
+    jobs : submissions to mark at a time
+
+    Raises
+    ------
+    GradingError
+        If the gradebook has no answers, or the key has not one of the questions.
+    """
+    for number in questions:
+        try:
+            course.catalogue.find_marked(number)
+        except AnswerError as error:
+            raise GradingError(str(error)) from None
+        if number not in course.key:
+            raise GradingError(f"The key has no question {number}.")
+    with Marker(course, jobs) as marker, ThreadPoolExecutor(jobs) as threads:
+        everybody = list(gradebook.all_current())
+        if not everybody:
+            raise GradingError("There is nothing in the gradebook to mark again.")
+        digest = marking_digest(course)
+        for regraded in threads.map(lambda graded: _mark_again(graded, marker, questions, digest), everybody):
+            yield regraded if regraded.problem else _store_again(gradebook, regraded, questions)
 
 
-def _digest(content: object) -> str:
-    return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
+def _mark_again(graded: Graded, marker: Marker, questions: Collection[str], digest: str) -> Regraded:
+    run = graded.run
+    if run.answers is None and not run.words and not facts_of(run).reports_in_pdf:
+        return Regraded(graded, graded)  # nothing could be read of it, or it could not be run
+    try:
+        after = graded_run.mark(run, marker, digest)
+    except CourseError as error:
+        return Regraded(graded, graded, str(error))
+    if questions:
+        new = {mark.where: mark for mark in after.marks if mark.question in questions}
+        unchanged = [new.pop(mark.where, mark) for mark in graded.marks]
+        # The other marks are still by the earlier key, so its digest stays: the next grading marks them again.
+        after = replace(graded, marks=(*unchanged, *new.values()))
+    return Regraded(graded, after)
+
+
+def _store_again(gradebook: Gradebook, regraded: Regraded, questions: Collection[str]) -> Regraded:
+    marked = regraded.after
+    reason = f"marked again: {', '.join(questions) or 'all questions'}"
+    after = _store(gradebook, marked, "labcourse regrade", reason)
+    by_key = {mark.where: mark for mark in marked.marks if mark.status not in (GIVEN_BY_A_PERSON, *UNDECIDED)}
+    given = [mark for mark in after.marks if mark.status == GIVEN_BY_A_PERSON and mark.where in by_key]
+    return replace(regraded, after=after, left=tuple(LeftAlone(mark, by_key[mark.where]) for mark in given))

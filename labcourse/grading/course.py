@@ -24,28 +24,28 @@ from labcourse import courses
 from labcourse.benches import FIRST_DRAW, REAL, BenchPolicy
 from labcourse.errors import AnswerError, ConfigurationError, GradingError
 
-if TYPE_CHECKING:  # the commands begin here, and are quick to say what they can do
+if TYPE_CHECKING:  # every command imports this module, and --help should be quick
     from labcourse.answers.catalogue import Catalogue
     from labcourse.grading.settings import CourseSettings
     from labcourse.grading.verdicts import Key
 
 ENTRY = "course:COURSE"  #: module in the course's folder, and the name in it
-SETTING = "LABCOURSE_SOLUTIONS"  #: environment variable: the course's folder, where none is named
-OUTCOMES_FILE = "outcomes.toml"  #: in the course's folder: to which outcomes its codes go; there need not be one
-SHEETS_FILE = "sheets.toml"  #: in the course's folder: how its scoring sheets are laid out; there need not be one
-RUBRIC_FILE = "rubric.toml"  #: in the course's folder, what a person looks for in words; there need not be one
+SETTING = "LABCOURSE_SOLUTIONS"  #: environment variable with the course's folder, where no option names it
+OUTCOMES_FILE = "outcomes.toml"  #: in the course's folder, optional: the outcomes of its codes
+SHEETS_FILE = "sheets.toml"  #: in the course's folder, optional: the layout of its scoring sheets
+RUBRIC_FILE = "rubric.toml"  #: in the course's folder, optional: what a person looks for in answers in words
 USUAL = Path("solutions")  #: the course's folder in a checkout
 _FIRST_INSTRUCTOR_NOTEBOOK = "90"  # from this number on, notebooks are for instructors only
 
 
 @dataclass(frozen=True)
 class Stated:
-    """A number of the course that stands in texts, too: wherever the pattern is found, it has to be this one.
+    """A number that the course's texts repeat. Wherever a text matches the pattern, its number must be this one.
 
     Attributes
     ----------
-    what : in words, for whoever has to mend a text
-    pattern : regular expression, with the number as its group; white space in it stands for any
+    what : a name for people, for messages
+    pattern : regular expression with the number as its group; white space in it matches any white space
     value : the number
     """
 
@@ -62,7 +62,7 @@ def _default_settings() -> CourseSettings:
 
 @dataclass(frozen=True)
 class Course:
-    """A course, as instructors have it.
+    """A course for instructors.
 
     Attributes
     ----------
@@ -70,30 +70,30 @@ class Course:
     catalogue : of its questions
     key : question → part → check
     bench : student's ID, which bench each student has → that student's bench as it really is, for the checks of the key
-    title : of the course, for people; that of its settings counts, where they have one
+    title : of the course, for people; a title in the settings replaces it
     presets : names of the benches that all students may be given
     draw : version of how it draws benches
     own_seed : a student's ID → the seed of their own bench, by which a partner keeps it when the student is erased;
         None where benches are not drawn from seeds
-    given : name of a start of the catalogue's, student's ID, policy → the values that are given to a class that begins
-        there: (question, part) → value
-    benches : names of the laboratory's benches whose truth it has, and what is wrong with it, if anything
+    given : name of one of the catalogue's starts, student's ID, policy → the values that are given to a class that
+        begins there: (question, part) → value
+    benches : name of each of the laboratory's benches with known truth → what is wrong with it, or ""
     evidence : function of the students' package, "package.module:function", that reads the files which a student
         brought from a laboratory's bench, and returns plain data; it is called in the sandbox
     bench_of_evidence : policy, what that function returned (JSON, a claim) → the bench that the files were made at, for
-        a policy of the laboratory's benches. Its ``problems`` and ``notes`` are told; where its ``is_known`` is false,
-        what was measured is for a person
-    knows_bench : whether the truth is known of the bench that notebooks are run on with some parameters. What answers
-        say of their bench is a claim: it is compared with the truth's ``identity``, if that has one, and told
+        a policy of the laboratory's benches. Its ``problems`` and ``notes`` are reported; where its ``is_known`` is
+        false, a person marks what was measured
+    knows_bench : the notebooks' parameters → whether the truth of the bench that they are run on is known. What answers
+        say of their bench is a claim: it is compared with the truth's ``identity``, if that has one, and reported
     package : import name of the course's package, in which the notebooks of a release are installed
     packages : import names of the packages that students get besides labcourse
     withheld : modules of these packages that students do not get, as "package.module": what they are asked to build
     command : the program that students type
-    requires : packages that these need besides, as pip takes them
-    parameters : what notebooks are run with when they are graded, besides ``student``
+    requires : further packages that these need, as pip takes them
+    parameters : parameters of the notebooks when they are graded, besides ``student``
     imports : modules that notebooks use, to be imported once for all of them
     stated : numbers that texts repeat
-    settings : what is decided for a term
+    settings : decisions for a term
     folder, entry : where it was loaded from
     """
 
@@ -123,22 +123,22 @@ class Course:
     entry: str = ENTRY
 
     def true_bench(self, student: str, policy: BenchPolicy | None = None, evidence: bytes = b"") -> Any:
-        """A student's bench as it really is.
+        """Return a student's bench as it really is.
 
         Parameters
         ----------
         student : the ID
-        policy : which bench each student has; as the settings say unless given (by an older release)
+        policy : which bench each student has, by an older release; None for that of the settings
         evidence : what the function ``evidence`` returned in the sandbox, as JSON
         """
-        given = self.settings.bench if policy is None else policy
-        if given.which == REAL and self.bench_of_evidence is not None:
-            return self.bench_of_evidence(given, evidence)
-        return self.bench(student, given)
+        policy = policy or self.settings.bench
+        if policy.which == REAL and self.bench_of_evidence is not None:
+            return self.bench_of_evidence(policy, evidence)
+        return self.bench(student, policy)
 
     @property
     def asked(self) -> Catalogue:
-        """What is asked of the class now: all of the catalogue, unless it begins in the middle."""
+        """The questions of the class: all of the catalogue, unless it begins in the middle."""
         from labcourse.answers import starts
 
         name = self.settings.given
@@ -166,12 +166,11 @@ class Course:
 
 
 def find(given: str | Path | None = None) -> Course:
-    """The course that is meant: the one that is given, else the one here, else the one that is installed from a folder.
+    """Find a course: the given one, else the one in the current folder, else the one that is installed from a folder.
 
     Parameters
     ----------
-    given : the course's folder, or the one above it, as given by a person; with an entry point after "::" if it is not
-        the usual one
+    given : the course's folder, or the one above it; with an entry point after "::" if it is not the usual one
 
     Raises
     ------
@@ -204,7 +203,7 @@ def _beside_installed() -> Path | None:
 
 
 def load(folder: Path, entry: str = ENTRY) -> Course:
-    """Load a course: its code is run, for it is ours.
+    """Load a course. Its code is run.
 
     Parameters
     ----------
@@ -244,65 +243,59 @@ def load(folder: Path, entry: str = ENTRY) -> Course:
 
 
 def _where(error: Exception, folder: Path) -> str:
-    """The file and line of the course's that an error came from; a syntax error says its own."""
-    frames = traceback.extract_tb(error.__traceback__)
-    ours = [frame for frame in frames if _is_of_course(Path(frame.filename), folder)]
-    if isinstance(error, SyntaxError) or not ours:
-        return ""
-    return f" ({Path(ours[-1].filename).name}, line {ours[-1].lineno})"
-
-
-def _is_of_course(path: Path, folder: Path) -> bool:
-    """Whether a file of code is in the course's folder or in a package beside it."""
+    """Return the file and line of the course's code that an error came from; a syntax error names its own."""
     engine = Path(labcourse.__file__).parent
-    return path.is_relative_to(folder.parent) and not path.is_relative_to(engine) and "site-packages" not in path.parts
+    paths = [(Path(frame.filename), frame.lineno) for frame in traceback.extract_tb(error.__traceback__)]
+    ours = [
+        (path.name, line)
+        for path, line in paths
+        if path.is_relative_to(folder.parent) and not path.is_relative_to(engine) and "site-packages" not in path.parts
+    ]
+    return "" if isinstance(error, SyntaxError) or not ours else " ({}, line {})".format(*ours[-1])
 
 
 def package_folder(name: str) -> Path:
-    """Where a package of students lies.
+    """Return the folder of a package of students.
 
     Raises
     ------
     GradingError
         If there is none of that name.
     """
-    found = importlib.util.find_spec(name)
-    if found is None or found.origin is None:
+    spec = importlib.util.find_spec(name)
+    if spec is None or spec.origin is None:
         raise GradingError(f"The course needs the package {name}, which is not to be found.")
-    return Path(found.origin).parent
+    return Path(spec.origin).parent
 
 
 def _package(folder: Path) -> str:
-    """A package name of this folder's own, so that courses of equal module names do not mix."""
+    """Make a package for a course's folder, so that modules of equal names of two courses differ. Return its name."""
     name = f"labcourse_course_{hashlib.sha256(str(folder).encode()).hexdigest()[:12]}"
     if name not in sys.modules:
-        package = types.ModuleType(name)
+        sys.modules[name] = package = types.ModuleType(name)
         package.__path__ = [str(folder)]
-        sys.modules[name] = package
     return name
 
 
 def _check_key(course: Course) -> None:
-    """Raise GradingError unless the key is one of this catalogue."""
+    """Raise GradingError unless the key fits the catalogue."""
     for number, checks in course.key.items():
         try:
             question = course.catalogue.find_marked(number)
         except AnswerError as error:
             raise GradingError(f"The key: {error}") from None
-        for name in question.names:
-            if name not in checks:
-                raise GradingError(f"The key has no check for {number} {name}.")
         for name in checks:
             if name not in question.names:
-                raise GradingError(
-                    f"The key has a check for {number} {name}, but the question has only {', '.join(question.names)}."
-                )
+                there = ", ".join(question.names)
+                raise GradingError(f"The key has a check for {number} {name}, but the question has only {there}.")
         for part in question.parts:
-            kinds = getattr(checks[part.name], "kinds", ())
+            if part.name not in checks:
+                raise GradingError(f"The key has no check for {number} {part.name}.")
+            kinds, where = getattr(checks[part.name], "kinds", ()), f"The key: {number}, {part.name}"
             if not kinds or isinstance(kinds, str):
                 raise GradingError(
-                    f"The key: {number}, {part.name}: its check, {type(checks[part.name]).__name__}, does not say for "
-                    f'which kinds of parts it is; give it kinds = ("{part.kind}",).'
+                    f"{where}: its check, {type(checks[part.name]).__name__}, does not name the kinds of parts that it "
+                    f'can check; give it kinds = ("{part.kind}",).'
                 )
             if part.kind not in kinds:
-                raise GradingError(f"The key: {number}, {part.name} is a {part.kind}; its check is for another kind.")
+                raise GradingError(f"{where} is a {part.kind}; its check is for another kind.")

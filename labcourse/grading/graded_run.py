@@ -1,141 +1,92 @@
-"""What the gradebook keeps of a run besides its answers, and what marking is told of it.
+"""What the gradebook stores of a run besides its answers, and marking by what is stored.
 
-All of it is plain data, so that answers can be marked again, and reasons told again, without running anything.
+All of it is plain data, so that answers can be marked again, and reasons given again, without running anything.
 """
 
 from __future__ import annotations
 
 import zlib
 from base64 import b64decode, b64encode
-from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field, replace
-from typing import Any
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Annotated, Any
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, PlainSerializer
 
 from labcourse.answers import answers
-from labcourse.answers.cell_reports import CellError, CellReport, Refusal, Reports
+from labcourse.answers.cell_reports import Reports
 from labcourse.answers.report_files import ReportFile
 from labcourse.answers.words import Where, Words
 from labcourse.benches import BenchPolicy
 from labcourse.errors import AnswerError
 from labcourse.grading.gradebook import Graded, MarkRecord, RunRecord
-from labcourse.grading.marking.marking import KEY_FAILED, UNMARKED, About, Mark
-from labcourse.grading.marking.marking_processes import Asked, Marked
+from labcourse.grading.marking.marking import KEY_FAILED, About, Mark
+from labcourse.grading.marking.marking_processes import Asked, Marked, Marker
 from labcourse.grading.verdicts import Status
 
-FAILED = "failed: "  #: begins the key of what stands for a run where grading itself failed
+FAILED = "failed: "  #: the key of a record begins with it where grading itself failed and there is no run
+
+#: In JSON compressed, in base64.
+_Compressed = Annotated[
+    bytes,
+    BeforeValidator(lambda data: zlib.decompress(b64decode(data)) if isinstance(data, str) else data),
+    PlainSerializer(lambda data: b64encode(zlib.compress(data)).decode("ascii"), when_used="json"),
+]
 
 
-@dataclass(frozen=True)
-class Facts:
-    """What is known of a run.
+class Facts(BaseModel):
+    """The facts of a run.
 
     Attributes
     ----------
     reports : on its cells
     ended : what went wrong with the run as a whole
-    problems, notes : all that there is to say, but for what marking says
-    missing : (question, part) → why there is no answer
+    problems, notes : all messages but those of marking
+    missing : question, part, and why there is no answer, of each missing answer with a known reason
     asked : (question, part) that the student's release asks; None if it is the course's
-    bench_of : whose bench it was run on
+    bench_of : ID of the student on whose bench it was run
     policy : which bench each student had; None if it is not known
     start : name of what was given to a class that began in the middle; "" where it began at the beginning
-    reports_in_pdf : number of a report → the PDF that was handed in
     evidence : what the course read of the student's files in the sandbox, JSON: a claim
+    reports_in_pdf : number of a report → the PDF that was handed in
     """
 
-    reports: Reports = field(default_factory=Reports)
+    model_config = ConfigDict(frozen=True)
+
+    reports: Reports = Reports()
     ended: tuple[str, ...] = ()
     problems: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
-    missing: Mapping[Where, str] | None = None
-    asked: Sequence[Where] | None = None
+    missing: list[tuple[str, str, str]] = []
+    asked: list[Where] | None = None
     bench_of: str = ""
     policy: BenchPolicy | None = None
     start: str = ""
-    evidence: bytes = b""
-    reports_in_pdf: Mapping[str, ReportFile] = field(default_factory=dict)
+    evidence: _Compressed = b""
+    reports_in_pdf: dict[str, ReportFile] = {}
 
-    def plain(self) -> tuple[dict[str, Any], ...]:
-        """As the gradebook keeps it."""
-        about = {
-            "ended": list(self.ended),
-            "problems": list(self.problems),
-            "notes": list(self.notes),
-            "missing": [[*where, why] for where, why in (self.missing or {}).items()],
-            "asked": None if self.asked is None else [list(where) for where in self.asked],
-            "bench_of": self.bench_of,
-            "policy": None if self.policy is None else asdict(self.policy),
-            "refusals": [asdict(one) for one in self.reports.refusals],
-        }
-        if self.start:
-            about["start"] = self.start
-        if self.evidence:
-            about["evidence_read"] = b64encode(zlib.compress(self.evidence)).decode("ascii")
-        if self.reports_in_pdf:
-            about["reports_in_pdf"] = [one.plain() for one in self.reports_in_pdf.values()]
-        return (about, *(_plain(report) for report in self.reports.cells))
+    def as_json(self) -> tuple[dict[str, Any], ...]:
+        """Return the facts as :attr:`RunRecord.cells` stores them."""
+        return (self.model_dump(mode="json", exclude_defaults=True),)
 
 
-def _plain(report: CellReport) -> dict[str, Any]:
-    found = asdict(report)
-    found["lacked"] = [list(where) for where in report.lacked]
-    return {name: value for name, value in found.items() if value not in (None, [])}
+def facts_of(run: RunRecord) -> Facts:
+    """Read the facts of a run from its record. A record without facts has its messages only."""
+    if not run.cells:
+        return Facts(problems=run.problems, notes=run.notes, bench_of=run.student)
+    return Facts.model_validate(run.cells[0])
 
 
-def facts_of(record: RunRecord) -> Facts:
-    """What the gradebook has of a run. Of those of earlier versions it has only what was said of them."""
-    if not record.cells:
-        notes = tuple(note for note in record.notes if not note.endswith((UNMARKED, UNMARKED)))
-        return Facts(problems=record.problems, notes=notes, bench_of=record.student)
-    about, *cells = record.cells
-    reports = Reports(
-        tuple(
-            CellReport(
-                cell["notebook"],
-                cell["cell"],
-                cell["finished"],
-                CellError(**cell["error"]) if "error" in cell else None,
-                tuple((question, part) for question, part in cell.get("lacked", ())),
-            )
-            for cell in cells
-        ),
-        tuple(Refusal(**one) for one in about["refusals"]),
-    )
-    asked = about["asked"]
-    return Facts(
-        reports,
-        tuple(about["ended"]),
-        tuple(about["problems"]),
-        tuple(about["notes"]),
-        {(question, part): why for question, part, why in about["missing"]},
-        None if asked is None else [(question, part) for question, part in asked],
-        about["bench_of"],
-        None if about["policy"] is None else BenchPolicy(**about["policy"]),
-        about.get("start", ""),
-        zlib.decompress(b64decode(about["evidence_read"])) if "evidence_read" in about else b"",
-        {one["report"]: ReportFile.from_plain(one) for one in about.get("reports_in_pdf", ())},
-    )
-
-
-def words_of(record: RunRecord) -> dict[Where, Words]:
-    """The answers in words that belong to a run."""
-    return {
-        (question, part): Words.from_plain(content)
-        for question, parts in record.words.items()
-        for part, content in parts.items()
-    }
-
-
-def plain_words(words: Mapping[Where, Words]) -> dict[str, dict[str, Any]]:
-    """Answers in words, as the gradebook keeps them."""
-    found: dict[str, dict[str, Any]] = {}
-    for (question, part), one in words.items():
-        found.setdefault(question, {})[part] = one.plain()
-    return found
+def words_as_json(words: Mapping[Where, Words]) -> dict[str, dict[str, Any]]:
+    """Return answers in words as :attr:`RunRecord.words` stores them."""
+    stored: dict[str, dict[str, Any]] = {}
+    for (question, part), answer in words.items():
+        stored.setdefault(question, {})[part] = answer.plain()
+    return stored
 
 
 def recorded_in(data: bytes | None) -> set[Where]:
-    """(question, part) of all that an ``answers.json`` holds, by its own account; nothing if it cannot be read."""
+    """Return the (question, part) of all that an ``answers.json`` claims to hold; none if it cannot be read."""
     try:
         content = answers.parse(data or b"")
     except AnswerError:
@@ -143,37 +94,52 @@ def recorded_in(data: bytes | None) -> set[Where]:
     return {(question, part) for question, parts in content["answers"].items() for part in parts}
 
 
-def supplied_parts(record: RunRecord) -> set[Where]:
-    """(question, part) of the values that an instructor supplied."""
-    return {(question, part) for question, _dot, part in (name.rpartition(".") for name in record.supplied)}
+def supplied_parts(run: RunRecord) -> set[Where]:
+    """Return the (question, part) of the values that an instructor supplied."""
+    return {(question, part) for question, _dot, part in (name.rpartition(".") for name in run.supplied)}
 
 
-def to_be_marked(record: RunRecord) -> Asked:
-    """What marking is given of a run."""
-    facts = facts_of(record)
-    about = About(facts.missing or {}, supplied_parts(record), facts.asked, facts.start, facts.reports_in_pdf)
-    student = facts.bench_of or record.student
-    return Asked(student, record.answers, record.probe_seed, words_of(record), about, facts.policy, facts.evidence)
+def to_be_marked(run: RunRecord) -> Asked:
+    """Collect what marking needs of a run."""
+    facts = facts_of(run)
+    missing = {(question, part): reason for question, part, reason in facts.missing}
+    about = About(missing, supplied_parts(run), facts.asked, facts.start, facts.reports_in_pdf)
+    words = {
+        (question, part): Words.from_plain(content)
+        for question, parts in run.words.items()
+        for part, content in parts.items()
+    }
+    student = facts.bench_of or run.student
+    return Asked(student, run.answers, run.probe_seed, words, about, facts.policy, facts.evidence)
 
 
-def with_messages(record: RunRecord, marked: Marked) -> RunRecord:
-    """A run with what marking says of its answers: each once, and by this key alone."""
-    facts = facts_of(record)
+def mark(run: RunRecord, marker: Marker, key_digest: str) -> Graded:
+    """Mark a run by the key. Messages of marking replace those of an earlier key.
+
+    Raises
+    ------
+    GradingError
+        If the answers cannot be marked.
+    """
+    marked = marker.mark(to_be_marked(run))
+    return Graded(with_messages(run, marked), mark_records(marked.marks), key_digest)
+
+
+def with_messages(run: RunRecord, marked: Marked) -> RunRecord:
+    """Return a run with its own messages and those of marking, each once."""
+    facts = facts_of(run)
     problems = dict.fromkeys((*facts.problems, *marked.problems))
     notes = dict.fromkeys((*facts.notes, *marked.notes))
-    return replace(record, problems=tuple(problems), notes=tuple(notes))
+    return replace(run, problems=tuple(problems), notes=tuple(notes))
 
 
 def mark_records(marks: tuple[Mark, ...]) -> tuple[MarkRecord, ...]:
-    """Marks as the gradebook takes them."""
-    return tuple(
-        MarkRecord(one.question, one.part, one.status.value, one.points, one.out_of, one.reason, one.given)
-        for one in marks
-    )
+    """Return marks as the gradebook stores them."""
+    return tuple(MarkRecord(**{**vars(mark), "status": mark.status.value}) for mark in marks)
 
 
 def key_faults(graded: Graded) -> list[str]:
-    """What marking said of parts that it could not mark, for a fault of the key; with file and line."""
-    parts = [one for one in graded.marks if one.status == Status.NOT_MARKED]
-    told = [KEY_FAILED.format(number=one.question, part=one.part, fault="") for one in parts]
-    return [line for line in graded.run.problems if line.startswith(tuple(told))]
+    """Return the messages on parts that a fault of the key left unmarked, with file and line."""
+    unmarked = [mark for mark in graded.marks if mark.status == Status.NOT_MARKED]
+    beginnings = [KEY_FAILED.format(number=mark.question, part=mark.part, fault="") for mark in unmarked]
+    return [problem for problem in graded.run.problems if problem.startswith(tuple(beginnings))]

@@ -1,4 +1,4 @@
-"""Cases, verdicts, and the protocol of a check: what an answer is judged against, and the result."""
+"""Cases, verdicts, and the protocol of a check, for a course's key."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from labcourse.answers.parts import Part
 
 
 class Status(StrEnum):
-    """Result of marking an answer."""
+    """The status of an answer."""
 
     RIGHT = "right"
     FOLLOW_THROUGH = "right, given your own earlier answers"
@@ -24,18 +24,18 @@ class Status(StrEnum):
     NOT_MARKED = "not marked: key fault"
 
 
-#: Nothing is decided yet; this does not mean no points.
+#: Statuses without a decision yet, which differ from no points.
 UNDECIDED = (Status.FOR_A_PERSON, Status.NOT_MARKED)
 
 
 class Own(Protocol):
-    """The student's own answers: ``own("1.2", "speed")``. Raises LookupError where there is none that can be used."""
+    """The student's own answers: ``own("1.2", "speed")``. Raises LookupError where there is no usable answer."""
 
     def __call__(self, question: str, part: str) -> Any: ...
 
 
 class NothingFollows(LookupError):
-    """One of the student's own answers holds nothing that the next step could use; the message, for them, says which.
+    """One of the student's own answers is of no use for the next step. The message names it and says why.
 
     What follows from it takes no work: zeros from zeros. A check treats it as a missing answer.
     """
@@ -49,14 +49,14 @@ OWN_ANSWERS = "your own earlier answers"  #: what an answer follows from, where 
 
 @dataclass(frozen=True)
 class Case:
-    """What an answer is judged against.
+    """The data by which an answer is judged.
 
     Attributes
     ----------
-    bench : the student's own, as it really is: what the course's ``bench`` gives
+    bench : the student's own bench as it really is, from the course's ``bench``
     own : the student's other answers
     probe_seed : from which the inputs of functions were drawn
-    virtual : whether the answers come from a bench whose truth is known here, as a virtual one's
+    virtual : whether the answers come from a bench with known truth, as a virtual one
     """
 
     bench: Any
@@ -67,7 +67,7 @@ class Case:
 
 @dataclass(frozen=True)
 class Verdict:
-    """A status, the share of the points (0 to 1) that goes with it, and why."""
+    """A status, the share of the points (0 to 1), and the reason."""
 
     status: Status
     share: float
@@ -76,15 +76,15 @@ class Verdict:
 
 @dataclass(frozen=True)
 class OwnBench:
-    """How to recognise a number that was measured on another student's bench.
+    """How to recognise a number that was measured on a student's bench in another student's answer.
 
-    :mod:`labcourse.grading.reports.hints` uses it of checks that have it as their ``own_bench``.
+    :mod:`labcourse.grading.reports.hints` uses it of each check that has it as its ``own_bench``.
 
     Attributes
     ----------
-    expected : a function of a bench: the number that it gives
-    rtol : relative tolerance within which a number is of that bench
-    is_discriminating : whether an equal number alone is a hint; not where everybody reads off the same scale
+    expected : bench → the number that is measured on it
+    rtol : largest relative difference to the expected number
+    is_discriminating : whether an equal number is a hint by itself; not where all students read off the same scale
     """
 
     expected: Callable[[Any], float]
@@ -93,7 +93,7 @@ class OwnBench:
 
 
 class Check(Protocol):
-    """Protocol of a check, which compares an answer."""
+    """A check of answers to one part."""
 
     kinds: tuple[str, ...]
 
@@ -102,36 +102,36 @@ class Check(Protocol):
 
 
 def right(reason: str) -> Verdict:
-    """Return a verdict with all of the points."""
+    """Give all points."""
     return Verdict(Status.RIGHT, 1.0, reason)
 
 
 def follow_through(reason: str) -> Verdict:
-    """Return a verdict with all of the points, for an answer that follows from the student's own earlier answers."""
+    """Give all points to an answer that is right given the student's own earlier answers."""
     return Verdict(Status.FOLLOW_THROUGH, 1.0, reason)
 
 
 def partly(share: float, reason: str) -> Verdict:
-    """Return a verdict with a share of the points."""
+    """Give a share (0 to 1) of the points."""
     return Verdict(Status.PARTLY, share, reason)
 
 
 def wrong(reason: str) -> Verdict:
-    """Return a verdict with no points."""
+    """Give no points."""
     return Verdict(Status.WRONG, 0.0, reason)
 
 
 def for_a_person(reason: str) -> Verdict:
-    """Return a verdict with no points yet: a person decides."""
+    """Leave the answer to a person: no points yet."""
     return Verdict(Status.FOR_A_PERSON, 0.0, reason)
 
 
 @runtime_checkable
 class JudgesMissing(Protocol):
-    """Protocol of a check for which no answer may be right."""
+    """A check that may accept a missing answer."""
 
     def missing(self, part: Part, case: Case) -> Verdict | None:
-        """Judge that there is no answer; None if it is just missing."""
+        """Judge a missing answer; return None if it is only missing."""
 
 
 Key = Mapping[str, Mapping[str, Check]]  #: question → part → check

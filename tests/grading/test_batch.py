@@ -12,13 +12,12 @@ from labcourse import student_id
 from labcourse.benches import BenchPolicy
 from labcourse.errors import GradingError, IsolationError
 from labcourse.grading import course as courses
-from labcourse.grading.batch import Batch, Settings
+from labcourse.grading.batch import Batch, Settings, _mark_again, regrade
 from labcourse.grading.gradebook import GIVEN_BY_A_PERSON
 from labcourse.grading.marking import decoding
-from labcourse.grading.regrade import _marked, regrade
 from labcourse.grading.reports.grades import GRADES_FILE, Reports
 from labcourse.grading.running import runner
-from labcourse.grading.running.bundles import Bundles
+from labcourse.grading.running.bundle import Bundles
 from labcourse.grading.settings import Deadline, Extension, LateSettings, MarkSettings, OutcomeSettings
 from labcourse.student_id import GRADEBOOK_FILE
 
@@ -186,7 +185,7 @@ def test_words_that_were_handed_in_are_marked_again_though_the_run_left_no_answe
         words = {"2.11": {"explanation": {"text": "The ratio contains the link alone.", "pictures": {}}}}
         for changed, counted in (({}, 0), (words, 1)):
             stopped = replace(graded, run=replace(graded.run, answers=None, words=changed), marks=())
-            again = _marked(stopped, InlineMarker(fake_class.course, 1), (), "another").after
+            again = _mark_again(stopped, InlineMarker(fake_class.course, 1), (), "another").after
             assert sum(one.status == "for a person" for one in again.marks) == counted
 
 

@@ -26,7 +26,7 @@ def test_the_file_that_an_instructor_decides_counts_there_and_back(fake_class):
         fake_class.asked.clear()
         fake_class.grade(decisions={("ada", "a.ipynb"): decision})
         if "ada" in fake_class.asked:
-            ran.append(json.dumps(fake_class.asked["ada"]["notebooks"]).count("second"))
+            ran.append(json.dumps(fake_class.asked["ada"].notebooks).count("second"))
     assert ran == [0, 1]  # each was run once: back again, its marks are known
     with fake_class.book() as book:
         assert b"second" in book.delivered("ada")[0].content

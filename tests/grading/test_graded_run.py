@@ -1,6 +1,6 @@
 """What the gradebook keeps of a run comes back as it was, each part of it by itself, and is what marking is given."""
 
-from dataclasses import fields, replace
+from dataclasses import replace
 
 import pytest
 from gradebooks import graded, record
@@ -11,7 +11,7 @@ from labcourse.answers.words import Words
 from labcourse.benches import BenchPolicy
 from labcourse.grading import graded_run
 from labcourse.grading.gradebook import Gradebook
-from labcourse.grading.graded_run import Facts, facts_of, plain_words, supplied_parts, to_be_marked, with_messages
+from labcourse.grading.graded_run import Facts, facts_of, supplied_parts, to_be_marked, with_messages, words_as_json
 from labcourse.grading.marking.marking_processes import Marked
 
 REPORTS = Reports(
@@ -28,7 +28,7 @@ PARTS = {
     "ended": ("The run was stopped.", "It said too much."),
     "problems": ("one problem", "another"),
     "notes": ("one note", "another"),
-    "missing": {("1", "x"): "It stopped.", ("2", "y"): "It builds on 1."},
+    "missing": [("1", "x", "It stopped."), ("2", "y", "It builds on 1.")],
     "asked": [("1", "x"), ("2", "y")],
     "bench_of": "bob",
     "policy": BenchPolicy("real", benches=("north",)),
@@ -36,28 +36,27 @@ PARTS = {
     "start": "speed",
     "evidence": b'{"recordings": []}',
 }
-NOTHING = Facts(missing={})
 
 
 def run_of(facts, **more):
-    return replace(graded("ada").run, cells=facts.plain(), **more)
+    return replace(graded("ada").run, cells=facts.as_json(), **more)
 
 
 def test_all_parts_are_looked_at():
-    assert set(PARTS) == {one.name for one in fields(Facts)}
+    assert set(PARTS) == set(Facts.model_fields)
 
 
 @pytest.mark.parametrize("name", PARTS)
 def test_each_part_of_what_is_known_comes_back_as_it_was(name, tmp_path):
-    facts = replace(NOTHING, **{name: PARTS[name]})
-    assert facts != NOTHING and facts_of(run_of(facts)) == facts
+    facts = Facts(**{name: PARTS[name]})
+    assert facts != Facts() and facts_of(run_of(facts)) == facts
     with Gradebook(tmp_path / "book.sqlite") as book:
         record(book, replace(graded("ada"), run=run_of(facts)))
         assert facts_of(book.current("ada").run) == facts
 
 
-def test_of_a_run_of_an_early_version_it_is_known_what_was_said():
-    run = replace(graded("ada").run, cells=(), problems=("stopped",), notes=("a note", f"2.11 {graded_run.UNMARKED}"))
+def test_a_record_without_facts_has_its_messages():
+    run = replace(graded("ada").run, cells=(), problems=("stopped",), notes=("a note",))
     assert facts_of(run) == Facts(problems=("stopped",), notes=("a note",), bench_of="ada")
 
 
@@ -65,10 +64,11 @@ def test_of_a_run_of_an_early_version_it_is_known_what_was_said():
 def test_marking_is_given_whose_bench_it_was_and_all_that_was_recorded(bench_of, student):
     words = {("1", "why"): Words("So.", {"a.png": b"1"}), ("1", "how"): Words("Thus."), ("2", "why"): Words("No.")}
     facts = Facts(**PARTS | {"bench_of": bench_of})
-    run = run_of(facts, answers=b"{}", words=plain_words(words), supplied={"1.x": 3, "2.11.omega_n": 4}, probe_seed=5)
+    run = run_of(facts, answers=b"{}", words=words_as_json(words), supplied={"1.x": 3, "2.11.omega_n": 4}, probe_seed=5)
     asked = to_be_marked(run)
     assert (asked.student, asked.answers, asked.probe_seed, asked.words) == (student, b"{}", 5, words)
-    assert (asked.about.missing, asked.about.asked, asked.policy) == (facts.missing, facts.asked, facts.policy)
+    assert asked.about.missing == {("1", "x"): "It stopped.", ("2", "y"): "It builds on 1."}
+    assert (asked.about.asked, asked.policy) == (facts.asked, facts.policy)
     assert asked.evidence == facts.evidence
     assert asked.about.supplied == supplied_parts(run) == {("1", "x"), ("2.11", "omega_n")}
 

@@ -10,12 +10,12 @@ from made_courses import loaded
 from packings import WANTED, lay, work
 
 from labcourse.answers import cell_reports
-from labcourse.grading import batch, stages
+from labcourse.grading import batch
+from labcourse.grading.batch import regrade
 from labcourse.grading.gradebook import Gradebook
 from labcourse.grading.graded_run import key_faults
 from labcourse.grading.overview import waiting
 from labcourse.grading.platforms.earned import earned
-from labcourse.grading.regrade import regrade
 from labcourse.grading.reports import live_report
 from labcourse.grading.reports.changes import Before
 from labcourse.grading.reports.grades import Reports
@@ -134,7 +134,7 @@ def test_own_files_go_into_the_run_and_change_it(fake_class):
     (folder / "helpers.py").write_text("x = 1\n")
     (folder / "numpy.py").write_text("x = 1\n")
     fake_class.grade()
-    assert list(fake_class.asked["ada"]["files"]) == ["helpers.py"]
+    assert list(fake_class.asked["ada"].files) == ["helpers.py"]
     with fake_class.book() as book:
         assert book.current("ada").run.files == ("helpers.py",)
         assert any("numpy.py" in note for note in book.current("ada").run.notes)
@@ -150,7 +150,7 @@ def test_an_added_cell_is_run_where_it_stands(fake_class):
     content["cells"].insert(0, {"id": "mine", "cell_type": "code", "source": "helper = 1", "metadata": {}})
     path.write_text(json.dumps(content))
     fake_class.grade()
-    (notebook,) = fake_class.asked["ada"]["notebooks"].values()
+    (notebook,) = fake_class.asked["ada"].notebooks.values()
     assert [cell["source"] for cell in notebook["cells"]][:2] == ["helper = 1", "omega_n = 1"]
 
 
@@ -161,7 +161,7 @@ def test_what_is_handed_in_later_is_put_together_with_what_came_before(fake_clas
     path.unlink()
     (path.parent / "more.py").write_text("x = 1\n")
     assert fake_class.grade() == {"ada": 2}
-    assert list(fake_class.asked["ada"]["files"]) == ["more.py"]
+    assert list(fake_class.asked["ada"].files) == ["more.py"]
 
 
 def claim(student, **cells):
@@ -253,10 +253,10 @@ def test_a_supplied_value_is_run_earns_nothing_and_stays_until_it_is_taken_back(
             assert "NameError" in found.reason and "earns nothing" in found.reason
             assert book.current("ada").run.supplied == {"2.11.omega_n": 19.5}
             assert marks(book, "bob")["2.11 omega_n"].points == 2
-    (notebook,) = fake_class.asked["ada"]["notebooks"].values()
+    (notebook,) = fake_class.asked["ada"].notebooks.values()
     before = [cell["source"] for cell in notebook["cells"] if cell["id"] == "supplied-q1-answer"]
     assert before == ["omega_n = 19.5\nlab.answer('2.11', omega_n=19.5)"]
-    assert "supplied" not in json.dumps(fake_class.asked["bob"])
+    assert "supplied" not in repr(fake_class.asked["bob"])
     fake_class.grade(probe_seed=7, supplied=supply(fake_class, "ada:2.11.omega_n="))
     with fake_class.book() as book:
         assert book.current("ada").run.supplied == {}
@@ -309,8 +309,10 @@ def stage(tmp_path):
             for path in (folder / name).iterdir():
                 os.utime(path, (FUTURE, FUTURE) if name == "mallory" else None)
         with Gradebook(tmp_path / "book.sqlite") as book:
-            found = intake.find(folder, earlier=stages.named_in(book)).submissions
-            return {one.student: _answer(stages.kept(book, one, intake.read(one, WANTED))[1]) for one in found}
+            found = intake.find(folder, earlier=batch.partners_named_before(book)).submissions
+            return {
+                one.student: _answer(batch.store_submission(book, one, intake.read(one, WANTED))[1]) for one in found
+            }
 
     return take
 

@@ -17,7 +17,7 @@ from labcourse.grading.gradebook import Gradebook
 from labcourse.grading.graded_run import facts_of
 from labcourse.grading.reports.feedback import page
 from labcourse.grading.reports.result import result_of
-from labcourse.grading.running import counted_pages, executors, intake
+from labcourse.grading.running import intake, pdf_pages, runner
 from labcourse.grading.scoring import cards, documents, server
 from labcourse.grading.scoring.desk import Desk, key_of
 from rotflex.course.questions import CATALOGUE
@@ -39,7 +39,7 @@ class Class(FakeClass):
 
     def __init__(self, folder, monkeypatch):
         super().__init__(folder, monkeypatch)
-        monkeypatch.setattr(counted_pages, "work", self.count)
+        monkeypatch.setattr(pdf_pages, "work", self.count)
         self.counted = []
 
     def key(self, factor):
@@ -117,8 +117,8 @@ def test_a_zip_that_unpacks_to_far_more_is_not_read_to_its_end(tmp_path):
 
 
 def counted(data, isolated=True):
-    with executors.local(1) as pool:
-        return counted_pages.counted({NAME: data}, CATALOGUE, pool, isolated)
+    with runner.local(1) as pool:
+        return dict(pdf_pages.count_pages({NAME: data}, CATALOGUE, pool, isolated))[REPORT]
 
 
 @pytest.mark.isolation
@@ -129,8 +129,8 @@ def counted(data, isolated=True):
 )
 def test_pages_are_counted_in_a_sandbox_and_what_goes_wrong_is_told(data, pages, why):
     found = counted(data)
-    assert found.files[REPORT].pages == pages
-    assert (why in "".join(found.problems)) and bool(found.notes) == (not why)
+    assert found.pages == pages
+    assert why in found.trouble and bool(found.trouble) == bool(why)
 
 
 @pytest.mark.parametrize(
@@ -151,15 +151,14 @@ def test_pages_are_counted_in_a_sandbox_and_what_goes_wrong_is_told(data, pages,
     ],
 )
 def test_what_the_sandbox_says_is_a_claim(monkeypatch, said):
-    monkeypatch.setattr(counted_pages, "work", lambda data, isolated, cancelled=None: said)
+    monkeypatch.setattr(pdf_pages, "work", lambda data, isolated, cancelled=None: said)
     found = counted(blank())
-    assert found.files[REPORT].pages is None
-    assert found.problems == (f"{REPORT}: {NAME} may be damaged: its pages could not be counted.",)
+    assert found.pages is None and "damaged" in found.trouble
 
 
 def test_a_report_of_2000_pages_is_believed(monkeypatch):
-    monkeypatch.setattr(counted_pages, "work", lambda data, isolated, cancelled=None: b'{"pages": 2000}')
-    assert counted(blank()).files[REPORT].pages == 2000
+    monkeypatch.setattr(pdf_pages, "work", lambda data, isolated, cancelled=None: b'{"pages": 2000}')
+    assert counted(blank()).pages == 2000
 
 
 def test_it_is_opened_for_a_submission_that_is_new_and_for_no_other(made):

@@ -44,7 +44,7 @@ def fill(book: Gradebook, folder: Path) -> None:
         deliver(book, student, dict.fromkeys(both, notebook(f"{student} = 1")))
     deliver(book, "fay", {both[0]: notebook("fay = 2")})
     deliver(book, "hal", {both[0]: notebook("hal = 3")})
-    stopped = Facts(missing={}, ended=("The run took longer than 600 s, and was stopped.",))
+    stopped = Facts(ended=("The run took longer than 600 s, and was stopped.",))
     record(
         book,
         graded("ada", mark(), stiffness(), prose(), report_text()),
@@ -57,7 +57,7 @@ def fill(book: Gradebook, folder: Path) -> None:
             stiffness("not marked: key fault", 0.0, "ask"),
             prose("missing", given=""),
             report_text("missing", given=""),
-            cells=stopped.plain(),
+            cells=stopped.as_json(),
             problems=(*stopped.ended, "2.12, K_s is not marked: the key failed. KeyError, key.py, line 5.", "Odd: <i>"),
             supplied={"2.9.sweep": 1},
         ),

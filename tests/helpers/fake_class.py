@@ -1,7 +1,6 @@
 """A class whose runs are made up: what a batch does with what comes in and what runs leave, without a sandbox."""
 
 import json
-from base64 import b64encode
 from types import SimpleNamespace
 
 from made_courses import loaded
@@ -12,8 +11,7 @@ from labcourse.grading.batch import Batch, Settings
 from labcourse.grading.gradebook import Gradebook
 from labcourse.grading.marking import marking_processes as marker
 from labcourse.grading.running import runner
-from labcourse.grading.running.bundle import Bundle
-from labcourse.grading.running.bundles import Chosen
+from labcourse.grading.running.bundle import Bundle, Chosen
 from solutions.true_bench import TrueBench
 
 KEY = """
@@ -56,7 +54,7 @@ class OneBundle:
         self.current, self.names = made, tuple(made.pristine)
         self.releases = SimpleNamespace(problems=[])
 
-    def of(self, hand_in):
+    def choose(self, hand_in):
         return Chosen(self.current)
 
 
@@ -80,11 +78,10 @@ class FakeClass:
     def __init__(self, folder, monkeypatch):
         self.folder, self.runs, self.leaves, self.seeds, self.asked = folder, [], {}, {}, {}
         self.key(1.0)
-        self.made = Bundle(b"", {"a.ipynb": {"cells": CELLS}}, {"a.ipynb": ["q1"]}, {}, (), "0" * 64)
+        self.made = Bundle(b"", {"a.ipynb": {"cells": CELLS}}, {}, (), "0" * 64)
         monkeypatch.setattr(batch, "Bundles", lambda course: OneBundle(self.made))
         monkeypatch.setattr(batch.runner, "work", self.work)
         monkeypatch.setattr(batch, "Marker", InlineMarker)
-        monkeypatch.setattr("labcourse.grading.regrade.Marker", InlineMarker)
 
     def key(self, factor):
         self.terms = getattr(self, "terms", 0) + 1  # a course is loaded once in a program
@@ -96,19 +93,14 @@ class FakeClass:
             cell = {"id": "q1", "cell_type": "code", "source": source, "metadata": {}}
             (self.folder / "in" / student / "a.ipynb").write_text(json.dumps({"cells": [cell]}))
 
-    def work(self, job, packed, cancelled=None):
-        asked = json.loads(job)
-        student = asked["student"]
-        self.runs.append(student)
-        self.seeds[student] = asked["probe_seed"]
-        left = self.leaves.get(student) or runner.Run(perfect(student, asked["probe_seed"]))
+    def work(self, job, packed, version, cancelled=None):
+        self.runs.append(job.student)
+        self.seeds[job.student] = job.probe_seed
+        left = self.leaves.get(job.student) or runner.Run(perfect(job.student, job.probe_seed))
         if isinstance(left, Exception):
             raise left
-        answers = None if left.answers is None else b64encode(left.answers).decode()
-        self.asked[student] = asked
-        found = {"answers": answers, "problems": left.problems, "complete": left.complete, "evidence": ""}
-        found["reports"] = b64encode(left.reports).decode()
-        return json.dumps(found).encode()
+        self.asked[job.student] = job
+        return left
 
     def grade(self, book="book.sqlite", **settings):
         """Grade; each student's points."""

@@ -112,7 +112,7 @@ def _graded(one: Student, sweep: Mapping[str, Any]) -> Graded:
             status = one.machine[number, name]
             points = BY_MACHINE.get(status, 0.0) * part.points
             marks.append(MarkRecord(number, name, status, points, part.points, f"So it is {status}.", "x = 1"))
-    cells = Facts(bench_of=one.name, policy=BenchPolicy(draw=DRAW)).plain()
+    cells = Facts(bench_of=one.name, policy=BenchPolicy(draw=DRAW)).as_json()
     run = RunRecord(
         *(f"run of {one.name}", one.name, "newest", "m", "rotflex 0", 7, "Run in isolation."),
         answers=_answers(one, sweep),

@@ -57,8 +57,8 @@ def regrade(
     """
     from contextlib import ExitStack
 
+    from labcourse.grading.batch import regrade as mark_again
     from labcourse.grading.graded_run import key_faults
-    from labcourse.grading.regrade import regrade as mark_again
     from labcourse.grading.reports.changes import changes
     from labcourse.grading.reports.grades import Reports
 

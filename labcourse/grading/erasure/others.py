@@ -34,11 +34,11 @@ def of_others(book: Gradebook, course: Course, student: str) -> OfOthers:
         if _is(student, before.bench_of):
             policy = _kept_bench(before, course, student)
             if policy is not None:
-                new = replace(new, policy=policy, bench_of=heir or record.student)
+                new = new.model_copy(update={"policy": policy, "bench_of": heir or record.student})
                 content = _of_student(content, heir or record.student)
         if new == before and content == record.answers:
             return record
-        cells = new.plain() if record.cells else ()
+        cells = new.as_json() if record.cells else ()
         problems, notes = (tuple(map(person.struck, said)) for said in (record.problems, record.notes))
         return replace(record, answers=content, cells=cells, problems=problems, notes=notes)
 
@@ -50,13 +50,9 @@ def _is(student: str, other: str) -> bool:
 
 
 def _struck(facts: Facts, person: Person) -> Facts:
-    return replace(
-        facts,
-        ended=tuple(map(person.struck, facts.ended)),
-        problems=tuple(map(person.struck, facts.problems)),
-        notes=tuple(map(person.struck, facts.notes)),
-        missing=None if facts.missing is None else {where: person.struck(why) for where, why in facts.missing.items()},
-    )
+    messages = {name: tuple(map(person.struck, getattr(facts, name))) for name in ("ended", "problems", "notes")}
+    missing = [(question, part, person.struck(why)) for question, part, why in facts.missing]
+    return facts.model_copy(update={**messages, "missing": missing})
 
 
 def _kept_bench(facts: Facts, course: Course, student: str) -> BenchPolicy | None:

@@ -1,11 +1,14 @@
-"""What submissions are run with: the course as students have it, sent along as one zip.
+"""The course as students have it, as one zip to run submissions with; and the choice of a release for a submission.
 
-Work is run with the release that it was begun under: the course as it is now, or one that was handed out before.
+A submission is run and marked under the release that it was begun with: the course as it is now, or one that was
+handed out before. A student's ``course.json`` names it. Loose notebooks come without one, and a folder may have the
+``course.json`` of another release, so the course's own cells, by which releases differ, are compared as well.
 """
 
 from __future__ import annotations
 
 import compileall
+import functools
 import hashlib
 import io
 import json
@@ -15,50 +18,50 @@ import threading
 import zipfile
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from itertools import chain
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from labcourse import course_file
 from labcourse.answers import cell_reports, starts
 from labcourse.answers.catalogue import Catalogue
+from labcourse.answers.notebooks import HandIn
 from labcourse.answers.starts import Start
 from labcourse.benches import THEIR_OWN, BenchPolicy
 from labcourse.errors import ConfigurationError, GradingError
 from labcourse.files import COURSE_FILE
 from labcourse.grading.course import Course
 from labcourse.grading.release import student_course, student_notebooks
-from labcourse.grading.release.releases import NOTEBOOKS, StoredRelease
-
-if TYPE_CHECKING:
-    from nbformat import NotebookNode
+from labcourse.grading.release.releases import NOTEBOOKS, Releases, StoredRelease
+from labcourse.run.alignment import source_of
 
 INSIDE, FONTS = "inside", "matplotlib"  #: folders beside the packages
 _PROGRAMS = Path(__file__).resolve().parent / "inside"
-_REPORTS = Path(cell_reports.__file__)  # goes along with them: the packages of an early release do not have it
+_REPORTS = Path(cell_reports.__file__)  # beside the programs: the packages of an early release do not have it
+_SHOWN = 60  # characters of a name from a student's file
+
+Cells = frozenset[tuple[str, str]]  # notebook's file name, source
 
 
 @dataclass(frozen=True)
 class Bundle:
-    """What submissions are run with. Made by :func:`build` or :func:`of_release`.
+    """A release to run submissions with. Made by :func:`build` or :func:`of_release`.
 
     Attributes
     ----------
     packed : a zip of the students' packages, and of the programs that run notebooks
     pristine : notebook's file name → notebook as released
-    answer_cells : notebook's file name → ids of the cells that students fill in
     parameters : of the notebooks, besides the student
     imports : modules that notebooks use
     digest : of all of this; another digest is another bundle
-    release : name of the release that it is
+    release : name of the release
     policy : which bench each student has
     asked : the (question, part) that its notebooks ask for, of those that the course has
     start : where it begins in the middle; None for at the beginning
-    catalogue : of the course, of what is asked of a class that begins there; None if that is not known
     """
 
     packed: bytes
     pristine: Mapping[str, dict[str, Any]]
-    answer_cells: Mapping[str, list[str]]
     parameters: Mapping[str, str]
     imports: tuple[str, ...]
     digest: str
@@ -66,11 +69,110 @@ class Bundle:
     policy: BenchPolicy = THEIR_OWN
     asked: frozenset[tuple[str, str]] = frozenset()
     start: Start | None = None
-    catalogue: Catalogue | None = None
+
+
+@dataclass(frozen=True)
+class Chosen:
+    """The bundle for a submission, and problems and notes on the choice for the instructor."""
+
+    bundle: Bundle
+    problems: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+
+
+class Bundles:
+    """The bundles of a course: as it is now, and of the releases that are kept. Threads may share it.
+
+    Parameters
+    ----------
+    course : the course
+
+    Attributes
+    ----------
+    current : the course as it is now
+    releases : those that are kept
+    names : file names of the notebooks of all of them
+
+    Raises
+    ------
+    GradingError
+        If a part of the course is missing or cannot be derived.
+    """
+
+    def __init__(self, course: Course) -> None:
+        self._course = course
+        self.current = build(course)
+        self.releases = Releases(course)
+        self._older = {release.id: release for release in self.releases.all if release.id != self.current.release}
+        self._cells = {self.current.release: _course_cells(self.current.pristine)}
+        self._cells |= {name: _course_cells(release.notebooks()) for name, release in self._older.items()}
+        names = {name for cells in self._cells.values() for name, _source in cells}
+        self.names = tuple(sorted(names | set(self.current.pristine)))
+        self._built = {self.current.release: self.current}
+        self._building = threading.Lock()
+
+    def choose(self, hand_in: HandIn) -> Chosen:
+        """Choose the bundle under which a submission is run and marked.
+
+        Raises
+        ------
+        GradingError
+            If that release cannot be read any more.
+        """
+        named = hand_in.course.get(course_file.RELEASE)
+        seen = frozenset((name, cell.source.strip()) for name, cells in hand_in.notebooks.items() for cell in cells)
+        release = closest = max(self._cells, key=lambda name: len(seen & self._cells[name]))
+        problems, notes = [], []
+        if isinstance(named, str) and named in self._cells:
+            of_named, of_closest = seen & self._cells[named], seen & self._cells[closest]
+            if of_named - of_closest or not of_closest - of_named:  # the notebooks do not contradict the file
+                release = named
+            else:
+                notes.append(f"{COURSE_FILE} names the release {named}, but the notebooks are those of {release}.")
+        elif isinstance(named, str) and named:
+            problems.append(
+                f"{COURSE_FILE} names the release {named[:_SHOWN]!a}, which is not kept in {self.releases.folder}: put "
+                f"the zip that was handed out there, and grade again. Until then, {closest} counts, which the "
+                "notebooks resemble most."
+            )
+        if release != self.current.release:
+            notes.append(f"Run and marked under an earlier release, {release}.")
+        bundle = self.built(release)
+        if bundle.start is not None:
+            given = ", ".join(f"{question} {part}" for question, part in bundle.start.gives)
+            title = f"{bundle.start.title} ({given})"
+            notes.append(f"Given to this class: {title}. It was not asked; later answers may follow from it.")
+        return Chosen(bundle, tuple(problems), tuple(notes))
+
+    def built(self, name: str) -> Bundle:
+        """Return the bundle of a release.
+
+        Raises
+        ------
+        GradingError
+            If the release cannot be read any more.
+        """
+        with self._building:
+            if name not in self._built:
+                self._built[name] = of_release(self._older[name], self._course)
+            return self._built[name]
+
+
+def _course_cells(notebooks: Mapping[str, Any]) -> Cells:
+    """Return the cells that the course wrote into its notebooks, and that students leave unchanged."""
+    return frozenset(
+        (name, source)
+        for name, notebook in notebooks.items()
+        for cell in notebook["cells"]
+        if not student_notebooks.is_answer(cell) and (source := source_of(cell).strip())
+    )
+
+
+# --- making a bundle --------------------------------------------------------------------------------------------------
 
 
 def build(course: Course) -> Bundle:
-    """The bundle of a course as it is now.
+    """Make the bundle of a course as it is now.
 
     Raises
     ------
@@ -80,13 +182,12 @@ def build(course: Course) -> Bundle:
     with tempfile.TemporaryDirectory(prefix="labcourse-course-") as scratch:
         folder = Path(scratch) / "course"
         student_course.build(course, folder)
-        about = course_file.read(folder / NOTEBOOKS) or {}
-        packages = (student_course.PACKAGE, *course.packages)
-        return _bundle(course, folder, packages, about[course_file.RELEASE], course.settings.bench)
+        release = (course_file.read(folder / NOTEBOOKS) or {})[course_file.RELEASE]
+        return _bundle(course, folder, (student_course.PACKAGE, *course.packages), release, course.settings.bench)
 
 
 def of_release(release: StoredRelease, course: Course) -> Bundle:
-    """The bundle of a release that was handed out before, with its notebooks and packages as they were.
+    """Make the bundle of a release that was handed out before, with its notebooks and packages as they were.
 
     Parameters
     ----------
@@ -99,117 +200,102 @@ def of_release(release: StoredRelease, course: Course) -> Bundle:
         If the release cannot be read.
     """
     with tempfile.TemporaryDirectory(prefix="labcourse-release-") as scratch:
-        folder = Path(scratch)
-        release.unpack(folder)
-        return _bundle(course, folder, release.packages, release.id, release.policy)
+        release.unpack(Path(scratch))
+        return _bundle(course, Path(scratch), release.packages, release.id, release.policy)
 
 
 def _bundle(course: Course, folder: Path, packages: tuple[str, ...], release: str, policy: BenchPolicy) -> Bundle:
-    """The bundle of a release that lies in a folder."""
+    """Make the bundle of a release that lies in a folder."""
     paths = sorted((folder / NOTEBOOKS).glob("*.ipynb"))
-    notebooks = {path.name: student_notebooks.read(path) for path in paths}
-    about = folder / NOTEBOOKS / COURSE_FILE
-    start = _start(about, course)
-    catalogue = starts.narrowed(course.catalogue, start)
-    if about.exists():  # where an installed release has it: it says which bench students have
-        place = folder.joinpath(*course.package.split("."), NOTEBOOKS)
-        place.mkdir(parents=True)
-        shutil.copyfile(about, place / COURSE_FILE)
-    packed = _pack([*(folder / name for name in packages), _PROGRAMS], {f"{INSIDE}/{_REPORTS.name}": _REPORTS})
     texts = {path.name: path.read_text(encoding="utf-8") for path in paths}
+    start = _place_course_file(folder, course)
+    packed = _pack([*(folder / name for name in packages), _PROGRAMS])
     imports = tuple(name for name in course.imports if _is_there(name, folder, packages))
     depends = [texts, dict(course.parameters), imports]
-    digest = hashlib.sha256(packed + json.dumps(depends, sort_keys=True).encode()).hexdigest()
     return Bundle(
         packed=packed,
         pristine={name: json.loads(text) for name, text in texts.items()},
-        answer_cells={name: student_notebooks.answer_cells(notebook) for name, notebook in notebooks.items()},
         parameters=dict(course.parameters),
         imports=imports,
-        digest=digest,
+        digest=hashlib.sha256(packed + json.dumps(depends, sort_keys=True).encode()).hexdigest(),
         release=release,
         policy=policy,
-        asked=frozenset(_asked(notebooks, catalogue)),
+        asked=frozenset(_asked(paths, starts.narrowed(course.catalogue, start))),
         start=start,
-        catalogue=catalogue,
     )
 
 
-def _start(about: Path, course: Course) -> Start | None:
-    """Where a release begins, by its ``course.json``."""
+def _place_course_file(folder: Path, course: Course) -> Start | None:
+    """Copy a release's ``course.json`` to where an installed release has it. Return the start that it names."""
+    file = folder / NOTEBOOKS / COURSE_FILE
+    if not file.exists():
+        return None
+    place = folder.joinpath(*course.package.split("."), NOTEBOOKS)
+    place.mkdir(parents=True)
+    shutil.copyfile(file, place / COURSE_FILE)
     try:
-        return (
-            starts.chosen(json.loads(about.read_text(encoding="utf-8")), course.catalogue) if about.exists() else None
-        )
+        return starts.chosen(json.loads(file.read_bytes()), course.catalogue)
     except (ValueError, ConfigurationError) as error:
         raise GradingError(f"{COURSE_FILE}: {error}") from None
 
 
 def _is_there(module: str, folder: Path, packages: tuple[str, ...]) -> bool:
-    """Whether a module can be imported: an older release may not have all that the course has now."""
-    if module.partition(".")[0] not in packages:
-        return True  # of a library
-    place = folder.joinpath(*module.split("."))
-    return place.with_suffix(".py").is_file() or (place / "__init__.py").is_file()
+    """Return whether a module can be imported: an older release may not have all that the course has now."""
+    path = folder.joinpath(*module.split("."))
+    is_of_library = module.partition(".")[0] not in packages
+    return is_of_library or path.with_suffix(".py").is_file() or (path / "__init__.py").is_file()
 
 
-def _asked(notebooks: Mapping[str, NotebookNode], catalogue: Catalogue) -> Iterator[tuple[str, str]]:
-    for notebook in notebooks.values():
-        for one in student_notebooks.recorded(notebook):
-            question = catalogue.everything.get(one.question)
-            if question is not None:
-                yield from ((one.question, part) for part in one.of(question) if part in question.names)
+def _asked(notebooks: Iterable[Path], catalogue: Catalogue) -> Iterator[tuple[str, str]]:
+    for cell in chain.from_iterable(student_notebooks.recorded(student_notebooks.read(path)) for path in notebooks):
+        question = catalogue.everything.get(cell.question)
+        if question is not None:
+            yield from ((cell.question, part) for part in cell.of(question) if part in question.names)
 
 
-def _pack(folders: Iterable[Path], more: Mapping[str, Path]) -> bytes:
-    """A zip of some folders, side by side, and of more files: name → where it is.
-
-    No file bears the time that it was made at, so that the same course gives the same bytes.
-    """
+def _pack(folders: Iterable[Path]) -> bytes:
+    """Zip some folders side by side, without times: the same course gives the same bytes."""
+    files = {f"{INSIDE}/{_REPORTS.name}": _REPORTS}
+    for folder in folders:
+        paths = sorted(path for path in folder.rglob("*") if path.is_file() and path.suffix != ".pyc")
+        files |= {f"{folder.name}/{path.relative_to(folder).as_posix()}": path for path in paths}
     packed = io.BytesIO()
-    with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
-        for name, path in more.items():
+    with zipfile.ZipFile(packed, "w") as archive:
+        for name, path in files.items():
             archive.writestr(zipfile.ZipInfo(name), path.read_bytes(), zipfile.ZIP_DEFLATED)
-        for folder in folders:
-            for path in sorted(path for path in folder.rglob("*") if path.is_file() and path.suffix != ".pyc"):
-                entry = zipfile.ZipInfo(f"{folder.name}/{path.relative_to(folder).as_posix()}")
-                archive.writestr(entry, path.read_bytes(), zipfile.ZIP_DEFLATED)
     return packed.getvalue()
 
 
 # --- where it is run --------------------------------------------------------------------------------------------------
 
-_unpacked: dict[str, tempfile.TemporaryDirectory[str]] = {}
 _unpacking = threading.Lock()
 
 
 def unpacked(packed: bytes) -> Path:
-    """A folder with what a course's :attr:`~Bundle.packed` holds, compiled, and with matplotlib's list of fonts.
+    """Return a folder with the content of :attr:`Bundle.packed`, compiled, and with matplotlib's list of fonts.
 
-    It is made once in a program, and lasts as long as that.
+    It is made once in a program, and lasts as long as the program.
     """
-    digest = hashlib.sha256(packed).hexdigest()
     with _unpacking:
-        if digest not in _unpacked:
-            scratch = tempfile.TemporaryDirectory(prefix="labcourse-course-")
-            _unpack(packed, Path(scratch.name))
-            _unpacked[digest] = scratch
-    return Path(_unpacked[digest].name) / "course"
+        return Path(_unpack(packed).name) / "course"
 
 
-def _unpack(packed: bytes, scratch: Path) -> None:
-    folder = scratch / "course"
+@functools.cache
+def _unpack(packed: bytes) -> tempfile.TemporaryDirectory[str]:
+    scratch = tempfile.TemporaryDirectory(prefix="labcourse-course-")
+    folder = Path(scratch.name) / "course"
     with zipfile.ZipFile(io.BytesIO(packed)) as archive:
         archive.extractall(folder)
     if not compileall.compile_dir(folder, quiet=2):
         raise GradingError("The released course cannot be compiled.")
-    _put_fonts(folder / FONTS)
-    for path in (folder, *folder.rglob("*")):  # to be read by whoever the sandbox makes of us
+    _copy_fonts(folder / FONTS)
+    for path in (folder, *folder.rglob("*")):  # the sandbox reads it as another user
         path.chmod(0o755 if path.is_dir() else 0o644)
+    return scratch
 
 
-def _put_fonts(folder: Path) -> None:
-    """Matplotlib's list of fonts, or each run would make it anew, for a second."""
+def _copy_fonts(folder: Path) -> None:
+    """Copy matplotlib's list of fonts: without it, each run would make the list anew, for a second."""
     import matplotlib
     import matplotlib.font_manager  # makes the list where there is none
 

@@ -1,8 +1,9 @@
-"""Whether students' code can be isolated here: asked before anything is run, and shown by ``labcourse doctor``."""
+"""Check whether students' code can be isolated here: before anything is run, and for ``labcourse doctor``."""
 
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -13,25 +14,25 @@ from labcourse.grading.isolation import selftest
 if TYPE_CHECKING:
     from labcourse.grading.isolation.selftest import Attempt, Layer
 
-_REFUSAL = (
-    "[bold]Not graded:[/bold] students' code cannot be run in isolation here. It would run with your own rights: "
-    "it could read and change your files (the key and other students' work among them), and use the network.\n"
-)
-_WAYS = (
-    f"\n[bold]{program.name()} doctor[/bold] shows every layer. With [bold]--unsafe-no-isolation[/bold] it is run all "
-    "the same, though not by root. Do that only where nothing of value can be reached, as on a machine or an "
-    "account kept for it. Every report then says so."
-)
+_REFUSAL = """\
+[bold]Not graded:[/bold] students' code cannot be run in isolation here. It would run with your own rights: \
+it could read and change your files (the key and other students' work among them), and use the network.
+
+[red]{error}[/red]
+
+[bold]{program} doctor[/bold] shows every layer. With [bold]--unsafe-no-isolation[/bold] the code is run without \
+isolation, though not by root. Do that only where nothing of value can be reached, as on a machine or an account kept \
+for it. Every report then says so."""
 
 
 @dataclass(frozen=True)
 class Examined:
-    """What was found: the layers, and, where they are there, what came of trying to break out.
+    """The state of isolation on this machine.
 
     Attributes
     ----------
-    layers : what isolation is made of here
-    attempts : what was tried from inside
+    layers : what isolation consists of here
+    attempts : attempts to break out; none if a needed layer is missing
     """
 
     layers: tuple[Layer, ...]
@@ -40,43 +41,38 @@ class Examined:
     @property
     def good(self) -> bool:
         """Whether all that is needed holds."""
-        return all(layer.good for layer in self.layers if layer.needed) and all(
-            attempt.contained for attempt in self.attempts if attempt.needed
-        )
+        return not list(self.failures())
+
+    def failures(self) -> Iterator[IsolationError]:
+        """Yield an error for each layer that is needed and missing, and for each attempt that broke out."""
+        for layer in self.layers:
+            if layer.needed and not layer.good:
+                yield IsolationError(f"{layer.name}: {layer.state}", layer.name, layer.remedy)
+        remedy = f"Do not grade here; run `{program.name()} doctor` and report what it shows."
+        for attempt in self.attempts:
+            if attempt.needed and not attempt.contained:
+                message = f"The self-test broke out: {attempt.name}: {attempt.result}"
+                yield IsolationError(message, attempt.name, remedy)
 
     def as_data(self) -> dict[str, Any]:
-        """The same as plain data."""
-        return {
-            "good": self.good,
-            "layers": [asdict(layer) for layer in self.layers],
-            "attempts": [asdict(attempt) for attempt in self.attempts],
-        }
+        """Return the same as plain data."""
+        return {"good": self.good, **asdict(self)}
 
 
 def examine() -> Examined:
     """Look at the layers, and try to break out if they are all there."""
-    found = tuple(selftest.layers())
-    layers_good = all(layer.good for layer in found if layer.needed)
-    return Examined(found, tuple(selftest.attempts()) if layers_good else ())
+    examined = Examined(tuple(selftest.layers()), ())
+    return Examined(examined.layers, tuple(selftest.attempts())) if examined.good else examined
 
 
 def check() -> None:
     """Raise IsolationError unless students' code can be isolated here; the error names the layer and the remedy."""
-    examined = examine()
-    for layer in examined.layers:
-        if layer.needed and not layer.good:
-            raise IsolationError(f"{layer.name}: {layer.state}", layer.name, layer.remedy)
-    for attempt in examined.attempts:
-        if attempt.needed and not attempt.contained:
-            raise IsolationError(
-                f"The self-test broke out: {attempt.name}: {attempt.result}",
-                attempt.name,
-                f"Do not grade here; run `{program.name()} doctor` and report what it shows.",
-            )
+    for error in examine().failures():
+        raise error
 
 
 def check_unisolated() -> None:
-    """Raise IsolationError for root: with its rights, a submission could do anything at all."""
+    """Raise IsolationError for root: with its rights, a submission could do anything."""
     if hasattr(os, "geteuid") and os.geteuid() == 0:
         raise IsolationError(
             "--unsafe-no-isolation is not for root.",
@@ -88,44 +84,33 @@ def check_unisolated() -> None:
 def refuse(error: IsolationError) -> None:
     """Print for an instructor why nothing was graded."""
     from rich.console import Console
+    from rich.markup import escape
 
-    console = Console(stderr=True)
-    console.print(_REFUSAL)
-    console.print(str(error), markup=False, style="red")
-    console.print(_WAYS)
+    Console(stderr=True).print(_REFUSAL.format(error=escape(str(error)), program=program.name()))
 
 
 def show(examined: Examined) -> None:
-    """Print what was found, layer by layer."""
+    """Print the layers, what to do about those that are missing, and the attempts to break out."""
     from rich.console import Console
     from rich.table import Table
     from rich.text import Text
 
+    def state(good: bool, needed: bool) -> str:
+        return "[green]good[/green]" if good else "[red]NO[/red]" if needed else "[yellow]missing (optional)[/yellow]"
+
     console = Console()
-    table = Table(title="What isolation is made of", title_justify="left")
-    for heading in ("layer", "", "found"):
-        table.add_column(heading)
+    table = Table("layer, or attempt to break out", "", "result", title="Isolation", title_justify="left")
     for layer in examined.layers:
-        table.add_row(layer.name, _word(layer.good, layer.needed), Text(layer.state))
+        table.add_row(layer.name, state(layer.good, layer.needed), Text(layer.state))
+    table.add_section()
+    for attempt in examined.attempts:
+        table.add_row(attempt.name, state(attempt.contained, attempt.needed), Text(attempt.result))
     console.print(table)
     for layer in examined.layers:
         if not layer.good and layer.remedy:
-            console.print(f"{layer.name}: {layer.remedy}", markup=False, style=None if layer.needed is False else "red")
-    if examined.attempts:
-        table = Table(title="What was tried from inside", title_justify="left")
-        for heading in ("attempt", "", "what came of it"):
-            table.add_column(heading)
-        for attempt in examined.attempts:
-            table.add_row(attempt.name, _word(attempt.contained, attempt.needed), Text(attempt.result))
-        console.print(table)
+            console.print(f"{layer.name}: {layer.remedy}", markup=False, style="red" if layer.needed else None)
     console.print(
         "Students' code can be run in isolation here."
         if examined.good
         else "Students' code cannot be run in isolation here: nothing is graded."
     )
-
-
-def _word(good: bool, needed: bool) -> str:
-    if good:
-        return "[green]good[/green]"
-    return "[red]NO[/red]" if needed else "[yellow]not there (it need not be)[/yellow]"

@@ -1,17 +1,18 @@
-"""Run a submission: pristine notebooks with its answer cells, in a sandbox; only bounded plain files come back.
+"""Run a submission's notebooks with its answer cells, in a sandbox; only bounded plain files come back.
 
-A run is a function of bytes to bytes (:func:`work`), so that it can be sent to another process or machine. Nothing of
-the key goes into it.
+A run depends on its arguments alone, so that it can be sent to another machine: a :class:`Pool` is this machine or a
+cluster of dask.distributed. Nothing of the key goes into it.
 """
 
 from __future__ import annotations
 
+import contextlib
 import json
 import threading
-from base64 import b64decode, b64encode
-from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field, replace
-from pathlib import Path
+from base64 import b64encode
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Any
 
 import labcourse
@@ -27,20 +28,15 @@ from labcourse.run import RUNNING
 MAX_ANSWERS = 2_000_000  #: bytes: twice those of answers.json, for others' formats
 MAX_EVIDENCE = 40_000_000  #: bytes: 20 recordings of 30,000 samples in four channels, 13 characters each
 _GIB = 1024**3
-_PARTLY = {
-    inside.FINE: "",
-    inside.TIMED_OUT: "A cell took longer than {cell} s and was stopped; what came after it was run where it could.",
-    inside.DIED: "The Python process died while a notebook was run; the rest of that notebook was not run.",
-}
+_CONNECT = 15  # s to find a scheduler and a worker; a scheduler answers within one
+_RETRIES = 3  # for a submission whose worker is lost, be it by no fault of its own
 # Matplotlib's list of fonts has to lie where it could be written.
 _WITH_FONTS = 'mkdir -p "$HOME/.cache" && cp -R "$0" "$HOME/.cache/matplotlib" && exec "$@"'
-_NOT_RUN = "The released course cannot be run here: {reason}"
-_ENDED_EARLY = "The run ended before all notebooks were run."
 
 
 @dataclass(frozen=True)
 class Limits:
-    """What a submission may take.
+    """The limits of a submission.
 
     Attributes
     ----------
@@ -56,10 +52,6 @@ class Limits:
     processes: int = 100
     folder: int = _GIB // 4
 
-    def of_sandbox(self) -> sandbox.Limits:
-        """The same, for the sandbox."""
-        return sandbox.Limits(seconds=self.submission, memory=self.memory, processes=self.processes, folder=self.folder)
-
 
 @dataclass(frozen=True)
 class Job:
@@ -67,7 +59,7 @@ class Job:
 
     Attributes
     ----------
-    student : whose bench it is run on
+    student : ID of the student on whose bench it is run
     notebooks : file name → notebook with the answer cells in it, from :func:`labcourse.run.merge.merged`
     probe_seed : from which the inputs of functions are drawn
     parameters : of the notebooks, besides the student
@@ -92,25 +84,35 @@ class Job:
 
 @dataclass(frozen=True)
 class Run:
-    """What came back from a run: the bytes of the answers, if any, and what went wrong.
+    """The result of a run. All but the problems are untrusted claims.
 
     Attributes
     ----------
-    answers : an untrusted claim
+    answers : content of the answers' file; None if there is none
     problems : what went wrong
-    complete : whether it ended by itself or by a limit, and so need not be run again
-    reports : on its cells, as :func:`labcourse.answers.cell_reports.read` takes them; an untrusted claim, too
-    evidence : what the course's function read of the student's files, JSON; an untrusted claim, too
+    reports : on its cells, as :func:`labcourse.answers.cell_reports.read` takes them
+    evidence : what the course's function read of the student's files, JSON
     """
 
     answers: bytes | None
     problems: tuple[str, ...] = ()
-    complete: bool = True
     reports: bytes = b""
     evidence: bytes = b""
 
 
-# --- here -------------------------------------------------------------------------------------------------------------
+def work(job: Job, packed: bytes, version: str, cancelled: threading.Event | None = None) -> Run:
+    """Run a submission, if this worker has the version that grades.
+
+    Raises
+    ------
+    GradingError
+        If this worker has another version, and as :func:`run` does.
+    IsolationError
+        As :func:`run` does.
+    """
+    if version != labcourse.__version__:
+        raise GradingError(f"This worker has version {labcourse.__version__}; install {version}, which grades.")
+    return run(packed, job, cancelled)
 
 
 def run(packed: bytes, job: Job, cancelled: threading.Event | None = None) -> Run:
@@ -125,53 +127,33 @@ def run(packed: bytes, job: Job, cancelled: threading.Event | None = None) -> Ru
     Raises
     ------
     IsolationError
-        If it cannot be isolated as asked; it is not run, then.
+        If it cannot be isolated as asked; then it is not run.
     GradingError
-        If the course cannot be imported, or a library is not one that notebooks can be run with.
+        If it was cancelled, if the course cannot be imported, or if notebooks cannot be run with a library's version.
     """
     outcome = _run(packed, job, cancelled)
-    if outcome.code == inside.BROKEN:  # or so it claims: the submission may have caused it
-        _check_course(packed, job)
-    complete = outcome.ending is not Ending.CANCELLED
-    reports, evidence = (outcome.others.get(name, b"") for name in (REPORTS_FILE, inside.EVIDENCE_FILE))
-    return Run(outcome.file, _problems(outcome, job.limits), complete, reports, evidence)
-
-
-def _check_course(packed: bytes, job: Job) -> None:
-    """Raise GradingError if the course does not even run without any notebooks."""
-    outcome = _run(packed, replace(job, notebooks={}), None)
-    if outcome.code == inside.BROKEN:
+    if outcome.ending is Ending.CANCELLED:
+        raise GradingError("The run was cancelled.")
+    if outcome.code == inside.BROKEN and job.notebooks:  # a claim: try the course alone, which raises if it is true
+        run(packed, replace(job, notebooks={}, files={}, evidence=""))
+    elif outcome.code == inside.BROKEN:
         lines = outcome.output.decode(errors="replace").strip().splitlines()
-        raise GradingError(_NOT_RUN.format(reason=lines[-1] if lines else "it says nothing"))
+        raise GradingError(f"The released course cannot be run here: {lines[-1] if lines else 'it printed nothing'}")
+    reports, evidence = (outcome.others.get(name, b"") for name in (REPORTS_FILE, inside.EVIDENCE_FILE))
+    return Run(outcome.file, _problems(outcome, job.limits), reports, evidence)
 
 
 def _run(packed: bytes, job: Job, cancelled: threading.Event | None) -> Outcome:
-    folder = unpacked(packed)
+    folder, limits = unpacked(packed), job.limits
     spec = {
         "notebooks": dict(job.notebooks),
         "parameters": {**job.parameters, "student": job.student},
         "imports": list(job.imports),
         "files": {name: b64encode(content).decode("ascii") for name, content in job.files.items()},
-        "cell_timeout": job.limits.cell,
+        "cell_timeout": limits.cell,
         "evidence": job.evidence,
     }
-    return sandbox.run(
-        ["sh", "-c", _WITH_FONTS, str(folder / FONTS), str(sandbox.python()), "-P", str(folder / INSIDE / "main.py")],
-        visible=[folder],
-        wanted=ANSWERS_FILE,
-        largest=MAX_ANSWERS,
-        also={REPORTS_FILE: MAX_BYTES, **({inside.EVIDENCE_FILE: MAX_EVIDENCE} if job.evidence else {})},
-        stdin=json.dumps(spec).encode(),
-        environment=_environment(folder, job),
-        limits=job.limits.of_sandbox(),
-        cancelled=cancelled,
-        isolated=job.isolated,
-    )
-
-
-def _environment(folder: Path, job: Job) -> dict[str, str]:
-    """Environment variables that a submission gets, besides those of its sandbox."""
-    return {
+    environment = {
         "LANG": "C.UTF-8",
         "PYTHONPATH": str(folder),  # comes before where this package is installed
         "PYTHONDONTWRITEBYTECODE": "1",
@@ -180,54 +162,97 @@ def _environment(folder: Path, job: Job) -> dict[str, str]:
         RUNNING: "grade",
         "LABCOURSE_PROBE_SEED": str(job.probe_seed),
         # Submissions share the processors; each calculates on one.
-        "OMP_NUM_THREADS": "1",
-        "OPENBLAS_NUM_THREADS": "1",
-        "MKL_NUM_THREADS": "1",
+        **dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1"),
     }
+    return sandbox.run(
+        ["sh", "-c", _WITH_FONTS, str(folder / FONTS), str(sandbox.python()), "-P", str(folder / INSIDE / "main.py")],
+        visible=[folder],
+        wanted=ANSWERS_FILE,
+        largest=MAX_ANSWERS,
+        also={REPORTS_FILE: MAX_BYTES, **({inside.EVIDENCE_FILE: MAX_EVIDENCE} if job.evidence else {})},
+        stdin=json.dumps(spec).encode(),
+        environment=environment,
+        limits=sandbox.Limits(
+            seconds=limits.submission, memory=limits.memory, processes=limits.processes, folder=limits.folder
+        ),
+        cancelled=cancelled,
+        isolated=job.isolated,
+    )
 
 
 def _problems(outcome: Outcome, limits: Limits) -> tuple[str, ...]:
-    ended = {
+    """Say what went wrong with a run as a whole."""
+    by_code: dict[int | None, str] = {
+        inside.FINE: "",
+        inside.TIMED_OUT: f"A cell took longer than {limits.cell} s and was stopped; later cells were run if possible.",
+        inside.DIED: "The Python process died while a notebook was run; the rest of that notebook was not run.",
+    }
+    problem = {
         Ending.DEADLINE: f"The run took longer than {limits.submission:g} s and was stopped.",
-        Ending.OUTPUT: "The run was stopped: it said too much.",
-        Ending.CANCELLED: "The run was called off.",
-        Ending.FINISHED: _PARTLY.get(-1 if outcome.code is None else outcome.code, _ENDED_EARLY),
-    }[outcome.ending].format(cell=limits.cell)
-    left = f"{ANSWERS_FILE} {outcome.trouble}." if outcome.trouble else ""
-    return tuple(filter(None, (ended, left)))
+        Ending.OUTPUT: "The run was stopped: it printed too much.",
+    }.get(outcome.ending, by_code.get(outcome.code, "The run ended before all notebooks were run."))
+    return tuple(filter(None, (problem, outcome.trouble and f"{ANSWERS_FILE} {outcome.trouble}.")))
 
 
-# --- anywhere ---------------------------------------------------------------------------------------------------------
+# --- here, or on a cluster --------------------------------------------------------------------------------------------
 
 
-def work(job: bytes, packed: bytes, cancelled: threading.Event | None = None) -> bytes:
-    """:func:`run`, for a worker: bytes in, bytes out. (The event is for workers that are threads of this program.)
+@dataclass(frozen=True)
+class Pool:
+    """A place to run submissions.
+
+    Attributes
+    ----------
+    run : call a function with some arguments there, wait for it, and return its result; threads may share it
+    capacity : number of submissions at a time
+    stop : end what is running
+    """
+
+    run: Callable[..., Any]
+    capacity: int
+    stop: Callable[[], None]
+
+
+@contextlib.contextmanager
+def local(jobs: int) -> Iterator[Pool]:
+    """Run submissions on this machine, in the thread of the caller, which waits for its sandbox.
+
+    Functions get an event ``cancelled``, which is set to end them.
+
+    Parameters
+    ----------
+    jobs : number of submissions at a time
+    """
+    cancelled = threading.Event()
+    try:
+        yield Pool(lambda function, *given: function(*given, cancelled=cancelled), jobs, cancelled.set)
+    finally:
+        cancelled.set()
+
+
+@contextlib.contextmanager
+def cluster(scheduler: str) -> Iterator[Pool]:
+    """Run submissions on the workers of a dask.distributed scheduler, such as ``tcp://host:8786``.
 
     Raises
     ------
     GradingError
-        If the worker has another version of this package.
+        If dask is not installed, or if there is no scheduler at the address, or no worker.
     """
-    asked = json.loads(job)
-    asked["files"] = {name: b64decode(content) for name, content in asked["files"].items()}
-    if asked.pop("software") != labcourse.__version__:
-        raise GradingError(f"This worker has version {labcourse.__version__}; install the version that grades.")
-    done = run(packed, Job(**{**asked, "limits": Limits(**asked["limits"])}), cancelled)
-    answers = None if done.answers is None else b64encode(done.answers).decode("ascii")
-    found = {"answers": answers, "problems": done.problems, "complete": done.complete}
-    found |= {name: b64encode(getattr(done, name)).decode("ascii") for name in ("reports", "evidence")}
-    return json.dumps(found).encode()
-
-
-def job_bytes(job: Job) -> bytes:
-    """A job as :func:`work` takes it."""
-    files = {name: b64encode(content).decode("ascii") for name, content in job.files.items()}
-    return json.dumps({**asdict(job), "files": files, "software": labcourse.__version__}).encode()
-
-
-def run_from(data: bytes) -> Run:
-    """What :func:`work` returned."""
-    found = json.loads(data)
-    answers = None if found["answers"] is None else b64decode(found["answers"])
-    reports, evidence = b64decode(found["reports"]), b64decode(found["evidence"])
-    return Run(answers, tuple(found["problems"]), found["complete"], reports, evidence)
+    try:
+        from distributed import Client
+    except ImportError:
+        raise GradingError("A cluster needs dask: pip install 'labcourse[cluster]'.") from None
+    try:
+        client = Client(scheduler, timeout=_CONNECT, set_as_default=False)
+    except (OSError, ValueError) as error:
+        raise GradingError(f"There is no scheduler at {scheduler}: {error}") from None
+    with contextlib.closing(client):
+        try:
+            client.wait_for_workers(1, timeout=_CONNECT)
+        except TimeoutError:
+            raise GradingError(f"The scheduler at {scheduler} has no workers.") from None
+        # Not pure: equal work for two students is done for each.
+        executor = client.get_executor(pure=False, retries=_RETRIES)
+        run = lambda *work: executor.submit(*work).result()  # noqa: E731
+        yield Pool(run, sum(client.nthreads().values()), partial(executor.shutdown, wait=False))

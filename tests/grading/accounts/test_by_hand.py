@@ -222,7 +222,7 @@ def test_a_report_as_a_whole_is_as_late_as_its_notebook_and_can_be_weighted_and_
 def test_a_partner_who_is_there_by_anothers_word_has_the_others_times(tmp_path):
     facts = Facts(bench_of="ada")
     with Gradebook(tmp_path / "book.sqlite") as book:
-        record(book, graded("ben", MarkRecord("2.1", "V", "right", 2.0, 2.0, ""), cells=facts.plain()))
+        record(book, graded("ben", MarkRecord("2.1", "V", "right", 2.0, 2.0, ""), cells=facts.as_json()))
         book.deliver("ada", [Delivery(f"{PRELAB}.ipynb", "d", b"{}", datetime(2026, 11, 22, tzinfo=UTC))])
     late = "[[deadline]]\ndue = 2026-11-20T00:00:00Z\n[late]\nper_day = 10\n"
     found, _said = reported(tmp_path, tmp_path / "book.sqlite", late)

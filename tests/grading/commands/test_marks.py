@@ -10,8 +10,8 @@ from gradebooks import enrol, graded, mark, prose, record, rows
 from made_courses import OURS
 
 from labcourse.errors import GradingError
+from labcourse.grading.batch import LeftAlone, Regraded
 from labcourse.grading.gradebook import Gradebook, MarkRecord
-from labcourse.grading.regrade import LeftAlone, Regraded
 
 
 @pytest.fixture
@@ -163,7 +163,7 @@ def marked_again(monkeypatch):
     """Regrade with these outcomes."""
 
     def outcomes(*found):
-        monkeypatch.setattr("labcourse.grading.regrade.regrade", lambda *_: iter(found))
+        monkeypatch.setattr("labcourse.grading.batch.regrade", lambda *_: iter(found))
 
     return outcomes
 
@@ -206,7 +206,7 @@ def test_an_error_amid_a_regrade_leaves_reports_of_everybody(book, tmp_path, mon
         yield Regraded(graded("ada"), graded("ada"))
         raise GradingError("The database is gone.")
 
-    monkeypatch.setattr("labcourse.grading.regrade.regrade", fails)
+    monkeypatch.setattr("labcourse.grading.batch.regrade", fails)
     done = rotflex("regrade", book, "--solutions", ROOT, "--out", tmp_path / "out")
     assert done.exit_code == 2 and "rotflex: The database is gone." in done.output
     assert list(rows(tmp_path / "out")) == ["ada", "bob", "eve"]

@@ -12,10 +12,9 @@ from day_class import HANDED_IN, NAMES, deliver, fill, notebook, score
 from gradebooks import graded, mark, prose, record, report_text, rows
 from made_courses import OURS, copied
 
-from labcourse.grading.batch import Batch
+from labcourse.grading.batch import Batch, regrade
 from labcourse.grading.gradebook import Gradebook
 from labcourse.grading.graded_run import facts_of
-from labcourse.grading.regrade import regrade
 from labcourse.grading.reports.result import received
 
 WORD = "quokkawise"  # stands in nobody else's work
@@ -174,7 +173,7 @@ def test_a_batch_does_not_bring_them_back_in_silence(fake_class):
     with fake_class.book() as book:
         made = Batch(fake_class.folder / "in", fake_class.course, book)
         (told,) = made.ignored
-        assert told.startswith("ada was erased on ") and "say --again ada" in told and made.students == ["bob"]
+        assert told.startswith("ada was erased on ") and "--again ada" in told and made.students == ["bob"]
     assert fake_class.grade(again=("ADA",)) == points  # from its folder, as a new person
     assert fake_class.runs == [*ran, "ada"]  # and not from what was known of the run before
     assert fake_class.grade() == points  # who is here again

@@ -213,7 +213,7 @@ def test_what_is_shown_of_all_is_what_was_found(found, attempts, good, monkeypat
         *((attempt.name, attempt.contained, attempt.needed) for attempt in attempts),
     ]:
         (line,) = [line for line in shown.splitlines() if f"│ {name} " in line]
-        assert ("good" in line, " NO " in line, "need not be" in line) == (
+        assert ("good" in line, " NO " in line, "optional" in line) == (
             holds,
             not holds and needed,
             not holds and not needed,

@@ -56,7 +56,7 @@ def test_the_newest_version_says_when(book):
 def test_what_a_partner_handed_in_for_both_is_both_students(book):
     deliver(book, "ada", {"02_finding_stiffness.ipynb": notebook("a = 1")})
     for student in ("ada", "bob"):
-        record(book, graded(student, cells=Facts(missing={}, bench_of="ada").plain()))
+        record(book, graded(student, cells=Facts(bench_of="ada").as_json()))
     assert [row[1] for row in rows(told(book)["Handed in"], 1)] == ["02", "02"]
 
 
@@ -288,7 +288,7 @@ def test_many_are_a_fifth_of_those_who_answered_and_two_at_least(wrong, right, i
 def test_the_same_work_is_told_with_its_evidence_as_a_hint(book):
     for student in ("ada", "bob"):
         deliver(book, student, {"own.py": b"x = 1"})
-        record(book, graded(student, cells=Facts(missing={}, bench_of=student).plain()))
+        record(book, graded(student, cells=Facts(bench_of=student).as_json()))
     section = told(book)["Hints of the same work"]
     ((who, evidence),) = rows(section)
     assert (who, evidence) == ("ada, bob", "ada, bob handed in the same 1 file: own.py.")

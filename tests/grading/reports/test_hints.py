@@ -156,7 +156,7 @@ def recorded(student, recording, group="", policy=THEIR_OWN, at_home=None):
     run = graded(
         student,
         answers=None if recording is None else book_with(student, recording),
-        cells=Facts(bench_of=group or student, policy=policy).plain(),
+        cells=Facts(bench_of=group or student, policy=policy).as_json(),
     )
     return hints.handed_in(run, {} if at_home is None else {"answers.json": book_with(student, at_home)})
 
@@ -227,8 +227,8 @@ def test_what_has_not_the_form_of_a_recording_is_passed_over(sweeps, change):
 def of_bench(student, bench_of="", **files):
     kept = {f"recordings/{name}.mat": content for name, content in files.items()}
     one = graded(student)
-    facts = Facts(missing={}, bench_of=bench_of)
-    return hints.handed_in(replace(one, run=replace(one.run, cells=facts.plain())), kept)
+    facts = Facts(bench_of=bench_of)
+    return hints.handed_in(replace(one, run=replace(one.run, cells=facts.as_json())), kept)
 
 
 def having(student, handed_out=(), **files):
@@ -296,7 +296,7 @@ def course():
 def answered(student, value, status, bench_of=""):
     about = {"format": 1, "student": student, "bench": {}, "software": "rotflex 0", "probe_seed": 7}
     content = {**about, "answers": {"2.11": {"omega_n": {"kind": "number", "value": value}}}}
-    facts = Facts(bench_of=bench_of or student, policy=BenchPolicy()).plain()
+    facts = Facts(bench_of=bench_of or student, policy=BenchPolicy()).as_json()
     marks = MarkRecord("2.11", "omega_n", status, 0.0, 2.0, "Well.", "")
     return graded(student, marks, answers=json.dumps(content).encode(), cells=facts)
 

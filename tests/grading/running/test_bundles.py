@@ -21,7 +21,7 @@ from labcourse.grading.marking import decoding, marking
 from labcourse.grading.release import releases, student_course
 from labcourse.grading.release.releases import Releases
 from labcourse.grading.running import bundle, runner
-from labcourse.grading.running.bundles import Bundles
+from labcourse.grading.running.bundle import Bundles
 from labcourse.grading.running.prepared import prepare
 from labcourse.grading.running.runner import Job
 
@@ -93,7 +93,7 @@ def test_what_was_not_asked_then_is_not_asked_of_it(two, bundles):
 def test_each_is_run_with_its_own_notebooks_and_packages_and_marked_on_its_own_bench(sandbox, two, course, bundles):
     for which, edition, policy in ((two.first, 1, BenchPolicy("own")), (two.second, 2, BenchPolicy("same", seed=SEED))):
         hand_in = two.hand_in(which, solved(edition), **two.about(which))
-        chosen = bundles.of(hand_in)
+        chosen = bundles.choose(hand_in)
         assert chosen.problems == ()
         assert chosen.bundle.policy == policy
         earned = marks(course, chosen.bundle, hand_in)
@@ -114,25 +114,25 @@ def test_packages_that_cannot_note_what_stopped_a_cell_are_run_with_what_can(bun
 
 def test_an_older_release_is_told(two, bundles):
     name = two.about(two.first)["release"]
-    chosen = bundles.of(two.hand_in(two.first, {}, student="ada", release=name))
+    chosen = bundles.choose(two.hand_in(two.first, {}, student="ada", release=name))
     assert chosen.bundle.release == name
     assert chosen.notes == (f"Run and marked under an earlier release, {name}.",)
-    assert bundles.of(two.hand_in(two.second, {}, release=two.about(two.second)["release"])).notes == ()
+    assert bundles.choose(two.hand_in(two.second, {}, release=two.about(two.second)["release"])).notes == ()
 
 
 @pytest.mark.parametrize("about", [{}, {"student": "ada"}, {"release": 3}, {"release": ""}])
 def test_where_no_release_is_named_the_notebooks_tell(two, bundles, about):
     for which in (two.first, two.second):
-        chosen = bundles.of(two.hand_in(which, SOLVED, **about))
+        chosen = bundles.choose(two.hand_in(which, SOLVED, **about))
         assert chosen.bundle.release == two.about(which)["release"]
         assert chosen.problems == ()
-    assert bundles.of(HandIn(course=about)).bundle is bundles.current
+    assert bundles.choose(HandIn(course=about)).bundle is bundles.current
 
 
 def test_notebooks_of_another_release_than_the_file_names_count_and_it_is_told(two, bundles):
     first, second = two.about(two.first)["release"], two.about(two.second)["release"]
     for which, meant, named in ((two.first, first, second), (two.second, second, first)):
-        chosen = bundles.of(two.hand_in(which, SOLVED, release=named))
+        chosen = bundles.choose(two.hand_in(which, SOLVED, release=named))
         assert chosen.bundle.release == meant
         assert chosen.notes[0] == f"course.json names the release {named}, but the notebooks are those of {meant}."
 
@@ -141,11 +141,11 @@ def test_where_the_notebooks_are_of_both_the_file_counts(two, bundles):
     both = [two.hand_in(which, {}).notebooks[NOTEBOOK] for which in (two.first, two.second)]
     for named in (two.about(two.first)["release"], two.about(two.second)["release"]):
         hand_in = HandIn({NOTEBOOK: (*both[0], *both[1])}, course={"release": named})
-        assert bundles.of(hand_in).bundle.release == named
+        assert bundles.choose(hand_in).bundle.release == named
 
 
 def test_a_release_that_is_not_kept_is_trouble_and_it_is_told_what_to_do(two, bundles, course):
-    chosen = bundles.of(two.hand_in(two.first, {}, release="2025-autumn\x1b[31m" + "x" * 200))
+    chosen = bundles.choose(two.hand_in(two.first, {}, release="2025-autumn\x1b[31m" + "x" * 200))
     (problem,) = chosen.problems
     assert r"names the release '2025-autumn\x1b[31mxx" in problem and len(problem) < 500
     assert f"not kept in {course.releases}: put the zip that was handed out there, and grade again" in problem
@@ -175,7 +175,7 @@ def test_a_release_from_before_there_were_names_is_known_by_its_notebooks(sandbo
         )
         title = next(cell for cell in Notebook.read(text.encode()).cells if cell.id == "title")
         older = HandIn({NOTEBOOK: (title, *older.notebooks[NOTEBOOK])}, course=older.course)
-        chosen = again.of(older)
+        chosen = again.choose(older)
         assert chosen.bundle.release == found.id
         assert marks(course, chosen.bundle, older)[("1.2", "k")] == 2
     finally:

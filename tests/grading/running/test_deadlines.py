@@ -11,13 +11,14 @@ import pytest
 from made_courses import OURS
 from typer.testing import CliRunner
 
+import labcourse
 from labcourse.errors import GradingError
 from labcourse.grading import batch
 from labcourse.grading.isolation import sandbox
 from labcourse.grading.isolation.process import Ending, Outcome
 from labcourse.grading.isolation.process import Limits as SandboxLimits
-from labcourse.grading.running import executors, isolation_report, runner
-from labcourse.grading.running.inside import EVIDENCE_FILE, watch
+from labcourse.grading.running import isolation_report, runner
+from labcourse.grading.running.inside import BROKEN, EVIDENCE_FILE, watch
 from labcourse.grading.running.inside import main as inside_main
 from labcourse.run import from_notebook
 from rotflex.cli import app
@@ -128,8 +129,8 @@ def test_a_run_is_given_its_limits_and_what_it_depends_on(tmp_path, monkeypatch,
         isolated,
         evidence="m:read",
     )
-    done = runner.run_from(runner.work(runner.job_bytes(job), b"packed", cancelled))
-    assert done == runner.Run(b"{}", (), True, b"reports", b"{}")
+    done = runner.work(job, b"packed", labcourse.__version__, cancelled)
+    assert done == runner.Run(b"{}", (), b"reports", b"{}")
     ((command, given),) = asked
     assert command[-2:] == ["-P", str(tmp_path / "inside" / "main.py")] and given["visible"] == [tmp_path]
     assert given["isolated"] is isolated
@@ -148,18 +149,34 @@ def test_a_run_is_given_its_limits_and_what_it_depends_on(tmp_path, monkeypatch,
 
 
 def test_a_worker_of_another_version_runs_nothing(monkeypatch):
-    asked = runner.job_bytes(runner.Job("ada", {}, 5))
-    monkeypatch.setattr(runner.labcourse, "__version__", "0.0.1")
-    with pytest.raises(GradingError, match=r"0\.0\.1"):
-        runner.work(asked, b"")
+    monkeypatch.setattr(runner, "run", lambda *given: pytest.fail("it runs"))
+    with pytest.raises(GradingError, match=r"install 0\.0\.1"):
+        runner.work(runner.Job("ada", {}, 5), b"", "0.0.1")
+
+
+@pytest.mark.parametrize("is_broken", [True, False])
+def test_a_submission_that_claims_that_the_course_is_broken_is_not_believed(monkeypatch, is_broken):
+    asked = []
+
+    def run(packed, job, cancelled):
+        asked.append(job)
+        return Outcome(Ending.FINISHED, BROKEN if job.notebooks or is_broken else 0, b"{}", "", b"no numpy", 1.0)
+
+    monkeypatch.setattr(runner, "_run", run)
+    job = runner.Job("ada", {"a.ipynb": {"cells": []}}, 5, files={"numpy.py": b""}, evidence="m:read")
+    if is_broken:
+        with pytest.raises(GradingError, match="no numpy"):
+            runner.run(b"", job)
+    else:
+        assert runner.run(b"", job).problems == ("The run ended before all notebooks were run.",)
+    assert asked == [job, runner.Job("ada", {}, 5)]
 
 
 @pytest.mark.parametrize(
     ("ending", "code", "said"),
     [
         (Ending.DEADLINE, None, ("The run took longer than 77.5 s and was stopped.",)),
-        (Ending.OUTPUT, None, ("The run was stopped: it said too much.",)),
-        (Ending.CANCELLED, None, ("The run was called off.",)),
+        (Ending.OUTPUT, None, ("The run was stopped: it printed too much.",)),
         (Ending.FINISHED, 0, ()),
         (Ending.FINISHED, 10, ("A cell took longer than 7 s and was stopped.",)),
     ],
@@ -292,10 +309,10 @@ def test_a_scheduler_and_a_worker_are_waited_for_fifteen_seconds_each(monkeypatc
 
     monkeypatch.setitem(sys.modules, "distributed", SimpleNamespace(Client=Client))
     if workers:
-        with executors.cluster("tcp://host:8786") as pool:
+        with runner.cluster("tcp://host:8786") as pool:
             assert pool.capacity == 7
         assert waited == [("tcp://host:8786", 15, False), (1, 15), (False, 3), "closed"]
     else:
-        with pytest.raises(GradingError, match="has no workers"), executors.cluster("tcp://host:8786"):
+        with pytest.raises(GradingError, match="has no workers"), runner.cluster("tcp://host:8786"):
             pass
         assert waited == [("tcp://host:8786", 15, False), (1, 15), "closed"]

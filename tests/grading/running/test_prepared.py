@@ -7,7 +7,6 @@ import pytest
 from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.notebooks import MAX_SOURCE, HandIn, Notebook
 from labcourse.answers.parts import Question, number
-from labcourse.grading.running import prepared
 from labcourse.grading.running.bundle import Bundle
 from labcourse.grading.running.prepared import prepare
 
@@ -27,7 +26,7 @@ MASTER = [
     code("q2", "y = None", True),
     code("q2-answer", 'lab.answer("2", x=y)'),
 ]
-BUNDLE = Bundle(b"", {"a.ipynb": {"cells": MASTER}}, {"a.ipynb": ["q1", "q2"]}, {}, (), "0" * 64)
+BUNDLE = Bundle(b"", {"a.ipynb": {"cells": MASTER}}, {}, (), "0" * 64)
 
 
 def made(*cells, bundle=BUNDLE, **files):
@@ -58,7 +57,7 @@ def test_a_notebook_in_which_nothing_is_written_is_told_and_no_other(cells, told
 
 def test_a_notebook_that_asks_for_nothing_is_not_called_untouched():
     cells = [cell for cell in MASTER if not cell["id"].startswith("q")]
-    bundle = Bundle(b"", {"a.ipynb": {"cells": cells}}, {}, {}, (), "0" * 64)
+    bundle = Bundle(b"", {"a.ipynb": {"cells": cells}}, {}, (), "0" * 64)
     assert made(*cells, bundle=bundle).notes == ()
 
 
@@ -96,9 +95,9 @@ ANSWERS = {"1": {"x": {"kind": "number", "value": 1.0}}, "2": {"x": {}}, "9": {"
     ],
 )
 def test_what_was_recorded_at_home_is_a_claim_of_ones_own_answers(data, cells, said):
-    found, told = prepared._claim(data, CATALOGUE, "ada")
-    assert (None if found is None else found.cells) == cells
-    assert (said in "".join(told)) and bool(told) == bool(said)
+    found = made(*answered("q1", "x = 1"), claim=data)
+    assert (None if found.claim is None else found.claim.cells) == cells
+    assert (said in "".join(found.notes)) and bool(found.notes) == bool(said)
 
 
 @pytest.mark.parametrize(("version", "knows"), [(1, False), (2, True)])
@@ -106,5 +105,4 @@ def test_a_claim_of_the_first_format_knows_no_cells(version, knows):
     data = json.loads(claim(format=version))
     if version == 1:
         data.pop("cells")
-    found, _told = prepared._claim(json.dumps(data).encode(), CATALOGUE, "ada")
-    assert found.knows_cells == knows
+    assert made(claim=json.dumps(data).encode()).claim.knows_cells == knows

@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 from packings import WANTED, lay, notebook, work
 
 from labcourse.grading.running import intake
-from labcourse.grading.running.prepared import _claim
+from labcourse.grading.running.bundle import Bundle
+from labcourse.grading.running.prepared import prepare
 from rotflex.course.questions import CATALOGUE
 
 BROKEN = WANTED[1]
@@ -72,8 +73,9 @@ def test_the_other_files_are_read_and_this_one_is_or_is_named(broken):
     if name == BROKEN:
         assert (BROKEN in hand_in.notebooks) != any(BROKEN in line for line in told)
     elif name == "answers.json":
-        claim, said = _claim(hand_in.claim, CATALOGUE, "ada")
-        assert (claim is not None) != any("answers.json" in line for line in said)
+        bundle = Bundle(b"", {}, {}, (), "")
+        prepared = prepare(hand_in, bundle, CATALOGUE, "ada")
+        assert (prepared.claim is not None) != any("answers.json" in note for note in prepared.notes)
     else:
         assert hand_in.course or content == b"{}" or any("course.json" in line for line in told)
 

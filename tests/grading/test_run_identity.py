@@ -1,4 +1,4 @@
-"""What a run is known by: each thing that it depends on, changed alone, is another run; anything else is none."""
+"""The identity of a run: a change in anything that it depends on makes another run; other changes do not."""
 
 from dataclasses import fields, replace
 from datetime import UTC, datetime, timedelta, timezone
@@ -9,12 +9,11 @@ import labcourse
 from labcourse.answers.words import Words
 from labcourse.grading.batch import Batch, Settings
 from labcourse.grading.running import runner
-from labcourse.grading.running.intake import Submission
 from labcourse.grading.running.prepared import Prepared
 from labcourse.grading.running.supplied import Supplied
 from labcourse.run.reasons import Claim
 
-#: Settings that are no part of what a run is known by, each with a value that differs from the usual.
+#: Settings that a run does not depend on, each with another value than the default.
 NO_PART = {
     "jobs": 2,
     "scheduler": None,  # where it is run, not what: tests/grading/test_cluster.py
@@ -36,18 +35,18 @@ OTHERWISE = {
     "probe_seed": {"probe_seed": 5},
     "isolated": {"isolated": False},
     "every_cell": {"every_cell": True},
-    "supplied": {"supplied": (Supplied("ada", "2.11", "omega_n", 19.5, "19.5"),)},
+    "supplied": {"supplied": (Supplied("ada", "2.11", "omega_n", 19.5),)},
 }
 
 
-def test_every_setting_is_known_to_have_a_part_or_none():
+def test_every_setting_is_tested():
     assert {one.partition(".")[0] for one in OTHERWISE} | set(NO_PART) == {one.name for one in fields(Settings)}
     assert set(LIMITS) == {one.name for one in fields(runner.Limits)}
     assert all(getattr(runner.Limits(), name) != value for name, value in LIMITS.items())
 
 
 @pytest.mark.parametrize("changed", OTHERWISE.values(), ids=OTHERWISE)
-def test_each_setting_that_a_run_depends_on_is_another_run_when_it_alone_changes(fake_class, changed):
+def test_another_value_of_a_setting_that_counts_is_another_run(fake_class, changed):
     fake_class.hand_in("ada")
     fake_class.grade()
     fake_class.grade()
@@ -57,7 +56,7 @@ def test_each_setting_that_a_run_depends_on_is_another_run_when_it_alone_changes
 
 
 @pytest.mark.parametrize("name", NO_PART)
-def test_a_setting_that_a_run_does_not_depend_on_is_none(fake_class, name):
+def test_another_value_of_a_setting_that_does_not_count_is_the_same_run(fake_class, name):
     fake_class.hand_in("ada")
     fake_class.grade()
     fake_class.grade(**{name: NO_PART[name]})
@@ -95,55 +94,51 @@ def taken(fake_class):
     with fake_class.book() as book:
         batch = Batch(fake_class.folder / "in", fake_class.course, book)
         (submission,) = batch._submissions
-        yield batch, batch._taken_in(submission)
+        yield batch, batch._prepare(submission)
 
 
 def other_cells(one, changes):
     """The same with other cells among those that are run."""
     notebooks = {
         name: {**notebook, "cells": [cell | changes for cell in notebook["cells"]]}
-        for name, notebook in one.prepared.merged.notebooks.items()
+        for name, notebook in one.merged.notebooks.items()
     }
-    return prepared(one, merged=replace(one.prepared.merged, notebooks=notebooks))
-
-
-def prepared(one, **changes):
-    return replace(one, prepared=replace(one.prepared, **changes))
-
-
-def submitted(one, **changes):
-    return replace(one, submission=replace(one.submission, **changes))
+    return replace(one, merged=replace(one.merged, notebooks=notebooks))
 
 
 def elsewhere(one):
-    (notebook,) = one.prepared.merged.notebooks.values()
-    return prepared(one, merged=replace(one.prepared.merged, notebooks={"b.ipynb": notebook}))
+    (notebook,) = one.merged.notebooks.values()
+    return replace(one, merged=replace(one.merged, notebooks={"b.ipynb": notebook}))
 
 
 #: What is run, changed in one thing.
 RUN = {
-    "the bench": lambda one: submitted(one, bench_of="bob"),
-    "the student": lambda one: submitted(one, student="bob", bench_of="ada"),
+    "the bench": lambda one: replace(one, bench_of="bob"),
     "a cell's source": lambda one: other_cells(one, {"source": "1"}),
     "a cell's id": lambda one: other_cells(one, {"id": "x"}),
     "a notebook's name": elsewhere,
-    "a file's name": lambda one: prepared(one, files={"data.txt": b"1,2\n"}),
-    "a file's content": lambda one: prepared(one, files={"data.csv": b"1,3\n"}),
+    "a file's name": lambda one: replace(one, files={"data.txt": b"1,2\n"}),
+    "a file's content": lambda one: replace(one, files={"data.csv": b"1,3\n"}),
     "the bundle": lambda one: replace(one, bundle=replace(one.bundle, digest="1" * 64)),
 }
 
 
 @pytest.mark.parametrize("change", RUN.values(), ids=RUN)
-def test_each_thing_that_is_run_is_another_run_when_it_alone_changes(taken, change):
+def test_another_content_is_another_run(taken, change):
     batch, one = taken
-    key = batch._identity(one).key
-    assert batch._identity(one).key == key
-    assert batch._identity(change(one)).key != key
+    key = batch._identify("ada", one).key
+    assert batch._identify("ada", one).key == key
+    assert batch._identify("ada", change(one)).key != key
+
+
+def test_another_student_on_the_same_bench_is_another_run(taken):
+    batch, one = taken
+    assert batch._identify("bob", one).key != batch._identify("ada", one).key
 
 
 WORDS = Words("A pole lies on the axis.")
-#: What is not run but marked, or told: field of what was prepared → another value.
-MARKED_AND_TOLD = {
+#: Fields of what was prepared that are not run but marked or shown → another value.
+NOT_RUN = {
     "words": {("2.11", "explanation"): WORDS},
     "claim": Claim({"2.11": {"omega_n": "q1"}}, True),
     "handed_in": (),
@@ -153,48 +148,39 @@ MARKED_AND_TOLD = {
 }
 
 
-def test_every_part_of_what_was_prepared_is_looked_at():
-    assert {one.name for one in fields(Prepared)} == {"merged", "files", *MARKED_AND_TOLD}
+def test_every_field_of_what_was_prepared_is_tested():
+    run = {"merged", "files", "bundle", "bench_of"}
+    shown = {"supplied", "python"}  # in cells that are run, and in a reason
+    assert {one.name for one in fields(Prepared)} == {*run, *shown, *NOT_RUN}
 
 
-@pytest.mark.parametrize(("name", "value"), MARKED_AND_TOLD.items(), ids=MARKED_AND_TOLD)
-def test_what_is_only_marked_or_told_is_the_same_run_and_another_submission(taken, name, value):
+@pytest.mark.parametrize(("name", "value"), NOT_RUN.items(), ids=NOT_RUN)
+def test_what_is_only_marked_or_shown_is_the_same_run_and_another_submission(taken, name, value):
     batch, one = taken
-    before = batch._identity(one)
-    after = batch._identity(prepared(one, **{name: value}))
+    before = batch._identify("ada", one)
+    after = batch._identify("ada", replace(one, **{name: value}))
     assert after.key == before.key and after.probe_seed == before.probe_seed
     assert after.submission != before.submission
 
 
-@pytest.mark.parametrize("name", ["problems", "notes"])
-def test_what_is_told_of_a_submission_is_another_submission(taken, name):
-    batch, one = taken
-    before, after = batch._identity(one), batch._identity(replace(one, **{name: (*getattr(one, name), "told")}))
-    assert after.key == before.key and after.submission != before.submission
-
-
 def test_words_differ_by_their_text_and_their_pictures(taken):
-    batch, one = taken
+    _batch, one = taken
     pictured = [replace(WORDS, pictures={name: data}) for name, data in (("a", b"1"), ("a", b"2"), ("b", b"1"))]
     written = [WORDS, replace(WORDS, text="A pole lies left of the axis."), *pictured]
-    submissions = {
-        batch._identity(prepared(one, words={("2.11", "explanation"): words})).submission for words in written
-    }
+    submissions = {replace(one, words={("2.11", "explanation"): words}).digest() for words in written}
     claims = [
         Claim({"2.11": {"omega_n": "q1"}}, True),
         Claim({"2.11": {"omega_n": "q2"}}, True),
         Claim({"2.11": {"omega_n": "q1"}}, False),
     ]
-    claimed = {batch._identity(prepared(one, claim=claim)).submission for claim in claims}
+    claimed = {replace(one, claim=claim).digest() for claim in claims}
     assert (len(submissions), len(claimed)) == (5, 3)
 
 
-def test_whose_bench_it_is_run_on_is_ones_own_unless_another_is_named(taken):
+def test_a_submission_is_run_on_the_students_own_bench_unless_another_is_named(taken):
     batch, one = taken
-    own = submitted(one, bench_of="ada")
-    none = submitted(one, bench_of="")
-    assert isinstance(one.submission, Submission)
-    assert batch._identity(own).key == batch._identity(none).key
+    (submission,) = batch._submissions
+    assert one.bench_of == "ada" and batch._prepare(replace(submission, bench_of="bob")).bench_of == "bob"
 
 
 @pytest.mark.parametrize("jobs", [1, 2, 5])
