@@ -25,6 +25,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -40,6 +41,7 @@ ONE_STANDS_SUBSTEP = 5e-4  #: s; the longest while one joint stands and the othe
 HALVINGS = 7  #: how often a substep is halved where a motion turns round
 # Friction of servo and link: each stands (0), or slides one way or the other.
 _CASES = tuple((servo, link) for servo in (0, 1, -1) for link in (0, 1, -1))
+_AFTER = {case: (case, *(other for other in _CASES if other != case)) for case in _CASES}  # in which they are tried
 _MARGIN = 1 + 1e-9  # on the friction that holds a joint: rounding must not leave a border of two cases to neither
 
 
@@ -141,7 +143,10 @@ class PlantParameters:
 
     def roughness(self, theta: float) -> float:
         """By what factor the gear's friction differs from its mean at a servo angle (rad)."""
-        return 1 + sum(height * math.sin(number * theta + phase) for number, height, phase in self.gear)
+        waves = 0.0  # not by sum(), which rounds in other ways from Python 3.12 on
+        for number, height, phase in self.gear:
+            waves += height * math.sin(number * theta + phase)
+        return 1 + waves
 
     def current(self, voltage: float, theta_dot: float) -> float:
         """Motor current (A) at a commanded voltage, within the amplifier's limits."""
@@ -186,13 +191,16 @@ class Plant:
     def __init__(self, parameters: PlantParameters, state: State = REST) -> None:
         self.parameters = parameters
         self.state = state
-        self._steps: dict[tuple[bool, float], _Step] = {}
+        self._steps: tuple[dict[float, _Step], dict[float, _Step]] = {}, {}  # with the current not limited, or limited
         self._case = _CASES[0]
         self._rubs = any(parameters.servo_friction + parameters.link_friction)
         self._most_volts = parameters.I_max * parameters.resistance  # across the resistance
         self._spans: dict[float, tuple[int, float]] = {}
         # Looked up in every substep.
         self._V_max, self._back_emf, self._K_3 = parameters.V_max, parameters.back_emf, parameters.K_3
+        self._gear, self._I_max = parameters.gear, parameters.I_max
+        self._brakes = parameters.servo_friction[0], -parameters.servo_friction[1]
+        self._breakaway = parameters.breakaway
 
     def advance(self, voltage: float, duration: float) -> State:
         """Hold a commanded voltage (V) for a duration (s) and return the state at its end.
@@ -203,7 +211,9 @@ class Plant:
             If the duration is negative or not finite.
         """
         count, h = self._spans.get(duration) or self._divide(duration)
-        voltage = min(max(float(voltage), -self._V_max), self._V_max)
+        voltage = float(voltage)
+        if not -self._V_max <= voltage <= self._V_max:
+            voltage = min(max(voltage, -self._V_max), self._V_max)
         for _step in range(count):
             self._substep(voltage, h, HALVINGS)
         return self.state
@@ -231,8 +241,8 @@ class Plant:
         # Whether the current is limited is decided at the beginning of the substep.
         volts = voltage - self._back_emf * theta_dot
         limited = abs(volts) >= self._most_volts
-        drive = math.copysign(self.parameters.I_max, volts) if limited else voltage
-        free, friction, sliding = self._steps.get((limited, h)) or self._prepare(limited, h)
+        drive = math.copysign(self._I_max, volts) if limited else voltage
+        free, friction, sliding = self._steps[limited].get(h) or self._prepare(limited, h)
 
         a1, a2, a3, a4, b1, b2, b3, b4, c1, c2, c3, c4, d1, d2, d3, d4 = free
         new_theta = theta + a1 * alpha + a2 * theta_dot + a3 * alpha_dot + a4 * drive
@@ -242,19 +252,26 @@ class Plant:
         changed = (abs(voltage - self._back_emf * new_theta_dot) >= self._most_volts) is not limited
 
         if self._rubs:
-            # That both slide on as they did is tried first: nearly always it is so.
-            p, q, r, s, case = sliding[theta_dot > 0][alpha_dot > 0]
-            rough = 1.0
-            if self.parameters.gear:
-                rough = self.parameters.roughness(theta + theta_dot * h / 2)
-                plus, minus = self.parameters.servo_friction
-                more = _effect(friction, (rough - 1) * (plus if theta_dot > 0 else -minus), 0.0)
-                p, q, r, s = p + more[0], q + more[1], r + more[2], s + more[3]
-            if not (theta_dot * (new_theta_dot + r) > 0 and alpha_dot * (new_alpha_dot + s) > 0):
+            p1, p2, q1, q2, r1, r2, s1, s2 = friction
+            rough = self.parameters.roughness(theta + theta_dot * h / 2) if self._gear else 1.0
+            slide = False
+            if theta_dot and alpha_dot:
+                # That both slide on as they did is tried first: nearly always it is so.
+                p, q, r, s, case = sliding[theta_dot > 0][alpha_dot > 0]
+                if self._gear:
+                    more = (rough - 1) * self._brakes[theta_dot <= 0]
+                    p, q, r, s = p + p1 * more, q + q1 * more, r + r1 * more, s + s1 * more
+                slide = theta_dot * (new_theta_dot + r) > 0 and alpha_dot * (new_alpha_dot + s) > 0
+            if not slide:
                 # A servo that stands may be held by more than brakes it when it slides: standing is tried first.
-                tried = _CASES[0] if theta_dot == 0 and self.parameters.breakaway > 1 else self._case
-                case, servo, link = self._friction(new_theta_dot, new_alpha_dot, friction[4:], rough, tried)
-                p, q, r, s = _effect(friction, servo, link)
+                tried = _CASES[0] if theta_dot == 0 and self._breakaway > 1 else self._case
+                case, servo, link = self._friction(new_theta_dot, new_alpha_dot, (r1, r2, s1, s2), rough, tried)
+                p, q, r, s = (
+                    p1 * servo + p2 * link,
+                    q1 * servo + q2 * link,
+                    r1 * servo + r2 * link,
+                    s1 * servo + s2 * link,
+                )
             self._case = case
             new_theta += p
             new_alpha += q
@@ -300,10 +317,11 @@ class Plant:
         that is ``tried`` first counts.
         """
         r1, r2, s1, s2 = effect
-        servo_plus, servo_minus = (rough * bound for bound in self.parameters.servo_friction)
-        most_plus, most_minus = self.parameters.breakaway * servo_plus, self.parameters.breakaway * servo_minus
+        servo_plus, servo_minus = self.parameters.servo_friction
+        servo_plus, servo_minus = rough * servo_plus, rough * servo_minus
+        most_plus, most_minus = self._breakaway * servo_plus * _MARGIN, self._breakaway * servo_minus * _MARGIN
         link_plus, link_minus = self.parameters.link_friction
-        for case in (tried, *_CASES):
+        for case in _AFTER[tried]:
             servo_case, link_case = case
             servo = servo_plus if servo_case > 0 else -servo_minus
             link = link_plus if link_case > 0 else -link_minus
@@ -316,44 +334,46 @@ class Plant:
             elif link_case == 0:
                 link = -(alpha_dot + s1 * servo) / s2
             if servo_case == 0:
-                servo_agrees = -most_minus * _MARGIN <= servo <= most_plus * _MARGIN
-            else:
-                servo_agrees = servo_case * (theta_dot + r1 * servo + r2 * link) >= 0
+                if not -most_minus <= servo <= most_plus:
+                    continue
+            elif not servo_case * (theta_dot + r1 * servo + r2 * link) >= 0:
+                continue
             if link_case == 0:
-                link_agrees = -link_minus * _MARGIN <= link <= link_plus * _MARGIN
+                agrees = -link_minus * _MARGIN <= link <= link_plus * _MARGIN
             else:
-                link_agrees = link_case * (alpha_dot + s1 * servo + s2 * link) >= 0
-            if servo_agrees and link_agrees:
+                agrees = link_case * (alpha_dot + s1 * servo + s2 * link) >= 0
+            if agrees:
                 return case, servo, link
         raise ConfigurationError(
             f"The plant's motion is not a number any more after {self.state}: look at its parameters and its voltage."
         )
 
     def _prepare(self, limited: bool, h: float) -> _Step:
-        """Discretise the linear part for one substep, with the drive a voltage or (``limited``) a current."""
-        linear = replace(self.parameters, K_3=0.0, V_max=math.inf, I_max=math.inf)
-        if limited:  # a current source: no back-EMF, and 1 A stands for R_m volts
-            linear = replace(linear, back_emf=0.0, torque_per_volt=linear.torque_per_volt * linear.resistance)
-        motion, inputs = _by_momenta(linear)
-        transition = expm(np.block([[motion, inputs], [np.zeros((3, 7))]]) * h)
-        rates = np.array([1 / linear.J_eq, 1 / linear.J_l])
-        ours = np.kron(np.diag([1.0, 0.0]), _RELATIVE) + np.kron(np.diag([0.0, 1.0]), _RELATIVE * rates)
-        transition[:4] = ours @ transition[:4]
-        transition[:4, :4] = transition[:4, :4] @ np.linalg.inv(ours)
-        friction = tuple(transition[:4, 5:7].ravel().tolist())
-        servo, link = (
-            {1: plus, -1: -minus} for plus, minus in (self.parameters.servo_friction, self.parameters.link_friction)
-        )
-        step = _Step(
-            free=tuple(transition[:4, 1:5].ravel().tolist()),
-            friction=friction,
-            sliding=tuple(
-                tuple((*_effect(friction, servo[way], link[other]), (way, other)) for other in (-1, 1))
-                for way in (-1, 1)
-            ),
-        )
-        self._steps[limited, h] = step
+        step = self._steps[limited][h] = _discretised(self.parameters, limited, h)
         return step
+
+
+@lru_cache(maxsize=512)  # an experiment needs some fifty, and the next one on the same bench needs them again
+def _discretised(parameters: PlantParameters, limited: bool, h: float) -> _Step:
+    """Discretise the linear part for one substep, with the drive a voltage or (``limited``) a current."""
+    linear = replace(parameters, K_3=0.0, V_max=math.inf, I_max=math.inf)
+    if limited:  # a current source: no back-EMF, and 1 A stands for R_m volts
+        linear = replace(linear, back_emf=0.0, torque_per_volt=linear.torque_per_volt * linear.resistance)
+    motion, inputs = _by_momenta(linear)
+    transition = expm(np.block([[motion, inputs], [np.zeros((3, 7))]]) * h)
+    rates = np.array([1 / linear.J_eq, 1 / linear.J_l])
+    ours = np.kron(np.diag([1.0, 0.0]), _RELATIVE) + np.kron(np.diag([0.0, 1.0]), _RELATIVE * rates)
+    transition[:4] = ours @ transition[:4]
+    transition[:4, :4] = transition[:4, :4] @ np.linalg.inv(ours)
+    friction = tuple(transition[:4, 5:7].ravel().tolist())
+    servo, link = ({1: plus, -1: -minus} for plus, minus in (parameters.servo_friction, parameters.link_friction))
+    return _Step(
+        free=tuple(transition[:4, 1:5].ravel().tolist()),
+        friction=friction,
+        sliding=tuple(
+            tuple((*_effect(friction, servo[way], link[other]), (way, other)) for other in (-1, 1)) for way in (-1, 1)
+        ),
+    )
 
 
 _RELATIVE = np.array([[1.0, 0.0], [-1.0, 1.0]])  # theta and alpha from the directions of servo and link in the room

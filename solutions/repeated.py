@@ -60,7 +60,7 @@ def simulated_again(case: Case, metadata: dict[str, Any]) -> list[Recording]:
     A, B = own_model(case)
     K = own_gain(case)
     runs: list[Recording] = list(case.bench.simulations(A, B, K))
-    if not spare_design.holds(A, B, K):
+    if not case.bench.holds(A, B, K):
         spare = spare_design.stand_in(A, B)
         if spare is not None:
             runs += case.bench.simulations(A, B, np.ravel(spare))

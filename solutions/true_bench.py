@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from labcourse.benches import PRESET, BenchPolicy
 from rotflex import experiments, hil
 from rotflex.config import Joint, Servo, srv02
+from rotflex.course import spare_design
 from rotflex.errors import RotflexError
 from rotflex.hil.student_benches import DRAW, FIRST_RUN, preset, student_bench, student_seed
 from rotflex.recording import Recording
@@ -50,6 +51,8 @@ class TrueBench:
     def _begin(self) -> None:
         """Nothing has been run again yet."""
         self._simulated: dict[bytes, list[Recording]] = {}
+        self._held: dict[bytes, bool] = {}
+        self._validated: dict[tuple[bytes, str, int], Recording] = {}
         self._swept: dict[int, Recording] = {}
         self._tracked: dict[tuple[tuple[float, ...], str, int], Recording] = {}
 
@@ -94,19 +97,33 @@ class TrueBench:
 
         One is left out where its loop runs away.
         """
-        A, B, K = (np.asarray(matrix, dtype=float) for matrix in (A, B, K))
-        which = A.tobytes() + B.tobytes() + K.tobytes()
+        which = _content(A, B, K)
         if which not in self._simulated:
             self._simulated[which] = list(_simulations(A, B, K))
         return self._simulated[which]
 
+    def holds(self, A: ArrayLike, B: ArrayLike, K: ArrayLike) -> bool:
+        """Whether a gain holds a model, see :func:`rotflex.course.spare_design.holds`."""
+        which = _content(A, B, K)
+        if which not in self._held:
+            self._held[which] = spare_design.holds(A, B, K)
+        return self._held[which]
+
     def validation(self, A: ArrayLike, B: ArrayLike, signal: str, run: int = FIRST_RUN) -> Recording:
         """The validation with a model, run again (2.15)."""
-        with self._open(run) as bench:
-            return experiments.validation(bench, A, B, signal, progress=False)
+        which = _content(A, B), signal, run
+        if which not in self._validated:
+            with self._open(run) as bench:
+                self._validated[which] = experiments.validation(bench, A, B, signal, progress=False)
+        return self._validated[which]
 
     def _open(self, run: int = FIRST_RUN) -> hil.Bench:
         return hil.open("virtual", seed=self._seed, preset=self._preset, draw=self._draw, run=run)
+
+
+def _content(*matrices: ArrayLike) -> bytes:
+    """Numbers of matrices, as the key of what was run with them."""
+    return b"".join(np.asarray(matrix, dtype=float).tobytes() for matrix in matrices)
 
 
 def _simulations(A: ArrayLike, B: ArrayLike, K: ArrayLike) -> Iterator[Recording]:

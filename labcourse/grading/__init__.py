@@ -15,3 +15,9 @@ Whatever comes from a submission is data: it is never imported, evaluated or unp
 a kernel prints or sends is read. A submission's ``answers.json`` is an untrusted claim; points need positive
 evidence.
 """
+
+import sys
+
+# jsonschema, behind nbformat, imports a grammar of web addresses where there is one. That takes seconds, and no schema
+# of a notebook needs it.
+sys.modules.setdefault("rfc3987_syntax", None)  # type: ignore[arg-type]

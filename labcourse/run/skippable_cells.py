@@ -10,6 +10,7 @@ from __future__ import annotations
 import ast
 import symtable
 from collections.abc import Iterable, Iterator
+from functools import lru_cache
 from typing import Any
 
 ILLUSTRATION = "illustration"
@@ -19,6 +20,7 @@ LONGEST, LONGEST_TOGETHER = 20_000, 100_000
 #: With these, a cell can reach a name without writing it.
 _NAMESPACES = {"globals", "locals", "vars", "dir", "__main__", "get_ipython", "In", "Out", "_", "__", "___"}
 _ROUNDABOUT = _NAMESPACES | {"eval", "exec", "compile", "__import__", "importlib", "sys", "inspect", "gc", "builtins"}
+_cached = lru_cache(maxsize=1024)  # most cells are the course's, and the same in every submission
 
 
 def skippable(cells: Iterable[dict[str, Any]]) -> set[str]:
@@ -38,8 +40,8 @@ def skippable(cells: Iterable[dict[str, Any]]) -> set[str]:
             if ILLUSTRATION in cell["metadata"].get("tags", []) and not _binds_unseen(_source(cell))
         }
         certain = [_source(cell) for cell in code if cell["id"] not in optional]
-        used = set().union(*map(uses, certain))
-        imported = set().union(*map(bound, certain))
+        used = set[str]().union(*map(uses, certain))
+        imported = set[str]().union(*map(bound, certain))
         binds = {name: bound(_source(cell)) for name, cell in optional.items()}
     except (SyntaxError, ValueError, RecursionError, MemoryError):  # not Python alone, or too long
         return set()
@@ -60,6 +62,7 @@ def _source(cell: dict[str, Any]) -> str:
     return "".join(cell["source"])
 
 
+@lru_cache(maxsize=64)
 def _table(source: str) -> symtable.SymbolTable:
     if len(source) > LONGEST:
         raise ValueError(f"it has more than {LONGEST} characters")
@@ -82,13 +85,15 @@ class _Scoped(ast.NodeTransformer):
         return self.generic_visit(ast.GeneratorExp(pair, node.generators))
 
 
+@_cached
 def _binds_unseen(source: str) -> bool:
     """Whether a cell binds names that it does not write: ``from module import *``."""
     imported = (one for one in ast.walk(ast.parse(source)) if isinstance(one, ast.ImportFrom))
     return any(alias.name == "*" for one in imported for alias in one.names)
 
 
-def bound(source: str) -> set[str]:
+@_cached
+def bound(source: str) -> frozenset[str]:
     """Names that a cell binds for the cells after it.
 
     Raises
@@ -104,10 +109,11 @@ def bound(source: str) -> set[str]:
         for symbol in scope.get_symbols():
             if (symbol.is_assigned() or symbol.is_imported()) and (top or symbol.is_declared_global()):
                 found.add(symbol.get_name())
-    return found
+    return frozenset(found)
 
 
-def uses(source: str) -> set[str]:
+@_cached
+def uses(source: str) -> frozenset[str]:
     """Names that a cell may take from the cells before it.
 
     Raises
@@ -127,7 +133,7 @@ def uses(source: str) -> set[str]:
     }
     outer = {symbol.get_name() for symbol in table.get_symbols()}
     read = _flow(ast.parse(source).body, frozenset())[0]
-    return read & (inner | outer)
+    return frozenset(read & (inner | outer))
 
 
 def _scopes(table: symtable.SymbolTable) -> Iterator[symtable.SymbolTable]:

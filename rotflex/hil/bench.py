@@ -346,12 +346,15 @@ class Bench:
             raise BenchError("The bench is not sampling; call start() first.")
         self._fetch(board, self._counts, 1)
         self.late = []
-        came, lost = ([self._counts.tolist()], 0) if self._pace is None else self._all_here(board, self._pace)
-        self._sample += lost
-        measured = self._taken(came[0], 1 + lost)
-        for counts in came[1:]:
-            self.late.append(measured)
-            measured = self._taken(counts)
+        if self._pace is None:
+            measured = self._taken(self._counts.tolist())
+        else:
+            came, lost = self._all_here(board, self._pace)
+            self._sample += lost
+            measured = self._taken(came[0], 1 + lost)
+            for counts in came[1:]:
+                self.late.append(measured)
+                measured = self._taken(counts)
         self._show_alive(board)
         return measured
 
@@ -412,7 +415,8 @@ class Bench:
         HILError
             If the board refuses it, as when its watchdog has expired.
         """
-        applied = min(max(voltage, -self._v_max), self._v_max)
+        most = self._v_max
+        applied = min(max(voltage, -most), most)
         if applied != voltage:
             self._refuse_beyond(voltage)
         if applied and self._task is None:  # no watchdog runs, and nothing would stop the motor

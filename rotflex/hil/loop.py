@@ -169,7 +169,8 @@ def _sample(
         if bench.late or bench.sample != index:
             passed = _catch_up(bench, controller, targets, signals, index)
             continue
-        _hold(vm, index, index, bench.overdue)
+        if bench.overdue:
+            _hold(vm, index, index, bench.overdue)
         _now, theta[index], alpha[index] = measured
         vm[index] = bench.write(controller(target, measured.theta, measured.alpha))
 

@@ -57,7 +57,8 @@ class OwnTask:
         for chosen, buffer, kind in zip(
             (self.analog, self.encoders, self.digital), buffers, ("analog", "encoder", "digital"), strict=True
         ):
-            check_buffer(buffer, samples * len(chosen), kind)
+            if chosen:
+                check_buffer(buffer, samples * len(chosen), kind)
 
 
 AnyTask = TypeVar("AnyTask", bound=OwnTask)

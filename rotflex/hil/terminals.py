@@ -109,7 +109,8 @@ class Terminals:
         if self._coming:
             due = max(due, self._coming[-1][0])  # none overtakes the one before
         self._coming.append((due, voltages))
-        self._arrive(self._ticks)
+        if due <= self._ticks:
+            self._arrive(self._ticks)
 
     def set(self, voltages: Mapping[int, float]) -> None:
         """Set outputs (V) at once, whatever was on its way."""
@@ -120,7 +121,8 @@ class Terminals:
     def move(self, instant: float) -> None:
         """Let the plant move until ``instant`` (s)."""
         target = round(instant / TICK)
-        self._arrive(target)
+        if self._coming:
+            self._arrive(target)
         self._move(target)
 
     def _arrive(self, target: int) -> None:

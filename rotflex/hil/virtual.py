@@ -106,9 +106,9 @@ class VirtualBoard(OwnBoard[Task]):
     def _values(self, task: OwnTask) -> Values:
         """What the channels of a task read now."""
         return (
-            [self._sensors.volts(channel) for channel in task.analog],
-            [self._sensors.counts(channel) for channel in task.encoders],
-            [self._digital[channel] for channel in task.digital],
+            [self._sensors.volts(channel) for channel in task.analog] if task.analog else (),
+            list(map(self._sensors.counts, task.encoders)),
+            [self._digital[channel] for channel in task.digital] if task.digital else (),
         )
 
     # --- immediate input and output -------------------------------------------------------------------------------
@@ -170,9 +170,10 @@ class VirtualBoard(OwnBoard[Task]):
     def _fetch(self, task: Task) -> Values | None:
         if not task.remaining:
             return None
-        self.clock.wait_until(task.due)
+        due = task.due
+        self.clock.wait_until(due)
         now = self.clock.now()
-        if now > task.due:
+        if now > due:
             task.handle_overflow(now)
         values = task.kept()
         if values is None:
@@ -234,8 +235,8 @@ class VirtualBoard(OwnBoard[Task]):
     def _voltages(self, channels: Channels, count: int, buffer: Vector) -> dict[int, float]:
         """Voltages by analog output, checked, and cut to what the converter can give in its range."""
         chosen = self._chosen(channels, count, ANALOG_OUTPUT)
-        asked = dict(zip(chosen, finite(chosen, buffer), strict=True))
-        return {
-            one: min(max(volts, self._output_ranges[one][0]), self._output_ranges[one][1])
-            for one, volts in asked.items()
-        }
+        voltages = {}
+        for channel, voltage in zip(chosen, finite(chosen, buffer), strict=True):
+            lowest, highest = self._output_ranges[channel]
+            voltages[channel] = min(max(voltage, lowest), highest)
+        return voltages

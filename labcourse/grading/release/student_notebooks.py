@@ -11,12 +11,15 @@ locked.
 from __future__ import annotations
 
 import re
-import sys
 from collections import defaultdict
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 from urllib.parse import quote
+
+import nbformat
+from nbformat import NotebookNode, ValidationError
+from nbformat.reader import NotJSONError
 
 from labcourse.answers import words
 from labcourse.answers.catalogue import Catalogue
@@ -24,20 +27,6 @@ from labcourse.errors import AnswerError, GradingError
 from labcourse.run import recorders
 from labcourse.run.recorders import Recorded
 from labcourse.run.update import STUB_KEY, stub_digest
-
-# jsonschema, behind nbformat, loads a grammar of web addresses where there is one: for a second, and for nothing, as
-# no notebook's schema has it checked.
-_SLOW = "rfc3987_syntax"
-if _SLOW not in sys.modules:
-    sys.modules[_SLOW] = None  # type: ignore[assignment]
-    try:
-        import jsonschema  # noqa: F401
-    finally:
-        del sys.modules[_SLOW]
-
-import nbformat  # noqa: E402
-from nbformat import NotebookNode, ValidationError  # noqa: E402
-from nbformat.reader import NotJSONError  # noqa: E402
 
 BEGIN, END = "### BEGIN SOLUTION", "### END SOLUTION"
 _LIKE_A_MARK = re.compile(r"(?<![^\W_])(?:begin|end)[\s_-]*solution", re.IGNORECASE)
