@@ -89,8 +89,11 @@ def current() -> InstalledCourse:
     ConfigurationError
         If there is none, or if several are installed and none was named.
     """
+    name = os.environ.get(SETTING, "")
+    if "." in name and (place := _folder(name)):  # a session names the package; to look through all of them takes time
+        return InstalledCourse(name, place)
     known = installed()
-    name = os.environ.get(SETTING) or (next(iter(known)) if len(known) == 1 else "")
+    name = name or (next(iter(known)) if len(known) == 1 else "")
     listed = ", ".join(sorted(known)) or "none"
     if not name:
         raise ConfigurationError(
@@ -98,10 +101,17 @@ def current() -> InstalledCourse:
             f"{SETTING}."
         )
     package = known.get(name, name)
-    try:
-        found = importlib.util.find_spec(package)
-    except (ImportError, ValueError):
-        found = None
-    if found is None or not found.submodule_search_locations:
+    place = _folder(package)
+    if place is None:
         raise ConfigurationError(f"There is no course {name!r} here. Installed are: {listed}.")
-    return InstalledCourse(package, Path(next(iter(found.submodule_search_locations))).resolve())
+    return InstalledCourse(package, place)
+
+
+def _folder(package: str) -> Path | None:
+    """Return the folder of a package, by its import name; None if there is no such package."""
+    try:
+        spec = importlib.util.find_spec(package)
+    except (ImportError, ValueError):
+        return None
+    folders = (spec.submodule_search_locations if spec else None) or []
+    return next((Path(folder).resolve() for folder in folders), None)

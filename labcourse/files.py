@@ -146,7 +146,8 @@ def from_json(data: bytes, **hooks: Any) -> Any:
 
 def _depth(value: Any) -> int:
     inner = value.values() if isinstance(value, dict) else value if isinstance(value, list) else ()
-    return 1 + max(map(_depth, inner), default=0)
+    deeper = (_depth(item) for item in inner if isinstance(item, dict | list))
+    return 1 + max(deeper, default=min(len(inner), 1))
 
 
 def shown(path: str | PurePath) -> str:

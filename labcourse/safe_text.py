@@ -17,6 +17,8 @@ _KEPT = "\n\t\u200c\u200d"  # lines, tabs, and how letters and emoji join
 
 def no_escapes(text: str) -> str:
     """Replace characters that control a terminal or the direction of writing by codes as "\\x1b"."""
+    if text.replace("\n", "").isprintable():  # as nearly all text is; looking at each character takes time
+        return text
     return "".join(sign if sign in _KEPT or not _steers(sign) else ascii(sign)[1:-1] for sign in text)
 
 

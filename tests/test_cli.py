@@ -61,7 +61,6 @@ def test_help_does_not_load_what_only_a_command_needs():
         "scipy",
         "matplotlib",
         "nbformat",
-        "papermill",
         "jinja2",
         "pydantic",
         "rotflex.course.lab",

@@ -14,7 +14,6 @@ HEAVY = [
     "matplotlib",
     "ipywidgets",
     "anywidget",
-    "papermill",
     "sqlalchemy",
     "dask",
     "control",

@@ -47,7 +47,7 @@ for place in (builtins, IPython, IPython.core.getipython, sys.modules["__main__"
 type(shell).instance = classmethod(lambda cls, *_, **__: Shell())
 shell.kernel.execute_request = shell.kernel.do_execute = None
 """
-# The parameters that papermill has put in just before; and a second cell that looks like that one.
+# The parameters that were put in just before; and a second cell that looks like that one.
 OTHER_PARAMETERS = """
 # Parameters
 student = OUTSIDE["neighbour"]

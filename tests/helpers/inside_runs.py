@@ -20,7 +20,7 @@ ENVIRONMENT = {"TQDM_DISABLE": "1", "PYTHONPATH": str(ROOT), "OMP_NUM_THREADS": 
 
 
 def notebook(cells: Mapping[str, str] | Sequence[str]) -> dict[str, Any]:
-    """A notebook of code cells, by their ids or numbered from 0; papermill's parameters come before the first."""
+    """A notebook of code cells, by their ids or numbered from 0; the cell of parameters comes before the first."""
     named = cells if isinstance(cells, Mapping) else {f"cell-{number}": source for number, source in enumerate(cells)}
     parameters = nbformat.v4.new_code_cell(
         "student = None\nbench = None", id="parameters", metadata={"tags": ["parameters"]}

@@ -32,6 +32,7 @@ from labcourse.grading.marking.marking import About, Mark
 _T = TypeVar("_T")
 _MEMORY = 4 * 1024**3  # bytes of address space; twice what a run has
 _IMPORTED = ("PIL.PngImagePlugin", "control", "scipy.optimize", "scipy.signal", "sympy")
+_THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 _PATIENCE = 600.0  # s for all answers of a submission; as long as the submission's run may take
 _LONGEST_BENCH = 200  # characters of what answers say of their bench, in a message
 
@@ -84,6 +85,8 @@ class Marker:
         self._pool = self._new_pool(processes)
 
     def _new_pool(self, processes: int) -> ProcessPoolExecutor:
+        for name in _THREADS:  # each process calculates on one processor: there are others, and sandboxes beside them
+            os.environ.setdefault(name, "1")
         # Not forked: this program has threads.
         context = multiprocessing.get_context("spawn")
         return ProcessPoolExecutor(

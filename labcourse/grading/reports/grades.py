@@ -6,6 +6,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 from collections import Counter
 from collections.abc import Collection
@@ -75,6 +76,7 @@ class Reports:
         make_folder(out)
         self._out, self._course, self._book, self._handed_in = out, course, book, handed_in
         self._failures: dict[Path, OSError] = {}
+        self._written: dict[str, str] = {}  # student → digest of all that their pages show
         self._hints: list[hints.Hint] = []
 
     def __enter__(self) -> Reports:
@@ -170,9 +172,15 @@ class Reports:
 
     def _pages(self, graded: Graded, about: StudentRecord | None) -> Result:
         result = result_in(self._book, self._course, graded, about)
+        now = datetime.now(UTC)
+        digest = hashlib.sha256(repr((result, graded.run, self._course.settings.feedback.is_open(now))).encode()).hexdigest()
+        if self._written.get(result.student) == digest:
+            return result
         folder = self._out / result.student
         self._write(folder / MARKS_FILE, json.dumps(_record(result), indent=1, sort_keys=True) + "\n")
         self._write(folder / FEEDBACK_FILE, self._feedback(result, graded.run))
+        if not self._failures:
+            self._written[result.student] = digest
         return result
 
     def _feedback(self, result: Result, run: RunRecord) -> str:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import base64
 import re
 from collections.abc import Mapping, Sequence
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 from urllib.parse import unquote
 
@@ -99,6 +100,7 @@ class _Shown:
         return picture
 
 
+@lru_cache
 def _reader(tables: bool) -> MarkdownIt:
     """What reads Markdown: the usual of notebooks, with formulas, and without HTML."""
     from markdown_it import MarkdownIt

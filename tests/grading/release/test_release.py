@@ -357,7 +357,7 @@ def test_the_wheels_say_what_they_need_and_bring_the_course(released, installed)
     original = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     assert set(ours.requires) == {*original["dependencies"], f"labcourse=={labcourse.__version__}"}
     (engine,) = metadata.distributions(name="labcourse", path=[str(installed)])
-    assert not [one for one in engine.requires if "papermill" in one]
+    assert not [one for one in engine.requires if "jupytext" in one]
     assert [one.value for one in ours.entry_points if one.group == "labcourse.courses"] == ["rotflex.course"]
     assert {path.name for path in (installed / "rotflex" / "course" / "notebooks").glob("*.ipynb")} == set(
         released.notebooks

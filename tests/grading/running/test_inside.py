@@ -158,7 +158,7 @@ for _ in range(300):
     "tracing": "sys.settrace(lambda *args: None)\nsys.setprofile(lambda *args: None)",
     "streams": "sys.stdout = sys.stderr = sys.__stdout__ = 3",
     "patches": """
-import json, asyncio, papermill, select
+import json, asyncio, select
 from IPython.core.interactiveshell import InteractiveShell
 json.dumps = json.loads = os.write = os.read = os.waitpid = select.select = print
 signal.signal = asyncio.run = os._exit = os.getpid = print

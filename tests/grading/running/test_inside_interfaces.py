@@ -40,7 +40,7 @@ def put_in_place(monkeypatch, interface, **found):
 
 def test_what_is_installed_is_as_it_was_tested():
     interfaces.check()
-    assert [interface.difference() for interface in interfaces.SPARED] == ["", "", ""]
+    assert [interface.difference() for interface in interfaces.SPARED] == [None, None, None]
 
 
 @pytest.mark.parametrize("interface", interfaces.NEEDED, ids=named)

@@ -1,24 +1,53 @@
-"""The kernel: ipykernel's own, without its sockets and threads, answering requests in the process that makes them."""
+"""The kernel: ipykernel's own, without its sockets and threads, in the process that gives it cells to run."""
 
 from __future__ import annotations
 
 import asyncio
+import importlib
+import io
+import json
 import logging
 import os
+import random
 import signal
 import sys
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from typing import Any, cast
 
+import numpy as np
 from ipykernel.ipkernel import IPythonKernel
+from jupyter_client.session import Session
 from traitlets.config import Config
 
 from . import private_interfaces
-from .muted import MutedSession, MutedStream
+
+try:
+    from labcourse.answers import cell_reports
+except ImportError:  # of an early release; the bundle brings it along
+    cell_reports = importlib.import_module(f"{__package__}.cell_reports")
+
+# What comes after an await is checked as well: IPython runs such cells in another way.
+_TRIAL = "import asyncio\nawait asyncio.sleep(0)\nran = 6 * 7"
+_PARAMETERS_TAG = "parameters"
+
+Message = dict[str, Any]
+Source = tuple[str, str | None]  # of a cell, and the cell's id
+
+
+def sources(notebook: Mapping[str, Any], parameters: Mapping[str, str]) -> list[Source]:
+    """Return what is run of a notebook: code cells, and a cell of parameters after the cell with that tag, or first."""
+    cells = [cell for cell in notebook["cells"] if cell["cell_type"] == "code"]
+    tagged = [_PARAMETERS_TAG in cell["metadata"].get("tags", ()) for cell in cells]
+    place = tagged.index(True) + 1 if any(tagged) else 0
+    found: list[Source] = [("".join(cell["source"]), cell["id"]) for cell in cells]
+    lines = [f"{name} = {json.dumps(value, ensure_ascii=False)}\n" for name, value in parameters.items()]
+    found.insert(place, ("".join(["# Parameters\n", *lines]), None))
+    return [(source, cell) for source, cell in found if source.strip()]
 
 
 class Kernel:
-    """A kernel in this process. Made before the fork, and started after it."""
+    """A kernel in this process. Made before the fork; each process that is forked runs one notebook."""
 
     def __init__(self) -> None:
         log = logging.getLogger(__name__)
@@ -32,7 +61,46 @@ class Kernel:
         self._shell.enable_gui = _enable_gui
         private_interfaces.discard_output(self._shell)
 
-    def start(self) -> None:
+    def try_out(self, report_step: Callable[[], None]) -> None:
+        """Run a cell with a known result.
+
+        Raises
+        ------
+        RuntimeError
+            If the result is another: an error in a kernel's own code is lost, as if a cell had broken it.
+        """
+        self._run([(_TRIAL, None)], report_step)
+        if self._shell.user_ns.get("ran") != 42:
+            raise RuntimeError("Cells do not run.")
+
+    def run(self, name: str, cells: Sequence[Source], report_step: Callable[[], None]) -> None:
+        """Run the cells of a notebook, whatever happens in each of them, and report on them.
+
+        Parameters
+        ----------
+        name : file name of the notebook
+        cells : from :func:`sources`
+        report_step : called before and after each cell
+
+        Raises
+        ------
+        SystemExit
+            If a cell called ``exit()``; as with a kernel, only this ends a notebook early.
+        """
+        random.seed()  # the fork has copied the state of the generators
+        np.random.seed()
+        private_interfaces.reseed_sympy()
+        cell_reports.begin(cell_reports.REPORTS_FILE, name)
+        self._run(cells, report_step)
+
+    def _run(self, cells: Sequence[Source], report_step: Callable[[], None]) -> None:
+        self._take_over()
+        # It is not closed in the end: what a cell has left running in it need not be waited for.
+        loop = asyncio.new_event_loop()
+        asyncio.set_event_loop(loop)
+        loop.run_until_complete(self._run_all(cells, report_step))
+
+    def _take_over(self) -> None:
         """Take over the process: its standard streams, its path, its signals."""
         nowhere = os.open(os.devnull, os.O_RDWR)
         sys.stdin = open(nowhere, closefd=False)  # noqa: SIM115
@@ -45,22 +113,20 @@ class Kernel:
         sys.path.insert(_before_site_packages(), "")
         signal.signal(signal.SIGINT, signal.SIG_IGN)
 
-    @property
-    def names(self) -> dict[str, Any]:
-        """What cells have bound."""
-        return cast(dict[str, Any], self._shell.user_ns)
+    async def _run_all(self, cells: Sequence[Source], report_step: Callable[[], None]) -> None:
+        self._kernel.io_loop = _Loop(asyncio.get_running_loop())  # type: ignore[assignment]
+        for source, cell in cells:
+            report_step()
+            await self._execute(source, cell)
+            report_step()
+            if self._shell.exit_now:
+                raise SystemExit
 
-    @property
-    def running(self) -> bool:
-        """Whether no cell has called ``exit()``."""
-        return not self._shell.exit_now
-
-    async def execute(self, code: str, cell: str = "") -> None:
-        """Run a cell, by its id, in the loop that runs now. What goes wrong in it is the cell's affair."""
+    async def _execute(self, code: str, cell: str | None) -> None:
+        """Run a cell. Errors in it are noted by IPython."""
         content = {"code": code, "silent": False, "store_history": True, "stop_on_error": False}
         # As JupyterLab does it: what a cell records, and its errors, are known by the cell's id.
         request = self._session.msg("execute_request", content, metadata={"cellId": cell} if cell else None)
-        self._kernel.io_loop = _Loop(asyncio.get_running_loop())  # type: ignore[assignment]
         self._kernel.set_parent([], request, "shell")
         with suppress(KeyboardInterrupt):  # just when the cell had ended
             self._kernel.pre_handler_hook()
@@ -79,10 +145,57 @@ class _Loop:
         self.add_callback = loop.call_soon_threadsafe  # wakes the loop, in an interrupt, too
 
     def call_later(self, delay: float, callback: object) -> None:
-        """By this, ``exit()`` would stop the loop; here it is enough to see it when the cell has ended."""
+        """Do nothing. By this, ``exit()`` would stop the loop; here that is checked when the cell has ended."""
 
     def stop(self) -> None:
-        """As above."""
+        """Do nothing, as above."""
+
+
+class MutedSession(Session):
+    """A kernel's session that makes messages and sends none."""
+
+    def send(  # type: ignore[override]
+        self,
+        stream: object,
+        msg_or_type: Message | str,
+        content: Message | None = None,
+        parent: Message | None = None,
+        *_: object,
+        header: Message | None = None,
+        metadata: Message | None = None,
+        **__: object,
+    ) -> Message:
+        """Return what would have been sent."""
+        if isinstance(msg_or_type, str):
+            return self.msg(msg_or_type, content, parent, header, metadata)
+        return msg_or_type
+
+
+class MutedStream(io.TextIOBase):
+    """``sys.stdout`` or ``sys.stderr``; it behaves as a kernel's, and discards what is written."""
+
+    encoding = "UTF-8"
+
+    def __init__(self, name: str, descriptor: int) -> None:
+        self.name, self._descriptor = name, descriptor
+
+    def fileno(self) -> int:
+        """Return where other processes may write, as a kernel's terminal."""
+        return self._descriptor
+
+    def writable(self) -> bool:
+        return True
+
+    def isatty(self) -> bool:
+        return False
+
+    def write(self, string: str) -> int:
+        if not isinstance(string, str):
+            raise TypeError(f"write() argument must be str, not {type(string)}")
+        return len(string)
+
+    def flush(self) -> None:
+        """Do nothing: nothing is held back."""
 
 
 def _enable_gui(gui: Any = None) -> None:

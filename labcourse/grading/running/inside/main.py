@@ -8,10 +8,10 @@ The specification is JSON::
      "imports": ["numpy", ...], "cell_timeout": 60, "files": {"helpers.py": "(base64)", ...},
      "evidence": "package.module:function"}
 
-The notebooks' cells work in the current folder, where the files are put. Nothing that a cell outputs is kept, and
-pictures are not even drawn; what stopped a cell is written down (``labcourse.answers.cell_reports``).
-Where there is "evidence", that function of the course's is called with the current folder before any notebook is run,
-and the plain data that it returns is left as JSON: files of the student's that only a sandbox may open.
+Cells work in the current folder, where the files are put. What a cell outputs is discarded, and pictures that nobody
+asked for are not drawn; what stopped a cell is written down (``labcourse.answers.cell_reports``).
+With "evidence", that function of the course's is called with the current folder before any notebook is run, and the
+plain data that it returns is left as JSON: it reads files of the student's that only a sandbox may open.
 The exit code tells how it ended, see the package's constants.
 """
 
@@ -20,16 +20,31 @@ from __future__ import annotations
 import base64
 import contextlib
 import functools
+import gc
 import importlib.util
 import json
 import os
 import sys
+import threading
 import traceback
 from pathlib import Path
 from typing import Any
 
 PACKAGE = "labcourse_inside"
 _TRIAL_TIMEOUT = 60.0  # s; as a cell has
+#: What any notebook needs; what those of a course need besides, the specification says.
+_IMPORTED = (
+    "IPython.core.logger",
+    "IPython.core.pylabtools",
+    "bdb",
+    "ipykernel.ipkernel",
+    "matplotlib.backends.backend_agg",
+    "matplotlib.pyplot",
+    "numpy",
+)
+#: Imported by some library where it is installed, and not needed by a notebook: a debugger, which starts threads; a
+#: grammar of web addresses for jsonschema, which takes seconds.
+_LEFT_OUT = ("debugpy", "rfc3987_syntax")
 
 
 def _load_package() -> None:
@@ -44,19 +59,29 @@ def _load_package() -> None:
     spec.loader.exec_module(package)
 
 
-def _prepared(parameters: dict[str, str], imports: list[str]) -> Any:
-    """What runs a notebook in a fork of this process, which has done all that need not be done for each."""
-    warm = importlib.import_module(f"{PACKAGE}.warm")
-    watch = importlib.import_module(f"{PACKAGE}.watch")
-    private_interfaces = importlib.import_module(f"{PACKAGE}.private_interfaces")
-    warm.set_environment()
-    warm.import_all(imports)
-    private_interfaces.check()
-    job = importlib.import_module(f"{PACKAGE}.engine").Job(parameters)
-    warm.freeze()
-    if watch.run(job.try_out, steps=1, timeout=_TRIAL_TIMEOUT) != importlib.import_module(PACKAGE).FINE:
-        raise private_interfaces.InterfaceChangedError(private_interfaces.versions())
-    return job
+def _module(name: str) -> Any:
+    return importlib.import_module(f"{PACKAGE}.{name}")
+
+
+def _prepared(imports: list[str]) -> Any:
+    """Return a kernel, once all is done that need not be done for each notebook. No thread may be running then."""
+    interfaces = _module("private_interfaces")
+    os.environ["MPLBACKEND"] = "module://matplotlib_inline.backend_inline"  # as a kernel sets it
+    os.environ["LABCOURSE_PICTURES"] = "off"
+    gc.disable()  # nothing of this is garbage
+    for name in _LEFT_OUT:
+        sys.modules[name] = None  # type: ignore[assignment]
+    with interfaces.docstrings_as_they_stand():
+        for name in (*_IMPORTED, *imports):
+            importlib.import_module(name)
+    interfaces.check()
+    kernel = _module("kernel").Kernel()
+    assert threading.active_count() == 1, threading.enumerate()
+    gc.freeze()  # what there is by now, processes share; their garbage collectors need not look at it
+    gc.enable()
+    if _module("watch").run(kernel.try_out, steps=1, timeout=_TRIAL_TIMEOUT) != sys.modules[PACKAGE].FINE:
+        raise interfaces.InterfaceChangedError(interfaces.versions())
+    return kernel
 
 
 def _put_files(files: dict[str, str]) -> None:
@@ -76,36 +101,29 @@ def _read_evidence(reader: str, report_step: Any) -> None:
     report_step()
     module, _colon, name = reader.partition(":")
     content = getattr(importlib.import_module(module), name)(Path.cwd())
-    file = importlib.import_module(PACKAGE).EVIDENCE_FILE
-    Path(file).write_text(json.dumps(content, separators=(",", ":")), encoding="utf-8")
+    Path(sys.modules[PACKAGE].EVIDENCE_FILE).write_text(json.dumps(content, separators=(",", ":")), encoding="utf-8")
 
 
 def run(specification: dict[str, Any]) -> int:
     """Run all notebooks of a specification, and return the exit code."""
-    inside = importlib.import_module(PACKAGE)
-    watch = importlib.import_module(f"{PACKAGE}.watch")
-    private_interfaces = importlib.import_module(f"{PACKAGE}.private_interfaces")
+    inside: Any = sys.modules[PACKAGE]
     try:
-        job = _prepared(specification["parameters"], specification["imports"])
-    except private_interfaces.InterfaceChangedError as error:
-        print(error, file=sys.stderr)
+        kernel = _prepared(specification["imports"])
+    except Exception as error:
+        if type(error).__name__ != "InterfaceChangedError":
+            traceback.print_exc()
+        else:
+            print(error, file=sys.stderr)
         return int(inside.BROKEN)
-    except Exception:
-        traceback.print_exc()
-        return int(inside.BROKEN)
+    watch = functools.partial(_module("watch").run, timeout=specification["cell_timeout"])
     # Not before: what is imported by now is the course's and the libraries', whatever a file may be called.
     _put_files(specification["files"])
     if specification.get("evidence"):  # where that fails, nothing is there to come back
-        reading = functools.partial(_read_evidence, specification["evidence"])
-        watch.run(reading, steps=1, timeout=specification["cell_timeout"])
+        watch(functools.partial(_read_evidence, specification["evidence"]), steps=1)
     worst: int = inside.FINE
     for name, notebook in specification["notebooks"].items():
-        ended = watch.run(
-            functools.partial(job.run, name, notebook),
-            steps=len(notebook["cells"]) + 1,  # the cell of papermill's parameters
-            timeout=specification["cell_timeout"],
-        )
-        worst = max(worst, ended)
+        cells = _module("kernel").sources(notebook, specification["parameters"])
+        worst = max(worst, watch(functools.partial(kernel.run, name, cells), steps=len(cells)))
     return worst
 
 

@@ -1,7 +1,7 @@
-"""All that is replaced or relied upon here of the libraries though they have not promised to keep it.
+"""What is used or replaced here of libraries though they have not promised to keep it.
 
 A library that has changed such an interface might still run, and quietly do something else. So before any notebook is
-run, :func:`check` sees that each is there and takes what it took in the versions that were tested.
+run, :func:`check` looks whether each is there and takes the parameters that it took in the tested versions.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ import importlib
 import inspect
 import sys
 import threading
+from collections import defaultdict
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager, nullcontext
 from dataclasses import dataclass
@@ -17,7 +18,7 @@ from importlib import metadata
 from types import SimpleNamespace
 from typing import Any
 
-#: Library → first and last of the versions that were tested. The extra ``instructor`` installs no others.
+#: Library → first and last of the versions that were tested. The extra ``grading`` installs no others.
 TESTED = {
     "ipykernel": ("7.1", "7.4"),
     "ipython": ("9.4", "9.18"),
@@ -26,12 +27,6 @@ TESTED = {
     "scipy": ("1.16", "1.18"),
     "sympy": ("1.13", "1.14"),
 }
-_CHANGED = (
-    "{library} {version} has another {name} than notebooks can be run with ({found} instead of {wanted}). "
-    "Install a version of {library} that was tested: {first} to {last}."
-)
-_CELLS_DO_NOT_RUN = "Cells do not run with these libraries: {libraries}."
-_INSTALLED = "{library} {version} (tested: {first} to {last})"
 
 
 class InterfaceChangedError(Exception):
@@ -54,43 +49,38 @@ class Interface:
     name: str
     parameters: tuple[str, ...] | None = None
 
-    def difference(self) -> str:
-        """What is found instead; nothing if it is as it was tested."""
+    def difference(self) -> str | None:
+        """Return what is found instead; None if it is as it was tested."""
         try:
-            found: Any = importlib.import_module(self.module)
-            for attribute in self.name.split("."):
-                found = getattr(found, attribute)
+            attribute: Any = importlib.import_module(self.module)
+            for name in self.name.split("."):
+                attribute = getattr(attribute, name)
             if self.parameters is None:
-                return ""
-            parameters = tuple(inspect.signature(found).parameters)
+                return None
+            parameters = tuple(inspect.signature(attribute).parameters)
         except (ImportError, AttributeError):
             return "nothing"
         except (TypeError, ValueError):
             return "something that is not called"
-        return "" if parameters == self.parameters else _listed(parameters)
+        return None if parameters == self.parameters else _listed(parameters)
 
     def check(self) -> None:
         """Raise InterfaceChangedError unless it is as it was tested."""
         difference = self.difference()
-        if difference:
+        if difference is not None:
             first, last = TESTED[self.library]
+            wanted = "an attribute" if self.parameters is None else _listed(self.parameters)
             raise InterfaceChangedError(
-                _CHANGED.format(
-                    library=self.library,
-                    version=_version(self.library),
-                    name=f"{self.module}.{self.name}",
-                    found=difference,
-                    wanted="an attribute" if self.parameters is None else _listed(self.parameters),
-                    first=first,
-                    last=last,
-                )
+                f"{self.library} {metadata.version(self.library)} has another {self.module}.{self.name} than notebooks "
+                f"can be run with ({difference} instead of {wanted}). Install a version of {self.library} that was "
+                f"tested: {first} to {last}."
             )
 
 
 _SEND = ("self", "stream", "msg_or_type", "content", "parent", "ident", "buffers", "track", "header", "metadata")
 _SHELL, _HISTORY = "IPython.core.interactiveshell", "IPython.core.history"
 _KERNEL, _ZMQ_SHELL = "ipykernel.ipkernel", "ipykernel.zmqshell"
-#: Without these, notebooks would run otherwise than they do in a kernel, or keep what they must not keep.
+#: Without these, notebooks would not run as they do in a kernel, or would keep what they must not keep.
 NEEDED = (
     Interface("ipykernel", _KERNEL, "IPythonKernel.shell_channel_thread"),
     Interface("ipykernel", _KERNEL, "IPythonKernel.set_parent", ("self", "ident", "parent", "channel")),
@@ -117,12 +107,12 @@ NEEDED = (
 _PAUSE = Interface("ipykernel", _KERNEL, "IPythonKernel._execute_sleep")
 _SCIPYS_PAGES = Interface("scipy", "scipy._lib._docscrape", "FunctionDoc", ("func", "role", "doc", "config"))
 _MATPLOTLIBS_PAGES = Interface("matplotlib", "matplotlib.artist", "kwdoc", ("artist",))
-#: Without these, all goes on as well, and takes longer.
+#: Without these, everything works and takes longer.
 SPARED = (_PAUSE, _SCIPYS_PAGES, _MATPLOTLIBS_PAGES)
 
 
 def check() -> None:
-    """See that everything needed is as it was tested.
+    """Check that everything needed is as it was tested.
 
     Raises
     ------
@@ -134,19 +124,12 @@ def check() -> None:
 
 
 def versions() -> str:
-    """A message for where everything is as it was tested, and cells do not run all the same."""
+    """Return a message for where cells do not run though everything is as it was tested."""
     libraries = [
-        _INSTALLED.format(library=library, version=_version(library), first=first, last=last)
+        f"{library} {metadata.version(library)} (tested: {first} to {last})"
         for library, (first, last) in TESTED.items()
     ]
-    return _CELLS_DO_NOT_RUN.format(libraries=", ".join(libraries))
-
-
-def _version(library: str) -> str:
-    try:
-        return metadata.version(library)
-    except metadata.PackageNotFoundError:
-        return "of an unknown version"
+    return f"Cells do not run with these libraries: {', '.join(libraries)}."
 
 
 def _listed(parameters: tuple[str, ...]) -> str:
@@ -159,7 +142,7 @@ def _listed(parameters: tuple[str, ...]) -> str:
 def kernel_options() -> dict[str, dict[str, object]]:
     """No history file, which a thread would write; and no pause after each cell, which is for the network's sake."""
     options: dict[str, dict[str, object]] = {"HistoryManager": {"enabled": False}}
-    return options if _PAUSE.difference() else {**options, "Kernel": {"_execute_sleep": 0.0}}
+    return {**options, "Kernel": {"_execute_sleep": 0.0}} if _PAUSE.difference() is None else options
 
 
 def run_in_main_thread(kernel: Any) -> None:
@@ -198,36 +181,22 @@ def reseed_sympy() -> None:
 
 @contextmanager
 def docstrings_as_they_stand() -> Iterator[None]:
-    """Spare scipy and matplotlib the trouble of composing docstrings, a quarter of the time that all imports take."""
+    """Keep scipy and matplotlib from composing docstrings, which takes a quarter of the time of all imports."""
     with ExitStack() as stack:
         for interface, replacement in ((_SCIPYS_PAGES, _PlainDoc), (_MATPLOTLIBS_PAGES, lambda artist: "")):
-            if not interface.difference():
-                stack.enter_context(_replaced(interface, replacement))
+            if interface.difference() is None:
+                module = sys.modules[interface.module]
+                stack.callback(setattr, module, interface.name, getattr(module, interface.name))
+                setattr(module, interface.name, replacement)
         yield
 
 
-@contextmanager
-def _replaced(interface: Interface, replacement: object) -> Iterator[None]:
-    module = sys.modules[interface.module]
-    original = getattr(module, interface.name)
-    setattr(module, interface.name, replacement)
-    try:
-        yield
-    finally:
-        setattr(module, interface.name, original)
-
-
-class _PlainDoc:
+class _PlainDoc(defaultdict[str, list[object]]):
     """A function's docstring as it stands, where scipy would take it apart and put it together with more in it."""
 
     def __init__(self, function: Callable[..., object], *_: object, **__: object) -> None:
+        super().__init__(list)
         self._text = function.__doc__ or ""
-
-    def __getitem__(self, section: str) -> list[object]:
-        return []
-
-    def __setitem__(self, section: str, content: object) -> None:
-        pass
 
     def __str__(self) -> str:
         return f"\n{self._text}"  # the first line is the signature
