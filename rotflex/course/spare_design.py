@@ -113,7 +113,7 @@ def for_model(A: ArrayLike, B: ArrayLike, K: ArrayLike) -> Gain | None:
 def for_bench(bench: Callable[[], Bench], K: ArrayLike | None, feedback: Sequence[str] = ("full",)) -> Gain:
     """The student's gain (1, 4) if there is one and their bench bears it, else the workbook's printed one, saying why.
 
-    It is tried with a small wave first; on a virtual bench, where nothing can break, then with the whole one, too.
+    On a real bench it is tried with a small wave; on a virtual one, where nothing can break, with the whole one.
 
     Parameters
     ----------
@@ -136,16 +136,21 @@ def for_bench(bench: Callable[[], Bench], K: ArrayLike | None, feedback: Sequenc
 
 def _what_happens(bench: Callable[[], Bench], K: Gain, feedback: str) -> str:
     """Why a gain is of no use on a bench, in words; nothing if it is."""
+    is_virtual = bool(_VIRTUAL & bench().identity.keys())
+    if is_virtual and not _fails(bench, K, feedback):  # what follows the whole wave follows the small one
+        return ""
+    why = _fails(bench, K, feedback, amplitude=_SMALL, duration=_SHORT)
+    return why or (_fails(bench, K, feedback) if is_virtual else "")
+
+
+def _fails(bench: Callable[[], Bench], K: Gain, feedback: str, **wave: float) -> str:
+    """Why an experiment with a gain gives nothing to measure, in words; nothing if it does."""
     try:
         with bench() as opened:
-            experiments.tracking(opened, K, feedback, amplitude=_SMALL, duration=_SHORT, progress=False)
-        if not _VIRTUAL & opened.identity.keys():
-            return ""
-        with bench() as opened:
-            run = experiments.tracking(opened, K, feedback, progress=False)
+            run = experiments.tracking(opened, K, feedback, progress=False, **wave)
     except (LimitExceeded, DesignError, NotRecorded) as error:  # what passed a limit at the bench was not recorded
         return str(error)
-    return "" if can_be_measured(run) else "the servo does not get to where it is sent."
+    return "" if wave or can_be_measured(run) else "the servo does not get to where it is sent."
 
 
 def _listed(gain: Gain) -> str:

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import json
 import math
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from datetime import UTC, tzinfo
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
@@ -27,9 +28,6 @@ from labcourse.grading.commands.options import (
 )
 from labcourse.messages import plural
 from labcourse.student_id import GRADEBOOK_FILE, INTAKE_FILE
-
-if TYPE_CHECKING:
-    from labcourse.grading.batch import Settings
 
 
 def doctor(as_json: Json = False) -> None:
@@ -101,15 +99,6 @@ def grade(
     Exit code: 0 all graded, 1 there was trouble with some submissions (they score what they earned), 2 nothing graded,
     3 nothing graded, as students' code cannot be isolated here.
     """
-    from labcourse.grading.batch import Batch, Settings
-    from labcourse.grading.reports import intake_table
-    from labcourse.grading.reports.changes import Before
-    from labcourse.grading.reports.grades import Reports, make_folder
-    from labcourse.grading.reports.live_report import JsonLines, Screen
-    from labcourse.grading.running import isolation_report, supplied
-    from labcourse.grading.running.intake import times as handing_in
-    from labcourse.grading.running.runner import Limits
-
     if not math.isfinite(deadline):
         raise typer.BadParameter("It should be a number of seconds.", param_hint="--deadline")
     if not submissions.exists():  # or nothing is made
@@ -121,6 +110,17 @@ def grade(
     folder = results_in(marks, out)
     if folder.resolve().is_relative_to(submissions.resolve()):
         raise GradingError(f"{folder} lies among the submissions: choose another folder for the results.")
+    # The self-test mostly waits; meanwhile libraries are imported.
+    checked = ThreadPoolExecutor(1).submit(_check_isolation, not unsafe_no_isolation, scheduler)
+    from labcourse.grading.batch import Batch, Settings
+    from labcourse.grading.reports import intake_table
+    from labcourse.grading.reports.changes import Before
+    from labcourse.grading.reports.grades import Reports, make_folder
+    from labcourse.grading.reports.live_report import JsonLines, Screen
+    from labcourse.grading.running import isolation_report, supplied
+    from labcourse.grading.running.intake import times as handing_in
+    from labcourse.grading.running.runner import Limits
+
     zone = _zone(time_zone)
     when, untold = handing_in.read(times, zone) if times else ({}, [])
     limits = Limits(cell_timeout, deadline, memory * 2**20, processes)
@@ -131,7 +131,7 @@ def grade(
             *(limits, jobs, scheduler, probe_seed, not unsafe_no_isolation, every_cell, values, when, zone),
             again=tuple(again or ()),
         )
-        _check_isolation(settings)
+        checked.result()
         make_folder(folder)
         decided = intake_table.read(folder / INTAKE_FILE)
         decisions = {one.key: text for one, text in decided.items() if text}
@@ -169,11 +169,11 @@ def _zone(name: str) -> tzinfo:
         ) from None
 
 
-def _check_isolation(settings: Settings) -> None:
+def _check_isolation(isolated: bool, scheduler: str | None) -> None:
     """Try to break out before any submission can. (On a cluster it is the workers' isolation that counts.)"""
     from labcourse.grading.running import isolation_report
 
-    if settings.isolated and settings.scheduler is None:
+    if isolated and scheduler is None:
         isolation_report.check()
-    elif not settings.isolated:
+    elif not isolated:
         isolation_report.check_unisolated()

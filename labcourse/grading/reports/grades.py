@@ -173,7 +173,9 @@ class Reports:
     def _pages(self, graded: Graded, about: StudentRecord | None) -> Result:
         result = result_in(self._book, self._course, graded, about)
         now = datetime.now(UTC)
-        digest = hashlib.sha256(repr((result, graded.run, self._course.settings.feedback.is_open(now))).encode()).hexdigest()
+        digest = hashlib.sha256(
+            repr((result, graded.run, self._course.settings.feedback.is_open(now))).encode()
+        ).hexdigest()
         if self._written.get(result.student) == digest:
             return result
         folder = self._out / result.student

@@ -154,7 +154,7 @@ class _Loop:
 class MutedSession(Session):
     """A kernel's session that makes messages and sends none."""
 
-    def send(  # type: ignore[override]
+    def send(
         self,
         stream: object,
         msg_or_type: Message | str,
