@@ -18,6 +18,7 @@ from __future__ import annotations
 import argparse
 import json
 import os
+import resource
 import shutil
 import subprocess
 import sys
@@ -46,9 +47,10 @@ Look = Callable[[Path, bool], tuple[float, Peaks | None]]  # a folder, and wheth
 
 @dataclass
 class Figures:
-    """What was measured: who → s, a value for each repeat; who → peaks."""
+    """What was measured: who → s and s of processor time, a value for each repeat; who → peaks."""
 
     seconds: dict[str, list[float]] = field(default_factory=dict)
+    processor: dict[str, list[float]] = field(default_factory=dict)
     peaks: dict[str, Peaks] = field(default_factory=dict)
 
     def add(self, who: str, seconds: float) -> None:
@@ -157,11 +159,19 @@ def measured(scratch: Path, submissions: int, repeats: int, venv: Path | None, s
     contest = Contest(scratch, submissions, venv, source)
     for repeat in range(1, repeats + 1):
         for who in contest.names:
+            before = processor_time()
             figures.add(who, contest.run(who)[0])
+            figures.processor.setdefault(who, []).append(processor_time() - before)
             print(f"{repeat} of {repeats}, {who}: {figures.seconds[who][-1]:.1f} s", file=sys.stderr, flush=True)
         for what, seconds in contest.lower_bound().items():
             figures.add(what, seconds)
     return figures
+
+
+def processor_time() -> float:
+    """Processor time of all processes that were started and have ended, s."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
 
 
 def show(figures: Figures, count: int) -> None:
@@ -173,10 +183,12 @@ def show(figures: Figures, count: int) -> None:
     count : notebooks in a run
     """
     one, two = (OURS.format(jobs) for jobs in (1, 2))
-    print(f"\n{'':24}{'s a notebook':>14}{'of all repeats':>18}{'to ours, 1 job':>16}")
+    print(f"\n{'':24}{'s a notebook':>14}{'of all repeats':>18}{'to ours, 1 job':>16}{'processor time':>16}")
     for who, seconds in figures.seconds.items():
         each = sorted(second / count for second in seconds)
-        print(f"{who:24}{median(each):14.2f}{f'{each[0]:.2f}–{each[-1]:.2f}':>18}{figures.ratio(who, one):16.2f}")
+        processor = f"{median(figures.processor[who]) / count:16.2f}" if who in figures.processor else ""
+        row = f"{who:24}{median(each):14.2f}{f'{each[0]:.2f}–{each[-1]:.2f}':>18}{figures.ratio(who, one):16.2f}"
+        print(row + processor)
     print(f"\n2 jobs are {figures.ratio(one, two):.2f} times as fast as 1")
     code = figures.ratio(LOWER_BOUND, one)
     imports = figures.ratio(IMPORTS, one)

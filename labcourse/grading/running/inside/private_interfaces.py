@@ -39,15 +39,18 @@ class Interface:
 
     Attributes
     ----------
-    library : as it is installed, one of :data:`TESTED`
     module, name : where it is; with dots for what belongs to a class
     parameters : names of what it takes; None for what is not called
     """
 
-    library: str
     module: str
     name: str
     parameters: tuple[str, ...] | None = None
+
+    @property
+    def library(self) -> str:
+        """Return the library's name as it is installed, one of :data:`TESTED`."""
+        return self.module.partition(".")[0].lower()
 
     def difference(self) -> str | None:
         """Return what is found instead; None if it is as it was tested."""
@@ -78,35 +81,35 @@ class Interface:
 
 
 _SEND = ("self", "stream", "msg_or_type", "content", "parent", "ident", "buffers", "track", "header", "metadata")
+_STORED = ("self", "exception", "filename", "running_compiled_code")
 _SHELL, _HISTORY = "IPython.core.interactiveshell", "IPython.core.history"
 _KERNEL, _ZMQ_SHELL = "ipykernel.ipkernel", "ipykernel.zmqshell"
 #: Without these, notebooks would not run as they do in a kernel, or would keep what they must not keep.
 NEEDED = (
-    Interface("ipykernel", _KERNEL, "IPythonKernel.shell_channel_thread"),
-    Interface("ipykernel", _KERNEL, "IPythonKernel.set_parent", ("self", "ident", "parent", "channel")),
-    Interface("ipykernel", _KERNEL, "IPythonKernel.execute_request", ("self", "stream", "ident", "parent")),
-    Interface("ipykernel", _KERNEL, "IPythonKernel.pre_handler_hook", ("self",)),
-    Interface("ipykernel", _KERNEL, "IPythonKernel.post_handler_hook", ("self",)),
-    Interface("ipykernel", _ZMQ_SHELL, "ZMQInteractiveShell.enable_gui", ("self", "gui")),
-    Interface("ipykernel", _ZMQ_SHELL, "ZMQInteractiveShell.exit_now"),
-    Interface("ipython", _HISTORY, "HistoryManager.enabled"),
-    Interface("ipython", _SHELL, "InteractiveShell._tee", ("self", "channel")),
-    Interface("ipython", _SHELL, "InteractiveShell.enable_matplotlib", ("self", "gui")),
+    Interface(_KERNEL, "IPythonKernel.shell_channel_thread"),
+    Interface(_KERNEL, "IPythonKernel.set_parent", ("self", "ident", "parent", "channel")),
+    Interface(_KERNEL, "IPythonKernel.execute_request", ("self", "stream", "ident", "parent")),
+    Interface(_KERNEL, "IPythonKernel.pre_handler_hook", ("self",)),
+    Interface(_KERNEL, "IPythonKernel.post_handler_hook", ("self",)),
+    Interface(_ZMQ_SHELL, "ZMQInteractiveShell.enable_gui", ("self", "gui")),
+    Interface(_ZMQ_SHELL, "ZMQInteractiveShell.exit_now"),
+    Interface(_HISTORY, "HistoryManager.enabled"),
+    Interface(_SHELL, "InteractiveShell._tee", ("self", "channel")),
+    Interface(_SHELL, "InteractiveShell.enable_matplotlib", ("self", "gui")),
     Interface(
-        "ipython",
         _SHELL,
         "InteractiveShell._format_exception_for_storage",
         ("self", "exception", "filename", "running_compiled_code"),
     ),
-    Interface("ipython", "IPython.core.ultratb", "AutoFormattedTB.set_mode", ("self", "mode")),
-    Interface("ipython", "IPython.core.formatters", "DisplayFormatter.active_types"),
-    Interface("jupyter_client", "jupyter_client.session", "Session.send", _SEND),
-    Interface("matplotlib", "matplotlib.backends.backend_agg", "FigureCanvasAgg.draw_idle", ("self", "args", "kwargs")),
-    Interface("sympy", "sympy.core.random", "rng.seed", ("a", "version")),
+    Interface("IPython.core.ultratb", "AutoFormattedTB.set_mode", ("self", "mode")),
+    Interface("IPython.core.formatters", "DisplayFormatter.active_types"),
+    Interface("jupyter_client.session", "Session.send", _SEND),
+    Interface("matplotlib.backends.backend_agg", "FigureCanvasAgg.draw_idle", ("self", "args", "kwargs")),
+    Interface("sympy.core.random", "rng.seed", ("a", "version")),
 )
-_PAUSE = Interface("ipykernel", _KERNEL, "IPythonKernel._execute_sleep")
-_SCIPYS_PAGES = Interface("scipy", "scipy._lib._docscrape", "FunctionDoc", ("func", "role", "doc", "config"))
-_MATPLOTLIBS_PAGES = Interface("matplotlib", "matplotlib.artist", "kwdoc", ("artist",))
+_PAUSE = Interface(_KERNEL, "IPythonKernel._execute_sleep")
+_SCIPYS_PAGES = Interface("scipy._lib._docscrape", "FunctionDoc", ("func", "role", "doc", "config"))
+_MATPLOTLIBS_PAGES = Interface("matplotlib.artist", "kwdoc", ("artist",))
 #: Without these, everything works and takes longer.
 SPARED = (_PAUSE, _SCIPYS_PAGES, _MATPLOTLIBS_PAGES)
 
