@@ -34,6 +34,12 @@ def test_heavy_libraries_load_only_where_they_are_used(room):
     assert room != "rotflex" or not [name for name in loaded if name.startswith("rotflex.")]
 
 
+def test_grading_loads_no_grammar_of_web_addresses():
+    code = "import sys, labcourse.grading.batch as batch; print('jsonschema' in sys.modules, 'lark' in sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
+    assert done.stdout.split() == ["True", "False"]
+
+
 def test_the_package_itself_loads_in_no_time():
     code = "import time; begun = time.perf_counter(); import rotflex; print(time.perf_counter() - begun)"
     took = [

@@ -11,6 +11,7 @@ from made_courses import OURS
 from labcourse import files
 from labcourse.errors import GradingError
 from labcourse.grading.gradebook import Delivery
+from labcourse.grading.reports import feedback
 from labcourse.grading.reports.grades import Reports
 from labcourse.grading.reports.grades_table import NOT_GRADED_YET
 
@@ -44,6 +45,17 @@ def test_whatever_ends_a_batch_everybody_is_in_the_reports(book, out, tmp_path, 
     assert list(found) == ["ada", "bob", "cleo"]
     assert found["cleo"]["notes"] == "handed in, not graded yet"
     assert not (out / "cleo").exists()
+
+
+def test_at_the_end_a_page_is_written_again_only_if_something_on_it_has_changed(book, out, monkeypatch):
+    record(book, graded("ada"), graded("bob"))
+    shown = []
+    monkeypatch.setattr(feedback, "page", lambda result, *_: shown.append(result.student) or "")
+    with Reports(out, OURS, book) as reports:
+        reports.write(graded("ada"))
+        reports.write(graded("bob"))
+        book.comment("bob", "Well done.", "prof")
+    assert shown == ["ada", "bob", "bob"]
 
 
 def test_who_has_files_in_the_gradebook_and_no_marks_has_handed_in(book, out):
