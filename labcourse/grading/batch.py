@@ -24,7 +24,7 @@ from labcourse.answers import cell_reports, report_files, starts
 from labcourse.benches import REAL
 from labcourse.errors import AnswerError, CourseError, GradingError, IsolationError
 from labcourse.files import COURSE_FILE
-from labcourse.grading import graded_run
+from labcourse.grading import graded_run, intake
 from labcourse.grading.course import Course
 from labcourse.grading.gradebook import DECIDED, GIVEN_BY_A_PERSON, Delivery, Gradebook, Graded, MarkRecord, RunRecord
 from labcourse.grading.graded_run import Facts, facts_of
@@ -32,7 +32,7 @@ from labcourse.grading.marking import marking
 from labcourse.grading.marking.digest import marking_digest
 from labcourse.grading.marking.marking_processes import Marker
 from labcourse.grading.reports.result import points
-from labcourse.grading.running import intake, pdf_pages, runner
+from labcourse.grading.running import pdf_pages, runner
 from labcourse.grading.running.bundle import Bundle, Bundles
 from labcourse.grading.running.prepared import Prepared, content_digest, prepare
 from labcourse.grading.running.supplied import Supplied, values_for
@@ -197,7 +197,7 @@ class Batch:
         """Read a submission, store what is new of it, and prepare what counts: the newest of each notebook."""
         names, packages = self._bundles.names, self._course.packages
         read = intake.read(submission, names, self._masters, packages, self._reports, self._settings.decisions)
-        self.doubts += [doubt for delivered in read for doubt in delivered.doubts]
+        self.doubts += read.doubts
         earlier, delivered = store_submission(self._gradebook, submission, read)
         hand_in, arrivals = intake.newest(delivered, names, self._reports)
         chosen = self._bundles.choose(hand_in)
@@ -209,10 +209,9 @@ class Batch:
             self._settings.every_cell,
             self._supplied(submission.student),
         )
-        problems = (*submission.problems, *intake.problems(read, earlier), *chosen.problems, *prepared.problems)
-        notes = (*submission.notes, *intake.notes(read), *arrivals, *chosen.notes, *prepared.notes)
-        python = max((version for one in read for version in one.pythons if version), default=None)
-        return replace(prepared, problems=problems, notes=notes, python=python)
+        problems = (*submission.problems, *read.problems(earlier), *chosen.problems, *prepared.problems)
+        notes = (*submission.notes, *read.notes, *arrivals, *chosen.notes, *prepared.notes)
+        return replace(prepared, problems=problems, notes=notes, python=read.python)
 
     def _identify(self, student: str, prepared: Prepared) -> RunRecord:
         """Identify a run by the content of all that it depends on. Choose its probe seed."""
@@ -359,7 +358,7 @@ def _store(gradebook: Gradebook, graded: Graded, actor: str, reason: str) -> Gra
 
 
 def store_submission(
-    gradebook: Gradebook, submission: intake.Submission, read: Sequence[intake.Delivered]
+    gradebook: Gradebook, submission: intake.Submission, read: intake.Contents
 ) -> tuple[list[str], list[Delivery]]:
     """Store what is new of a submission.
 
@@ -380,7 +379,7 @@ def store_submission(
     owner = submission.claimed_by or submission.student
     earlier = gradebook.delivered(owner)
     new = []
-    for item in (item for delivered in read for item in delivered.items()):
+    for item in read.items:
         digest = hashlib.sha256(item.content).hexdigest()
         new.append(Delivery(item.name, digest, item.content, item.received, item.source, item.clock))
     if not submission.claimed_by:
@@ -396,7 +395,7 @@ def partners_named_before(gradebook: Gradebook) -> Callable[[str], list[str] | N
         delivered = {delivery.name: delivery for delivery in gradebook.delivered(student)}
         if not delivered:
             return None
-        return intake.named_in(delivered[COURSE_FILE].content) if COURSE_FILE in delivered else []
+        return intake.students_in(delivered[COURSE_FILE].content) if COURSE_FILE in delivered else []
 
     return named
 

@@ -9,8 +9,8 @@ import pytest
 
 from labcourse.errors import GradingError
 from labcourse.grading.gradebook import DECIDED, Arrival, Delivery
+from labcourse.grading.intake import Doubt, find
 from labcourse.grading.reports import intake_table
-from labcourse.grading.running.intake import Doubt, find
 
 CELL = {"id": "q1", "cell_type": "code", "metadata": {}}
 

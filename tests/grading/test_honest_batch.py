@@ -10,7 +10,7 @@ from made_courses import loaded
 from packings import WANTED, lay, work
 
 from labcourse.answers import cell_reports
-from labcourse.grading import batch
+from labcourse.grading import batch, intake
 from labcourse.grading.batch import regrade
 from labcourse.grading.gradebook import Gradebook
 from labcourse.grading.graded_run import key_faults
@@ -20,7 +20,7 @@ from labcourse.grading.reports import live_report
 from labcourse.grading.reports.changes import Before
 from labcourse.grading.reports.grades import Reports
 from labcourse.grading.reports.result import result_of
-from labcourse.grading.running import intake, runner, supplied
+from labcourse.grading.running import runner, supplied
 from labcourse.grading.verdicts import Status
 
 FAULTY = """

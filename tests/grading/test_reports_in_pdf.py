@@ -13,11 +13,12 @@ from pdfs import blank, composed, typeset
 from scoring_class import LEVELS, clients
 
 from labcourse.answers import report_files
+from labcourse.grading import intake
 from labcourse.grading.gradebook import Gradebook
 from labcourse.grading.graded_run import facts_of
 from labcourse.grading.reports.feedback import page
 from labcourse.grading.reports.result import result_of
-from labcourse.grading.running import intake, pdf_pages, runner
+from labcourse.grading.running import pdf_pages, runner
 from labcourse.grading.scoring import cards, documents, server
 from labcourse.grading.scoring.desk import Desk, key_of
 from rotflex.course.questions import CATALOGUE
@@ -69,7 +70,7 @@ def made(tmp_path, monkeypatch):
 
 def taken(folder):
     (submission,) = intake.find(folder).submissions
-    return intake.read(submission, ["a.ipynb"], {}, (), [NAME])[0]
+    return intake.read(submission, ["a.ipynb"], {}, (), [NAME])
 
 
 def hand_in(folder, files):
@@ -84,16 +85,14 @@ def hand_in(folder, files):
 def test_whatever_its_name_became_it_is_the_report_and_no_file_of_ones_own(tmp_path, name):
     hand_in(tmp_path, {f"work/{name}": blank()})
     found = taken(tmp_path)
-    assert (found.reports, found.files, found.problems) == ({NAME: blank()}, {}, [])
-    assert bool(found.notes) == (name != NAME)
-    read, _notes = intake.newest(found.items(), ["a.ipynb"], [NAME])
+    assert found.problems() == [] and bool(found.notes) == (name != NAME)
+    read, _notes = intake.newest(found.items, ["a.ipynb"], [NAME])
     assert (read.reports, read.files) == ({NAME: blank()}, {})
 
 
 def test_a_pdf_of_another_name_is_a_file_like_any_other(tmp_path):
     hand_in(tmp_path, {"work/data sheet.pdf": blank()})
-    found = taken(tmp_path)
-    assert (found.reports, list(found.files)) == ({}, ["data sheet.pdf"])
+    assert [item.name for item in taken(tmp_path).items] == ["a.ipynb", "data sheet.pdf"]
 
 
 @pytest.mark.parametrize(
@@ -102,8 +101,9 @@ def test_a_pdf_of_another_name_is_a_file_like_any_other(tmp_path):
 def test_what_is_no_pdf_or_too_large_is_told_and_kept_nowhere(tmp_path, data, why):
     hand_in(tmp_path, {f"work/{NAME}": data})
     found = taken(tmp_path)
-    assert (found.reports, found.files) == ({}, {})
-    assert NAME in found.problems[0] and why in found.problems[0]
+    assert [item.name for item in found.items] == ["a.ipynb"]
+    (problem,) = found.problems()
+    assert NAME in problem and why in problem
 
 
 def test_a_zip_that_unpacks_to_far_more_is_not_read_to_its_end(tmp_path):
@@ -113,7 +113,7 @@ def test_a_zip_that_unpacks_to_far_more_is_not_read_to_its_end(tmp_path):
         bomb.writestr("work/a.ipynb", b'{"cells": []}')
         bomb.writestr(f"work/{NAME}", b"%PDF-1.7" + bytes(40_000_000))
     (tmp_path / "ada.zip").write_bytes(packed.getvalue())
-    assert taken(tmp_path).reports == {} and taken(tmp_path).problems
+    assert [item.name for item in taken(tmp_path).items] == ["a.ipynb"] and taken(tmp_path).problems()
 
 
 def counted(data, isolated=True):

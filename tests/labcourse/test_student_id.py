@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 
 import rotflex.course.lab
 from labcourse.errors import ConfigurationError, CourseError, GradebookError, GradingError, StudentIDError
+from labcourse.grading import intake
 from labcourse.grading.gradebook import storable
-from labcourse.grading.running import intake
-from labcourse.grading.running.intake.people import People
+from labcourse.grading.intake.owners import Roster
 from labcourse.session import student_of
 from labcourse.student_id import caseless, normalised
 from rotflex.hil.student_benches import student_seed
@@ -133,7 +133,7 @@ def test_what_windows_reserves_is_refused():
 
 def by_intake(given, folder):
     """As a folder's name, also one that no file system would take; a zip's and a folder's are read alike."""
-    match = People().named(given)
+    match = Roster().by_name(given)
     if not match.students:
         raise StudentIDError(match.why_not)
     return match.students[0]

@@ -23,8 +23,9 @@ from packs import packed
 
 from labcourse.answers import words
 from labcourse.answers.notebooks import as_released
+from labcourse.grading import intake
 from labcourse.grading.gradebook import Gradebook
-from labcourse.grading.running import bundle, intake
+from labcourse.grading.running import bundle
 from labcourse.run import merge
 
 pytestmark = pytest.mark.slow
@@ -177,8 +178,8 @@ def test_however_it_is_packed_named_and_saved_the_same_is_run(found, made, way):
     for student in (way.student, *way.others):
         (submission,) = [one for one in found.submissions if one.student.casefold() == _composed(student)]
         read = intake.read(submission, names, masters)
-        assert [*submission.problems, *intake.problems(read)] == []
-        hand_in, _notes = intake.newest([item for one in read for item in one.items()], names)
+        assert [*submission.problems, *read.problems()] == []
+        hand_in, _notes = intake.newest(read.items, names)
         assert _run_of(made, hand_in.notebooks) == _run_of(made, plain)
         assert [name for name in hand_in.files if name.endswith(".py")] == []
         own_words = way in honest_words.WAYS

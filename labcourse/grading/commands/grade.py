@@ -113,16 +113,16 @@ def grade(
     # The self-test mostly waits; meanwhile libraries are imported.
     checked = ThreadPoolExecutor(1).submit(_check_isolation, not unsafe_no_isolation, scheduler)
     from labcourse.grading.batch import Batch, Settings
+    from labcourse.grading.intake.platforms import read_times
     from labcourse.grading.reports import intake_table
     from labcourse.grading.reports.changes import Before
     from labcourse.grading.reports.grades import Reports, make_folder
     from labcourse.grading.reports.live_report import JsonLines, Screen
     from labcourse.grading.running import isolation_report, supplied
-    from labcourse.grading.running.intake import times as handing_in
     from labcourse.grading.running.runner import Limits
 
     zone = _zone(time_zone)
-    when, untold = handing_in.read(times, zone) if times else ({}, [])
+    when, untold = read_times(times, zone) if times else ({}, [])
     limits = Limits(cell_timeout, deadline, memory * 2**20, processes)
     try:
         found = courses.find(course)

@@ -6,9 +6,9 @@ import zipfile
 from collections.abc import Iterator
 from pathlib import Path
 
+from labcourse.grading import intake
 from labcourse.grading.course import Course
 from labcourse.grading.gradebook import Gradebook, Person, StudentRecord
-from labcourse.grading.running import intake
 from labcourse.student_id import GRADEBOOK_FILE, caseless
 
 _ZIPS = (".zip", ".xlsx", ".docx", ".ods", ".odt")

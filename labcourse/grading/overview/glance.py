@@ -9,12 +9,12 @@ from datetime import UTC, datetime
 from labcourse.grading.accounts.lateness import timing
 from labcourse.grading.course import Course
 from labcourse.grading.gradebook import Arrival, Gradebook, StudentRecord
+from labcourse.grading.intake import is_unread
 from labcourse.grading.overview import counted, published, slips, students, times, waiting
 from labcourse.grading.overview.section import Section, Table, moment
 from labcourse.grading.overview.students import Student
 from labcourse.grading.reports import hints
 from labcourse.grading.reports.result import received, result_in
-from labcourse.grading.running.intake import is_unread
 from labcourse.messages import plural
 
 

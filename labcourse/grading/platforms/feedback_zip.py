@@ -24,12 +24,11 @@ from labcourse import program
 from labcourse.errors import GradingError
 from labcourse.grading.course import Course
 from labcourse.grading.gradebook import Gradebook
+from labcourse.grading.intake.platforms import BRIGHTSPACE, CANVAS, MOODLE, label_of, letters
 from labcourse.grading.platforms.matching import Matches
 from labcourse.grading.platforms.recognised import Export
 from labcourse.grading.platforms.rules import WORKSHEET
 from labcourse.grading.reports.grades import FEEDBACK_FILE, Reports
-from labcourse.grading.running.intake import labels, names
-from labcourse.grading.running.intake.labels import BRIGHTSPACE, CANVAS
 from labcourse.messages import plural
 
 _TIME = (1980, 1, 1, 0, 0, 0)  # of every file in a zip: the same pages make the same zip
@@ -71,7 +70,7 @@ def places(export: Export, matches: Matches, submissions: Sequence[str] = ()) ->
 
 
 def _why_not(platform: str) -> str:
-    if platform == labels.MOODLE:
+    if platform == MOODLE:
         return (
             "Moodle takes feedback files by the numbers of an assignment's participants, which are in its grading "
             "worksheet and not in this file. In the assignment, download the worksheet and give it by --into."
@@ -99,7 +98,7 @@ def _canvas(export: Export, matches: Matches, submissions: Sequence[str]) -> Pla
     place = next(key.place for key in export.keys if key.internal)
     handed_in: dict[str, list[tuple[int, str]]] = {}
     for path in submissions:
-        label = labels.read(PurePosixPath(path).name)
+        label = label_of(PurePosixPath(path).name)
         if label is not None and label.platform == CANVAS:
             handed_in.setdefault(label.number, []).append((label.attempt, PurePosixPath(path).name))
     found = Places()
@@ -120,13 +119,13 @@ def _brightspace(export: Export, matches: Matches, submissions: Sequence[str]) -
     """By the names in the platform's own two files, where each is one student's only."""
     named: dict[str, list[int]] = {}
     for row in export.students:
-        named.setdefault(names.letters(export.name(row)), []).append(row)
+        named.setdefault(letters(export.name(row)), []).append(row)
     folders: dict[int, list[tuple[datetime, str]]] = {}
     for folder in dict.fromkeys(PurePosixPath(path).parts[0] for path in submissions if "/" in path):
-        label = labels.read(folder)
+        label = label_of(folder)
         if label is None or label.platform != BRIGHTSPACE:
             continue
-        rows = next((named[name] for name in map(names.letters, label.people) if name in named), [])
+        rows = next((named[name] for name in map(letters, label.people) if name in named), [])
         if len(rows) == 1:
             folders.setdefault(rows[0], []).append((label.time or datetime.min, folder))
     found = Places()
@@ -138,7 +137,7 @@ def _brightspace(export: Export, matches: Matches, submissions: Sequence[str]) -
             found.without[about.student] = why.format(name=export.name(row), numbers=", ".join(numbers))
         elif there:
             found.paths[about.student] = f"{max(there)[1]}/{FEEDBACK_FILE}"
-        elif len(named[names.letters(export.name(row))]) > 1:
+        elif len(named[letters(export.name(row))]) > 1:
             found.without[about.student] = f"several in the file are called {export.name(row)!r}."
         else:
             found.without[about.student] = "no folder of the download bears their name."

@@ -11,9 +11,8 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 from labcourse.grading.gradebook import StudentRecord
+from labcourse.grading.intake.platforms import BRIGHTSPACE, plain_letters
 from labcourse.grading.platforms.recognised import Export, Key
-from labcourse.grading.running.intake import names
-from labcourse.grading.running.intake.labels import BRIGHTSPACE
 from labcourse.student_id import caseless
 
 _PARTICIPANT = re.compile(r"\w+ (?=\d+$)")  # Moodle's "Participant 1234567"
@@ -110,5 +109,5 @@ def _several(led: dict[Key, set[str]]) -> str:
 
 def _contradicts(theirs: str, ours: str) -> bool:
     """Whether two names are both known and have not a word in common."""
-    one, other = ({names.plain_letters(word) for word in name.split()} - {""} for name in (theirs, ours))
+    one, other = ({plain_letters(word) for word in name.split()} - {""} for name in (theirs, ours))
     return bool(one and other) and not one & other

@@ -16,9 +16,9 @@ import re
 from collections.abc import Sequence
 
 from labcourse.errors import GradingError
+from labcourse.grading.intake.platforms import BLACKBOARD, BRIGHTSPACE, CANVAS, MOODLE
 from labcourse.grading.platforms.recognised import Column, Export, Key, stated
 from labcourse.grading.platforms.their_file import SEPARATORS, Table, Text, table
-from labcourse.grading.running.intake.labels import BLACKBOARD, BRIGHTSPACE, CANVAS, MOODLE
 
 WORKSHEET = "Moodle's grading worksheet"  #: of one assignment, beside the export of Moodle's gradebook
 

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from labcourse import files
 from labcourse.errors import GradingError
-from labcourse.grading.running.intake import Doubt
+from labcourse.grading.intake import Doubt
 from labcourse.safe_text import as_csv, from_spreadsheet_cell
 
 _DECISION = "decision"
@@ -19,7 +19,7 @@ _MAX_BYTES = 10_000_000
 
 
 def read(path: Path) -> dict[Doubt, str]:
-    """Read the table: each row, and what was decided; nothing where there is no file.
+    """Read each row of the table, and the decision on it; nothing without a file.
 
     Raises
     ------
@@ -42,29 +42,27 @@ def read(path: Path) -> dict[Doubt, str]:
 
 
 def write(path: Path, doubts: Iterable[Doubt], earlier: dict[Doubt, str]) -> int:
-    """Write what is in doubt now, with the decisions on it, and earlier decisions on what was not graded now.
+    """Write the rows of the submissions that were read, and earlier decisions on others.
 
     Parameters
     ----------
     path : the file; without rows it is deleted
-    doubts : of the submissions that were read
-    earlier : from :func:`read`
+    doubts : rows of the submissions that were read
+    earlier : rows and decisions, as :func:`read` returns them
 
     Returns
     -------
     int
-        How many rows have no decision.
+        number of rows without a decision
     """
-    decided = {one.key: (one, decision) for one, decision in earlier.items() if decision}
-    rows = dict(decided)
-    for one in doubts:
-        rows[one.key] = one, decided.get(one.key, (one, ""))[1]
+    decided = {doubt.key: (doubt, decision) for doubt, decision in earlier.items() if decision}
+    rows = decided | {doubt.key: (doubt, decided.get(doubt.key, (doubt, ""))[1]) for doubt in doubts}
     if not rows:
         path.unlink(missing_ok=True)
         return 0
-    lines = ((*asdict(one).values(), decision) for _key, (one, decision) in sorted(rows.items()))
+    lines = ((*asdict(doubt).values(), decision) for _key, (doubt, decision) in sorted(rows.items()))
     try:
         files.write(path, as_csv([_COLUMNS, *lines]).encode("utf-8-sig"))
     except OSError as error:
         raise GradingError(f"{path} cannot be written: {error.strerror}. Mend that, and grade again.") from None
-    return sum(not decision for _one, decision in rows.values())
+    return sum(not decision for _doubt, decision in rows.values())

@@ -10,10 +10,10 @@ from day_class import HANDED_IN, deliver, fill, notebook, score
 from gradebooks import enrol, graded, mark, prose, record, report_text
 from made_courses import OURS
 
+from labcourse.grading import intake
 from labcourse.grading.gradebook import StudentRecord
 from labcourse.grading.graded_run import Facts
 from labcourse.grading.overview import glance, shown, slips, students
-from labcourse.grading.running import intake
 from labcourse.grading.settings import Deadline, Extension, LateSettings, MarkSettings
 
 
@@ -120,9 +120,9 @@ def test_what_cannot_be_read_was_handed_in_all_the_same(book, tmp_path):
     wanted = [path.name for path in OURS.notebooks]
     for submission in intake.find(tmp_path / "all").submissions:
         found = intake.read(submission, wanted)
-        readable = {item.name: item.content for one in found for item in one.items()}
+        readable = {item.name: item.content for item in found.items}
         deliver(book, submission.student, readable)
-        record(book, graded(submission.student, problems=tuple(intake.problems(found))))
+        record(book, graded(submission.student, problems=tuple(found.problems())))
     section = told(book, due())["Handed in"]
     assert [row[:3] for row in rows(section, 1)] == [
         ("ada", "02", "03 not readable"),

@@ -21,9 +21,9 @@ from hostile_words import WORDS
 from labcourse.answers.cell_reports import Reports
 from labcourse.answers.own_files import MAX_FILES, MAX_TOTAL
 from labcourse.grading import course as courses
+from labcourse.grading import intake
 from labcourse.grading.release import student_course
 from labcourse.grading.reports.rendered_words import as_html
-from labcourse.grading.running import intake
 from labcourse.grading.running.bundle import Bundle
 from labcourse.grading.running.prepared import prepare
 from labcourse.run.reasons import explain
@@ -79,7 +79,7 @@ def taken(request, frame, tmp_path, handed_in):
         handed_in(tmp_path / "in", source, honest, hostile.Attack())
     found = {one.student: one for one in intake.find(tmp_path / "in").submissions}
     read = intake.read(found[student], sorted(bundle.pristine), {}, course.packages)
-    hand_in, _said = intake.newest([item for one in read for item in one.items()], sorted(bundle.pristine))
+    hand_in, _said = intake.newest(read.items, sorted(bundle.pristine))
     ready = prepare(hand_in, bundle, course.catalogue, student)
     reasons = explain(
         bundle.pristine,
@@ -90,8 +90,8 @@ def taken(request, frame, tmp_path, handed_in):
         handed_in=ready.handed_in,
         claim=ready.claim,
     )
-    said = [*found[student].problems, *intake.problems(read), *ready.problems, *ready.notes, *reasons.lost]
-    said += [note for one in read for note in one.notes]
+    said = [*found[student].problems, *read.problems(), *ready.problems, *ready.notes, *reasons.lost]
+    said += read.notes
     return student, ready, said, found
 
 

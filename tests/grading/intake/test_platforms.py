@@ -9,11 +9,11 @@ from hypothesis import strategies as st
 from packings import WANTED, before, lay, renamed, under, work, zipped
 
 from labcourse.errors import GradingError
+from labcourse.grading import intake
 from labcourse.grading.gradebook.records import StudentRecord
-from labcourse.grading.running import intake
-from labcourse.grading.running.intake import labels, times
-from labcourse.grading.running.intake.labels import Label
-from labcourse.grading.running.intake.people import People
+from labcourse.grading.intake import platforms
+from labcourse.grading.intake.owners import Roster
+from labcourse.grading.intake.platforms import Label, label_of
 
 ROSTER = [
     StudentRecord("ada", "Ada King Lovelace", "ada@example.org", aliases=("alovelace", "12345")),
@@ -26,8 +26,8 @@ ROSTER = [
 def first_answer(found, student, name=WANTED[0]):
     submission = next(one for one in found.submissions if one.student == student)
     delivered = intake.read(submission, WANTED)
-    hand_in, _notes = intake.newest((item for one in delivered for item in one.items()), WANTED)
-    assert intake.problems(delivered) == []
+    hand_in, _notes = intake.newest(delivered.items, WANTED)
+    assert delivered.problems() == []
     assert set(hand_in.notebooks) == set(WANTED)
     return hand_in.notebooks[name][0].source
 
@@ -72,6 +72,11 @@ CLASSES = {
         packings.brightspace("N0123 - Emmy Noether", "21 novembre 2026 13 05", {"a.zip": zipped(files("bob"))}),
         before("39786-640693 - Jürgen Groß- Nov 21, 2026 1105 AM - ", files("jürgen")),
     ),
+    "nbgrader": lambda files: class_of(
+        under("ada+lab1+2026-11-21 13:05:59.123 UTC", files("ada")),
+        under("bob+lab1+2026-11-21 13:06:59.123 UTC+a1b2c3", {"work.zip": zipped(files("bob"))}),
+        under("jürgen+lab1+2026-11-21 13:07:59.123 UTC", files("jürgen")),
+    ),
 }
 
 
@@ -98,7 +103,7 @@ def laid(request, tmp_path):
 
 
 def numbered(student):
-    """A student's files, from which it can be told whose they are, though nothing in them says so."""
+    """A student's files, from which it can be reported whose they are, though nothing in them says so."""
     return work(None, f"whose = {student!r}")
 
 
@@ -127,11 +132,11 @@ def test_nobody_is_guessed_whom_the_roster_does_not_have(tmp_path):
     lay(tmp_path, packings.canvas("noetheremmy", 23456, work("bob")))
     found = intake.find(tmp_path, ROSTER)
     assert students(found) == ["bob"]
-    (told,) = found.ignored
-    assert "'Grace Hopper_7_assignsubmission_file_'" in told and "rotflex roster" in told
+    (reported,) = found.ignored
+    assert "'Grace Hopper_7_assignsubmission_file_'" in reported and "rotflex roster" in reported
 
 
-def test_two_of_one_name_are_told_apart_by_their_number_or_not_at_all(tmp_path):
+def test_two_of_one_name_are_distinguished_by_their_number_or_not_at_all(tmp_path):
     roster = [StudentRecord("a1", "Ada Lovelace", aliases=("111",)), StudentRecord("a2", "Ada Lovelace")]
     lay(tmp_path, packings.canvas("lovelaceada", 111, work(None)))
     lay(tmp_path, packings.canvas("lovelaceada", 222, work(None)))
@@ -151,7 +156,7 @@ def test_a_number_that_is_somebody_elses_decides_nothing(tmp_path):
         intake.find(tmp_path, roster)
 
 
-def test_what_the_platform_wrote_itself_is_told_and_not_read(tmp_path):
+def test_what_the_platform_wrote_itself_is_reported_and_not_read(tmp_path):
     lay(tmp_path, packings.blackboard("bob", "2026-11-21-13-06-59", work("bob")))
     lay(tmp_path, {"Ada King Lovelace_1_assignsubmission_onlinetext_/onlinetext.html": b"<p>Here it is</p>"})
     lay(tmp_path, {"index.html": b""})
@@ -194,7 +199,7 @@ def test_a_list_of_times_counts_where_names_have_none(tmp_path):
         "Participant 10,Somebody,,Submitted,-,yesterday\n"
     )
     (tmp_path / "times.csv").write_text(sheet)
-    when, problems = times.read(tmp_path / "times.csv")
+    when, problems = platforms.read_times(tmp_path / "times.csv")
     assert problems == ["Line 5: 'yesterday' is not a time; write it as 2026-11-21 13:05."]
     lay(tmp_path / "in", packings.moodle("Ada King Lovelace", 1234567, work()))
     lay(tmp_path / "in", packings.moodle("Participant", 1234568, work("bob")))
@@ -209,7 +214,7 @@ def test_a_list_of_times_may_name_files_or_students(tmp_path, heading):
     separator = heading.strip("abcdefghijklmnopqrstuvwxyzFR")[0]
     (tmp_path / "t.csv").write_text(f"{heading}\nada.zip{separator}2026-11-21 13:05\n", encoding="utf-8-sig")
     lay(tmp_path / "in", {"ada.zip": zipped(work())})
-    when, problems = times.read(tmp_path / "t.csv")
+    when, problems = platforms.read_times(tmp_path / "t.csv")
     assert (only_piece(intake.find(tmp_path / "in", (), when)).received.hour, problems) == (13, [])
 
 
@@ -217,7 +222,7 @@ def test_a_list_of_times_may_name_files_or_students(tmp_path, heading):
 def test_what_is_no_list_of_times_is_refused(tmp_path, content):
     (tmp_path / "t.csv").write_bytes(content)
     with pytest.raises(GradingError, match="The times"):
-        times.read(tmp_path / "t.csv")
+        platforms.read_times(tmp_path / "t.csv")
 
 
 SAVED, LAID = datetime(2026, 11, 21, 13, 5, 58, tzinfo=UTC), datetime(2026, 11, 25, 9, 0, tzinfo=UTC)
@@ -244,13 +249,13 @@ def test_the_clock_of_the_students_computer_is_no_time_of_receipt(tmp_path, file
         assert piece.received == LAID
 
 
-def test_the_newest_of_each_notebook_counts_and_what_came_when_is_told(tmp_path):
+def test_the_newest_of_each_notebook_counts_and_what_came_when_is_reported(tmp_path):
     lay(tmp_path, packings.blackboard("ada", "2026-11-21-13-05-59", {"ada.zip": zipped(work(answer="old = 1"))}))
     stage = work(answer="new = 1", names=WANTED[1:])
     lay(tmp_path, packings.blackboard("ada", "2026-12-01-09-00-00", {"ada.zip": zipped(stage)}))
     found = intake.find(tmp_path, ROSTER)
     assert [first_answer(found, "ada", name) for name in WANTED] == ["old = 1", "new = 1", "new = 1"]
-    items = [item for one in intake.read(found.submissions[0], WANTED) for item in one.items()]
+    items = intake.read(found.submissions[0], WANTED).items
     first, second = intake.newest(items, WANTED)[1]
     assert "2026-11-21 13:05" in first and [name in first for name in WANTED] == [True, False, False]
     assert "2026-12-01 09:00" in second and [name in second for name in WANTED] == [False, True, True]
@@ -274,14 +279,14 @@ def test_archives_of_one_time_are_taken_by_the_number_of_the_attempt(tmp_path, n
     assert students(found) == ["ada"] and first_answer(found, "ada") == "new = 1"
 
 
-def test_of_loose_files_of_one_name_the_newer_counts_and_it_is_told(tmp_path):
+def test_of_loose_files_of_one_name_the_newer_counts_and_it_is_reported(tmp_path):
     """Who hands the same notebook in again has a higher number there."""
     lay(tmp_path, packings.canvas("lovelaceada", 12345, work(answer="old = 1")))
     lay(tmp_path, packings.canvas("lovelaceada", 12345, work(answer="new = 1", names=WANTED[:1]), first=700000))
     found = intake.find(tmp_path, ROSTER)
     assert [first_answer(found, "ada", name) for name in WANTED] == ["new = 1", "old = 1", "old = 1"]
-    (told,) = [line for line in found.ignored if "there is a newer one of the same name" in line]
-    assert "_678901_" in told
+    (reported,) = [line for line in found.ignored if "there is a newer one of the same name" in line]
+    assert "_678901_" in reported
 
 
 @given(st.datetimes(datetime(1990, 1, 1), datetime(2090, 1, 1)), st.sampled_from(["%I", "%H"]))
@@ -292,16 +297,16 @@ def test_times_with_and_without_am_and_pm_are_read_as_strptime_reads_them(when, 
     half = " %p" if hour == "%I" else ""
     for pattern in (f"%A, %d %B %Y, {hour}:%M{half}", f"%d %b %Y at {hour}:%M:%S{half.strip().lower()}"):
         written = when.strftime(pattern)
-        assert times.parsed(written) == datetime.strptime(written, pattern).replace(second=0, tzinfo=UTC)
+        assert platforms.parse_time(written) == datetime.strptime(written, pattern).replace(second=0, tzinfo=UTC)
     written = when.strftime(f"%b %d, %Y {hour}%M{half}")
-    label = labels.read(f"12345-678910 - Ada Lovelace - {written}")
+    label = label_of(f"12345-678910 - Ada Lovelace - {written}")
     assert label.time == datetime.strptime(written, f"%b %d, %Y {hour}%M{half}")
 
 
 @pytest.mark.parametrize("clock", ["13:05 AM", "13:05 PM", "25:05 PM", "24:05", "12:60 PM"])
 def test_a_time_that_no_clock_shows_is_none(clock):
-    assert times.parsed(f"21 November 2026, {clock}") is None
-    assert labels.read(f"1-2 - Ada - Nov 21, 2026 {clock.replace(':', '')}").time is None
+    assert platforms.parse_time(f"21 November 2026, {clock}") is None
+    assert label_of(f"1-2 - Ada - Nov 21, 2026 {clock.replace(':', '')}").time is None
 
 
 @given(st.permutations(["name", "Full name", "Student ID", "Username", "time", "Status"]))
@@ -310,7 +315,7 @@ def test_every_column_of_names_in_a_list_of_times_counts_wherever_it_stands(tmp_
     cells = {"time": "2026-11-21 13:05", "Status": "Submitted"}
     path.write_text("\n".join([",".join(headings), ",".join(cells.get(one, f"by {one}") for one in headings)]))
     names = {f"by {one}" for one in headings if one not in cells}
-    assert times.read(path) == (dict.fromkeys(names, datetime(2026, 11, 21, 13, 5, tzinfo=UTC)), [])
+    assert platforms.read_times(path) == (dict.fromkeys(names, datetime(2026, 11, 21, 13, 5, tzinfo=UTC)), [])
 
 
 @pytest.mark.parametrize(
@@ -325,8 +330,10 @@ def test_every_column_of_names_in_a_list_of_times_counts_wherever_it_stands(tmp_
 def test_a_name_that_two_students_have_is_nobodys(tmp_path, ada, bob):
     roster = [StudentRecord("ada", **ada), StudentRecord("bob", **bob), StudentRecord("eve", "Eve")]
     for order in (roster, roster[::-1]):
-        known = People(order)
-        assert known.named("Emmy Noether").students == () == known.labelled(Label("Moodle", ("Emmy Noether",))).students
+        known = Roster(order)
+        assert (
+            known.by_name("Emmy Noether").students == () == known.by_label(Label("Moodle", ("Emmy Noether",))).students
+        )
     lay(tmp_path, packings.moodle("Emmy Noether", 7, work(None)) | under("eve", work("eve")))
     assert students(intake.find(tmp_path, roster)) == ["eve"]
 
@@ -337,8 +344,8 @@ def test_an_id_means_its_own_student_where_another_is_called_so_too(about):
         [StudentRecord("ada", **about), StudentRecord("bob")],
         [StudentRecord("bob"), StudentRecord("ada", **about)],
     ):
-        known = People(order)
-        assert known.named("bob").students == ("bob",) == known.labelled(Label("Moodle", ("bob",))).students
+        known = Roster(order)
+        assert known.by_name("bob").students == ("bob",) == known.by_label(Label("Moodle", ("bob",))).students
 
 
 @pytest.mark.parametrize(
@@ -351,7 +358,7 @@ def test_an_id_means_its_own_student_where_another_is_called_so_too(about):
     ],
 )
 def test_a_file_that_canvas_may_have_counted_never_replaces_another(names, added):
-    assert labels.before_canvas({name: name for name in names.split()}) == added
+    assert platforms.without_canvas_counts({name: name for name in names.split()}) == added
 
 
 def test_own_files_that_differ_in_a_number_only_are_both_had_under_their_own_names(tmp_path):
@@ -359,14 +366,16 @@ def test_own_files_that_differ_in_a_number_only_are_both_had_under_their_own_nam
     lay(tmp_path, packings.canvas("lovelaceadaking", 12345, work() | own))
     (submission,) = intake.find(tmp_path, ROSTER).submissions
     delivered = intake.read(submission, WANTED)
-    hand_in, _notes = intake.newest([item for one in delivered for item in one.items()], WANTED)
+    hand_in, _notes = intake.newest(delivered.items, WANTED)
     assert hand_in.files == own | {"data.csv": b"3\n"}
 
 
 def test_a_time_without_a_zone_is_of_the_one_where_it_is_read():
     east = timezone(timedelta(hours=5, minutes=30))
-    assert times.in_utc(datetime(2026, 11, 21, 13, 5), east) == datetime(2026, 11, 21, 7, 35, tzinfo=UTC)
-    assert times.in_utc(datetime(2026, 11, 21, 13, 5, tzinfo=UTC), east) == datetime(2026, 11, 21, 13, 5, tzinfo=UTC)
+    assert platforms.in_utc(datetime(2026, 11, 21, 13, 5), east) == datetime(2026, 11, 21, 7, 35, tzinfo=UTC)
+    assert platforms.in_utc(datetime(2026, 11, 21, 13, 5, tzinfo=UTC), east) == datetime(
+        2026, 11, 21, 13, 5, tzinfo=UTC
+    )
 
 
 def test_of_several_archives_in_one_folder_the_later_counts(tmp_path):
@@ -379,3 +388,17 @@ def test_receipts_that_submit_left_beside_the_zips_are_passed_over(tmp_path):
     lay(tmp_path, {"ada.zip": zipped(work("ada")), "ada-receipts.txt": b"Receipt    ada"})
     found = intake.find(tmp_path)
     assert (students(found), found.ignored) == (["ada"], [])
+
+
+def test_folders_named_by_students_are_read_from_any_platform(tmp_path):
+    """As Microsoft Teams packs them, with each version in a folder."""
+    for name, version, when in (
+        ("Ada King Lovelace", 1, SAVED),
+        ("Ada King Lovelace", 2, LAID),
+        ("Emmy Noether", 3, LAID),
+    ):
+        folder = f"Submitted files/{name}/Laboratory 1/Version {version}"
+        lay(tmp_path, under(folder, work(None, f"x = {version}")), when)
+    found = intake.find(tmp_path, ROSTER)
+    assert students(found) == ["ada", "bob"]
+    assert (first_answer(found, "ada"), first_answer(found, "bob")) == ("x = 2", "x = 3")

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from packings import WANTED, lay, notebook, work
 
-from labcourse.grading.running import intake
+from labcourse.grading import intake
 from labcourse.grading.running.bundle import Bundle
 from labcourse.grading.running.prepared import prepare
 from rotflex.course.questions import CATALOGUE
@@ -53,8 +53,8 @@ def taken_in(root, files):
     for submission in intake.find(root).submissions:
         if submission.student == "ada":
             found = intake.read(submission, WANTED)
-            hand_in, _notes = intake.newest([item for one in found for item in one.items()], WANTED)
-            return hand_in, [*intake.problems(found), *intake.notes(found), *submission.problems, *submission.notes]
+            hand_in, _notes = intake.newest(found.items, WANTED)
+            return hand_in, [*found.problems(), *found.notes, *submission.problems, *submission.notes]
     return None
 
 
@@ -67,20 +67,20 @@ def taken_in(root, files):
 def test_the_other_files_are_read_and_this_one_is_or_is_named(broken):
     name, content = broken
     with tempfile.TemporaryDirectory() as folder:
-        hand_in, told = taken_in(Path(folder), {**GOOD, name: content})
+        hand_in, reported = taken_in(Path(folder), {**GOOD, name: content})
     others = [one for one in WANTED if one != name]
     assert [hand_in.notebooks[one][0].source for one in others] == ["x = 1"] * len(others)
     if name == BROKEN:
-        assert (BROKEN in hand_in.notebooks) != any(BROKEN in line for line in told)
+        assert (BROKEN in hand_in.notebooks) != any(BROKEN in line for line in reported)
     elif name == "answers.json":
         bundle = Bundle(b"", {}, {}, (), "")
         prepared = prepare(hand_in, bundle, CATALOGUE, "ada")
         assert (prepared.claim is not None) != any("answers.json" in note for note in prepared.notes)
     else:
-        assert hand_in.course or content == b"{}" or any("course.json" in line for line in told)
+        assert hand_in.course or content == b"{}" or any("course.json" in line for line in reported)
 
 
 @pytest.mark.parametrize("sheets", [[{"cells": 5}], [5], 5, [{"cells": [{"cell_type": "code"}]}, {"cells": "x"}]])
 def test_an_old_notebook_without_cells_is_named_and_the_others_are_graded(tmp_path, sheets):
-    hand_in, told = taken_in(tmp_path, {**GOOD, BROKEN: json.dumps({"nbformat": 3, "worksheets": sheets}).encode()})
-    assert sorted(hand_in.notebooks) == [WANTED[0], WANTED[2]] and any(BROKEN in line for line in told)
+    hand_in, reported = taken_in(tmp_path, {**GOOD, BROKEN: json.dumps({"nbformat": 3, "worksheets": sheets}).encode()})
+    assert sorted(hand_in.notebooks) == [WANTED[0], WANTED[2]] and any(BROKEN in line for line in reported)

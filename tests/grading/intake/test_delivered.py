@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from packings import WANTED
 
 from labcourse.answers.notebooks import HandIn
-from labcourse.grading.running.intake import Item, newest
+from labcourse.grading.intake import Item, newest
 
 names = st.sampled_from([*WANTED, "answers.json", "course.json", "h.py", "data/x.csv"])
 items = st.builds(

@@ -1,0 +1,34 @@
+"""Taking in what students hand in, however a learning platform packs and names it (docs/handing_in.md).
+
+=============  =======================================================================================================
+``archives``   folders, zips and tars, read alike and within limits
+``platforms``  a pattern for each platform's names; lists of times
+``owners``     who: the roster, the name of a submission and its course.json
+``finding``    a class's folder → the submissions of each student, with owner and time: :func:`find`
+``notebooks``  which: the course's notebooks among a student's files, and their cells
+``reading``    a submission → cells, own files, what was recorded at home: :func:`read`, :func:`newest`
+=============  =======================================================================================================
+
+What is ambiguous is a :class:`Doubt`, a row of ``intake.csv`` for the instructor to decide.
+"""
+
+from labcourse.grading.intake.finding import OWNER, TIME, ClassFolder, Decisions, Doubt, Piece, Submission, find
+from labcourse.grading.intake.owners import students_in
+from labcourse.grading.intake.reading import Contents, Item, is_unread, newest, read
+
+__all__ = [
+    "OWNER",
+    "TIME",
+    "ClassFolder",
+    "Contents",
+    "Decisions",
+    "Doubt",
+    "Item",
+    "Piece",
+    "Submission",
+    "find",
+    "is_unread",
+    "newest",
+    "read",
+    "students_in",
+]

@@ -1,0 +1,484 @@
+"""Read folders, zips and tars of strangers alike: bounded, never unpacked to disk, links never followed.
+
+The limits are constants of this module; ``docs/handing_in.md`` states them.
+"""
+
+from __future__ import annotations
+
+import bz2
+import gzip
+import io
+import lzma
+import os
+import stat
+import struct
+import tarfile
+import time
+import unicodedata
+import zipfile
+import zlib
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import ExitStack
+from dataclasses import dataclass, field, replace
+from datetime import UTC, datetime
+from itertools import islice
+from pathlib import Path
+from typing import IO, Any
+
+from labcourse import messages
+from labcourse.answers.own_files import RECEIPTS
+
+MAX_CLASS_ENTRIES = 100_000  #: files and folders of the whole class; 1000 students with 100 each
+MAX_ENTRIES = 5_000  #: files and folders of one submission
+MAX_SUBMISSION = 1_000_000_000  #: bytes that are read of one student's files, unpacked
+MAX_SECONDS = 60  #: of reading one student's files; after them, no other file is opened
+MAX_DEPTH = 8  #: folders within folders
+MAX_CLASS_ARCHIVE = 4_000_000_000  #: bytes of a zip of the whole class; 1000 students of 4 MB each
+MAX_ARCHIVE = 200_000_000  #: bytes of one student's zip
+MAX_INNER_ARCHIVE = 100_000_000  #: bytes of a zip within a zip, and of an unpacked tar
+MAX_DIRECTORY = 10_000_000  #: bytes of a zip's table of contents; 100 000 files, with paths of 100 characters
+
+ARCHIVES = (".zip", ".tar.gz", ".tgz", ".tar.bz2", ".tar.xz", ".tar")  #: that Python's library reads
+OTHER_ARCHIVES = (".7z", ".rar", ".gz", ".bz2", ".xz", ".zipx")  #: that it does not
+_DAMAGED = (
+    *(zipfile.BadZipFile, zlib.error, OSError, EOFError, ValueError),
+    *(NotImplementedError, struct.error, RuntimeError, MemoryError, lzma.LZMAError, tarfile.TarError),
+)
+#: The first bytes of a compressed tar → what reads it.
+_COMPRESSED: dict[bytes, Callable[[Any], Any]] = {b"\x1f\x8b": gzip.open, b"BZh": bz2.open, b"\xfd7zXZ\0": lzma.open}
+_USTAR = slice(257, 262)  # where a tar that is not compressed has its mark
+_FIRST_TIME, _LAST_TIME = 315_532_800, 4_294_967_294  # s since 1970: a zip's times lie between 1980 and 2106
+_NO_TIME = datetime(1980, 1, 2)  # an entry with an earlier time has none: 1980-01-01 is the first that a zip can have
+_PIECE = 1_000_000  # bytes that are read at a time
+_UTF8_NAME = 0x800  # flag of a zip's entry
+_HIDDEN = (".", "__MACOSX", "~$")
+_OF_SYSTEMS = {"thumbs.db", "desktop.ini", "icon\r"}
+_LONGEST_SHOWN, _MOST_SHOWN = 120, 5  # characters of a name in a message, and names
+_TOO_MANY = "it has more than {} files and folders."
+
+
+class Unreadable(Exception):
+    """A folder, archive or file that cannot be read; the message says why."""
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A file in a folder or archive.
+
+    Attributes
+    ----------
+    key : name by which its store reads it
+    size : bytes, as the store says
+    modified : time; in a zip, by the clock of the computer that wrote it, without a zone
+    """
+
+    key: str
+    size: int
+    modified: datetime | None = None
+
+
+@dataclass(frozen=True)
+class Where:
+    """The way to a store: a folder or an archive on disk, and the archives to open in it, one within another."""
+
+    path: Path
+    inner: tuple[str, ...] = ()
+
+    def within(self, key: str) -> Where:
+        """Return the way to a folder or an archive in this store."""
+        is_folder = not self.inner and self.path.is_dir()
+        return Where(self.path / key) if is_folder else Where(self.path, (*self.inner, key))
+
+
+@dataclass(frozen=True)
+class Listing:
+    """Files of a store: path, with "/" → entry; and paths of what is refused, each with the reason."""
+
+    files: dict[str, Entry] = field(default_factory=dict)
+    refused: dict[str, str] = field(default_factory=dict)
+
+    def add(self, path: str, entry: Entry, why_not: str = "") -> None:
+        """Add a file, or refuse it."""
+        if path in self.files:
+            why_not = why_not or "it is there twice; the first is taken"
+        elif path.count("/") > MAX_DEPTH:
+            why_not = why_not or f"it lies deeper than {MAX_DEPTH} folders"
+        if why_not:
+            self.refused[path] = why_not
+        else:
+            self.files[path] = entry
+
+
+def is_archive(name: str) -> bool:
+    """Tell whether a file is an archive that can be read, by its name."""
+    return name.casefold().endswith(ARCHIVES)
+
+
+def without_ending(name: str) -> str:
+    """Return a name without the ending of an archive, readable or not."""
+    endings = (ending for ending in (*ARCHIVES, *OTHER_ARCHIVES) if name.casefold().endswith(ending))
+    return name[: -len(next(endings, "")) or None]
+
+
+def is_hidden(path: str) -> bool:
+    """Tell whether a system or a program wrote a file for itself."""
+    parts = path.split("/")
+    return any(part.startswith(_HIDDEN) or part.casefold() in _OF_SYSTEMS or part.endswith(RECEIPTS) for part in parts)
+
+
+def shown(name: str) -> str:
+    """Return a name for a message: quoted, on one line, cut if it is long."""
+    cut = name if len(name) <= _LONGEST_SHOWN else f"{name[: _LONGEST_SHOWN - 1]}…"
+    return repr(cut.encode("utf-8", "replace").decode())
+
+
+def listed(names: list[str]) -> str:
+    """Return some names for a message; of many, the first, and how many more there are."""
+    return messages.listed([*map(shown, names)], _MOST_SHOWN)
+
+
+class Shelf(ExitStack):
+    """Open folders and archives. The last one stays open, with those around it. A context manager."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._stores: list[tuple[Where, _Folder | _Zip]] = []
+        self.begin_student()
+
+    def begin_student(self) -> None:
+        """Read another student's files: of each, only so many bytes are read, in so many seconds."""
+        self._until, self._left = time.monotonic() + MAX_SECONDS, MAX_SUBMISSION
+
+    def read(self, where: Where, entry: Entry, most: int) -> bytes:
+        """Read a file of at most so many bytes; raise Unreadable if that cannot be done."""
+        store = self.open(where)
+        return self._bounded(lambda size: store.read(entry.key, size), most)
+
+    def listing(self, where: Where, most: int = MAX_ENTRIES) -> Listing:
+        """List a folder or an archive; raise Unreadable if it cannot be read or has more than so many entries."""
+        return self.open(where).listing(most)
+
+    def open(self, where: Where) -> _Folder | _Zip:
+        """Open a folder or an archive; raise Unreadable if that cannot be done."""
+        while self._stores and not _lies_in(where, self._stores[-1][0]):
+            self._stores.pop()
+        if self._stores and self._stores[-1][0] == where:
+            return self._stores[-1][1]
+        if where.inner:
+            outer = self.open(Where(where.path, where.inner[:-1]))
+            data = self._bounded(lambda size: outer.read(where.inner[-1], size), MAX_INNER_ARCHIVE)
+            store: _Folder | _Zip = _Zip(io.BytesIO(data), self._bounded)
+        elif where.path.is_dir() and not where.path.is_symlink():
+            store = _Folder(where.path)
+        else:
+            self.close()
+            store = _Zip(self.enter_context(_open_file(where.path)), self._bounded)
+        self._stores.append((where, store))
+        return store
+
+    def _bounded(self, read: Callable[[int], bytes], most: int) -> bytes:
+        """Read at most so many bytes, and count them; raise Unreadable if there are more, or too many with others."""
+        if time.monotonic() > self._until:
+            raise Unreadable(f"reading the files before it took more than {MAX_SECONDS} s.")
+        left = self._left
+        data = read(min(most, left) + 1) if left else b""
+        self._left -= min(len(data), left)
+        if not left or len(data) > left:
+            raise Unreadable(f"with the files before it, it has more than {MAX_SUBMISSION} bytes.")
+        if len(data) > most:
+            raise Unreadable(f"it has more than {most} bytes.")
+        return data
+
+
+def _lies_in(where: Where, outer: Where) -> bool:
+    return where.path == outer.path and where.inner[: len(outer.inner)] == outer.inner
+
+
+def _open_file(path: Path) -> IO[bytes]:
+    """Open an ordinary file: a link is not followed, and a pipe not waited for."""
+    flags = (getattr(os, name, 0) for name in ("O_NOFOLLOW", "O_NONBLOCK", "O_BINARY"))
+    try:
+        descriptor = os.open(path, sum(flags, os.O_RDONLY))
+    except OSError as error:
+        raise Unreadable(f"{error.strerror}.") from None
+    if not stat.S_ISREG(os.fstat(descriptor).st_mode):
+        os.close(descriptor)
+        raise Unreadable("it is not an ordinary file.")
+    return open(descriptor, "rb")
+
+
+class _Folder:
+    """A folder on disk."""
+
+    def __init__(self, root: Path) -> None:
+        self._root = root
+
+    def listing(self, most: int) -> Listing:
+        """List it with the folders in it."""
+        found, waiting, seen = Listing(), [""], 0
+        while waiting:
+            folder = waiting.pop(0)
+            for entry in scan(self._root / folder, most):
+                if (seen := seen + 1) > most:
+                    raise Unreadable(_TOO_MANY.format(most))
+                key = f"{folder}{entry.name}"
+                if entry.is_dir(follow_symlinks=False) and key.count("/") < MAX_DEPTH:
+                    waiting.append(f"{key}/")
+                elif entry.is_dir(follow_symlinks=False):
+                    found.refused[readable(key)] = f"it lies deeper than {MAX_DEPTH} folders"
+                else:
+                    ordinary = entry.is_file(follow_symlinks=False)
+                    why_not = "" if ordinary else "it is a link, or another thing than a file"
+                    found.add(readable(key), on_disk(entry, key), why_not)
+        return found
+
+    def read(self, key: str, size: int) -> bytes:
+        """Read the first bytes of a file."""
+        with _open_file(self._root / key) as file:
+            return file.read(size)
+
+
+def scan(folder: Path, most: int) -> list[os.DirEntry[str]]:
+    """Return what lies in a folder on disk, by name: all of it, or one more than ``most``."""
+    try:
+        with os.scandir(folder) as entries:
+            return sorted(islice(entries, most + 1), key=lambda entry: entry.name)
+    except OSError as error:
+        raise Unreadable(f"{error.strerror}.") from None
+
+
+def on_disk(entry: os.DirEntry[str], key: str) -> Entry:
+    """Return the size and the time of a file on disk."""
+    about = entry.stat(follow_symlinks=False)
+    return Entry(key, about.st_size, datetime.fromtimestamp(about.st_mtime, UTC))
+
+
+class _Bounded:
+    """A file of which no large piece is read: a zip's table of contents is read in one piece."""
+
+    def __init__(self, file: IO[bytes]) -> None:
+        self._file = file
+
+    def read(self, size: int = -1) -> bytes:
+        if size > MAX_DIRECTORY:
+            raise Unreadable(f"its table of contents has more than {MAX_DIRECTORY} bytes.")
+        return self._file.read(MAX_DIRECTORY if size < 0 else size)
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._file, name)
+
+
+class _Zip:
+    """A zip, or a tar, which is packed again as a zip in memory: that has a table of contents."""
+
+    def __init__(self, file: IO[bytes], bounded: Callable[[Callable[[int], bytes], int], bytes]) -> None:
+        start = file.read(_USTAR.stop)
+        file.seek(0)
+        unpack = next((unpack for mark, unpack in _COMPRESSED.items() if start.startswith(mark)), None)
+        try:
+            if unpack is not None or start[_USTAR] == b"ustar":
+                file = _tar_as_zip(bounded(_reader(unpack(file) if unpack else file), MAX_INNER_ARCHIVE))
+            self._zip = zipfile.ZipFile(_Bounded(file))
+        except _DAMAGED as error:
+            raise Unreadable(f"it is not an archive that can be read ({type(error).__name__}).") from None
+        self._entries = {entry.filename: entry for entry in reversed(self._zip.infolist()) if entry.filename}
+
+    def listing(self, most: int) -> Listing:
+        """List it with the folders in it."""
+        if len(self._zip.infolist()) > most:
+            raise Unreadable(_TOO_MANY.format(most))
+        found = Listing()
+        for entry in self._zip.infolist():
+            if not entry.filename or entry.is_dir():  # is_dir() fails without a name
+                continue
+            path = _path(entry)
+            why_not = ""
+            if stat.S_IFMT(entry.external_attr >> 16) not in (0, stat.S_IFREG):
+                why_not = "it is a link, or another thing than a file"
+            elif not path or ".." in path.split("/"):
+                why_not = "its name leads outside"
+            elif self._entries[entry.filename] is not entry:
+                why_not = "it is there twice; the first is taken"
+            found.add(path or entry.filename, Entry(entry.filename, entry.file_size, _modified(entry)), why_not)
+        return found
+
+    def read(self, key: str, size: int) -> bytes:
+        """Read the first bytes of a file."""
+        entry = self._entries.get(key)
+        if entry is None:
+            raise Unreadable("it is no longer there.")
+        if entry.flag_bits & 1:
+            raise Unreadable("it is encrypted.")
+        try:
+            with self._zip.open(entry) as file:
+                return _reader(file)(size)
+        except NotImplementedError:
+            raise Unreadable("it is compressed in an unusual way; use an ordinary zip.") from None
+        except _DAMAGED as error:
+            raise Unreadable(f"the zip is damaged ({type(error).__name__}).") from None
+
+
+def _reader(file: IO[bytes]) -> Callable[[int], bytes]:
+    """Return a function that reads the first bytes of a file, a piece at a time."""
+
+    def read(size: int) -> bytes:
+        data = bytearray()
+        while piece := file.read(min(_PIECE, size - len(data))):
+            data += piece
+        return bytes(data)
+
+    return read
+
+
+def _tar_as_zip(data: bytes) -> IO[bytes]:
+    """Pack a tar as a zip. Links and devices become empty links; what a sparse file leaves out counts as well."""
+    packed, left = io.BytesIO(), MAX_INNER_ARCHIVE
+    with tarfile.open(fileobj=io.BytesIO(data), mode="r:") as tar, zipfile.ZipFile(packed, "w") as archive:
+        for member in tar:
+            if member.isdir():
+                continue
+            saved = datetime.fromtimestamp(min(max(member.mtime, _FIRST_TIME), _LAST_TIME), UTC)
+            entry = zipfile.ZipInfo(member.name, saved.timetuple()[:6])
+            entry.external_attr = (stat.S_IFREG if member.isreg() else stat.S_IFLNK) << 16
+            content = tar.extractfile(member) if member.isreg() else None
+            unpacked = _reader(content)(left + 1) if content else b""
+            if len(unpacked) > left:
+                raise Unreadable(f"unpacked, it has more than {MAX_INNER_ARCHIVE} bytes.")
+            left -= len(unpacked)
+            archive.writestr(entry, unpacked)
+    return packed
+
+
+def readable(name: str) -> str:
+    """Return a name in Unicode's composed form: a Mac takes an ü apart."""
+    return unicodedata.normalize("NFC", name)
+
+
+def unflagged(name: str) -> str:
+    """Return the name of a zip's entry that does not say its encoding: as UTF-8 where it is that."""
+    try:
+        return name.encode("cp437").decode()
+    except UnicodeError:
+        return name
+
+
+def _path(entry: zipfile.ZipInfo) -> str:
+    """Return an entry's path from the top of the zip."""
+    written = entry.filename.replace("\\", "/")
+    path = readable(written if entry.flag_bits & _UTF8_NAME else unflagged(written))
+    return "/".join(part for part in path.split("/") if part not in ("", "."))
+
+
+def _modified(entry: zipfile.ZipInfo) -> datetime | None:
+    try:
+        modified = datetime(*entry.date_time)
+    except ValueError:
+        return None
+    return modified if modified > _NO_TIME else None
+
+
+# --- places: folders and archives with the names of what lies in them -------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Place:
+    """A file, a folder or an archive somewhere in a class's folder.
+
+    Attributes
+    ----------
+    source : its name for people, from the class's folder on
+    where : the store that holds its files; of a file, the store that holds it
+    entry : of a file
+    listing : of a folder in an archive, and of whatever was looked into
+    why_not : why something is neither file nor folder
+    """
+
+    source: str
+    where: Where
+    entry: Entry | None = None
+    listing: Listing | None = None
+    why_not: str = ""
+
+    @property
+    def name(self) -> str:
+        """Its own name."""
+        return self.source.rpartition("/")[2]
+
+    @property
+    def stem(self) -> str:
+        """Its own name, without the ending of an archive."""
+        return without_ending(self.name) if self.entry else self.name
+
+    @property
+    def is_archive(self) -> bool:
+        """Whether it is an archive that can be read, by its name."""
+        return self.entry is not None and is_archive(self.name)
+
+    @property
+    def is_folder(self) -> bool:
+        """Whether it is a folder."""
+        return self.entry is None and not self.why_not
+
+    @property
+    def files(self) -> Mapping[str, Entry]:
+        """Its files, once it was looked into."""
+        return self.listing.files if self.listing else {}
+
+    def look(self, shelf: Shelf, whole_class: bool = False) -> Place:
+        """Look into a folder or an archive.
+
+        Raises
+        ------
+        Unreadable
+            If it cannot be read, or is too large for one student (or for a class).
+        """
+        most = MAX_CLASS_ENTRIES if whole_class else MAX_ENTRIES
+        if self.listing is not None:
+            if len(self.listing.files) > most:
+                raise Unreadable(_TOO_MANY.format(most))
+            return self
+        where = self.where
+        if self.entry is not None:
+            largest = MAX_CLASS_ARCHIVE if whole_class else MAX_ARCHIVE
+            if self.entry.size > largest:
+                raise Unreadable(f"it has more than {largest} bytes.")
+            where = where.within(self.entry.key)
+        return replace(self, where=where, listing=shelf.listing(where, most))
+
+    def children(self, shelf: Shelf) -> list[Place]:
+        """Return what lies in it, by name. Folders on disk are not yet looked into, so none can spoil the others."""
+        if self.entry is None and self.listing is None:
+            return [*on_disk_in(self.where.path, f"{self.source}/")]
+        looked = self.look(shelf, whole_class=True)
+        assert looked.listing is not None
+        return sorted(_children(looked, looked.listing), key=lambda child: child.source)
+
+
+def on_disk_in(folder: Path, prefix: str = "") -> Iterator[Place]:
+    """Find what lies in a folder on disk, by name."""
+    for entry in scan(folder, MAX_CLASS_ENTRIES):
+        source = f"{prefix}{readable(entry.name)}"
+        if entry.is_dir(follow_symlinks=False):
+            yield Place(source, Where(folder / entry.name))
+        elif entry.is_file(follow_symlinks=False):
+            yield Place(source, Where(folder), on_disk(entry, entry.name))
+        else:
+            yield Place(source, Where(folder), why_not="it is neither a folder nor a zip.")
+
+
+def _children(place: Place, listing: Listing) -> Iterator[Place]:
+    folders: dict[str, Listing] = {}
+    for path, entry in listing.files.items():
+        first, slash, rest = path.partition("/")
+        if slash:
+            folders.setdefault(first, Listing()).files[rest] = entry
+        else:
+            yield Place(f"{place.source}/{path}", place.where, entry)
+    for path, why_not in listing.refused.items():
+        first, slash, rest = path.partition("/")
+        if slash:
+            folders.setdefault(first, Listing()).refused[rest] = why_not
+        else:
+            yield Place(f"{place.source}/{path}", place.where, why_not=f"{why_not}.")
+    for name, inside in folders.items():
+        yield Place(f"{place.source}/{name}", place.where, listing=inside)

@@ -1,0 +1,303 @@
+"""Determine the owner of a submission: by its name, the roster and its course.json. Contradictions are reported."""
+
+from __future__ import annotations
+
+import re
+from collections import defaultdict
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+from labcourse import course_file, student_id
+from labcourse.errors import ConfigurationError, StudentIDError
+from labcourse.files import COURSE_FILE
+from labcourse.grading.gradebook.records import StudentRecord
+from labcourse.grading.intake.archives import shown
+from labcourse.grading.intake.platforms import Label, encodings, letters, plain_letters, without_copy_number
+from labcourse.student_id import caseless
+
+MOST_TOGETHER = 4  #: students of one submission; as many as stand around a bench
+_PARTICIPANT = re.compile(r"\w+ (?=\d+$)")
+_PAIR = "+"  # between the IDs of those who hand in together
+
+
+@dataclass(frozen=True)
+class Owner:
+    """The students to whom a submission belongs.
+
+    Attributes
+    ----------
+    students : IDs, by its name, or by its course.json where the name is nobody's
+    claimed : IDs that only its course.json names beside these
+    bench_of : ID of the student on whose bench it was made
+    rule : how they were identified
+    attempt : number of a copy; the higher, the later
+    is_certain : whether the roster has them
+    problems, notes : messages about it
+    why_not : reason, if nobody was identified
+    """
+
+    students: tuple[str, ...] = ()
+    claimed: tuple[str, ...] = ()
+    bench_of: str = ""
+    rule: str = ""
+    attempt: int = 0
+    is_certain: bool = False
+    problems: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+    why_not: str = ""
+
+    @property
+    def everybody(self) -> tuple[str, ...]:
+        """All students, the claimed ones last."""
+        return (*self.students, *self.claimed)
+
+
+class Roster:
+    """The students of a class, to be looked up by ID, name, e-mail address and other names.
+
+    Parameters
+    ----------
+    records : the students; without any, each valid ID is a student's
+    """
+
+    def __init__(self, records: Sequence[StudentRecord] = ()) -> None:
+        self._records = {caseless(record.student): record for record in records}
+        self._aliases, self._names, self._plain_names = (defaultdict[str, set[str]](set) for _kind in range(3))
+        for record in records:
+            for alias in filter(None, (record.email, *record.aliases)):
+                self._aliases[caseless(alias)].add(record.student)
+                # Moodle's grading worksheet has "Participant 1234567", its downloads the number.
+                self._aliases[_PARTICIPANT.sub("", caseless(alias))].add(record.student)
+            words = record.name.replace(",", " ").split()
+            for place in range(len(words)):
+                name = " ".join([*words[place:], *words[:place]])
+                self._names[letters(name)].add(record.student)
+                self._plain_names[plain_letters(name)].add(record.student)
+
+    def __bool__(self) -> bool:
+        return bool(self._records)
+
+    def known(self, given: str) -> str | None:
+        """Return an ID as the roster spells it; without a roster, any valid ID; None if it is nobody's."""
+        if self._records:
+            record = self._records.get(caseless(given))
+            return record.student if record else None
+        return _valid(given)
+
+    def lookup(self, name: str) -> set[str]:
+        """Return the IDs of students with this ID, or else with this name or other name."""
+        if (record := self._records.get(caseless(name))) is not None:
+            return {record.student}
+        if not letters(name):
+            return set()
+        students = self._aliases.get(caseless(name), set()) | self._names.get(letters(name), set())
+        return students or set(self._plain_names.get(plain_letters(name), set()))
+
+    def by_label(self, label: Label) -> Owner:
+        """Identify the student in a platform's name."""
+        by_name = next(filter(None, map(self.lookup, label.people)), set[str]())
+        by_number = self.lookup(label.number) if label.number else set[str]()
+        if len(by_name) == 1 and by_number and not by_name & by_number:
+            both = ", ".join(sorted(by_name | by_number))
+            return Owner(why_not=f"its name and its number are of different students ({both}).")
+        students = by_name & by_number or by_name
+        if not students:  # a number alone may be another platform's, of somebody else
+            students = {one for one in by_number if not (label.people and self._records[caseless(one)].name)}
+        if len(students) == 1:
+            rule = f"{label.platform}'s name, by the roster" if label.platform else "the ID in its name"
+            return _by_name(tuple(students), rule, label.attempt if label.file else 0, True)
+        if students:
+            return Owner(why_not=_ambiguous(students))
+        nobody = "nobody on the roster is called so" if self else "there is no roster to say who that is"
+        return Owner(why_not=f"{label.platform} named it, and {nobody}.")
+
+    def by_name(self, name: str, course_student: str = "") -> Owner:
+        """Identify the students in the name of a folder or of an archive (without its ending).
+
+        Parameters
+        ----------
+        name : as people read it
+        course_student : the student in its course.json, which decides between the meanings of a name
+        """
+        for students, attempt in _meanings(name) if self else ():
+            ids = tuple(dict.fromkeys(filter(None, map(self.known, students))))
+            if len(ids) == len(students):
+                return _by_name(ids, f"the ID{'s' if len(ids) > 1 else ''} in its name", attempt, True)
+            found = self.lookup(students[0]) if len(students) == 1 else set()
+            if len(found) == 1:
+                return _by_name(tuple(found), "its name, by the roster", attempt, True)
+            if found:
+                return Owner(why_not=_ambiguous(found))
+        for students, attempt in _meanings(name):
+            ids = tuple(filter(None, map(_valid, students)))
+            if len(ids) == len(students) and caseless(course_student) in map(caseless, ids):
+                return _by_name(ids, "the ID in its name", attempt)
+        copy = without_copy_number(name) if name.endswith(")") else None
+        base, attempt = copy or (name, 0)
+        try:
+            return _by_name((student_id.normalised(base),), "the ID in its name", attempt)
+        except StudentIDError as error:
+            return Owner(why_not=f"it is not named by a student's ID. {error}")
+
+    def before_underscore(self, name: str) -> Label | None:
+        """Read the name of a file that begins with an ID of the roster, as ``ada_01_x.ipynb``; None for another."""
+        places = [place for place, letter in enumerate(name[: 2 * student_id.LONGEST]) if letter in "_- "]
+        known = [place for place in places if caseless(name[:place]) in self._records]
+        return Label("", (name[: known[-1]],), file=name[known[-1] + 1 :]) if known else None
+
+
+def _by_name(students: tuple[str, ...], rule: str, attempt: int, is_certain: bool = False) -> Owner:
+    return Owner(students, (), students[0], rule, attempt, is_certain)
+
+
+def _ambiguous(students: Collection[str]) -> str:
+    return f"it may be any of {', '.join(sorted(students))}."
+
+
+def _valid(given: str) -> str | None:
+    try:
+        return student_id.normalised(given)
+    except StudentIDError:
+        return None
+
+
+def _meanings(name: str) -> Iterator[tuple[tuple[str, ...], int]]:
+    """Return what a name may mean, the likeliest first: the names of its students, and the number of a copy."""
+    for text in dict.fromkeys(encodings(name)):
+        copy = without_copy_number(text)
+        for base, attempt in [(text, 0), *([copy] if copy else [])]:
+            yield (base,), attempt
+            if base.count(_PAIR) in range(1, MOST_TOGETHER):
+                yield tuple(part.strip() for part in base.split(_PAIR)), attempt
+
+
+# --- what a course.json says ------------------------------------------------------------------------------------------
+
+
+def course_data(data: bytes) -> dict[str, Any]:
+    """Return the content of a course.json; nothing if it cannot be read."""
+    try:
+        return course_file.parse(data)
+    except ConfigurationError:
+        return {}
+
+
+def students_in(data: bytes) -> list[str]:
+    """Return all students whom a course.json names, as they are written there."""
+    course = course_data(data)
+    return [name for name in (course.get("student"), *_partners(course)) if isinstance(name, str)]
+
+
+def _partners(course: Mapping[str, Any]) -> list[Any]:
+    given = course.get("with")
+    return given[:MOST_TOGETHER] if isinstance(given, list) else [given] if isinstance(given, str) else []
+
+
+def student_in(course: Mapping[str, Any]) -> str:
+    """Return the student whom a course.json names; "" without one."""
+    student = course.get("student")
+    return student.strip() if isinstance(student, str) else ""
+
+
+# --- the owner --------------------------------------------------------------------------------------------------------
+
+
+def owner_of(
+    name: str, by_name: Owner, course: Mapping[str, Any], roster: Roster, holds_work: bool, present: Collection[str]
+) -> Owner:
+    """Determine the owner of a submission.
+
+    Parameters
+    ----------
+    name : of the folder, archive or file, for messages
+    by_name : whom the name means
+    course : content of its course.json
+    roster : the students
+    holds_work : whether it holds anything of the course
+    present : students who handed in under their own names; no other course.json counts for them
+    """
+    given = student_in(course)
+    student = roster.known(given) or _valid(given) if given else None
+    is_present = student is not None and caseless(student) in set(map(caseless, present))
+    partners = {str(one): roster.known(one) if isinstance(one, str) else None for one in _partners(course)}
+    claimed = tuple(one for one in dict.fromkeys(partners.values()) if one)
+    unknown = (
+        f"{COURSE_FILE} names {shown(one)} as a partner, who is unknown." for one in partners if not partners[one]
+    )
+    notes = tuple(unknown)
+    if by_name.students and (by_name.is_certain or is_present or not roster):
+        return _checked(replace(by_name, notes=notes), given, student, claimed)
+    if is_present:
+        return Owner(why_not=f"its {COURSE_FILE} names {student}, who handed in under that name as well.")
+    if student is not None:
+        if roster and roster.known(student) is None:
+            notes += (f"{student} is not on the roster: by {COURSE_FILE} alone.",)
+        others = tuple(one for one in claimed if caseless(one) != caseless(student))
+        return Owner((student,), others, student, f"the ID in {COURSE_FILE}", by_name.attempt, notes=notes)
+    if not by_name.students:
+        return Owner(why_not=by_name.why_not)
+    if not holds_work:
+        return Owner(why_not="nobody on the roster is called so, and there is nothing of the course in it.")
+    note = f"{by_name.students[0]} is not on the roster: by the name of {shown(name)} alone."
+    return replace(by_name, notes=(*notes, note))
+
+
+def _checked(owner: Owner, given: str, student: str | None, partners: Sequence[str]) -> Owner:
+    """Compare the owner by name with the student and the partners in its course.json."""
+    if not given:
+        return owner
+    named = {caseless(one): one for one in owner.students}
+    claimed = tuple(one for one in dict.fromkeys((student or given, *partners)) if caseless(one) not in named)
+    if student is not None and caseless(student) in named:
+        return replace(owner, bench_of=named[caseless(student)], claimed=claimed)
+    if student is not None and len(named) == 1 and set(named) <= set(map(caseless, partners)):
+        return replace(owner, bench_of=student, claimed=claimed)
+    problem = (
+        f"{COURSE_FILE} names the student {(student or given)[: student_id.LONGEST]!r}; this counts as "
+        f"{owner.students[0]!r}'s work, under whose name it was handed in. If it is not theirs, rename it."
+    )
+    return replace(owner, problems=(problem,))
+
+
+def nobody_before(student: str) -> Collection[str] | None:
+    """Return whom a student named who handed in before: None, as nobody did."""
+    return None
+
+
+def resolve_partners(
+    owners: Sequence[Owner], earlier: Callable[[str], Collection[str] | None] = nobody_before
+) -> list[Owner]:
+    """Leave out partners whom only a course.json names, and who handed in something else without naming this student.
+
+    Anybody can write any ID into a course.json. It replaces nobody's own submission, of now or of an earlier stage, and
+    no work is run on the bench of a student who handed in without naming its owner.
+
+    Parameters
+    ----------
+    owners : of all that is handed in now
+    earlier : students whom a student named who handed in before; None for a student who did not
+    """
+    named: dict[str, set[str]] = {}
+    for owner in owners:
+        for student in owner.students:
+            named.setdefault(caseless(student), set()).update(map(caseless, owner.everybody))
+    for student in {caseless(one): one for owner in owners for one in owner.claimed}.values():
+        before = earlier(student) if caseless(student) not in named else None
+        if before is not None:
+            named[caseless(student)] = {caseless(student), *map(caseless, before)}
+    return [_resolved(owner, named) for owner in owners]
+
+
+def _resolved(owner: Owner, named: Mapping[str, set[str]]) -> Owner:
+    own = {caseless(student) for student in owner.students}
+    refused = [one for one in owner.claimed if not named.get(caseless(one), own) & own]
+    if not refused:
+        return owner
+    problem = (
+        f"{COURSE_FILE} says that it was made with {', '.join(refused)}, who handed in something else, and did not say "
+        f"so. It counts as {', '.join(owner.students)}'s alone, on their own bench."
+    )
+    bench_of = owner.students[0] if owner.bench_of in refused else owner.bench_of
+    claimed = tuple(one for one in owner.claimed if one not in refused)
+    return replace(owner, claimed=claimed, bench_of=bench_of, problems=(*owner.problems, problem))

@@ -1,0 +1,234 @@
+"""Read the names that learning platforms give to submissions, and the lists of times that they export.
+
+:data:`PLATFORMS` has a pattern for each form of name. To support another platform, add a row, and an example to
+``docs/handing_in.md``: tests read the examples there.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import re
+import unicodedata
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from datetime import UTC, datetime, tzinfo
+from pathlib import Path
+from typing import TypeVar
+
+from labcourse.errors import GradingError
+from labcourse.grading.intake.archives import readable
+from labcourse.student_id import caseless
+
+MOODLE, CANVAS, BLACKBOARD, BRIGHTSPACE, NBGRADER = "Moodle", "Canvas", "Blackboard", "Brightspace", "nbgrader"
+_MOODLE = r"_(?P<number>\d+)_assignsubmission_(?:(?P<receipt>onlinetext|comments)|[a-z]+)(?:_(?P<file>.*))?"
+
+#: Platform, the sign that ends a group's or an assignment's name before the student's, and the pattern. Its groups:
+#: ``name`` and ``login`` of the student, ``number`` by which the platform knows them, ``time``, ``attempt``, ``file``
+#: as the student called it, and ``receipt`` for what the platform itself wrote. The first pattern that fits counts, and
+#: the student's own name for a file stands last in each, so that it can change neither student nor time. Names without
+#: a student are those of blind marking.
+PLATFORMS = tuple(
+    (platform, sign, re.compile(pattern, re.DOTALL | re.IGNORECASE))
+    for platform, sign, pattern in (
+        (MOODLE, "", r"(?:.+-)?(?:participant[ea]?|teilnehmer(?:in)?|deelnemer|partecipante)" + _MOODLE),
+        (MOODLE, "-", r"(?P<name>.+?)" + _MOODLE),
+        (
+            BRIGHTSPACE,
+            "",
+            r"\d+-\d+ ?- (?:(?P<login>\S+) - )?(?P<name>.+?) ?- (?P<time>[^-]*\b(?:19|20)\d\d\b[^-]*?)"
+            r"(?: ?- (?P<file>.+))?",
+        ),
+        (
+            BLACKBOARD,  # none behind Canvas's two numbers
+            "_",
+            r"(?P<name>(?!\w+?_\d{3,}_\d{4,}_).+?)_attempt_(?P<time>\d{4}(?:-\d\d){5})"
+            r"(?:_(?P<file>.+)|(?P<receipt>\.txt))?",
+        ),
+        (CANVAS, "", r"(?:late_)?anon_(?P<number>[a-z0-9]+)_(?P<attempt>\d+)_(?P<file>.+)"),
+        (CANVAS, "", r"(?P<name>\w+?)(?:_late)?_(?P<number>\d+)_(?P<attempt>\d+)_(?P<file>.+)"),
+        (NBGRADER, "", r"(?P<login>[^+]+)\+[^+]+\+(?P<time>\d{4}-\d\d-\d\d \d\d:\d\d:\d\d(?:\.\d+)? UTC)(?:\+[^+]+)?"),
+    )
+)
+_LONGEST = 300  # characters of a name that a platform writes; a file system's longest, and some
+
+_AGAIN = re.compile(r"(?P<name>.+?)(?: ?\((\d{1,3})\)|[-_](\d{1,2})| ?-? ?copy ?(\d*))", re.IGNORECASE)
+_CANVAS_COUNT = re.compile(r"-\d{1,2}(?=\.[^.]+$)")
+_ENCODINGS = [(written, read) for written in ("utf-8", "cp850", "cp1252") for read in ("cp437", "cp1252", "latin-1")]
+
+_TIME = re.compile(
+    r"(?:[a-z]+,? )?(?:(?P<day>\d{1,2}) (?P<month>[a-z]{3})[a-z]*\.?|(?P<month_first>[a-z]{3})[a-z]*\.? "
+    r"(?P<day_second>\d{1,2}),) (?P<year>\d{4}),? (?:at )?(?P<hour>\d{1,2}?)[:.]?(?P<minute>\d\d)(?::\d\d)? ?"
+    r"(?P<half>[ap]m)?",
+    re.IGNORECASE,
+)
+_NAMES = ("name", "student", "studentid", "id", "file", "folder", "identifier", "fullname", "username", "emailaddress")
+_TIMES = ("time", "submitted", "received", "lastmodifiedsubmission", "date", "datesubmitted", "submittedat")
+_MAX_BYTES = 10_000_000  # of a list of times; 100 000 lines
+
+Content = TypeVar("Content")
+
+
+@dataclass(frozen=True)
+class Label:
+    """What a platform's name for a file or folder says.
+
+    Attributes
+    ----------
+    platform : which
+    people : possible names of the student, the likeliest first; none where marking is blind
+    number : by which the platform knows the student; "" without one
+    time : of receipt, by the platform's clock, with a zone if it says so; None without one
+    attempt : the higher, the later
+    file : the student's own name for it; "" for a folder
+    is_receipt : whether the platform itself wrote the file
+    """
+
+    platform: str
+    people: tuple[str, ...]
+    number: str = ""
+    time: datetime | None = None
+    attempt: int = 0
+    file: str = ""
+    is_receipt: bool = False
+
+
+def label_of(name: str) -> Label | None:
+    """Read a name by the patterns of the platforms; None if it fits none of them."""
+    for platform, sign, pattern in PLATFORMS if len(name) <= _LONGEST else ():
+        if match := pattern.fullmatch(name):
+            part = dict.fromkeys(("name", "login", "time", "file", "receipt"), "") | match.groupdict(default="")
+            whole = part["name"]
+            people = [whole, *(whole[place + 1 :] for place, letter in enumerate(whole) if letter == sign)]
+            return Label(
+                platform,
+                tuple(filter(None, [*people, part["login"]])),
+                part.get("number", ""),
+                _parse(part["time"]),
+                int(part.get("attempt", 0)),
+                part["file"],
+                bool(part["receipt"]),
+            )
+    return None
+
+
+def without_copy_number(name: str) -> tuple[str, int] | None:
+    """Return the name and the number of a copy, as of ``ada (1)``, ``ada-1`` or ``ada copy``; None for another name."""
+    match = _AGAIN.fullmatch(name) if len(name) <= _LONGEST else None
+    return (match["name"].strip(), int(next(filter(None, match.groups()[1:]), 1))) if match else None
+
+
+def without_canvas_counts(files: Mapping[str, Content]) -> dict[str, Content]:
+    """Return files under the names that they had before Canvas counted them: ``tools-1.py`` may have been ``tools.py``.
+
+    Notebooks are left out, as they are recognised by their names anyway, and names that exist or are of several files.
+    """
+    found: dict[str, list[Content]] = {}
+    for name, content in files.items():
+        if _CANVAS_COUNT.search(name) and not name.endswith(".ipynb"):
+            found.setdefault(_CANVAS_COUNT.sub("", name), []).append(content)
+    return {name: contents[0] for name, contents in found.items() if len(contents) == 1 and name not in files}
+
+
+# --- names ------------------------------------------------------------------------------------------------------------
+
+
+def encodings(name: str) -> Iterator[str]:
+    """Return what a name may be, itself first: programs that unpack old zips guess their encoding, often wrongly."""
+    yield readable(name)
+    for written, read in _ENCODINGS if not name.isascii() else ():
+        try:
+            yield readable(name.encode(read, "surrogateescape").decode(written))
+        except UnicodeError:
+            continue
+
+
+def letters(text: str) -> str:
+    """Return the letters and digits of a text in small letters: what every platform leaves of a name."""
+    return "".join(filter(str.isalnum, caseless(text)))
+
+
+def plain_letters(text: str) -> str:
+    """Return the letters and digits of a text in small letters and without accents."""
+    apart = unicodedata.normalize("NFKD", text)
+    return letters("".join(character for character in apart if not unicodedata.combining(character)))
+
+
+# --- times ------------------------------------------------------------------------------------------------------------
+
+
+def parse_time(text: str, zone: tzinfo = UTC) -> datetime | None:
+    """Read a time, as ``2026-11-21 13:05`` or as platforms write it; return it in UTC, or None if it is no time."""
+    time = _parse(text)
+    return None if time is None else in_utc(time, zone)
+
+
+def _parse(text: str) -> datetime | None:
+    try:
+        return datetime.fromisoformat(text.replace(" UTC", "+00:00"))
+    except ValueError:
+        match = _TIME.fullmatch(text.strip())
+    try:
+        if match is None:
+            return datetime.strptime(text, "%Y-%m-%d-%H-%M-%S")
+        day, month = match["day"] or match["day_second"], match["month"] or match["month_first"]
+        written = f"{day} {month} {match['year']} {match['hour']}:{match['minute']} {match['half'] or ''}"
+        return datetime.strptime(written, "%d %b %Y %I:%M %p" if match["half"] else "%d %b %Y %H:%M ")
+    except ValueError:
+        return None
+
+
+def in_utc(time: datetime, zone: tzinfo) -> datetime:
+    """Return a time in UTC; one without a zone is of the given one."""
+    try:
+        return (time if time.tzinfo else time.replace(tzinfo=zone)).astimezone(UTC)
+    except (OverflowError, ValueError, OSError):
+        return datetime(*time.timetuple()[:6], tzinfo=UTC)
+
+
+def read_times(path: Path, zone: tzinfo = UTC) -> tuple[dict[str, datetime], list[str]]:
+    """Read a list of times of receipt: a CSV with columns of names and one of times, as Moodle's grading worksheet.
+
+    Parameters
+    ----------
+    path : the file
+    zone : of times without one
+
+    Returns
+    -------
+    tuple
+        name → time in UTC, where each name of a line counts; and a message on each line that has no valid time
+
+    Raises
+    ------
+    GradingError
+        If it cannot be read, is too long, or has no such columns.
+    """
+    try:
+        with open(path, "rb") as file:
+            data = file.read(_MAX_BYTES + 1)
+        if len(data) > _MAX_BYTES:
+            raise GradingError(f"The times {path} are too long: more than {_MAX_BYTES} bytes.")
+        text = data.decode("utf-8-sig")
+        first = text.partition("\n")[0]
+        rows = [*csv.reader(io.StringIO(text, newline=""), delimiter=max(",;\t", key=first.count))]
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        raise GradingError(f"The times {path} cannot be read: {error}. Save them as CSV in UTF-8.") from None
+    heads = ["".join(filter(str.isalnum, cell.casefold())) for cell in rows[0]] if rows else []
+    named = [place for place, head in enumerate(heads) if head in _NAMES]
+    timed = next((heads.index(head) for head in _TIMES if head in heads), None)
+    if not named or timed is None:
+        raise GradingError(
+            f"The times {path} should have a line of headings, with a column 'name' or 'student' and a column 'time'."
+        )
+    times: dict[str, datetime] = {}
+    problems = []
+    for number, row in enumerate(rows[1:], 2):
+        given = row[timed].strip() if timed < len(row) else ""
+        if given in ("", "-"):
+            continue
+        if (time := parse_time(given, zone)) is None:
+            problems.append(f"Line {number}: {given!a:.40} is not a time; write it as 2026-11-21 13:05.")
+        else:
+            times |= {row[place].strip(): time for place in named if place < len(row) and row[place].strip()}
+    return times, problems

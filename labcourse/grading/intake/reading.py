@@ -1,0 +1,391 @@
+"""Read a student's submission: the cells of the course's notebooks, own files, and what was recorded at home."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from datetime import UTC, datetime, timedelta
+from pathlib import PurePosixPath
+
+import labcourse
+from labcourse import course_file
+from labcourse.answers import answers, own_files, report_files
+from labcourse.answers.notebooks import MAX_FILE, HandIn, Notebook, NotebookError, to_bytes
+from labcourse.errors import ConfigurationError
+from labcourse.files import ANSWERS_FILE, COURSE_FILE
+from labcourse.grading.gradebook.records import DECIDED, Delivery
+from labcourse.grading.intake import notebooks
+from labcourse.grading.intake.archives import OTHER_ARCHIVES, Shelf, Unreadable, is_archive, is_hidden, listed, shown
+from labcourse.grading.intake.finding import MAX_COURSE_FILE, Decisions, Doubt, Piece, Submission
+from labcourse.grading.intake.notebooks import Fit, Master, cells_written, fitting, is_notebook
+from labcourse.grading.intake.owners import course_data
+from labcourse.grading.intake.platforms import in_utc
+from labcourse.run.portability import Version, version
+
+MAX_STRANGERS = 30  #: notebooks of other names that are compared with the course's cells
+_MOST_COMPARED = 10  # files that may be the same notebook
+_UNREAD = "{name} cannot be read: {error}"
+_SAME_TIME = timedelta(seconds=2)  # to which a zip rounds
+_OLD = datetime.min.replace(tzinfo=UTC)
+
+
+@dataclass(frozen=True)
+class Item:
+    """Something that was handed in.
+
+    Attributes
+    ----------
+    name : file name of a notebook or a report, path of an own file, ``answers.json`` or ``course.json``
+    content : its bytes; of a notebook, without outputs
+    received : time of receipt, UTC
+    source : what it came in, for people
+    clock : how the time is known
+    """
+
+    name: str
+    content: bytes
+    received: datetime
+    source: str
+    clock: str | None = None
+
+
+@dataclass
+class Contents:
+    """What was read of a submission.
+
+    Attributes
+    ----------
+    items : all that counts, in order of time
+    notes : messages for the student and the instructor
+    doubts : what an instructor may decide
+    python : newest Python with which a notebook was saved; None where none says so
+    faults : what could not be read as it should
+    unread : file of the course → why it cannot be read, as long as none is read later
+    unreadable : messages on pieces that cannot be read, as long as no later one has notebooks
+    held : names of all files
+    has_notebooks : whether notebooks of the course are among the items
+    """
+
+    items: list[Item] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
+    doubts: list[Doubt] = field(default_factory=list)
+    python: Version | None = None
+    faults: list[str] = field(default_factory=list)
+    unread: dict[str, str] = field(default_factory=dict)
+    unreadable: list[str] = field(default_factory=list)
+    held: set[str] = field(default_factory=set)
+    has_notebooks: bool = False
+
+    def problems(self, earlier: Collection[str] = ()) -> list[str]:
+        """Return what could not be read as it should, and is not replaced by something later.
+
+        Parameters
+        ----------
+        earlier : names of what was handed in before
+        """
+        known = {item.name for item in self.items} | set(earlier)
+        messages = [*self.faults, *self.unreadable]
+        for name, why in self.unread.items():
+            counts = " The one that was handed in before it counts." if name in known else ""
+            messages.append(_UNREAD.format(name=name, error=why) + counts)
+        if not (self.unread or self.has_notebooks or any(map(is_notebook, earlier))):
+            held = f" It holds {listed(sorted(self.held))}." if self.held else ""
+            why = "There is no notebook of the course in the submission: its name ends in .ipynb."
+            messages.append(f"{why}{held}")
+        return list(dict.fromkeys(messages))
+
+
+@dataclass(frozen=True)
+class _Course:
+    """What is looked for."""
+
+    wanted: Sequence[str]
+    masters: Mapping[str, Master]
+    packages: Collection[str]
+    reports: Sequence[str]
+    decisions: Decisions
+
+
+def read(
+    submission: Submission,
+    wanted: Sequence[str],
+    masters: Mapping[str, Master] | None = None,
+    packages: Collection[str] = (labcourse.__name__,),
+    reports: Sequence[str] = (),
+    decisions: Decisions | None = None,
+) -> Contents:
+    """Read a submission's pieces, in order of time. If one of them cannot be read, the others are.
+
+    Parameters
+    ----------
+    submission : as found
+    wanted : file names of the course's notebooks
+    masters : the cells of each of them, by which a notebook of another name is recognised
+    packages : names of the course's packages, which are not own files
+    reports : file names of the course's reports, as PDF
+    decisions : which of several files counts, by the instructor
+    """
+    contents, answered = Contents(), set[str]()
+    course = _Course(wanted, masters or {}, packages, reports, decisions or {})
+    with Shelf() as shelf:
+        for piece in submission.pieces:
+            _Reader(piece, shelf, course, contents, answered).read()
+    contents.notes = list(dict.fromkeys(contents.notes))
+    return contents
+
+
+def is_unread(name: str, problems: Collection[str]) -> bool:
+    """Tell whether the problems of a run say that a file was handed in and could not be read."""
+    return any(line.startswith(_UNREAD.format(name=name, error="")) for line in problems)
+
+
+class _Reader:
+    """Reads one piece."""
+
+    def __init__(self, piece: Piece, shelf: Shelf, course: _Course, contents: Contents, answered: set[str]) -> None:
+        self._piece, self._shelf, self._course, self._contents = piece, shelf, course, contents
+        self._answered = answered  # notebooks in which something was written, here or in an earlier piece
+        self._seen = [path for path in piece.files if not is_hidden(path)]
+        self._used: set[str] = set()
+        self._missing = list(course.wanted)
+        self._fits = fitting(self._seen, course.wanted, *notebooks.ENDINGS)
+        self._base = self._folder_of_most()
+
+    def read(self) -> None:
+        """Read what counts, and note what does not."""
+        piece, contents, why = self._piece, self._contents, self._piece.trouble
+        contents.held |= {path.rpartition("/")[2] for path in piece.files}
+        try:
+            if piece.files:
+                self._shelf.open(piece.where)
+                self._read_all()
+        except Unreadable as error:
+            why = str(error)
+        if why:
+            contents.unreadable.append(f"The submission cannot be read: {shown(piece.source)}: {why}")
+        for why in dict.fromkeys(piece.refused.values()):
+            self._note_files([path for path, reason in piece.refused.items() if reason == why], f"not read: {why}")
+
+    def _read_all(self) -> None:
+        for name, candidates in self._fits.items():
+            self._missing.remove(name)
+            path = self._best(name, candidates)
+            try:
+                self._add_notebook(name, self._notebook(path))
+            except (Unreadable, NotebookError) as error:
+                self._contents.unread[name] = str(error)
+        self._by_cells()
+        self._in_their_place()
+        for name, candidates in fitting(self._seen, self._course.reports, notebooks.PDF).items():
+            self._report(name, self._best(name, candidates))
+        self._of_the_course(ANSWERS_FILE, answers.MAX_BYTES)
+        self._of_the_course(COURSE_FILE, MAX_COURSE_FILE)
+        self._own_files()
+
+    def _read(self, path: str, most: int) -> bytes:
+        return self._shelf.read(self._piece.where, self._piece.files[path], most)
+
+    def _add(self, name: str, data: bytes) -> None:
+        self._contents.items.append(Item(name, data, self._piece.received, self._piece.source, self._piece.clock))
+        self._contents.unread.pop(name, None)
+
+    # --- notebooks ----------------------------------------------------------------------------------------------------
+
+    def _notebook(self, path: str) -> Notebook:
+        notebook = Notebook.without_outputs(self._read(path, MAX_FILE))
+        self._contents.python = max(filter(None, (version(notebook.python), self._contents.python)), default=None)
+        return notebook
+
+    def _add_notebook(self, name: str, notebook: Notebook) -> None:
+        """Add a notebook; an empty one does not replace one with answers."""
+        master = self._course.masters.get(name)
+        if master is None or cells_written(notebook.cells, master):
+            self._answered.add(name)
+        elif name in self._answered:
+            source = shown(self._piece.source)
+            self._note(f"{name} in {source} is empty; the one that was handed in before it counts.")
+            return
+        self._add(name, to_bytes(notebook.cells))
+        self._contents.faults += [f"{name}: {why}" for why in notebook.problems]
+        self._contents.notes += self._contents.unreadable
+        self._contents.unreadable.clear()
+        self._contents.has_notebooks = True
+
+    def _folder_of_most(self) -> str:
+        """Return the folder of most of the course's notebooks; without any, of its other files, or the top."""
+        found: dict[str, set[str]] = {}
+        for name, candidates in self._fits.items():
+            for _fit, path in candidates:
+                found.setdefault(path.rpartition("/")[0], set()).add(name)
+        others = [] if found else [path.rpartition("/") for path in self._seen]
+        found |= {folder: set() for folder, _slash, name in others if name in (ANSWERS_FILE, COURSE_FILE)}
+        return min(
+            found, key=lambda folder: (-len(found[folder]), len(PurePosixPath(folder).parts), folder), default=""
+        )
+
+    def _nearness(self, path: str) -> tuple[bool, int, str]:
+        """Return a key that sorts files in the folder of most notebooks first, then by depth."""
+        return path.rpartition("/")[0] != self._base, path.count("/"), path
+
+    def _best(self, name: str, candidates: Sequence[tuple[Fit, str]]) -> str:
+        """Return the path of the file that counts, and note which others do not; an instructor may decide otherwise."""
+        (changes, _copy), path = candidates[0]
+        paths = [path for _fit, path in candidates]
+        self._used.update(paths)
+        if len(paths) > 1:
+            path, why = self._chosen(name, candidates)
+            paths.remove(path)
+            self._note(f"There are {len(paths) + 1} files {name}; {shown(path)} counts, {why}; not {listed(paths)}.")
+            self._contents.doubts.append(Doubt(self._piece.source, name, path, why, "; ".join(paths)))
+        elif changes:
+            self._note(f"{shown(path)} is taken for {name}.")
+        return path
+
+    def _chosen(self, name: str, candidates: Sequence[tuple[Fit, str]]) -> tuple[str, str]:
+        """Choose the newest of the files in which something is written; of one time, the one with the most."""
+        ordered = sorted(candidates, key=lambda one: (one[0][0], self._nearness(one[1])[0], one[0][1], one[1]))
+        paths = [path for _fit, path in ordered]
+        decided = self._course.decisions.get((self._piece.source, name))
+        if decided in paths:
+            return decided, DECIDED
+        if decided:
+            self._contents.faults.append(f"intake.csv: there is no file {shown(decided)} that may be {name}.")
+        written = {path: self._written(name, path) for path in paths[:_MOST_COMPARED]}
+        saved = {path: in_utc(self._piece.files[path].modified or _OLD, UTC) for path in written}
+        most = max(min(cells, 1) for cells in written.values())
+        begun = [path for path in written if min(written[path], 1) == most]
+        newest = max(saved[path] for path in begun)
+        path = max(begun, key=lambda path: (newest - saved[path] <= _SAME_TIME, written[path]))
+        when = f"saved {saved[path]:%Y-%m-%d %H:%M} UTC" if saved[path] > _OLD else "without a time"
+        return path, f"{when}, with {max(written[path], 0)} cells written"
+
+    def _written(self, name: str, path: str) -> int:
+        """Return in how many cells of a notebook a student wrote; -1 if it cannot be read."""
+        if not is_notebook(path):
+            return 0
+        try:
+            return cells_written(self._notebook(path).cells, self._course.masters.get(name, {}))
+        except (Unreadable, NotebookError):
+            return -1
+
+    def _by_cells(self) -> None:
+        """Recognise notebooks of other names by their cells."""
+        missing = {name for name in self._missing if name in self._course.masters}
+        others = [path for path in self._seen if path not in self._used and is_notebook(path)] if missing else []
+        for path in sorted(others, key=self._nearness)[:MAX_STRANGERS]:
+            try:
+                notebook = self._notebook(path)
+            except (Unreadable, NotebookError):
+                continue
+            if (name := notebooks.by_cells(notebook.cells, self._course.masters)) and name in missing:
+                missing.remove(name)
+                self._missing.remove(name)
+                self._used.add(path)
+                self._add_notebook(name, notebook)
+                self._note(f"{shown(path)} is taken for {name}, by its cells.")
+        if missing:
+            why = "not recognised as notebooks of the course, by their names or by the course's cells in them"
+            self._note_files([path for path in others if path not in self._used], why)
+
+    def _in_their_place(self) -> None:
+        """Name files in the place of missing notebooks: pages, programs, and archives that are not read."""
+        unused = [path for path in self._seen if path not in self._used]
+        for name in self._missing if self._course.masters else ():
+            stem = name.casefold().removesuffix(notebooks.ENDING)
+            if instead := [path for path in unused if PurePosixPath(path.casefold()).stem == stem]:
+                self._contents.unread[name] = f"{listed(instead)} is no notebook. Hand in {name}."
+        packed = [path for path in self._seen if path.casefold().endswith(OTHER_ARCHIVES) and not is_archive(path)]
+        if packed and self._missing and not self._piece.trouble:
+            self._contents.faults.append(f"{listed(packed)}: packed in a way that is not read; hand it in plain.")
+
+    # --- other files --------------------------------------------------------------------------------------------------
+
+    def _report(self, name: str, path: str) -> None:
+        """Read a report's PDF. Only its first bytes and its size are looked at here."""
+        try:
+            data = self._read(path, report_files.MAX_BYTES)
+            why = report_files.refusal(data)
+        except Unreadable as error:
+            why = str(error).rstrip(".")
+        if why:
+            self._contents.faults.append(_UNREAD.format(name=name, error=f"{why}."))
+        else:
+            self._add(name, data)
+
+    def _of_the_course(self, name: str, most: int) -> None:
+        paths = sorted((path for path in self._seen if path.rpartition("/")[2] == name), key=self._nearness)
+        self._used.update(paths)
+        try:
+            for path in paths[:1]:
+                self._add(name, data := self._read(path, most))
+                if name == COURSE_FILE:
+                    course_file.parse(data)
+        except Unreadable as error:
+            self._note(f"{name} is not read: {error}")
+        except ConfigurationError as error:
+            self._note(str(error))
+
+    def _own_files(self) -> None:
+        """Read the other files, as far as they lie with the notebooks or below."""
+        prefix = f"{self._base}/" if self._base else ""
+        others = [path for path in self._piece.files if path not in self._used]
+        beside = {path.removeprefix(prefix): path for path in others if path.startswith(prefix)}
+        folders = {str(folder) for path in beside for folder in PurePosixPath(path).parents}
+        sizes = [
+            (PurePosixPath(name), self._piece.files[path].size) for name, path in beside.items() if name not in folders
+        ]
+        made = report_files.made_files(self._course.reports)
+        choice = own_files.choose(sizes, [*self._course.wanted, *made], self._course.packages)
+        self._contents.notes += choice.notes
+        left = own_files.MAX_TOTAL
+        for name in map(str, choice.paths):
+            try:
+                data = self._read(beside[name], min(own_files.MAX_FILE, left))
+            except Unreadable as error:
+                self._note(f"{shown(name)} does not come along: {error}")
+            else:
+                self._add(name, data)
+                left -= len(data)
+        self._note_files(
+            [name for name in beside if name in folders], "not taken along: a file has the name of its folder"
+        )
+        outside = [path for path in others if not path.startswith(prefix) and not is_hidden(path)]
+        self._note_files(sorted(outside), "not taken along: not in the notebooks' folder")
+
+    def _note_files(self, paths: list[str], why: str) -> None:
+        if paths:
+            self._note(f"{listed(paths)}: {why}.")
+
+    def _note(self, text: str) -> None:
+        self._contents.notes.append(text)
+
+
+def newest(
+    items: Iterable[Item | Delivery], wanted: Sequence[str], reports: Sequence[str] = ()
+) -> tuple[HandIn, list[str]]:
+    """Return the newest of all that was handed in, and notes on what came when.
+
+    Parameters
+    ----------
+    items : in order of arrival, which decides between those of one time
+    wanted : file names of the course's notebooks
+    reports : file names of the course's reports, as PDF
+    """
+    in_order = sorted(items, key=lambda item: item.received)
+    latest = {item.name: item for item in in_order}
+    own = [name for name in sorted(latest) if name not in (*wanted, *reports, ANSWERS_FILE, COURSE_FILE)]
+    there = [name for name in wanted if name in latest]
+    hand_in = HandIn(
+        notebooks={name: Notebook.read(latest[name].content).cells for name in there},
+        files={name: latest[name].content for name in own},
+        claim=latest[ANSWERS_FILE].content if ANSWERS_FILE in latest else None,
+        course=course_data(latest[COURSE_FILE].content) if COURSE_FILE in latest else {},
+        reports={name: latest[name].content for name in reports if name in latest},
+    )
+    came: dict[tuple[datetime, str], list[str]] = {}
+    for name in (*there, *hand_in.reports):
+        came.setdefault((latest[name].received, latest[name].source), []).append(name)
+    is_in_stages = len({(item.received, item.source) for item in in_order}) > 1
+    stages = sorted(came.items()) if is_in_stages else []
+    notes = [f"Of {time:%Y-%m-%d %H:%M} UTC ({source}): {', '.join(names)}." for (time, source), names in stages]
+    return hand_in, notes + [f"{name} was not handed in." for name in wanted if there and name not in latest]
