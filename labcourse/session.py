@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any, Self
 
 from labcourse import course_file, courses, hub, student_id
-from labcourse.answers import cell_reports, forms, predicting, reflection
+from labcourse.answers import cell_reports, forms, predictions, reflection
 from labcourse.answers.answers import AnswerBook
 from labcourse.answers.catalogue import Catalogue, enumeration
 from labcourse.answers.parts import Question
@@ -294,7 +294,7 @@ class Session:
         AnswerError
             If nothing can be predicted of this question, or not this.
         """
-        print(*predicting.predict(self.book, self.catalogue, question, said), sep="\n")
+        print(*predictions.predict(self.book, self.catalogue.predictions, question, said), sep="\n")
 
     def observed(self, question: str, /, why: str = "") -> None:
         """Print what was predicted of an experiment beside what was recorded, and what to think about.
@@ -310,7 +310,8 @@ class Session:
             If nothing can be predicted of this question, or the sentence is none.
         """
         self.refresh()
-        print(*predicting.observed(self.book, self.catalogue, question, why, self._found), sep="\n")
+        lines = predictions.observed(self.book, self.catalogue.predictions, question, why, self._found)
+        print(*lines, sep="\n")
 
     def predicted(self, question: str, name: str) -> Any:
         """Return a prediction, to be drawn beside a recording: a number or a word; None if there is none.
@@ -321,7 +322,7 @@ class Session:
             If nothing can be predicted of this question.
         """
         self.book.refresh()
-        return predicting.value(self.book, self.catalogue, question, name)
+        return predictions.value(self.book, self.catalogue.predictions, question, name)
 
     # --- own answers, compared with each other -----------------------------------------------------------------------
 

@@ -17,7 +17,7 @@ from urllib.parse import unquote
 
 from PIL import Image, ImageOps, UnidentifiedImageError
 
-from labcourse.answers.kinds.values import LONGEST_PROSE
+from labcourse.answers import bounds
 
 MOST = 6  #: pictures of one answer; two pages of each of three drafts
 MAX_BYTES = 20_000_000  #: of a picture as it comes; a telephone's largest photograph
@@ -96,7 +96,7 @@ def pictures_of(
     budget = budget or Budget()
     text, inside = lifted(text)
     result = Pictures(text)
-    targets = dict.fromkeys(match["in"] or match["out"] for match in PICTURE.finditer(text, 0, LONGEST_PROSE))
+    targets = dict.fromkeys(match["in"] or match["out"] for match in PICTURE.finditer(text, 0, bounds.LONGEST_PROSE))
     for target in targets:
         if len(result.saved) == MOST:
             result.problems.append(f"more than {MOST} pictures: the first {MOST} are shown")

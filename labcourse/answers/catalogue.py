@@ -68,14 +68,14 @@ class Catalogue:
         self.notebooks = tuple(sorted({question.notebook for question in self.everything.values()}))
 
     def _report(self, number: str, section: str, notebook: str, title: str) -> Question:
-        """The report's text: a prose part for each item that is written rather than shown."""
+        """Return the report's text: a prose part for each item that is written rather than shown."""
         items = self.items(number)
         written = [prose(item.part, item.outcomes[0], f"{item.heading}. {item.prompt}") for item in items if item.part]
         outcomes = dict.fromkeys(part.outcome for part in written)
         return Question(number, section, notebook, title, tuple(outcomes), tuple(written))
 
     def _as_a_whole(self, report: Question) -> Question:
-        """What is judged of a report as a whole: a part for each row that says so."""
+        """Return what is judged of a report as a whole: a part for each row that says so."""
         items = [item for item in self.items(report.number) if item.judged]
         parts = [whole(item.judged, item.outcomes[0], f"{item.heading}. {item.prompt}") for item in items]
         outcomes = dict.fromkeys(part.outcome for part in parts)
@@ -83,11 +83,11 @@ class Catalogue:
         return Question(number, report.section, report.notebook, report.title, tuple(outcomes), tuple(parts))
 
     def items(self, report: str) -> list[ReportItem]:
-        """The rows of a report's scoring sheet."""
+        """Return the rows of a report's scoring sheet."""
         return [item for item in self.report_items if item.report == report]
 
     def find(self, number: Any) -> Question:
-        """The question, table or report of a number such as ``"1.2"``, ``"Table 1"`` or ``"First report"``.
+        """Return the question, table or report of a number such as ``"1.2"``, ``"Table 1"`` or ``"First report"``.
 
         Raises
         ------
@@ -114,7 +114,7 @@ class Catalogue:
         return self.everything[number]
 
     def find_marked(self, number: Any) -> Question:
-        """As :meth:`find`, of all that gets marks: a report as a whole, too.
+        """Return what :meth:`find` does, or a report as a whole: all that gets marks.
 
         Raises
         ------
@@ -126,17 +126,17 @@ class Catalogue:
 
 
 def _by_number(what: str, given: Iterable[Question]) -> dict[str, Question]:
-    """Questions by number. Raises TypeError if one is something else, as a tuple by a comma too many."""
-    found = {}
-    for place, one in enumerate(given, start=1):
-        if not isinstance(one, Question):
-            raise TypeError(f"entry {place} of {what} is a {type(one).__name__}, not a Question")
-        found[one.number] = one
-    return found
+    """Return questions by number. Raises TypeError if an entry is something else, as a tuple by a comma too many."""
+    questions = {}
+    for place, question in enumerate(given, start=1):
+        if not isinstance(question, Question):
+            raise TypeError(f"entry {place} of {what} is a {type(question).__name__}, not a Question")
+        questions[question.number] = question
+    return questions
 
 
 def spans(numbers: Iterable[str]) -> list[str]:
-    """Numbers in runs: "1.1", "4.1 to 4.3". A run ends where the part before the point changes, or a number lacks."""
+    """Join numbers to runs: "1.1", "4.1 to 4.3". A run ends where the part before the point changes, or at a gap."""
     runs: list[list[str]] = []
     for number in numbers:
         if runs and _follows(runs[-1][-1], number):
@@ -150,10 +150,10 @@ _COUNTED = re.compile(r"(.*?)(\d+)$")
 
 
 def _follows(before: str, number: str) -> bool:
-    one, other = _COUNTED.match(before), _COUNTED.match(number)
-    return bool(one and other and one[1] == other[1] and int(other[2]) == int(one[2]) + 1)
+    first, second = _COUNTED.match(before), _COUNTED.match(number)
+    return bool(first and second and first[1] == second[1] and int(second[2]) == int(first[2]) + 1)
 
 
 def enumeration(items: list[str]) -> str:
-    """As in "1.1, 4.1 to 4.3 and 'Table 1'"."""
+    """Join items, as in "1.1, 4.1 to 4.3 and 'Table 1'"."""
     return items[0] if len(items) < 2 else f"{', '.join(items[:-1])} and {items[-1]}"

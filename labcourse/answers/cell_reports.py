@@ -1,7 +1,8 @@
-"""What became of each cell of a run: written down while it goes on, a line for each event, and strictly read.
+"""Report what becomes of each cell of a run: a line for each event, written while it goes on.
 
 Where notebooks are run, :func:`begin` is called in the process of each before its first cell. A report survives the
-process that wrote it. It is taken as a claim by a stranger: what a cell can do, it can do to its own report, too.
+process that wrote it. :func:`labcourse.answers.schema.read_reports` reads it as a claim by a stranger: what a cell can
+do, it can do to its own report, too. This module imports no other of the package: a sandbox has it alone.
 """
 
 from __future__ import annotations
@@ -9,7 +10,7 @@ from __future__ import annotations
 import contextlib
 import json
 import os
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -17,9 +18,8 @@ from typing import Any
 LEFT = "exit()"  #: the type of error of a cell that ended Python, which is none
 REPORTS_FILE = "cell_reports.jsonl"  #: in the folder in which notebooks are run
 MAX_BYTES = 1_000_000  #: of the file; a thousand cells with a message each
-_MOST_LINES = 6_000  # eleven notebooks of at most some hundred cells
-_LONGEST = {"type": 60, "message": 300, "name": 100}  # characters
-_MOST_LACKED = 50  # answers of others that a cell asks for
+LONGEST = 300  #: characters of a message, or a name
+MOST_LINES = 10**6  #: of a cell
 
 
 @dataclass(frozen=True)
@@ -73,8 +73,8 @@ class Reports:
     refusals: tuple[Refusal, ...] = ()
 
     def of(self, cells: Collection[tuple[str, str]]) -> Reports:
-        """Those on some cells, by notebook and id: a run has others of its own, with ids that differ every time."""
-        return replace(self, cells=tuple(one for one in self.cells if (one.notebook, one.cell) in cells))
+        """Return those on some cells, by notebook and id: a run adds others, with ids that differ every time."""
+        return replace(self, cells=tuple(report for report in self.cells if (report.notebook, report.cell) in cells))
 
 
 # --- while notebooks are run ------------------------------------------------------------------------------------------
@@ -90,11 +90,8 @@ def begin(path: str | os.PathLike[str], notebook: str) -> None:
     path : file that the lines are added to
     notebook : name of the notebook whose cells are run
     """
-    from IPython.core.getipython import get_ipython
-
     _writing[:] = [(Path(path).absolute(), notebook)]
-    shell = get_ipython()
-    assert shell is not None
+    shell = _shell()
     shell.events.register("pre_run_cell", _starts)
     shell.events.register("post_run_cell", _ends)
 
@@ -102,7 +99,7 @@ def begin(path: str | os.PathLike[str], notebook: str) -> None:
 def refused(question: str, part: str, why: str) -> None:
     """Report that an answer was not recorded. Where nobody asked for reports, nothing happens."""
     if _writing:
-        _write({"event": "refused", "question": question, "part": part, "why": why[: _LONGEST["message"]]})
+        _write({"event": "refused", "question": question, "part": part, "why": _bounded(why)})
 
 
 def lacked(question: str, part: str) -> None:
@@ -120,17 +117,16 @@ def _ends(result: Any) -> None:
     cell = result.info.cell_id
     if cell is not None:
         error = result.error_before_exec or result.error_in_exec
-        told = None if error is None else of_exception(error)
-        if told is None and _has_left():
-            told = CellError(LEFT, "")
-        _write({"event": "ended", "cell": cell, "error": None if told is None else asdict(told)})
+        stopped = None if error is None else of_exception(error)
+        if stopped is None and getattr(_shell(), "exit_now", False):
+            stopped = CellError(LEFT, "")
+        _write({"event": "ended", "cell": cell, "error": None if stopped is None else asdict(stopped)})
 
 
-def _has_left() -> bool:
-    """Whether a cell has asked the kernel to end."""
+def _shell() -> Any:
     from IPython.core.getipython import get_ipython
 
-    return bool(getattr(get_ipython(), "exit_now", False))
+    return get_ipython()
 
 
 def _write(line: Mapping[str, Any]) -> None:
@@ -140,20 +136,23 @@ def _write(line: Mapping[str, Any]) -> None:
 
 
 def of_exception(error: BaseException) -> CellError:
-    """What stopped a cell, as plain data of bounded size."""
+    """Return what stopped a cell, in bounded size."""
     try:
-        message = str(error)
+        message = str(error.msg or "" if isinstance(error, SyntaxError) else error)
     except Exception:  # a class of the student's may fail at this, too
         message = ""
-    if isinstance(error, SyntaxError):
-        message = error.msg or ""
-    return CellError(type(error).__name__[: _LONGEST["type"]], message[: _LONGEST["message"]], _line(error))
+    return CellError(_bounded(type(error).__name__), _bounded(message), _line(error))
+
+
+def _bounded(text: str) -> str:
+    return text[:LONGEST].encode(errors="replace").decode()  # halves of surrogate pairs are in names of files
 
 
 def _line(error: BaseException) -> int | None:
-    """The line of the cell: the innermost one that was being run."""
+    """Return the line of the cell: the innermost one that was being run."""
     if isinstance(error, SyntaxError):
-        return error.lineno
+        line = error.lineno  # or whatever a cell raised it with
+        return line if type(line) is int and 0 < line < MOST_LINES else None
     trace = error.__traceback__
     cell = line = None
     while trace is not None:
@@ -164,53 +163,3 @@ def _line(error: BaseException) -> int | None:
             line = trace.tb_lineno
         trace = trace.tb_next
     return line
-
-
-# --- afterwards -------------------------------------------------------------------------------------------------------
-
-
-def read(data: bytes) -> Reports:
-    """What a run left. Lines that are none of ours are passed over, and so is all beyond the bounds."""
-    cells: dict[tuple[str, str], CellReport] = {}
-    refusals: dict[tuple[str, str], Refusal] = {}
-    latest = ("", "")
-    for line in _lines(data):
-        match line:
-            case {"event": "started", "notebook": str(notebook), "cell": str(cell)}:
-                latest = _short(notebook), _short(cell)
-                cells[latest] = CellReport(*latest, finished=False)
-            case {"event": "ended", "notebook": str(notebook), "cell": str(cell), "error": None | dict() as error}:
-                where = _short(notebook), _short(cell)
-                before = cells.get(where, CellReport(*where, finished=False))
-                cells[where] = replace(before, finished=True, error=_error(error))
-            case {"event": "lacked", "question": str(question), "part": str(part)} if latest in cells:
-                before = cells[latest]
-                more = dict.fromkeys((*before.lacked, (_short(question), _short(part))))
-                cells[latest] = replace(before, lacked=tuple(more)[:_MOST_LACKED])
-            case {"event": "refused", "question": str(question), "part": str(part), "why": str(why)}:
-                name = _short(question), _short(part)
-                refusals[name] = Refusal(*name, why[: _LONGEST["message"]])
-    return Reports(tuple(cells.values()), tuple(refusals.values()))
-
-
-def _lines(data: bytes) -> Iterable[Any]:
-    for line in data[:MAX_BYTES].splitlines()[:_MOST_LINES]:
-        try:
-            yield json.loads(line)
-        except (ValueError, RecursionError):
-            continue
-
-
-def _short(text: str) -> str:
-    return text[: _LONGEST["name"]]
-
-
-def _error(content: dict[str, Any] | None) -> CellError | None:
-    if content is None:
-        return None
-    kind, message, line = content.get("type"), content.get("message"), content.get("line")
-    return CellError(
-        kind[: _LONGEST["type"]] if isinstance(kind, str) else "",
-        message[: _LONGEST["message"]] if isinstance(message, str) else "",
-        line if isinstance(line, int) and not isinstance(line, bool) and 0 < line < 10**6 else None,
-    )

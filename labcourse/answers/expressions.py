@@ -13,20 +13,20 @@ import re
 import sys
 from typing import Any
 
+from labcourse.answers import bounds
 from labcourse.answers.json_values import FormError, NotAnswered, read_number
-from labcourse.answers.symbols import Names, listed, plain, without_time
+from labcourse.answers.symbols import Names, spelling, without_time
 from labcourse.errors import AnswerError
 
 MAX_NODES = 1000  #: a page of formula
 MAX_DEPTH = 40  #: deeper than anybody can read
-MAX_INTEGER = 10**20  #: what is typed with 15 digits, in millionths
 MAX_EXPONENT = 64  #: of a power, and of powers within powers multiplied together
-_FUNCTIONS = ("sqrt", "sin", "cos", "exp")
 #: How many arguments there are to each kind: fewest and most.
-_ARGUMENTS = {"symbol": (1, 1), "int": (1, 1), "rational": (2, 2), "float": (1, 1), "pi": (0, 0), "pow": (2, 2)}
-_ARGUMENTS |= {"add": (1, MAX_NODES), "mul": (1, MAX_NODES)} | dict.fromkeys(_FUNCTIONS, (1, 1))
-_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,30}")
-_TOO_LARGE = "it is too large to be kept: simplify it first"
+ARGUMENTS = {"symbol": (1, 1), "int": (1, 1), "rational": (2, 2), "float": (1, 1), "pi": (0, 0), "pow": (2, 2)}
+ARGUMENTS |= {"add": (1, MAX_NODES), "mul": (1, MAX_NODES)} | dict.fromkeys(("sqrt", "sin", "cos", "exp"), (1, 1))
+#: Kinds with arguments that are trees, and what makes one in sympy. It has no sqrt of its own, but a power.
+_MAKERS = {"add": "Add", "mul": "Mul", "pow": "Pow", "sin": "sin", "cos": "cos", "exp": "exp", "sqrt": "sqrt"}
+NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,30}")
 
 
 def is_symbolic(value: Any) -> bool:
@@ -39,7 +39,7 @@ def is_symbolic(value: Any) -> bool:
 
 
 def encode(value: Any, symbols: tuple[str, ...], name: str = "") -> list[Any]:
-    """The tree of a sympy expression (or a number) in the given symbols.
+    """Return the tree of a sympy expression (or a number) in the given symbols.
 
     Functions of time and their derivatives are taken as the symbols that are meant, and symbols as the given ones,
     however they are spelt (:mod:`labcourse.answers.symbols`). With ``name``, an equation of the symbol of that name
@@ -50,28 +50,26 @@ def encode(value: Any, symbols: tuple[str, ...], name: str = "") -> list[Any]:
     NotAnswered
         If there is nothing yet.
     FormError
-        If it is no such expression; the message says what is wrong with it.
+        If it is not such an expression; the message says what is wrong with it.
     """
     names = Names(symbols)
     tree = _tree(without_time(_one_expression(value, name, names), names), names)
     try:
         check(tree, symbols)
-    except FormError:
-        raise
     except AnswerError:
-        raise FormError(_TOO_LARGE) from None
+        raise FormError("it is too large to be kept: simplify it first") from None
     return tree
 
 
 def encode_equation(value: Any, symbols: tuple[str, ...]) -> tuple[list[Any], list[Any]]:
-    """The trees of the two sides of an equation: ``sympy.Eq``, a pair (left, right), or an expression that is zero.
+    """Return the trees of both sides of an equation: ``sympy.Eq``, a pair (left, right), or an expression that is 0.
 
     Raises
     ------
     NotAnswered
         If there is nothing yet.
     FormError
-        If it is no such equation; the message says what is wrong with it.
+        If it is not such an equation; the message says what is wrong with it.
     """
     import sympy
 
@@ -95,7 +93,7 @@ def encode_equation(value: Any, symbols: tuple[str, ...]) -> tuple[list[Any], li
 
 
 def _one_expression(value: Any, name: str, names: Names) -> Any:
-    """The sympy expression meant by a value: wrappers that a student's code may leave around it are taken off."""
+    """Return the sympy expression meant by a value, without wrappers that a student's code may leave around it."""
     if value is None or value is Ellipsis:
         raise NotAnswered("nothing yet")
     import sympy
@@ -123,16 +121,16 @@ def _one_expression(value: Any, name: str, names: Names) -> Any:
 
 
 def _unwrapped(value: Any, name: str, names: Names) -> Any:
-    """What is in a list or a matrix of one, in a solution of ``sympy.solve``, or on the right of an equation."""
+    """Return what is in a list or matrix of one, in a solution of ``sympy.solve``, or on the right of an equation."""
     import sympy
 
     if isinstance(value, list | tuple | set | sympy.MatrixBase) and len(value) == 1:
         return next(iter(value))
     if isinstance(value, dict):
-        found = [formula for key, formula in value.items() if _means(key, name, names)]
-        if len(found) != 1:
+        formulas = [formula for key, formula in value.items() if _means(key, name, names)]
+        if len(formulas) != 1:
             raise FormError("it is a dict: give one expression, solution[symbol] for a solution of sympy.solve")
-        return found[0]
+        return formulas[0]
     if isinstance(value, sympy.Eq):
         if not _means(value.lhs, name, names):
             raise FormError("it is an equation: give the expression alone")
@@ -144,7 +142,7 @@ def _means(value: Any, name: str, names: Names) -> bool:
     """Whether a symbol, or a derivative, is the one of a name."""
     import sympy
 
-    return bool(name) and isinstance(value, sympy.Expr) and plain(str(without_time(value, names))) == plain(name)
+    return bool(name) and isinstance(value, sympy.Expr) and spelling(str(without_time(value, names))) == spelling(name)
 
 
 def _tree(expression: Any, names: Names) -> list[Any]:
@@ -152,12 +150,12 @@ def _tree(expression: Any, names: Names) -> list[Any]:
 
     if not expression.args:
         return _leaf(expression, names)
-    kinds = {sympy.Add: "add", sympy.Mul: "mul", sympy.Pow: "pow", sympy.sin: "sin", sympy.cos: "cos", sympy.exp: "exp"}
+    kinds = {getattr(sympy, maker): kind for kind, maker in _MAKERS.items() if kind != "sqrt"}
     if expression.func not in kinds:
+        name = expression.func.__name__
         if isinstance(expression, sympy.Integral | sympy.Sum | sympy.Limit | sympy.UnevaluatedExpr):
-            what = expression.func.__name__
-            raise FormError(f"it contains {what}, which is not carried out: add .doit() to it")
-        raise _foreign(expression.func.__name__)
+            raise FormError(f"it contains {name}, which is not carried out: add .doit() to it")
+        raise _foreign(name)
     if expression.is_Pow and not expression.exp.is_Number:
         raise FormError(f"it contains a power whose exponent is not a number: {expression.exp}")
     return [kinds[expression.func], *(_tree(argument, names) for argument in expression.args)]
@@ -191,12 +189,12 @@ def _foreign(what: str) -> FormError:
 
 
 def decode(tree: Any, symbols: tuple[str, ...] | None = None) -> Any:
-    """The sympy expression of a tree, its symbols plain ``sympy.Symbol`` of their names.
+    """Return the sympy expression of a tree, its symbols plain ``sympy.Symbol`` of their names.
 
     Raises
     ------
     AnswerError
-        If it is no tree, too large, or has symbols other than the given ones.
+        If it is not a tree, too large, or has symbols other than the given ones.
     """
     import sympy
 
@@ -207,25 +205,52 @@ def decode(tree: Any, symbols: tuple[str, ...] | None = None) -> Any:
     return expression
 
 
+def decode_equation(lhs: Any, rhs: Any, symbols: tuple[str, ...]) -> Any:
+    """Return the ``sympy.Eq`` of the trees of both sides, as it stands. Raises AnswerError as :func:`decode` does."""
+    import sympy
+
+    return sympy.Eq(decode(lhs, symbols), decode(rhs, symbols), evaluate=False)
+
+
 def _build(tree: list[Any]) -> Any:
     import sympy
 
-    kind, *arguments = tree
-    match kind:
-        case "symbol":
-            return sympy.Symbol(arguments[0])
-        case "int":
-            return sympy.Integer(arguments[0])
-        case "rational":
-            return sympy.Rational(*arguments)
-        case "float":
-            return sympy.Float(arguments[0])
-        case "pi":
+    match tree:
+        case ["symbol", name]:
+            return sympy.Symbol(name)
+        case ["int", number]:
+            return sympy.Integer(number)
+        case ["rational", numerator, denominator]:
+            return sympy.Rational(numerator, denominator)
+        case ["float", number]:
+            return sympy.Float(number)
+        case ["pi"]:
             return sympy.pi
-    makers = {"add": sympy.Add, "mul": sympy.Mul, "pow": sympy.Pow} | {
-        name: getattr(sympy, name) for name in _FUNCTIONS
-    }
-    return makers[kind](*(_build(argument) for argument in arguments))
+    kind, *arguments = tree
+    return getattr(sympy, _MAKERS[kind])(*map(_build, arguments))
+
+
+def polynomial(value: Any) -> Any:
+    """Return the polynomial that an expression in one unknown is, for its coefficients; any other value as it is."""
+    import sympy
+
+    if isinstance(value, sympy.Expr) and len(value.free_symbols) == 1 and value.is_polynomial(*value.free_symbols):
+        return sympy.Poly(value, *value.free_symbols)
+    return value
+
+
+def describe(noun: str, symbols: tuple[str, ...], data: Any) -> str:
+    """Describe trees by their symbols, as in "expression in k, x": the same on every machine."""
+    present: set[str] = set()
+    pending = [data]
+    while pending:
+        item = pending.pop()
+        if isinstance(item, list):
+            if len(item) == 2 and item[0] == "symbol":
+                present.add(item[1])
+            pending.extend(item)
+    used = [symbol for symbol in symbols if symbol in present]
+    return f"{noun} in {', '.join(used)}" if used else f"{noun} without symbols"
 
 
 def check(tree: Any, symbols: tuple[str, ...] | None = None) -> None:
@@ -245,7 +270,7 @@ class _Check:
         self.nodes = 0
 
     def node(self, tree: Any, depth: int, power: float, steep: bool = True) -> None:
-        """A node and what is below it.
+        """Check a node and what is below it.
 
         ``depth`` is how many levels are left; ``power`` the largest exponent that is left for the powers below;
         ``steep`` whether there may be an exponential. Within another, or within a sine, it would be a number whose
@@ -257,7 +282,7 @@ class _Check:
         if not isinstance(tree, list) or not tree or not isinstance(tree[0], str):
             raise AnswerError("An expression is a list that begins with its kind.")
         kind, *arguments = tree
-        fewest, most = _ARGUMENTS.get(kind, (1, 0))
+        fewest, most = ARGUMENTS.get(kind, (1, 0))
         if not fewest <= len(arguments) <= most:
             raise AnswerError(f"There is no {kind[:20]!r} with {len(arguments)} arguments in an expression.")
         match kind:
@@ -265,7 +290,7 @@ class _Check:
                 self._symbol(arguments[0])
             case "int" | "rational":
                 if not all(_is_integer(number) for number in arguments) or arguments[-1] <= 0 < len(arguments) - 1:
-                    raise AnswerError(f"{kind!r} should be made of integers of at most {MAX_INTEGER:.0e}.")
+                    raise AnswerError(f"{kind!r} should be made of integers of at most {bounds.MAX_INTEGER:.0e}.")
             case "float":
                 read_number("A float", arguments[0])
             case "pow":
@@ -277,13 +302,13 @@ class _Check:
                     self.node(argument, depth - 1, power, steep and kind not in ("exp", "sin", "cos"))
 
     def _symbol(self, name: Any) -> None:
-        if not isinstance(name, str) or not _NAME.fullmatch(name):
+        if not isinstance(name, str) or not NAME.fullmatch(name):
             raise AnswerError("A symbol should have a name.")
         if self.symbols is not None and name not in self.symbols:
-            raise AnswerError(f"The symbol {name} is not among {listed(self.symbols)}.")
+            raise AnswerError(f"The symbol {name} is not among {', '.join(self.symbols)}.")
 
     def _exponent(self, tree: Any, power: float) -> float:
-        """By how much an exponent uses up ``power``; at least 1."""
+        """Return by how much an exponent uses up ``power``; at least 1."""
         self.node(tree, 1, 1)
         kind, *numbers = tree
         if kind not in ("int", "rational", "float"):
@@ -297,4 +322,4 @@ class _Check:
 
 
 def _is_integer(value: Any) -> bool:
-    return isinstance(value, int) and not isinstance(value, bool) and abs(value) <= MAX_INTEGER
+    return isinstance(value, int) and not isinstance(value, bool) and abs(value) <= bounds.MAX_INTEGER

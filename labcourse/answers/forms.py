@@ -1,59 +1,73 @@
-"""The form of an answer: from a Python value to plain data and back, by the kind of the part. Never its value.
+"""The form of an answer: from what a student gives to plain data and back, by the kind of the part. Never its value.
 
-Grading reads untrusted answers with :func:`decode`, which takes nothing but what :func:`encode` can write.
+What is stored, and what is read of an untrusted file, is one schema (:mod:`labcourse.answers.schema`). It is imported
+when the first answer is given or read: pydantic takes a moment. Hints teach; none gives away the value, or the range in
+which it is expected.
 """
 
 from __future__ import annotations
 
+import copy
 import json
-from collections.abc import Callable
+import math
+import re
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol, runtime_checkable
 
-from labcourse.answers.json_values import FormError, NotAnswered
-from labcourse.answers.kinds import arrays, figures, functions, recordings, symbolic, values
-from labcourse.answers.parts import Part
+import numpy as np
+from numpy.typing import NDArray
+
+from labcourse.answers import bounds, expressions, figures
+from labcourse.answers.expressions import is_symbolic
+from labcourse.answers.json_values import FormError, NotAnswered, clean, rounded, thin
+from labcourse.answers.parts import YES_NO, Part
 from labcourse.errors import AnswerError
+from labcourse.messages import plural
 
-__all__ = ["MAX_BYTES", "Encoded", "FormError", "NotAnswered", "decode", "encode", "show"]
+__all__ = ["MAX_BYTES", "Encoded", "FormError", "NotAnswered", "Sampled", "decode", "encode", "show"]
 
 MAX_BYTES = 120_000  #: of one answer, as JSON; a recording of 400 points in a dozen channels
+_ABOVE = 4  # levels of answers.json above a recording's metadata
+#: What a notebook may leave where a text is to be written.
+STUBS = ("", "...", "your answer here", "your text here")
+
+_NUMBER_AND_UNIT = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(?![eE][-+]?\d|j\s*$)[^\W\d_].*")
+_FEWEST_WORDS, _SHORT = 3, 30  # of an explanation: with fewer, and as few characters, it is asked whether that is all
+_LEAST_PERCENTAGE = 0.06  # below, and above 0, a fraction is likelier; a coarse encoder gives a tenth of a per cent
+_LONGEST_MESSAGE = 200  # characters of a function's error: two lines
+_DEG, _REV = math.pi / 180, 2 * math.pi  # rad per degree, rad per revolution
+#: What a number out of range may have been given in: the factor that leads to the part's unit, and its name.
+_SLIPS = {
+    "rad/s": ((_REV, "in hertz"), (_DEG, "in degrees per second"), (_REV / 60, "in revolutions per minute")),
+    "rad": ((_DEG, "in degrees"), (_REV, "in revolutions")),
+    "deg": ((1 / _DEG, "in radians"), (360.0, "in revolutions")),
+    "N·m/rad": ((1 / _DEG, "per degree"), (_REV**2, "computed from a frequency in hertz")),
+    "kg·m²": ((1e-3, "in grams"), (1e-4, "in square centimetres"), (1e-6, "in square millimetres")),
+    "s": ((1e-3, "in milliseconds"),),
+    "V/rad": ((1 / _DEG, "per degree"),),
+}
+_ANGLE_SLIPS = (
+    *((factor, "off by 180/pi, as between degrees and radians") for factor in (_DEG, 1 / _DEG)),
+    *((factor, "off by 2 pi, as between hertz and rad/s") for factor in (_REV, 1 / _REV)),
+)
+_THOUSAND = tuple((factor, "off by a factor of 1000 (milli, kilo)") for factor in (1e-3, 1e3))
+
+Fields = dict[str, Any]
+Hints = list[str]
 
 
 @dataclass(frozen=True)
 class Encoded:
-    """An answer as plain data (with its kind), and hints on what is worth a second look."""
+    """An answer as plain data (with its kind), hints on what is worth a second look, and its size in bytes of JSON."""
 
     content: dict[str, Any]
-    hints: tuple[str, ...] = ()
-
-
-@dataclass(frozen=True)
-class _Kind:
-    encode: Callable[[Part, Any], tuple[dict[str, Any], list[str]]] | None  # a function needs a seed as well
-    decode: Callable[[Part, Any], Any]
-    show: Callable[[Part, dict[str, Any]], str]
-
-
-_KINDS = {
-    "number": _Kind(values.encode_number, values.decode_number, values.show_number_answer),
-    "matrix": _Kind(arrays.encode_matrix, arrays.decode_matrix, arrays.show_matrix),
-    "poles": _Kind(arrays.encode_poles, arrays.decode_poles, arrays.show_poles),
-    "choice": _Kind(values.encode_choice, values.decode_choice, values.show_choice),
-    "prose": _Kind(values.encode_prose, values.decode_prose, values.show_prose),
-    "expression": _Kind(symbolic.encode_expression, symbolic.decode_expression, symbolic.show_expression),
-    "equation": _Kind(symbolic.encode_equation, symbolic.decode_equation, symbolic.show_equation),
-    "symbolic_matrix": _Kind(
-        symbolic.encode_symbolic_matrix, symbolic.decode_symbolic_matrix, symbolic.show_symbolic_matrix
-    ),
-    "function": _Kind(None, functions.decode_function, functions.show_function),
-    "figure": _Kind(figures.encode_figure, figures.decode_figure, figures.show_figure),
-    "recording": _Kind(recordings.encode_recording, recordings.decode_recording, recordings.show_recording),
-}
+    hints: tuple[str, ...]
+    size: int
 
 
 def encode(part: Part, value: Any, probe_seed: int) -> Encoded:
-    """What a student gives for a part, as plain data.
+    """Turn what a student gives for a part into plain data.
 
     Parameters
     ----------
@@ -68,19 +82,28 @@ def encode(part: Part, value: Any, probe_seed: int) -> Encoded:
     FormError
         If it has another form; the message is a hint for the student.
     """
-    encoder = _KINDS[part.kind].encode
-    content, hints = encoder(part, value) if encoder else functions.encode_function(part, value, probe_seed)
-    content = {"kind": part.kind, **content}
-    size = len(json.dumps(content, allow_nan=False))
-    if size > MAX_BYTES:
+    from labcourse.answers import schema
+
+    _check_given(value)
+    if part.kind == "function":
+        fields, hints = _encode_function(part, value, probe_seed)
+    else:
+        fields, hints = _ENCODERS[part.kind](part, value)
+    content = {"kind": part.kind, **fields}
+    text = json.dumps(content, allow_nan=False)
+    if len(text) > MAX_BYTES:
         raise FormError(
-            f"it is too large to be kept ({size} of at most {MAX_BYTES} bytes): leave out what is not needed"
+            f"it is too large to be kept ({len(text)} of at most {MAX_BYTES} bytes): leave out what is not needed"
         )
-    return Encoded(content, tuple(hints))
+    try:
+        schema.read_answer(part, content)
+    except AnswerError as error:
+        raise FormError(f"it cannot be kept. {error}") from None
+    return Encoded(content, tuple(hints), len(text))
 
 
 def decode(part: Part, content: Any) -> Any:
-    """The value of a stored answer, strictly read.
+    """Read a stored answer strictly, and return its value.
 
     Returns
     -------
@@ -94,11 +117,334 @@ def decode(part: Part, content: Any) -> Any:
     AnswerError
         If the data is not what :func:`encode` could have written for this part.
     """
-    if not isinstance(content, dict) or content.get("kind") != part.kind:
-        raise AnswerError(f"{part.name} should be of kind {part.kind}.")
-    return _KINDS[part.kind].decode(part, content)
+    from labcourse.answers import schema
+
+    return schema.read_answer(part, content).decode(part)
 
 
 def show(part: Part, content: dict[str, Any]) -> str:
-    """A few words on a stored answer, with its name: "speed = 19.9 rad/s". The same on every machine."""
-    return part.name + _KINDS[part.kind].show(part, content)
+    """Describe a stored answer in a few words: "speed = 19.9 rad/s". The same on every machine."""
+    from labcourse.answers import schema
+
+    return f"{part.name}{schema.read_answer(part, content).show(part)}"
+
+
+def _check_given(value: Any) -> None:
+    if value is None or value is Ellipsis:
+        raise NotAnswered("nothing yet")
+
+
+def _entry(place: str, value: Any, read: Callable[[Any], Any]) -> Any:
+    """Read an entry of a list or matrix. Its errors name the place."""
+    try:
+        return read(value)
+    except NotAnswered:
+        raise FormError(f"{place} is still empty") from None
+    except FormError as error:
+        raise FormError(f"look at {place}: {error}") from None
+
+
+# --- numbers ---------------------------------------------------------------------------------------------------------
+
+
+def _real(value: Any) -> float:
+    number = _complex(value)
+    if abs(number.imag) > 1e-9 * abs(number):
+        raise FormError("it is complex; a real number is asked for")
+    return number.real
+
+
+def _complex(value: Any) -> complex:
+    """Return one finite number, real or complex, from whatever a student may have it in."""
+    _check_given(value)
+    if isinstance(value, bool | np.bool_):
+        raise FormError("it is True or False, not a number")
+    if isinstance(value, str | bytes):
+        match = _NUMBER_AND_UNIT.fullmatch(str(value))
+        how = f"write the number alone, without quotes and unit: {match[1]}" if match else "leave out the quotes"
+        raise FormError(f"it is text; {how}")
+    if is_symbolic(value) and getattr(value, "free_symbols", None):
+        left = ", ".join(sorted(str(symbol) for symbol in value.free_symbols))
+        raise FormError(f"it still contains {left}: substitute numbers for them")
+    if callable(value):
+        raise FormError("it is a function: call it, and give the result")
+    if not is_symbolic(value) or hasattr(value, "shape"):
+        try:
+            array = np.asarray(value)
+        except ValueError:
+            raise FormError("it is not one number") from None
+        if array.size != 1:
+            raise FormError(f"one number is asked for; this has {array.size} values")
+        value = array.item()
+        if isinstance(value, bool | str | bytes | None | type(Ellipsis)):
+            return _complex(value)
+    try:
+        number = complex(value)
+    except (TypeError, ValueError, OverflowError):
+        raise FormError(f"it is a {type(value).__name__}, not a number") from None
+    if not (math.isfinite(number.real) and math.isfinite(number.imag)):
+        raise FormError("it is not finite (NaN or infinite): look for a division by zero or a missing sample before it")
+    return number
+
+
+def _encode_number(part: Part, value: Any) -> tuple[Fields, Hints]:
+    number = _real(value)
+    return {"value": number}, [hint for hint in [_plausibility(part, number)] if hint]
+
+
+def _plausibility(part: Part, number: float) -> str | None:
+    """Return a hint where a number is outside the plausible range: a likely slip of units, or just unusual."""
+    if part.unit == "%" and 0 < number < _LEAST_PERCENTAGE:
+        return f"it looks like it is a fraction; give {part.unit}, unless it is really that small"
+    if part.plausible is None or part.plausible[0] <= number <= part.plausible[1]:
+        return None
+    if part.plausible[0] <= -number <= part.plausible[1] and number:
+        return "it is negative: check the sign"
+    angular = _ANGLE_SLIPS if "rad" in part.unit or "deg" in part.unit else ()
+    slip = _slip(number, part.plausible, part.unit, _SLIPS.get(part.unit, ()), angular, _THOUSAND)
+    return slip or f"unusually {'large' if number > part.plausible[1] else 'small'} for this plant: check"
+
+
+def _slip(
+    number: float, plausible: tuple[float, float], unit: str, *candidates: Iterable[tuple[float, str]]
+) -> str | None:
+    """Return a hint at the slip of units, (factor, name), that would explain a number; the likeliest are first."""
+    for slips in candidates:
+        names = [name for factor, name in slips if plausible[0] <= number * factor <= plausible[1]]
+        if names:
+            return f"it looks like it is {' or '.join(names)}{f'; give {unit}' if unit else ''}"
+    return None
+
+
+# --- matrices and poles ----------------------------------------------------------------------------------------------
+
+
+def _objects(value: Any, message: str) -> NDArray[Any]:
+    """Return an array of whatever a list has in it. Raises FormError with the message if it is not a regular one."""
+    try:
+        array = np.asarray(value, dtype=object)
+    except ValueError:
+        raise FormError(message) from None
+    if array.size and all(entry is None or entry is Ellipsis for entry in array.flat):
+        raise NotAnswered("nothing yet")
+    return array
+
+
+def _table(part: Part, value: Any, read: Callable[[Any], Any]) -> list[list[Any]]:
+    """Read the entries of a matrix, by rows. A vector may lie or stand."""
+    rows, columns = part.rows_and_columns
+    value = _coefficients(value)
+    if callable(value) and not hasattr(value, "__array__"):  # a polynomial of numpy's is both
+        raise FormError("it is a function: call it, and give the result")
+    ragged = "its rows differ in length"
+    array = _objects(value if not is_symbolic(value) or hasattr(value, "shape") else [value], ragged)
+    entries = array.ravel().tolist()
+    if any(isinstance(entry, list | tuple | np.ndarray) for entry in entries):
+        raise FormError(ragged)
+    lying_or_standing = 1 in (rows, columns) and array.size == rows * columns and sum(n > 1 for n in array.shape) <= 1
+    if array.shape != (rows, columns) and not lying_or_standing:
+        given = " × ".join(map(str, array.shape)) if array.ndim > 1 else f"a row of {array.size}"
+        given = given if array.ndim else f"a {type(value).__name__}"
+        wanted = f"{rows * columns} numbers" if 1 in (rows, columns) else f"a {rows} × {columns} matrix"
+        raise FormError(f"it should be {wanted}; it is {given}")
+    places = [f"the entry in row {i + 1}, column {j + 1}" for i in range(rows) for j in range(columns)]
+    numbers = [_entry(place, entry, read) for place, entry in zip(places, entries, strict=True)]
+    return [numbers[columns * row : columns * (row + 1)] for row in range(rows)]
+
+
+def _coefficients(value: Any) -> Any:
+    """Return the coefficients of a polynomial of sympy's or numpy's, highest power first; any other value as it is."""
+    if hasattr(value, "all_coeffs"):
+        return value.all_coeffs()
+    if hasattr(value, "convert") and hasattr(value, "coef"):  # numpy's have the lowest first, and other bases
+        return value.convert(kind=np.polynomial.Polynomial).coef[::-1]
+    return value
+
+
+def _encode_matrix(part: Part, value: Any) -> tuple[Fields, Hints]:
+    if is_symbolic(value):
+        value = expressions.polynomial(value)
+    numbers = _table(part, value, _real)
+    return {"value": numbers}, list(_unusual(part, [number for row in numbers for number in row if number]))
+
+
+def _unusual(part: Part, numbers: list[float]) -> Iterator[str]:
+    """Give hints on a matrix, by its entries that are not zero."""
+    digits, plausible, unit = part.usual.digits, part.usual.largest, part.usual.unit
+    if digits > 1 and numbers and all(float(f"{number:.{digits - 2}e}") == number for number in numbers):
+        yield (
+            f"its entries have {digits - 1} digits or fewer: give what you computed, for what comes next builds on it"
+        )
+    largest = max(map(abs, numbers), default=0.0)
+    if plausible is not None and numbers and not plausible[0] <= largest <= plausible[1]:
+        size = "large" if largest > plausible[1] else "small"
+        slip = _slip(largest, plausible, unit, _SLIPS.get(unit, ()))
+        yield slip or f"its entries are unusually {size} for this plant: check"
+
+
+def _encode_poles(part: Part, value: Any) -> tuple[Fields, Hints]:
+    if isinstance(value, dict):  # sympy's eigenvalues: pole -> how often
+        value = [pole for pole, times in value.items() for _repeat in range(times if isinstance(times, int) else 1)]
+    if isinstance(value, set | frozenset):
+        value = list(value)
+    if isinstance(value, str) or not hasattr(value, "__len__"):
+        raise FormError(f"it is a {type(value).__name__}; give a list of {part.count} poles")
+    given = _objects(value, f"give one list of {part.count} poles").ravel().tolist()
+    if len(given) != part.count:
+        raise FormError(
+            f"{part.count} poles are asked for (count multiple ones as often as they occur); there are {len(given)}"
+        )
+    poles = [_entry(f"pole {index}", pole, _complex) for index, pole in enumerate(given, start=1)]
+    poles.sort(key=lambda pole: (float(f"{pole.real:.6g}"), pole.imag))
+    hints = [] if _in_pairs(poles) else ["the complex poles of a real system come in conjugate pairs; these do not"]
+    return {"value": [[pole.real, pole.imag] for pole in poles]}, hints
+
+
+def _in_pairs(poles: list[complex]) -> bool:
+    """Whether the poles with an imaginary part are their own conjugates, within rounding to three digits."""
+    scale = max(map(abs, poles))
+    left = [pole for pole in poles if abs(pole.imag) > 1e-6 * scale]
+    return all(any(abs(pole.conjugate() - other) <= 5e-3 * scale for other in left) for pole in left)
+
+
+# --- words -----------------------------------------------------------------------------------------------------------
+
+
+def _plain_word(text: str) -> str:
+    return re.sub(r"[\s_-]+", " ", text.strip().casefold()).rstrip(".")
+
+
+def _encode_choice(part: Part, value: Any) -> tuple[Fields, Hints]:
+    if isinstance(value, bool | np.bool_) and part.choices == YES_NO:
+        value = "yes" if value else "no"
+    listed = ", ".join(map(repr, part.choices))
+    if not isinstance(value, str):
+        raise FormError(f"it is a {type(value).__name__}; give one of {listed}")
+    if _plain_word(value) in STUBS:
+        raise NotAnswered("nothing yet")
+    for choice in part.choices:
+        if _plain_word(value) == _plain_word(choice):
+            return {"value": choice}, []
+    raise FormError(f"it is none of {listed}")
+
+
+def _encode_prose(_part: Part, value: Any) -> tuple[Fields, Hints]:
+    if not isinstance(value, str):
+        raise FormError(f"it is a {type(value).__name__}; write text in quotes")
+    text = clean(value).strip()
+    if text.casefold().rstrip(".") in STUBS or text in STUBS:
+        raise NotAnswered("nothing yet")
+    if len(text) > bounds.LONGEST_PROSE:
+        raise FormError(f"it has {len(text)} characters; {bounds.LONGEST_PROSE} at most are kept, so shorten it")
+    return {"value": text}, [hint for hint in [of_few_words(text)] if hint]
+
+
+def of_few_words(text: str) -> str | None:
+    """Return a question about an explanation of a word or two; None if it is longer, or has a formula or a picture."""
+    count = len(text.split())
+    if count >= _FEWEST_WORDS or len(text) > _SHORT or re.search(r"[$=]|!\[|\\\(|\\\[", text):
+        return None
+    length = plural(count, "{count} word", "{count} words")
+    return f"it is {length} long: is that all that you want to say? A person reads it"
+
+
+# --- expressions, functions, recordings ------------------------------------------------------------------------------
+
+
+def _encode_equation(part: Part, value: Any) -> tuple[Fields, Hints]:
+    left, right = expressions.encode_equation(value, part.symbols)
+    return {"lhs": left, "rhs": right}, []
+
+
+def _encode_function(part: Part, value: Any, probe_seed: int) -> tuple[Fields, Hints]:
+    """Call a function on its probe's inputs and keep the outputs, as the probe says."""
+    probe = part.probe
+    if probe is None:
+        raise TypeError(f"{part.name}: a part of kind function needs a probe.")
+    if not callable(value):
+        raise FormError(
+            f"it is a {type(value).__name__}: give the function {probe.signature} itself, not what it returns"
+        )
+    outputs = []
+    for arguments in probe.inputs(probe_seed):
+        try:
+            output = value(*copy.deepcopy(arguments))
+        except Exception as error:  # whatever a student's function may raise is theirs to read
+            message = str(error)[:_LONGEST_MESSAGE]
+            raise FormError(f"calling {probe.signature} raised {type(error).__name__}: {message}") from None
+        outputs.append(probe.keep(output))
+    return {"outputs": outputs}, []
+
+
+@runtime_checkable
+class Sampled(Protocol):
+    """What counts as a recording: signals sampled together at a fixed rate, and where they come from.
+
+    A channel has ``values`` (n,) in ``unit``.
+    """
+
+    @property
+    def channels(self) -> Mapping[str, Any]: ...
+    @property
+    def metadata(self) -> Mapping[str, Any]: ...
+    @property
+    def sample_time(self) -> float: ...  # s
+    def __len__(self) -> int: ...
+
+
+def encode_recording(part: Part, value: Any) -> tuple[Fields, Hints]:
+    """Summarise a recording: its metadata, and its channels, thinned to 400 points of 6 significant digits.
+
+    Raises
+    ------
+    FormError
+        If it is not a recording, lacks a channel, or is too long.
+    """
+    if not isinstance(value, Sampled):
+        raise FormError(f"it is a {type(value).__name__}, not a recording: give what the experiment returned")
+    missing = [name for name in part.channels if name not in value.channels]
+    if missing:
+        raise FormError(f"the recording lacks {' and '.join(missing)}; it has {', '.join(value.channels)}")
+    if len(value) > bounds.MOST_SAMPLES:
+        raise FormError("the recording is too long: cut out the part that matters with recording.between(start, stop)")
+    kept = thin(len(value), bounds.RECORDING_POINTS)
+    channels = {
+        name: {"unit": channel.unit, "values": rounded(channel.values[kept])}
+        for name, channel in value.channels.items()
+        if name in part.units
+    }
+    hints = [
+        f"is it the right one? Its {name} is {str(value.metadata[name])[:40]!r}, where {wanted!r} is asked for"
+        for name, wanted in (*part.settings, *part.usual.settings)
+        if value.metadata.get(name, wanted) != wanted
+    ]
+    fields = {"metadata": _metadata(value), "n": len(value), "sample_time": value.sample_time, "channels": channels}
+    return fields, hints
+
+
+def _metadata(value: Sampled) -> dict[str, Any]:
+    from labcourse.answers import schema
+
+    try:
+        text = json.dumps(dict(value.metadata), allow_nan=False)
+        metadata: dict[str, Any] = schema.load(text.encode(), schema.MAX_DEPTH - _ABOVE)
+    except (TypeError, ValueError, RecursionError):
+        raise FormError("the recording's metadata is not plain data (text, numbers, lists)") from None
+    return metadata
+
+
+_ENCODERS: dict[str, Callable[[Part, Any], tuple[Fields, Hints]]] = {
+    "number": _encode_number,
+    "matrix": _encode_matrix,
+    "poles": _encode_poles,
+    "choice": _encode_choice,
+    "prose": _encode_prose,
+    "expression": lambda part, value: ({"value": expressions.encode(value, part.symbols, part.name)}, []),
+    "equation": _encode_equation,
+    "symbolic_matrix": lambda part, value: (
+        {"value": _table(part, value, lambda entry: expressions.encode(entry, part.symbols))},
+        [],
+    ),
+    "figure": lambda _part, value: figures.encode(value),
+    "recording": encode_recording,
+}

@@ -1,4 +1,4 @@
-"""Plain data: how answers are rounded and thinned out, and how they are read back from an untrusted file."""
+"""Plain data: rounding and thinning, and strict reading of a course's own data."""
 
 from __future__ import annotations
 
@@ -21,24 +21,19 @@ class NotAnswered(AnswerError):
 
 
 #: What no file or database should have to bear in a text: control characters, halves of surrogate pairs.
-_UNWRITABLE = re.compile("[\x00-\x08\x0b-\x1f\x7f\ud800-\udfff]")
+UNWRITABLE = re.compile("[\x00-\x08\x0b-\x1f\x7f\ud800-\udfff]")
 
 
 # --- writing ---------------------------------------------------------------------------------------------------------
 
 
-def significant(value: float, digits: int = 6) -> float:
-    """``value`` rounded to so many significant digits."""
-    return float(f"{value:.{digits}g}")
-
-
 def rounded(values: NDArray[np.float64]) -> list[float]:
-    """The values (n,) of an array, each to 6 significant digits."""
-    return [significant(value) for value in values.tolist()]
+    """Round the values (n,) of an array, each to 6 significant digits."""
+    return [float(f"{value:.6g}") for value in values.tolist()]
 
 
 def thin(size: int, limit: int) -> NDArray[np.intp]:
-    """Indices of at most ``limit`` of ``size`` samples: evenly spread, the first and the last among them.
+    """Return indices of at most ``limit`` of ``size`` samples: evenly spread, the first and the last among them.
 
     All of them where ``size`` is within the limit; else ``round(i (size − 1)/(limit − 1))`` for i = 0 … limit − 1.
     """
@@ -48,12 +43,12 @@ def thin(size: int, limit: int) -> NDArray[np.intp]:
 
 
 def clean(text: str) -> str:
-    """Text without control characters, its lines ending in a line feed."""
-    return _UNWRITABLE.sub("\N{REPLACEMENT CHARACTER}", text.replace("\r\n", "\n").replace("\r", "\n"))
+    """Replace control characters in a text, and let its lines end in a line feed."""
+    return UNWRITABLE.sub("\N{REPLACEMENT CHARACTER}", text.replace("\r\n", "\n").replace("\r", "\n"))
 
 
 def show_number(value: float) -> str:
-    """A number to 3 significant digits, for people."""
+    """Write a number with 3 significant digits, for people."""
     return f"{value:.3g}" if value else "0"
 
 
@@ -61,7 +56,7 @@ def show_number(value: float) -> str:
 
 
 def read_number(what: str, value: Any) -> float:
-    """A finite number from JSON.
+    """Read a finite number from JSON.
 
     Raises
     ------
@@ -80,20 +75,20 @@ def read_number(what: str, value: Any) -> float:
 
 
 def read_text(what: str, value: Any, longest: int) -> str:
-    """Text of at most ``longest`` characters from JSON.
+    """Read text of at most ``longest`` characters from JSON.
 
     Raises
     ------
     AnswerError
         If it is anything else.
     """
-    if not isinstance(value, str) or len(value) > longest or _UNWRITABLE.search(value):
+    if not isinstance(value, str) or len(value) > longest or UNWRITABLE.search(value):
         raise AnswerError(f"{what} should be printable text of at most {longest} characters.")
     return value
 
 
 def read_list(what: str, value: Any, shortest: int = 0, longest: int = 1000) -> list[Any]:
-    """A list with so many items from JSON.
+    """Read a list with so many items from JSON.
 
     Raises
     ------
@@ -107,7 +102,7 @@ def read_list(what: str, value: Any, shortest: int = 0, longest: int = 1000) -> 
 
 
 def read_dict(what: str, value: Any, keys: set[str]) -> dict[str, Any]:
-    """An object with exactly these keys from JSON.
+    """Read an object with exactly these keys from JSON.
 
     Raises
     ------
@@ -120,7 +115,7 @@ def read_dict(what: str, value: Any, keys: set[str]) -> dict[str, Any]:
 
 
 def read_vector(what: str, value: Any, shortest: int = 0, longest: int = 1000) -> NDArray[np.float64]:
-    """An array (n,) of finite numbers from JSON.
+    """Read an array (n,) of finite numbers from JSON.
 
     Raises
     ------
@@ -131,7 +126,7 @@ def read_vector(what: str, value: Any, shortest: int = 0, longest: int = 1000) -
 
 
 def read_matrix(what: str, value: Any, shape: tuple[int, int]) -> NDArray[np.float64]:
-    """An array of finite numbers of this shape from JSON (a list of rows).
+    """Read an array of finite numbers of this shape from JSON (a list of rows).
 
     Raises
     ------

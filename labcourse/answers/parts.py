@@ -13,7 +13,7 @@ The kinds, and what an answer of each looks like to a student:
 ``symbolic_matrix``  a sympy Matrix of ``shape``, in ``symbols``
 ``function``         a function, called on the inputs of ``probe``
 ``figure``           a matplotlib figure with curves
-``recording``        signals sampled together (:class:`~labcourse.answers.kinds.recordings.Sampled`), with ``channels``
+``recording``        signals sampled together (:class:`~labcourse.answers.forms.Sampled`), with ``channels``
 ``whole``            nothing: a person judges a report by all of its texts
 ===================  =============================================================================================
 """
@@ -87,6 +87,12 @@ class Part:
     usual: Usual = Usual()
     shows: tuple[str, str] | None = None
 
+    @property
+    def rows_and_columns(self) -> tuple[int, int]:
+        """The shape in which a matrix is stored: a vector (n,) as one row."""
+        rows, columns = (1, *self.shape)[-2:]
+        return rows, columns
+
 
 @dataclass(frozen=True)
 class Question:
@@ -120,7 +126,7 @@ class Question:
         return tuple(part.name for part in self.parts)
 
     def part(self, name: str) -> Part:
-        """The part of a name.
+        """Return the part of a name.
 
         Raises
         ------
@@ -165,46 +171,46 @@ WHOLE = "whole"  #: the kind of what is judged, and not answered
 
 
 def prose(name: str, outcome: str, prompt: str, points: float = 1) -> Part:
-    """Text for a person to read."""
+    """Ask for text, which a person reads."""
     return Part(name, "prose", points, prompt, outcome, marked="person")
 
 
 def whole(name: str, outcome: str, prompt: str, points: float = 1) -> Part:
-    """One side of a report that a person judges when they have read all of it."""
+    """Name one side of a report that a person judges when they have read all of it."""
     return Part(name, WHOLE, points, prompt, outcome, marked="person")
 
 
 def number(
     name: str, unit: str, plausible: tuple[float, float] | None, outcome: str, prompt: str, points: float = 1
 ) -> Part:
-    """A number in a unit."""
+    """Ask for a number in a unit."""
     return Part(name, "number", points, prompt, outcome, unit=unit, plausible=plausible)
 
 
 def matrix(
     name: str, shape: tuple[int, ...], outcome: str, prompt: str, points: float = 1, usual: Usual = Usual()
 ) -> Part:
-    """A matrix or vector of numbers."""
+    """Ask for a matrix or vector of numbers."""
     return Part(name, "matrix", points, prompt, outcome, shape=shape, usual=usual)
 
 
 def poles(name: str, count: int, outcome: str, prompt: str, points: float = 1) -> Part:
-    """A set of poles."""
+    """Ask for a set of poles."""
     return Part(name, "poles", points, prompt, outcome, count=count)
 
 
 def choice(name: str, choices: tuple[str, ...], outcome: str, prompt: str, points: float = 1) -> Part:
-    """One of a few words."""
+    """Ask for one of a few words."""
     return Part(name, "choice", points, prompt, outcome, choices=choices)
 
 
 def expression(name: str, symbols: tuple[str, ...], outcome: str, prompt: str, points: float = 2) -> Part:
-    """A sympy expression in given symbols."""
+    """Ask for a sympy expression in given symbols."""
     return Part(name, "expression", points, prompt, outcome, symbols=symbols)
 
 
 def figure(name: str, outcome: str, prompt: str, points: float = 1) -> Part:
-    """A figure."""
+    """Ask for a figure."""
     return Part(name, "figure", points, prompt, outcome)
 
 
@@ -219,18 +225,25 @@ def recording(
     units: Mapping[str, str],
     usual: Usual = Usual(),
 ) -> Part:
-    """A recording of an experiment."""
-    checked = tuple(settings.items())
+    """Ask for a recording of an experiment."""
     return Part(
-        name, "recording", points, prompt, outcome, channels=channels, settings=checked, units=units, usual=usual
+        name,
+        "recording",
+        points,
+        prompt,
+        outcome,
+        channels=channels,
+        settings=(*settings.items(),),
+        units=units,
+        usual=usual,
     )
 
 
 def function(name: str, probe: Probe, outcome: str, prompt: str, points: float = 2) -> Part:
-    """A function, tried on a probe's inputs."""
+    """Ask for a function, which is tried on a probe's inputs."""
     return Part(name, "function", points, prompt, outcome, probe=probe)
 
 
 def entry(question: Question, name: str, points: float = 0.5) -> Part:
-    """The entry of a results table that carries over a part of a question."""
+    """Let a results table carry over a part of a question."""
     return replace(question.part(name), points=points, shows=(question.number, name))

@@ -1,24 +1,28 @@
-"""What a student expects of an experiment, said before it: locked, shown beside what was recorded, never marked.
+"""What a student expects of an experiment before it: recorded once, shown beside what was recorded, never marked.
 
-A course declares what can be predicted (:class:`Foretold`, in its catalogue). What a student says is kept in
-``answers.json``, ``{question: {"said": {name: answer}, "why": words}}``; that it was said before the experiment is
-their word.
+A course declares what can be predicted (:class:`Foretold`, in its catalogue). What a student predicts is stored in
+``answers.json``, ``{question: {"said": {name: answer}, "why": sentence}}``; that it was said before the experiment is
+their word. The functions of a session return the lines to be printed.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from labcourse.answers import forms
+from labcourse.answers import bounds, forms
+from labcourse.answers.forms import FormError, NotAnswered
+from labcourse.answers.json_values import clean
 from labcourse.answers.parts import Part
 from labcourse.errors import AnswerError
 
+if TYPE_CHECKING:
+    from labcourse.answers.answers import AnswerBook
+
 SECTION = "predictions"  #: of answers.json
-SAID, WHY = "said", "why"
 KINDS = ("number", "choice")  #: what can be predicted
-LONGEST = 1000  #: characters: a sentence, and a few more
+Predictions = Mapping[str, tuple["Foretold", ...]]
 
 
 @dataclass(frozen=True)
@@ -39,64 +43,148 @@ class Foretold:
     ask: str
 
 
-def well_formed(section: Any) -> bool:
-    """Whether the section of an ``answers.json`` has its outer form."""
-    return isinstance(section, dict) and all(
-        isinstance(kept, dict)
-        and kept.keys() <= {SAID, WHY}
-        and isinstance(kept.get(SAID, {}), dict)
-        and all(isinstance(content, dict) for content in kept.get(SAID, {}).values())
-        and isinstance(kept.get(WHY, ""), str)
-        and len(kept.get(WHY, "")) <= LONGEST
-        for kept in section.values()
-    )
-
-
-def of_question(predictions: Mapping[str, tuple[Foretold, ...]], question: Any) -> tuple[Foretold, ...]:
-    """What can be predicted of a question's experiment.
+def of_question(predictions: Predictions, question: Any) -> dict[str, Foretold]:
+    """Return what can be predicted of a question's experiment, by name.
 
     Raises
     ------
     AnswerError
         If nothing can; the message names the questions of which something can.
     """
-    found = predictions.get(question) if isinstance(question, str) else None
-    if not found:
+    foretold = predictions.get(question) if isinstance(question, str) else None
+    if not foretold:
         raise AnswerError(
             f"Nothing is predicted of {question!r:.40}; there is something to predict of "
             f"{', '.join(predictions) or 'no question'}."
         )
-    return found
+    return {item.part.name: item for item in foretold}
 
 
-def shown(foretold: tuple[Foretold, ...], kept: Mapping[str, Any]) -> Iterator[tuple[Foretold, Any, str]]:
-    """What was predicted, strictly read: what, the value, and the value in words. What cannot be read is left out.
+def shown(foretold: tuple[Foretold, ...], stored: Mapping[str, Any]) -> Iterator[tuple[Foretold, Any, str]]:
+    """Read predictions strictly: what was predicted, the value, and a description. Unreadable ones are left out.
 
     Parameters
     ----------
     foretold : what can be predicted of the question
-    kept : what ``answers.json`` has of it
+    stored : what ``answers.json`` has of it
     """
-    said = kept.get(SAID, {})
-    for one in foretold:
-        if one.part.name in said:
+    said = stored.get("said", {})
+    for item in foretold:
+        if item.part.name in said:
             try:
-                value = forms.decode(one.part, said[one.part.name])
+                value = forms.decode(item.part, said[item.part.name])
             except AnswerError:
                 continue
-            yield one, value, forms.show(one.part, said[one.part.name])
+            yield item, value, forms.show(item.part, said[item.part.name])
 
 
-def beside(one: Foretold, find: Callable[[str, str], Any]) -> str:
-    """What the recordings show of it, in words; "" where there are none yet.
+def beside(item: Foretold, find: Callable[[str, str], Any]) -> str | None:
+    """Describe what the recordings show of a prediction; None if there are none yet.
 
     Parameters
     ----------
-    one : what was predicted
+    item : what was predicted
     find : (question, part) → the answer; raises AnswerError where there is none
     """
     try:
-        found = one.seen(*(find(*where) for where in one.found_in))
-        return forms.show(one.part, forms.encode(one.part, found, 0).content)
+        seen = item.seen(*(find(*where) for where in item.found_in))
+        return forms.show(item.part, forms.encode(item.part, seen, 0).content)
     except (AnswerError, ArithmeticError, LookupError, ValueError):
-        return ""
+        return None
+
+
+def predict(book: AnswerBook, predictions: Predictions, question: str, said: Mapping[str, Any]) -> list[str]:
+    """Record what is predicted of an experiment, unless something was predicted before; that stands.
+
+    Raises
+    ------
+    AnswerError
+        If nothing can be predicted of the question, or not this.
+    """
+    known = of_question(predictions, question)
+    strange = [name for name in said if name not in known]
+    if strange:
+        raise AnswerError(f"Of question {question}, you can predict {', '.join(known)}, not {', '.join(strange)}.")
+    book.refresh()
+    stored = book.predicted(question)
+    if not said:
+        before = {item.part.name: text for item, _value, text in shown(tuple(known.values()), stored)}
+        return [
+            f"{question}  " + (f"predicted: {before[name]}." if name in before else f"{_asked(item)}")
+            for name, item in known.items()
+        ]
+    before = stored.get("said", {})
+    taken = {name: _taken(known[name].part, value, before.get(name)) for name, value in said.items()}
+    new = {name: content for name, (content, _line) in taken.items() if content is not None and name not in before}
+    if new:
+        book.predict(question, new)
+    return [f"{question}  {line}" for _content, line in taken.values()]
+
+
+def _asked(item: Foretold) -> str:
+    return f"{item.part.name} ({', '.join(map(repr, item.part.choices)) or item.part.unit}): {item.part.prompt}"
+
+
+def _taken(part: Part, value: Any, before: dict[str, Any] | None) -> tuple[dict[str, Any] | None, str]:
+    """Return a prediction as plain data, None if it has another form, and the reply to it."""
+    said = None if before is None else forms.show(part, before)
+    try:
+        content = forms.encode(part, value, 0).content
+    except NotAnswered:
+        return None, f"{part.name}  not predicted yet{f' (you said {said})' if said else ''}: {part.prompt}"
+    except FormError as error:
+        return None, f"{part.name}  not kept: {error}"
+    if before not in (None, content):
+        return content, f"You said {said} before, and that stands. Wrong predictions cost nothing."
+    more = "" if before else " It stands now; run the experiment."
+    return content, f"predicted: {forms.show(part, content)}.{more}"
+
+
+def observed(
+    book: AnswerBook, predictions: Predictions, question: str, why: str, find: Callable[[str, str], Any]
+) -> list[str]:
+    """Show what was predicted beside what was recorded, and record a sentence about it.
+
+    Parameters
+    ----------
+    why : the sentence, "" if none is given
+    find : (question, part) → the answer; raises AnswerError where there is none
+
+    Raises
+    ------
+    AnswerError
+        If nothing can be predicted of the question, or ``why`` is not a sentence.
+    """
+    foretold = of_question(predictions, question)
+    if why is not None and not isinstance(why, str):
+        raise AnswerError(f"why should be a sentence, text between quotes; it is a {type(why).__name__}.")
+    sentence = clean(why or "").strip()
+    if len(sentence) > bounds.LONGEST_SENTENCE:
+        raise AnswerError(f"One sentence is asked for: at most {bounds.LONGEST_SENTENCE} characters.")
+    if sentence and sentence != book.predicted(question).get("why"):
+        book.predict(question, {}, sentence)
+    stored = book.predicted(question)
+    said = {item.part.name: text for item, _value, text in shown(tuple(foretold.values()), stored)}
+    lines = []
+    for name, item in foretold.items():
+        lines.append(f"{question}  You predicted {said.get(name, 'nothing here')}.")
+        if seen := beside(item, find):
+            lines += [f"      Recorded: {seen}.", f"      {item.ask}"]
+        else:
+            missing = ", ".join(" ".join(where) for where in item.found_in)
+            lines.append(f"      There is nothing to compare it with yet: answer {missing}.")
+    if stored.get("why"):
+        return [*lines, f"      Your words: {stored['why']}"]
+    return [*lines, f'      Keep a sentence on it: lab.observed("{question}", why="...")']
+
+
+def value(book: AnswerBook, predictions: Predictions, question: str, name: str) -> Any:
+    """Return what was predicted; None if nothing was.
+
+    Raises
+    ------
+    AnswerError
+        If nothing can be predicted of the question.
+    """
+    foretold = tuple(of_question(predictions, question).values())
+    return {item.part.name: value for item, value, _text in shown(foretold, book.predicted(question))}.get(name)

@@ -2,7 +2,7 @@
 
 A function cannot be stored as plain data, so it is called when it is answered, on inputs drawn from a seed. Grading
 draws the same inputs (with a seed that nobody knew before) and compares the outputs outside. Which probes there are is
-a course's own affair.
+for a course to say.
 """
 
 from __future__ import annotations
@@ -67,12 +67,12 @@ class Probe:
         return cls(signature, signature, count, draw, keep, read)
 
     def inputs(self, seed: int) -> list[tuple[Any, ...]]:
-        """The argument tuples for a probe seed; probes of one seed do not depend on each other."""
+        """Return the argument tuples for a probe seed; probes of one seed do not depend on each other."""
         return self.draw(np.random.default_rng([seed, zlib.crc32(self.name.encode())]))
 
 
 def pieces(output: Any, names: tuple[str, ...]) -> list[NDArray[np.float64]]:
-    """A function's output as so many arrays of finite numbers.
+    """Return a function's output as so many arrays of finite numbers.
 
     Raises
     ------
@@ -87,7 +87,8 @@ def pieces(output: Any, names: tuple[str, ...]) -> list[NDArray[np.float64]]:
     if isinstance(output, np.ndarray) and output.ndim > 1 and len(output) == len(names):  # its rows
         output = list(output)
     if not isinstance(output, tuple | list) or len(output) != len(names):
-        raise FormError(_another(wanted, output))
+        length = f" of {len(output)}" if isinstance(output, tuple | list) else ""
+        raise FormError(f"{wanted}; it returned a {type(output).__name__}{length}")
     if any(piece is None or piece is Ellipsis for piece in output):
         raise NotAnswered("nothing yet")
     arrays = []
@@ -103,15 +104,8 @@ def pieces(output: Any, names: tuple[str, ...]) -> list[NDArray[np.float64]]:
     return arrays
 
 
-def _another(wanted: str, output: Any) -> str:
-    type_name = type(output).__name__
-    if isinstance(output, tuple | list):
-        return f"{wanted}; it returned a {type_name} of {len(output)}"
-    return f"{wanted}; it returned a {type_name}"
-
-
 def _array(piece: Any) -> NDArray[Any] | None:
-    """A piece as an array of numbers, or None."""
+    """Return a piece as an array of numbers, or None."""
     try:
         array = np.asarray(piece)
         if array.dtype.kind == "O":  # sympy's numbers and the like
@@ -122,7 +116,7 @@ def _array(piece: Any) -> NDArray[Any] | None:
 
 
 def check_seed(text: str) -> int:
-    """A probe seed from text (an environment variable).
+    """Return a probe seed from text (an environment variable).
 
     Raises
     ------

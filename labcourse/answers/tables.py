@@ -5,7 +5,6 @@ from __future__ import annotations
 from html import escape
 from typing import Any
 
-from labcourse.answers import forms
 from labcourse.answers.answers import AnswerBook
 from labcourse.answers.parts import Part, Question
 from labcourse.errors import AnswerError
@@ -54,22 +53,21 @@ class ResultsTable:
 
 
 def heads() -> tuple[str, ...]:
-    """Of the columns."""
+    """Return the headings of the columns."""
     return "Description", "Name", "Value", "Unit"
 
 
 def _entry(part: Part, content: dict[str, Any] | None) -> str:
-    """An entry of the table for people: a matrix by its rows, all else as it is acknowledged, without name and unit."""
+    """Show an entry: a matrix by its rows, all else as it is acknowledged, without name and unit."""
     if content is None:
         return ""
+    from labcourse.answers import schema
+
     try:
-        forms.decode(part, content)
+        answer = schema.read_answer(part, content)
+        answer.decode(part)
     except AnswerError:
         return "(unreadable: answer again)"
     if part.kind == "matrix":
-        noise = 1e-9 * max(abs(number) for row in content["value"] for number in row)
-        return "\n".join(
-            "  ".join(f"{number if abs(number) > noise else 0:>9.4g}" for number in row) for row in content["value"]
-        )
-    shown = forms.show(part, content).removeprefix(part.name).removeprefix(" = ")
-    return shown.removesuffix(part.unit).rstrip()
+        return "\n".join("  ".join(f"{number:>9.4g}" for number in row) for row in answer.rows())
+    return str(answer.show(part)).removeprefix(" = ").removesuffix(part.unit).rstrip()

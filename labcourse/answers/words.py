@@ -18,11 +18,11 @@ from pathlib import Path
 from typing import Any
 
 from labcourse import files
-from labcourse.answers import attached_pictures
+from labcourse.answers import attached_pictures, bounds
 from labcourse.answers.attached_pictures import Budget, Pictures
 from labcourse.answers.catalogue import Catalogue
+from labcourse.answers.forms import STUBS, of_few_words
 from labcourse.answers.json_values import clean
-from labcourse.answers.kinds.values import LONGEST_PROSE, STUBS, of_few_words
 from labcourse.answers.notebooks import CODE, RAW, TEXT, Cell, Notebook, NotebookError
 
 KEY = "labcourse"  #: of a cell's metadata: {"question": ..., "part": ...}
@@ -49,7 +49,7 @@ class Words:
 
     Attributes
     ----------
-    text : Markdown, of at most :data:`~labcourse.answers.kinds.values.LONGEST_PROSE` characters
+    text : Markdown, of at most :data:`~labcourse.answers.bounds.LONGEST_PROSE` characters
     pictures : name, as the text has it in ``![…](name)`` → PNG
     """
 
@@ -137,14 +137,14 @@ def written(
         else:
             shown = Pictures(attached_pictures.lifted(text)[0])
         result.problems += [f"{label}: {problem}" for problem in shown.problems]
-        if len(shown.text) > LONGEST_PROSE:
+        if len(shown.text) > bounds.LONGEST_PROSE:
             result.problems.append(
-                f"{label}: it has {len(shown.text)} characters, of which the first {LONGEST_PROSE} are read; "
+                f"{label}: it has {len(shown.text)} characters, of which the first {bounds.LONGEST_PROSE} are read; "
                 "shorten it."
             )
         if question := of_few_words(text):
             result.asked.append(f"{label}: {question}.")
-        result.words[where] = Words(shown.text[:LONGEST_PROSE], shown.saved)
+        result.words[where] = Words(shown.text[:bounds.LONGEST_PROSE], shown.saved)
     return result
 
 

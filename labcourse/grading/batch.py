@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import Any
 
 import labcourse
-from labcourse.answers import cell_reports, report_files, starts
+from labcourse.answers import report_files, schema, starts
 from labcourse.benches import REAL
 from labcourse.errors import AnswerError, CourseError, GradingError, IsolationError
 from labcourse.files import COURSE_FILE
@@ -259,7 +259,7 @@ class Batch:
         )
         result = pool.run(runner.work, job, bundle.packed, labcourse.__version__)
         cells = {(name, cell["id"]) for name, notebook in job.notebooks.items() for cell in notebook["cells"]}
-        reports = cell_reports.read(result.reports).of(cells)
+        reports = schema.read_reports(result.reports).of(cells)
         facts = Facts(reports=reports, ended=result.problems, evidence=result.evidence)
         return replace(run, answers=result.answers, cells=facts.as_json())
 

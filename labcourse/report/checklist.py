@@ -9,7 +9,7 @@ import re
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 
-from labcourse.answers.kinds.axis_labels import plain, unit_places
+from labcourse.answers.labels import normalized, unit_places
 from labcourse.report.document import Document, Figure, Place, Prose, Section, Table
 from labcourse.report.referring import References
 
@@ -132,7 +132,7 @@ def _axes(figure: Figure) -> Iterator[Fault]:
 
 def _has_unit(text: str) -> bool:
     """Return whether something stands where a unit may, or none is needed. What it is, is not looked at."""
-    known = plain(text)
+    known = normalized(text)
     return bool(unit_places(text) or known.endswith(("°", "%")) or _WITHOUT_UNIT.search(known))
 
 

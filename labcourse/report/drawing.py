@@ -12,7 +12,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from labcourse import pictures
-from labcourse.answers.figure_words import evenly_logarithmic, in_words, plain_label
+from labcourse.answers.labels import describe, evenly_logarithmic, readable
 
 _WIDTH, _HEIGHTS = 6.3, (2.5, 1.6, 1.25)  # inches: as wide as the text; of one diagram, of each of two, of each of more
 _SIZES: Any = {
@@ -55,7 +55,7 @@ def drawn(axes: Sequence[Mapping[str, Any]], fine: Sequence[Mapping[str, Any]] |
             _draw(figure.add_subplot(len(axes), 1, place + 1), axis, lines, shared and place + 1 < len(axes), legend)
         svg = _svg(figure)
     words = [
-        in_words(axis, [line for line in lines if line["x"].size], *_span(lines))
+        describe(axis, [line for line in lines if line["x"].size], *_span(lines))
         for axis, lines in zip(axes, curves, strict=True)
     ]
     return svg, " ".join(words)
@@ -118,7 +118,7 @@ def _in_lines(label: str, diagrams: int) -> str:
     """A label with its unit on a line of its own, where it is longer than the axis in a figure of so many diagrams."""
     room = _HEIGHTS[min(diagrams, len(_HEIGHTS)) - 1] - _BELOW
     before, bracket, unit = label.rpartition(" (")
-    fits = len(plain_label(label)) * _LETTER <= room
+    fits = len(readable(label)) * _LETTER <= room
     return label if fits or not before else f"{before}\n{bracket.strip()}{unit}"
 
 
@@ -131,7 +131,7 @@ def _svg(figure: Figure) -> str:
         for ax in figure.axes:
             legend = ax.get_legend()
             for text in (ax.xaxis.label, ax.yaxis.label, ax.title, *(legend.get_texts() if legend else ())):
-                text.set_text(plain_label(text.get_text()).replace("$", r"\$"))
+                text.set_text(readable(text.get_text()).replace("$", r"\$"))
         drawing = io.StringIO()
         _save(figure, drawing)
     return drawing.getvalue()

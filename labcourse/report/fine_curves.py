@@ -1,6 +1,6 @@
 """The curves of a figure with more of their points than an answer keeps, so that a report can show it as it was.
 
-An answer keeps up to 200 points of a curve (:mod:`labcourse.answers.kinds.figures`), which is too few for a picture of
+An answer keeps up to 200 points of a curve (:mod:`labcourse.answers.figures`), which is too few for a picture of
 a vibration. When a figure is recorded, its curves are kept beside the notebooks, too, in a hidden folder that is not
 handed in. It is no part of the answer: a report says where it had to do without.
 """
@@ -19,8 +19,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from labcourse import files
+from labcourse.answers import bounds, figures
 from labcourse.answers.json_values import read_dict, read_list, read_vector, rounded
-from labcourse.answers.kinds.figures import MOST_AXES, MOST_LINES, most_of, seen_diagrams
 from labcourse.answers.parts import Question
 from labcourse.errors import AnswerError
 
@@ -59,8 +59,8 @@ def keep(folder: Path, question: str, part: str, figure: Any, content: Mapping[s
     content : the answer, as :func:`labcourse.answers.forms.encode` gave it
     """
     axes = [
-        {"scales": [axis.get_xscale(), axis.get_yscale()], "lines": [_kept(line) for line in most_of(lines)]}
-        for axis, lines in seen_diagrams(figure)
+        {"scales": [axis.get_xscale(), axis.get_yscale()], "lines": [_kept(line) for line in figures.most_of(lines)]}
+        for axis, lines in figures.seen_diagrams(figure)
     ]
     with contextlib.suppress(OSError):
         path = _path(folder, question, part)
@@ -81,7 +81,7 @@ def find(folder: Path, question: str, part: str, content: Mapping[str, Any]) -> 
         kept = read_dict(path.name, json.loads(files.read(path, _MAX_BYTES)), {"of", "axes"})
         if kept["of"] != _digest(content):
             return None
-        return [_axes(one) for one in read_list("axes", kept["axes"], 1, MOST_AXES)]
+        return [_axes(one) for one in read_list("axes", kept["axes"], 1, bounds.MOST_AXES)]
     except (OSError, ValueError, RecursionError, AnswerError):
         return None
 
@@ -111,7 +111,8 @@ def envelope(values: NDArray[np.float64], most: int) -> NDArray[np.intp]:
 def _axes(item: Any) -> dict[str, Any]:
     axis = read_dict("diagram", item, {"scales", "lines"})
     scales = ["log" if scale == "log" else "linear" for scale in read_list("scales", axis["scales"], 2, 2)]
-    return {"scales": tuple(scales), "lines": [_line(one) for one in read_list("lines", axis["lines"], 1, MOST_LINES)]}
+    lines = [_line(line) for line in read_list("lines", axis["lines"], 1, bounds.MOST_LINES)]
+    return {"scales": tuple(scales), "lines": lines}
 
 
 def _line(item: Any) -> dict[str, NDArray[np.float64]]:

@@ -18,8 +18,8 @@ import labcourse
 from labcourse import course_file, courses, files, program, released
 from labcourse.answers import (
     answers,
-    cell_reports,
     report_files,
+    schema,
     words,
 )
 from labcourse.answers.catalogue import Catalogue
@@ -231,7 +231,7 @@ def _run(
             cell_timeout=cell_timeout,
             report=report,
         )
-        reports = cell_reports.read(files.read(log) if log.exists() else b"")
+        reports = schema.read_reports(files.read(log) if log.exists() else b"")
         recorded = place / ANSWERS_FILE
         return (files.read(recorded) if recorded.exists() else None), reports, broken
 

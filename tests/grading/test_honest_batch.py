@@ -9,7 +9,7 @@ from fake_class import perfect
 from made_courses import loaded
 from packings import WANTED, lay, work
 
-from labcourse.answers import cell_reports
+from labcourse.answers import schema
 from labcourse.grading import batch, intake
 from labcourse.grading.batch import regrade
 from labcourse.grading.gradebook import Gradebook
@@ -280,7 +280,7 @@ def test_reports_that_are_no_reports_cost_nobody_anything(fake_class):
     fake_class.hand_in("ada")
     fake_class.leaves["ada"] = runner.Run(perfect("ada", 7), reports=b"\xff{[" * 1000)
     assert fake_class.grade(probe_seed=7) == {"ada": 2}
-    assert cell_reports.read(b"\xff{[" * 1000).cells == ()
+    assert schema.read_reports(b"\xff{[" * 1000).cells == ()
 
 
 def test_a_regrade_by_a_faulty_key_says_where_the_fault_is(fake_class):

@@ -23,7 +23,7 @@ from scored_class import (
     Student,
 )
 
-from labcourse.answers.kinds.recordings import encode_recording
+from labcourse.answers.forms import encode_recording
 from labcourse.benches import BenchPolicy
 from labcourse.grading.gradebook import Delivery, Gradebook, Graded, MarkRecord, RunRecord
 from labcourse.grading.graded_run import Facts

@@ -15,14 +15,15 @@ from labcourse import files, student_id
 from labcourse.answers import (
     answers,
     attached_pictures,
+    bounds,
     cell_reports,
     expressions,
     forms,
     own_files,
+    schema,
     words,
 )
 from labcourse.answers.attached_pictures import Budget, PictureError, as_png, pictures_of
-from labcourse.answers.kinds import figures, recordings, values
 from labcourse.answers.parts import Question, figure, number, prose, recording
 from labcourse.errors import AnswerError, StudentIDError
 from labcourse.run import check, student_folder, submit
@@ -76,7 +77,7 @@ def test_the_file_grows_to_its_limit(tmp_path, monkeypatch, fits):
 
 @FITS
 def test_characters_of_words(monkeypatch, fits):
-    text = "x" * (values.LONGEST_PROSE + (not fits))
+    text = "x" * (bounds.LONGEST_PROSE + (not fits))
     assert len(text) in (5000, 5001)
     taken(fits, lambda: forms.encode(WORDS, text, 1), AnswerError, "5001 characters")
     taken(fits, lambda: forms.decode(WORDS, {"kind": "prose", "value": text}), AnswerError)
@@ -85,7 +86,7 @@ def test_characters_of_words(monkeypatch, fits):
 @FITS
 def test_diagrams_of_a_figure(fits):
     made = Figure()
-    for axes in made.subplots(figures.MOST_AXES + (not fits), 1):
+    for axes in made.subplots(bounds.MOST_AXES + (not fits), 1):
         axes.plot(range(30), range(30))
     taken(fits, lambda: forms.encode(figure("f", "", ""), made, 1), AnswerError, "9 diagrams")
 
@@ -94,10 +95,10 @@ def test_diagrams_of_a_figure(fits):
 def test_curves_of_a_diagram(fits):
     made = Figure()
     axes = made.subplots()
-    for place in range(figures.MOST_LINES + (not fits)):
+    for place in range(bounds.MOST_LINES + (not fits)):
         axes.plot(range(30), np.arange(30) + place)
     encoded = forms.encode(figure("f", "", ""), made, 1)
-    assert len(encoded.content["axes"][0]["lines"]) == figures.MOST_LINES == 24
+    assert len(encoded.content["axes"][0]["lines"]) == bounds.MOST_LINES == 24
     assert any("25 curves" in hint for hint in encoded.hints) is not fits
 
 
@@ -120,7 +121,7 @@ PART = recording("r", {}, ("theta",), "", "", units={"theta": "rad"})
 
 @FITS
 def test_samples_of_a_recording(monkeypatch, fits):
-    monkeypatch.setattr(recordings, "MOST_SAMPLES", 1000)
+    monkeypatch.setattr(bounds, "MOST_SAMPLES", 1000)
     taken(fits, lambda: forms.encode(PART, run_of(1000 + (not fits)), 1), AnswerError, "too long")
 
 
@@ -128,7 +129,7 @@ def test_samples_of_a_recording(monkeypatch, fits):
 def test_characters_of_a_recordings_metadata(monkeypatch, fits):
     metadata = {"note": "x" * 300}
     size = len(json.dumps(metadata))
-    monkeypatch.setattr(recordings, "_LONGEST_METADATA", size - (not fits))
+    monkeypatch.setattr(bounds, "LONGEST_METADATA", size - (not fits))
     taken(fits, lambda: forms.encode(PART, run_of(100, metadata), 1), AnswerError, "metadata")
 
 
@@ -291,33 +292,44 @@ def lines(events):
 
 @FITS
 def test_lines_of_a_report(monkeypatch, fits):
-    monkeypatch.setattr(cell_reports, "_MOST_LINES", 3)
+    monkeypatch.setattr(schema, "_MOST_EVENTS", 3)
     events = [{"event": "started", "notebook": "a", "cell": str(place)} for place in range(3 + (not fits))]
-    assert len(cell_reports.read(lines(events)).cells) == 3
+    assert len(schema.read_reports(lines(events)).cells) == 3
 
 
 @FITS
 def test_bytes_of_a_report(monkeypatch, fits):
     data = lines([{"event": "started", "notebook": "a", "cell": str(place)} for place in range(3)])
-    monkeypatch.setattr(cell_reports, "MAX_BYTES", len(data) - 1 - (not fits))  # a line's end may be missing
-    assert len(cell_reports.read(data).cells) == (3 if fits else 2)
+    monkeypatch.setattr(schema.cell_reports, "MAX_BYTES", len(data) - 1 - (not fits))  # a line's end may be missing
+    assert len(schema.read_reports(data).cells) == (3 if fits else 2)
 
 
 @FITS
 def test_answers_that_a_cell_lacked(fits):
     number_of = 50 + (not fits)
     events = [{"event": "started", "notebook": "a", "cell": "c"}]
-    events += [{"event": "lacked", "question": str(place), "part": "x"} for place in range(number_of)]
-    (cell,) = cell_reports.read(lines(events)).cells
+    events += [{"event": "lacked", "notebook": "a", "question": str(place), "part": "x"} for place in range(number_of)]
+    (cell,) = schema.read_reports(lines(events)).cells
     assert len(cell.lacked) == 50
 
 
-@pytest.mark.parametrize(("line", "kept"), [(0, None), (1, 1), (10**6 - 1, 10**6 - 1), (10**6, None), (True, None)])
-def test_the_line_of_an_error(line, kept):
-    error = {"type": "E", "message": "", "line": line}
-    events = [{"event": "ended", "notebook": "a", "cell": "c", "error": error}]
-    (cell,) = cell_reports.read(lines(events)).cells
-    assert cell.error.line == kept
+@pytest.mark.parametrize("line", [0, 1, 10**6 - 1, 10**6, True, "3", None])
+def test_the_line_of_an_error(line):
+    possible = line is None or (type(line) is int and 1 <= line <= 10**6 - 1)
+    error = cell_reports.of_exception(SyntaxError("no", ("a", line, 1, "")))
+    assert error.line == (line if possible else None)
+    events = [{"event": "ended", "notebook": "a", "cell": "c", "error": {"type": "E", "message": "", "line": line}}]
+    cells = schema.read_reports(lines(events)).cells
+    assert [cell.error.line for cell in cells] == ([line] if possible else [])
+
+
+@FITS
+def test_characters_of_a_name_and_of_a_message_in_a_report(fits):
+    text = "x" * (cell_reports.LONGEST + (not fits))
+    assert len(cell_reports.of_exception(ValueError(text)).message) == cell_reports.LONGEST
+    for name, value in (("notebook", text), ("cell", text), ("error", {"type": "E", "message": text, "line": None})):
+        event = {"event": "ended", "notebook": "a", "cell": "c", "error": None, name: value}
+        assert bool(schema.read_reports(lines([event])).cells) == fits
 
 
 @pytest.mark.parametrize(("later", "told"), [(1.9, False), (2.0, False), (2.1, True)])
@@ -325,3 +337,14 @@ def test_a_notebook_is_called_unsaved_where_an_answer_is_younger_by_more_than_tw
     part = check.Part("a.ipynb", "1", "x", check.State.RECORDED)
     home = type("Home", (), {"when": {"1": {"x": 1000.0 + later}}})()
     assert bool(check._unsaved([part], {"a.ipynb": 1000.0}, home)) == told
+
+
+@FITS
+def test_levels_and_integers_of_a_recordings_metadata_are_those_that_a_file_of_answers_may_have(tmp_path, fits):
+    inner = 10**20 + (not fits)
+    deep = reduce(lambda value, _: [value], range(schema.MAX_DEPTH - 5 + (not fits)), 1)
+    for metadata in ({"seed": inner}, {"deep": deep}):
+        book = answers.AnswerBook(tmp_path / "answers.json", "ada", {}, 1)
+        (reply,) = book.answer(Question("1", "1", "a", "", (), (PART,)), {"r": run_of(10, metadata)})
+        assert reply.recorded == fits and ("not plain data" in reply.refused) != fits
+    assert not fits or answers.parse((tmp_path / "answers.json").read_bytes())["answers"]["1"]["r"]["n"] == 10

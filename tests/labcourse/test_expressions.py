@@ -12,7 +12,7 @@ from sympy.physics.mechanics import dynamicsymbols
 
 from labcourse.answers.expressions import MAX_EXPONENT, check, decode, encode, encode_equation
 from labcourse.answers.json_values import FormError, NotAnswered
-from labcourse.answers.symbols import Names, plain
+from labcourse.answers.symbols import Names, spelling
 from labcourse.errors import AnswerError
 
 NAMES = ("theta", "alpha", "theta_dot", "alpha_dot", "theta_ddot", "alpha_ddot", "tau", "J_eq", "J_l", "B_eq", "K_s")
@@ -212,7 +212,7 @@ def test_a_symbol_of_another_spelling_is_the_given_one():
 
 
 def test_spellings_of_different_symbols_stay_different():
-    assert len({plain(name) for name in (*SYMBOLS, "Theta", "T", "k_s", "theta_dddot")}) == len(SYMBOLS) + 4
+    assert len({spelling(name) for name in (*SYMBOLS, "Theta", "T", "k_s", "theta_dddot")}) == len(SYMBOLS) + 4
     with pytest.raises(FormError, match=r"Θ.*theta"):
         encode(sympy.Symbol("Θ"), SYMBOLS)
 

@@ -7,7 +7,7 @@ import pytest
 from matplotlib.figure import Figure
 
 from labcourse.answers import forms
-from labcourse.answers.kinds.axis_labels import plain, unit_places
+from labcourse.answers.labels import normalized, unit_places
 from labcourse.answers.parts import Part
 from labcourse.errors import AnswerError
 
@@ -136,7 +136,7 @@ def test_a_label_is_read_without_tex_and_in_small_letters():
     labels |= {r"$10^{-3}$ rad": "10^-3 rad", "×10⁻³ rad": "×10^-3 rad", r"$\frac{t}{\mathrm{s}}$": "t/s"}
     labels |= {r"\unit{\milli\second}": "(millisecond)", r"$t$ in $\mu$ s": "t in μs"}
     labels |= {"\u200fالزمن\u200f (ث)": "الزمن (ث)"}
-    assert {label: plain(label) for label in labels} == labels
+    assert {label: normalized(label) for label in labels} == labels
 
 
 def test_a_unit_may_stand_in_many_places():

@@ -10,7 +10,7 @@ import pytest
 from PIL import Image
 
 from labcourse.answers import words
-from labcourse.answers.kinds.values import LONGEST_PROSE
+from labcourse.answers.bounds import LONGEST_PROSE
 from labcourse.answers.notebooks import Cell
 from labcourse.answers.words import STUB, Words
 

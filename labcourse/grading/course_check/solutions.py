@@ -11,7 +11,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import Any
 
-from labcourse.answers import cell_reports, words
+from labcourse.answers import schema, words
 from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.notebooks import Cell, Notebook, as_released
 from labcourse.answers.parts import Part, Question
@@ -55,7 +55,7 @@ def check_empty(course: Course, made: Bundle) -> Iterator[Finding]:
     run = run_of(made, notebooks)
     yield from (Finding("the student notebooks", problem) for problem in run.problems)
     recorded = set(decoding.decode(run.answers, SEED, course.catalogue).values)
-    causes = Causes(made.pristine, notebooks, cell_reports.read(run.reports), recorded, course.catalogue)
+    causes = Causes(made.pristine, notebooks, schema.read_reports(run.reports), recorded, course.catalogue)
     unset = set()  # names without a value, each reported once, where it is first used
     for cells in causes.cells.values():
         roots = dict.fromkeys(causes.root(cell) for cell in cells if cell.stopped)
@@ -158,7 +158,7 @@ def answers_of_solutions(course: Course, made: Bundle) -> tuple[Claims, Mapping[
     run = run_of(made, written)
     claims = decoding.decode(run.answers, SEED, course.catalogue)
     why = reasons.explain(
-        *(made.pristine, written, cell_reports.read(run.reports), claims.values, course.catalogue),
+        *(made.pristine, written, schema.read_reports(run.reports), claims.values, course.catalogue),
         handed_in=made.pristine,
     )
     claims.problems.extend(run.problems)

@@ -16,8 +16,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from labcourse.answers.forms import Sampled
 from labcourse.answers.json_values import thin
-from labcourse.answers.kinds.recordings import Sampled
 from labcourse.answers.parts import WHOLE, Part
 from labcourse.errors import CourseError
 from labcourse.grading import verdicts

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from labcourse.answers.json_values import thin
-from labcourse.answers.kinds.axis_labels import unit_places
+from labcourse.answers.labels import unit_places
 from labcourse.grading.marking.checks import misfit
 from labcourse.grading.marking.units import TIME, Quantity, Unit, named
 from labcourse.grading.verdicts import Case

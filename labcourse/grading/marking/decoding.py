@@ -2,22 +2,20 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
+from copy import copy
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import Any
 
-from labcourse.answers import answers, expressions, forms, report_files
+from labcourse.answers import answers, forms, report_files
 from labcourse.answers.catalogue import Catalogue
-from labcourse.answers.parts import WHOLE
+from labcourse.answers.parts import WHOLE, Part
 from labcourse.answers.report_files import ReportFile
-from labcourse.answers.words import Words
+from labcourse.answers.words import Where, Words
 from labcourse.errors import AnswerError
 from labcourse.grading.marking.time_limit import within
 
-MAX_DEPTH = 60  #: lists and objects in each other; an expression may have 40 levels of its own
-MAX_INTEGER = expressions.MAX_INTEGER  #: those of an expression are the largest that there are
 _MOST_NOTES = 20  # lines
 _SHOWN = 40  # characters of untrusted text in a note
 _PATIENCE = 5.0  # s for one answer; it takes milliseconds
@@ -29,7 +27,7 @@ class Claims:
 
     Attributes
     ----------
-    student, bench : whose answers, and on which bench, by their own account
+    student, bench : who answered, and on which bench, as the file claims
     values : (question, part) → value, see :func:`labcourse.answers.forms.decode`
     contents : (question, part) → the plain data that it was read from
     malformed : (question, part) → why the data is not an answer to it
@@ -59,7 +57,6 @@ def decode(data: bytes | None, probe_seed: int, catalogue: Catalogue) -> Claims:
         claims.notes.append("No answer was recorded when the notebooks were run.")
         return claims
     try:
-        _strict(data)
         content = answers.parse(data)
     except AnswerError as error:
         claims.problems.append(f"answers.json cannot be read. {error}")
@@ -70,32 +67,39 @@ def decode(data: bytes | None, probe_seed: int, catalogue: Catalogue) -> Claims:
     for number, parts in content["answers"].items():
         for name, answer in parts.items():
             _claim(claims, catalogue, number, name, answer)
-    if content["probe_seed"] != probe_seed:
-        _drop_functions(claims, catalogue)
+    if content["probe_seed"] != probe_seed:  # outputs on other inputs than those that were drawn say nothing
+        for where in [where for where in claims.values if claims.contents[where]["kind"] == "function"]:
+            del claims.values[where]
+            claims.malformed[where] = "The function was not tried on the inputs that were drawn for it."
     if len(claims.notes) > _MOST_NOTES:
         claims.notes[_MOST_NOTES:] = [f"And {len(claims.notes) - _MOST_NOTES} more of this sort."]
     return claims
 
 
+def _part(catalogue: Catalogue, number: str, name: str) -> Part | None:
+    """Return a part, or None. There may be thousands to look up: ``find`` takes its time to look for similar names."""
+    question = catalogue.everything.get(number)
+    return question.part(name) if question is not None and name in question.names else None
+
+
 def _claim(claims: Claims, catalogue: Catalogue, number: str, name: str, answer: dict[str, Any]) -> None:
     """Read one answer."""
-    # Not by find(), which takes its time to look for what may have been meant: there may be thousands of them.
-    everything = catalogue.everything
-    if number not in everything or name not in everything[number].names:
+    part = _part(catalogue, number, name)
+    if part is None:
         claims.notes.append(f"Ignored an answer to {number[:_SHOWN]!r}, {name[:_SHOWN]!r}: there is no such thing.")
         return
     claims.contents[number, name] = answer
     try:
         with within(_PATIENCE):  # an expression can be built to be slow, or larger than anything can hold
-            claims.values[number, name] = forms.decode(everything[number].part(name), answer)
+            claims.values[number, name] = forms.decode(part, answer)
     except AnswerError as error:
         claims.malformed[number, name] = str(error)
     except (ArithmeticError, ValueError, RecursionError, MemoryError) as error:
         claims.malformed[number, name] = f"It cannot be worked out ({type(error).__name__})."
 
 
-def with_words(claims: Claims, written: Mapping[tuple[str, str], Words], catalogue: Catalogue) -> Claims:
-    """Claims with the answers in words that the saved notebooks hold; they count before what a run recorded.
+def with_words(claims: Claims, written: Mapping[Where, Words], catalogue: Catalogue) -> Claims:
+    """Add the answers in words that the saved notebooks hold; they replace what a run recorded.
 
     Parameters
     ----------
@@ -103,28 +107,21 @@ def with_words(claims: Claims, written: Mapping[tuple[str, str], Words], catalog
     written : (question, part) → words, see :mod:`labcourse.answers.words`
     catalogue : of what can be answered
     """
-    found = replace(
-        claims,
-        values=dict(claims.values),
-        contents=dict(claims.contents),
-        malformed=dict(claims.malformed),
-        problems=list(claims.problems),
-        notes=list(claims.notes),
-    )
-    everything = catalogue.everything
-    for (number, name), words in written.items():
-        if number in everything and name in everything[number].names and everything[number].part(name).kind == "prose":
-            found.malformed.pop((number, name), None)
-            for kept in (found.values, found.contents):
-                kept.pop((number, name), None)
-            _claim(found, catalogue, number, name, {"kind": "prose", "value": words.text})
-    return found
+    sections = ("values", "contents", "malformed", "problems", "notes")
+    added = replace(claims, **{name: copy(getattr(claims, name)) for name in sections})
+    for where, text in written.items():
+        part = _part(catalogue, *where)
+        if part is not None and part.kind == "prose":
+            for claimed in (added.malformed, added.values, added.contents):
+                claimed.pop(where, None)
+            _claim(added, catalogue, *where, {"kind": "prose", "value": text.text})
+    return added
 
 
 def with_reports(
     claims: Claims, catalogue: Catalogue, in_pdf: Mapping[str, ReportFile] = MappingProxyType({})
 ) -> Claims:
-    """Claims with each report as a whole, where anything of it is written: all of its texts, under their headings.
+    """Add each report as a whole, where anything of it is written: all of its texts, under their headings.
 
     So a person who judges it has all of it before them, and their mark lapses when a text of it is changed. A PDF that
     was handed in is part of it, by its digest. Where it is the student's own, a text that is not in its cell may be in
@@ -136,72 +133,20 @@ def with_reports(
     catalogue : of what can be answered
     in_pdf : number of a report → the PDF that was handed in
     """
-    found = replace(claims, values=dict(claims.values), contents=dict(claims.contents))
-    for number, one in in_pdf.items():
-        for name in catalogue.reports[number].names if one.own and number in catalogue.reports else ():
+    added = replace(claims, values=dict(claims.values), contents=dict(claims.contents))
+    for number, pdf in in_pdf.items():
+        for name in catalogue.reports[number].names if pdf.own and number in catalogue.reports else ():
             if (number, name) not in claims.values and (number, name) not in claims.malformed:
-                found.values[number, name] = one.given
-                found.contents[number, name] = {"kind": "prose", "value": one.given}
+                added.values[number, name] = pdf.given
+                added.contents[number, name] = {"kind": "prose", "value": pdf.given}
     for number, question in catalogue.judged.items():
         report = catalogue.reports[catalogue.report_judged[number]]
-        where = {name: (report.number, name) for name in report.names}
-        texts = {name: claims.contents[place]["value"] for name, place in where.items() if place in claims.values}
-        pdf = in_pdf.get(report.number)
-        if texts or pdf is not None:
-            pieces = [report_files.in_one_piece(catalogue.items(report.number), texts)] if texts else []
-            text = "\n\n".join([*pieces, *([pdf.given] if pdf is not None else [])])
-            for name in question.names:
-                found.values[number, name] = text
-                found.contents[number, name] = {"kind": WHOLE, "value": text}
-    return found
-
-
-def _drop_functions(claims: Claims, catalogue: Catalogue) -> None:
-    """Outputs on other inputs than those that were drawn say nothing."""
-    for where in [where for where in claims.values if catalogue.everything[where[0]].part(where[1]).kind == "function"]:
-        del claims.values[where]
-        claims.malformed[where] = "The function was not tried on the inputs that were drawn for it."
-
-
-# --- JSON, strictly ---------------------------------------------------------------------------------------------------
-
-
-def _strict(data: bytes) -> None:
-    """Refuse what JSON allows and no ``lab.answer`` writes.
-
-    Raises
-    ------
-    AnswerError
-        If there are names twice in an object, larger integers than an answer can have, or more levels.
-    """
-    if len(data) > answers.MAX_BYTES:
-        return  # refused, with its own message, by what reads it next
-    try:
-        content = json.loads(data, object_pairs_hook=_unique, parse_int=_bounded)
-    except RecursionError:
-        raise AnswerError("It is nested too deeply.") from None
-    except ValueError as error:
-        raise AnswerError(f"It is not JSON: {error}") from None
-    level, depth = [content], 0
-    while level:
-        depth += 1
-        if depth > MAX_DEPTH:
-            raise AnswerError("It is nested too deeply.")
-        level = [inner for item in level if isinstance(item, list | dict) for inner in _inside(item)]
-
-
-def _inside(item: list[Any] | dict[str, Any]) -> list[Any]:
-    return list(item.values()) if isinstance(item, dict) else item
-
-
-def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    content = dict(pairs)
-    if len(content) != len(pairs):
-        raise ValueError("a name is there twice in one object")
-    return content
-
-
-def _bounded(digits: str) -> int:
-    if len(digits) > 25 or abs(int(digits)) > MAX_INTEGER:
-        raise ValueError("an integer is too large")
-    return int(digits)
+        places = {name: (report.number, name) for name in report.names}
+        texts = {name: claims.contents[where]["value"] for name, where in places.items() if where in claims.values}
+        pieces = [report_files.in_one_piece(catalogue.items(report.number), texts)] if texts else []
+        pieces += [in_pdf[report.number].given] if report.number in in_pdf else []
+        if pieces:
+            text = "\n\n".join(pieces)
+            added.values.update({(number, name): text for name in question.names})
+            added.contents.update({(number, name): {"kind": WHOLE, "value": text} for name in question.names})
+    return added

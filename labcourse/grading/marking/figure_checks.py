@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from labcourse.answers.kinds.recordings import Sampled
+from labcourse.answers.forms import Sampled
 from labcourse.answers.parts import Part
 from labcourse.grading import verdicts
 from labcourse.grading.marking import curves

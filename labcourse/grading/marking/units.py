@@ -10,7 +10,7 @@ import re
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
-from labcourse.answers.kinds.axis_labels import plain, unit_places
+from labcourse.answers.labels import normalized, unit_places
 
 DEG = math.pi / 180  # rad per degree
 
@@ -107,7 +107,7 @@ def named(label: str, quantity: Quantity) -> tuple[Unit, ...]:
     """Return the units of a quantity that a label names, each with its prefix or factor."""
     units = [_read(place, quantity) for place in unit_places(label)]
     if not any(units):
-        text = plain(label)
+        text = normalized(label)
         columns = (_spelt(quantity.units).get(column[1]) for column in _COLUMN.finditer(text))
         units = [*columns, _at_the_end(text, quantity)]
     return tuple(dict.fromkeys(filter(None, units)))

@@ -1,6 +1,6 @@
 """A student's figure, drawn again from its curves: plain numbers in, an SVG picture out, with a description in words.
 
-What a student handed in is data (:mod:`labcourse.answers.kinds.figures`), and bounded there: curves of 200 points. The
+What a student handed in is data (:mod:`labcourse.answers.figures`), and bounded there: curves of 200 points. The
 picture is drawn here, so that nothing of theirs but numbers and escaped text gets onto the page. Whether an axis was
 logarithmic was not kept: one whose points stand evenly on a logarithmic axis is drawn so.
 """
@@ -16,7 +16,7 @@ import numpy as np
 from markupsafe import Markup
 from numpy.typing import NDArray
 
-from labcourse.answers.figure_words import evenly_logarithmic, in_words, plain_label
+from labcourse.answers.labels import describe, evenly_logarithmic, readable
 from labcourse.safe_text import no_escapes
 
 _WIDTH, _HEIGHT = 720, 270  # of a diagram
@@ -91,7 +91,7 @@ def _diagram(axis: Mapping[str, Any], index: int, count: int) -> Markup:
     curves = (_CURVE.format(look=look % _LOOKS, path=_path(line, x, y)) for look, line in enumerate(lines))
     inside = Markup("").join([*_frame(x, y, axis), _CURVES.format(curves=Markup("").join(curves))])
     parts.append(
-        _SVG.format(width=_WIDTH, height=_HEIGHT, alt=no_escapes(in_words(axis, lines, x.low, x.high)), inside=inside)
+        _SVG.format(width=_WIDTH, height=_HEIGHT, alt=no_escapes(describe(axis, lines, x.low, x.high)), inside=inside)
     )
     labels = [(look, _plain(line["label"])) for look, line in enumerate(lines)]
     if any(label for _look, label in labels):
@@ -102,7 +102,7 @@ def _diagram(axis: Mapping[str, Any], index: int, count: int) -> Markup:
 
 def _plain(label: str) -> str:
     """A label as it is shown."""
-    return no_escapes(plain_label(label))
+    return no_escapes(readable(label))
 
 
 def _axis(of_lines: Sequence[NDArray[np.float64]], name: str) -> _Axis | None:

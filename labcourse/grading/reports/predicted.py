@@ -44,7 +44,7 @@ def predicted(run: RunRecord | None, catalogue: Catalogue) -> dict[str, Predicte
         for one, _value, words in predictions.shown(foretold, about):
             seen = predictions.beside(one, find)
             lines.append(f"{words}; recorded: {seen}" if seen else words)
-        why = clean(about.get(predictions.WHY, ""))
+        why = clean(about.get("why", ""))
         if lines or why:
             found[number] = Predicted(tuple(lines), why)
     return found

@@ -210,7 +210,8 @@ def _bundle(course: Course, folder: Path, packages: tuple[str, ...], release: st
     texts = {path.name: path.read_text(encoding="utf-8") for path in paths}
     start = _place_course_file(folder, course)
     packed = _pack([*(folder / name for name in packages), _PROGRAMS])
-    imports = tuple(name for name in course.imports if _is_there(name, folder, packages))
+    names = ("labcourse.answers.schema", *course.imports)  # of a session's, that one is imported with the first answer
+    imports = tuple(name for name in names if _is_there(name, folder, packages))
     depends = [texts, dict(course.parameters), imports]
     return Bundle(
         packed=packed,

@@ -11,7 +11,7 @@ import pytest
 import sympy
 from made_courses import OURS
 
-from labcourse.answers import answers
+from labcourse.answers import answers, schema
 from labcourse.answers.parts import Part, number, recording
 from labcourse.grading.marking import checks, decoding, marking, marking_processes, time_limit
 from labcourse.grading.marking.checks import ChoiceIs, Number, RecordingOf, misfit
@@ -184,7 +184,7 @@ def test_notes_on_what_is_not_asked(number):
 @FITS
 def test_levels_of_answers(fits):
     value = []
-    for _level in range(decoding.MAX_DEPTH - 5 + (not fits)):  # the file, its answers, a question, a part, a list
+    for _level in range(schema.MAX_DEPTH - 5 + (not fits)):  # the file, its answers, a question, a part, a list
         value = [value]
     (problem,) = decoding.decode(file({"1": {"x": {"kind": value}}}), 7, CATALOGUE).problems or [""]
     assert ("deeply" in problem) != fits

@@ -48,7 +48,7 @@ def test_the_same_is_the_same(tree):
         "labcourse/grading/marking/checks.py",
         "labcourse/grading/verdicts.py",
         "rotflex/model.py",
-        "labcourse/answers/kinds/values.py",
+        "labcourse/answers/schema.py",
         "rotflex/course/catalogue_modeling.py",
         "rotflex/specifications.py",
         "rotflex/plant.py",

@@ -5,7 +5,7 @@ import re
 import numpy as np
 import pytest
 
-from labcourse.answers.figure_words import evenly_logarithmic
+from labcourse.answers.labels import evenly_logarithmic
 from labcourse.grading.reports import drawn_figure
 from labcourse.grading.reports.drawn_figure import _Axis, _axis, _path, _round_step, drawn
 

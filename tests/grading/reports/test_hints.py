@@ -13,7 +13,7 @@ from hypothesis import given as given_of
 from hypothesis import strategies as st
 from made_courses import OURS
 
-from labcourse.answers.kinds.recordings import encode_recording
+from labcourse.answers.forms import encode_recording
 from labcourse.benches import SAME, THEIR_OWN, BenchPolicy
 from labcourse.grading.gradebook import Delivery, MarkRecord
 from labcourse.grading.graded_run import Facts

@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 from made_notebooks import ANSWER, answer, code, locked, notebook, saved, text
 
 from labcourse import course_file
-from labcourse.answers import answers, cell_reports, reflection
+from labcourse.answers import answers, reflection, schema
 from labcourse.answers.answers import AnswerBook
 from labcourse.answers.notebooks import Notebook
 from labcourse.errors import AnswerError, ConfigurationError, CourseError
@@ -100,7 +100,7 @@ def laid(folder, files):
 def _nothing_is_run():
     """Instead of the kernels' book of answers, the check gets the one that is to be compared with it."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(check, "_run", lambda work, *_others: (work.hand_in.claim, cell_reports.read(b""), ()))
+        patch.setattr(check, "_run", lambda work, *_others: (work.hand_in.claim, schema.read_reports(b""), ()))
         yield
 
 

@@ -9,7 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from labcourse.answers import cell_reports
-from labcourse.answers.cell_reports import CellError, CellReport, Refusal, read
+from labcourse.answers.cell_reports import CellError, CellReport, Refusal
+from labcourse.answers.schema import read_reports
 
 CELLS = {
     "fine": "x = 1",
@@ -40,7 +41,7 @@ def reports(tmp_path_factory):
     path = tmp_path_factory.mktemp("run") / "reports"
     command = [sys.executable, "-c", PROGRAM, str(path), json.dumps(CELLS)]
     subprocess.run(command, check=True, capture_output=True)
-    return {report.cell: report for report in read(path.read_bytes()).cells}
+    return {report.cell: report for report in read_reports(path.read_bytes()).cells}
 
 
 ERRORS = {
@@ -67,19 +68,19 @@ def line(**content):
 
 
 def test_reports_on_cells_that_are_not_the_notebooks_are_left_out():
-    found = read(line(event="started", cell="c") + line(event="started", cell="d"))
+    found = read_reports(line(event="started", cell="c") + line(event="started", cell="d"))
     assert [one.cell for one in found.of({("n", "d"), ("m", "c")}).cells] == ["d"]
 
 
 def test_what_was_lacked_belongs_to_the_cell_that_was_being_run():
-    assert read(line(event="started", cell="c")).cells == (CellReport("n", "c", finished=False),)
+    assert read_reports(line(event="started", cell="c")).cells == (CellReport("n", "c", finished=False),)
     refused = line(event="refused", question="1", part="x", why="it is text")
-    assert read(refused).refusals == (Refusal("1", "x", "it is text"),)
+    assert read_reports(refused).refusals == (Refusal("1", "x", "it is text"),)
     data = line(event="started", cell="c") + line(event="lacked", question="1", part="x") * 2
-    (report,) = read(data + line(event="ended", cell="c", error=None)).cells
+    (report,) = read_reports(data + line(event="ended", cell="c", error=None)).cells
     assert report.lacked == (("1", "x"),) and report.finished
     many = b"".join(line(event="started", cell=str(number)) for number in range(10_000))
-    assert len(read(many).cells) == 6_000
+    assert len(read_reports(many).cells) == 6_000
 
 
 def test_where_nobody_asked_nothing_is_written(tmp_path, monkeypatch):
@@ -111,9 +112,9 @@ events = st.fixed_dictionaries(
 @given(st.lists(events) | st.binary())
 def test_whatever_stands_there_is_bounded_text(content):
     data = content if isinstance(content, bytes) else b"\n".join(json.dumps(one).encode() for one in content)
-    found = read(data)
+    found = read_reports(data)
     for report in found.cells:
-        assert isinstance(report.cell, str) and len(report.cell) <= 100
+        assert isinstance(report.cell, str) and len(report.cell) <= 300
         if report.error:
             assert isinstance(report.error.type, str) and len(report.error.message) <= 300
             assert report.error.line is None or 0 < report.error.line < 10**6

@@ -10,7 +10,7 @@ import sys
 import pytest
 from checkout import ROOT
 
-from labcourse.answers import cell_reports, notebooks
+from labcourse.answers import cell_reports, notebooks, schema
 from labcourse.answers.cell_reports import CellError, CellReport, Reports
 from labcourse.answers.notebooks import CODE, Cell
 from labcourse.run.merge import merged
@@ -157,7 +157,7 @@ def test_a_claim_that_is_all_names_is_told_in_few_words():
 )
 def test_a_line_that_is_no_report_is_passed_over(line):
     good = b'{"event": "ended", "notebook": "n", "cell": "good", "error": null}'
-    assert [report.cell for report in cell_reports.read(line + b"\n" + good).cells] == ["good"]
+    assert [report.cell for report in schema.read_reports(line + b"\n" + good).cells] == ["good"]
 
 
 @pytest.mark.slow
@@ -167,7 +167,7 @@ def test_megabytes_of_forged_reports_are_read_and_kept_small():
     line = {"event": "ended", "notebook": NAME, "error": error}
     forged = b"".join(json.dumps({**line, "cell": f"c{i}"}).encode() + b"\n" for i in range(100))
     flood = forged + b'{"event":"started","notebook":"n","cell":"c"}\n' * 500_000
-    read = cell_reports.read(flood)
+    read = schema.read_reports(flood)
     errors = [one.error for one in read.cells if one.error]
     assert errors and all(len(one.message) <= 300 and len(one.type) <= 60 and one.line is None for one in errors)
     assert sum(len(str(report)) for report in read.cells) < cell_reports.MAX_BYTES * 3

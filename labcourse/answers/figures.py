@@ -1,6 +1,6 @@
-"""Figures: their labels, and their curves as far as they are seen.
+"""Figures as plain data: their labels, and the points of their curves that lie within the limits of the axes.
 
-Of a curve, the points within the limits of its axes are kept, so that what was zoomed out of sight does not count.
+What was zoomed out of sight does not count.
 """
 
 from __future__ import annotations
@@ -11,46 +11,34 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from labcourse.answers.json_values import (
-    FormError,
-    NotAnswered,
-    clean,
-    read_dict,
-    read_list,
-    read_text,
-    read_vector,
-    rounded,
-    thin,
-)
-from labcourse.answers.kinds.axis_labels import unit_places
-from labcourse.answers.parts import Part
-from labcourse.errors import AnswerError
-from labcourse.messages import plural
+from labcourse.answers import bounds
+from labcourse.answers.json_values import FormError, clean, rounded, thin
+from labcourse.answers.labels import unit_places
 
-MOST_AXES = 8  #: four rows of two
-MOST_LINES = 24  #: curves and marks of a diagram; curves alone are told apart up to a dozen
-MOST_POINTS = 200  #: of a curve as it is kept
 _MOST_IN_ALL, _FEWEST_POINTS = 4400, 60  # of all curves together, for which each is thinned out more; of each
-MOST_SAMPLES = 10**9  #: two weeks at 1 kHz
-_LONGEST_LABEL = 200  # characters: two lines
 _ROUNDING = 1e-9  # of an axis: a point on its limit is within
 _SAME_PLACE = 1e-6  # of a figure's width: diagrams above each other
 
 
-def encode_figure(part: Part, value: Any) -> tuple[dict[str, Any], list[str]]:
-    """A figure's axes with their curves, each thinned to 200 points (``json_values.thin``) of 6 significant digits.
+def encode(value: Any) -> tuple[dict[str, Any], list[str]]:
+    """Summarise a figure: its axes with their curves, each thinned to 200 points of 6 significant digits, and hints.
 
-    To fewer where there are many curves, so that they do not grow too large to be kept.
+    Where there are many curves, each is thinned out more, so that they do not grow too large to be kept.
+
+    Raises
+    ------
+    FormError
+        If it is not a figure, or shows no curve, or has too many diagrams.
     """
     diagrams = seen_diagrams(value)
-    if len(diagrams) > MOST_AXES:
-        raise FormError(f"it has {len(diagrams)} diagrams; {MOST_AXES} at most are kept")
-    each = max(_FEWEST_POINTS, _MOST_IN_ALL // sum(min(len(lines), MOST_LINES) for _axis, lines in diagrams))
+    if len(diagrams) > bounds.MOST_AXES:
+        raise FormError(f"it has {len(diagrams)} diagrams; {bounds.MOST_AXES} at most are kept")
+    each = max(_FEWEST_POINTS, _MOST_IN_ALL // sum(min(len(lines), bounds.MOST_LINES) for _axis, lines in diagrams))
     axes: list[dict[str, Any]] = []
     hints: dict[str, list[int]] = {}  # hint -> the diagrams that it is about
     for index, (axis, lines) in enumerate(diagrams, start=1):
         texts = {"title": axis.get_title(), "xlabel": _label(axis, "x"), "ylabel": _label(axis, "y")}
-        texts = {name: clean(text).strip()[:_LONGEST_LABEL] for name, text in texts.items()}
+        texts = {name: clean(text).strip()[: bounds.LONGEST_LABEL] for name, text in texts.items()}
         axes.append({**texts, "lines": [_thinned(line, each) for line in most_of(lines)]})
         for hint in _hints(texts["xlabel"], texts["ylabel"], lines):
             hints.setdefault(hint, []).append(index)
@@ -60,12 +48,10 @@ def encode_figure(part: Part, value: Any) -> tuple[dict[str, Any], list[str]]:
 
 
 def seen_diagrams(value: Any) -> list[tuple[Any, list[dict[str, Any]]]]:
-    """The axes of a figure that show a curve, each with all its curves: label, n, x (n,), y (n,).
+    """Return the axes of a figure that show a curve, each with all its curves: label, n, x (n,), y (n,).
 
     Raises
     ------
-    NotAnswered
-        If nothing is given yet.
     FormError
         If it is no figure, or shows no curve.
     """
@@ -81,9 +67,7 @@ def seen_diagrams(value: Any) -> list[tuple[Any, list[dict[str, Any]]]]:
 
 
 def _figure(value: Any) -> Any:
-    """The figure meant: a Figure, Axes, what ``plt.subplots`` returns, or what ``plot`` returns."""
-    if value is None or value is Ellipsis:
-        raise NotAnswered("nothing yet")
+    """Return the figure meant: a Figure, Axes, what ``plt.subplots`` returns, or what ``plot`` returns."""
     from matplotlib.artist import Artist
     from matplotlib.figure import Figure
 
@@ -108,13 +92,13 @@ def _is_curve(line: dict[str, Any]) -> bool:
 
 
 def most_of(lines: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Those with most points, in their order: of many lines, most are marks."""
-    longest = sorted(range(len(lines)), key=lambda place: -lines[place]["n"])[:MOST_LINES]
+    """Return the lines with most points, in their order: of many lines, most are marks."""
+    longest = sorted(range(len(lines)), key=lambda place: -lines[place]["n"])[: bounds.MOST_LINES]
     return [lines[place] for place in sorted(longest)]
 
 
 def _lines(axis: Any) -> Iterator[dict[str, Any]]:
-    """The lines of a diagram, and what is drawn of points alone (``scatter``) or of steps (``stairs``)."""
+    """Give the lines of a diagram, and what is drawn of points alone (``scatter``) or of steps (``stairs``)."""
     from matplotlib.collections import PathCollection
     from matplotlib.lines import Line2D
     from matplotlib.patches import StepPatch
@@ -144,7 +128,7 @@ def _line(axis: Any, artist: Any, x: NDArray[np.float64], y: NDArray[np.float64]
     if shown.sum() > 2 and axis.name == "rectilinear":  # a mark across the diagram may end outside of it
         shown &= _within(x, axis.get_xlim()) & _within(y, axis.get_ylim())
     return {
-        "label": "" if label.startswith("_") else label[:_LONGEST_LABEL],
+        "label": "" if label.startswith("_") else label[: bounds.LONGEST_LABEL],
         "n": int(shown.sum()),
         "x": x[shown],
         "y": y[shown],
@@ -152,7 +136,7 @@ def _line(axis: Any, artist: Any, x: NDArray[np.float64], y: NDArray[np.float64]
 
 
 def _thinned(line: dict[str, Any], points: int) -> dict[str, Any]:
-    kept = thin(line["n"], min(points, MOST_POINTS))
+    kept = thin(line["n"], min(points, bounds.CURVE_POINTS))
     return {**line, "x": rounded(line["x"][kept]), "y": rounded(line["y"][kept])}
 
 
@@ -163,9 +147,9 @@ def _within(values: NDArray[np.float64], limits: tuple[float, float]) -> NDArray
 
 
 def _label(axis: Any, which: str) -> str:
-    """The label of an axis ("x" or "y"), or of what stands for it.
+    """Return the label of an axis ("x" or "y"), or what stands for it.
 
-    That of another diagram that shares the axis, that of a diagram below with the same limits, or the whole figure's.
+    This is the label of another diagram that shares the axis, that of one below with the same limits, or the figure's.
     """
     label: str = getattr(axis, f"get_{which}label")()
     if label:
@@ -193,35 +177,9 @@ def _hints(x_label: str, y_label: str, lines: list[dict[str, Any]]) -> list[str]
             hints.append(f"the {name} axis has no label: say what it shows, and in which unit")
         elif not unit_places(label):
             hints.append(f"the {name} axis has no unit: write it in brackets after the name")
-    if len(lines) > MOST_LINES:
-        hints.append(f"it has {len(lines)} curves; the {MOST_LINES} with most points are kept")
+    if len(lines) > bounds.MOST_LINES:
+        hints.append(f"it has {len(lines)} curves; the {bounds.MOST_LINES} with most points are kept")
     curves = [line for line in lines if _is_curve(line)]
     if len(curves) > 1 and not all(line["label"] for line in curves):
         hints.append("with more than one curve, say which is which: give each a label, and a legend")
     return hints
-
-
-def decode_figure(part: Part, content: Any) -> dict[str, Any]:
-    axes = []
-    for item in read_list("axes", read_dict(part.name, content, {"kind", "axes"})["axes"], 1, MOST_AXES):
-        axis = read_dict("A diagram", item, {"title", "xlabel", "ylabel", "lines"})
-        texts = {name: read_text(name, axis[name], _LONGEST_LABEL) for name in ("title", "xlabel", "ylabel")}
-        lines = [_read_line(line) for line in read_list("lines", axis["lines"], 1, MOST_LINES)]
-        axes.append({**texts, "lines": lines})
-    return {"axes": axes}
-
-
-def _read_line(item: Any) -> dict[str, Any]:
-    line = read_dict("A curve", item, {"label", "n", "x", "y"})
-    n = line["n"]
-    if isinstance(n, bool) or not isinstance(n, int) or not 0 <= n <= MOST_SAMPLES:
-        raise AnswerError("The number of points of a curve should be a whole number.")
-    x = read_vector("x", line["x"], 0, MOST_POINTS)
-    y = read_vector("y", line["y"], x.size, x.size)
-    return {"label": read_text("label", line["label"], _LONGEST_LABEL), "n": n, "x": x, "y": y}
-
-
-def show_figure(part: Part, content: dict[str, Any]) -> str:
-    curves = sum(len(axis["lines"]) for axis in content["axes"])
-    diagrams = plural(len(content["axes"]), "{count} diagram", "{count} diagrams")
-    return f": {diagrams}, {plural(curves, '{count} curve', '{count} curves')}"
