@@ -25,7 +25,7 @@ PACKAGES = ("rotflex", "labcourse")
 #: a file that is named belongs elsewhere than the rest of its folder.
 ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
     "laboratory core, figures, greybox, model": (
-        4226,
+        4244,
         (
             "rotflex/*.py",
             "rotflex/figures/**/*.py",
@@ -33,7 +33,7 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
         ),
     ),
     "hil, commissioning, doctor, bench commands": (
-        4271,
+        4281,
         (
             "rotflex/bench_commands/**/*.py",
             "rotflex/bench_doctor/**/*.py",
@@ -43,7 +43,7 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
     ),
     "recordings of a real bench": (203, ("rotflex/course/plausible.py", "rotflex/course/recordings_folder.py")),
     "widgets, scene, the course": (
-        4617,
+        4619,
         (
             "labcourse/scene/**/*.py",
             "rotflex/course/**/*.py",
@@ -51,23 +51,23 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
         ),
     ),
     "answers, session, files of a course": (
-        3951,
+        3819,
         (
             "labcourse/*.py",
             "labcourse/answers/**/*.py",
             "labcourse/jupyter/**/*.py",
         ),
     ),
-    "run": (2488, ("labcourse/run/**/*.py",)),
-    "report": (1919, ("labcourse/report/**/*.py",)),
-    "running": (1314, ("labcourse/grading/running/**/*.py",)),
-    "intake": (1472, ("labcourse/grading/intake/**/*.py",)),
-    "gradebook": (2444, ("labcourse/grading/gradebook/**/*.py",)),
-    "marking": (1242, ("labcourse/grading/marking/**/*.py",)),
+    "run": (2494, ("labcourse/run/**/*.py",)),
+    "report": (1918, ("labcourse/report/**/*.py",)),
+    "running": (1094, ("labcourse/grading/running/**/*.py",)),
+    "intake": (1404, ("labcourse/grading/intake/**/*.py",)),
+    "gradebook": (1579, ("labcourse/grading/gradebook/**/*.py",)),
+    "marking": (1209, ("labcourse/grading/marking/**/*.py",)),
     "isolation": (1153, ("labcourse/grading/isolation/**/*.py",)),
-    "reports, scoring": (2861, ("labcourse/grading/reports/**/*.py", "labcourse/grading/scoring/**/*.py")),
+    "reports, scoring": (2869, ("labcourse/grading/reports/**/*.py", "labcourse/grading/scoring/**/*.py")),
     "outcomes, overview, platforms, accounts": (
-        2959,
+        2953,
         (
             "labcourse/grading/accounts/**/*.py",
             "labcourse/grading/erasure/**/*.py",
@@ -77,7 +77,7 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
         ),
     ),
     "settings, release, commands, rest": (
-        3945,
+        3815,
         (
             "rotflex/cli.py",
             "labcourse/command_line.py",

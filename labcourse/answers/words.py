@@ -144,7 +144,7 @@ def written(
             )
         if question := of_few_words(text):
             result.asked.append(f"{label}: {question}.")
-        result.words[where] = Words(shown.text[:bounds.LONGEST_PROSE], shown.saved)
+        result.words[where] = Words(shown.text[: bounds.LONGEST_PROSE], shown.saved)
     return result
 
 

@@ -246,7 +246,7 @@ def test_each_notebook_is_run_with_the_time_that_was_asked_for(monkeypatch, tmp_
     inside_main._load_package()
     asked = []
     job = SimpleNamespace(run=lambda name, notebook: None)
-    monkeypatch.setattr(inside_main, "_prepared", lambda parameters, imports: job)
+    monkeypatch.setattr(inside_main, "_prepared", lambda imports: job)
     watching = inside_main.importlib.import_module(f"{inside_main.PACKAGE}.watch")
     codes = iter([0, 10, 11, 0])
     monkeypatch.setattr(
