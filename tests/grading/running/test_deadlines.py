@@ -253,7 +253,8 @@ def test_each_notebook_is_run_with_the_time_that_was_asked_for(monkeypatch, tmp_
         watching, "run", lambda work, steps, timeout: asked.append((work.args[0], steps, timeout)) or next(codes)
     )
     monkeypatch.chdir(tmp_path)
-    notebooks = {name: {"cells": [{}] * number} for name, number in (("a", 3), ("b", 0), ("c", 1), ("d", 2))}
+    cell = {"cell_type": "code", "id": "x", "metadata": {}, "source": "1"}
+    notebooks = {name: {"cells": [cell] * number} for name, number in (("a", 3), ("b", 0), ("c", 1), ("d", 2))}
     specification = {"parameters": {}, "imports": [], "files": {}, "cell_timeout": 7, "notebooks": notebooks}
     assert inside_main.run(specification) == 11
     assert asked == [("a", 4, 7), ("b", 1, 7), ("c", 2, 7), ("d", 3, 7)]
