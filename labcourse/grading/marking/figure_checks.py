@@ -36,7 +36,7 @@ class FigureFollows:
     recording : of the student's own bench
     own : (question, part) of the student's own recording, which may be plotted as well
     channel : name of the channel
-    quantity : of the channel (:mod:`.units`); it may be drawn in any of its units
+    quantity : of the channel (:mod:`labcourse.grading.marking.units`); it may be drawn in any of its units
     rtol : largest RMS difference, relative
     largest : in the channel's SI unit; what is larger in the student's own recording is from no bench
     """
