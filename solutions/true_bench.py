@@ -113,8 +113,8 @@ class TrueBench:
         """The validation with a model, run again (2.15)."""
         which = _content(A, B), signal, run
         if which not in self._validated:
-            with self._open(run) as bench:
-                self._validated[which] = experiments.validation(bench, A, B, signal, progress=False)
+            with self._open(run) as opened:
+                self._validated[which] = experiments.validation(opened, A, B, signal, progress=False)
         return self._validated[which]
 
     def _open(self, run: int = FIRST_RUN) -> hil.Bench:
