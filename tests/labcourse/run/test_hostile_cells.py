@@ -162,12 +162,11 @@ def test_a_line_that_is_no_report_is_passed_over(line):
 
 @pytest.mark.slow
 @pytest.mark.timeout(SECONDS)
-def test_megabytes_of_forged_reports_are_read_and_kept_small():
+def test_megabytes_of_forged_reports_are_read_and_what_is_too_long_is_left_out():
     error = {"type": "<script>" * 99, "message": "\x1b[2J\ud800" * 9999, "line": 10**9}
     line = {"event": "ended", "notebook": NAME, "error": error}
     forged = b"".join(json.dumps({**line, "cell": f"c{i}"}).encode() + b"\n" for i in range(100))
-    flood = forged + b'{"event":"started","notebook":"n","cell":"c"}\n' * 500_000
-    read = schema.read_reports(flood)
-    errors = [one.error for one in read.cells if one.error]
-    assert errors and all(len(one.message) <= 300 and len(one.type) <= 60 and one.line is None for one in errors)
+    started = b'{"event":"started","notebook":"n","cell":"c"}\n'
+    read = schema.read_reports(started + forged + started * 500_000)
+    assert [(cell.cell, cell.error) for cell in read.cells] == [("c", None)]
     assert sum(len(str(report)) for report in read.cells) < cell_reports.MAX_BYTES * 3
