@@ -279,8 +279,8 @@ MB = 1_000_000
 DOCUMENTED = {
     "a student's zip": [archives.MAX_ARCHIVE / MB],
     "a zip within a zip": [archives.MAX_INNER_ARCHIVE / MB],
-    "zips within one hand-in": [finding.MAX_INNER_ARCHIVES, finding.MAX_NESTING],
-    "files and folders of a hand-in": [archives.MAX_ENTRIES, archives.MAX_DEPTH],
+    "zips within one submission": [finding.MAX_INNER_ARCHIVES, finding.MAX_NESTING],
+    "files and folders of a submission": [archives.MAX_ENTRIES, archives.MAX_DEPTH],
     "all that is read of one student": [archives.MAX_SUBMISSION / MB, archives.MAX_SECONDS],
     "a zip of the whole class": [archives.MAX_CLASS_ARCHIVE / MB, archives.MAX_CLASS_ENTRIES],
     "a notebook with its outputs, which are dropped": [notebooks.MAX_FILE / MB],
