@@ -16,7 +16,7 @@ from labcourse.messages import plural
 def new(
     name: Annotated[str, typer.Argument(metavar="NAME", help="Name of the course's folder and of its package.")],
 ) -> None:
-    """Make a folder with a small course that works, to be written over."""
+    """Make a folder with a small complete course, as a start for your own."""
     from labcourse.grading.new import make
 
     folder = make(name, Path.cwd())
@@ -28,10 +28,10 @@ def release(
         Path, typer.Argument(metavar="OUT", help="Folder for the release; made if needed.", file_okay=False)
     ],
     course: CourseFolder = None,
-    with_data: Annotated[bool, typer.Option("--with-data", help="Hand out the sample recordings, too.")] = False,
+    with_data: Annotated[bool, typer.Option("--with-data", help="Include the sample recordings.")] = False,
     replace: Annotated[bool, typer.Option("--replace", help="Delete an earlier release in OUT.")] = False,
     keep: Annotated[
-        bool, typer.Option("--keep/--no-keep", help="Keep the zip beside the course, for work begun under it.")
+        bool, typer.Option("--keep/--no-keep", help="Store the zip; grading needs it for work begun with it.")
     ] = True,
 ) -> None:
     """Make the folder and zip that students get, without solutions, key and the instructor's modules."""
@@ -50,7 +50,7 @@ def release(
 
 
 def make_notebooks(course: CourseFolder = None) -> None:
-    """Make the student notebooks in notebooks/ from those with solutions."""
+    """Make the student notebooks in notebooks/ from the notebooks with solutions."""
     from labcourse.grading.release.student_course import write_notebooks
 
     for path in write_notebooks(courses.find(course)):
@@ -61,12 +61,12 @@ def check_course(
     course: CourseFolder = None,
     run: Annotated[
         bool,
-        typer.Option("--run/--no-run", help="Run the notebooks, as handed out and with solutions, and mark these."),
+        typer.Option("--run/--no-run", help="Run the notebooks without and with solutions, and mark the solutions."),
     ] = True,
 ) -> None:
-    """Find what is missing or contradicts itself in a course: questions, key, cells, numbers in texts.
+    """Find what is missing or contradictory in a course: questions, key, cells, numbers in texts.
 
-    Exit code: 0 everything fits, 1 something does not.
+    Exit code: 0 no problems, 1 some problems.
     """
     from labcourse.grading.course_check import check
 

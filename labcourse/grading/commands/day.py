@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 def status(marks: Marks, course: CourseFolder = None, out: Out = None) -> None:
     """Show how the class stands: who handed in, who is in trouble, what waits for you.
 
-    The same is written as a page, class.html, into the folder of results. It names students: it is for you alone.
+    The same is written to class.html in the folder of results. This page names students: do not publish it.
 
     Exit code: 0 all shown, 2 something could not be read or written.
     """
@@ -61,16 +61,16 @@ def status(marks: Marks, course: CourseFolder = None, out: Out = None) -> None:
 def publish(
     marks: Marks,
     by: By,
-    note: Annotated[str, typer.Option(help="For the record, as: without the reports.")] = "",
+    note: Annotated[str, typer.Option(help="A remark for the record, for example: without the reports.")] = "",
     course: CourseFolder = None,
     out: Out = None,
 ) -> None:
-    """Give feedback back: write everybody's pages, record when, and list what is not ready.
+    """Publish feedback: write all students' pages, record the time, and list what is not ready.
 
-    Handing the pages to students is your platform's part. Where course.toml says that feedback opens later, the pages
-    say so and no more, and nothing is recorded as given back.
+    Your platform delivers the pages to students. If feedback opens later by course.toml, the pages show only this date,
+    and nothing is recorded as published.
 
-    Exit code: 0 given back, 1 the pages are closed yet, 2 something could not be written.
+    Exit code: 0 published, 1 the pages are not open yet, 2 something could not be written.
     """
     from datetime import UTC, datetime
 
@@ -122,7 +122,7 @@ def _not_renewed(folder: Path) -> list[str]:
 
 
 requests = typer.Typer(
-    name="requests", help="Note, list and answer what students ask to have looked at again.", no_args_is_help=True
+    name="requests", help="Note, list and answer students' requests to look at an answer again.", no_args_is_help=True
 )
 
 
@@ -132,9 +132,9 @@ def add(
     student: Student,
     question: Question,
     part: Part,
-    text: Annotated[str, typer.Argument(metavar="TEXT", help="What the student asks; it is shown in their feedback.")],
+    text: Annotated[str, typer.Argument(metavar="TEXT", help="The student's request; it is shown in their feedback.")],
 ) -> None:
-    """Note that a student asks to have an answer looked at again. It stays open until it is answered."""
+    """Note a student's request to look at an answer again. It stays open until it is answered."""
     with open_existing(marks) as book:
         made = book.requests.make(student, (question, part), text)
     say(f"Request {made.number} of {made.student} is noted.")
@@ -143,9 +143,9 @@ def add(
 @requests.command("list")
 def list_requests(
     marks: Marks,
-    everything: Annotated[bool, typer.Option("--all", help="Those that were answered, too.")] = False,
+    everything: Annotated[bool, typer.Option("--all", help="Include answered requests.")] = False,
 ) -> None:
-    """List what students ask to have looked at again."""
+    """List students' requests to look at an answer again."""
     with open_existing(marks) as book:
         there = book.requests.all(open_only=not everything)
     if not there:
@@ -156,11 +156,11 @@ def list_requests(
 @requests.command()
 def answer(
     marks: Marks,
-    number: Annotated[int, typer.Argument(metavar="NUMBER", help="Of the request, as 'requests list' shows it.")],
+    number: Annotated[int, typer.Argument(metavar="NUMBER", help="The request's number in 'requests list'.")],
     text: Annotated[str, typer.Argument(metavar="TEXT", help="Your answer; it is shown in the student's feedback.")],
     by: By,
 ) -> None:
-    """Answer a student's request. The mark stays as it is: the command 'mark' changes it."""
+    """Answer a student's request. This does not change the mark; the command 'mark' does."""
     with open_existing(marks) as book:
         done = book.requests.answer(number, by, text)
     say(

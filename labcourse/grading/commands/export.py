@@ -34,38 +34,36 @@ def export(
         typer.Option(help="The file that you exported from Canvas, Moodle, Blackboard or Brightspace.", dir_okay=False),
     ],
     column: Annotated[
-        str | None, typer.Option(help="Its column for the marks; may be left out if only one takes marks.")
+        str | None, typer.Option(help="The column for the marks; not needed if only one can take marks.")
     ] = None,
     write: Annotated[
         Path | None,
         typer.Option(help="The file to write.", dir_okay=False, show_default="beside theirs, with-marks"),
     ] = None,
-    out_of: Annotated[
-        str | None, typer.Option(help="Points that the column is out of, where the file does not say.")
-    ] = None,
+    out_of: Annotated[str | None, typer.Option(help="The maximum of the column, if the file does not say it.")] = None,
     decimals: Annotated[
         int | None,
-        typer.Option(min=0, max=5, help="Decimals of a mark, half up.", show_default="the course's, or 2"),
+        typer.Option(min=0, max=5, help="Decimals of a mark; rounded half up.", show_default="the course's, or 2"),
     ] = None,
     unfinished: Annotated[
-        bool, typer.Option("--unfinished", help="Write what is decided so far, where something still waits.")
+        bool, typer.Option("--unfinished", help="Write the points decided so far, if some answers still wait.")
     ] = False,
-    cap: Annotated[bool, typer.Option("--cap", help="Write the maximum where a mark is above it.")] = False,
+    cap: Annotated[bool, typer.Option("--cap", help="Write the maximum for marks above it.")] = False,
     feedback: Annotated[
         Path | None, typer.Option(help="Write a zip of feedback pages for the platform here.", dir_okay=False)
     ] = None,
     submissions: Annotated[
         Path | None,
-        typer.Option(help="The platform's zip of submissions, whose names --feedback needs.", dir_okay=False),
+        typer.Option(help="The platform's zip of submissions; --feedback needs the names in it.", dir_okay=False),
     ] = None,
     dry_run: DryRun = False,
     course: CourseFolder = None,
 ) -> None:
     """Put marks into a file that you exported from Canvas, Moodle, Blackboard or Brightspace.
 
-    One column of it is filled, and nothing else is changed.
+    One column is filled, and nothing else is changed.
 
-    Exit code: 0 everybody's mark is in, 1 some are not (each is named, with the reason), 2 nothing written.
+    Exit code: 0 all students' marks are in, 1 some are not (each is named, with the reason), 2 nothing written.
     """
     from labcourse.grading.platforms.filled import Choice
 

@@ -31,7 +31,7 @@ from labcourse.student_id import GRADEBOOK_FILE, INTAKE_FILE
 
 
 def doctor(as_json: Json = False) -> None:
-    """Check that students' code can be isolated on this computer, by trying to break out, layer by layer.
+    """Check that students' code can be isolated on this computer, by trying to break out of each layer.
 
     Exit code: 0 it can, 3 it cannot.
     """
@@ -51,12 +51,12 @@ def grade(
         Path,
         typer.Argument(
             metavar="SUBMISSIONS",
-            help="A folder, or a zip, with what each student handed in, as learning platforms give it.",
+            help="A folder, or a zip, with the submissions, as downloaded from a learning platform.",
         ),
     ],
     out: Out = None,
     course: CourseFolder = None,
-    jobs: Annotated[int, typer.Option(min=1, help="Submissions to run at a time.")] = 1,
+    jobs: Annotated[int, typer.Option(min=1, help="Number of submissions to run in parallel.")] = 1,
     scheduler: Annotated[
         str | None, typer.Option(help="Run on the workers of this dask.distributed scheduler, as tcp://host:8786.")
     ] = None,
@@ -67,24 +67,22 @@ def grade(
     probe_seed: Annotated[
         int | None,
         typer.Option(
-            min=0, max=2**53, help="For the inputs of students' functions.", show_default="by the gradebook's secret"
+            min=0, max=2**53, help="Seed for the inputs of students' functions.", show_default="the gradebook's secret"
         ),
     ] = None,
     every_cell: Annotated[
-        bool, typer.Option("--every-cell", help="Run the cells that only show something, too: slower, same marks.")
+        bool, typer.Option("--every-cell", help="Also run the cells that only show something: slower, same marks.")
     ] = False,
     supply: Annotated[
         list[str] | None,
         typer.Option(
             metavar="STUDENT:QUESTION.PART=VALUE",
-            help="A value in place of a missing answer: it earns nothing, what builds on it can. Empty takes it back.",
+            help="Supply a missing answer. It earns nothing; later answers can. An empty VALUE takes it back.",
         ),
     ] = None,
-    times: Annotated[
-        Path | None, typer.Option(help="A CSV of names and times: what was handed in when.", dir_okay=False)
-    ] = None,
+    times: Annotated[Path | None, typer.Option(help="A CSV with names and times of receipt.", dir_okay=False)] = None,
     time_zone: Annotated[
-        str, typer.Option(help="Of times in names and zips, which do not say theirs, as Europe/Berlin.")
+        str, typer.Option(help="Time zone of times without one (in names and zips), for example Europe/Berlin.")
     ] = "UTC",
     again: Again = None,
     as_json: Json = False,
@@ -92,12 +90,12 @@ def grade(
         bool, typer.Option("--unsafe-no-isolation", help="Run students' code with your own rights.")
     ] = False,
 ) -> None:
-    """Run and mark what a class handed in. What has not changed is not run again.
+    """Run and mark the submissions of a class. Unchanged submissions are not run again.
 
-    MARKS is made if needed. Marks, grades.csv and everybody's feedback are written there.
+    MARKS is made if needed. Marks, grades.csv and all students' feedback are written there.
 
-    Exit code: 0 all graded, 1 there was trouble with some submissions (they score what they earned), 2 nothing graded,
-    3 nothing graded, as students' code cannot be isolated here.
+    Exit code: 0 all graded, 1 trouble with some submissions (they get the points that they earned), 2 nothing graded,
+    3 nothing graded, because students' code cannot be isolated here.
     """
     if not math.isfinite(deadline):
         raise typer.BadParameter("It should be a number of seconds.", param_hint="--deadline")

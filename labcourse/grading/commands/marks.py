@@ -45,15 +45,15 @@ def regrade(
         list[str] | None, typer.Option(help="Mark only this question again; may be given several times.")
     ] = None,
     out: Out = None,
-    jobs: Annotated[int, typer.Option(min=1, help="Submissions to mark at a time.")] = 1,
+    jobs: Annotated[int, typer.Option(min=1, help="Number of submissions to mark in parallel.")] = 1,
     as_json: Json = False,
 ) -> None:
-    """Mark all answers again by the key as it is now, and show what changed. No notebook is run.
+    """Mark all answers again with the present key, and show what changed. No notebook is run.
 
-    Marks that a person gave stay; those that the key would give otherwise are named. grades.csv and the feedback are
-    written anew; where MARKS is a database's URL, --out names the folder for them.
+    Marks that a person gave stay; if the key would give other points, they are listed. grades.csv and the feedback are
+    written anew; if MARKS is a database's URL, --out names the folder for them.
 
-    Exit code: 0 all marked, 1 some could not be marked (their marks stay as they were), 2 nothing marked.
+    Exit code: 0 all marked, 1 some could not be marked (their marks stay), 2 nothing marked.
     """
     from contextlib import ExitStack
 
@@ -104,9 +104,9 @@ def report(
     out: Out = None,
     course: CourseFolder = None,
 ) -> None:
-    """Write grades.csv and everybody's feedback from the gradebook. Nothing is run or marked.
+    """Write grades.csv and all students' feedback from the gradebook. Nothing is run or marked.
 
-    Exit code: 0 all written, 2 something could not be.
+    Exit code: 0 all written, 2 something could not be written.
     """
     from labcourse.grading.reports.grades import Reports
 
@@ -125,19 +125,17 @@ def mark(
     question: Question,
     part: Part,
     points: Annotated[float, typer.Argument(metavar="POINTS", min=0, help="Points to give.")],
-    reason: Annotated[str, typer.Option(help="For the student, and for the record.")],
+    reason: Annotated[str, typer.Option(help="The reason, for the student and for the record.")],
     by: By,
     expect: Annotated[
         float | None,
-        typer.Option(
-            help="The points that these replace. Needed where a person has given some already.", show_default="none yet"
-        ),
+        typer.Option(help="The points that are replaced; needed if a person gave them.", show_default="none yet"),
     ] = None,
 ) -> None:
-    """Give points to one answer by hand. They stay for as long as the answer is the same.
+    """Give points to one answer by hand. They stay until the answer changes.
 
-    Points that a person gave before are replaced only if --expect names them: of two who mark the same answer, the
-    second is told who was first.
+    Points that a person gave are replaced only if --expect states them. So if two persons mark the same answer, the
+    second one gets a message with the name of the first.
     """
     with open_existing(marks) as book:
         seen = _seen(book, student, question, part)
@@ -169,11 +167,11 @@ def _expected(seen: MarkRecord | None, points: float | None) -> MarkRecord | Non
 def comment(
     marks: Marks,
     student: Student,
-    text: Annotated[str, typer.Argument(metavar="TEXT", help="What you write; it is shown in the student's feedback.")],
+    text: Annotated[str, typer.Argument(metavar="TEXT", help="Your comment; it is shown in the student's feedback.")],
     by: By,
-    question: Annotated[str | None, typer.Option(help="On this question, as 1.11; else on all of the work.")] = None,
+    question: Annotated[str | None, typer.Option(help="The question, as 1.11; without it: the whole work.")] = None,
 ) -> None:
-    """Write to a student in their feedback, on one question or on all of the work."""
+    """Write a comment into a student's feedback, on one question or on the whole work."""
     with open_existing(marks) as book:
         graded = book.current(student)
         if question is not None and graded is not None and question not in {one.question for one in graded.marks}:
@@ -187,11 +185,11 @@ def comment(
 def history(
     marks: Marks,
     student: Annotated[
-        str | None, typer.Argument(metavar="STUDENT", help="The student's ID; everybody if left out.")
+        str | None, typer.Argument(metavar="STUDENT", help="The student's ID; without it, all students.")
     ] = None,
-    question: Annotated[str | None, typer.Option(help="Of this question only.")] = None,
+    question: Annotated[str | None, typer.Option(help="Only changes of this question.")] = None,
 ) -> None:
-    """Show every change of a mark: what it was and became, when, by whom, and why."""
+    """Show every change of a mark: before and after, when, by whom, and why."""
     with open_existing(marks) as book:
         for entry in book.audit(student, question):
             before, after = (
@@ -215,18 +213,18 @@ def roster(
         list[str] | None,
         typer.Option(
             metavar="ID",
-            help="Take this student out, of whom there is nothing but their name; may be given several times.",
+            help="Remove this student, if the gradebook has only their name; may be given several times.",
         ),
     ] = None,
     again: Again = None,
 ) -> None:
     """Read the names of a class from a CSV file into the gradebook, which is made if needed.
 
-    The columns id, name, email and section are read. Empty cells leave what is known as it is; a cell of -
-    removes it. Students who are not in the file stay: --remove takes out an ID that was mistyped, if nothing was
+    The columns id, name, email and section are read. An empty cell changes nothing; a cell with - deletes the
+    stored value. Students who are not in the file stay: --remove removes an ID that was mistyped, if nothing was
     handed in, graded or written under it.
 
-    Exit code: 0 all taken, 1 some lines were not, or somebody was not removed, 2 nothing taken.
+    Exit code: 0 all read, 1 some lines were not read, or a student was not removed, 2 nothing read.
     """
     if file is None and not remove:
         raise GradingError("Say what the roster is: a CSV file; or by --remove whom to take out.")

@@ -31,24 +31,24 @@ Marks = Annotated[
     str,
     typer.Argument(
         metavar="MARKS",
-        help="The class's folder, with its marks and results; or its gradebook: a file, or a database's URL.",
+        help="The folder with the marks and results of the class; or its gradebook: a file, or a database's URL.",
     ),
 ]
 Out = Annotated[
     Path | None,
-    typer.Option(help="Folder for the results.", file_okay=False, show_default="that of the gradebook"),
+    typer.Option(help="Folder for the results.", file_okay=False, show_default="the gradebook's folder"),
 ]
 By = Annotated[str, typer.Option(metavar="NAME", help="Your name, for the record.")]
 Student = Annotated[str, typer.Argument(metavar="STUDENT", help="The student's ID.")]
-Question = Annotated[str, typer.Argument(metavar="QUESTION", help="Its number, as 1.11.")]
-Part = Annotated[str, typer.Argument(metavar="PART", help="The part of the question, as explanation.")]
+Question = Annotated[str, typer.Argument(metavar="QUESTION", help="The number of the question, for example 1.11.")]
+Part = Annotated[str, typer.Argument(metavar="PART", help="The part of the question, for example explanation.")]
 Again = Annotated[
     list[str] | None,
-    typer.Option(metavar="ID", help="Take in a person who was erased, as a new one; may be given several times."),
+    typer.Option(metavar="ID", help="Accept a person who was erased, as a new student; may be given several times."),
 ]
-DryRun = Annotated[bool, typer.Option("--dry-run", help="Show what would be done, and change nothing.")]
-Force = Annotated[bool, typer.Option("--force", help="Write over a file that is there.")]
-Json = Annotated[bool, typer.Option("--json", help="Print JSON for scripts: an object a line.")]
+DryRun = Annotated[bool, typer.Option("--dry-run", help="Show what would be done, but change nothing.")]
+Force = Annotated[bool, typer.Option("--force", help="Overwrite an existing file.")]
+Json = Annotated[bool, typer.Option("--json", help="Print JSON for scripts: one object per line.")]
 
 
 def open_gradebook(url: str) -> Gradebook:

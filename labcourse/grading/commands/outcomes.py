@@ -12,7 +12,7 @@ from labcourse.messages import plural
 from labcourse.safe_text import say
 
 outcomes = typer.Typer(
-    name="outcomes", help="Show how the class does in each outcome, and fill in scoring sheets.", no_args_is_help=True
+    name="outcomes", help="Show the class's levels in each outcome, and fill in scoring sheets.", no_args_is_help=True
 )
 
 
@@ -21,13 +21,13 @@ def report(
     marks: Marks,
     out: Out = None,
     course: CourseFolder = None,
-    sections: Annotated[bool, typer.Option(help="Show the sections of the class beside each other.")] = True,
+    sections: Annotated[bool, typer.Option(help="Show the sections of the class side by side.")] = True,
 ) -> None:
-    """Write how the class does in each criterion and outcome: attainment.html, attainment.csv, students.csv.
+    """Write the levels of the class in each criterion and outcome: attainment.html, attainment.csv, students.csv.
 
-    Nothing is shown of groups that are smaller than course.toml allows; students.csv has names, and is yours only.
+    Groups smaller than course.toml allows are not shown. students.csv has names: do not publish it.
 
-    Exit code: 0 all written, 2 something could not be.
+    Exit code: 0 all written, 2 something could not be written.
     """
     from labcourse.grading.outcomes import class_report
 
@@ -46,12 +46,12 @@ def sheets(
     out: Out = None,
     course: CourseFolder = None,
     student: Annotated[
-        list[str] | None, typer.Option(help="The sheets of this student only; may be given several times.")
+        list[str] | None, typer.Option(help="Only the sheets of this student; may be given several times.")
     ] = None,
 ) -> None:
     """Write each student's scoring sheets as HTML, PDF and CSV, and one CSV of the whole class.
 
-    Exit code: 0 all written, 2 something could not be.
+    Exit code: 0 all written, 2 something could not be written.
     """
     from labcourse.grading.outcomes import sheet_files
 

@@ -42,18 +42,18 @@ def erase(
     by: By,
     out: Out = None,
     submissions: Annotated[
-        Path | None, typer.Option(help="Look here, too, for what they handed in, and tell of it.")
+        Path | None, typer.Option(help="Report the person's submissions in this folder, too.")
     ] = None,
     dry_run: DryRun = False,
     yes: Annotated[bool, typer.Option("--yes", help="Do not ask.")] = False,
     course: CourseFolder = None,
 ) -> None:
-    """Erase all that is stored about a student. It cannot be taken back.
+    """Erase all that is stored about a student. This cannot be undone.
 
-    The gradebook keeps who erased somebody, and not who was erased. What is made of the class is written anew. Who
-    scored an answer stays: this is for students.
+    The gradebook records who erased somebody, but not who was erased. The files about the class are written anew. The
+    names of scorers stay: this command is for students.
 
-    Exit code: 0 erased (or shown), 1 erased, but there is something left to do, which is told, 2 nothing erased.
+    Exit code: 0 erased (or shown), 1 erased, but the printed rest is left for you to do, 2 nothing erased.
     """
     from labcourse.grading.erasure import remains
     from labcourse.grading.erasure.others import of_others
@@ -168,9 +168,9 @@ def copy(
     force: Force = False,
     course: CourseFolder = None,
 ) -> None:
-    """Write a zip for a student with all that is stored about them: records, and each file as it came.
+    """Write a zip for a student with all that is stored about them: records, and each file as it was received.
 
-    It holds the names of those who marked, and what class-mates are told of them is not in it.
+    It holds the names of the scorers. It does not hold the records of class-mates.
     """
     from labcourse.grading.erasure import copied
     from labcourse.grading.erasure.results import Results

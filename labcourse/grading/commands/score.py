@@ -23,22 +23,20 @@ def score(
     course: CourseFolder = None,
     by: Annotated[
         list[str] | None,
-        typer.Option(metavar="NAME", help="Your name, for the record; once for each person who scores."),
+        typer.Option(metavar="NAME", help="Name of a scorer, for the record; once for each scorer."),
     ] = None,
-    port: Annotated[int, typer.Option(min=0, max=65535, help="Where the page is served; 0: any free port.")] = 0,
-    show_names: Annotated[bool, typer.Option("--names", help="Show whose an answer is; else it has a number.")] = False,
-    browser: Annotated[bool, typer.Option(help="Open a browser for the first who scores.")] = True,
-    write: Annotated[
-        Path | None, typer.Option(help="Write all answers into this table (.xlsx or .csv), and do nothing else.")
-    ] = None,
+    port: Annotated[int, typer.Option(min=0, max=65535, help="Port of the page; 0: any free port.")] = 0,
+    show_names: Annotated[bool, typer.Option("--names", help="Show students' names instead of numbers.")] = False,
+    browser: Annotated[bool, typer.Option(help="Open a browser for the first scorer.")] = True,
+    write: Annotated[Path | None, typer.Option(help="Only write all answers into this table (.xlsx or .csv).")] = None,
     read: Annotated[
-        Path | None, typer.Option(help="Take scores from this table, which --write wrote.", dir_okay=False)
+        Path | None, typer.Option(help="Read scores from this table, written by --write.", dir_okay=False)
     ] = None,
     force: Force = False,
 ) -> None:
     """Score the answers that a person must read: in a browser, or in a table (--write, --read).
 
-    Exit code: 0 all well, 1 some rows of a table were not taken, 2 nothing done.
+    Exit code: 0 all well, 1 some rows of a table were not read, 2 nothing done.
     """
     from labcourse.grading.scoring import rubric
     from labcourse.grading.scoring.desk import Desk

@@ -1,16 +1,16 @@
-"""``grades.csv``: a row for everybody, with and without a hand-in.
+"""``grades.csv``: a row for each student, with and without a submission.
 
 =====================  ================================================================================================
 student, name, email,  as the roster has them
 section
 one for each question  points earned; empty where nothing of it is decided yet, and where nothing was handed in
 total                  points earned so far; empty as above
-out_of                 points that there are
+out_of                 maximum of the points
 final                  the final grade by the course's settings; empty while something that counts is not decided
 final out of           its scale
 how it counts          what is special about it: what was left out, has another weight, came late, ...
-awaiting a person      points that a person has yet to give or not; they are in no other column
-not marked             points that could not be marked, through a fault of the key; they are in no other column
+awaiting a person      points that wait for a person; out_of includes them, total does not
+not marked             points that could not be marked, through a fault of the key; in out_of, not in total
 undecided              question and part of what waits, or could not be marked
 notes                  trouble, what else is worth knowing, how it was run; or why there are no points
 =====================  ================================================================================================
