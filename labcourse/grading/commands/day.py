@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 
 def status(marks: Marks, course: CourseFolder = None, out: Out = None) -> None:
-    """Show how the class stands: who handed in, who is in trouble, what waits for you.
+    """Show the state of the class: who handed in, who is in trouble, what waits for you.
 
     The same is written to class.html in the folder of results. This page names students: do not publish it.
 
@@ -67,8 +67,8 @@ def publish(
 ) -> None:
     """Publish feedback: write all students' pages, record the time, and list what is not ready.
 
-    Your platform delivers the pages to students. If feedback opens later by course.toml, the pages show only this date,
-    and nothing is recorded as published.
+    Your platform delivers the pages to students. If feedback opens later by course.toml, the pages show only this date
+    and problems with the submission, and nothing is recorded as published.
 
     Exit code: 0 published, 1 the pages are not open yet, 2 something could not be written.
     """

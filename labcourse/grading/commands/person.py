@@ -53,7 +53,7 @@ def erase(
     The gradebook records who erased somebody, but not who was erased. The files about the class are written anew. The
     names of scorers stay: this command is for students.
 
-    Exit code: 0 erased (or shown), 1 erased, but the printed rest is left for you to do, 2 nothing erased.
+    Exit code: 0 erased (or shown), 1 erased, but you have to do what is printed at the end, 2 nothing erased.
     """
     from labcourse.grading.erasure import remains
     from labcourse.grading.erasure.others import of_others
