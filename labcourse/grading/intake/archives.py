@@ -17,9 +17,9 @@ import time
 import unicodedata
 import zipfile
 import zlib
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from itertools import islice
 from pathlib import Path
@@ -54,7 +54,9 @@ _UTF8_NAME = 0x800  # flag of a zip's entry
 _HIDDEN = (".", "__MACOSX", "~$")
 _OF_SYSTEMS = {"thumbs.db", "desktop.ini", "icon\r"}
 _LONGEST_SHOWN, _MOST_SHOWN = 120, 5  # characters of a name in a message, and names
-_TOO_MANY = "it has more than {} files and folders."
+TOO_MANY = "it has more than {} files and folders."
+_TWICE, _TOO_DEEP = "it is there twice; the first is taken", f"it lies deeper than {MAX_DEPTH} folders"
+_NOT_A_FILE = "it is a link, or another thing than a file"
 
 
 class Unreadable(Exception):
@@ -100,9 +102,9 @@ class Listing:
     def add(self, path: str, entry: Entry, why_not: str = "") -> None:
         """Add a file, or refuse it."""
         if path in self.files:
-            why_not = why_not or "it is there twice; the first is taken"
+            why_not = why_not or _TWICE
         elif path.count("/") > MAX_DEPTH:
-            why_not = why_not or f"it lies deeper than {MAX_DEPTH} folders"
+            why_not = why_not or _TOO_DEEP
         if why_not:
             self.refused[path] = why_not
         else:
@@ -156,7 +158,13 @@ class Shelf(ExitStack):
 
     def listing(self, where: Where, most: int = MAX_ENTRIES) -> Listing:
         """List a folder or an archive; raise Unreadable if it cannot be read or has more than so many entries."""
-        return self.open(where).listing(most)
+        listing = Listing()
+        for number, (path, entry, why_not) in enumerate(self.open(where).entries(), 1):
+            if number > most:
+                raise Unreadable(TOO_MANY.format(most))
+            if entry is not None:
+                listing.add(path, entry, why_not)
+        return listing
 
     def open(self, where: Where) -> _Folder | _Zip:
         """Open a folder or an archive; raise Unreadable if that cannot be done."""
@@ -207,30 +215,26 @@ def _open_file(path: Path) -> IO[bytes]:
     return open(descriptor, "rb")
 
 
+#: What a store says of each thing in it: path, entry (None for a folder), and why it is not read ("" if it is).
+_Entries = Iterator[tuple[str, Entry | None, str]]
+
+
 class _Folder:
     """A folder on disk."""
 
     def __init__(self, root: Path) -> None:
         self._root = root
 
-    def listing(self, most: int) -> Listing:
-        """List it with the folders in it."""
-        found, waiting, seen = Listing(), [""], 0
-        while waiting:
-            folder = waiting.pop(0)
-            for entry in scan(self._root / folder, most):
-                if (seen := seen + 1) > most:
-                    raise Unreadable(_TOO_MANY.format(most))
-                key = f"{folder}{entry.name}"
-                if entry.is_dir(follow_symlinks=False) and key.count("/") < MAX_DEPTH:
-                    waiting.append(f"{key}/")
-                elif entry.is_dir(follow_symlinks=False):
-                    found.refused[readable(key)] = f"it lies deeper than {MAX_DEPTH} folders"
-                else:
-                    ordinary = entry.is_file(follow_symlinks=False)
-                    why_not = "" if ordinary else "it is a link, or another thing than a file"
-                    found.add(readable(key), on_disk(entry, key), why_not)
-        return found
+    def entries(self, within: str = "") -> _Entries:
+        """Find what lies in it and in the folders below."""
+        for item in scan(self._root / within):
+            key, is_folder = f"{within}{item.name}", item.is_dir(follow_symlinks=False)
+            if is_folder and key.count("/") < MAX_DEPTH:
+                yield key, None, ""
+                yield from self.entries(f"{key}/")
+            else:
+                why_not = _TOO_DEEP if is_folder else "" if item.is_file(follow_symlinks=False) else _NOT_A_FILE
+                yield readable(key), on_disk(item, key), why_not
 
     def read(self, key: str, size: int) -> bytes:
         """Read the first bytes of a file."""
@@ -238,18 +242,18 @@ class _Folder:
             return file.read(size)
 
 
-def scan(folder: Path, most: int) -> list[os.DirEntry[str]]:
-    """Return what lies in a folder on disk, by name: all of it, or one more than ``most``."""
+def scan(folder: Path) -> list[os.DirEntry[str]]:
+    """Return what lies in a folder on disk, by name; of too much, one more than a class may have."""
     try:
         with os.scandir(folder) as entries:
-            return sorted(islice(entries, most + 1), key=lambda entry: entry.name)
+            return sorted(islice(entries, MAX_CLASS_ENTRIES + 1), key=lambda entry: entry.name)
     except OSError as error:
         raise Unreadable(f"{error.strerror}.") from None
 
 
-def on_disk(entry: os.DirEntry[str], key: str) -> Entry:
+def on_disk(item: os.DirEntry[str] | Path, key: str) -> Entry:
     """Return the size and the time of a file on disk."""
-    about = entry.stat(follow_symlinks=False)
+    about = item.stat(follow_symlinks=False)
     return Entry(key, about.st_size, datetime.fromtimestamp(about.st_mtime, UTC))
 
 
@@ -283,24 +287,21 @@ class _Zip:
             raise Unreadable(f"it is not an archive that can be read ({type(error).__name__}).") from None
         self._entries = {entry.filename: entry for entry in reversed(self._zip.infolist()) if entry.filename}
 
-    def listing(self, most: int) -> Listing:
-        """List it with the folders in it."""
-        if len(self._zip.infolist()) > most:
-            raise Unreadable(_TOO_MANY.format(most))
-        found = Listing()
+    def entries(self) -> _Entries:
+        """Find what lies in it and in the folders below."""
         for entry in self._zip.infolist():
             if not entry.filename or entry.is_dir():  # is_dir() fails without a name
+                yield entry.filename, None, ""
                 continue
             path = _path(entry)
             why_not = ""
             if stat.S_IFMT(entry.external_attr >> 16) not in (0, stat.S_IFREG):
-                why_not = "it is a link, or another thing than a file"
+                why_not = _NOT_A_FILE
             elif not path or ".." in path.split("/"):
                 why_not = "its name leads outside"
             elif self._entries[entry.filename] is not entry:
-                why_not = "it is there twice; the first is taken"
-            found.add(path or entry.filename, Entry(entry.filename, entry.file_size, _modified(entry)), why_not)
-        return found
+                why_not = _TWICE
+            yield path or entry.filename, Entry(entry.filename, entry.file_size, _modified(entry)), why_not
 
     def read(self, key: str, size: int) -> bytes:
         """Read the first bytes of a file."""
@@ -375,110 +376,3 @@ def _modified(entry: zipfile.ZipInfo) -> datetime | None:
     except ValueError:
         return None
     return modified if modified > _NO_TIME else None
-
-
-# --- places: folders and archives with the names of what lies in them -------------------------------------------------
-
-
-@dataclass(frozen=True)
-class Place:
-    """A file, a folder or an archive somewhere in a class's folder.
-
-    Attributes
-    ----------
-    source : its name for people, from the class's folder on
-    where : the store that holds its files; of a file, the store that holds it
-    entry : of a file
-    listing : of a folder in an archive, and of whatever was looked into
-    why_not : why something is neither file nor folder
-    """
-
-    source: str
-    where: Where
-    entry: Entry | None = None
-    listing: Listing | None = None
-    why_not: str = ""
-
-    @property
-    def name(self) -> str:
-        """Its own name."""
-        return self.source.rpartition("/")[2]
-
-    @property
-    def stem(self) -> str:
-        """Its own name, without the ending of an archive."""
-        return without_ending(self.name) if self.entry else self.name
-
-    @property
-    def is_archive(self) -> bool:
-        """Whether it is an archive that can be read, by its name."""
-        return self.entry is not None and is_archive(self.name)
-
-    @property
-    def is_folder(self) -> bool:
-        """Whether it is a folder."""
-        return self.entry is None and not self.why_not
-
-    @property
-    def files(self) -> Mapping[str, Entry]:
-        """Its files, once it was looked into."""
-        return self.listing.files if self.listing else {}
-
-    def look(self, shelf: Shelf, whole_class: bool = False) -> Place:
-        """Look into a folder or an archive.
-
-        Raises
-        ------
-        Unreadable
-            If it cannot be read, or is too large for one student (or for a class).
-        """
-        most = MAX_CLASS_ENTRIES if whole_class else MAX_ENTRIES
-        if self.listing is not None:
-            if len(self.listing.files) > most:
-                raise Unreadable(_TOO_MANY.format(most))
-            return self
-        where = self.where
-        if self.entry is not None:
-            largest = MAX_CLASS_ARCHIVE if whole_class else MAX_ARCHIVE
-            if self.entry.size > largest:
-                raise Unreadable(f"it has more than {largest} bytes.")
-            where = where.within(self.entry.key)
-        return replace(self, where=where, listing=shelf.listing(where, most))
-
-    def children(self, shelf: Shelf) -> list[Place]:
-        """Return what lies in it, by name. Folders on disk are not yet looked into, so none can spoil the others."""
-        if self.entry is None and self.listing is None:
-            return [*on_disk_in(self.where.path, f"{self.source}/")]
-        looked = self.look(shelf, whole_class=True)
-        assert looked.listing is not None
-        return sorted(_children(looked, looked.listing), key=lambda child: child.source)
-
-
-def on_disk_in(folder: Path, prefix: str = "") -> Iterator[Place]:
-    """Find what lies in a folder on disk, by name."""
-    for entry in scan(folder, MAX_CLASS_ENTRIES):
-        source = f"{prefix}{readable(entry.name)}"
-        if entry.is_dir(follow_symlinks=False):
-            yield Place(source, Where(folder / entry.name))
-        elif entry.is_file(follow_symlinks=False):
-            yield Place(source, Where(folder), on_disk(entry, entry.name))
-        else:
-            yield Place(source, Where(folder), why_not="it is neither a folder nor a zip.")
-
-
-def _children(place: Place, listing: Listing) -> Iterator[Place]:
-    folders: dict[str, Listing] = {}
-    for path, entry in listing.files.items():
-        first, slash, rest = path.partition("/")
-        if slash:
-            folders.setdefault(first, Listing()).files[rest] = entry
-        else:
-            yield Place(f"{place.source}/{path}", place.where, entry)
-    for path, why_not in listing.refused.items():
-        first, slash, rest = path.partition("/")
-        if slash:
-            folders.setdefault(first, Listing()).refused[rest] = why_not
-        else:
-            yield Place(f"{place.source}/{path}", place.where, why_not=f"{why_not}.")
-    for name, inside in folders.items():
-        yield Place(f"{place.source}/{name}", place.where, listing=inside)

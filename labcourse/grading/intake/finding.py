@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections import defaultdict
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime, tzinfo
 from pathlib import Path
 from typing import Any
 
-from labcourse import messages, program
-from labcourse.errors import GradingError
+from labcourse import course_file, messages, program
+from labcourse.errors import ConfigurationError, GradingError
 from labcourse.files import COURSE_FILE
 from labcourse.grading.gradebook.records import DECIDED, StudentRecord
 from labcourse.grading.intake import archives, owners, platforms
-from labcourse.grading.intake.archives import Entry, Listing, Place, Shelf, Unreadable, Where, is_hidden, shown
+from labcourse.grading.intake.archives import Entry, Listing, Shelf, Unreadable, Where, is_hidden, readable, scan, shown
 from labcourse.grading.intake.notebooks import is_notebook, is_work
 from labcourse.grading.intake.owners import Owner, Roster, nobody_before, student_in
 from labcourse.grading.intake.platforms import Label, in_utc, label_of
@@ -23,6 +24,9 @@ MAX_CLASS_DEPTH = 3  #: folders and zips around those of the students; a platfor
 MAX_NESTING = 3  #: archives within archives
 MAX_INNER_ARCHIVES = 20  #: archives within one submission
 MAX_COURSE_FILE = 10_000  #: bytes of course.json; a name, a release, and partners
+
+_NEVER = datetime.fromtimestamp(0, UTC)
+_NO_NAME = "it does not say who handed it in."
 
 OWNER, TIME = "owner", "time received"  #: what an instructor may decide, besides a file (by its name in the course)
 #: :attr:`Doubt.key` → what was decided.
@@ -65,22 +69,22 @@ class Piece:
     where : the store that holds its files
     files : path → entry
     refused : path → reason why it is not read
+    trouble : why nothing of it can be read; "" where it can
     received : time of receipt, UTC
     clock : how the time is known; "" where only the student's computer wrote it
     rule : how the student was identified
     order : of pieces received at one time, the higher came later
-    trouble : why nothing of it can be read; "" where it can
     """
 
     source: str
     where: Where
-    files: Mapping[str, Entry]
-    received: datetime
-    clock: str
-    rule: str = ""
+    files: Mapping[str, Entry] = field(default_factory=dict)
     refused: Mapping[str, str] = field(default_factory=dict)
-    order: tuple[int, datetime, int] = (0, datetime.min, 0)
     trouble: str = ""
+    received: datetime = _NEVER
+    clock: str = ""
+    rule: str = ""
+    order: tuple[int, datetime, int] = (0, _NEVER, 0)
 
 
 @dataclass(frozen=True)
@@ -124,22 +128,131 @@ class ClassFolder:
 
 
 @dataclass(frozen=True)
-class _Found:
-    """A piece without an owner and a time.
+class Place:
+    """A file, a folder or an archive somewhere in a class's folder.
 
     Attributes
     ----------
+    source : its name for people, from the class's folder on
+    where : the store that holds its files; of a file, the store that holds it
+    entry : of a file
+    listing : of a folder in an archive, and of whatever was looked into
+    why_not : why something is neither file nor folder
+    """
+
+    source: str
+    where: Where
+    entry: Entry | None = None
+    listing: Listing | None = None
+    why_not: str = ""
+
+    @property
+    def name(self) -> str:
+        """Its own name."""
+        return self.source.rpartition("/")[2]
+
+    @property
+    def stem(self) -> str:
+        """Its own name, without the ending of an archive."""
+        return archives.without_ending(self.name) if self.entry else self.name
+
+    @property
+    def label(self) -> Label | None:
+        """What a platform's name says; None for another name."""
+        return label_of(self.name)
+
+    @property
+    def is_store(self) -> bool:
+        """Whether it is a folder, or an archive that can be read, by its name."""
+        return archives.is_archive(self.name) if self.entry else not self.why_not
+
+    def look(self, shelf: Shelf, whole_class: bool = False) -> tuple[Where, Listing]:
+        """Look into a folder or an archive. Return the store that holds its files, and the files.
+
+        Raises
+        ------
+        Unreadable
+            If it cannot be read, or is too large for one student (or for a class).
+        """
+        if self.entry is not None and not self.is_store:
+            raise Unreadable("it is packed in a way that is not read. Unpack it, or ask for an ordinary zip.")
+        most = archives.MAX_CLASS_ENTRIES if whole_class else archives.MAX_ENTRIES
+        largest = archives.MAX_CLASS_ARCHIVE if whole_class else archives.MAX_ARCHIVE
+        if self.listing is not None:
+            if len(self.listing.files) > most:
+                raise Unreadable(archives.TOO_MANY.format(most))
+            return self.where, self.listing
+        if self.entry is not None and self.entry.size > largest:
+            raise Unreadable(f"it has more than {largest} bytes.")
+        where = self.where if self.entry is None else self.where.within(self.entry.key)
+        return where, shelf.listing(where, most)
+
+    def children(self, shelf: Shelf) -> list[Place]:
+        """Return what lies in it, by name; nothing if it cannot be read.
+
+        Folders on disk are not looked into yet, so none can spoil the others.
+        """
+        try:
+            if self.entry is None and self.listing is None:
+                return [*on_disk_in(self.where.path, f"{self.source}/")]
+            return sorted(self._inside(*self.look(shelf, whole_class=True)), key=lambda child: child.source)
+        except Unreadable:
+            return []
+
+    def _inside(self, where: Where, listing: Listing) -> Iterator[Place]:
+        folders: dict[str, Listing] = defaultdict(Listing)
+        for path, entry in listing.files.items():
+            first, slash, rest = path.partition("/")
+            if slash:
+                folders[first].files[rest] = entry
+            else:
+                yield Place(f"{self.source}/{path}", where, entry)
+        for path, why_not in listing.refused.items():
+            first, slash, rest = path.partition("/")
+            if slash:
+                folders[first].refused[rest] = why_not
+            else:
+                yield Place(f"{self.source}/{path}", where, why_not=f"{why_not}.")
+        for name, inside in folders.items():
+            yield Place(f"{self.source}/{name}", where, listing=inside)
+
+
+def on_disk_in(folder: Path, prefix: str = "") -> Iterator[Place]:
+    """Find what lies in a folder on disk, by name."""
+    for item in scan(folder):
+        source = f"{prefix}{readable(item.name)}"
+        if item.is_dir(follow_symlinks=False):
+            yield Place(source, Where(folder / item.name))
+        elif item.is_file(follow_symlinks=False):
+            yield Place(source, Where(folder), archives.on_disk(item, item.name))
+        else:
+            yield Place(source, Where(folder), why_not="it is neither a folder nor a zip.")
+
+
+def _together(places: Sequence[Place], names: Sequence[str]) -> Place:
+    """Put files that lie side by side into one place, under the names that they have there."""
+    source = messages.listed(sorted(place.source for place in places), 1)
+    entries = {name: place.entry for name, place in zip(names, places, strict=True) if place.entry}
+    return Place(source, places[0].where, listing=Listing(entries))
+
+
+@dataclass(frozen=True)
+class _Found(Piece):
+    """A piece, with what says whose it is and when it came.
+
+    Attributes
+    ----------
+    name : of the folder, archive or file, without the ending of an archive
+    label : what a platform's name says
     by_name : whom its name means; None if course.json is to decide between several meanings
     archived : when the archive among the submissions was written
     attempt : number of a copy, as an archive within it says
+    course : content of its course.json
     """
 
-    name: str
-    place: Place
+    name: str = ""
     label: Label | None = None
     by_name: Owner | None = None
-    files: Mapping[str, Entry] = field(default_factory=dict)
-    trouble: str = ""
     archived: datetime | None = None
     attempt: int = 0
     course: Mapping[str, Any] = field(default_factory=dict)
@@ -171,6 +284,7 @@ def find(
     """
     if not (folder.is_dir() or folder.is_file()):
         raise GradingError(f"There is no folder {folder}.")
+    folder = folder.resolve()
     with Shelf() as shelf:
         finder = _Finder(Roster(roster), times or {}, zone, shelf, decisions or {})
         try:
@@ -195,7 +309,7 @@ class _Finder:
         self._roster, self._zone, self._shelf, self._decisions = roster, zone, shelf, decisions
         self._times = {caseless(name): in_utc(time, UTC) for name, time in times.items()}
         self._found: list[_Found] = []
-        self._ignored: dict[str, list[str]] = {}
+        self._ignored: dict[str, list[str]] = defaultdict(list)
         self._invalid: list[str] = []  # decisions
         self._archives_left = 0
 
@@ -203,159 +317,128 @@ class _Finder:
 
     def start(self, folder: Path) -> None:
         """Go through a class's folder or zip, or a student's own folder."""
+        name = readable(folder.name)
         if folder.is_file():
-            places = [place for place in archives.on_disk_in(folder.parent) if place.where.path / folder.name == folder]
-            self._explore([next(place for place in places if place.entry and place.entry.key == folder.name)], 0)
+            self._explore([Place(name, Where(folder.parent), archives.on_disk(folder, folder.name))], 0)
             return
-        inside = [*archives.on_disk_in(folder)]
+        inside = [*on_disk_in(folder)]
         files = [place.name for place in inside if place.entry is not None]
-        if COURSE_FILE in files and any(map(is_notebook, files)) and not any(label_of(one.name) for one in inside):
-            self._take(Place(folder.name, Where(folder)), by_name=Owner(why_not="it does not say who handed it in."))
+        if COURSE_FILE in files and any(map(is_notebook, files)) and not any(place.label for place in inside):
+            self._take(Place(name, Where(folder)), None, Owner(why_not=_NO_NAME))
         else:
             self._explore(inside, 0)
 
     def _explore(self, places: Sequence[Place], depth: int) -> None:
+        """Take what lies in a class's folder or archive."""
         places = [place for place in places if not is_hidden(place.name)]
-        loose: dict[tuple[object, ...], list[tuple[Place, Label]]] = {}
+        loose: dict[tuple[object, ...], list[tuple[Place, Label]]] = defaultdict(list)
         for place in places:
-            label = label_of(place.name)
-            if label is None and place.entry is not None and is_notebook(place.name):
-                label = self._roster.before_underscore(place.name)
+            label = place.label or self._roster.before_underscore(place.name)
             if place.why_not:
-                self._ignore(place, place.why_not)
+                self._ignore(place.source, place.why_not)
             elif label is not None and label.is_receipt:
-                self._ignore(place, f"{label.platform} itself wrote it.")
+                self._ignore(place.source, f"{label.platform} itself wrote it.")
             elif label is not None and label.file and place.entry is not None:
-                same = (label.platform, label.people, label.number, label.time)
-                loose.setdefault(same, []).append((place, label))
-            elif place.is_folder or place.is_archive:
+                loose[label.platform, label.people, label.number, label.time].append((place, label))
+            elif place.is_store:
                 self._look_into(place, label, depth, is_alone=len(places) == 1)
+            elif is_notebook(place.name):
+                nobody = Owner(why_not=f"{_NO_NAME} Put it into a folder that is named by the student's ID.")
+                self._take(_together([place], [place.name]), label, nobody)
+            elif place.name.casefold().endswith(archives.OTHER_ARCHIVES):
+                self._take(place, label)
             else:
-                self._take_file(place, label)
+                self._ignore(place.source, "it is neither a folder nor a zip.")
         for files in loose.values():
             self._take_loose(files)
 
     def _look_into(self, place: Place, label: Label | None, depth: int, is_alone: bool) -> None:
         """Take one student's folder or archive, or go through that of a class."""
-        if label is None and not self._named(place).is_certain and depth < MAX_CLASS_DEPTH:
+        if label is None and depth < MAX_CLASS_DEPTH and not self._roster.by_name(place.stem).is_certain:
             self._shelf.begin_student()
-            try:
-                inside = place.children(self._shelf)
-            except Unreadable:
-                inside = []  # the reason is given when it is read as a student's
+            inside = place.children(self._shelf)
             if self._is_class(inside, depth):
                 # Anybody can put folders with others' names into a zip: without a roster, which knows that the name of
                 # the zip is nobody's, only a zip that lies alone is a class's.
                 if self._roster or is_alone:
                     self._explore(inside, depth + 1)
                     return
-                if any(label_of(one.name) for one in inside):
+                if any(child.label for child in inside):
                     take_in = f"Unpack it, or take in a roster ({program.name()} roster)."
-                    self._ignore(place, f"it holds the hand-ins of several. {take_in}")
+                    self._ignore(place.source, f"it holds the hand-ins of several. {take_in}")
                     return
         self._take(place, label)
 
-    def _named(self, place: Place, course_student: str = "") -> Owner:
-        return self._roster.by_name(place.stem, course_student)
-
     def _is_class(self, places: Sequence[Place], depth: int) -> bool:
         places = [place for place in places if not (is_hidden(place.name) or place.why_not)]
-        loose = [place for place in places if place.entry is not None and not place.is_archive]
-        if any(is_work(place.name) and label_of(place.name) is None for place in loose):
+        if any(is_work(place.name) and not (place.is_store or place.label) for place in places):
             return False
         if any(map(self._is_a_students, places)):
             return True
-        folders = [place for place in places if place.is_folder]
-        if len(folders) != 1 or depth + 1 >= MAX_CLASS_DEPTH or any(place.is_archive for place in places):
-            return False
-        try:
-            return self._is_class(folders[0].children(self._shelf), depth + 1)
-        except Unreadable:
-            return False
+        stores = [place for place in places if place.is_store]
+        is_wrapped = len(stores) == 1 and stores[0].entry is None and depth + 1 < MAX_CLASS_DEPTH
+        return is_wrapped and self._is_class(stores[0].children(self._shelf), depth + 1)
 
     def _is_a_students(self, place: Place) -> bool:
-        label = label_of(place.name)
-        if label is not None:
-            is_usual = place.is_folder or place.is_archive or is_work(label.file)
-            return is_usual or bool(self._roster.by_label(label).students)
-        if place.entry is not None and not place.is_archive:
-            return False
-        owner = self._named(place)
-        if self._roster or not owner.students:
-            return owner.is_certain
+        if (label := place.label) is not None:
+            return place.is_store or is_work(label.file) or bool(self._roster.by_label(label).students)
+        owner = self._roster.by_name(place.stem)
+        if self._roster or not (place.is_store and owner.students):
+            return place.is_store and owner.is_certain
         try:
-            looked = place.look(self._shelf)
-            student = student_in(self._course(looked, looked.files))
+            student = student_in(self._course(*place.look(self._shelf)))
         except Unreadable:
             return False
-        return caseless(student) in map(caseless, self._named(place, student).students)
+        return caseless(student) in map(caseless, self._roster.by_name(place.stem, student).students)
 
     # --- what they hold -----------------------------------------------------------------------------------------------
 
-    def _take(self, place: Place, label: Label | None = None, by_name: Owner | None = None) -> None:
-        """Take a folder or an archive of one student."""
-        self._begin_student()
-        archived = self._utc(place.entry.modified) if place.entry else None
-        found = _Found(place.stem, place, label, self._roster.by_label(label) if label else by_name, archived=archived)
-        try:
-            self._found += self._pieces(replace(found, place=place.look(self._shelf)))
-        except Unreadable as error:
-            self._found.append(replace(found, trouble=str(error)))
-
-    def _begin_student(self) -> None:
+    def _take(self, place: Place, label: Label | None, by_name: Owner | None = None, name: str = "") -> None:
+        """Take what one student handed in."""
         self._shelf.begin_student()
         self._archives_left = MAX_INNER_ARCHIVES
-
-    def _take_file(self, place: Place, label: Label | None) -> None:
-        """Take a file that no platform named: a notebook, whose owner is asked for, or an archive that is not read."""
-        assert place.entry is not None
-        why = "it is neither a folder nor a zip."
-        if is_notebook(place.name):
-            nobody = "it does not say who handed it in. Put it into a folder that is named by the student's ID."
-            listing = Listing({place.name: place.entry})
-            loose = Place(place.source, place.where, listing=listing)
-            self._found.append(_Found(place.name, loose, label, Owner(why_not=nobody), listing.files))
-            return
-        if place.name.casefold().endswith(archives.OTHER_ARCHIVES):
-            why = "it is packed in a way that is not read. Unpack it, or ask for an ordinary zip."
-            owner = self._roster.by_label(label) if label else self._named(place)
-            if owner.students:  # their feedback says why nothing of it counts
-                archived = self._utc(place.entry.modified)
-                self._found.append(_Found(place.stem, place, label, owner, trouble=why, archived=archived))
-                return
-        self._ignore(place, why)
+        found = _Found(
+            place.source,
+            place.where,
+            name=name or place.stem,
+            label=label,
+            by_name=self._roster.by_label(label) if label else by_name,
+            archived=self._utc(place.entry.modified) if place.entry else None,
+        )
+        try:
+            self._found += self._pieces(found, place)
+        except Unreadable as error:
+            self._found.append(replace(found, trouble=str(error)))
 
     def _take_loose(self, files: Sequence[tuple[Place, Label]]) -> None:
         """Take files of one student that a platform named, side by side."""
         newest_first = sorted(files, key=lambda one: -one[1].attempt)
-        latest = newest_first[0][1]
         loose: dict[str, Place] = {}
         for place, label in newest_first:
-            if place.is_archive:
+            if place.is_store:
                 self._take(place, label)
             elif label.file in loose:
-                self._ignore(place, "there is a newer one of the same name.")
+                self._ignore(place.source, "there is a newer one of the same name.")
             else:
                 loose[label.file] = place
-        if not loose:
-            return
-        entries = {name: place.entry for name, place in loose.items() if place.entry}
-        if latest.platform == platforms.CANVAS:
-            entries |= platforms.without_canvas_counts(entries)
-        first = min(loose.values(), key=lambda place: place.source)
-        source = messages.listed(sorted(place.source for place in loose.values()), 1)
-        self._begin_student()
-        together = Place(source, first.where, listing=Listing(entries))
-        self._found += self._pieces(_Found(first.name, together, latest, self._roster.by_label(latest)))
+        if loose:
+            together = _together([*loose.values()], [*loose])
+            latest = newest_first[0][1]
+            if latest.platform == platforms.CANVAS and together.listing:
+                together.listing.files.update(platforms.without_canvas_counts(together.listing.files))
+            self._take(together, latest, name=min(place.name for place in loose.values()))
 
-    def _pieces(self, found: _Found, nesting: int = 0) -> list[_Found]:
-        """Split a place that was looked into: each archive with work in it, and the rest."""
-        assert found.place.listing is not None
-        files, refused = dict(found.place.files), found.place.listing.refused
+    def _pieces(self, found: _Found, place: Place, nesting: int = 0) -> list[_Found]:
+        """Look into a place, and split it: each archive with work in it, and the rest."""
+        where, listing = place.look(self._shelf)
+        found = replace(found, source=place.source, where=where)
+        files, refused = dict(listing.files), dict(listing.refused)
         pieces: list[_Found] = []
-        for path in [path for path in files if archives.is_archive(path) and not is_hidden(path)]:
+        for path in listing.files:
+            if is_hidden(path) or not archives.is_archive(path):
+                continue
             try:
-                inside = self._inside(found, path, nesting)
+                inside = self._inside(found, path, listing.files[path], nesting)
             except Unreadable as error:
                 refused[path] = str(error).rstrip(".")
                 del files[path]
@@ -364,41 +447,36 @@ class _Finder:
                 pieces += inside
                 del files[path]
         if pieces and all(map(is_hidden, files)):
-            assert pieces[0].place.listing is not None
-            pieces[0].place.listing.refused.update(refused)
-            return pieces
+            return [replace(pieces[0], refused={**pieces[0].refused, **refused}), *pieces[1:]]
         trouble = ""
         if not pieces and not any(map(is_work, files)):
             broken = [path for path in refused if archives.is_archive(path)]
             trouble = " ".join(f"{shown(path)} cannot be read: {refused[path]}." for path in broken)
             if packed := [path for path in files if path.casefold().endswith(archives.OTHER_ARCHIVES)]:
                 trouble += f"{archives.listed(packed)}: packed in a way that is not read; hand in an ordinary zip."
-        return [replace(found, files=files, trouble=trouble, course=self._course(found.place, files)), *pieces]
+        course = self._course(where, Listing(files))
+        return [replace(found, files=files, refused=refused, trouble=trouble, course=course), *pieces]
 
-    def _inside(self, found: _Found, path: str, nesting: int) -> list[_Found]:
+    def _inside(self, found: _Found, path: str, entry: Entry, nesting: int) -> list[_Found]:
         """Return the pieces of an archive within a piece."""
         if nesting == MAX_NESTING or not self._archives_left:
             raise Unreadable(f"of archives in a submission, {MAX_INNER_ARCHIVES} are read, {MAX_NESTING} in each other")
         self._archives_left -= 1
-        entry = found.place.files[path]
+        place = Place(f"{found.source}/{path}", found.where, entry)
         archived = found.archived
         if archived is None and found.label is not None and not nesting:  # the platform wrote it into its folder
             archived = self._utc(entry.modified)
-        place = Place(f"{found.place.source}/{path}", found.place.where, entry)
-        copy = platforms.without_copy_number(archives.without_ending(path.rpartition("/")[2]))
+        copy = platforms.without_copy_number(place.stem)
         attempt = max(found.attempt, copy[1] if copy else 0)
-        inner = replace(found, place=place.look(self._shelf), archived=archived, attempt=attempt)
-        return self._pieces(inner, nesting + 1)
+        return self._pieces(replace(found, archived=archived, attempt=attempt), place, nesting + 1)
 
-    def _course(self, place: Place, files: Mapping[str, Entry]) -> dict[str, Any]:
+    def _course(self, where: Where, listing: Listing) -> dict[str, Any]:
         """Read the course.json with the fewest folders above it; nothing without one."""
-        paths = [path for path in files if path.rpartition("/")[2] == COURSE_FILE and is_work(path)]
-        if not paths:
-            return {}
-        entry = files[min(paths, key=lambda path: (path.count("/"), path))]
+        paths = [path for path in listing.files if path.rpartition("/")[2] == COURSE_FILE and is_work(path)]
         try:
-            return owners.course_data(self._shelf.read(place.where, entry, MAX_COURSE_FILE))
-        except Unreadable:
+            path = min(paths, key=lambda path: (path.count("/"), path))
+            return course_file.parse(self._shelf.read(where, listing.files[path], MAX_COURSE_FILE))
+        except (ValueError, Unreadable, ConfigurationError):  # there is none, or it cannot be read
             return {}
 
     # --- their owners and times ---------------------------------------------------------------------------------------
@@ -406,12 +484,12 @@ class _Finder:
     def submissions(self, earlier: Callable[[str], Collection[str] | None]) -> list[Submission]:
         """Return the submission of each student."""
         named = [found.by_name or self._roster.by_name(found.name, student_in(found.course)) for found in self._found]
-        present = {one for owner in named if owner.is_certain or not self._roster for one in owner.students}
+        present = {student for owner in named if owner.is_certain or not self._roster for student in owner.students}
         taken: list[tuple[Owner, Piece]] = []
         for number, (found, by_name) in enumerate(zip(self._found, named, strict=True)):
             owner = self._owner(found, replace(by_name, attempt=max(by_name.attempt, found.attempt)), present)
             if owner.students:
-                taken.append((owner, self._piece(found, owner, number)))
+                taken.append((owner, self._received(found, owner, number)))
         resolved = owners.resolve_partners([owner for owner, _piece in taken], earlier)
         pieces = [(owner, piece) for owner, (_before, piece) in zip(resolved, taken, strict=True)]
         students = {caseless(one): one for owner in reversed(resolved) for one in reversed(owner.everybody)}
@@ -419,78 +497,64 @@ class _Finder:
 
     def _owner(self, found: _Found, by_name: Owner, present: Collection[str]) -> Owner:
         """Determine an owner, and add a row for the instructor where that is in doubt."""
-        source = found.place.source
-        owner = owners.owner_of(
-            found.name, by_name, found.course, self._roster, any(map(is_work, found.files)), present
-        )
-        given = self._decisions.get((source, OWNER))
+        holds_work = any(map(is_work, found.files))
+        owner = owners.owner_of(found.name, by_name, found.course, self._roster, holds_work, present)
+        given = self._decisions.get((found.source, OWNER))
         student = self._roster.known(given) if given else None
         unlisted = any(self._roster.known(one) is None for one in owner.students)
         if owner.problems or owner.why_not or unlisted or student:
             why = " ".join((*owner.problems, *owner.notes, owner.why_not)).strip()
-            self.doubts.append(Doubt(source, OWNER, " ".join(owner.students), why, student_in(found.course)[:LONGEST]))
+            instead = student_in(found.course)[:LONGEST]
+            self.doubts.append(Doubt(found.source, OWNER, " ".join(owner.students), why, instead))
         if given and student is None:
-            self._invalid.append(f"intake.csv: {shown(given)}, the owner of {shown(source)}, is unknown.")
+            self._invalid.append(f"intake.csv: {shown(given)}, the owner of {shown(found.source)}, is unknown.")
         if student:
             return Owner((student,), (), student, DECIDED)
         if not owner.students:
             roster = f"put the student on the roster ({program.name()} roster)"
             what_to_do = f"Rename it to the student's ID, {roster}, or write the ID into intake.csv."
-            self._ignore(found.place, " ".join(filter(None, (found.trouble, owner.why_not, what_to_do))))
+            self._ignore(found.source, " ".join(filter(None, (found.trouble, owner.why_not, what_to_do))))
         return owner
 
-    def _piece(self, found: _Found, owner: Owner, number: int) -> Piece:
-        place = found.place
-        saved = self._saved(found)
-        received, clock = self._time_received(found, owner, saved)
-        if clock == DECIDED:
-            self.doubts.append(self._doubt_of_time(found, saved, f"{received:%Y-%m-%d %H:%M} UTC", clock))
-        elif not clock and found.files:
-            self.doubts.append(
-                self._doubt_of_time(found, saved, why="only the student's computer says when it was saved")
-            )
-        refused = place.listing.refused if place.listing else {}
-        order = (owner.attempt, saved, number)
-        return Piece(place.source, place.where, found.files, received, clock, owner.rule, refused, order, found.trouble)
-
-    def _doubt_of_time(self, found: _Found, saved: datetime, assumed: str = "", why: str = "") -> Doubt:
+    def _received(self, found: _Found, owner: Owner, number: int) -> Piece:
+        """Add the time of receipt, and a row for the instructor where only files say when they were saved."""
+        times = (self._utc(entry.modified) for entry in found.files.values())
+        saved = min(max(filter(None, times), default=found.archived or _NEVER), datetime.now(UTC))
         # A row that an instructor wrote holds for whatever was saved.
-        is_written = (found.place.source, TIME) in self._decisions
-        return Doubt(
-            found.place.source, TIME, assumed, why, "" if is_written else f"saved {saved:%Y-%m-%d %H:%M:%S} UTC"
-        )
+        is_written = (found.source, TIME) in self._decisions
+        when = "" if is_written else f"saved {saved:%Y-%m-%d %H:%M:%S} UTC"
+        doubt = Doubt(found.source, TIME, "", "only the student's computer says when it was saved", when)
+        received, clock = self._time_received(found, owner, self._decisions.get(doubt.key))
+        if clock == DECIDED:
+            self.doubts.append(replace(doubt, assumed=f"{received:%Y-%m-%d %H:%M} UTC", why=clock))
+        elif not clock and found.files:
+            self.doubts.append(doubt)
+        order = (owner.attempt, saved, number)
+        return replace(found, received=received or saved, clock=clock, rule=owner.rule, order=order)
 
-    def _time_received(self, found: _Found, owner: Owner, saved: datetime) -> tuple[datetime, str]:
-        """Return the time of receipt, and how it is known: "" if only files say when they were saved."""
+    def _time_received(self, found: _Found, owner: Owner, decided: str | None) -> tuple[datetime | None, str]:
+        """Return the time of receipt, and how it is known; None and "" if only files say when they were saved."""
         label = found.label
-        if decided := self._decisions.get(self._doubt_of_time(found, saved).key):
+        if decided:
             if (time := platforms.parse_time(decided, self._zone)) is not None:
                 return time, DECIDED
             self._invalid.append(f"intake.csv: {shown(decided)} is not a time; write it as 2026-11-21 13:05.")
         if label is not None and label.time is not None:
             return in_utc(label.time, self._zone), "the time in its name"
-        names = [found.place.name, found.name, *owner.students]
+        names = [found.source.rpartition("/")[2], found.name, *owner.students]
         if label is not None:
             names += [*label.people, label.number, f"Participant {label.number}"]
         if times := [self._times[caseless(name)] for name in names if caseless(name) in self._times]:
             return times[0], "the list of times"
-        if found.archived is not None:
-            return found.archived, "the time of the archive among the submissions"
-        return saved, ""
-
-    def _saved(self, found: _Found) -> datetime:
-        """Return when the newest of its files was saved, by the clock of whoever wrote it."""
-        times = (self._utc(entry.modified) for entry in found.files.values())
-        saved = max(filter(None, times), default=found.archived or datetime.fromtimestamp(0, UTC))
-        return min(saved, datetime.now(UTC))
+        return found.archived, "the time of the archive among the submissions" if found.archived else ""
 
     def _utc(self, time: datetime | None) -> datetime | None:
         return None if time is None else in_utc(time, self._zone)
 
     # --- messages -----------------------------------------------------------------------------------------------------
 
-    def _ignore(self, place: Place, why: str) -> None:
-        self._ignored.setdefault(why, []).append(place.source)
+    def _ignore(self, source: str, why: str) -> None:
+        self._ignored[why].append(source)
 
     def messages(self) -> list[str]:
         """Return a message for each reason why something is not read, and on decisions that cannot be followed."""

@@ -13,6 +13,7 @@ from labcourse.errors import ConfigurationError, StudentIDError
 from labcourse.files import COURSE_FILE
 from labcourse.grading.gradebook.records import StudentRecord
 from labcourse.grading.intake.archives import shown
+from labcourse.grading.intake.notebooks import is_notebook
 from labcourse.grading.intake.platforms import Label, encodings, letters, plain_letters, without_copy_number
 from labcourse.student_id import caseless
 
@@ -141,8 +142,9 @@ class Roster:
             return Owner(why_not=f"it is not named by a student's ID. {error}")
 
     def before_underscore(self, name: str) -> Label | None:
-        """Read the name of a file that begins with an ID of the roster, as ``ada_01_x.ipynb``; None for another."""
-        places = [place for place, letter in enumerate(name[: 2 * student_id.LONGEST]) if letter in "_- "]
+        """Read the name of a notebook that begins with an ID of the roster, as ``ada_01_x.ipynb``; None for another."""
+        start = name[: 2 * student_id.LONGEST] if is_notebook(name) else ""
+        places = [place for place, letter in enumerate(start) if letter in "_- "]
         known = [place for place in places if caseless(name[:place]) in self._records]
         return Label("", (name[: known[-1]],), file=name[known[-1] + 1 :]) if known else None
 

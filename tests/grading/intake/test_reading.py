@@ -375,8 +375,8 @@ def test_zips_within_zips_end(tmp_path, monkeypatch):
 
 def test_a_hand_in_of_countless_zips_is_looked_into_so_often_and_no_further(tmp_path, monkeypatch):
     looked = []
-    look = archives.Place.look
-    monkeypatch.setattr(archives.Place, "look", lambda *args, **more: looked.append(args) or look(*args, **more))
+    look = finding.Place.look
+    monkeypatch.setattr(finding.Place, "look", lambda *args, **more: looked.append(args) or look(*args, **more))
     many = zipped({f"{number}.zip": zipped({"x.csv": b""}) for number in range(30)})
     lay(tmp_path, {"ada.zip": zipped({f"{number}.zip": many for number in range(30)} | {B: notebook(B)})})
     assert Read(tmp_path).notebooks == [B]
