@@ -14,7 +14,7 @@ What is ambiguous is a :class:`Doubt`, a row of ``intake.csv`` for the instructo
 
 from labcourse.grading.intake.finding import OWNER, TIME, ClassFolder, Decisions, Doubt, Piece, Submission, find
 from labcourse.grading.intake.owners import students_in
-from labcourse.grading.intake.reading import Contents, Item, is_unread, newest, read
+from labcourse.grading.intake.reading import Contents, is_unread, newest, read
 
 __all__ = [
     "OWNER",
@@ -23,7 +23,6 @@ __all__ = [
     "Contents",
     "Decisions",
     "Doubt",
-    "Item",
     "Piece",
     "Submission",
     "find",

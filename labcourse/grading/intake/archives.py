@@ -99,17 +99,6 @@ class Listing:
     files: dict[str, Entry] = field(default_factory=dict)
     refused: dict[str, str] = field(default_factory=dict)
 
-    def add(self, path: str, entry: Entry, why_not: str = "") -> None:
-        """Add a file, or refuse it."""
-        if path in self.files:
-            why_not = why_not or _TWICE
-        elif path.count("/") > MAX_DEPTH:
-            why_not = why_not or _TOO_DEEP
-        if why_not:
-            self.refused[path] = why_not
-        else:
-            self.files[path] = entry
-
 
 def is_archive(name: str) -> bool:
     """Tell whether a file is an archive that can be read, by its name."""
@@ -162,8 +151,10 @@ class Shelf(ExitStack):
         for number, (path, entry, why_not) in enumerate(self.open(where).entries(), 1):
             if number > most:
                 raise Unreadable(TOO_MANY.format(most))
-            if entry is not None:
-                listing.add(path, entry, why_not)
+            if entry is not None and (why := why_not or _refusal(path, listing)):
+                listing.refused[path] = why
+            elif entry is not None:
+                listing.files[path] = entry
         return listing
 
     def open(self, where: Where) -> _Folder | _Zip:
@@ -196,6 +187,11 @@ class Shelf(ExitStack):
         if len(data) > most:
             raise Unreadable(f"it has more than {most} bytes.")
         return data
+
+
+def _refusal(path: str, listing: Listing) -> str:
+    """Return why a file is not added to a listing; "" if it is."""
+    return _TWICE if path in listing.files else _TOO_DEEP if path.count("/") > MAX_DEPTH else ""
 
 
 def _lies_in(where: Where, outer: Where) -> bool:

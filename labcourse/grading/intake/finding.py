@@ -16,7 +16,7 @@ from labcourse.grading.gradebook.records import DECIDED, StudentRecord
 from labcourse.grading.intake import archives, owners, platforms
 from labcourse.grading.intake.archives import Entry, Listing, Shelf, Unreadable, Where, is_hidden, readable, scan, shown
 from labcourse.grading.intake.notebooks import is_notebook, is_work
-from labcourse.grading.intake.owners import Owner, Roster, nobody_before, student_in
+from labcourse.grading.intake.owners import Owner, Roster, student_in
 from labcourse.grading.intake.platforms import Label, in_utc, label_of
 from labcourse.student_id import LONGEST, caseless
 
@@ -263,7 +263,7 @@ def find(
     roster: Sequence[StudentRecord] = (),
     times: Mapping[str, datetime] | None = None,
     zone: tzinfo = UTC,
-    earlier: Callable[[str], Collection[str] | None] = nobody_before,
+    earlier: Callable[[str], Collection[str] | None] = lambda student: None,
     decisions: Decisions | None = None,
 ) -> ClassFolder:
     """Find the submissions in a class's folder, or in a zip of it.

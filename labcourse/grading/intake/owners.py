@@ -66,13 +66,12 @@ class Roster:
         self._records = {caseless(record.student): record for record in records}
         self._aliases, self._names, self._plain_names = (defaultdict[str, set[str]](set) for _kind in range(3))
         for record in records:
-            for alias in filter(None, (record.email, *record.aliases)):
-                self._aliases[caseless(alias)].add(record.student)
+            for alias in map(caseless, filter(None, (record.email, *record.aliases))):
                 # Moodle's grading worksheet has "Participant 1234567", its downloads the number.
-                self._aliases[_PARTICIPANT.sub("", caseless(alias))].add(record.student)
+                for name in (alias, _PARTICIPANT.sub("", alias)):
+                    self._aliases[name].add(record.student)
             words = record.name.replace(",", " ").split()
-            for place in range(len(words)):
-                name = " ".join([*words[place:], *words[:place]])
+            for name in ("".join([*words[place:], *words[:place]]) for place in range(len(words))):
                 self._names[letters(name)].add(record.student)
                 self._plain_names[plain_letters(name)].add(record.student)
 
@@ -262,14 +261,7 @@ def _checked(owner: Owner, given: str, student: str | None, partners: Sequence[s
     return replace(owner, problems=(problem,))
 
 
-def nobody_before(student: str) -> Collection[str] | None:
-    """Return whom a student named who handed in before: None, as nobody did."""
-    return None
-
-
-def resolve_partners(
-    owners: Sequence[Owner], earlier: Callable[[str], Collection[str] | None] = nobody_before
-) -> list[Owner]:
+def resolve_partners(owners: Sequence[Owner], earlier: Callable[[str], Collection[str] | None]) -> list[Owner]:
     """Leave out partners whom only a course.json names, and who handed in something else without naming this student.
 
     Anybody can write any ID into a course.json. It replaces nobody's own submission, of now or of an earlier stage, and

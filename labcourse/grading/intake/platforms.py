@@ -10,6 +10,7 @@ import csv
 import io
 import re
 import unicodedata
+from collections import defaultdict
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime, tzinfo
@@ -97,15 +98,15 @@ def label_of(name: str) -> Label | None:
     """Read a name by the patterns of the platforms; None if it fits none of them."""
     for platform, sign, pattern in PLATFORMS if len(name) <= _LONGEST else ():
         if match := pattern.fullmatch(name):
-            part = dict.fromkeys(("name", "login", "time", "file", "receipt"), "") | match.groupdict(default="")
+            part = defaultdict(str, match.groupdict(default=""))
             whole = part["name"]
             people = [whole, *(whole[place + 1 :] for place, letter in enumerate(whole) if letter == sign)]
             return Label(
                 platform,
                 tuple(filter(None, [*people, part["login"]])),
-                part.get("number", ""),
+                part["number"],
                 _parse(part["time"]),
-                int(part.get("attempt", 0)),
+                int(part["attempt"] or 0),
                 part["file"],
                 bool(part["receipt"]),
             )

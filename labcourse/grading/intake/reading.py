@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import hashlib
+from collections import Counter
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime, timedelta
@@ -29,33 +31,13 @@ _SAME_TIME = timedelta(seconds=2)  # to which a zip rounds
 _OLD = datetime.min.replace(tzinfo=UTC)
 
 
-@dataclass(frozen=True)
-class Item:
-    """Something that was handed in.
-
-    Attributes
-    ----------
-    name : file name of a notebook or a report, path of an own file, ``answers.json`` or ``course.json``
-    content : its bytes; of a notebook, without outputs
-    received : time of receipt, UTC
-    source : what it came in, for people
-    clock : how the time is known
-    """
-
-    name: str
-    content: bytes
-    received: datetime
-    source: str
-    clock: str | None = None
-
-
 @dataclass
 class Contents:
     """What was read of a submission.
 
     Attributes
     ----------
-    items : all that counts, in order of time
+    items : all that counts, in order of time; notebooks without outputs
     notes : messages for the student and the instructor
     doubts : what an instructor may decide
     python : newest Python with which a notebook was saved; None where none says so
@@ -66,7 +48,7 @@ class Contents:
     has_notebooks : whether notebooks of the course are among the items
     """
 
-    items: list[Item] = field(default_factory=list)
+    items: list[Delivery] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
     doubts: list[Doubt] = field(default_factory=list)
     python: Version | None = None
@@ -95,17 +77,6 @@ class Contents:
         return list(dict.fromkeys(messages))
 
 
-@dataclass(frozen=True)
-class _Course:
-    """What is looked for."""
-
-    wanted: Sequence[str]
-    masters: Mapping[str, Master]
-    packages: Collection[str]
-    reports: Sequence[str]
-    decisions: Decisions
-
-
 def read(
     submission: Submission,
     wanted: Sequence[str],
@@ -125,13 +96,12 @@ def read(
     reports : file names of the course's reports, as PDF
     decisions : which of several files counts, by the instructor
     """
-    contents, answered = Contents(), set[str]()
-    course = _Course(wanted, masters or {}, packages, reports, decisions or {})
     with Shelf() as shelf:
+        reader = _Reader(shelf, wanted, masters or {}, packages, reports, decisions or {})
         for piece in submission.pieces:
-            _Reader(piece, shelf, course, contents, answered).read()
-    contents.notes = list(dict.fromkeys(contents.notes))
-    return contents
+            reader.read(piece)
+    reader.contents.notes = list(dict.fromkeys(reader.contents.notes))
+    return reader.contents
 
 
 def is_unread(name: str, problems: Collection[str]) -> bool:
@@ -139,89 +109,96 @@ def is_unread(name: str, problems: Collection[str]) -> bool:
     return any(line.startswith(_UNREAD.format(name=name, error="")) for line in problems)
 
 
+@dataclass
 class _Reader:
-    """Reads one piece."""
+    """Reads the pieces of a submission, one after the other."""
 
-    def __init__(self, piece: Piece, shelf: Shelf, course: _Course, contents: Contents, answered: set[str]) -> None:
-        self._piece, self._shelf, self._course, self._contents = piece, shelf, course, contents
-        self._answered = answered  # notebooks in which something was written, here or in an earlier piece
-        self._seen = [path for path in piece.files if not is_hidden(path)]
-        self._used: set[str] = set()
-        self._missing = list(course.wanted)
-        self._fits = fitting(self._seen, course.wanted, *notebooks.ENDINGS)
-        self._base = self._folder_of_most()
+    shelf: Shelf
+    wanted: Sequence[str]
+    masters: Mapping[str, Master]
+    packages: Collection[str]
+    reports: Sequence[str]
+    decisions: Decisions
+    contents: Contents = field(default_factory=Contents)
+    answered: set[str] = field(default_factory=set)  # notebooks in which something was written
 
-    def read(self) -> None:
-        """Read what counts, and note what does not."""
-        piece, contents, why = self._piece, self._contents, self._piece.trouble
+    def read(self, piece: Piece) -> None:
+        """Read what counts of a piece, and note what does not."""
+        contents, trouble = self.contents, piece.trouble
         contents.held |= {path.rpartition("/")[2] for path in piece.files}
         try:
             if piece.files:
-                self._shelf.open(piece.where)
-                self._read_all()
+                self.shelf.open(piece.where)
+                self._read_all(piece)
         except Unreadable as error:
-            why = str(error)
-        if why:
-            contents.unreadable.append(f"The submission cannot be read: {shown(piece.source)}: {why}")
+            trouble = str(error)
+        if trouble:
+            contents.unreadable.append(f"The submission cannot be read: {shown(piece.source)}: {trouble}")
         for why in dict.fromkeys(piece.refused.values()):
             self._note_files([path for path, reason in piece.refused.items() if reason == why], f"not read: {why}")
 
-    def _read_all(self) -> None:
-        for name, candidates in self._fits.items():
+    def _read_all(self, piece: Piece) -> None:
+        self._piece, self._used, self._missing = piece, set[str](), list(self.wanted)
+        self._seen = [path for path in piece.files if not is_hidden(path)]
+        fits = fitting(self._seen, self.wanted, *notebooks.ENDINGS)
+        self._base = self._folder_of_most(fits)
+        for name, candidates in fits.items():
             self._missing.remove(name)
-            path = self._best(name, candidates)
-            try:
-                self._add_notebook(name, self._notebook(path))
-            except (Unreadable, NotebookError) as error:
-                self._contents.unread[name] = str(error)
+            notebook = self._notebook(self._best(name, candidates))
+            if isinstance(notebook, Notebook):
+                self._add_notebook(name, notebook)
+            else:
+                self.contents.unread[name] = str(notebook)
         self._by_cells()
         self._in_their_place()
-        for name, candidates in fitting(self._seen, self._course.reports, notebooks.PDF).items():
+        for name, candidates in fitting(self._seen, self.reports, notebooks.PDF).items():
             self._report(name, self._best(name, candidates))
         self._of_the_course(ANSWERS_FILE, answers.MAX_BYTES)
         self._of_the_course(COURSE_FILE, MAX_COURSE_FILE)
         self._own_files()
 
     def _read(self, path: str, most: int) -> bytes:
-        return self._shelf.read(self._piece.where, self._piece.files[path], most)
+        return self.shelf.read(self._piece.where, self._piece.files[path], most)
 
     def _add(self, name: str, data: bytes) -> None:
-        self._contents.items.append(Item(name, data, self._piece.received, self._piece.source, self._piece.clock))
-        self._contents.unread.pop(name, None)
+        piece, digest = self._piece, hashlib.sha256(data).hexdigest()
+        self.contents.items.append(Delivery(name, digest, data, piece.received, piece.source, piece.clock))
+        self.contents.unread.pop(name, None)
 
     # --- notebooks ----------------------------------------------------------------------------------------------------
 
-    def _notebook(self, path: str) -> Notebook:
-        notebook = Notebook.without_outputs(self._read(path, MAX_FILE))
-        self._contents.python = max(filter(None, (version(notebook.python), self._contents.python)), default=None)
+    def _notebook(self, path: str) -> Notebook | Exception:
+        """Return a notebook, or the error that says why it cannot be read."""
+        try:
+            notebook = Notebook.without_outputs(self._read(path, MAX_FILE))
+        except (Unreadable, NotebookError) as error:
+            return error
+        self.contents.python = max(filter(None, (version(notebook.python), self.contents.python)), default=None)
         return notebook
 
     def _add_notebook(self, name: str, notebook: Notebook) -> None:
         """Add a notebook; an empty one does not replace one with answers."""
-        master = self._course.masters.get(name)
+        master, contents = self.masters.get(name), self.contents
         if master is None or cells_written(notebook.cells, master):
-            self._answered.add(name)
-        elif name in self._answered:
+            self.answered.add(name)
+        elif name in self.answered:
             source = shown(self._piece.source)
-            self._note(f"{name} in {source} is empty; the one that was handed in before it counts.")
+            contents.notes.append(f"{name} in {source} is empty; the one that was handed in before it counts.")
             return
         self._add(name, to_bytes(notebook.cells))
-        self._contents.faults += [f"{name}: {why}" for why in notebook.problems]
-        self._contents.notes += self._contents.unreadable
-        self._contents.unreadable.clear()
-        self._contents.has_notebooks = True
+        contents.faults += [f"{name}: {why}" for why in notebook.problems]
+        contents.notes += contents.unreadable
+        contents.unreadable.clear()
+        contents.has_notebooks = True
 
-    def _folder_of_most(self) -> str:
+    def _folder_of_most(self, fits: Mapping[str, Sequence[tuple[Fit, str]]]) -> str:
         """Return the folder of most of the course's notebooks; without any, of its other files, or the top."""
-        found: dict[str, set[str]] = {}
-        for name, candidates in self._fits.items():
-            for _fit, path in candidates:
-                found.setdefault(path.rpartition("/")[0], set()).add(name)
-        others = [] if found else [path.rpartition("/") for path in self._seen]
-        found |= {folder: set() for folder, _slash, name in others if name in (ANSWERS_FILE, COURSE_FILE)}
-        return min(
-            found, key=lambda folder: (-len(found[folder]), len(PurePosixPath(folder).parts), folder), default=""
-        )
+        paths = {(name, path) for name, candidates in fits.items() for _fit, path in candidates}
+        if not paths:
+            others = (path for path in self._seen if path.rpartition("/")[2] in (ANSWERS_FILE, COURSE_FILE))
+            paths = {("", path) for path in others}
+        folders = Counter(folder for _name, folder in {(name, path.rpartition("/")[0]) for name, path in paths})
+        return min(folders, key=lambda folder: (-folders[folder], len(PurePosixPath(folder).parts), folder), default="")
 
     def _nearness(self, path: str) -> tuple[bool, int, str]:
         """Return a key that sorts files in the folder of most notebooks first, then by depth."""
@@ -235,22 +212,24 @@ class _Reader:
         if len(paths) > 1:
             path, why = self._chosen(name, candidates)
             paths.remove(path)
-            self._note(f"There are {len(paths) + 1} files {name}; {shown(path)} counts, {why}; not {listed(paths)}.")
-            self._contents.doubts.append(Doubt(self._piece.source, name, path, why, "; ".join(paths)))
+            self.contents.notes.append(
+                f"There are {len(paths) + 1} files {name}; {shown(path)} counts, {why}; not {listed(paths)}."
+            )
+            self.contents.doubts.append(Doubt(self._piece.source, name, path, why, "; ".join(paths)))
         elif changes:
-            self._note(f"{shown(path)} is taken for {name}.")
+            self.contents.notes.append(f"{shown(path)} is taken for {name}.")
         return path
 
     def _chosen(self, name: str, candidates: Sequence[tuple[Fit, str]]) -> tuple[str, str]:
         """Choose the newest of the files in which something is written; of one time, the one with the most."""
         ordered = sorted(candidates, key=lambda one: (one[0][0], self._nearness(one[1])[0], one[0][1], one[1]))
         paths = [path for _fit, path in ordered]
-        decided = self._course.decisions.get((self._piece.source, name))
+        decided = self.decisions.get((self._piece.source, name))
         if decided in paths:
             return decided, DECIDED
         if decided:
-            self._contents.faults.append(f"intake.csv: there is no file {shown(decided)} that may be {name}.")
-        written = {path: self._written(name, path) for path in paths[:_MOST_COMPARED]}
+            self.contents.faults.append(f"intake.csv: there is no file {shown(decided)} that may be {name}.")
+        written = {path: self._written(name, path) if is_notebook(path) else 0 for path in paths[:_MOST_COMPARED]}
         saved = {path: in_utc(self._piece.files[path].modified or _OLD, UTC) for path in written}
         most = max(min(cells, 1) for cells in written.values())
         begun = [path for path in written if min(written[path], 1) == most]
@@ -261,28 +240,23 @@ class _Reader:
 
     def _written(self, name: str, path: str) -> int:
         """Return in how many cells of a notebook a student wrote; -1 if it cannot be read."""
-        if not is_notebook(path):
-            return 0
-        try:
-            return cells_written(self._notebook(path).cells, self._course.masters.get(name, {}))
-        except (Unreadable, NotebookError):
-            return -1
+        notebook = self._notebook(path)
+        return cells_written(notebook.cells, self.masters.get(name, {})) if isinstance(notebook, Notebook) else -1
 
     def _by_cells(self) -> None:
         """Recognise notebooks of other names by their cells."""
-        missing = {name for name in self._missing if name in self._course.masters}
+        missing = {name for name in self._missing if name in self.masters}
         others = [path for path in self._seen if path not in self._used and is_notebook(path)] if missing else []
         for path in sorted(others, key=self._nearness)[:MAX_STRANGERS]:
-            try:
-                notebook = self._notebook(path)
-            except (Unreadable, NotebookError):
+            notebook = self._notebook(path)
+            if not isinstance(notebook, Notebook):
                 continue
-            if (name := notebooks.by_cells(notebook.cells, self._course.masters)) and name in missing:
+            if (name := notebooks.by_cells(notebook.cells, self.masters)) and name in missing:
                 missing.remove(name)
                 self._missing.remove(name)
                 self._used.add(path)
                 self._add_notebook(name, notebook)
-                self._note(f"{shown(path)} is taken for {name}, by its cells.")
+                self.contents.notes.append(f"{shown(path)} is taken for {name}, by its cells.")
         if missing:
             why = "not recognised as notebooks of the course, by their names or by the course's cells in them"
             self._note_files([path for path in others if path not in self._used], why)
@@ -290,13 +264,13 @@ class _Reader:
     def _in_their_place(self) -> None:
         """Name files in the place of missing notebooks: pages, programs, and archives that are not read."""
         unused = [path for path in self._seen if path not in self._used]
-        for name in self._missing if self._course.masters else ():
+        for name in self._missing if self.masters else ():
             stem = name.casefold().removesuffix(notebooks.ENDING)
             if instead := [path for path in unused if PurePosixPath(path.casefold()).stem == stem]:
-                self._contents.unread[name] = f"{listed(instead)} is no notebook. Hand in {name}."
+                self.contents.unread[name] = f"{listed(instead)} is no notebook. Hand in {name}."
         packed = [path for path in self._seen if path.casefold().endswith(OTHER_ARCHIVES) and not is_archive(path)]
         if packed and self._missing and not self._piece.trouble:
-            self._contents.faults.append(f"{listed(packed)}: packed in a way that is not read; hand it in plain.")
+            self.contents.faults.append(f"{listed(packed)}: packed in a way that is not read; hand it in plain.")
 
     # --- other files --------------------------------------------------------------------------------------------------
 
@@ -308,7 +282,7 @@ class _Reader:
         except Unreadable as error:
             why = str(error).rstrip(".")
         if why:
-            self._contents.faults.append(_UNREAD.format(name=name, error=f"{why}."))
+            self.contents.faults.append(_UNREAD.format(name=name, error=f"{why}."))
         else:
             self._add(name, data)
 
@@ -321,48 +295,37 @@ class _Reader:
                 if name == COURSE_FILE:
                     course_file.parse(data)
         except Unreadable as error:
-            self._note(f"{name} is not read: {error}")
+            self.contents.notes.append(f"{name} is not read: {error}")
         except ConfigurationError as error:
-            self._note(str(error))
+            self.contents.notes.append(str(error))
 
     def _own_files(self) -> None:
         """Read the other files, as far as they lie with the notebooks or below."""
         prefix = f"{self._base}/" if self._base else ""
         others = [path for path in self._piece.files if path not in self._used]
         beside = {path.removeprefix(prefix): path for path in others if path.startswith(prefix)}
-        folders = {str(folder) for path in beside for folder in PurePosixPath(path).parents}
+        folders = {str(folder) for path in beside for folder in PurePosixPath(path).parents} & {*beside}
         sizes = [
             (PurePosixPath(name), self._piece.files[path].size) for name, path in beside.items() if name not in folders
         ]
-        made = report_files.made_files(self._course.reports)
-        choice = own_files.choose(sizes, [*self._course.wanted, *made], self._course.packages)
-        self._contents.notes += choice.notes
-        left = own_files.MAX_TOTAL
+        excluded = [*self.wanted, *report_files.made_files(self.reports)]
+        choice = own_files.choose(sizes, excluded, self.packages)
+        self.contents.notes += choice.notes
         for name in map(str, choice.paths):
-            try:
-                data = self._read(beside[name], min(own_files.MAX_FILE, left))
+            try:  # no store gives more bytes than it says
+                self._add(name, self._read(beside[name], own_files.MAX_FILE))
             except Unreadable as error:
-                self._note(f"{shown(name)} does not come along: {error}")
-            else:
-                self._add(name, data)
-                left -= len(data)
-        self._note_files(
-            [name for name in beside if name in folders], "not taken along: a file has the name of its folder"
-        )
+                self.contents.notes.append(f"{shown(name)} does not come along: {error}")
+        self._note_files(sorted(folders), "not taken along: a file has the name of its folder")
         outside = [path for path in others if not path.startswith(prefix) and not is_hidden(path)]
         self._note_files(sorted(outside), "not taken along: not in the notebooks' folder")
 
     def _note_files(self, paths: list[str], why: str) -> None:
         if paths:
-            self._note(f"{listed(paths)}: {why}.")
-
-    def _note(self, text: str) -> None:
-        self._contents.notes.append(text)
+            self.contents.notes.append(f"{listed(paths)}: {why}.")
 
 
-def newest(
-    items: Iterable[Item | Delivery], wanted: Sequence[str], reports: Sequence[str] = ()
-) -> tuple[HandIn, list[str]]:
+def newest(items: Iterable[Delivery], wanted: Sequence[str], reports: Sequence[str] = ()) -> tuple[HandIn, list[str]]:
     """Return the newest of all that was handed in, and notes on what came when.
 
     Parameters

@@ -7,12 +7,14 @@ from hypothesis import strategies as st
 from packings import WANTED
 
 from labcourse.answers.notebooks import HandIn
-from labcourse.grading.intake import Item, newest
+from labcourse.grading.gradebook.records import Delivery
+from labcourse.grading.intake import newest
 
 names = st.sampled_from([*WANTED, "answers.json", "course.json", "h.py", "data/x.csv"])
 items = st.builds(
-    Item,
+    Delivery,
     name=names,
+    digest=st.just(""),
     content=st.integers(0, 99).map(lambda number: b'{"cells": [], "n": %d}' % number),
     received=st.integers(1, 5).map(lambda day: datetime(2026, 11, day, tzinfo=UTC)),
     source=st.sampled_from(["a.zip", "b.zip"]),
