@@ -406,7 +406,7 @@ def move_to_decided_owners(gradebook: Gradebook, submissions: Sequence[intake.Su
     present = {caseless(submission.student) for submission in submissions}
     losing: dict[str, intake.Submission] = {}
     for owner, piece in ((submission.student, piece) for submission in submissions for piece in submission.pieces):
-        if piece.rule == DECIDED:
+        if piece.owner.rule == DECIDED:
             reason = f"{piece.source} is {owner}'s, as the instructor decided."
             for student in gradebook.give_over(piece.source, piece.received, owner):
                 losing[student] = intake.Submission(student, problems=(reason,))

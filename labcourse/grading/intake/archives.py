@@ -64,22 +64,6 @@ class Unreadable(Exception):
 
 
 @dataclass(frozen=True)
-class Entry:
-    """A file in a folder or archive.
-
-    Attributes
-    ----------
-    key : name by which its store reads it
-    size : bytes, as the store says
-    modified : time; in a zip, by the clock of the computer that wrote it, without a zone
-    """
-
-    key: str
-    size: int
-    modified: datetime | None = None
-
-
-@dataclass(frozen=True)
 class Where:
     """The way to a store: a folder or an archive on disk, and the archives to open in it, one within another."""
 
@@ -93,11 +77,40 @@ class Where:
 
 
 @dataclass(frozen=True)
+class Entry:
+    """A file in a folder or archive.
+
+    Attributes
+    ----------
+    where : the folder or archive
+    key : name by which it is read there
+    size : bytes, as the folder or archive says
+    modified : time; in a zip, by the clock of the computer that wrote it, without a zone
+    """
+
+    where: Where
+    key: str
+    size: int
+    modified: datetime | None = None
+
+
+@dataclass(frozen=True)
 class Listing:
-    """Files of a store: path, with "/" → entry; and paths of what is refused, each with the reason."""
+    """Files in a folder or archive: path, with "/" → entry; and paths of what is refused, each with the reason."""
 
     files: dict[str, Entry] = field(default_factory=dict)
     refused: dict[str, str] = field(default_factory=dict)
+
+    def add(self, path: str, content: Entry | str) -> None:
+        """Add a file, or the reason why it is refused."""
+        if isinstance(content, str):
+            self.refused[path] = content
+        elif path in self.files:
+            self.refused[path] = _TWICE
+        elif path.count("/") > MAX_DEPTH:
+            self.refused[path] = _TOO_DEEP
+        else:
+            self.files[path] = content
 
 
 def is_archive(name: str) -> bool:
@@ -140,21 +153,19 @@ class Shelf(ExitStack):
         """Read another student's files: of each, only so many bytes are read, in so many seconds."""
         self._until, self._left = time.monotonic() + MAX_SECONDS, MAX_SUBMISSION
 
-    def read(self, where: Where, entry: Entry, most: int) -> bytes:
+    def read(self, entry: Entry, most: int) -> bytes:
         """Read a file of at most so many bytes; raise Unreadable if that cannot be done."""
-        store = self.open(where)
-        return self._bounded(lambda size: store.read(entry.key, size), most)
+        store = self.open(entry.where)
+        return self.bounded(lambda size: store.read(entry.key, size), most)
 
     def listing(self, where: Where, most: int = MAX_ENTRIES) -> Listing:
         """List a folder or an archive; raise Unreadable if it cannot be read or has more than so many entries."""
         listing = Listing()
-        for number, (path, entry, why_not) in enumerate(self.open(where).entries(), 1):
+        for number, (path, content) in enumerate(self.open(where).entries(), 1):
             if number > most:
                 raise Unreadable(TOO_MANY.format(most))
-            if entry is not None and (why := why_not or _refusal(path, listing)):
-                listing.refused[path] = why
-            elif entry is not None:
-                listing.files[path] = entry
+            if content is not None:
+                listing.add(path, content)
         return listing
 
     def open(self, where: Where) -> _Folder | _Zip:
@@ -165,17 +176,17 @@ class Shelf(ExitStack):
             return self._stores[-1][1]
         if where.inner:
             outer = self.open(Where(where.path, where.inner[:-1]))
-            data = self._bounded(lambda size: outer.read(where.inner[-1], size), MAX_INNER_ARCHIVE)
-            store: _Folder | _Zip = _Zip(io.BytesIO(data), self._bounded)
+            data = self.bounded(lambda size: outer.read(where.inner[-1], size), MAX_INNER_ARCHIVE)
+            store: _Folder | _Zip = _Zip(where, io.BytesIO(data), self)
         elif where.path.is_dir() and not where.path.is_symlink():
             store = _Folder(where.path)
         else:
             self.close()
-            store = _Zip(self.enter_context(_open_file(where.path)), self._bounded)
+            store = _Zip(where, self.enter_context(_open_file(where.path)), self)
         self._stores.append((where, store))
         return store
 
-    def _bounded(self, read: Callable[[int], bytes], most: int) -> bytes:
+    def bounded(self, read: Callable[[int], bytes], most: int) -> bytes:
         """Read at most so many bytes, and count them; raise Unreadable if there are more, or too many with others."""
         if time.monotonic() > self._until:
             raise Unreadable(f"reading the files before it took more than {MAX_SECONDS} s.")
@@ -187,11 +198,6 @@ class Shelf(ExitStack):
         if len(data) > most:
             raise Unreadable(f"it has more than {most} bytes.")
         return data
-
-
-def _refusal(path: str, listing: Listing) -> str:
-    """Return why a file is not added to a listing; "" if it is."""
-    return _TWICE if path in listing.files else _TOO_DEEP if path.count("/") > MAX_DEPTH else ""
 
 
 def _lies_in(where: Where, outer: Where) -> bool:
@@ -211,8 +217,8 @@ def _open_file(path: Path) -> IO[bytes]:
     return open(descriptor, "rb")
 
 
-#: What a store says of each thing in it: path, entry (None for a folder), and why it is not read ("" if it is).
-_Entries = Iterator[tuple[str, Entry | None, str]]
+#: What lies in a folder or archive: path, and the file, the reason why it is refused, or None for a folder.
+_Entries = Iterator[tuple[str, Entry | str | None]]
 
 
 class _Folder:
@@ -224,13 +230,16 @@ class _Folder:
     def entries(self, within: str = "") -> _Entries:
         """Find what lies in it and in the folders below."""
         for item in scan(self._root / within):
-            key, is_folder = f"{within}{item.name}", item.is_dir(follow_symlinks=False)
-            if is_folder and key.count("/") < MAX_DEPTH:
-                yield key, None, ""
-                yield from self.entries(f"{key}/")
+            key = f"{within}{item.name}"
+            if item.is_file(follow_symlinks=False):
+                yield readable(key), on_disk(self._root, item, key)
+            elif not item.is_dir(follow_symlinks=False):
+                yield readable(key), _NOT_A_FILE
+            elif key.count("/") == MAX_DEPTH:
+                yield readable(key), _TOO_DEEP
             else:
-                why_not = _TOO_DEEP if is_folder else "" if item.is_file(follow_symlinks=False) else _NOT_A_FILE
-                yield readable(key), on_disk(item, key), why_not
+                yield readable(key), None
+                yield from self.entries(f"{key}/")
 
     def read(self, key: str, size: int) -> bytes:
         """Read the first bytes of a file."""
@@ -247,10 +256,10 @@ def scan(folder: Path) -> list[os.DirEntry[str]]:
         raise Unreadable(f"{error.strerror}.") from None
 
 
-def on_disk(item: os.DirEntry[str] | Path, key: str) -> Entry:
-    """Return the size and the time of a file on disk."""
+def on_disk(folder: Path, item: os.DirEntry[str] | Path, key: str) -> Entry:
+    """Return a file on disk, with its size and its time."""
     about = item.stat(follow_symlinks=False)
-    return Entry(key, about.st_size, datetime.fromtimestamp(about.st_mtime, UTC))
+    return Entry(Where(folder), key, about.st_size, datetime.fromtimestamp(about.st_mtime, UTC))
 
 
 class _Bounded:
@@ -271,13 +280,14 @@ class _Bounded:
 class _Zip:
     """A zip, or a tar, which is packed again as a zip in memory: that has a table of contents."""
 
-    def __init__(self, file: IO[bytes], bounded: Callable[[Callable[[int], bytes], int], bytes]) -> None:
+    def __init__(self, where: Where, file: IO[bytes], shelf: Shelf) -> None:
+        self._where = where
         start = file.read(_USTAR.stop)
         file.seek(0)
         unpack = next((unpack for mark, unpack in _COMPRESSED.items() if start.startswith(mark)), None)
         try:
             if unpack is not None or start[_USTAR] == b"ustar":
-                file = _tar_as_zip(bounded(_reader(unpack(file) if unpack else file), MAX_INNER_ARCHIVE))
+                file = _tar_as_zip(shelf.bounded(_reader(unpack(file) if unpack else file), MAX_INNER_ARCHIVE))
             self._zip = zipfile.ZipFile(_Bounded(file))
         except _DAMAGED as error:
             raise Unreadable(f"it is not an archive that can be read ({type(error).__name__}).") from None
@@ -287,7 +297,7 @@ class _Zip:
         """Find what lies in it and in the folders below."""
         for entry in self._zip.infolist():
             if not entry.filename or entry.is_dir():  # is_dir() fails without a name
-                yield entry.filename, None, ""
+                yield entry.filename, None
                 continue
             path = _path(entry)
             why_not = ""
@@ -297,7 +307,8 @@ class _Zip:
                 why_not = "its name leads outside"
             elif self._entries[entry.filename] is not entry:
                 why_not = _TWICE
-            yield path or entry.filename, Entry(entry.filename, entry.file_size, _modified(entry)), why_not
+            file = Entry(self._where, entry.filename, entry.file_size, _modified(entry))
+            yield path or entry.filename, why_not or file
 
     def read(self, key: str, size: int) -> bytes:
         """Read the first bytes of a file."""

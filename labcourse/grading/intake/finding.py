@@ -6,6 +6,7 @@ from collections import defaultdict
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime, tzinfo
+from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +17,7 @@ from labcourse.grading.gradebook.records import DECIDED, StudentRecord
 from labcourse.grading.intake import archives, owners, platforms
 from labcourse.grading.intake.archives import Entry, Listing, Shelf, Unreadable, Where, is_hidden, readable, scan, shown
 from labcourse.grading.intake.notebooks import is_notebook, is_work
-from labcourse.grading.intake.owners import Owner, Roster, student_in
+from labcourse.grading.intake.owners import NOBODY, Owner, Roster, student_in
 from labcourse.grading.intake.platforms import Label, in_utc, label_of
 from labcourse.student_id import LONGEST, caseless
 
@@ -66,25 +67,23 @@ class Piece:
     Attributes
     ----------
     source : its name for people, from the class's folder on
-    where : the store that holds its files
     files : path → entry
     refused : path → reason why it is not read
     trouble : why nothing of it can be read; "" where it can
+    owner : whose it is
     received : time of receipt, UTC
     clock : how the time is known; "" where only the student's computer wrote it
-    rule : how the student was identified
-    order : of pieces received at one time, the higher came later
+    order : of pieces received at one time, the higher came later: number of the attempt, and when it was saved
     """
 
     source: str
-    where: Where
     files: Mapping[str, Entry] = field(default_factory=dict)
     refused: Mapping[str, str] = field(default_factory=dict)
     trouble: str = ""
+    owner: Owner = NOBODY
     received: datetime = _NEVER
     clock: str = ""
-    rule: str = ""
-    order: tuple[int, datetime, int] = (0, _NEVER, 0)
+    order: tuple[int, datetime] = (0, _NEVER)
 
 
 @dataclass(frozen=True)
@@ -134,17 +133,11 @@ class Place:
     Attributes
     ----------
     source : its name for people, from the class's folder on
-    where : the store that holds its files; of a file, the store that holds it
-    entry : of a file
-    listing : of a folder in an archive, and of whatever was looked into
-    why_not : why something is neither file nor folder
+    content : a file; a folder in an archive, or files side by side; a folder on disk; or why it is nothing of these
     """
 
     source: str
-    where: Where
-    entry: Entry | None = None
-    listing: Listing | None = None
-    why_not: str = ""
+    content: Entry | Listing | Path | str
 
     @property
     def name(self) -> str:
@@ -154,7 +147,7 @@ class Place:
     @property
     def stem(self) -> str:
         """Its own name, without the ending of an archive."""
-        return archives.without_ending(self.name) if self.entry else self.name
+        return archives.without_ending(self.name) if self.file else self.name
 
     @property
     def label(self) -> Label | None:
@@ -162,30 +155,36 @@ class Place:
         return label_of(self.name)
 
     @property
+    def file(self) -> Entry | None:
+        """The file, if it is one."""
+        return self.content if isinstance(self.content, Entry) else None
+
+    @property
     def is_store(self) -> bool:
         """Whether it is a folder, or an archive that can be read, by its name."""
-        return archives.is_archive(self.name) if self.entry else not self.why_not
+        return archives.is_archive(self.name) if self.file else not isinstance(self.content, str)
 
-    def look(self, shelf: Shelf, whole_class: bool = False) -> tuple[Where, Listing]:
-        """Look into a folder or an archive. Return the store that holds its files, and the files.
+    def look(self, shelf: Shelf, whole_class: bool = False) -> Listing:
+        """Look into a folder or an archive.
 
         Raises
         ------
         Unreadable
             If it cannot be read, or is too large for one student (or for a class).
         """
-        if self.entry is not None and not self.is_store:
-            raise Unreadable("it is packed in a way that is not read. Unpack it, or ask for an ordinary zip.")
         most = archives.MAX_CLASS_ENTRIES if whole_class else archives.MAX_ENTRIES
         largest = archives.MAX_CLASS_ARCHIVE if whole_class else archives.MAX_ARCHIVE
-        if self.listing is not None:
-            if len(self.listing.files) > most:
+        if isinstance(self.content, Path):
+            return shelf.listing(Where(self.content), most)
+        if isinstance(self.content, Listing):
+            if len(self.content.files) > most:
                 raise Unreadable(archives.TOO_MANY.format(most))
-            return self.where, self.listing
-        if self.entry is not None and self.entry.size > largest:
+            return self.content
+        if not (self.is_store and isinstance(self.content, Entry)):
+            raise Unreadable("it is packed in a way that is not read. Unpack it, or ask for an ordinary zip.")
+        if self.content.size > largest:
             raise Unreadable(f"it has more than {largest} bytes.")
-        where = self.where if self.entry is None else self.where.within(self.entry.key)
-        return where, shelf.listing(where, most)
+        return shelf.listing(self.content.where.within(self.content.key), most)
 
     def children(self, shelf: Shelf) -> list[Place]:
         """Return what lies in it, by name; nothing if it cannot be read.
@@ -193,28 +192,22 @@ class Place:
         Folders on disk are not looked into yet, so none can spoil the others.
         """
         try:
-            if self.entry is None and self.listing is None:
-                return [*on_disk_in(self.where.path, f"{self.source}/")]
-            return sorted(self._inside(*self.look(shelf, whole_class=True)), key=lambda child: child.source)
+            if isinstance(self.content, Path):
+                return [*on_disk_in(self.content, f"{self.source}/")]
+            listing = self.look(shelf, whole_class=True)
         except Unreadable:
             return []
-
-    def _inside(self, where: Where, listing: Listing) -> Iterator[Place]:
+        inside: list[tuple[str, Entry | Listing | str]] = []
         folders: dict[str, Listing] = defaultdict(Listing)
-        for path, entry in listing.files.items():
+        contents: list[tuple[str, Entry | str]] = [*listing.files.items(), *listing.refused.items()]
+        for path, content in contents:
             first, slash, rest = path.partition("/")
             if slash:
-                folders[first].files[rest] = entry
+                folders[first].add(rest, content)
             else:
-                yield Place(f"{self.source}/{path}", where, entry)
-        for path, why_not in listing.refused.items():
-            first, slash, rest = path.partition("/")
-            if slash:
-                folders[first].refused[rest] = why_not
-            else:
-                yield Place(f"{self.source}/{path}", where, why_not=f"{why_not}.")
-        for name, inside in folders.items():
-            yield Place(f"{self.source}/{name}", where, listing=inside)
+                inside.append((path, f"{content}." if isinstance(content, str) else content))
+        inside += folders.items()
+        return [Place(f"{self.source}/{name}", content) for name, content in sorted(inside, key=itemgetter(0))]
 
 
 def on_disk_in(folder: Path, prefix: str = "") -> Iterator[Place]:
@@ -222,29 +215,27 @@ def on_disk_in(folder: Path, prefix: str = "") -> Iterator[Place]:
     for item in scan(folder):
         source = f"{prefix}{readable(item.name)}"
         if item.is_dir(follow_symlinks=False):
-            yield Place(source, Where(folder / item.name))
+            yield Place(source, folder / item.name)
         elif item.is_file(follow_symlinks=False):
-            yield Place(source, Where(folder), archives.on_disk(item, item.name))
+            yield Place(source, archives.on_disk(folder, item, item.name))
         else:
-            yield Place(source, Where(folder), why_not="it is neither a folder nor a zip.")
+            yield Place(source, "it is neither a folder nor a zip.")
 
 
-def _together(places: Sequence[Place], names: Sequence[str]) -> Place:
+def _together(places: Mapping[str, Place]) -> Place:
     """Put files that lie side by side into one place, under the names that they have there."""
-    source = messages.listed(sorted(place.source for place in places), 1)
-    entries = {name: place.entry for name, place in zip(names, places, strict=True) if place.entry}
-    return Place(source, places[0].where, listing=Listing(entries))
+    source = messages.listed(sorted({place.source for place in places.values()}), 1)
+    return Place(source, Listing({name: place.file for name, place in places.items() if place.file}))
 
 
 @dataclass(frozen=True)
 class _Found(Piece):
-    """A piece, with what says whose it is and when it came.
+    """A piece whose owner is as its name says, or nobody if course.json is to decide; its time is not known yet.
 
     Attributes
     ----------
     name : of the folder, archive or file, without the ending of an archive
     label : what a platform's name says
-    by_name : whom its name means; None if course.json is to decide between several meanings
     archived : when the archive among the submissions was written
     attempt : number of a copy, as an archive within it says
     course : content of its course.json
@@ -252,7 +243,6 @@ class _Found(Piece):
 
     name: str = ""
     label: Label | None = None
-    by_name: Owner | None = None
     archived: datetime | None = None
     attempt: int = 0
     course: Mapping[str, Any] = field(default_factory=dict)
@@ -319,12 +309,12 @@ class _Finder:
         """Go through a class's folder or zip, or a student's own folder."""
         name = readable(folder.name)
         if folder.is_file():
-            self._explore([Place(name, Where(folder.parent), archives.on_disk(folder, folder.name))], 0)
+            self._explore([Place(name, archives.on_disk(folder.parent, folder, folder.name))], 0)
             return
         inside = [*on_disk_in(folder)]
-        files = [place.name for place in inside if place.entry is not None]
+        files = [place.name for place in inside if place.file]
         if COURSE_FILE in files and any(map(is_notebook, files)) and not any(place.label for place in inside):
-            self._take(Place(name, Where(folder)), None, Owner(why_not=_NO_NAME))
+            self._take(Place(name, folder), None, Owner(why_not=_NO_NAME))
         else:
             self._explore(inside, 0)
 
@@ -334,17 +324,17 @@ class _Finder:
         loose: dict[tuple[object, ...], list[tuple[Place, Label]]] = defaultdict(list)
         for place in places:
             label = place.label or self._roster.before_underscore(place.name)
-            if place.why_not:
-                self._ignore(place.source, place.why_not)
+            if isinstance(place.content, str):
+                self._ignore(place.source, place.content)
             elif label is not None and label.is_receipt:
                 self._ignore(place.source, f"{label.platform} itself wrote it.")
-            elif label is not None and label.file and place.entry is not None:
+            elif label is not None and label.file and place.file:
                 loose[label.platform, label.people, label.number, label.time].append((place, label))
             elif place.is_store:
                 self._look_into(place, label, depth, is_alone=len(places) == 1)
             elif is_notebook(place.name):
                 nobody = Owner(why_not=f"{_NO_NAME} Put it into a folder that is named by the student's ID.")
-                self._take(_together([place], [place.name]), label, nobody)
+                self._take(_together({place.name: place}), label, nobody)
             elif place.name.casefold().endswith(archives.OTHER_ARCHIVES):
                 self._take(place, label)
             else:
@@ -370,13 +360,13 @@ class _Finder:
         self._take(place, label)
 
     def _is_class(self, places: Sequence[Place], depth: int) -> bool:
-        places = [place for place in places if not (is_hidden(place.name) or place.why_not)]
+        places = [place for place in places if not (is_hidden(place.name) or isinstance(place.content, str))]
         if any(is_work(place.name) and not (place.is_store or place.label) for place in places):
             return False
         if any(map(self._is_a_students, places)):
             return True
         stores = [place for place in places if place.is_store]
-        is_wrapped = len(stores) == 1 and stores[0].entry is None and depth + 1 < MAX_CLASS_DEPTH
+        is_wrapped = len(stores) == 1 and not stores[0].file and depth + 1 < MAX_CLASS_DEPTH
         return is_wrapped and self._is_class(stores[0].children(self._shelf), depth + 1)
 
     def _is_a_students(self, place: Place) -> bool:
@@ -386,24 +376,23 @@ class _Finder:
         if self._roster or not (place.is_store and owner.students):
             return place.is_store and owner.is_certain
         try:
-            student = student_in(self._course(*place.look(self._shelf)))
+            student = student_in(self._course(place.look(self._shelf).files))
         except Unreadable:
             return False
         return caseless(student) in map(caseless, self._roster.by_name(place.stem, student).students)
 
     # --- what they hold -----------------------------------------------------------------------------------------------
 
-    def _take(self, place: Place, label: Label | None, by_name: Owner | None = None, name: str = "") -> None:
+    def _take(self, place: Place, label: Label | None, owner: Owner = NOBODY, name: str = "") -> None:
         """Take what one student handed in."""
         self._shelf.begin_student()
         self._archives_left = MAX_INNER_ARCHIVES
         found = _Found(
             place.source,
-            place.where,
             name=name or place.stem,
             label=label,
-            by_name=self._roster.by_label(label) if label else by_name,
-            archived=self._utc(place.entry.modified) if place.entry else None,
+            owner=self._roster.by_label(label) if label else owner,
+            archived=self._utc(place.file.modified) if place.file else None,
         )
         try:
             self._found += self._pieces(found, place)
@@ -422,23 +411,21 @@ class _Finder:
             else:
                 loose[label.file] = place
         if loose:
-            together = _together([*loose.values()], [*loose])
             latest = newest_first[0][1]
-            if latest.platform == platforms.CANVAS and together.listing:
-                together.listing.files.update(platforms.without_canvas_counts(together.listing.files))
-            self._take(together, latest, name=min(place.name for place in loose.values()))
+            if latest.platform == platforms.CANVAS:
+                loose |= platforms.without_canvas_counts(loose)
+            self._take(_together(loose), latest, name=min(place.name for place in loose.values()))
 
     def _pieces(self, found: _Found, place: Place, nesting: int = 0) -> list[_Found]:
         """Look into a place, and split it: each archive with work in it, and the rest."""
-        where, listing = place.look(self._shelf)
-        found = replace(found, source=place.source, where=where)
+        listing = place.look(self._shelf)
         files, refused = dict(listing.files), dict(listing.refused)
         pieces: list[_Found] = []
-        for path in listing.files:
+        for path, entry in listing.files.items():
             if is_hidden(path) or not archives.is_archive(path):
                 continue
             try:
-                inside = self._inside(found, path, listing.files[path], nesting)
+                inside = self._inside(found, Place(f"{place.source}/{path}", entry), nesting)
             except Unreadable as error:
                 refused[path] = str(error).rstrip(".")
                 del files[path]
@@ -454,28 +441,28 @@ class _Finder:
             trouble = " ".join(f"{shown(path)} cannot be read: {refused[path]}." for path in broken)
             if packed := [path for path in files if path.casefold().endswith(archives.OTHER_ARCHIVES)]:
                 trouble += f"{archives.listed(packed)}: packed in a way that is not read; hand in an ordinary zip."
-        course = self._course(where, Listing(files))
-        return [replace(found, files=files, refused=refused, trouble=trouble, course=course), *pieces]
+        course = self._course(files)
+        rest = replace(found, source=place.source, files=files, refused=refused, trouble=trouble, course=course)
+        return [rest, *pieces]
 
-    def _inside(self, found: _Found, path: str, entry: Entry, nesting: int) -> list[_Found]:
+    def _inside(self, found: _Found, place: Place, nesting: int) -> list[_Found]:
         """Return the pieces of an archive within a piece."""
         if nesting == MAX_NESTING or not self._archives_left:
             raise Unreadable(f"of archives in a submission, {MAX_INNER_ARCHIVES} are read, {MAX_NESTING} in each other")
         self._archives_left -= 1
-        place = Place(f"{found.source}/{path}", found.where, entry)
         archived = found.archived
-        if archived is None and found.label is not None and not nesting:  # the platform wrote it into its folder
-            archived = self._utc(entry.modified)
+        if archived is None and found.label and not nesting and place.file:  # the platform wrote it into its folder
+            archived = self._utc(place.file.modified)
         copy = platforms.without_copy_number(place.stem)
         attempt = max(found.attempt, copy[1] if copy else 0)
         return self._pieces(replace(found, archived=archived, attempt=attempt), place, nesting + 1)
 
-    def _course(self, where: Where, listing: Listing) -> dict[str, Any]:
+    def _course(self, files: Mapping[str, Entry]) -> dict[str, Any]:
         """Read the course.json with the fewest folders above it; nothing without one."""
-        paths = [path for path in listing.files if path.rpartition("/")[2] == COURSE_FILE and is_work(path)]
+        paths = [path for path in files if path.rpartition("/")[2] == COURSE_FILE and is_work(path)]
         try:
             path = min(paths, key=lambda path: (path.count("/"), path))
-            return course_file.parse(self._shelf.read(where, listing.files[path], MAX_COURSE_FILE))
+            return course_file.parse(self._shelf.read(files[path], MAX_COURSE_FILE))
         except (ValueError, Unreadable, ConfigurationError):  # there is none, or it cannot be read
             return {}
 
@@ -483,22 +470,23 @@ class _Finder:
 
     def submissions(self, earlier: Callable[[str], Collection[str] | None]) -> list[Submission]:
         """Return the submission of each student."""
-        named = [found.by_name or self._roster.by_name(found.name, student_in(found.course)) for found in self._found]
-        present = {student for owner in named if owner.is_certain or not self._roster for student in owner.students}
-        taken: list[tuple[Owner, Piece]] = []
-        for number, (found, by_name) in enumerate(zip(self._found, named, strict=True)):
-            owner = self._owner(found, replace(by_name, attempt=max(by_name.attempt, found.attempt)), present)
-            if owner.students:
-                taken.append((owner, self._received(found, owner, number)))
-        resolved = owners.resolve_partners([owner for owner, _piece in taken], earlier)
-        pieces = [(owner, piece) for owner, (_before, piece) in zip(resolved, taken, strict=True)]
+        for number, found in enumerate(self._found):
+            if found.owner is NOBODY:
+                owner = self._roster.by_name(found.name, student_in(found.course))
+                self._found[number] = replace(found, owner=owner)
+        by_name = [found.owner for found in self._found]
+        present = {student for owner in by_name if owner.is_certain or not self._roster for student in owner.students}
+        owned = [replace(found, owner=self._owner(found, present)) for found in self._found]
+        pieces = [self._received(found) for found in owned if found.owner.students]
+        resolved = owners.resolve_partners([piece.owner for piece in pieces], earlier)
+        pieces = [replace(piece, owner=owner) for piece, owner in zip(pieces, resolved, strict=True)]
         students = {caseless(one): one for owner in reversed(resolved) for one in reversed(owner.everybody)}
         return [_submission(student, pieces) for _key, student in sorted(students.items())]
 
-    def _owner(self, found: _Found, by_name: Owner, present: Collection[str]) -> Owner:
+    def _owner(self, found: _Found, present: Collection[str]) -> Owner:
         """Determine an owner, and add a row for the instructor where that is in doubt."""
         holds_work = any(map(is_work, found.files))
-        owner = owners.owner_of(found.name, by_name, found.course, self._roster, holds_work, present)
+        owner = owners.owner_of(found.name, found.owner, found.course, self._roster, holds_work, present)
         given = self._decisions.get((found.source, OWNER))
         student = self._roster.known(given) if given else None
         unlisted = any(self._roster.known(one) is None for one in owner.students)
@@ -516,7 +504,7 @@ class _Finder:
             self._ignore(found.source, " ".join(filter(None, (found.trouble, owner.why_not, what_to_do))))
         return owner
 
-    def _received(self, found: _Found, owner: Owner, number: int) -> Piece:
+    def _received(self, found: _Found) -> Piece:
         """Add the time of receipt, and a row for the instructor where only files say when they were saved."""
         times = (self._utc(entry.modified) for entry in found.files.values())
         saved = min(max(filter(None, times), default=found.archived or _NEVER), datetime.now(UTC))
@@ -524,15 +512,15 @@ class _Finder:
         is_written = (found.source, TIME) in self._decisions
         when = "" if is_written else f"saved {saved:%Y-%m-%d %H:%M:%S} UTC"
         doubt = Doubt(found.source, TIME, "", "only the student's computer says when it was saved", when)
-        received, clock = self._time_received(found, owner, self._decisions.get(doubt.key))
+        received, clock = self._time_received(found, self._decisions.get(doubt.key))
         if clock == DECIDED:
             self.doubts.append(replace(doubt, assumed=f"{received:%Y-%m-%d %H:%M} UTC", why=clock))
         elif not clock and found.files:
             self.doubts.append(doubt)
-        order = (owner.attempt, saved, number)
-        return replace(found, received=received or saved, clock=clock, rule=owner.rule, order=order)
+        order = (max(found.owner.attempt, found.attempt), saved)
+        return replace(found, received=received or saved, clock=clock, order=order)
 
-    def _time_received(self, found: _Found, owner: Owner, decided: str | None) -> tuple[datetime | None, str]:
+    def _time_received(self, found: _Found, decided: str | None) -> tuple[datetime | None, str]:
         """Return the time of receipt, and how it is known; None and "" if only files say when they were saved."""
         label = found.label
         if decided:
@@ -541,7 +529,7 @@ class _Finder:
             self._invalid.append(f"intake.csv: {shown(decided)} is not a time; write it as 2026-11-21 13:05.")
         if label is not None and label.time is not None:
             return in_utc(label.time, self._zone), "the time in its name"
-        names = [found.source.rpartition("/")[2], found.name, *owner.students]
+        names = [found.source.rpartition("/")[2], found.name, *found.owner.students]
         if label is not None:
             names += [*label.people, label.number, f"Participant {label.number}"]
         if times := [self._times[caseless(name)] for name in names if caseless(name) in self._times]:
@@ -565,25 +553,23 @@ class _Finder:
         return [*ignored, *self._invalid]
 
 
-def _submission(student: str, pieces: Iterable[tuple[Owner, Piece]]) -> Submission:
+def _submission(student: str, pieces: Iterable[Piece]) -> Submission:
     """Collect all pieces of a student."""
     key = caseless(student)
-    own = sorted(
-        ((owner, piece) for owner, piece in pieces if key in map(caseless, owner.everybody)),
-        key=lambda one: (one[1].received, one[1].order),
-    )
-    newest = own[-1][0]
-    is_claimed = all(key not in map(caseless, owner.students) for owner, _piece in own)
-    notes = dict.fromkeys(note for owner, _piece in own for note in owner.notes)
+    own = [piece for piece in pieces if key in map(caseless, piece.owner.everybody)]
+    own.sort(key=lambda piece: (piece.received, piece.order))
+    newest = own[-1].owner
+    is_claimed = all(key not in map(caseless, piece.owner.students) for piece in own)
+    notes = dict.fromkeys(note for piece in own for note in piece.owner.notes)
     if is_claimed:
         notes[f"Handed in by {newest.students[0]}, whose {COURSE_FILE} says that it was made together."] = None
-    together = {caseless(one): one for owner, _piece in own for one in owner.everybody}
+    together = {caseless(one): one for piece in own for one in piece.owner.everybody}
     return Submission(
         student,
-        tuple(piece for _owner, piece in own),
+        tuple(own),
         newest.bench_of,
         tuple(one for other, one in sorted(together.items()) if other != key),
         newest.students[0] if is_claimed else "",
-        tuple(dict.fromkeys(problem for owner, _piece in own for problem in owner.problems)),
+        tuple(dict.fromkeys(problem for piece in own for problem in piece.owner.problems)),
         tuple(notes),
     )

@@ -128,7 +128,7 @@ class _Reader:
         contents.held |= {path.rpartition("/")[2] for path in piece.files}
         try:
             if piece.files:
-                self.shelf.open(piece.where)
+                self.shelf.open(next(iter(piece.files.values())).where)
                 self._read_all(piece)
         except Unreadable as error:
             trouble = str(error)
@@ -158,7 +158,7 @@ class _Reader:
         self._own_files()
 
     def _read(self, path: str, most: int) -> bytes:
-        return self.shelf.read(self._piece.where, self._piece.files[path], most)
+        return self.shelf.read(self._piece.files[path], most)
 
     def _add(self, name: str, data: bytes) -> None:
         piece, digest = self._piece, hashlib.sha256(data).hexdigest()

@@ -257,10 +257,10 @@ def test_what_is_read_of_a_place_has_at_most_so_many_bytes(tmp_path, fits):
         with Shelf() as shelf:
             entry = shelf.listing(where).files["a.csv"]
             if fits:
-                assert shelf.read(where, entry, 5) == b"12345"
+                assert shelf.read(entry, 5) == b"12345"
             else:
                 with pytest.raises(Unreadable, match="4 bytes"):
-                    shelf.read(where, entry, 4)
+                    shelf.read(entry, 4)
 
 
 def test_a_folder_or_a_file_that_is_gone_or_another_thing_is_reported(tmp_path):
@@ -269,7 +269,7 @@ def test_a_folder_or_a_file_that_is_gone_or_another_thing_is_reported(tmp_path):
         assert len(shelf.listing(Where(folder)).files) == len(work("ada"))
         for name in ("gone.csv", "course.json/x"):
             with pytest.raises(Unreadable, match=r"No such file|Not a directory"):
-                shelf.read(Where(folder), Entry(name, 1), 10)
+                shelf.read(Entry(Where(folder), name, 1), 10)
         with pytest.raises(Unreadable, match="No such file"):
             shelf.listing(Where(tmp_path / "nowhere"))
 

@@ -55,7 +55,7 @@ def test_a_name_that_cannot_be_an_id_is_reported_and_not_used(tmp_path, name):
 def test_but_its_course_file_counts(tmp_path):
     lay(tmp_path / ("x" * 81), work("ada"))
     found, ignored = found_in(tmp_path)
-    assert list(found) == ["ada"] and found["ada"].pieces[0].rule == "the ID in course.json" and ignored == []
+    assert list(found) == ["ada"] and found["ada"].pieces[0].owner.rule == "the ID in course.json" and ignored == []
 
 
 def test_a_name_as_macs_write_it_and_spaces_around_it_are_the_students_own(tmp_path):
