@@ -64,31 +64,18 @@ class Unreadable(Exception):
 
 
 @dataclass(frozen=True)
-class Where:
-    """The way to a store: a folder or an archive on disk, and the archives to open in it, one within another."""
-
-    path: Path
-    inner: tuple[str, ...] = ()
-
-    def within(self, key: str) -> Where:
-        """Return the way to a folder or an archive in this store."""
-        is_folder = not self.inner and self.path.is_dir()
-        return Where(self.path / key) if is_folder else Where(self.path, (*self.inner, key))
-
-
-@dataclass(frozen=True)
 class Entry:
     """A file in a folder or archive.
 
     Attributes
     ----------
-    where : the folder or archive
+    store : the folder on disk, or the archive
     key : name by which it is read there
     size : bytes, as the folder or archive says
     modified : time; in a zip, by the clock of the computer that wrote it, without a zone
     """
 
-    where: Where
+    store: Path | Entry
     key: str
     size: int
     modified: datetime | None = None
@@ -146,7 +133,7 @@ class Shelf(ExitStack):
 
     def __init__(self) -> None:
         super().__init__()
-        self._stores: list[tuple[Where, _Folder | _Zip]] = []
+        self._stores: list[tuple[Path | Entry, _Folder | _Zip]] = []  # each within the one before
         self.begin_student()
 
     def begin_student(self) -> None:
@@ -155,36 +142,39 @@ class Shelf(ExitStack):
 
     def read(self, entry: Entry, most: int) -> bytes:
         """Read a file of at most so many bytes; raise Unreadable if that cannot be done."""
-        store = self.open(entry.where)
+        store = self.open(entry.store)
         return self.bounded(lambda size: store.read(entry.key, size), most)
 
-    def listing(self, where: Where, most: int = MAX_ENTRIES) -> Listing:
-        """List a folder or an archive; raise Unreadable if it cannot be read or has more than so many entries."""
+    def listing(self, store: Path | Entry, most: int = MAX_ENTRIES) -> Listing:
+        """List a folder on disk or an archive; raise Unreadable if it cannot be read or has too many entries."""
         listing = Listing()
-        for number, (path, content) in enumerate(self.open(where).entries(), 1):
+        for number, (path, content) in enumerate(self.open(store).entries(), 1):
             if number > most:
                 raise Unreadable(TOO_MANY.format(most))
             if content is not None:
                 listing.add(path, content)
         return listing
 
-    def open(self, where: Where) -> _Folder | _Zip:
-        """Open a folder or an archive; raise Unreadable if that cannot be done."""
-        while self._stores and not _lies_in(where, self._stores[-1][0]):
-            self._stores.pop()
-        if self._stores and self._stores[-1][0] == where:
+    def open(self, store: Path | Entry) -> _Folder | _Zip:
+        """Open a folder on disk or an archive; raise Unreadable if that cannot be done."""
+        known = [place for place, _opened in self._stores]
+        if store in known:
+            del self._stores[known.index(store) + 1 :]
             return self._stores[-1][1]
-        if where.inner:
-            outer = self.open(Where(where.path, where.inner[:-1]))
-            data = self.bounded(lambda size: outer.read(where.inner[-1], size), MAX_INNER_ARCHIVE)
-            store: _Folder | _Zip = _Zip(where, io.BytesIO(data), self)
-        elif where.path.is_dir() and not where.path.is_symlink():
-            store = _Folder(where.path)
-        else:
+        opened: _Folder | _Zip
+        if isinstance(store, Path) or isinstance(store.store, Path):
             self.close()
-            store = _Zip(where, self.enter_context(_open_file(where.path)), self)
-        self._stores.append((where, store))
-        return store
+            self._stores.clear()
+        if isinstance(store, Path):
+            opened = _Folder(store)
+        elif isinstance(store.store, Path):
+            opened = _Zip(store, self.enter_context(_open_file(store.store / store.key)), self)
+        else:
+            outer = self.open(store.store)
+            data = self.bounded(lambda size: outer.read(store.key, size), MAX_INNER_ARCHIVE)
+            opened = _Zip(store, io.BytesIO(data), self)
+        self._stores.append((store, opened))
+        return opened
 
     def bounded(self, read: Callable[[int], bytes], most: int) -> bytes:
         """Read at most so many bytes, and count them; raise Unreadable if there are more, or too many with others."""
@@ -198,10 +188,6 @@ class Shelf(ExitStack):
         if len(data) > most:
             raise Unreadable(f"it has more than {most} bytes.")
         return data
-
-
-def _lies_in(where: Where, outer: Where) -> bool:
-    return where.path == outer.path and where.inner[: len(outer.inner)] == outer.inner
 
 
 def _open_file(path: Path) -> IO[bytes]:
@@ -259,7 +245,7 @@ def scan(folder: Path) -> list[os.DirEntry[str]]:
 def on_disk(folder: Path, item: os.DirEntry[str] | Path, key: str) -> Entry:
     """Return a file on disk, with its size and its time."""
     about = item.stat(follow_symlinks=False)
-    return Entry(Where(folder), key, about.st_size, datetime.fromtimestamp(about.st_mtime, UTC))
+    return Entry(folder, key, about.st_size, datetime.fromtimestamp(about.st_mtime, UTC))
 
 
 class _Bounded:
@@ -280,8 +266,8 @@ class _Bounded:
 class _Zip:
     """A zip, or a tar, which is packed again as a zip in memory: that has a table of contents."""
 
-    def __init__(self, where: Where, file: IO[bytes], shelf: Shelf) -> None:
-        self._where = where
+    def __init__(self, archive: Entry, file: IO[bytes], shelf: Shelf) -> None:
+        self._archive = archive
         start = file.read(_USTAR.stop)
         file.seek(0)
         unpack = next((unpack for mark, unpack in _COMPRESSED.items() if start.startswith(mark)), None)
@@ -307,7 +293,7 @@ class _Zip:
                 why_not = "its name leads outside"
             elif self._entries[entry.filename] is not entry:
                 why_not = _TWICE
-            file = Entry(self._where, entry.filename, entry.file_size, _modified(entry))
+            file = Entry(self._archive, entry.filename, entry.file_size, _modified(entry))
             yield path or entry.filename, why_not or file
 
     def read(self, key: str, size: int) -> bytes:

@@ -15,7 +15,7 @@ from labcourse.errors import ConfigurationError, GradingError
 from labcourse.files import COURSE_FILE
 from labcourse.grading.gradebook.records import DECIDED, StudentRecord
 from labcourse.grading.intake import archives, owners, platforms
-from labcourse.grading.intake.archives import Entry, Listing, Shelf, Unreadable, Where, is_hidden, readable, scan, shown
+from labcourse.grading.intake.archives import Entry, Listing, Shelf, Unreadable, is_hidden, readable, scan, shown
 from labcourse.grading.intake.notebooks import is_notebook, is_work
 from labcourse.grading.intake.owners import NOBODY, Owner, Roster, student_in
 from labcourse.grading.intake.platforms import Label, in_utc, label_of
@@ -174,17 +174,15 @@ class Place:
         """
         most = archives.MAX_CLASS_ENTRIES if whole_class else archives.MAX_ENTRIES
         largest = archives.MAX_CLASS_ARCHIVE if whole_class else archives.MAX_ARCHIVE
-        if isinstance(self.content, Path):
-            return shelf.listing(Where(self.content), most)
         if isinstance(self.content, Listing):
             if len(self.content.files) > most:
                 raise Unreadable(archives.TOO_MANY.format(most))
             return self.content
-        if not (self.is_store and isinstance(self.content, Entry)):
+        if isinstance(self.content, str) or not self.is_store:
             raise Unreadable("it is packed in a way that is not read. Unpack it, or ask for an ordinary zip.")
-        if self.content.size > largest:
+        if isinstance(self.content, Entry) and self.content.size > largest:
             raise Unreadable(f"it has more than {largest} bytes.")
-        return shelf.listing(self.content.where.within(self.content.key), most)
+        return shelf.listing(self.content, most)
 
     def children(self, shelf: Shelf) -> list[Place]:
         """Return what lies in it, by name; nothing if it cannot be read.

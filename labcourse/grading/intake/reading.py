@@ -128,7 +128,7 @@ class _Reader:
         contents.held |= {path.rpartition("/")[2] for path in piece.files}
         try:
             if piece.files:
-                self.shelf.open(next(iter(piece.files.values())).where)
+                self.shelf.open(next(iter(piece.files.values())).store)
                 self._read_all(piece)
         except Unreadable as error:
             trouble = str(error)

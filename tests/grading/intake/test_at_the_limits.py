@@ -13,7 +13,7 @@ from labcourse.errors import GradingError
 from labcourse.grading import intake
 from labcourse.grading.gradebook.records import StudentRecord
 from labcourse.grading.intake import archives, finding, owners, platforms, reading
-from labcourse.grading.intake.archives import Entry, Shelf, Unreadable, Where
+from labcourse.grading.intake.archives import Entry, Shelf, Unreadable
 
 ROSTER = [StudentRecord("ada", "Ada Lovelace")]
 FITS = pytest.mark.parametrize("fits", [True, False], ids=["fits", "one more"])
@@ -83,10 +83,10 @@ def test_bytes_of_a_zips_table_of_contents(tmp_path, monkeypatch, fits):
     limited(monkeypatch, archives, "MAX_DIRECTORY", table, fits)
     with Shelf() as shelf:
         if fits:
-            assert len(shelf.listing(Where(tmp_path / "ada.zip")).files) == len(work("ada"))
+            assert len(shelf.listing(Entry(tmp_path, "ada.zip", 0)).files) == len(work("ada"))
         else:
             with pytest.raises(Unreadable, match=f"{table - 1} bytes"):
-                shelf.listing(Where(tmp_path / "ada.zip"))
+                shelf.listing(Entry(tmp_path, "ada.zip", 0))
 
 
 def test_the_table_of_contents_of_a_zip_within_a_zip_is_limited_too(tmp_path, monkeypatch):
@@ -253,9 +253,9 @@ def test_a_list_of_times(tmp_path, monkeypatch, fits):
 def test_what_is_read_of_a_place_has_at_most_so_many_bytes(tmp_path, fits):
     lay(tmp_path, {"a.csv": b"12345"})
     lay(tmp_path, {"a.zip": zipped({"a.csv": b"12345"})})
-    for where in (Where(tmp_path), Where(tmp_path / "a.zip")):
+    for store in (tmp_path, Entry(tmp_path, "a.zip", 0)):
         with Shelf() as shelf:
-            entry = shelf.listing(where).files["a.csv"]
+            entry = shelf.listing(store).files["a.csv"]
             if fits:
                 assert shelf.read(entry, 5) == b"12345"
             else:
@@ -266,12 +266,12 @@ def test_what_is_read_of_a_place_has_at_most_so_many_bytes(tmp_path, fits):
 def test_a_folder_or_a_file_that_is_gone_or_another_thing_is_reported(tmp_path):
     folder = lay(tmp_path / "ada", work("ada"))
     with Shelf() as shelf:
-        assert len(shelf.listing(Where(folder)).files) == len(work("ada"))
+        assert len(shelf.listing(folder).files) == len(work("ada"))
         for name in ("gone.csv", "course.json/x"):
             with pytest.raises(Unreadable, match=r"No such file|Not a directory"):
-                shelf.read(Entry(Where(folder), name, 1), 10)
+                shelf.read(Entry(folder, name, 1), 10)
         with pytest.raises(Unreadable, match="No such file"):
-            shelf.listing(Where(tmp_path / "nowhere"))
+            shelf.listing(tmp_path / "nowhere")
 
 
 TEXT = (ROOT / "docs" / "handing_in.md").read_text(encoding="utf-8")
