@@ -12,18 +12,16 @@
 What is ambiguous is a :class:`Doubt`, a row of ``intake.csv`` for the instructor to decide.
 """
 
-from labcourse.grading.intake.finding import OWNER, TIME, ClassFolder, Decisions, Doubt, Piece, Submission, find
+from labcourse.grading.intake.finding import OWNER, TIME, Decisions, Doubt, Submission, find
 from labcourse.grading.intake.owners import students_in
 from labcourse.grading.intake.reading import Contents, is_unread, newest, read
 
 __all__ = [
     "OWNER",
     "TIME",
-    "ClassFolder",
     "Contents",
     "Decisions",
     "Doubt",
-    "Piece",
     "Submission",
     "find",
     "is_unread",

@@ -14,19 +14,19 @@ import stat
 import struct
 import tarfile
 import time
-import unicodedata
 import zipfile
 import zlib
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from dataclasses import dataclass, field
-from datetime import UTC, datetime
+from datetime import UTC, datetime, tzinfo
 from itertools import islice
 from pathlib import Path
 from typing import IO, Any
 
 from labcourse import messages
 from labcourse.answers.own_files import RECEIPTS
+from labcourse.grading.intake.platforms import in_utc, readable
 
 MAX_CLASS_ENTRIES = 100_000  #: files and folders of the whole class; 1000 students with 100 each
 MAX_ENTRIES = 5_000  #: files and folders of one submission
@@ -72,7 +72,7 @@ class Entry:
     store : the folder on disk, or the archive
     key : name by which it is read there
     size : bytes, as the folder or archive says
-    modified : time; in a zip, by the clock of the computer that wrote it, without a zone
+    modified : time, UTC, by the clock of the computer that wrote it; None where it says none
     """
 
     store: Path | Entry
@@ -129,10 +129,16 @@ def listed(names: list[str]) -> str:
 
 
 class Shelf(ExitStack):
-    """Open folders and archives. The last one stays open, with those around it. A context manager."""
+    """Open folders and archives. The last one stays open, with those around it. A context manager.
 
-    def __init__(self) -> None:
+    Parameters
+    ----------
+    zone : of times in zips, which have none
+    """
+
+    def __init__(self, zone: tzinfo = UTC) -> None:
         super().__init__()
+        self.zone = zone
         self._stores: list[tuple[Path | Entry, _Folder | _Zip]] = []  # each within the one before
         self.begin_student()
 
@@ -267,7 +273,7 @@ class _Zip:
     """A zip, or a tar, which is packed again as a zip in memory: that has a table of contents."""
 
     def __init__(self, archive: Entry, file: IO[bytes], shelf: Shelf) -> None:
-        self._archive = archive
+        self._archive, self._zone = archive, shelf.zone
         start = file.read(_USTAR.stop)
         file.seek(0)
         unpack = next((unpack for mark, unpack in _COMPRESSED.items() if start.startswith(mark)), None)
@@ -293,7 +299,7 @@ class _Zip:
                 why_not = "its name leads outside"
             elif self._entries[entry.filename] is not entry:
                 why_not = _TWICE
-            file = Entry(self._archive, entry.filename, entry.file_size, _modified(entry))
+            file = Entry(self._archive, entry.filename, entry.file_size, _modified(entry, self._zone))
             yield path or entry.filename, why_not or file
 
     def read(self, key: str, size: int) -> bytes:
@@ -343,11 +349,6 @@ def _tar_as_zip(data: bytes) -> IO[bytes]:
     return packed
 
 
-def readable(name: str) -> str:
-    """Return a name in Unicode's composed form: a Mac takes an ü apart."""
-    return unicodedata.normalize("NFC", name)
-
-
 def unflagged(name: str) -> str:
     """Return the name of a zip's entry that does not say its encoding: as UTF-8 where it is that."""
     try:
@@ -363,9 +364,9 @@ def _path(entry: zipfile.ZipInfo) -> str:
     return "/".join(part for part in path.split("/") if part not in ("", "."))
 
 
-def _modified(entry: zipfile.ZipInfo) -> datetime | None:
+def _modified(entry: zipfile.ZipInfo, zone: tzinfo) -> datetime | None:
     try:
         modified = datetime(*entry.date_time)
     except ValueError:
         return None
-    return modified if modified > _NO_TIME else None
+    return in_utc(modified, zone) if modified > _NO_TIME else None

@@ -15,10 +15,10 @@ from labcourse.errors import ConfigurationError, GradingError
 from labcourse.files import COURSE_FILE
 from labcourse.grading.gradebook.records import DECIDED, StudentRecord
 from labcourse.grading.intake import archives, owners, platforms
-from labcourse.grading.intake.archives import Entry, Listing, Shelf, Unreadable, is_hidden, readable, scan, shown
+from labcourse.grading.intake.archives import Entry, Listing, Shelf, Unreadable, is_hidden, scan, shown
 from labcourse.grading.intake.notebooks import is_notebook, is_work
-from labcourse.grading.intake.owners import NOBODY, Owner, Roster, student_in
-from labcourse.grading.intake.platforms import Label, in_utc, label_of
+from labcourse.grading.intake.owners import Owner, Roster, student_in
+from labcourse.grading.intake.platforms import Label, in_utc, label_of, readable
 from labcourse.student_id import LONGEST, caseless
 
 MAX_CLASS_DEPTH = 3  #: folders and zips around those of the students; a platform's zip, its folder, and a section's
@@ -80,7 +80,7 @@ class Piece:
     files: Mapping[str, Entry] = field(default_factory=dict)
     refused: Mapping[str, str] = field(default_factory=dict)
     trouble: str = ""
-    owner: Owner = NOBODY
+    owner: Owner = field(default_factory=Owner)
     received: datetime = _NEVER
     clock: str = ""
     order: tuple[int, datetime] = (0, _NEVER)
@@ -228,7 +228,7 @@ def _together(places: Mapping[str, Place]) -> Place:
 
 @dataclass(frozen=True)
 class _Found(Piece):
-    """A piece whose owner is as its name says, or nobody if course.json is to decide; its time is not known yet.
+    """A piece whose owner is the one in its name, and whose time is not known yet.
 
     Attributes
     ----------
@@ -273,7 +273,7 @@ def find(
     if not (folder.is_dir() or folder.is_file()):
         raise GradingError(f"There is no folder {folder}.")
     folder = folder.resolve()
-    with Shelf() as shelf:
+    with Shelf(zone) as shelf:
         finder = _Finder(Roster(roster), times or {}, zone, shelf, decisions or {})
         try:
             finder.start(folder)
@@ -381,21 +381,20 @@ class _Finder:
 
     # --- what they hold -----------------------------------------------------------------------------------------------
 
-    def _take(self, place: Place, label: Label | None, owner: Owner = NOBODY, name: str = "") -> None:
-        """Take what one student handed in."""
+    def _take(self, place: Place, label: Label | None, owner: Owner | None = None, name: str = "") -> None:
+        """Take what one student handed in, whose owner its name says unless it is given."""
         self._shelf.begin_student()
         self._archives_left = MAX_INNER_ARCHIVES
-        found = _Found(
-            place.source,
-            name=name or place.stem,
-            label=label,
-            owner=self._roster.by_label(label) if label else owner,
-            archived=self._utc(place.file.modified) if place.file else None,
-        )
+        archived = place.file.modified if place.file else None
+        found = _Found(place.source, name=name or place.stem, label=label, archived=archived)
         try:
-            self._found += self._pieces(found, place)
+            pieces = self._pieces(found, place)
         except Unreadable as error:
-            self._found.append(replace(found, trouble=str(error)))
+            pieces = [replace(found, trouble=str(error))]
+        owner = self._roster.by_label(label) if label else owner
+        for piece in pieces:
+            by_name = owner or self._roster.by_name(found.name, student_in(piece.course))
+            self._found.append(replace(piece, owner=by_name))
 
     def _take_loose(self, files: Sequence[tuple[Place, Label]]) -> None:
         """Take files of one student that a platform named, side by side."""
@@ -450,7 +449,7 @@ class _Finder:
         self._archives_left -= 1
         archived = found.archived
         if archived is None and found.label and not nesting and place.file:  # the platform wrote it into its folder
-            archived = self._utc(place.file.modified)
+            archived = place.file.modified
         copy = platforms.without_copy_number(place.stem)
         attempt = max(found.attempt, copy[1] if copy else 0)
         return self._pieces(replace(found, archived=archived, attempt=attempt), place, nesting + 1)
@@ -468,10 +467,6 @@ class _Finder:
 
     def submissions(self, earlier: Callable[[str], Collection[str] | None]) -> list[Submission]:
         """Return the submission of each student."""
-        for number, found in enumerate(self._found):
-            if found.owner is NOBODY:
-                owner = self._roster.by_name(found.name, student_in(found.course))
-                self._found[number] = replace(found, owner=owner)
         by_name = [found.owner for found in self._found]
         present = {student for owner in by_name if owner.is_certain or not self._roster for student in owner.students}
         owned = [replace(found, owner=self._owner(found, present)) for found in self._found]
@@ -504,8 +499,8 @@ class _Finder:
 
     def _received(self, found: _Found) -> Piece:
         """Add the time of receipt, and a row for the instructor where only files say when they were saved."""
-        times = (self._utc(entry.modified) for entry in found.files.values())
-        saved = min(max(filter(None, times), default=found.archived or _NEVER), datetime.now(UTC))
+        times = filter(None, (entry.modified for entry in found.files.values()))
+        saved = min(max(times, default=found.archived or _NEVER), datetime.now(UTC))
         # A row that an instructor wrote holds for whatever was saved.
         is_written = (found.source, TIME) in self._decisions
         when = "" if is_written else f"saved {saved:%Y-%m-%d %H:%M:%S} UTC"
@@ -533,9 +528,6 @@ class _Finder:
         if times := [self._times[caseless(name)] for name in names if caseless(name) in self._times]:
             return times[0], "the list of times"
         return found.archived, "the time of the archive among the submissions" if found.archived else ""
-
-    def _utc(self, time: datetime | None) -> datetime | None:
-        return None if time is None else in_utc(time, self._zone)
 
     # --- messages -----------------------------------------------------------------------------------------------------
 

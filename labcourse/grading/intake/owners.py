@@ -54,9 +54,6 @@ class Owner:
         return (*self.students, *self.claimed)
 
 
-NOBODY = Owner()
-
-
 class Roster:
     """The students of a class, to be looked up by ID, name, e-mail address and other names.
 

@@ -18,7 +18,6 @@ from pathlib import Path
 from typing import TypeVar
 
 from labcourse.errors import GradingError
-from labcourse.grading.intake.archives import readable
 from labcourse.student_id import caseless
 
 MOODLE, CANVAS, BLACKBOARD, BRIGHTSPACE, NBGRADER = "Moodle", "Canvas", "Blackboard", "Brightspace", "nbgrader"
@@ -132,6 +131,11 @@ def without_canvas_counts(files: Mapping[str, Content]) -> dict[str, Content]:
 
 
 # --- names ------------------------------------------------------------------------------------------------------------
+
+
+def readable(name: str) -> str:
+    """Return a name in Unicode's composed form: a Mac takes an ü apart."""
+    return unicodedata.normalize("NFC", name)
 
 
 def encodings(name: str) -> Iterator[str]:

@@ -21,7 +21,6 @@ from labcourse.grading.intake.archives import OTHER_ARCHIVES, Shelf, Unreadable,
 from labcourse.grading.intake.finding import MAX_COURSE_FILE, Decisions, Doubt, Piece, Submission
 from labcourse.grading.intake.notebooks import Fit, Master, cells_written, fitting, is_notebook
 from labcourse.grading.intake.owners import course_data
-from labcourse.grading.intake.platforms import in_utc
 from labcourse.run.portability import Version, version
 
 MAX_STRANGERS = 30  #: notebooks of other names that are compared with the course's cells
@@ -230,7 +229,7 @@ class _Reader:
         if decided:
             self.contents.faults.append(f"intake.csv: there is no file {shown(decided)} that may be {name}.")
         written = {path: self._written(name, path) if is_notebook(path) else 0 for path in paths[:_MOST_COMPARED]}
-        saved = {path: in_utc(self._piece.files[path].modified or _OLD, UTC) for path in written}
+        saved = {path: self._piece.files[path].modified or _OLD for path in written}
         most = max(min(cells, 1) for cells in written.values())
         begun = [path for path in written if min(written[path], 1) == most]
         newest = max(saved[path] for path in begun)
