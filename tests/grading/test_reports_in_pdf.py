@@ -106,6 +106,17 @@ def test_what_is_no_pdf_or_too_large_is_told_and_kept_nowhere(tmp_path, data, wh
     assert NAME in problem and why in problem
 
 
+def test_a_report_that_could_not_be_read_is_no_problem_once_it_was_handed_in_again(tmp_path):
+    hand_in(tmp_path, {f"work/{NAME}": b"no PDF"})
+    (tmp_path / "ada.zip").rename(tmp_path / "ada (1).zip")
+    hand_in(tmp_path, {f"work/{NAME}": b"no PDF"})
+    (problem,) = taken(tmp_path).problems()
+    assert NAME in problem
+    hand_in(tmp_path, {f"work/{NAME}": blank()})
+    (tmp_path / "ada.zip").rename(tmp_path / "ada (2).zip")
+    assert taken(tmp_path).problems() == []
+
+
 def test_a_zip_that_unpacks_to_far_more_is_not_read_to_its_end(tmp_path):
     hand_in(tmp_path, {})
     packed = io.BytesIO()

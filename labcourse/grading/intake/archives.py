@@ -279,7 +279,8 @@ class _Zip:
         unpack = next((unpack for mark, unpack in _COMPRESSED.items() if start.startswith(mark)), None)
         try:
             if unpack is not None or start[_USTAR] == b"ustar":
-                file = _tar_as_zip(shelf.bounded(_reader(unpack(file) if unpack else file), MAX_INNER_ARCHIVE))
+                tar = unpack(file) if unpack else file
+                file = _tar_as_zip(shelf.bounded(lambda size: _first(size, tar), MAX_INNER_ARCHIVE))
             self._zip = zipfile.ZipFile(_Bounded(file))
         except _DAMAGED as error:
             raise Unreadable(f"it is not an archive that can be read ({type(error).__name__}).") from None
@@ -311,23 +312,19 @@ class _Zip:
             raise Unreadable("it is encrypted.")
         try:
             with self._zip.open(entry) as file:
-                return _reader(file)(size)
+                return _first(size, file)
         except NotImplementedError:
             raise Unreadable("it is compressed in an unusual way; use an ordinary zip.") from None
         except _DAMAGED as error:
             raise Unreadable(f"the zip is damaged ({type(error).__name__}).") from None
 
 
-def _reader(file: IO[bytes]) -> Callable[[int], bytes]:
-    """Return a function that reads the first bytes of a file, a piece at a time."""
-
-    def read(size: int) -> bytes:
-        data = bytearray()
-        while piece := file.read(min(_PIECE, size - len(data))):
-            data += piece
-        return bytes(data)
-
-    return read
+def _first(size: int, file: IO[bytes]) -> bytes:
+    """Read the first bytes of a file, a piece at a time."""
+    data = bytearray()
+    while piece := file.read(min(_PIECE, size - len(data))):
+        data += piece
+    return bytes(data)
 
 
 def _tar_as_zip(data: bytes) -> IO[bytes]:
@@ -341,7 +338,7 @@ def _tar_as_zip(data: bytes) -> IO[bytes]:
             entry = zipfile.ZipInfo(member.name, saved.timetuple()[:6])
             entry.external_attr = (stat.S_IFREG if member.isreg() else stat.S_IFLNK) << 16
             content = tar.extractfile(member) if member.isreg() else None
-            unpacked = _reader(content)(left + 1) if content else b""
+            unpacked = _first(left + 1, content) if content else b""
             if len(unpacked) > left:
                 raise Unreadable(f"unpacked, it has more than {MAX_INNER_ARCHIVE} bytes.")
             left -= len(unpacked)

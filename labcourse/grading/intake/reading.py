@@ -69,7 +69,7 @@ class Contents:
         for name, why in self.unread.items():
             counts = " The one that was handed in before it counts." if name in known else ""
             messages.append(_UNREAD.format(name=name, error=why) + counts)
-        if not (self.unread or self.has_notebooks or any(map(is_notebook, earlier))):
+        if not (self.has_notebooks or any(map(is_notebook, [*self.unread, *earlier]))):
             held = f" It holds {listed(sorted(self.held))}." if self.held else ""
             why = "There is no notebook of the course in the submission: its name ends in .ipynb."
             messages.append(f"{why}{held}")
@@ -281,7 +281,7 @@ class _Reader:
         except Unreadable as error:
             why = str(error).rstrip(".")
         if why:
-            self.contents.faults.append(_UNREAD.format(name=name, error=f"{why}."))
+            self.contents.unread[name] = f"{why}."
         else:
             self._add(name, data)
 

@@ -178,6 +178,14 @@ def test_a_students_own_folder_can_be_given_as_it_is(tmp_path):
     assert "data/x.csv" in names_in(found["ada"])
 
 
+@pytest.mark.parametrize("target", ["class", "class.zip"])
+def test_what_an_instructor_links_to_is_taken_as_itself(tmp_path, target):
+    lay(tmp_path, under("class/ada", work("ada")) | {"class.zip": zipped(under("ada", work("ada")))})
+    (tmp_path / "link").symlink_to(tmp_path / target, target_is_directory=target == "class")
+    found, ignored = found_in(tmp_path / "link")
+    assert list(found) == ["ada"] and set(WANTED) <= names_in(found["ada"]) and ignored == []
+
+
 @pytest.mark.parametrize("roster", [ROSTER, ()], ids=["roster", "no roster"])
 @pytest.mark.parametrize("name", ["ada+bob", "Ada+BOB.zip", "ada + bob (1).zip"])
 def test_a_pair_is_named_so(tmp_path, name, roster):
