@@ -5,8 +5,7 @@
 ``platforms``  a pattern for each platform's names; lists of times
 ``owners``     who: the roster, the name of a submission and its course.json
 ``finding``    a class's folder → the submissions of each student, with owner and time: :func:`find`
-``notebooks``  which: the course's notebooks among a student's files, and their cells
-``reading``    a submission → cells, own files, what was recorded at home: :func:`read`, :func:`newest`
+``reading``    which: a submission → cells, own files, what was recorded at home: :func:`read`, :func:`newest`
 =============  =======================================================================================================
 
 What is ambiguous is a :class:`Doubt`, a row of ``intake.csv`` for the instructor to decide.

@@ -26,6 +26,7 @@ from typing import IO, Any
 
 from labcourse import messages
 from labcourse.answers.own_files import RECEIPTS
+from labcourse.files import ANSWERS_FILE, COURSE_FILE
 from labcourse.grading.intake.platforms import in_utc, readable
 
 MAX_CLASS_ENTRIES = 100_000  #: files and folders of the whole class; 1000 students with 100 each
@@ -38,6 +39,7 @@ MAX_ARCHIVE = 200_000_000  #: bytes of one student's zip
 MAX_INNER_ARCHIVE = 100_000_000  #: bytes of a zip within a zip, and of an unpacked tar
 MAX_DIRECTORY = 10_000_000  #: bytes of a zip's table of contents; 100 000 files, with paths of 100 characters
 
+NOTEBOOKS = (".ipynb.txt", ".ipynb.json", ".ipynb")  #: endings of notebooks, also as browsers write them
 ARCHIVES = (".zip", ".tar.gz", ".tgz", ".tar.bz2", ".tar.xz", ".tar")  #: that Python's library reads
 OTHER_ARCHIVES = (".7z", ".rar", ".gz", ".bz2", ".xz", ".zipx")  #: that it does not
 _DAMAGED = (
@@ -105,6 +107,11 @@ def is_archive(name: str) -> bool:
     return name.casefold().endswith(ARCHIVES)
 
 
+def is_other_archive(name: str) -> bool:
+    """Tell whether a file is an archive that cannot be read, by its name."""
+    return name.casefold().endswith(OTHER_ARCHIVES) and not is_archive(name)
+
+
 def without_ending(name: str) -> str:
     """Return a name without the ending of an archive, readable or not."""
     endings = (ending for ending in (*ARCHIVES, *OTHER_ARCHIVES) if name.casefold().endswith(ending))
@@ -115,6 +122,16 @@ def is_hidden(path: str) -> bool:
     """Tell whether a system or a program wrote a file for itself."""
     parts = path.split("/")
     return any(part.startswith(_HIDDEN) or part.casefold() in _OF_SYSTEMS or part.endswith(RECEIPTS) for part in parts)
+
+
+def is_notebook(path: str) -> bool:
+    """Tell whether a file is a notebook, by its name."""
+    return path.casefold().endswith(NOTEBOOKS)
+
+
+def is_work(path: str) -> bool:
+    """Tell whether a file is a notebook, or what a notebook of the course leaves."""
+    return not is_hidden(path) and (is_notebook(path) or path.rpartition("/")[2] in (COURSE_FILE, ANSWERS_FILE))
 
 
 def shown(name: str) -> str:

@@ -15,8 +15,7 @@ from labcourse.errors import ConfigurationError, GradingError
 from labcourse.files import COURSE_FILE
 from labcourse.grading.gradebook.records import DECIDED, StudentRecord
 from labcourse.grading.intake import archives, owners, platforms
-from labcourse.grading.intake.archives import Entry, Listing, Shelf, Unreadable, is_hidden, scan, shown
-from labcourse.grading.intake.notebooks import is_notebook, is_work
+from labcourse.grading.intake.archives import Entry, Listing, Shelf, Unreadable, is_hidden, is_notebook, is_work, shown
 from labcourse.grading.intake.owners import Owner, Roster, student_in
 from labcourse.grading.intake.platforms import Label, in_utc, label_of, readable
 from labcourse.student_id import LONGEST, caseless
@@ -210,7 +209,7 @@ class Place:
 
 def on_disk_in(folder: Path, prefix: str = "") -> Iterator[Place]:
     """Find what lies in a folder on disk, by name."""
-    for item in scan(folder):
+    for item in archives.scan(folder):
         source = f"{prefix}{readable(item.name)}"
         if item.is_dir(follow_symlinks=False):
             yield Place(source, folder / item.name)
@@ -333,7 +332,7 @@ class _Finder:
             elif is_notebook(place.name):
                 nobody = Owner(why_not=f"{_NO_NAME} Put it into a folder that is named by the student's ID.")
                 self._take(_together({place.name: place}), label, nobody)
-            elif place.name.casefold().endswith(archives.OTHER_ARCHIVES):
+            elif archives.is_other_archive(place.name):
                 self._take(place, label)
             else:
                 self._ignore(place.source, "it is neither a folder nor a zip.")
@@ -436,7 +435,7 @@ class _Finder:
         if not pieces and not any(map(is_work, files)):
             broken = [path for path in refused if archives.is_archive(path)]
             trouble = " ".join(f"{shown(path)} cannot be read: {refused[path]}." for path in broken)
-            if packed := [path for path in files if path.casefold().endswith(archives.OTHER_ARCHIVES)]:
+            if packed := [*filter(archives.is_other_archive, files)]:
                 trouble += f"{archives.listed(packed)}: packed in a way that is not read; hand in an ordinary zip."
         course = self._course(files)
         rest = replace(found, source=place.source, files=files, refused=refused, trouble=trouble, course=course)

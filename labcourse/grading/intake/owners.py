@@ -12,8 +12,7 @@ from labcourse import course_file, student_id
 from labcourse.errors import ConfigurationError, StudentIDError
 from labcourse.files import COURSE_FILE
 from labcourse.grading.gradebook.records import StudentRecord
-from labcourse.grading.intake.archives import shown
-from labcourse.grading.intake.notebooks import is_notebook
+from labcourse.grading.intake.archives import is_notebook, shown
 from labcourse.grading.intake.platforms import Label, encodings, letters, plain_letters, without_copy_number
 from labcourse.student_id import caseless
 

@@ -3,31 +3,42 @@
 from __future__ import annotations
 
 import hashlib
+import re
 from collections import Counter
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime, timedelta
 from pathlib import PurePosixPath
+from typing import Any
 
 import labcourse
 from labcourse import course_file
 from labcourse.answers import answers, own_files, report_files
-from labcourse.answers.notebooks import MAX_FILE, HandIn, Notebook, NotebookError, to_bytes
+from labcourse.answers.notebooks import MAX_FILE, Cell, HandIn, Notebook, NotebookError, to_bytes
 from labcourse.errors import ConfigurationError
 from labcourse.files import ANSWERS_FILE, COURSE_FILE
 from labcourse.grading.gradebook.records import DECIDED, Delivery
-from labcourse.grading.intake import notebooks
-from labcourse.grading.intake.archives import OTHER_ARCHIVES, Shelf, Unreadable, is_archive, is_hidden, listed, shown
+from labcourse.grading.intake import archives
+from labcourse.grading.intake.archives import Shelf, Unreadable, is_archive, is_hidden, is_notebook, listed, shown
 from labcourse.grading.intake.finding import MAX_COURSE_FILE, Decisions, Doubt, Piece, Submission
-from labcourse.grading.intake.notebooks import Fit, Master, cells_written, fitting, is_notebook
 from labcourse.grading.intake.owners import course_data
+from labcourse.run.alignment import source_of
 from labcourse.run.portability import Version, version
+from labcourse.student_id import caseless
 
 MAX_STRANGERS = 30  #: notebooks of other names that are compared with the course's cells
 _MOST_COMPARED = 10  # files that may be the same notebook
 _UNREAD = "{name} cannot be read: {error}"
 _SAME_TIME = timedelta(seconds=2)  # to which a zip rounds
 _OLD = datetime.min.replace(tzinfo=UTC)
+_WORD = re.compile(r"[^\W_]+")
+_FEWEST_CELLS = 3  # by which a notebook of another name is recognised; two may be equal by chance
+
+#: How much a file's name differs from a notebook's: 0 not at all, else 1 and the number of words in it that are none of
+#: the notebook's; and minus the number of the copy.
+Fit = tuple[int, int]
+#: A notebook of the course: the id of each cell → the cell.
+Master = Mapping[str, Mapping[str, Any]]
 
 
 @dataclass
@@ -139,7 +150,7 @@ class _Reader:
     def _read_all(self, piece: Piece) -> None:
         self._piece, self._used, self._missing = piece, set[str](), list(self.wanted)
         self._seen = [path for path in piece.files if not is_hidden(path)]
-        fits = fitting(self._seen, self.wanted, *notebooks.ENDINGS)
+        fits = _fitting(self._seen, self.wanted, *archives.NOTEBOOKS)
         self._base = self._folder_of_most(fits)
         for name, candidates in fits.items():
             self._missing.remove(name)
@@ -150,7 +161,7 @@ class _Reader:
                 self.contents.unread[name] = str(notebook)
         self._by_cells()
         self._in_their_place()
-        for name, candidates in fitting(self._seen, self.reports, notebooks.PDF).items():
+        for name, candidates in _fitting(self._seen, self.reports, report_files.PDF).items():
             self._report(name, self._best(name, candidates))
         self._of_the_course(ANSWERS_FILE, answers.MAX_BYTES)
         self._of_the_course(COURSE_FILE, MAX_COURSE_FILE)
@@ -178,7 +189,7 @@ class _Reader:
     def _add_notebook(self, name: str, notebook: Notebook) -> None:
         """Add a notebook; an empty one does not replace one with answers."""
         master, contents = self.masters.get(name), self.contents
-        if master is None or cells_written(notebook.cells, master):
+        if master is None or _cells_written(notebook.cells, master):
             self.answered.add(name)
         elif name in self.answered:
             source = shown(self._piece.source)
@@ -240,7 +251,7 @@ class _Reader:
     def _written(self, name: str, path: str) -> int:
         """Return in how many cells of a notebook a student wrote; -1 if it cannot be read."""
         notebook = self._notebook(path)
-        return cells_written(notebook.cells, self.masters.get(name, {})) if isinstance(notebook, Notebook) else -1
+        return _cells_written(notebook.cells, self.masters.get(name, {})) if isinstance(notebook, Notebook) else -1
 
     def _by_cells(self) -> None:
         """Recognise notebooks of other names by their cells."""
@@ -250,7 +261,7 @@ class _Reader:
             notebook = self._notebook(path)
             if not isinstance(notebook, Notebook):
                 continue
-            if (name := notebooks.by_cells(notebook.cells, self.masters)) and name in missing:
+            if (name := _by_cells(notebook.cells, self.masters)) and name in missing:
                 missing.remove(name)
                 self._missing.remove(name)
                 self._used.add(path)
@@ -264,10 +275,12 @@ class _Reader:
         """Name files in the place of missing notebooks: pages, programs, and archives that are not read."""
         unused = [path for path in self._seen if path not in self._used]
         for name in self._missing if self.masters else ():
-            stem = name.casefold().removesuffix(notebooks.ENDING)
+            stem = name.casefold().removesuffix(".ipynb")
             if instead := [path for path in unused if PurePosixPath(path.casefold()).stem == stem]:
                 self.contents.unread[name] = f"{listed(instead)} is no notebook. Hand in {name}."
-        packed = [path for path in self._seen if path.casefold().endswith(OTHER_ARCHIVES) and not is_archive(path)]
+        packed = [
+            path for path in self._seen if path.casefold().endswith(archives.OTHER_ARCHIVES) and not is_archive(path)
+        ]
         if packed and self._missing and not self._piece.trouble:
             self.contents.faults.append(f"{listed(packed)}: packed in a way that is not read; hand it in plain.")
 
@@ -351,3 +364,73 @@ def newest(items: Iterable[Delivery], wanted: Sequence[str], reports: Sequence[s
     stages = sorted(came.items()) if is_in_stages else []
     notes = [f"Of {time:%Y-%m-%d %H:%M} UTC ({source}): {', '.join(names)}." for (time, source), names in stages]
     return hand_in, notes + [f"{name} was not handed in." for name in wanted if there and name not in latest]
+
+
+# --- which notebook of the course a file is ---------------------------------------------------------------------------
+
+
+def _fitting(paths: Iterable[str], wanted: Sequence[str], *endings: str) -> dict[str, list[tuple[Fit, str]]]:
+    """Find the files that may be a notebook (or a report) of the course, by their names.
+
+    Browsers write ``x (1).ipynb`` and ``x.ipynb.txt``, JupyterLab ``x-Copy1.ipynb``, Canvas ``x-1.ipynb``, drives
+    ``Copy of x.ipynb``, and platforms put people and numbers before it.
+
+    Parameters
+    ----------
+    paths : of the files
+    wanted : file names of the course's notebooks, or of its reports
+    endings : of the files that are looked at
+
+    Returns
+    -------
+    dict
+        wanted name → how well each file's name fits, and its path; the best first
+    """
+    words = {name: _words(name) for name in wanted}
+    found: dict[str, list[tuple[Fit, str]]] = {}
+    for path in (path for path in paths if path.casefold().endswith(endings)):
+        given = path.rpartition("/")[2]
+        fits = [(len(words[name]), name, fit) for name in wanted if (fit := _fit(given, name, words[name]))]
+        if fits:  # the longest name that is in it
+            _length, name, fit = max(fits, key=lambda one: (one[0], [-part for part in one[2]]))
+            found.setdefault(name, []).append((fit, path))
+    return {name: sorted(found[name]) for name in wanted if name in found}
+
+
+def _words(name: str) -> list[str]:
+    folded = caseless(name)
+    ending = next((ending for ending in (*archives.NOTEBOOKS, report_files.PDF) if folded.endswith(ending)), "")
+    return _WORD.findall(folded.removesuffix(ending))
+
+
+def _fit(given: str, wanted: str, words: Sequence[str]) -> Fit | None:
+    if caseless(given) == caseless(wanted):
+        return 0, 0
+    there, length = _words(given), len(words)
+    place = next((place for place in range(len(there)) if there[place : place + length] == words), None)
+    if not words or place is None:
+        return None
+    before, after = there[:place], there[place + length :]
+    numbers = [int(number) for number in re.findall(r"\d+", " ".join(after))[-1:] if len(number) < 4]
+    return 1 + len(before) + len(after), -sum(numbers)
+
+
+def _by_cells(cells: Sequence[Cell], masters: Mapping[str, Master]) -> str | None:
+    """Return the notebook of the course that holds most of these cells; None for too few, or if two hold as many."""
+
+    def alike(master: Master) -> int:
+        texts = {source_of(cell).strip() for cell in master.values()} - {""}
+        return sum(cell.id in master or cell.grade_id in master or cell.source.strip() in texts for cell in cells)
+
+    counts = Counter({name: alike(master) for name, master in masters.items()}).most_common(2)
+    if not counts or (len(counts) == 2 and counts[0][1] == counts[1][1]):
+        return None
+    name, most = counts[0]
+    return name if most >= max(_FEWEST_CELLS, len(masters[name]) // 2) else None
+
+
+def _cells_written(cells: Iterable[Cell], master: Master) -> int:
+    """Return how many cells a student changed so that they are longer than the course's."""
+    released = {name: source_of(cell).strip() for name, cell in master.items()}
+    changed = [cell for cell in cells if cell.source.strip() not in released.values()]
+    return sum(len(cell.source.strip()) > len(released.get(cell.id, "")) for cell in changed)

@@ -199,7 +199,7 @@ def with_new_ids(name, **written):
 
 
 def test_a_notebook_of_another_name_and_new_ids_is_known_by_the_texts_of_its_cells(taken, monkeypatch):
-    monkeypatch.setattr(intake.notebooks, "_FEWEST_CELLS", 2)
+    monkeypatch.setattr(intake.reading, "_FEWEST_CELLS", 2)
     few = {name: content for name, content in work().items() if name != WANTED[1]}
     result = taken(few | {"rotflex-nb.ipynb": with_new_ids(WANTED[1])}, masters=MASTERS)
     assert result.notebooks == WANTED and result.problems == []
