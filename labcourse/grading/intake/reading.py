@@ -19,7 +19,7 @@ from labcourse.errors import ConfigurationError
 from labcourse.files import ANSWERS_FILE, COURSE_FILE
 from labcourse.grading.gradebook.records import DECIDED, Delivery
 from labcourse.grading.intake import archives
-from labcourse.grading.intake.archives import Shelf, Unreadable, is_archive, is_hidden, is_notebook, listed, shown
+from labcourse.grading.intake.archives import Shelf, Unreadable, is_hidden, is_notebook, listed, shown
 from labcourse.grading.intake.finding import MAX_COURSE_FILE, Decisions, Doubt, Piece, Submission
 from labcourse.grading.intake.owners import course_data
 from labcourse.run.alignment import source_of
@@ -239,7 +239,8 @@ class _Reader:
             return decided, DECIDED
         if decided:
             self.contents.faults.append(f"intake.csv: there is no file {shown(decided)} that may be {name}.")
-        written = {path: self._written(name, path) if is_notebook(path) else 0 for path in paths[:_MOST_COMPARED]}
+        compared = paths[:_MOST_COMPARED]
+        written = {path: self._written(name, path) if is_notebook(path) else 0 for path in compared}
         saved = {path: self._piece.files[path].modified or _OLD for path in written}
         most = max(min(cells, 1) for cells in written.values())
         begun = [path for path in written if min(written[path], 1) == most]
@@ -261,7 +262,7 @@ class _Reader:
             notebook = self._notebook(path)
             if not isinstance(notebook, Notebook):
                 continue
-            if (name := _by_cells(notebook.cells, self.masters)) and name in missing:
+            if (name := _most_alike(notebook.cells, self.masters)) and name in missing:
                 missing.remove(name)
                 self._missing.remove(name)
                 self._used.add(path)
@@ -278,9 +279,7 @@ class _Reader:
             stem = name.casefold().removesuffix(".ipynb")
             if instead := [path for path in unused if PurePosixPath(path.casefold()).stem == stem]:
                 self.contents.unread[name] = f"{listed(instead)} is no notebook. Hand in {name}."
-        packed = [
-            path for path in self._seen if path.casefold().endswith(archives.OTHER_ARCHIVES) and not is_archive(path)
-        ]
+        packed = [*filter(archives.is_other_archive, self._seen)]
         if packed and self._missing and not self._piece.trouble:
             self.contents.faults.append(f"{listed(packed)}: packed in a way that is not read; hand it in plain.")
 
@@ -324,7 +323,7 @@ class _Reader:
         choice = own_files.choose(sizes, excluded, self.packages)
         self.contents.notes += choice.notes
         for name in map(str, choice.paths):
-            try:  # no store gives more bytes than it says
+            try:  # by their sizes, they are few enough together
                 self._add(name, self._read(beside[name], own_files.MAX_FILE))
             except Unreadable as error:
                 self.contents.notes.append(f"{shown(name)} does not come along: {error}")
@@ -415,7 +414,7 @@ def _fit(given: str, wanted: str, words: Sequence[str]) -> Fit | None:
     return 1 + len(before) + len(after), -sum(numbers)
 
 
-def _by_cells(cells: Sequence[Cell], masters: Mapping[str, Master]) -> str | None:
+def _most_alike(cells: Sequence[Cell], masters: Mapping[str, Master]) -> str | None:
     """Return the notebook of the course that holds most of these cells; None for too few, or if two hold as many."""
 
     def alike(master: Master) -> int:

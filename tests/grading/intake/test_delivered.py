@@ -34,8 +34,8 @@ def test_the_newest_of_each_name_counts_and_of_one_time_the_last(given_items):
     assert (hand_in.claim is None) == ("answers.json" not in best)
     if hand_in.claim is not None:
         assert hand_in.claim == given_items[best["answers.json"][1]].content
-    told = [note for note in notes if note.endswith("was not handed in.")]
-    assert len(told) == (len(set(WANTED) - set(best)) if hand_in.notebooks else 0)
+    missing = [note for note in notes if note.endswith("was not handed in.")]
+    assert len(missing) == (len(set(WANTED) - set(best)) if hand_in.notebooks else 0)
 
 
 def test_nothing_makes_an_empty_hand_in():

@@ -1,4 +1,4 @@
-"""Whose a hand-in is: by its name, by its course.json, and where these contradict each other."""
+"""Owners of submissions: by name, by course.json, and where these contradict each other."""
 
 import unicodedata
 

@@ -519,6 +519,11 @@ def test_an_archive_that_cannot_be_read_beside_notebooks_is_named(taken):
     assert any("more.zip'" in note for note in taken(work() | {"more.zip": b"no zip"}).notes)
 
 
+def test_an_archive_without_notebooks_that_was_read_is_not_called_unreadable(taken):
+    (problem,) = taken({"data.tar.gz": tarred({"x.csv": b"1"})}).problems
+    assert "no notebook of the course" in problem
+
+
 def test_an_archive_of_nobody_that_cannot_be_read_is_ignored_for_that_reason(tmp_path):
     lay(tmp_path, {"ada.zip": zipped(work()), "lab:1.zip": b"no zip"})
     (message,) = intake.find(tmp_path).ignored
