@@ -376,7 +376,7 @@ class _Finder:
             student = student_in(self._course(place.look(self._shelf).files))
         except Unreadable:
             return False
-        return caseless(student) in map(caseless, self._roster.by_name(place.stem, student).students)
+        return self._roster.spelled(student) in self._roster.by_name(place.stem, student).students
 
     # --- what they hold -----------------------------------------------------------------------------------------------
 
@@ -470,10 +470,10 @@ class _Finder:
         present = {student for owner in by_name if owner.is_certain or not self._roster for student in owner.students}
         owned = [replace(found, owner=self._owner(found, present)) for found in self._found]
         pieces = [self._received(found) for found in owned if found.owner.students]
-        resolved = owners.resolve_partners([piece.owner for piece in pieces], earlier)
+        resolved = owners.resolve_partners([piece.owner for piece in pieces], self._roster, earlier)
         pieces = [replace(piece, owner=owner) for piece, owner in zip(pieces, resolved, strict=True)]
-        students = {caseless(one): one for owner in reversed(resolved) for one in reversed(owner.everybody)}
-        return [_submission(student, pieces) for _key, student in sorted(students.items())]
+        students = {student for owner in resolved for student in owner.everybody}
+        return [_submission(student, pieces) for student in sorted(students, key=caseless)]
 
     def _owner(self, found: _Found, present: Collection[str]) -> Owner:
         """Determine an owner, and add a row for the instructor where that is in doubt."""
@@ -544,20 +544,19 @@ class _Finder:
 
 def _submission(student: str, pieces: Iterable[Piece]) -> Submission:
     """Collect all pieces of a student."""
-    key = caseless(student)
-    own = [piece for piece in pieces if key in map(caseless, piece.owner.everybody)]
+    own = [piece for piece in pieces if student in piece.owner.everybody]
     own.sort(key=lambda piece: (piece.received, piece.order))
     newest = own[-1].owner
-    is_claimed = all(key not in map(caseless, piece.owner.students) for piece in own)
+    is_claimed = all(student not in piece.owner.students for piece in own)
     notes = dict.fromkeys(note for piece in own for note in piece.owner.notes)
     if is_claimed:
         notes[f"Handed in by {newest.students[0]}, whose {COURSE_FILE} says that it was made together."] = None
-    together = {caseless(one): one for piece in own for one in piece.owner.everybody}
+    together = {one for piece in own for one in piece.owner.everybody}
     return Submission(
         student,
         tuple(own),
         newest.bench_of,
-        tuple(one for other, one in sorted(together.items()) if other != key),
+        tuple(sorted(together - {student}, key=caseless)),
         newest.students[0] if is_claimed else "",
         tuple(dict.fromkeys(problem for piece in own for problem in piece.owner.problems)),
         tuple(notes),

@@ -63,6 +63,7 @@ class Roster:
 
     def __init__(self, records: Sequence[StudentRecord] = ()) -> None:
         self._records = {caseless(record.student): record for record in records}
+        self._spelled = {name: record.student for name, record in self._records.items()}
         self._aliases, self._names, self._plain_names = (defaultdict[str, set[str]](set) for _kind in range(3))
         for record in records:
             for alias in map(caseless, filter(None, (record.email, *record.aliases))):
@@ -79,10 +80,17 @@ class Roster:
 
     def known(self, given: str) -> str | None:
         """Return an ID as the roster spells it; without a roster, any valid ID; None if it is nobody's."""
-        if self._records:
-            record = self._records.get(caseless(given))
-            return record.student if record else None
-        return _valid(given)
+        return self.spelled(given) if not self._records or caseless(given) in self._records else None
+
+    def spelled(self, given: str) -> str | None:
+        """Return a valid ID as the roster spells it, or else as it was spelled first; None for another text."""
+        if caseless(given) not in self._spelled:
+            try:
+                student = student_id.normalised(given)
+            except StudentIDError:
+                return None
+            return self._spelled.setdefault(caseless(student), student)
+        return self._spelled[caseless(given)]
 
     def lookup(self, name: str) -> set[str]:
         """Return the IDs of students with this ID, or else with this name or other name."""
@@ -129,15 +137,16 @@ class Roster:
             if found:
                 return Owner(why_not=_ambiguous(found))
         for students, attempt in _meanings(name):
-            ids = tuple(filter(None, map(_valid, students)))
-            if len(ids) == len(students) and caseless(course_student) in map(caseless, ids):
+            ids = tuple(filter(None, map(self.spelled, students)))
+            if len(ids) == len(students) and self.spelled(course_student) in ids:
                 return _by_name(ids, "the ID in its name", attempt)
         copy = without_copy_number(name) if name.endswith(")") else None
         base, attempt = copy or (name, 0)
         try:
-            return _by_name((student_id.normalised(base),), "the ID in its name", attempt)
+            student = student_id.normalised(base)
         except StudentIDError as error:
             return Owner(why_not=f"it is not named by a student's ID. {error}")
+        return _by_name((self.spelled(student) or student,), "the ID in its name", attempt)
 
     def before_underscore(self, name: str) -> Label | None:
         """Read the name of a notebook that begins with an ID of the roster, as ``ada_01_x.ipynb``; None for another."""
@@ -153,13 +162,6 @@ def _by_name(students: tuple[str, ...], rule: str, attempt: int, is_certain: boo
 
 def _ambiguous(students: Collection[str]) -> str:
     return f"it may be any of {', '.join(sorted(students))}."
-
-
-def _valid(given: str) -> str | None:
-    try:
-        return student_id.normalised(given)
-    except StudentIDError:
-        return None
 
 
 def _meanings(name: str) -> Iterator[tuple[tuple[str, ...], int]]:
@@ -218,8 +220,8 @@ def owner_of(
     present : students who handed in under their own names; no other course.json counts for them
     """
     given = student_in(course)
-    student = roster.known(given) or _valid(given) if given else None
-    is_present = student is not None and caseless(student) in set(map(caseless, present))
+    student = roster.spelled(given) if given else None
+    is_present = student in present
     partners = {str(one): roster.known(one) if isinstance(one, str) else None for one in _partners(course)}
     claimed = tuple(one for one in dict.fromkeys(partners.values()) if one)
     unknown = (
@@ -233,7 +235,7 @@ def owner_of(
     if student is not None:
         if roster and roster.known(student) is None:
             notes += (f"{student} is not on the roster: by {COURSE_FILE} alone.",)
-        others = tuple(one for one in claimed if caseless(one) != caseless(student))
+        others = tuple(one for one in claimed if one != student)
         return Owner((student,), others, student, f"the ID in {COURSE_FILE}", by_name.attempt, notes=notes)
     if not by_name.students:
         return Owner(why_not=by_name.why_not)
@@ -247,11 +249,8 @@ def _checked(owner: Owner, given: str, student: str | None, partners: Sequence[s
     """Compare the owner by name with the student and the partners in its course.json."""
     if not given:
         return owner
-    named = {caseless(one): one for one in owner.students}
-    claimed = tuple(one for one in dict.fromkeys((student or given, *partners)) if caseless(one) not in named)
-    if student is not None and caseless(student) in named:
-        return replace(owner, bench_of=named[caseless(student)], claimed=claimed)
-    if student is not None and len(named) == 1 and set(named) <= set(map(caseless, partners)):
+    claimed = tuple(one for one in dict.fromkeys((student or given, *partners)) if one not in owner.students)
+    if student in owner.students or (student and len(owner.students) == 1 and owner.students[0] in partners):
         return replace(owner, bench_of=student, claimed=claimed)
     problem = (
         f"{COURSE_FILE} names the student {(student or given)[: student_id.LONGEST]!r}; this counts as "
@@ -260,7 +259,9 @@ def _checked(owner: Owner, given: str, student: str | None, partners: Sequence[s
     return replace(owner, problems=(problem,))
 
 
-def resolve_partners(owners: Sequence[Owner], earlier: Callable[[str], Collection[str] | None]) -> list[Owner]:
+def resolve_partners(
+    owners: Sequence[Owner], roster: Roster, earlier: Callable[[str], Collection[str] | None]
+) -> list[Owner]:
     """Leave out partners whom only a course.json names, and who handed in something else without naming this student.
 
     Anybody can write any ID into a course.json. It replaces nobody's own submission, of now or of an earlier stage, and
@@ -269,22 +270,22 @@ def resolve_partners(owners: Sequence[Owner], earlier: Callable[[str], Collectio
     Parameters
     ----------
     owners : of all that is handed in now
+    roster : the students
     earlier : students whom a student named who handed in before; None for a student who did not
     """
-    named: dict[str, set[str]] = {}
+    named: dict[str, set[str | None]] = defaultdict(set)
     for owner in owners:
         for student in owner.students:
-            named.setdefault(caseless(student), set()).update(map(caseless, owner.everybody))
-    for student in {caseless(one): one for owner in owners for one in owner.claimed}.values():
-        before = earlier(student) if caseless(student) not in named else None
+            named[student].update(owner.everybody)
+    for student in {one for owner in owners for one in owner.claimed} - {*named}:
+        before = earlier(student)
         if before is not None:
-            named[caseless(student)] = {caseless(student), *map(caseless, before)}
+            named[student] = {student, *map(roster.spelled, before)}
     return [_resolved(owner, named) for owner in owners]
 
 
-def _resolved(owner: Owner, named: Mapping[str, set[str]]) -> Owner:
-    own = {caseless(student) for student in owner.students}
-    refused = [one for one in owner.claimed if not named.get(caseless(one), own) & own]
+def _resolved(owner: Owner, named: Mapping[str, set[str | None]]) -> Owner:
+    refused = [one for one in owner.claimed if one in named and named[one].isdisjoint(owner.students)]
     if not refused:
         return owner
     problem = (
