@@ -61,7 +61,7 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
     "run": (2494, ("labcourse/run/**/*.py",)),
     "report": (1918, ("labcourse/report/**/*.py",)),
     "running": (1094, ("labcourse/grading/running/**/*.py",)),
-    "intake": (1404, ("labcourse/grading/intake/**/*.py",)),
+    "intake": (1306, ("labcourse/grading/intake/**/*.py",)),
     "gradebook": (1579, ("labcourse/grading/gradebook/**/*.py",)),
     "marking": (1209, ("labcourse/grading/marking/**/*.py",)),
     "isolation": (1153, ("labcourse/grading/isolation/**/*.py",)),
