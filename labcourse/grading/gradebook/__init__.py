@@ -6,11 +6,9 @@
 ``database``    SQLite or PostgreSQL behind two kinds of transactions, reading and writing; the version of the tables
 ``storable``    untrusted text and data, as every database accepts them
 ``roster``      the CSV of a class → students
-``deliveries``  files that were handed in, inside a transaction
-``marks``       students, runs, marks, decisions and the audit trail, inside a transaction
-``scoring``     what scorers do, and requests to look again, one transaction a method
+``marks``       students, marks that count, decisions and the audit trail, inside a transaction
 ``persons``     a copy of all data of a person, and erasing it, one transaction a method
-``store``       :class:`Gradebook`, one transaction a method
+``store``       :class:`Gradebook`, with scoring and requests to look again, one transaction a method
 ==============  ======================================================================================================
 
 It is a general package: it knows of students, questions and points, but of no course, and depends on
@@ -41,8 +39,7 @@ from labcourse.grading.gradebook.records import (
     RunRecord,
     StudentRecord,
 )
-from labcourse.grading.gradebook.scoring import standing
-from labcourse.grading.gradebook.store import Gradebook
+from labcourse.grading.gradebook.store import Gradebook, standing
 
 __all__ = [
     "DECIDED",

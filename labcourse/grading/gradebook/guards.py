@@ -3,7 +3,7 @@
 * A row of a table that only grows is deleted only if an erasure names its student.
 * It is changed only while its transaction erases somebody, and only so that the marker of that erasure takes the place
   of that person's ID, name, e-mail address or other name. Nothing else of the row may change.
-* An erasure is never changed or deleted, and its student's number is given to nobody again. A transaction that makes
+* An erasure is never changed or deleted, and its student's number is never given again. A transaction that makes
   one cannot end while the student's row is still there: until then ``gone`` refers to an erasure that does not exist,
   and the foreign key is checked when the transaction ends. So nobody is erased in part.
 """
@@ -11,18 +11,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Any
 
-from sqlalchemy import DDL, event
+from sqlalchemy import DDL, Column, event
 
-from labcourse.grading.gradebook.records import Base
+from labcourse.grading.gradebook.records import WRITTEN, Base, Text
 
 _STAYS = "an erasure stays as it is"
-#: Table that only grows → what a refusal says, columns of text from which a name may be struck out, and columns of
-#: JSON, of which the same may be done to ``reason``.
-_GROWING = {
-    "audit": ("the audit trail only grows", ("reason",), ("mark_before", "mark_after")),
-    "scores": ("what scorers did only grows", ("remark",), ("replaced",)),
-}
+_GONE = "UPDATE erasures SET gone = number WHERE number = OLD.id"
+#: Table that only grows → what a refusal says.
+_GROWING = {"audit": "the audit trail only grows", "scores": "what scorers did only grows"}
 #: Who is being erased just now: the marker that takes the place of each word that names them.
 _BEING_ERASED = """
 CREATE VIEW being_erased AS
@@ -48,38 +46,47 @@ def _struck(old: str, new: str) -> str:
     )
 
 
+def _allowed(column: Column[Any], reason: str, rest: str) -> str:
+    """Return the condition that a column is as before, but for names where persons write.
+
+    Parameters
+    ----------
+    column : of a table that only grows, or of erasures
+    reason, rest : how a database writes the ``reason`` of an object in JSON, and the object without it
+    """
+    old, new = f"OLD.{column.name}", f"NEW.{column.name}"
+    if column.info != WRITTEN:
+        return _same(old, new)
+    if isinstance(column.type, Text):
+        return _struck(old, new)
+    same_text = _same(f"CAST({old} AS text)", f"CAST({new} AS text)")
+    same_rest = _same(rest.format(old), rest.format(new))
+    return f"({same_text} OR ({same_rest} AND {_struck(reason.format(old), reason.format(new))}))"
+
+
 def _guards(reason: str, rest: str) -> Iterator[tuple[str, str, str, str]]:
     """Yield name and event of each guard, what a refusal says, and the condition without which it refuses.
 
     Parameters
     ----------
-    reason, rest : how a database writes the ``reason`` of an object in JSON, and the object without it
+    reason, rest : as :func:`_allowed` takes them
     """
 
-    def unchanged(table: str, but: tuple[str, ...]) -> list[str]:
-        names = Base.metadata.tables[table].columns.keys()
-        return [_same(f"OLD.{name}", f"NEW.{name}") for name in names if name not in but]
+    def unchanged(table: str, but: str = "") -> str:
+        columns = Base.metadata.tables[table].columns
+        return " AND ".join(_allowed(column, reason, rest) for column in columns if column.name != but)
 
-    def struck_reason(name: str) -> str:
-        old, new = f"OLD.{name}", f"NEW.{name}"
-        same_text = _same(f"CAST({old} AS text)", f"CAST({new} AS text)")
-        struck = _struck(reason.format(old), reason.format(new))
-        return f"({same_text} OR ({_same(rest.format(old), rest.format(new))} AND {struck}))"
-
-    for table, (refusal, texts, objects) in _GROWING.items():
+    for table, refusal in _GROWING.items():
         erased = "EXISTS (SELECT 1 FROM erasures WHERE number = OLD.student_id)"
         yield f"{table}_no_delete", f"DELETE ON {table}", refusal, erased
-        struck = [_struck(f"OLD.{name}", f"NEW.{name}") for name in texts] + list(map(struck_reason, objects))
-        conditions = [*unchanged(table, (*texts, *objects)), *struck]
-        yield f"{table}_no_update", f"UPDATE ON {table}", refusal, " AND ".join(conditions)
+        yield f"{table}_no_update", f"UPDATE ON {table}", refusal, unchanged(table)
     yield "erasures_begin", "INSERT ON erasures", _STAYS, "NEW.gone = -NEW.number AND NEW.gone < 0"
     yield "erasures_no_delete", "DELETE ON erasures", _STAYS, "1 = 0"
     is_gone = "NEW.gone = NEW.number AND NOT EXISTS (SELECT 1 FROM students WHERE id = OLD.number)"
-    conditions = [*unchanged("erasures", ("gone",)), is_gone]
-    yield "erasures_no_update", "UPDATE ON erasures", _STAYS, " AND ".join(conditions)
+    yield "erasures_no_update", "UPDATE ON erasures", _STAYS, f"{unchanged('erasures', but='gone')} AND {is_gone}"
     yield "students_no_other_number", "UPDATE ON students", "the number of a student stays as it is", "NEW.id = OLD.id"
     nobodys, free = (
-        "the number of a student who was erased is given to nobody",
+        "the number of an erased student is never given again",
         "NEW.id NOT IN (SELECT number FROM erasures)",
     )
     yield "students_no_number_again", "INSERT ON students", nobodys, free
@@ -89,13 +96,9 @@ def _sqlite() -> Iterator[str]:
     yield _BEING_ERASED.format(elements="json_each", columns="")
     for name, when, refusal, condition in _guards("json_extract({}, '$.reason')", "json_remove({}, '$.reason')"):
         moment = "AFTER" if when.startswith("INSERT") else "BEFORE"  # before an insertion there is no number yet
-        yield (
-            f"CREATE TRIGGER {name} {moment} {when} WHEN NOT ({condition}) BEGIN SELECT RAISE(ABORT, '{refusal}'); END"
-        )
-    yield (
-        "CREATE TRIGGER students_gone AFTER DELETE ON students "
-        "BEGIN UPDATE erasures SET gone = number WHERE number = OLD.id; END"
-    )
+        code = f"SELECT RAISE(ABORT, '{refusal}')"
+        yield f"CREATE TRIGGER {name} {moment} {when} WHEN NOT ({condition}) BEGIN {code}; END"
+    yield f"CREATE TRIGGER students_gone AFTER DELETE ON students BEGIN {_GONE}; END"
 
 
 def _postgresql() -> Iterator[str]:
@@ -103,11 +106,10 @@ def _postgresql() -> Iterator[str]:
     for name, when, refusal, condition in _guards("({} ->> 'reason')", "(CAST({} AS jsonb) - 'reason')"):
         code = f"IF ({condition}) THEN RETURN coalesce(NEW, OLD); END IF; RAISE EXCEPTION '{refusal}';"
         yield from _function_and_trigger(name, f"BEFORE {when} FOR EACH ROW", code)
-    for name, refusal in [*((name, refusal) for name, (refusal, *_) in _GROWING.items()), ("erasures", _STAYS)]:
+    for name, refusal in {**_GROWING, "erasures": _STAYS}.items():
         when = f"BEFORE TRUNCATE ON {name} FOR EACH STATEMENT"
         yield from _function_and_trigger(f"{name}_no_truncate", when, f"RAISE EXCEPTION '{refusal}';")
-    gone = "UPDATE erasures SET gone = number WHERE number = OLD.id; RETURN NULL;"
-    yield from _function_and_trigger("students_gone", "AFTER DELETE ON students FOR EACH ROW", gone)
+    yield from _function_and_trigger("students_gone", "AFTER DELETE ON students FOR EACH ROW", f"{_GONE}; RETURN NULL;")
 
 
 def _function_and_trigger(name: str, when: str, code: str) -> Iterator[str]:

@@ -24,9 +24,10 @@ from sqlalchemy import ColumnElement, Table, delete, func, select, update
 from sqlalchemy.orm import Session
 
 from labcourse.errors import GradebookError
-from labcourse.grading.gradebook import marks, storable
+from labcourse.grading.gradebook import marks
 from labcourse.grading.gradebook.database import Database
 from labcourse.grading.gradebook.records import (
+    WRITTEN,
     About,
     Base,
     Delivery,
@@ -52,16 +53,6 @@ _CALLED = {
     "comments": "comment for them",
     "requests": "request to look again",
     "publications": "note on what was given back",
-}
-#: Columns of text that persons write about others' work, by table; in objects of JSON their ``reason``.
-_WRITTEN = {
-    "comments": ("text",),
-    "decisions": ("reason",),
-    "audit": ("reason", "mark_before", "mark_after"),
-    "scores": ("remark", "replaced"),
-    "requests": ("text", "answer"),
-    "publications": ("note",),
-    "deliveries": ("source",),
 }
 _ACTORS = ("actor", "answered_by")  # columns that name who decided or wrote
 _TABLES = Base.metadata.tables
@@ -161,7 +152,7 @@ class Persons:
             If there is no such student. If the last step fails, the person is erased; the message says what is left.
         """
         with self._database.writing() as session:
-            done = _Erasing(session, student, of_others or OfOthers()).erase(storable.text(actor))
+            done = _Erasing(session, student, of_others or OfOthers()).erase(actor)
         try:
             self._database.rebuild(list(_TABLES))
         except GradebookError as error:
@@ -184,9 +175,12 @@ class Persons:
             erasures = session.scalars(select(Erasure).order_by(Erasure.number))
             when = {erasure.fingerprint: erasure.erased for erasure in erasures}
             secret = session.scalars(select(About.secret)).one()
-            known = [student for student in students if when and _fingerprint(secret, student) in when]
-            gone = [student for student in known if marks.find_student(session, student) is None]
-            return {student: when[_fingerprint(secret, student)] for student in gone}
+            known = {student: when.get(_fingerprint(secret, student)) for student in students if when}
+            return {
+                student: erased
+                for student, erased in known.items()
+                if erased is not None and marks.find_student(session, student) is None
+            }
 
     def everything_of(self, student: str) -> tuple[dict[str, list[dict[str, Any]]], list[Delivery]]:
         """Return a student's rows, by table, and each version of all that they handed in, in the order it came.
@@ -280,14 +274,15 @@ class _Erasing:
                 own = set(session.scalars(select(Delivery.name).where(Delivery.student_id == run.student_id)))
                 for file in theirs:
                     if file.name not in own:
-                        marks.put(session, run.student_id, replace(file))
+                        marks.put(session, run.student_id, file)
 
     def _strike(self) -> Iterator[str]:
         """Strike the person out of what was written about others; yield where."""
-        for table, names in ((_TABLES[name], names) for name, names in _WRITTEN.items()):
+        for table in map(_TABLES.__getitem__, _CALLED):
+            names = [column.name for column in table.columns if column.info == WRITTEN]
             columns = [column for column in table.columns if column.name != "content"]
             others = [table.c.student_id != self._number] if "student_id" in table.c else []
-            for row in self._session.execute(select(*columns).where(*others)).mappings().all():
+            for row in self._session.execute(select(*columns).where(*others)).mappings().all() if names else ():
                 key = [column == row[column.name] for column in table.primary_key]
                 old = {name: row[name] for name in names}
                 for word in self._person.words:  # one at a time, as the guards of the tables look for one

@@ -18,10 +18,15 @@ from typing import Any, ClassVar, NamedTuple
 import sqlalchemy as sa
 from sqlalchemy.orm import DeclarativeBase, Mapped, MappedAsDataclass, composite, mapped_column
 
+from labcourse.grading.gradebook import storable
+
 #: The statuses of marks that a person set, and is to set.
 GIVEN_BY_A_PERSON, FOR_A_PERSON = "given by a person", "for a person"
 DECIDED = "as the instructor decided"  #: how a time of arrival, or an owner, may be known
 NEW: Any = None  #: the number of a record that is not stored yet: the database gives it one
+#: Mark a column in which persons write about others' work. An erasure strikes names out of its text; out of its JSON,
+#: from ``reason``.
+WRITTEN = {"names": True}
 
 Where = tuple[str, str]  #: question and part
 
@@ -63,6 +68,16 @@ class MarkState:
     reason: str
 
 
+class Text(sa.TypeDecorator[str]):
+    """A text, cleaned when it is stored or compared: see :mod:`labcourse.grading.gradebook.storable`."""
+
+    impl = sa.Text
+    cache_ok = True
+
+    def process_bind_param(self, value: str | None, dialect: sa.Dialect) -> str | None:
+        return None if value is None else storable.text(value)
+
+
 class Instant(sa.TypeDecorator[datetime]):
     """A moment in UTC, also in a database that stores no time zone (SQLite)."""
 
@@ -93,7 +108,7 @@ class Base(MappedAsDataclass, DeclarativeBase):
     """Base of all tables."""
 
     type_annotation_map: ClassVar = {
-        str: sa.Text,
+        str: Text,
         float: sa.Double,
         datetime: Instant,
         Mapping[str, Any]: sa.JSON,
@@ -101,18 +116,36 @@ class Base(MappedAsDataclass, DeclarativeBase):
     }
 
 
-def _number() -> Any:
-    return mapped_column(sa.Integer, primary_key=True)
-
-
 def _of_student(**options: Any) -> Any:
     return mapped_column(sa.ForeignKey("students.id", ondelete="CASCADE"), nullable=False, **options)
 
 
-def _mark_columns() -> list[Any]:
-    """Return the columns of a :class:`MarkRecord`."""
+def _mark_columns(**reason: Any) -> list[Any]:
+    """Return the columns of a :class:`MarkRecord`; the reason's with options."""
     keys = [mapped_column(name, primary_key=True) for name in ("question", "part")]
-    return keys + [mapped_column(name) for name in ("status", "points", "out_of", "reason", "given")]
+    numbers = [mapped_column(name) for name in ("status", "points", "out_of")]
+    return [*keys, *numbers, mapped_column("reason", **reason), mapped_column("given")]
+
+
+class OfAnswer(MappedAsDataclass):
+    """What the tables of what happened to an answer have in common.
+
+    Attributes
+    ----------
+    number : of the row; rows are numbered in the order in which they were written
+    student, question, part : whose answer, and which
+    """
+
+    number: Mapped[int] = mapped_column("id", primary_key=True)
+    student_id = _of_student(index=True)
+    student: str
+    question: Mapped[str]
+    part: Mapped[str]
+
+    @property
+    def where(self) -> Where:
+        """Question and part."""
+        return self.question, self.part
 
 
 class About(Base):
@@ -133,8 +166,8 @@ class StudentRecord(Base):
 
     __tablename__ = "students"
 
-    id = _number()
-    folded = mapped_column(sa.Text, unique=True, nullable=False)  # the ID without regard to capitals
+    id = mapped_column(sa.Integer, primary_key=True)
+    folded = mapped_column(Text, unique=True, nullable=False)  # the ID without regard to capitals
     student: Mapped[str]
     name: Mapped[str] = mapped_column(default="")
     email: Mapped[str] = mapped_column(default="")
@@ -159,13 +192,13 @@ class Delivery(Base):
     __tablename__ = "deliveries"
     __table_args__ = (sa.UniqueConstraint("student_id", "name", "digest", "received"),)
 
-    id = _number()
+    id = mapped_column(sa.Integer, primary_key=True)
     student_id = _of_student()
     name: Mapped[str]
     digest: Mapped[str]
     content: Mapped[bytes]
     received: Mapped[datetime]
-    source: Mapped[str] = mapped_column(default="")
+    source: Mapped[str] = mapped_column(default="", info=WRITTEN)
     clock: Mapped[str | None] = mapped_column(default=None)
 
 
@@ -203,10 +236,10 @@ class RunRecord(Base):
 
     __tablename__ = "runs"
 
-    id = _number()
+    id = mapped_column(sa.Integer, primary_key=True)
     student_id = _of_student(index=True)
     current = mapped_column(sa.Boolean, nullable=False)  # whether it is the student's run that counts
-    key_digest = mapped_column(sa.Text, nullable=False)  # of the key that its marks were made with
+    key_digest = mapped_column(Text, nullable=False)  # of the key that its marks were made with
     recorded = mapped_column(Instant, nullable=False)
     key: Mapped[str] = mapped_column(unique=True)
     student: Mapped[str]
@@ -246,9 +279,18 @@ class GivenMark(Base):
     __tablename__ = "decisions"
 
     student_id = _of_student(primary_key=True)
-    mark: Mapped[MarkRecord] = composite(*_mark_columns())
+    mark: Mapped[MarkRecord] = composite(*_mark_columns(info=WRITTEN))
     actor: Mapped[str]
     when: Mapped[datetime] = mapped_column("decided")
+
+    def as_json(self) -> dict[str, Any]:
+        """Return it as plain data, from which :meth:`from_json` makes it again."""
+        return {**vars(self.mark), "actor": self.actor, "when": self.when.isoformat()}
+
+    @staticmethod
+    def from_json(actor: str, when: str, **mark: Any) -> GivenMark:
+        """Make a person's mark from plain data."""
+        return GivenMark(MarkRecord(**mark), actor, datetime.fromisoformat(when))
 
 
 @dataclass(frozen=True)
@@ -275,21 +317,20 @@ class CommentRecord(Base):
 
     __tablename__ = "comments"
 
-    id = _number()
+    id = mapped_column(sa.Integer, primary_key=True)
     student_id = _of_student(index=True)
     student: str
     question: Mapped[str | None]
-    text: Mapped[str]
+    text: Mapped[str] = mapped_column(info=WRITTEN)
     actor: Mapped[str]
     when: Mapped[datetime] = mapped_column("written")
 
 
-class AuditRecord(Base):
+class AuditRecord(OfAnswer, Base):
     """One change of one mark. This table only grows.
 
     Attributes
     ----------
-    student, question, part : whose, and which
     before, after : the mark; None where there was, or is, none
     run : key of the run that counts after the change
     actor, reason, when : who changed it, why, and when (UTC)
@@ -297,26 +338,19 @@ class AuditRecord(Base):
 
     __tablename__ = "audit"
 
-    id = _number()
-    student_id = _of_student(index=True)
-    student: str
-    question: Mapped[str]
-    part: Mapped[str]
-    before: Mapped[MarkState | None] = mapped_column("mark_before")
-    after: Mapped[MarkState | None] = mapped_column("mark_after")
+    before: Mapped[MarkState | None] = mapped_column("mark_before", info=WRITTEN)
+    after: Mapped[MarkState | None] = mapped_column("mark_after", info=WRITTEN)
     run: Mapped[str]
     actor: Mapped[str]
-    reason: Mapped[str]
+    reason: Mapped[str] = mapped_column(info=WRITTEN)
     when: Mapped[datetime] = mapped_column("changed")
 
 
-class Act(Base):
-    """One thing that a scorer did to one answer. This table only grows.
+class Act(OfAnswer, Base):
+    """One thing that a scorer did to one answer; it is undone by its number. This table only grows.
 
     Attributes
     ----------
-    number : of the act, by which it is undone
-    student, question, part : whose answer, and which
     actor : the scorer
     level : that was given; None if points were given without one, or the instructor is asked
     points, out_of : given, and possible; points are None where the instructor is asked
@@ -330,26 +364,24 @@ class Act(Base):
     __tablename__ = "scores"
     __table_args__ = (sa.Index("ix_scores_question_part", "question", "part"),)
 
-    number: Mapped[int] = mapped_column("id", primary_key=True)
-    student_id = _of_student(index=True)
-    replaced = mapped_column(sa.JSON(none_as_null=True))  # the decision that was there before, for undo; NULL: none
-    student: str
-    question: Mapped[str]
-    part: Mapped[str]
+    # The decision that was there before, for undo; NULL: none.
+    replaced = mapped_column(sa.JSON(none_as_null=True), info=WRITTEN)
     actor: Mapped[str]
     level: Mapped[int | None]
     points: Mapped[float | None]
     out_of: Mapped[float]
-    remark: Mapped[str]
+    remark: Mapped[str] = mapped_column(info=WRITTEN)
     given: Mapped[str]
     asked: Mapped[bool]
     undoes: Mapped[int | None] = mapped_column(sa.ForeignKey("scores.id"))
     when: Mapped[datetime] = mapped_column("acted")
 
-    @property
-    def where(self) -> Where:
-        """Question and part."""
-        return self.question, self.part
+    def left(self, given: GivenMark | None) -> bool:
+        """Return whether this act left a person's mark as it is now; None where the act left none."""
+        if given is None or self.points is None:
+            return given is None and self.points is None
+        mark, own = given.mark, (self.actor, self.out_of, self.remark, self.given)
+        return own == (given.actor, mark.out_of, mark.reason, mark.given) and math.isclose(self.points, mark.points)
 
 
 class Claim(Base):
@@ -386,7 +418,7 @@ class Answer:
     @property
     def where(self) -> Where:
         """Question and part."""
-        return self.question, self.part
+        return self.mark.where
 
     def last(self) -> Act | None:
         """Return the last act. :attr:`decision` says whether the mark comes from it."""
@@ -395,11 +427,8 @@ class Answer:
     @property
     def decision(self) -> Act | None:
         """The act that the mark comes from; None while it waits, and where ``labcourse mark`` gave it since."""
-        last, given = self.last(), self.given
-        if last is None or last.points is None or given is None:
-            return None
-        same = (last.actor, last.remark) == (given.actor, given.mark.reason)
-        return last if same and math.isclose(last.points, given.mark.points) else None
+        last = self.last()
+        return last if last is not None and last.points is not None and last.left(self.given) else None
 
     @property
     def asked(self) -> bool:
@@ -413,33 +442,22 @@ class Answer:
         return self.asked or self.mark.status == FOR_A_PERSON
 
 
-class Request(Base):
-    """A student's wish to have an answer looked at again; open until it is answered.
+class Request(OfAnswer, Base):
+    """A student's wish to have an answer looked at again; it is answered by its number, and open until then.
 
     Attributes
     ----------
-    number : by which it is answered
-    student, question, part, text, made : whose, of which answer, in their words, when (UTC)
+    text, made : what the student asks, and when (UTC)
     answered_by, answer, answered : by whom, what, and when; None while it is open
     """
 
     __tablename__ = "requests"
 
-    number: Mapped[int] = mapped_column("id", primary_key=True)
-    student_id = _of_student(index=True)
-    student: str
-    question: Mapped[str]
-    part: Mapped[str]
-    text: Mapped[str]
+    text: Mapped[str] = mapped_column(info=WRITTEN)
     made: Mapped[datetime]
     answered_by: Mapped[str | None] = mapped_column(default=None)
-    answer: Mapped[str | None] = mapped_column(default=None)
+    answer: Mapped[str | None] = mapped_column(default=None, info=WRITTEN)
     answered: Mapped[datetime | None] = mapped_column(default=None)
-
-    @property
-    def where(self) -> Where:
-        """Question and part."""
-        return self.question, self.part
 
     @property
     def is_open(self) -> bool:
@@ -454,7 +472,7 @@ class Publication(Base):
 
     number: Mapped[int] = mapped_column("id", primary_key=True)
     actor: Mapped[str]
-    note: Mapped[str]
+    note: Mapped[str] = mapped_column(info=WRITTEN)
     when: Mapped[datetime] = mapped_column("published")
 
 

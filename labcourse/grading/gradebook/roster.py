@@ -27,7 +27,7 @@ import csv
 import io
 import re
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -62,24 +62,26 @@ class Entry:
     student: str
     details: dict[str, Any]
 
-    def added_to(self, record: StudentRecord) -> tuple[StudentRecord, list[str]]:
-        """Return the record with what the roster says, and a note on all that it replaces, removes or leaves.
+    def update(self, record: StudentRecord) -> list[str]:
+        """Write what the roster says into a record; return a note on all that it replaces, removes or leaves.
 
         Parameters
         ----------
         record : what is known; a new student's is empty
         """
-        new, notes = {}, []
+        notes = []
         for field, cell in self.details.items():
             old, value = getattr(record, field), cell
             if cell in (_REMOVED, (_REMOVED,)):
                 value = type(old)()
-            new[field] = value if cell else old
+            if cell:
+                setattr(record, field, value)
             if old and old != value:
                 change = f"→ {_shown(value)}" if value else "is removed"
                 name = "other names" if field == "aliases" else field
                 notes.append(f"{self.student}: {name} {_shown(old)} {change if cell else _STAYS}.")
-        return replace(record, student=self.student, enrolled=True, **new), notes
+        record.student, record.enrolled = self.student, True
+        return notes
 
 
 def _shown(value: str | Sequence[str]) -> str:

@@ -11,13 +11,15 @@ import json
 import math
 import re
 from collections.abc import Mapping
-from dataclasses import fields
+from dataclasses import fields, replace
 from datetime import UTC, datetime
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from labcourse import student_id
 from labcourse.errors import GradebookError, StudentIDError
-from labcourse.grading.gradebook.records import Delivery, Graded, MarkRecord, RunRecord
+
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
 
 MOST_CHARACTERS = 2**26  #: of a run's words, claim, reports of cells, ... each, as JSON
 MOST_BYTES = 2**28  #: of a file that was handed in; more than any zip of a student's that is taken in
@@ -25,7 +27,7 @@ _DEEPEST = 30  # levels of plain data
 _INTEGERS = range(-(2**63), 2**63)
 _LINE_END = re.compile(r"\r\n?")
 _UNFIT = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\ud800-\udfff]")
-_Record = TypeVar("_Record", RunRecord, Delivery, MarkRecord)
+_Record = TypeVar("_Record", bound="DataclassInstance")
 
 
 def text(given: str) -> str:
@@ -52,80 +54,58 @@ def student(given: str) -> str:
         raise GradebookError(str(error)) from None
 
 
-def graded(given: Graded) -> Graded:
-    """Clean a run and its marks.
+def cleaned(record: _Record, name: str) -> _Record:
+    """Return a new record with clean text and data, and times in UTC.
+
+    Parameters
+    ----------
+    record : a dataclass
+    name : what the record is, for the message
 
     Raises
     ------
     GradebookError
-        If a number is not finite, the probe seed does not fit into 64 bits, a part is marked twice, or what came with
-        the run is not plain data of a bounded size.
+        If a number is not finite or does not fit into 64 bits, a file is too large, or other data is not plain, is
+        nested too deep, or is too large.
     """
-    if given.run.probe_seed not in _INTEGERS:
-        raise GradebookError(f"The probe seed {given.run.probe_seed} does not fit into 64 bits: choose a smaller one.")
-    run = cleaned(given.run)
-    run.student = student(given.run.student)
-    return Graded(run, marks(given.marks), text(given.key_digest))
+    values = {}
+    for field in fields(record):
+        try:
+            values[field.name] = _cleaned_value(getattr(record, field.name))
+        except ValueError as error:
+            raise GradebookError(f"{name} cannot be stored: {field.name} has {error}.") from None
+    return replace(record, **values)
 
 
-def marks(given: tuple[MarkRecord, ...]) -> tuple[MarkRecord, ...]:
-    """Clean marks. Raises as :func:`graded` does."""
-    seen = set()
-    for mark in (clean := tuple(map(cleaned, given))):
-        if not (math.isfinite(mark.points) and math.isfinite(mark.out_of)):
-            raise GradebookError(
-                f"Question {mark.question}, {mark.part}: {mark.points} of {mark.out_of} points is not a mark."
-            )
-        if mark.where in seen:
-            raise GradebookError(f"Question {mark.question}, {mark.part} has two marks.")
-        seen.add(mark.where)
-    return clean
-
-
-def delivery(given: Delivery) -> Delivery:
-    """Clean a file that was handed in, its time in UTC. Raises GradebookError if it is too large."""
-    if len(given.content) > MOST_BYTES:
-        raise GradebookError(f"{given.name} has {len(given.content)} bytes, of which there may be {MOST_BYTES}.")
-    return cleaned(given)
-
-
-def cleaned(record: _Record) -> _Record:
-    """Return a new record with clean text and data. Raises GradebookError where data is not plain, or too large."""
-    return type(record)(*(_value(field.name, getattr(record, field.name)) for field in fields(record)))
-
-
-def _value(name: str, value: Any) -> Any:
-    if isinstance(value, str):
-        return text(value)
-    if isinstance(value, float):
-        return value + 0.0  # of zero and minus zero, zero
+def _cleaned_value(value: Any) -> Any:
     if isinstance(value, datetime):
         return value.astimezone(UTC)
-    if isinstance(value, tuple):
-        return tuple(_bounded(name, list(value)))
-    return _bounded(name, value) if isinstance(value, Mapping) else value
+    if isinstance(value, bytes):
+        return _bounded(value, len(value), MOST_BYTES, "bytes")
+    clean = _plain(value, _DEEPEST)
+    if isinstance(clean, list | dict):
+        _bounded(clean, len(json.dumps(clean)), MOST_CHARACTERS, "characters of JSON")
+    return tuple(clean) if isinstance(value, tuple) else clean
 
 
-def _bounded(name: str, given: Any) -> Any:
-    clean = _plain(name, given, _DEEPEST)
-    size = len(json.dumps(clean))
-    if size > MOST_CHARACTERS:
-        raise GradebookError(f"The {name} of a run have {size} characters, of which there may be {MOST_CHARACTERS}.")
-    return clean
+def _bounded(value: Any, size: int, most: int, unit: str) -> Any:
+    if size > most:
+        raise ValueError(f"{size} {unit}, of which there may be {most}")
+    return value
 
 
-def _plain(name: str, given: Any, levels: int) -> Any:
+def _plain(given: Any, levels: int) -> Any:
     """Return data as JSON has it, its text as :func:`text` returns it."""
     if isinstance(given, str):
         return text(given)
     if isinstance(given, Mapping) and levels and all(isinstance(key, str) for key in given):
-        return {text(key): _plain(name, value, levels - 1) for key, value in given.items()}
+        return {text(key): _plain(value, levels - 1) for key, value in given.items()}
     if isinstance(given, list | tuple) and levels:
-        return [_plain(name, value, levels - 1) for value in given]
+        return [_plain(value, levels - 1) for value in given]
     if given is None or (isinstance(given, int) and given in _INTEGERS):
         return given
     if isinstance(given, float) and math.isfinite(given):
-        return given
-    raise GradebookError(
-        f"The {name} of a run hold data that JSON cannot have, or that is nested too deep: {type(given).__name__}."
-    )
+        return given + 0.0  # of zero and minus zero, zero
+    if isinstance(given, int | float):
+        raise ValueError("a number that is not finite, or does not fit into 64 bits")
+    raise ValueError(f"data that JSON cannot have, or that is nested too deep: {type(given).__name__}")

@@ -1,32 +1,55 @@
-""":class:`Gradebook`. Each method is one transaction: it is done, or, after an error or a kill, it never was."""
+"""A gradebook in three classes: :class:`Gradebook`, and its parts for scoring and for requests.
+
+Each method is one transaction: it is done, or, after an error or a kill, it never was.
+
+Nothing that a scorer does is lost: each act stays, also one that was taken back. What counts follows from the acts and
+from the decisions that they wrote.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Sequence
+from collections import defaultdict
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import fields
-from datetime import UTC, datetime
+from datetime import datetime, timedelta
 from pathlib import Path
+from typing import Any
 
-from sqlalchemy import ColumnElement, select
+from sqlalchemy import delete, insert, select, tuple_, update
+from sqlalchemy.orm import Session, defer
 
+from labcourse.errors import GradebookError
 from labcourse.grading.gradebook import marks, roster, storable
 from labcourse.grading.gradebook.database import Database
-from labcourse.grading.gradebook.marks import Current
+from labcourse.grading.gradebook.marks import is_student
 from labcourse.grading.gradebook.persons import Persons, remove
 from labcourse.grading.gradebook.records import (
+    DECIDED,
+    FOR_A_PERSON,
+    GIVEN_BY_A_PERSON,
+    NEW,
     About,
+    Act,
+    Answer,
     Arrival,
     AuditRecord,
+    Claim,
     CommentRecord,
     Delivery,
     GivenMark,
     Graded,
+    Mark,
     MarkRecord,
+    Publication,
+    Request,
     RosterReport,
+    RunRecord,
     StudentRecord,
+    Where,
 )
-from labcourse.grading.gradebook.scoring import Requests, Scores
 from labcourse.student_id import caseless
+
+_WEAK_CLOCKS = (None, "", DECIDED)  # a time that is known so gives way to another one
 
 
 class Gradebook:
@@ -100,16 +123,13 @@ class Gradebook:
         with self._database.writing() as session:
             there = {student.folded: student for student in session.scalars(select(StudentRecord))}
             for entry in entries:
-                old = there.get(caseless(entry.student), StudentRecord(entry.student))
-                new, more = entry.added_to(old)
-                notes += more
-                if caseless(entry.student) not in there:
-                    marks.add_student(session, new)
+                student = there.get(caseless(entry.student), StudentRecord(entry.student))
+                notes += entry.update(student)
+                if caseless(entry.student) in there:
+                    changed += session.is_modified(student)
+                else:
+                    marks.add_student(session, student)
                     added += 1
-                elif new != old:
-                    for field in fields(new):
-                        setattr(old, field.name, getattr(new, field.name))
-                    changed += 1
         problems = [
             f"{student} was erased on {when:%Y-%m-%d}, and is not taken in. --again {student} takes them in."
             for student, when in gone.items()
@@ -160,35 +180,51 @@ class Gradebook:
         GradebookError
             If the student's ID cannot be one, or a file is too large.
         """
-        student = storable.student(student)
-        new = list(map(storable.delivery, files))
         with self._database.writing() as session:
-            return marks.put_deliveries(session, marks.student_for(session, student).id, new)
+            about = marks.student_for(session, student)
+            return _put_deliveries(session, about.id, [storable.cleaned(file, file.name) for file in files])
 
     def give_over(self, source: str, received: datetime, student: str) -> list[str]:
         """Delete what came in a submission from all students but its owner, and return their IDs."""
-        student = storable.student(student)
+        same = (Delivery.source == source) & (Delivery.received == received)  # the name may be another week's, too
         with self._database.writing() as session:
-            owner = marks.student_for(session, student)
-            return marks.give_over_deliveries(session, storable.text(source), received.astimezone(UTC), owner.id)
+            others = same & (Delivery.student_id != marks.student_for(session, student).id)
+            students = session.scalars(select(StudentRecord.student).join(Delivery).where(others).distinct()).all()
+            session.execute(delete(Delivery).where(others))
+            return list(students)
 
     def delivered(self, student: str) -> list[Delivery]:
         """Return the newest of each file that a student handed in, by name: received last, of equals recorded last."""
+        order = (Delivery.received, Delivery.id)
+        ids = select(Delivery.name, Delivery.id).join(StudentRecord).where(is_student(student)).order_by(*order)
         with self._database.reading() as session:
-            about = marks.find_student(session, student)
-            return [] if about is None else marks.newest_deliveries(session, about.id)
+            newest = {name: number for name, number in session.execute(ids)}
+            files = session.scalars(select(Delivery).where(Delivery.id.in_(newest.values())))
+            return sorted(files, key=lambda file: file.name)
 
     def content(self, student: str, name: str, digest: str) -> bytes | None:
         """Return what a student handed in under a name, by its digest; None if it is not there."""
         wanted = select(Delivery.content).join(StudentRecord).where(Delivery.name == name, Delivery.digest == digest)
         with self._database.reading() as session:
-            return session.scalar(wanted.where(_is(student)).limit(1))
+            return session.scalar(wanted.where(is_student(student)).limit(1))
 
     def received(self, student: str) -> dict[str, Arrival]:
-        """Return when a student handed in the notebooks that count, by file name: each, when its content came first."""
+        """Return when a student handed in the notebooks that count, by file name: each, when its content came first.
+
+        So handing in the same once more makes nothing late. A time that only the student's computer wrote counts where
+        there is no other.
+        """
+        notebooks = Delivery.name.endswith(".ipynb", autoescape=True)
+        columns = select(Delivery.name, Delivery.digest, Delivery.received, Delivery.clock)
+        files = columns.join(StudentRecord).where(is_student(student), notebooks)
+        first: dict[tuple[str, str], Arrival] = {}
+        last: dict[str, str] = {}
         with self._database.reading() as session:
-            about = marks.find_student(session, student)
-            return {} if about is None else marks.notebooks_received(session, about.id)
+            for name, digest, when, clock in session.execute(files.order_by(Delivery.received, Delivery.id)):
+                if (name, digest) not in first or first[name, digest].clock == "":
+                    first[name, digest] = Arrival(when, clock)
+                last[name] = digest
+        return {name: first[name, digest] for name, digest in sorted(last.items())}
 
     def handed_in(self) -> list[str]:
         """Return the students who handed in files, graded or not."""
@@ -220,23 +256,23 @@ class Gradebook:
         GradebookError
             If it cannot be recorded: an impossible ID, marks that are not finite, another student's key.
         """
-        graded = storable.graded(graded)
         with self._database.writing() as session:
             student = marks.student_for(session, graded.run.student)
             before = marks.current_marks(session, student.id)
-            run = marks.put_run(session, student.id, graded)
-            marks.put_marks(session, run.id, graded.marks)
-            marks.make_current(session, run)
-            return marks.put_audit(session, Current(student, run, before), *_clean(actor, reason))
+            run = _put_run(session, student, graded)
+            _put_marks(session, run.id, graded.marks)
+            if not run.current:
+                session.execute(update(RunRecord).where(RunRecord.student_id == student.id).values(current=False))
+                run.current = True
+            return marks.put_audit(session, marks.Current(student, run, before), actor, reason)
 
     def remark(self, student: str, new: Sequence[MarkRecord], key_digest: str, actor: str, reason: str) -> int:
         """Replace all marks of the student's run that counts; the rest as for :meth:`record`."""
-        new = storable.marks(tuple(new))
         with self._database.writing() as session:
             before = marks.current(session, student)
-            before.run.key_digest = storable.text(key_digest)
-            marks.put_marks(session, before.run.id, new)
-            return marks.put_audit(session, before, *_clean(actor, reason))
+            before.run.key_digest = key_digest
+            _put_marks(session, before.run.id, new)
+            return marks.put_audit(session, before, actor, reason)
 
     def set_mark(
         self,
@@ -263,28 +299,26 @@ class Gradebook:
             If there is no such mark, there are not so many points for it, or status, points or answer are not the
             expected ones; the message says who gave what, and when.
         """
-        where, actor, reason = (question, part), *_clean(actor, reason)
         with self._database.writing() as session:
             before = marks.current(session, student)
-            new = marks.decided(before.mark(where), points, reason)
-            if new == before.mark(where):
+            mark = before.mark((question, part))
+            new = marks.decided(mark, points, reason)
+            if new == mark:
                 return 0
-            marks.check_expected(session, before, where, expected)
-            marks.put_decision(session, before.student.id, GivenMark(new, actor, marks.now()))
-            return marks.put_audit(session, before, actor, reason)
+            marks.check_expected(session, before, mark, expected)
+            return marks.decide(session, before, new.where, GivenMark(new, actor, marks.now()), actor, reason)
 
     def find(self, key: str) -> Graded | None:
         """Return the run with a content key, and its marks as they are now; it need not be the one that counts."""
         with self._database.reading() as session:
-            run = marks.find_run(session, key)
-            return None if run is None else marks.graded(session, run)
+            run = session.scalar(select(RunRecord).where(RunRecord.key == key))
+            return None if run is None else _graded(session, run)
 
     def current(self, student: str) -> Graded | None:
         """Return the run of a student that counts, and its marks."""
         with self._database.reading() as session:
-            about = marks.find_student(session, student)
-            run = None if about is None else marks.current_run(session, about.id)
-            return None if run is None else marks.graded(session, run)
+            run = marks.current_run(session, student)
+            return None if run is None else _graded(session, run)
 
     def all_current(self) -> Iterator[Graded]:
         """Yield the runs that count, by student; each is read when it is asked for."""
@@ -297,28 +331,439 @@ class Gradebook:
 
     def comment(self, student: str, text: str, actor: str, question: str | None = None) -> None:
         """Store a person's comment for a student."""
-        question = None if question is None else storable.text(question)
         with self._database.writing() as session:
             about = marks.known_student(session, student)
-            comment = (about.student, question, storable.text(text), storable.text(actor), marks.now())
-            marks.put(session, about.id, CommentRecord(*comment))
+            marks.put(session, about.id, CommentRecord(about.student, question, text, actor, marks.now()))
 
     def comments(self, student: str) -> list[CommentRecord]:
         """Return persons' comments for a student, in the order in which they were written."""
         with self._database.reading() as session:
-            return marks.read(session, CommentRecord, _is(student))
+            return marks.read(session, CommentRecord, is_student(student))
 
     def audit(self, student: str | None = None, question: str | None = None) -> list[AuditRecord]:
         """Return every change of a mark, in order; of one student or one question, if given."""
-        which = [] if student is None else [_is(student)]
-        which += [] if question is None else [AuditRecord.question == storable.text(question)]
+        which = [] if student is None else [is_student(student)]
+        which += [] if question is None else [AuditRecord.question == question]
         with self._database.reading() as session:
             return marks.read(session, AuditRecord, *which)
 
 
-def _is(student: str) -> ColumnElement[bool]:
-    return StudentRecord.folded == caseless(storable.text(student))
+# --- inside a transaction ---------------------------------------------------------------------------------------------
 
 
-def _clean(actor: str, reason: str) -> tuple[str, str]:
-    return storable.text(actor), storable.text(reason)
+def _put_deliveries(session: Session, student_id: int, new: Sequence[Delivery]) -> int:
+    """Write the files that are not there yet, and return how many.
+
+    Another content of the same name, time and source is replaced: an instructor decided that another file counts.
+    Another time of the same content and source is replaced where an instructor decided one of the two, or where only
+    the student's computer wrote the old one.
+    """
+    wanted = {(file.name, file.digest, file.received): file for file in new}
+    same_time = {(file.name, file.received, file.source) for file in new}
+    same_content = {(file.name, file.digest, file.source): (file.received, file.clock) for file in new}
+
+    def is_replaced(old: Delivery) -> bool:
+        received, clock = same_content.get((old.name, old.digest, old.source), (old.received, old.clock))
+        if (clock != old.clock and old.clock in _WEAK_CLOCKS) or (clock == DECIDED and received != old.received):
+            return True
+        came_with_it = (old.name, old.received, old.source) in same_time
+        return came_with_it and (old.name, old.digest, old.received) not in wanted
+
+    files = select(Delivery).where(Delivery.student_id == student_id).options(defer(Delivery.content))
+    stored = list(session.scalars(files))
+    replaced = {old.id for old in stored if is_replaced(old)}
+    session.execute(delete(Delivery).where(Delivery.id.in_(replaced)))
+    for old in stored:
+        if old.id not in replaced:
+            wanted.pop((old.name, old.digest, old.received), None)
+    for file in wanted.values():
+        marks.put(session, student_id, file)
+    return len(wanted)
+
+
+def _put_run(session: Session, student: StudentRecord, graded: Graded) -> RunRecord:
+    """Write a run, unless it is there already."""
+    run = storable.cleaned(graded.run, f"The run of {student.student}")
+    run.student = storable.student(graded.run.student)
+    there = session.scalar(select(RunRecord).where(RunRecord.key == run.key))
+    if there is None:
+        there, run.student_id, run.current = run, student.id, False
+        session.add(run)
+    elif there.student_id != student.id:
+        raise GradebookError(
+            f"The run {run.key} of {run.student!r} has the key of a run of {there.student!r}: a key should depend on "
+            "the student, too."
+        )
+    for field in fields(run):
+        setattr(there, field.name, getattr(run, field.name))
+    there.key_digest = graded.key_digest
+    if session.is_modified(there):
+        there.recorded = marks.now()
+    session.flush()
+    return there
+
+
+def _put_marks(session: Session, run_id: int, new: Iterable[MarkRecord]) -> None:
+    """Replace a run's marks. A person's mark among them leaves the software's mark beneath it as it is."""
+    stored = marks.made_marks(session, RunRecord.id == run_id)
+    beneath = {mark.where: mark for mark in stored}
+    wanted: dict[Where, MarkRecord] = {}
+    for mark in new:
+        name = f"Question {mark.question}, {mark.part}"
+        clean = storable.cleaned(mark, name)
+        if clean.where in wanted:
+            raise GradebookError(f"{name} has two marks.")
+        is_manual = clean.status == GIVEN_BY_A_PERSON
+        if is_manual and clean.where not in beneath:
+            raise GradebookError(f"{name}: a person's mark is set by set_mark only.")
+        wanted[clean.where] = beneath[clean.where] if is_manual else clean
+    if list(wanted.values()) != stored:
+        session.execute(delete(Mark).where(Mark.run_id == run_id))
+        rows = [{"run_id": run_id, "position": place, **vars(mark)} for place, mark in enumerate(wanted.values())]
+        if rows:
+            session.execute(insert(Mark), rows)
+
+
+def _graded(session: Session, run: RunRecord) -> Graded:
+    """Return a run with its marks as they count now."""
+    made, given = marks.made_marks(session, RunRecord.id == run.id), marks.given_marks(session, run.student_id)
+    lapsed = [
+        given[mark.where] for mark in made if mark.where in given and not marks.holds(given[mark.where].mark, mark)
+    ]
+    return Graded(
+        run, tuple(marks.with_decision(mark, given.get(mark.where)) for mark in made), run.key_digest, tuple(lapsed)
+    )
+
+
+# --- scoring ----------------------------------------------------------------------------------------------------------
+
+
+class Scores:
+    """Scoring in a gradebook. Each method is one transaction; all raise GradebookError where the database fails.
+
+    Parameters
+    ----------
+    database : the gradebook's, with its tables
+    """
+
+    def __init__(self, database: Database) -> None:
+        self._database = database
+
+    # --- reading ------------------------------------------------------------------------------------------------------
+
+    def answers(self, parts: Collection[Where] | None = None) -> list[Answer]:
+        """Return everybody's answers that a person reads or has marked, by student; of these parts, or all.
+
+        Blank answers are not among them: there is nothing to do.
+        """
+        with self._database.reading() as session:
+            return _answers(session, parts)
+
+    def acts(self, parts: Collection[Where] | None = None, actor: str | None = None) -> list[Act]:
+        """Return what scorers did, in order, with acts that were taken back and the acts that took them back.
+
+        Parameters
+        ----------
+        parts : of these only; of all where it is None
+        actor : by this scorer only; by all where it is None
+        """
+        by = [] if actor is None else [Act.actor == actor]
+        with self._database.reading() as session:
+            return marks.read(session, Act, *_among(Act, parts), *by)
+
+    # --- deciding -----------------------------------------------------------------------------------------------------
+
+    def give(
+        self,
+        student: str,
+        where: Where,
+        points: float,
+        actor: str,
+        *,
+        level: int | None = None,
+        remark: str = "",
+        expected: MarkRecord | None = None,
+    ) -> Act:
+        """Give points for an answer: they are its mark.
+
+        Parameters
+        ----------
+        student, where : whose, and which
+        points, level : given; the level is stored beside the points
+        actor : the scorer
+        remark : for the student
+        expected : the mark as the scorer saw it; None for whatever is there
+
+        Raises
+        ------
+        GradebookError
+            If there is no such mark, or not so many points for it; or if the mark, or the answer, is not the expected
+            one: the message says who gave what, and when. Then nothing is written.
+        """
+        with self._database.writing() as session:
+            before = marks.current(session, student)
+            mark = before.mark(where)
+            new = marks.decided(mark, points, remark)
+            marks.check_expected(session, before, mark, expected)
+            reason = "scored" if level is None else f"level {level}"
+            given = GivenMark(new, actor, marks.now())
+            return _act(session, before, given, reason, where, actor, remark, level=level, points=new.points)
+
+    def ask(
+        self, student: str, where: Where, actor: str, *, remark: str = "", expected: MarkRecord | None = None
+    ) -> Act:
+        """Ask the instructor: until somebody decides, the answer waits, also where it was decided before."""
+        with self._database.writing() as session:
+            before = marks.current(session, student)
+            marks.check_expected(session, before, before.mark(where), expected)
+            return _act(session, before, None, "the instructor is asked", where, actor, remark, asked=True)
+
+    def undo(self, number: int, actor: str) -> Act:
+        """Take an act back: the mark is again what it was before.
+
+        Raises
+        ------
+        GradebookError
+            If there is no such act of this scorer, it was taken back before, or another decided since.
+        """
+        with self._database.writing() as session:
+            act = _own_act(session, number, storable.text(actor))
+            before = marks.current(session, act.student)
+            if not act.left(session.get(GivenMark, (before.student.id, *act.where))):
+                raise marks.changed_since(session, before, before.mark(act.where))
+            earlier = act.replaced and GivenMark.from_json(**act.replaced)
+            return _act(session, before, earlier, f"taken back: act {number}", act.where, actor, undoes=number)
+
+    # --- who reads what -----------------------------------------------------------------------------------------------
+
+    def claim(self, order: Sequence[str], where: Where, actor: str, seconds: float) -> str | None:
+        """Claim the next answer for a scorer: of the first student in an order whose answer waits and nobody reads.
+
+        It is theirs for a while; a claim that has run out is anybody's. What they had claimed before is released.
+
+        Parameters
+        ----------
+        order : students
+        where : which part
+        actor, seconds : for whom, and for how long
+
+        Returns
+        -------
+        str or None
+            The student; None if there is nothing left.
+        """
+        with self._database.writing() as session:
+            _let_go(session, actor)
+            taken = _claimed(session, where)
+            free = {
+                caseless(answer.student): answer.student
+                for answer in _answers(session, [where])
+                if answer.student not in taken and answer.mark.status == FOR_A_PERSON and not answer.asked
+            }
+            student = next((free[name] for name in map(caseless, order) if name in free), None)
+            if student is not None:
+                _claim(session, student, where, actor, seconds)
+            return student
+
+    def hold(self, student: str, where: Where, actor: str, seconds: float) -> str | None:
+        """Claim an answer that a scorer has opened, in any state; what they had claimed is released.
+
+        Returns
+        -------
+        str or None
+            Who else is reading it; then it stays theirs.
+        """
+        with self._database.writing() as session:
+            _let_go(session, actor)
+            return _claim(session, student, where, actor, seconds)
+
+    def claimed(self, where: Where) -> dict[str, tuple[str, datetime]]:
+        """Return who is reading an answer, and until when, by student."""
+        with self._database.reading() as session:
+            return _claimed(session, where)
+
+    def let_go(self, actor: str) -> None:
+        """Release what a scorer has claimed."""
+        with self._database.writing() as session:
+            _let_go(session, actor)
+
+
+def standing(acts: Sequence[Act]) -> list[Act]:
+    """Leave out acts that were taken back, and those that took them back."""
+    undone = {act.undoes for act in acts if act.undoes is not None}
+    return [act for act in acts if act.undoes is None and act.number not in undone]
+
+
+def _act(
+    session: Session,
+    before: marks.Current,
+    given: GivenMark | None,
+    reason: str,
+    where: Where,
+    actor: str,
+    remark: str = "",
+    **more: Any,
+) -> Act:
+    """Write what a scorer did, the decision that follows from it, and the audit trail.
+
+    Parameters
+    ----------
+    before : what counts for the student now
+    given : the decision; None leaves the software's mark
+    reason : for the audit trail, if there is no remark
+    where, actor, remark, more : fields of the act
+    """
+    mark, replaced = before.mark(where), session.get(GivenMark, (before.student.id, *where))
+    usual = {"level": None, "points": None, "asked": False, "undoes": None}
+    about: dict[str, Any] = {"actor": actor, "remark": remark, "out_of": mark.out_of, "given": mark.given, **usual}
+    act = Act(NEW, before.student.student, *where, when=marks.now(), **{**about, **more})
+    act = marks.put(session, before.student.id, act, replaced=replaced and replaced.as_json())
+    marks.decide(session, before, where, given, actor, remark or reason)
+    return act
+
+
+def _own_act(session: Session, number: int, actor: str) -> Act:
+    """Return an act that its scorer may take back."""
+    acts = marks.read(session, Act, (Act.number == number) | (Act.undoes == number))
+    if not acts or acts[0].undoes is not None or acts[0].actor != actor:
+        raise GradebookError(f"{actor} has no act {number} to take back.")
+    if len(acts) > 1:
+        raise GradebookError(f"Act {number} was taken back before.")
+    return acts[0]
+
+
+# --- answers ----------------------------------------------------------------------------------------------------------
+
+
+def _answers(session: Session, parts: Collection[Where] | None) -> list[Answer]:
+    made = (
+        select(StudentRecord.student, Mark.record)
+        .join(RunRecord, RunRecord.student_id == StudentRecord.id)
+        .join(Mark)
+        .where(RunRecord.current, *_among(Mark, parts))
+        .order_by(StudentRecord.folded, Mark.position)
+    )
+    decisions = select(StudentRecord.student, GivenMark).join(GivenMark).where(*_among(GivenMark, parts))
+    given = {(student, given.mark.where): given for student, given in session.execute(decisions)}
+    done: dict[tuple[str, Where], list[Act]] = defaultdict(list)
+    for act in standing(marks.read(session, Act, *_among(Act, parts))):
+        done[act.student, act.where].append(act)
+    answers = []
+    for student, mark in session.execute(made):
+        own = given.get((student, mark.where))
+        if own is not None and not marks.holds(own.mark, mark):
+            own = None
+        acts = tuple(act for act in done[student, mark.where] if marks.holds(act, mark))
+        if mark.status == FOR_A_PERSON or own is not None or acts:
+            answers.append(Answer(student, *mark.where, marks.with_decision(mark, own), acts, own))
+    return answers
+
+
+def _among(table: Any, parts: Collection[Where] | None) -> list[Any]:
+    return [] if parts is None else [tuple_(table.question, table.part).in_([tuple(where) for where in parts])]
+
+
+# --- claims -----------------------------------------------------------------------------------------------------------
+
+
+def _claimed(session: Session, where: Where) -> dict[str, tuple[str, datetime]]:
+    claims = select(StudentRecord.student, Claim.actor, Claim.until).join(Claim)
+    rows = session.execute(claims.where(*_among(Claim, [where]), Claim.until > marks.now()))
+    return {student: (actor, until) for student, actor, until in rows}
+
+
+def _claim(session: Session, student: str, where: Where, actor: str, seconds: float) -> str | None:
+    """Write who reads an answer, unless it is claimed already; return who claimed it."""
+    about = marks.known_student(session, student)
+    claimed = session.get(Claim, (about.id, *where))
+    if claimed is not None:
+        return claimed.actor
+    session.add(Claim(about.id, *where, actor, marks.now() + timedelta(seconds=seconds)))
+    return None
+
+
+def _let_go(session: Session, actor: str) -> None:
+    """Delete what an actor has claimed, and all claims that have run out."""
+    session.execute(delete(Claim).where((Claim.actor == actor) | (Claim.until <= marks.now())))
+
+
+# --- requests and publications ----------------------------------------------------------------------------------------
+
+
+class Requests:
+    """Requests and publications in a gradebook. Each method is one transaction; GradebookError as the gradebook's.
+
+    Parameters
+    ----------
+    database : the gradebook's, with its tables
+    """
+
+    def __init__(self, database: Database) -> None:
+        self._database = database
+
+    def make(self, student: str, where: Where, text: str) -> Request:
+        """Store beside an answer that a student asks to have it looked at again.
+
+        Raises
+        ------
+        GradebookError
+            If there is no mark for that part, or the request is empty.
+        """
+        text = _not_empty(text, "A request says what is to be looked at again; this one is empty.")
+        with self._database.writing() as session:
+            current = marks.current(session, student)
+            request = Request(NEW, current.student.student, *current.mark(where).where, text, marks.now())
+            return marks.put(session, current.student.id, request)
+
+    def answer(self, number: int, actor: str, text: str) -> Request:
+        """Answer a request, which closes it.
+
+        Raises
+        ------
+        GradebookError
+            If there is no such request, it was answered before (the message says by whom), or the answer is empty.
+        """
+        text = _not_empty(text, "An answer to a request says something; this one is empty.")
+        with self._database.writing() as session:
+            requests = marks.read(session, Request, Request.number == number)
+            if not requests:
+                raise GradebookError(f"There is no request {number}.")
+            request = requests[0]
+            if request.answered is not None:
+                raise GradebookError(
+                    f"Request {number} was answered by {request.answered_by} on "
+                    f"{request.answered:%Y-%m-%d %H:%M} UTC: {request.answer!r}"
+                )
+            request.answered_by, request.answer, request.answered = storable.text(actor), text, marks.now()
+            return request
+
+    def all(self, open_only: bool = False) -> list[Request]:
+        """Return requests, in the order in which they were made."""
+        which = [Request.answered.is_(None)] if open_only else []
+        with self._database.reading() as session:
+            return marks.read(session, Request, *which)
+
+    def publish(self, actor: str, note: str = "", when: datetime | None = None) -> Publication:
+        """Store that feedback was given back to the class.
+
+        Parameters
+        ----------
+        actor, note : who does it, and for the record
+        when : UTC; what changes after it is not in what was given back. Now, where it is None
+        """
+        publication = storable.cleaned(Publication(NEW, actor, note, when or marks.now()), "The note")
+        with self._database.writing() as session:
+            session.add(publication)
+        return publication
+
+    def publications(self) -> list[Publication]:
+        """Return when feedback was given back, in order."""
+        with self._database.reading() as session:
+            return list(session.scalars(select(Publication).order_by(Publication.number)))
+
+
+def _not_empty(given: str, otherwise: str) -> str:
+    text = storable.text(given).strip()
+    if not text:
+        raise GradebookError(otherwise)
+    return text

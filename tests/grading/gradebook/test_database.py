@@ -15,7 +15,7 @@ from made_runs import graded, mark, record, small_class
 from sqlalchemy import inspect, text, update
 
 from labcourse.errors import GradebookError
-from labcourse.grading.gradebook import Gradebook, marks
+from labcourse.grading.gradebook import Gradebook, marks, store
 from labcourse.grading.gradebook import database as database_module
 from labcourse.grading.gradebook.database import VERSION, Database
 from labcourse.grading.gradebook.records import About, Base
@@ -63,13 +63,15 @@ def killed_after(module, step, what):
     return process.exitcode == -signal.SIGKILL
 
 
-@pytest.mark.parametrize("step", ["add_student", "put_marks", "put_audit"])
-def test_a_kill_amid_recording_leaves_what_was_before(url, undisturbed, step):
+@pytest.mark.parametrize(
+    ("module", "step"), [(marks, "add_student"), (store, "_put_run"), (store, "_put_marks"), (marks, "put_audit")]
+)
+def test_a_kill_amid_recording_leaves_what_was_before(url, undisturbed, module, step):
     with Gradebook(url) as book:
         record(book, small_class()[0])
         before = dump(book)
     second = small_class()[2]
-    assert killed_after(marks, step, lambda: record(Gradebook(url), second))
+    assert killed_after(module, step, lambda: record(Gradebook(url), second))
     with Gradebook(url) as book:
         assert dump(book) == before
         for one in small_class():

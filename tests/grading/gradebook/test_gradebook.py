@@ -154,17 +154,20 @@ def test_what_is_not_fit_is_refused_and_leaves_nothing(book, unfit):
 
 
 @pytest.mark.parametrize("wrap", [lambda inner: [inner], lambda inner: {"a": inner}], ids=["list", "object"])
-def test_what_is_kept_of_a_run_is_bounded_in_levels_and_characters(monkeypatch, wrap):
-    data = 1
-    for _level in range(storable._DEEPEST):
+def test_what_is_stored_of_a_run_is_bounded_in_levels_and_characters(monkeypatch, wrap):
+    def cleaned(words):
+        return storable.cleaned(graded(words=words).run, "It").words
+
+    data = {"a": 1}
+    for _level in range(storable._DEEPEST - 2):
         data = wrap(data)
-    assert storable._bounded("cells", data) == data
-    with pytest.raises(GradebookError, match="too deep"):
-        storable._bounded("cells", wrap(data))
+    assert cleaned({"a": data}) == {"a": data}
+    with pytest.raises(GradebookError, match=r"words.* too deep"):
+        cleaned({"a": wrap(data)})
     monkeypatch.setattr(storable, "MOST_CHARACTERS", 58)
-    assert storable._bounded("words", {"a": "x" * 49}) == {"a": "x" * 49}
-    with pytest.raises(GradebookError, match=r"59 characters.* 58"):
-        storable._bounded("words", {"a": "x" * 50})
+    assert cleaned({"a": "x" * 49}) == {"a": "x" * 49}
+    with pytest.raises(GradebookError, match=r"words has 59 characters.* 58"):
+        cleaned({"a": "x" * 50})
 
 
 class Status(StrEnum):
@@ -175,7 +178,7 @@ def test_an_enumerations_string_is_its_value_and_nought_has_no_sign(book):
     record(book, graded("ada", "first", mark(status=Status.RIGHT)))
     assert type(book.current("ada").marks[0].status) is str
     assert book.current("ada").marks[0].status == "right"
-    kept = storable.cleaned(mark(points=-0.0, out_of=-0.0))
+    kept = storable.cleaned(mark(points=-0.0, out_of=-0.0), "It")
     assert math.copysign(1, kept.points) == math.copysign(1, kept.out_of) == 1
 
 

@@ -22,7 +22,7 @@ def answer(where, waiting=True):
 
 
 def entry(seconds, student, actor="labcourse grade"):
-    return AuditRecord(student, "1.1", "x", None, None, "run", actor, "why", START + timedelta(seconds=seconds))
+    return AuditRecord(0, student, "1.1", "x", None, None, "run", actor, "why", START + timedelta(seconds=seconds))
 
 
 def test_pauses_are_no_time_of_an_answer_and_neither_is_taking_back():
