@@ -11,7 +11,7 @@ from __future__ import annotations
 import os
 import re
 import secrets
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 from typing import Any
@@ -31,7 +31,7 @@ VERSION = 6  #: of the tables and guards; raise it when they change
 _SECRET_BYTES = 32  # 256 bits
 _FORMER_VERSION = "gradebook_version"  # a table of gradebooks before version 6
 _WRITERS = 0x726F74666C6578  # the number of the lock that writers take
-_POSTGRES = ("postgresql", "postgres")
+_DRIVERS = {"sqlite": "sqlite", **dict.fromkeys(("postgresql", "postgres"), "postgresql+psycopg")}
 _FORMS = "A gradebook is a file, sqlite:///FILE or postgresql://USER@HOST/NAME"
 _SCHEME = re.compile(r"[a-z][\w+.-]+:(?=/)|(postgres|postgresql|sqlite)[\w+]*:", re.IGNORECASE)  # C:/ is a folder
 _SECRET = re.compile(r"password\s*=|:[^/\\]+@", re.IGNORECASE)  # of an address in an unknown form
@@ -94,17 +94,20 @@ class Database:
 
     def _is_ready(self, session: Session) -> bool:
         """Return whether a gradebook is there; False if the database is empty."""
-        tables = inspect(session.connection()).get_table_names()
+        tables = set(inspect(session.connection()).get_table_names())
         if not tables:
             return False
-        if _FORMER_VERSION in tables:
-            version = VERSION - 1
-        elif {About.__tablename__, "students", "audit"} <= set(tables):
-            version = session.scalar(select(About.version)) or 0
-        else:
+        if _FORMER_VERSION not in tables and not {About.__tablename__, "students", "audit"} <= tables:
             raise GradebookError(f"{self.where} is not a gradebook. It is left as it is; choose another.")
+        version = 0 if _FORMER_VERSION in tables else session.scalar(select(About.version)) or 0
         if version < VERSION:
-            raise GradebookError(_older(self.where))
+            name = program.name()
+            raise GradebookError(
+                f"The gradebook {self.where} was made by an earlier labcourse, and this one cannot read it. It is left "
+                f"as it is. Grade the submissions again into a new folder ({name} grade). What persons scored can be "
+                f"taken over: write it with the earlier version ({name} score --write TABLE), and read it with this "
+                f"one ({name} score --read TABLE)."
+            )
         if version > VERSION:
             raise GradebookError(
                 f"The gradebook {self.where} was made by a newer labcourse (version {version} of the tables; this one "
@@ -120,8 +123,8 @@ class Database:
         """Begin a transaction that no other writer disturbs: after an error or a kill, nothing of it is written."""
         return self._transaction(self._start_writing)
 
-    def rebuild(self, names: Sequence[str]) -> None:
-        """Write these tables anew, and what the database counts of their columns, so that no deleted row is left.
+    def rebuild(self) -> None:
+        """Write all tables anew, and what the database counts of their columns, so that no deleted row is left.
 
         Until then, deleted rows stay in free pages, and a server's statistics hold common values of each column.
         """
@@ -130,7 +133,7 @@ class Database:
                 connection.exec_driver_sql("VACUUM")
             else:
                 alone = connection.execution_options(isolation_level="AUTOCOMMIT")
-                alone.exec_driver_sql(f"VACUUM (FULL, ANALYZE) {', '.join(names)}")
+                alone.exec_driver_sql(f"VACUUM (FULL, ANALYZE) {', '.join(Base.metadata.tables)}")
 
     @contextmanager
     def _transaction(self, start: list[str]) -> Iterator[Session]:
@@ -145,16 +148,6 @@ class Database:
             yield
         except DBAPIError as error:
             raise GradebookError(f"The gradebook {self.where}: {_message(error)}") from error
-
-
-def _older(where: str) -> str:
-    name = program.name()
-    return (
-        f"The gradebook {where} was made by an earlier labcourse, and this one cannot read it. It is left as it is. "
-        f"Grade the submissions again into a new folder ({name} grade). What persons scored can be taken over: write "
-        f"it with the earlier version ({name} score --write TABLE), and read it with this one ({name} score --read "
-        "TABLE)."
-    )
 
 
 def is_address(url: str | Path) -> bool:
@@ -183,13 +176,9 @@ def _address(url: str | Path) -> URL:
     if not is_address(url):
         return URL.create("sqlite", database=str(url))
     address = make_url(str(url))
-    scheme = address.drivername
-    if scheme.partition("+")[0] in _POSTGRES:
-        driver = "postgresql+psycopg"
-    elif scheme.partition("+")[0] == "sqlite":
-        driver = "sqlite"
-    else:
-        raise GradebookError(f"{_FORMS}; {scheme}://... is none of these.")
+    driver = _DRIVERS.get(address.drivername.partition("+")[0])
+    if driver is None:
+        raise GradebookError(f"{_FORMS}; {address.drivername}://... is none of these.")
     return address.set(drivername=driver)
 
 

@@ -16,24 +16,28 @@ import json
 import re
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
-from datetime import datetime
+from datetime import UTC, datetime
 from functools import cached_property
-from typing import Any
+from typing import Any, TypeVar
 
-from sqlalchemy import ColumnElement, Table, delete, func, select, update
+from sqlalchemy import ColumnElement, Table, delete, func, inspect, select, update
 from sqlalchemy.orm import Session
 
 from labcourse.errors import GradebookError
-from labcourse.grading.gradebook import marks
+from labcourse.grading.gradebook import storable
 from labcourse.grading.gradebook.database import Database
 from labcourse.grading.gradebook.records import (
     WRITTEN,
     About,
+    Act,
+    AuditRecord,
     Base,
+    CommentRecord,
     Delivery,
     Erased,
     Erasure,
     MarkState,
+    Request,
     RunRecord,
     StudentRecord,
 )
@@ -54,9 +58,78 @@ _CALLED = {
     "requests": "request to look again",
     "publications": "note on what was given back",
 }
+_Stored = TypeVar("_Stored", CommentRecord, Act, Request, Delivery)
+_Named = TypeVar("_Named", AuditRecord, CommentRecord, Act, Request)
 _ACTORS = ("actor", "answered_by")  # columns that name who decided or wrote
 _TABLES = Base.metadata.tables
 _OF_STUDENTS = [table for table in Base.metadata.sorted_tables if {"student_id", "run_id"} & set(table.c.keys())]
+
+
+def now() -> datetime:
+    """Return the time, in UTC."""
+    return datetime.now(UTC)
+
+
+def is_student(student: str) -> ColumnElement[bool]:
+    """Return the condition for a student's row: the ID, without regard to capitals."""
+    return StudentRecord.folded == caseless(student)
+
+
+def find_student(session: Session, student: str) -> StudentRecord | None:
+    """Look up a student, without regard to capitals."""
+    return session.scalar(select(StudentRecord).where(is_student(student)))
+
+
+def known_student(session: Session, student: str) -> StudentRecord:
+    """Look up a student. Raises GradebookError if there is none."""
+    match = find_student(session, student)
+    if match is None:
+        raise GradebookError(f"There is no student {storable.text(student)!r} in the gradebook.")
+    return match
+
+
+def student_for(session: Session, student: str) -> StudentRecord:
+    """Look up a student, or add them. Raises GradebookError if the ID cannot be one."""
+    student = storable.student(student)
+    return find_student(session, student) or add_student(session, StudentRecord(student))
+
+
+def add_student(session: Session, student: StudentRecord) -> StudentRecord:
+    """Add a student, with a number that nobody had before, erased or not."""
+    taken = (session.scalar(select(func.max(number))) or 0 for number in (StudentRecord.id, Erasure.number))
+    student.id, student.folded = max(taken) + 1, caseless(student.student)
+    session.add(student)
+    session.flush()
+    return student
+
+
+def put(session: Session, student_id: int, record: _Stored, **own: Any) -> _Stored:
+    """Store a student's record, with values for the database's own columns.
+
+    Returns
+    -------
+    CommentRecord, Act, Request or Delivery
+        The record with clean text, and with the number that the database gave it.
+    """
+    stored = storable.cleaned(record, f"The {type(record).__name__.removesuffix('Record').lower()}")
+    for name, value in {"student_id": student_id, **own}.items():
+        setattr(stored, name, value)
+    session.add(stored)
+    session.flush()
+    return stored
+
+
+def read(session: Session, table: type[_Named], *which: Any) -> list[_Named]:
+    """Read records with the ID of their student, in the order in which they were written."""
+    statement = select(table, StudentRecord.student).join(StudentRecord, StudentRecord.id == table.student_id)
+    records = []
+    for record, student in session.execute(statement.where(*which).order_by(*inspect(table).primary_key)):
+        record.student = student
+        records.append(record)
+    return records
+
+
+# --- a person who is erased -------------------------------------------------------------------------------------------
 
 
 class Person:
@@ -154,7 +227,7 @@ class Persons:
         with self._database.writing() as session:
             done = _Erasing(session, student, of_others or OfOthers()).erase(actor)
         try:
-            self._database.rebuild(list(_TABLES))
+            self._database.rebuild()
         except GradebookError as error:
             raise GradebookError(
                 f"{student!r} is erased from the gradebook's tables, but the space where they stood could not be "
@@ -179,7 +252,7 @@ class Persons:
             return {
                 student: erased
                 for student, erased in known.items()
-                if erased is not None and marks.find_student(session, student) is None
+                if erased is not None and find_student(session, student) is None
             }
 
     def everything_of(self, student: str) -> tuple[dict[str, list[dict[str, Any]]], list[Delivery]]:
@@ -191,7 +264,7 @@ class Persons:
             If there is no such student.
         """
         with self._database.reading() as session:
-            about = marks.known_student(session, student)
+            about = known_student(session, student)
             rows = {table.name: _rows(session, table, about.id) for table in _OF_STUDENTS if table.name != "deliveries"}
             statement = select(Delivery).where(Delivery.student_id == about.id).order_by(Delivery.received, Delivery.id)
             return {"students": [{"id": about.id, **asdict(about)}], **rows}, list(session.scalars(statement))
@@ -204,7 +277,7 @@ def _fingerprint(secret: bytes, student: str) -> bytes:
 
 def remove(session: Session, student: str) -> StudentRecord:
     """Delete a student's row, and return it. Raises GradebookError if there is none, or they have any other row."""
-    about = marks.known_student(session, student)
+    about = known_student(session, student)
     if more := [_CALLED[name] for name, count in _counts(session, about.id).items() if count]:
         raise GradebookError(
             f"{about.student!r} is not removed: the gradebook has more of them than a line of a roster: "
@@ -243,7 +316,7 @@ class _Erasing:
     """The erasure of one person, inside a transaction."""
 
     def __init__(self, session: Session, student: str, of_others: OfOthers) -> None:
-        about = marks.known_student(session, student)
+        about = known_student(session, student)
         self._session, self._of_others, self._number = session, of_others, about.id
         self._about = replace(about)  # this one outlives the row
         self._person = Person(self._about, self._number)
@@ -257,7 +330,7 @@ class _Erasing:
         own = Delivery.student_id == number, Delivery.source != ""
         sources = tuple(session.scalars(select(Delivery.source).distinct().where(*own)))
         fingerprint = _fingerprint(session.scalars(select(About.secret)).one(), self._about.student)
-        session.add(Erasure(number, -number, fingerprint, actor, sum(counts.values()), marks.now()))
+        session.add(Erasure(number, -number, fingerprint, actor, sum(counts.values()), now()))
         session.flush()
         self._hand_over()
         struck = [*self._strike(), *self._rewrite()]
@@ -274,7 +347,7 @@ class _Erasing:
                 own = set(session.scalars(select(Delivery.name).where(Delivery.student_id == run.student_id)))
                 for file in theirs:
                     if file.name not in own:
-                        marks.put(session, run.student_id, file)
+                        put(session, run.student_id, file)
 
     def _strike(self) -> Iterator[str]:
         """Strike the person out of what was written about others; yield where."""

@@ -26,8 +26,9 @@ import codecs
 import csv
 import io
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -38,17 +39,21 @@ from labcourse.grading.gradebook.records import StudentRecord
 from labcourse.messages import listed
 from labcourse.student_id import caseless
 
-_IDS = (
-    *("studentid", "studentnumber", "sisuserid", "sisid", "orgdefinedid", "idnumber", "username", "sisloginid"),
-    *("id", "student"),
-)
-_NAMES = ("name", "fullname", "studentname", "student")
-_FIRST_NAMES, _LAST_NAMES = ("firstname", "givenname"), ("lastname", "surname", "familyname")
-_EMAILS = ("email", "emailaddress")
-_SECTIONS = ("section", "group", "groups")
-_OTHER_NAMES = ("alias", "aliases", "othernames", "identifier", "userid", "canvasuserid")
+#: What is read of a student → the headings that it may have, the best first.
+_HEADINGS = {
+    "ID": (
+        *("studentid", "studentnumber", "sisuserid", "sisid", "orgdefinedid", "idnumber", "username", "sisloginid"),
+        *("id", "student"),
+    ),
+    "name": ("name", "fullname", "studentname", "student"),
+    "first name": ("firstname", "givenname"),
+    "last name": ("lastname", "surname", "familyname"),
+    "email": ("email", "emailaddress"),
+    "section": ("section", "group", "groups"),
+}
+_KNOWN = {heading for headings in _HEADINGS.values() for heading in headings}
+_OTHER_NAMES = (*_HEADINGS["ID"], "alias", "aliases", "othernames", "identifier", "userid", "canvasuserid")
 _BRIGHTSPACES, _MARKED = "orgdefinedid", ("orgdefinedid", "username")  # its columns that begin with #
-_KNOWN = {*_IDS, *_NAMES, *_FIRST_NAMES, *_LAST_NAMES, *_EMAILS, *_SECTIONS}
 _REMOVED = "-"
 _MOST_UNREAD = 12  # columns that are named in the note
 _STAYS = "stays; the roster's cell is empty"
@@ -115,16 +120,33 @@ def read(path: Path) -> Roster:
     lines = list(io.StringIO(_text(path), newline=""))
     skipped = 1 if lines and lines[0].lower().startswith("sep=") else 0  # a line for Excel
     del lines[:skipped]
+    entries: dict[str, tuple[int, Entry]] = {}
+    problems = []
     try:
-        separator = max(",;\t", key=lambda mark: len(_KNOWN.intersection(map(_heading, _first_row(lines, mark)))))
-        table = csv.reader(lines, delimiter=separator)
-        columns = _Columns(path, next(table, []))
-        entries: dict[str, tuple[int, Entry]] = {}
-        problems = tuple(columns.read(((table.line_num + skipped, row) for row in table), entries))
+        separator = max(",;\t", key=lambda mark: len(_KNOWN.intersection(_headings(lines, mark))))
+        headings = _headings(lines, separator)
+        columns = _columns(path, headings)
+        table = csv.DictReader(lines, list(headings), delimiter=separator, restval="")
+        next(table, None)
+        for row in table:
+            line, cells = table.line_num + skipped, {heading: _stripped(row[heading]) for heading in headings}
+            if not any(cells.values()):
+                continue
+            try:
+                if not cells[columns["student"][0]]:
+                    raise StudentIDError(f"The cell in the column {headings[columns['student'][0]]!r} is empty.")
+                entry = _entry(cells, columns)
+            except StudentIDError as error:
+                problems.append(f"Line {line}: {error} It is not taken.")
+                continue
+            first, same = entries.setdefault(caseless(entry.student), (line, entry))
+            if same != entry:
+                problems.append(f"Line {line}: {entry.student!r} is in line {first} already. It is not taken.")
     except csv.Error as error:
         raise GradebookError(f"The roster {path} is not a CSV that can be read: {error}.") from None
-    notes = [f"Columns that are not read: {listed(columns.unread, _MOST_UNREAD)}."] if columns.unread else []
-    return Roster(tuple(entry for _line, entry in entries.values()), problems, tuple(notes))
+    unread = [name for heading, name in headings.items() if name and heading not in chain(*columns.values())]
+    notes = [f"Columns that are not read: {listed(unread, _MOST_UNREAD)}."] if unread else []
+    return Roster(tuple(entry for _line, entry in entries.values()), tuple(problems), tuple(notes))
 
 
 def _text(path: Path) -> str:
@@ -138,12 +160,13 @@ def _text(path: Path) -> str:
         raise GradebookError(f"The roster {path} is not UTF-8. In Excel, save it as 'CSV UTF-8'.") from None
 
 
-def _first_row(lines: Sequence[str], separator: str) -> list[str]:
-    return next(csv.reader(lines, delimiter=separator), [])
-
-
-def _heading(cell: str) -> str:
-    return "".join(filter(str.isalnum, cell.casefold()))
+def _headings(lines: Sequence[str], separator: str) -> dict[str, str]:
+    """Return letters and digits of each heading → the heading; those that were there before have a number behind."""
+    headings: dict[str, str] = {}
+    for place, name in enumerate(next(csv.reader(lines, delimiter=separator), [])):
+        heading = "".join(filter(str.isalnum, name.casefold()))
+        headings[f"{heading} {place}" if heading in headings else heading] = _on_one_line(name)
+    return headings
 
 
 def _stripped(cell: str) -> str:
@@ -153,65 +176,32 @@ def _stripped(cell: str) -> str:
 
 
 def _on_one_line(cell: str) -> str:
-    return " ".join(_stripped(cell).split())
+    return storable.text(" ".join(_stripped(cell).split()))
 
 
-class _Columns:
-    """Which field of a student stands in which columns."""
+def _columns(path: Path, headings: Collection[str]) -> dict[str, list[str]]:
+    """Return the headings of the columns that each field of a student is read from. An ID is read from one."""
+    student = [heading for heading in _HEADINGS["ID"] if heading in headings][:1]
+    if not student:
+        raise GradebookError(
+            f"The roster {path} has no column of IDs: call one 'student', in the first line. Besides it, "
+            "'name', 'email' and 'section' are understood."
+        )
+    usable = [heading for heading in headings if heading not in student]
+    first = {field: [name for name in names if name in usable][:1] for field, names in _HEADINGS.items()}
+    name = first["name"] or first["first name"] + first["last name"]
+    aliases = [heading for heading in usable if heading in _OTHER_NAMES and heading not in name]
+    return {"student": student, "email": first["email"], "section": first["section"], "name": name, "aliases": aliases}
 
-    def __init__(self, path: Path, line: list[str]) -> None:
-        headings = list(map(_heading, line))
 
-        def first(names: Iterable[str]) -> list[int]:
-            return [headings.index(name) for name in names if name in headings][:1]
-
-        student = first(_IDS)
-        if not student:
-            raise GradebookError(
-                f"The roster {path} has no column of IDs: call one 'student', in the first line. Besides it, "
-                "'name', 'email' and 'section' are understood."
-            )
-        self._student, self._id_heading = student[0], _on_one_line(line[student[0]])
-        names = first(name for name in _NAMES if name != headings[self._student])
-        names = names or [*first(_FIRST_NAMES), *first(_LAST_NAMES)]
-        self._columns = {"email": first(_EMAILS), "section": first(_SECTIONS), "name": names}
-        marked = _MARKED if _BRIGHTSPACES in headings else ()
-        self._marked = {place for place, heading in enumerate(headings) if heading in marked}
-        others = {place for place, heading in enumerate(headings) if heading in (*_IDS, *_OTHER_NAMES)}
-        self._others = sorted(others - {*student, *names})
-        used = {*student, *self._others, *(place for places in self._columns.values() for place in places)}
-        unread = (_on_one_line(cell) for place, cell in enumerate(line) if place not in used)
-        self.unread = tuple(filter(None, unread))
-
-    def read(self, rows: Iterable[tuple[int, list[str]]], entries: dict[str, tuple[int, Entry]]) -> Iterator[str]:
-        """Read numbered rows into entries, by caseless ID; yield a sentence on each row that is not taken."""
-        for line, row in rows:
-            if not any(map(_stripped, row)):
-                continue
-            if not (student := _stripped(self._cell(row, self._student))):
-                yield f"Line {line} has no ID in the column {self._id_heading!r}: not taken."
-                continue
-            try:
-                entry = Entry(student_id.normalised(student), self._details(row))
-            except StudentIDError as error:
-                yield f"Line {line}: {error} It is not taken."
-                continue
-            first, same = entries.setdefault(caseless(entry.student), (line, entry))
-            if same != entry:
-                yield f"Line {line}: {entry.student!r} is in line {first} already: not taken."
-
-    def _cell(self, row: list[str], place: int) -> str:
-        cell = row[place] if place < len(row) else ""
-        return cell.strip().removeprefix("#") if place in self._marked else cell
-
-    def _details(self, row: list[str]) -> dict[str, Any]:
-        details: dict[str, Any] = {
-            field: storable.text(" ".join(filter(None, (_on_one_line(self._cell(row, place)) for place in places))))
-            for field, places in self._columns.items()
-            if places
-        }
-        if self._others:
-            cells = (_stripped(self._cell(row, place)) for place in self._others)
-            names = filter(None, (_on_one_line(name) for cell in cells for name in cell.split(";")))
-            details["aliases"] = tuple(dict.fromkeys(map(storable.text, names)))
-        return details
+def _entry(cells: Mapping[str, str], columns: Mapping[str, list[str]]) -> Entry:
+    """Return the student of a row. Raises StudentIDError if there is none."""
+    if _BRIGHTSPACES in cells:
+        cells = {heading: cell.removeprefix("#") if heading in _MARKED else cell for heading, cell in cells.items()}
+    texts = {field: [cells[heading] for heading in headings] for field, headings in columns.items() if headings}
+    (student,) = texts.pop("student")
+    others = [_on_one_line(name) for text in texts.pop("aliases", ()) for name in text.split(";")]
+    details: dict[str, Any] = {field: " ".join(filter(None, map(_on_one_line, cell))) for field, cell in texts.items()}
+    if columns["aliases"]:
+        details["aliases"] = tuple(dict.fromkeys(filter(None, others)))
+    return Entry(student_id.normalised(student), details)

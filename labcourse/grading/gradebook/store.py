@@ -8,9 +8,10 @@ from the decisions that they wrote.
 
 from __future__ import annotations
 
+import unicodedata
 from collections import defaultdict
-from collections.abc import Collection, Iterable, Iterator, Sequence
-from dataclasses import fields
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, fields, replace
 from datetime import datetime, timedelta
 from pathlib import Path
 from typing import Any
@@ -19,10 +20,19 @@ from sqlalchemy import delete, insert, select, tuple_, update
 from sqlalchemy.orm import Session, defer
 
 from labcourse.errors import GradebookError
-from labcourse.grading.gradebook import marks, roster, storable
+from labcourse.grading.gradebook import roster, storable
 from labcourse.grading.gradebook.database import Database
-from labcourse.grading.gradebook.marks import is_student
-from labcourse.grading.gradebook.persons import Persons, remove
+from labcourse.grading.gradebook.persons import (
+    Persons,
+    add_student,
+    is_student,
+    known_student,
+    now,
+    put,
+    read,
+    remove,
+    student_for,
+)
 from labcourse.grading.gradebook.records import (
     DECIDED,
     FOR_A_PERSON,
@@ -40,6 +50,7 @@ from labcourse.grading.gradebook.records import (
     Graded,
     Mark,
     MarkRecord,
+    MarkState,
     Publication,
     Request,
     RosterReport,
@@ -49,7 +60,24 @@ from labcourse.grading.gradebook.records import (
 )
 from labcourse.student_id import caseless
 
+NO_LONGER = "The answer, or the points possible, changed: the mark that a person gave no longer holds."
 _WEAK_CLOCKS = (None, "", DECIDED)  # a time that is known so gives way to another one
+
+
+@dataclass(frozen=True)
+class Current:
+    """A student, their run that counts, and its marks, persons' marks included."""
+
+    student: StudentRecord
+    run: RunRecord
+    marks: Mapping[Where, MarkRecord]
+
+    def mark(self, where: Where) -> MarkRecord:
+        """Return the mark for a part. Raises GradebookError if there is none."""
+        if where not in self.marks:
+            question, part = where
+            raise GradebookError(f"{self.run.student!r} has no mark for question {question}, {part}.")
+        return self.marks[where]
 
 
 class Gradebook:
@@ -128,7 +156,7 @@ class Gradebook:
                 if caseless(entry.student) in there:
                     changed += session.is_modified(student)
                 else:
-                    marks.add_student(session, student)
+                    add_student(session, student)
                     added += 1
         problems = [
             f"{student} was erased on {when:%Y-%m-%d}, and is not taken in. --again {student} takes them in."
@@ -181,14 +209,14 @@ class Gradebook:
             If the student's ID cannot be one, or a file is too large.
         """
         with self._database.writing() as session:
-            about = marks.student_for(session, student)
+            about = student_for(session, student)
             return _put_deliveries(session, about.id, [storable.cleaned(file, file.name) for file in files])
 
     def give_over(self, source: str, received: datetime, student: str) -> list[str]:
         """Delete what came in a submission from all students but its owner, and return their IDs."""
         same = (Delivery.source == source) & (Delivery.received == received)  # the name may be another week's, too
         with self._database.writing() as session:
-            others = same & (Delivery.student_id != marks.student_for(session, student).id)
+            others = same & (Delivery.student_id != student_for(session, student).id)
             students = session.scalars(select(StudentRecord.student).join(Delivery).where(others).distinct()).all()
             session.execute(delete(Delivery).where(others))
             return list(students)
@@ -257,22 +285,22 @@ class Gradebook:
             If it cannot be recorded: an impossible ID, marks that are not finite, another student's key.
         """
         with self._database.writing() as session:
-            student = marks.student_for(session, graded.run.student)
-            before = marks.current_marks(session, student.id)
+            student = student_for(session, graded.run.student)
+            before = current_marks(session, student.id)
             run = _put_run(session, student, graded)
             _put_marks(session, run.id, graded.marks)
             if not run.current:
                 session.execute(update(RunRecord).where(RunRecord.student_id == student.id).values(current=False))
                 run.current = True
-            return marks.put_audit(session, marks.Current(student, run, before), actor, reason)
+            return put_audit(session, Current(student, run, before), actor, reason)
 
     def remark(self, student: str, new: Sequence[MarkRecord], key_digest: str, actor: str, reason: str) -> int:
         """Replace all marks of the student's run that counts; the rest as for :meth:`record`."""
         with self._database.writing() as session:
-            before = marks.current(session, student)
+            before = current(session, student)
             before.run.key_digest = key_digest
             _put_marks(session, before.run.id, new)
-            return marks.put_audit(session, before, actor, reason)
+            return put_audit(session, before, actor, reason)
 
     def set_mark(
         self,
@@ -300,13 +328,13 @@ class Gradebook:
             expected ones; the message says who gave what, and when.
         """
         with self._database.writing() as session:
-            before = marks.current(session, student)
+            before = current(session, student)
             mark = before.mark((question, part))
-            new = marks.decided(mark, points, reason)
+            new = decided(mark, points, reason)
             if new == mark:
                 return 0
-            marks.check_expected(session, before, mark, expected)
-            return marks.decide(session, before, new.where, GivenMark(new, actor, marks.now()), actor, reason)
+            check_expected(session, before, mark, expected)
+            return decide(session, before, new.where, GivenMark(new, actor, now()), actor, reason)
 
     def find(self, key: str) -> Graded | None:
         """Return the run with a content key, and its marks as they are now; it need not be the one that counts."""
@@ -317,7 +345,7 @@ class Gradebook:
     def current(self, student: str) -> Graded | None:
         """Return the run of a student that counts, and its marks."""
         with self._database.reading() as session:
-            run = marks.current_run(session, student)
+            run = current_run(session, student)
             return None if run is None else _graded(session, run)
 
     def all_current(self) -> Iterator[Graded]:
@@ -332,20 +360,20 @@ class Gradebook:
     def comment(self, student: str, text: str, actor: str, question: str | None = None) -> None:
         """Store a person's comment for a student."""
         with self._database.writing() as session:
-            about = marks.known_student(session, student)
-            marks.put(session, about.id, CommentRecord(about.student, question, text, actor, marks.now()))
+            about = known_student(session, student)
+            put(session, about.id, CommentRecord(about.student, question, text, actor, now()))
 
     def comments(self, student: str) -> list[CommentRecord]:
         """Return persons' comments for a student, in the order in which they were written."""
         with self._database.reading() as session:
-            return marks.read(session, CommentRecord, is_student(student))
+            return read(session, CommentRecord, is_student(student))
 
     def audit(self, student: str | None = None, question: str | None = None) -> list[AuditRecord]:
         """Return every change of a mark, in order; of one student or one question, if given."""
         which = [] if student is None else [is_student(student)]
         which += [] if question is None else [AuditRecord.question == question]
         with self._database.reading() as session:
-            return marks.read(session, AuditRecord, *which)
+            return read(session, AuditRecord, *which)
 
 
 # --- inside a transaction ---------------------------------------------------------------------------------------------
@@ -377,7 +405,7 @@ def _put_deliveries(session: Session, student_id: int, new: Sequence[Delivery]) 
         if old.id not in replaced:
             wanted.pop((old.name, old.digest, old.received), None)
     for file in wanted.values():
-        marks.put(session, student_id, file)
+        put(session, student_id, file)
     return len(wanted)
 
 
@@ -398,14 +426,14 @@ def _put_run(session: Session, student: StudentRecord, graded: Graded) -> RunRec
         setattr(there, field.name, getattr(run, field.name))
     there.key_digest = graded.key_digest
     if session.is_modified(there):
-        there.recorded = marks.now()
+        there.recorded = now()
     session.flush()
     return there
 
 
 def _put_marks(session: Session, run_id: int, new: Iterable[MarkRecord]) -> None:
     """Replace a run's marks. A person's mark among them leaves the software's mark beneath it as it is."""
-    stored = marks.made_marks(session, RunRecord.id == run_id)
+    stored = made_marks(session, RunRecord.id == run_id)
     beneath = {mark.where: mark for mark in stored}
     wanted: dict[Where, MarkRecord] = {}
     for mark in new:
@@ -426,12 +454,137 @@ def _put_marks(session: Session, run_id: int, new: Iterable[MarkRecord]) -> None
 
 def _graded(session: Session, run: RunRecord) -> Graded:
     """Return a run with its marks as they count now."""
-    made, given = marks.made_marks(session, RunRecord.id == run.id), marks.given_marks(session, run.student_id)
-    lapsed = [
-        given[mark.where] for mark in made if mark.where in given and not marks.holds(given[mark.where].mark, mark)
-    ]
+    made, given = made_marks(session, RunRecord.id == run.id), given_marks(session, run.student_id)
+    lapsed = [given[mark.where] for mark in made if mark.where in given and not holds(given[mark.where].mark, mark)]
     return Graded(
-        run, tuple(marks.with_decision(mark, given.get(mark.where)) for mark in made), run.key_digest, tuple(lapsed)
+        run, tuple(with_decision(mark, given.get(mark.where)) for mark in made), run.key_digest, tuple(lapsed)
+    )
+
+
+# --- the marks that count ---------------------------------------------------------------------------------------------
+
+
+def current_run(session: Session, student: str) -> RunRecord | None:
+    """Return the run of a student that counts."""
+    return session.scalar(select(RunRecord).join(StudentRecord).where(is_student(student), RunRecord.current))
+
+
+def current(session: Session, student: str) -> Current:
+    """Return what counts for a student. Raises GradebookError if there is no such student, or no run of theirs."""
+    about, run = known_student(session, student), current_run(session, student)
+    if run is None:
+        raise GradebookError(f"Nothing of {student!r} has been graded.")
+    return Current(about, run, current_marks(session, about.id))
+
+
+def current_marks(session: Session, student_id: int) -> dict[Where, MarkRecord]:
+    """Return the marks that count for a student."""
+    given = given_marks(session, student_id)
+    made = made_marks(session, RunRecord.student_id == student_id, RunRecord.current)
+    return {mark.where: with_decision(mark, given.get(mark.where)) for mark in made}
+
+
+def made_marks(session: Session, *which: Any) -> list[MarkRecord]:
+    """Return marks as the software made them."""
+    return list(session.scalars(select(Mark.record).join(RunRecord).where(*which).order_by(Mark.position)))
+
+
+def given_marks(session: Session, student_id: int) -> dict[Where, GivenMark]:
+    """Return the marks that persons gave a student."""
+    decisions = session.scalars(select(GivenMark).where(GivenMark.student_id == student_id))
+    return {decision.mark.where: decision for decision in decisions}
+
+
+def with_decision(mark: MarkRecord, decision: GivenMark | None) -> MarkRecord:
+    """Return a person's mark in place of the software's, if it was for the same answer."""
+    return replace(decision.mark, given=mark.given) if decision and holds(decision.mark, mark) else mark
+
+
+def holds(decision: MarkRecord | Act, mark: MarkRecord) -> bool:
+    """Return whether a person decided on this answer, white space aside, and for as many points."""
+    return decision.out_of == mark.out_of and same_answer(decision.given, mark.given)
+
+
+def same_answer(first: str, second: str) -> bool:
+    """Return whether two answers differ at most in white space, or in how accents are composed."""
+    left, right = (" ".join(unicodedata.normalize("NFC", text).split()) for text in (first, second))
+    return left == right
+
+
+# --- the audit trail --------------------------------------------------------------------------------------------------
+
+
+def put_audit(session: Session, before: Current, actor: str, reason: str) -> int:
+    """Write a row for each mark that changed; return how many did.
+
+    Parameters
+    ----------
+    before : the student, the run that counts now, and the marks that counted before
+    actor, reason : who changed them, and why
+    """
+    old_states, new_states = _states(before.marks), _states(current_marks(session, before.student.id))
+    same = {"student_id": before.student.id, "run": before.run.key, "actor": actor, "when": now()}
+    rows = []
+    for question, part in sorted(old_states.keys() | new_states.keys()):
+        old, new = old_states.get((question, part)), new_states.get((question, part))
+        if old != new:
+            lapsed = _is_manual(old) and not _is_manual(new)
+            why = f"{reason} {NO_LONGER if lapsed else ''}".strip()
+            rows.append({**same, "question": question, "part": part, "before": old, "after": new, "reason": why})
+    if rows:
+        session.execute(insert(AuditRecord), rows)
+    return len(rows)
+
+
+def _states(marks: Mapping[Where, MarkRecord]) -> dict[Where, MarkState]:
+    """Return what of marks is audited."""
+    return {where: MarkState(mark.status, mark.points, mark.out_of, mark.reason) for where, mark in marks.items()}
+
+
+def _is_manual(state: MarkState | None) -> bool:
+    return state is not None and state.status == GIVEN_BY_A_PERSON
+
+
+# --- a person's decision ----------------------------------------------------------------------------------------------
+
+
+def decided(mark: MarkRecord, points: float, reason: str) -> MarkRecord:
+    """Return a mark with a person's points. Raises GradebookError if there are not so many points for it."""
+    if not 0 <= points <= mark.out_of:  # not a number is refused, too
+        raise GradebookError(
+            f"Question {mark.question}, {mark.part}: give 0 to {mark.out_of:g} points, not {points:g}."
+        )
+    return replace(mark, status=GIVEN_BY_A_PERSON, points=float(points) + 0.0, reason=storable.text(reason))
+
+
+def decide(session: Session, before: Current, where: Where, given: GivenMark | None, actor: str, reason: str) -> int:
+    """Write a person's mark in place of an earlier one, and the audit trail; None leaves the software's mark."""
+    key = (before.student.id, *where)
+    if given is not None:
+        given.student_id = before.student.id
+        session.merge(given)
+    elif (earlier := session.get(GivenMark, key)) is not None:
+        session.delete(earlier)
+    return put_audit(session, before, actor, reason)
+
+
+def check_expected(session: Session, before: Current, mark: MarkRecord, expected: MarkRecord | None) -> None:
+    """Refuse to replace a mark that changed since it was seen."""
+    if expected is None:
+        return
+    same = (mark.status, mark.points) == (expected.status, expected.points)
+    if not same or not same_answer(mark.given, expected.given):
+        raise changed_since(session, before, mark)
+
+
+def changed_since(session: Session, before: Current, mark: MarkRecord) -> GradebookError:
+    """Return the error for who would replace a mark that changed since they saw it: who changed it, when, and why."""
+    which = (AuditRecord.question == mark.question, AuditRecord.part == mark.part)
+    last = read(session, AuditRecord, AuditRecord.student_id == before.student.id, *which)[-1]
+    return GradebookError(
+        f"Question {mark.question}, {mark.part}: {before.run.student!r} has {mark.points:g} points ({mark.status}) by "
+        f"now, from {last.actor}, {last.when:%Y-%m-%d %H:%M} UTC: {mark.reason!r}. Nothing was changed. If that is to "
+        f"be replaced, say that you expect {mark.points:g} (mark --expect {mark.points:g})."
     )
 
 
@@ -469,7 +622,7 @@ class Scores:
         """
         by = [] if actor is None else [Act.actor == actor]
         with self._database.reading() as session:
-            return marks.read(session, Act, *_among(Act, parts), *by)
+            return read(session, Act, *_among(Act, parts), *by)
 
     # --- deciding -----------------------------------------------------------------------------------------------------
 
@@ -501,22 +654,22 @@ class Scores:
             one: the message says who gave what, and when. Then nothing is written.
         """
         with self._database.writing() as session:
-            before = marks.current(session, student)
+            before = current(session, student)
             mark = before.mark(where)
-            new = marks.decided(mark, points, remark)
-            marks.check_expected(session, before, mark, expected)
+            new = decided(mark, points, remark)
+            check_expected(session, before, mark, expected)
             reason = "scored" if level is None else f"level {level}"
-            given = GivenMark(new, actor, marks.now())
-            return _act(session, before, given, reason, where, actor, remark, level=level, points=new.points)
+            given = GivenMark(new, actor, now())
+            return _act(session, before, given, reason, where, actor, remark=remark, level=level, points=new.points)
 
     def ask(
         self, student: str, where: Where, actor: str, *, remark: str = "", expected: MarkRecord | None = None
     ) -> Act:
         """Ask the instructor: until somebody decides, the answer waits, also where it was decided before."""
         with self._database.writing() as session:
-            before = marks.current(session, student)
-            marks.check_expected(session, before, before.mark(where), expected)
-            return _act(session, before, None, "the instructor is asked", where, actor, remark, asked=True)
+            before = current(session, student)
+            check_expected(session, before, before.mark(where), expected)
+            return _act(session, before, None, "the instructor is asked", where, actor, remark=remark, asked=True)
 
     def undo(self, number: int, actor: str) -> Act:
         """Take an act back: the mark is again what it was before.
@@ -528,9 +681,9 @@ class Scores:
         """
         with self._database.writing() as session:
             act = _own_act(session, number, storable.text(actor))
-            before = marks.current(session, act.student)
+            before = current(session, act.student)
             if not act.left(session.get(GivenMark, (before.student.id, *act.where))):
-                raise marks.changed_since(session, before, before.mark(act.where))
+                raise changed_since(session, before, before.mark(act.where))
             earlier = act.replaced and GivenMark.from_json(**act.replaced)
             return _act(session, before, earlier, f"taken back: act {number}", act.where, actor, undoes=number)
 
@@ -595,14 +748,7 @@ def standing(acts: Sequence[Act]) -> list[Act]:
 
 
 def _act(
-    session: Session,
-    before: marks.Current,
-    given: GivenMark | None,
-    reason: str,
-    where: Where,
-    actor: str,
-    remark: str = "",
-    **more: Any,
+    session: Session, before: Current, given: GivenMark | None, reason: str, where: Where, actor: str, **more: Any
 ) -> Act:
     """Write what a scorer did, the decision that follows from it, and the audit trail.
 
@@ -611,20 +757,20 @@ def _act(
     before : what counts for the student now
     given : the decision; None leaves the software's mark
     reason : for the audit trail, if there is no remark
-    where, actor, remark, more : fields of the act
+    where, actor, more : fields of the act
     """
     mark, replaced = before.mark(where), session.get(GivenMark, (before.student.id, *where))
-    usual = {"level": None, "points": None, "asked": False, "undoes": None}
-    about: dict[str, Any] = {"actor": actor, "remark": remark, "out_of": mark.out_of, "given": mark.given, **usual}
-    act = Act(NEW, before.student.student, *where, when=marks.now(), **{**about, **more})
-    act = marks.put(session, before.student.id, act, replaced=replaced and replaced.as_json())
-    marks.decide(session, before, where, given, actor, remark or reason)
+    usual = {"level": None, "points": None, "remark": "", "asked": False, "undoes": None}
+    fields: dict[str, Any] = {**usual, "out_of": mark.out_of, "given": mark.given, **more}
+    act = Act(NEW, before.student.student, *where, actor, when=now(), **fields)
+    act = put(session, before.student.id, act, replaced=replaced and replaced.as_json())
+    decide(session, before, where, given, actor, act.remark or reason)
     return act
 
 
 def _own_act(session: Session, number: int, actor: str) -> Act:
     """Return an act that its scorer may take back."""
-    acts = marks.read(session, Act, (Act.number == number) | (Act.undoes == number))
+    acts = read(session, Act, (Act.number == number) | (Act.undoes == number))
     if not acts or acts[0].undoes is not None or acts[0].actor != actor:
         raise GradebookError(f"{actor} has no act {number} to take back.")
     if len(acts) > 1:
@@ -646,16 +792,16 @@ def _answers(session: Session, parts: Collection[Where] | None) -> list[Answer]:
     decisions = select(StudentRecord.student, GivenMark).join(GivenMark).where(*_among(GivenMark, parts))
     given = {(student, given.mark.where): given for student, given in session.execute(decisions)}
     done: dict[tuple[str, Where], list[Act]] = defaultdict(list)
-    for act in standing(marks.read(session, Act, *_among(Act, parts))):
+    for act in standing(read(session, Act, *_among(Act, parts))):
         done[act.student, act.where].append(act)
     answers = []
     for student, mark in session.execute(made):
         own = given.get((student, mark.where))
-        if own is not None and not marks.holds(own.mark, mark):
+        if own is not None and not holds(own.mark, mark):
             own = None
-        acts = tuple(act for act in done[student, mark.where] if marks.holds(act, mark))
+        acts = tuple(act for act in done[student, mark.where] if holds(act, mark))
         if mark.status == FOR_A_PERSON or own is not None or acts:
-            answers.append(Answer(student, *mark.where, marks.with_decision(mark, own), acts, own))
+            answers.append(Answer(student, *mark.where, with_decision(mark, own), acts, own))
     return answers
 
 
@@ -668,23 +814,23 @@ def _among(table: Any, parts: Collection[Where] | None) -> list[Any]:
 
 def _claimed(session: Session, where: Where) -> dict[str, tuple[str, datetime]]:
     claims = select(StudentRecord.student, Claim.actor, Claim.until).join(Claim)
-    rows = session.execute(claims.where(*_among(Claim, [where]), Claim.until > marks.now()))
+    rows = session.execute(claims.where(*_among(Claim, [where]), Claim.until > now()))
     return {student: (actor, until) for student, actor, until in rows}
 
 
 def _claim(session: Session, student: str, where: Where, actor: str, seconds: float) -> str | None:
     """Write who reads an answer, unless it is claimed already; return who claimed it."""
-    about = marks.known_student(session, student)
+    about = known_student(session, student)
     claimed = session.get(Claim, (about.id, *where))
     if claimed is not None:
         return claimed.actor
-    session.add(Claim(about.id, *where, actor, marks.now() + timedelta(seconds=seconds)))
+    session.add(Claim(about.id, *where, actor, now() + timedelta(seconds=seconds)))
     return None
 
 
 def _let_go(session: Session, actor: str) -> None:
     """Delete what an actor has claimed, and all claims that have run out."""
-    session.execute(delete(Claim).where((Claim.actor == actor) | (Claim.until <= marks.now())))
+    session.execute(delete(Claim).where((Claim.actor == actor) | (Claim.until <= now())))
 
 
 # --- requests and publications ----------------------------------------------------------------------------------------
@@ -711,9 +857,9 @@ class Requests:
         """
         text = _not_empty(text, "A request says what is to be looked at again; this one is empty.")
         with self._database.writing() as session:
-            current = marks.current(session, student)
-            request = Request(NEW, current.student.student, *current.mark(where).where, text, marks.now())
-            return marks.put(session, current.student.id, request)
+            now_counts = current(session, student)
+            request = Request(NEW, now_counts.student.student, *now_counts.mark(where).where, text, now())
+            return put(session, now_counts.student.id, request)
 
     def answer(self, number: int, actor: str, text: str) -> Request:
         """Answer a request, which closes it.
@@ -725,7 +871,7 @@ class Requests:
         """
         text = _not_empty(text, "An answer to a request says something; this one is empty.")
         with self._database.writing() as session:
-            requests = marks.read(session, Request, Request.number == number)
+            requests = read(session, Request, Request.number == number)
             if not requests:
                 raise GradebookError(f"There is no request {number}.")
             request = requests[0]
@@ -734,14 +880,14 @@ class Requests:
                     f"Request {number} was answered by {request.answered_by} on "
                     f"{request.answered:%Y-%m-%d %H:%M} UTC: {request.answer!r}"
                 )
-            request.answered_by, request.answer, request.answered = storable.text(actor), text, marks.now()
+            request.answered_by, request.answer, request.answered = storable.text(actor), text, now()
             return request
 
     def all(self, open_only: bool = False) -> list[Request]:
         """Return requests, in the order in which they were made."""
         which = [Request.answered.is_(None)] if open_only else []
         with self._database.reading() as session:
-            return marks.read(session, Request, *which)
+            return read(session, Request, *which)
 
     def publish(self, actor: str, note: str = "", when: datetime | None = None) -> Publication:
         """Store that feedback was given back to the class.
@@ -751,7 +897,7 @@ class Requests:
         actor, note : who does it, and for the record
         when : UTC; what changes after it is not in what was given back. Now, where it is None
         """
-        publication = storable.cleaned(Publication(NEW, actor, note, when or marks.now()), "The note")
+        publication = storable.cleaned(Publication(NEW, actor, note, when or now()), "The note")
         with self._database.writing() as session:
             session.add(publication)
         return publication

@@ -15,7 +15,7 @@ from made_runs import graded, mark, record, small_class
 from sqlalchemy import inspect, text, update
 
 from labcourse.errors import GradebookError
-from labcourse.grading.gradebook import Gradebook, marks, store
+from labcourse.grading.gradebook import Gradebook, persons, store
 from labcourse.grading.gradebook import database as database_module
 from labcourse.grading.gradebook.database import VERSION, Database
 from labcourse.grading.gradebook.records import About, Base
@@ -64,7 +64,7 @@ def killed_after(module, step, what):
 
 
 @pytest.mark.parametrize(
-    ("module", "step"), [(marks, "add_student"), (store, "_put_run"), (store, "_put_marks"), (marks, "put_audit")]
+    ("module", "step"), [(persons, "add_student"), (store, "_put_run"), (store, "_put_marks"), (store, "put_audit")]
 )
 def test_a_kill_amid_recording_leaves_what_was_before(url, undisturbed, module, step):
     with Gradebook(url) as book:
@@ -94,7 +94,7 @@ def test_a_kill_while_the_gradebook_is_made_leaves_none(url):
 def test_an_error_amid_recording_leaves_what_was_before(book, monkeypatch):
     record(book, graded())
     before = dump(book)
-    monkeypatch.setattr(marks, "put_audit", lambda *_: 1 / 0)
+    monkeypatch.setattr(store, "put_audit", lambda *_: 1 / 0)
     with pytest.raises(ZeroDivisionError):
         record(book, graded("ada", "second", mark(points=0.0)))
     assert dump(book) == before

@@ -30,8 +30,8 @@ from labcourse.grading.gradebook import (
     MarkRecord,
     MarkState,
     RunRecord,
-    marks,
     storable,
+    store,
 )
 
 _keys = itertools.count()  # of runs
@@ -306,7 +306,7 @@ def test_another_answer_waits_again_and_the_trail_says_so(book):
     book.set_mark("ada", "2.12", "why", 2.5, "Nearly.", "prof")
     record(book, graded("ada", "second", mark(), prose("It does not.")))
     assert book.current("ada").marks[1] == prose("It does not.")
-    assert book.audit()[-1].reason == f"Graded. {marks.NO_LONGER}"
+    assert book.audit()[-1].reason == f"Graded. {store.NO_LONGER}"
     record(book, graded())  # what the person read
     assert book.current("ada").marks[1].points == 2.5
     assert changes(book, question="2.12")[-1] == ("why", ("for a person", 0.0), (GIVEN_BY_A_PERSON, 2.5))

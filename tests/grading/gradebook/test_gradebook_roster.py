@@ -150,9 +150,9 @@ def test_doubtful_lines_are_told_and_not_taken(imported):
         + "x" * 81 + ",\nY,a\x1bb,\n"
     )  # fmt: skip
     assert [one.student for one in students] == ["ada", "bob"] and report.added == 2
-    assert "81 characters" in report.problems[3]
+    assert "'SIS ID' is empty" in report.problems[0] and "81 characters" in report.problems[3]
     assert [problem.partition(":")[0] for problem in report.problems] == [
-        "Line 2 has no ID in the column 'SIS ID'",
+        "Line 2",
         "Line 4",
         "Line 7",
         "Line 8",

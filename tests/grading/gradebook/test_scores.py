@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from labcourse.errors import GradebookError
-from labcourse.grading.gradebook import FOR_A_PERSON, GIVEN_BY_A_PERSON, Gradebook, marks
+from labcourse.grading.gradebook import FOR_A_PERSON, GIVEN_BY_A_PERSON, Gradebook, store
 from labcourse.grading.verdicts import Status
 
 WORDS = ("2.11", "explanation")  # 1 point
@@ -214,8 +214,8 @@ def test_what_a_scorer_held_is_let_go_when_they_claim_anew_or_leave(class_of_thr
 def test_a_claim_that_has_run_out_is_anybodys(class_of_three, monkeypatch):
     class_of_three.scores.claim(["ada"], WORDS, "kim", 60)
     assert class_of_three.scores.claim(["ada"], WORDS, "lee", 60) is None
-    later = marks.now() + timedelta(seconds=61)
-    monkeypatch.setattr(marks, "now", lambda: later)
+    later = store.now() + timedelta(seconds=61)
+    monkeypatch.setattr(store, "now", lambda: later)
     assert class_of_three.scores.claimed(WORDS) == {}
     assert class_of_three.scores.claim(["ada"], WORDS, "lee", 60) == "ada"
 
