@@ -9,7 +9,8 @@ from labcourse import files
 from labcourse.benches import OWN, SAME, BenchPolicy
 from labcourse.files import ANSWERS_FILE, COURSE_FILE
 from labcourse.grading.course import Course
-from labcourse.grading.gradebook import Gradebook, OfOthers, Person, RunRecord
+from labcourse.grading.gradebook import Gradebook, RunRecord
+from labcourse.grading.gradebook.persons import OfOthers, Person
 from labcourse.grading.graded_run import Facts, facts_of
 from labcourse.student_id import caseless
 

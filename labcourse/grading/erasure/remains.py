@@ -8,7 +8,8 @@ from pathlib import Path
 
 from labcourse.grading import intake
 from labcourse.grading.course import Course
-from labcourse.grading.gradebook import Gradebook, Person, StudentRecord
+from labcourse.grading.gradebook import Gradebook, StudentRecord
+from labcourse.grading.gradebook.persons import Person
 from labcourse.student_id import GRADEBOOK_FILE, caseless
 
 _ZIPS = (".zip", ".xlsx", ".docx", ".ods", ".odt")

@@ -17,7 +17,6 @@ It is a general package: it knows of students, questions and points, but of no c
 
 from __future__ import annotations
 
-from labcourse.grading.gradebook.persons import OfOthers, Person
 from labcourse.grading.gradebook.records import (
     DECIDED,
     FOR_A_PERSON,
@@ -35,7 +34,6 @@ from labcourse.grading.gradebook.records import (
     MarkState,
     Publication,
     Request,
-    RosterReport,
     RunRecord,
     StudentRecord,
 )
@@ -57,11 +55,8 @@ __all__ = [
     "Graded",
     "MarkRecord",
     "MarkState",
-    "OfOthers",
-    "Person",
     "Publication",
     "Request",
-    "RosterReport",
     "RunRecord",
     "StudentRecord",
     "standing",

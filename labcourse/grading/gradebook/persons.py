@@ -29,15 +29,13 @@ from labcourse.grading.gradebook.database import Database
 from labcourse.grading.gradebook.records import (
     WRITTEN,
     About,
-    Act,
-    AuditRecord,
     Base,
     CommentRecord,
     Delivery,
     Erased,
     Erasure,
     MarkState,
-    Request,
+    OfAnswer,
     RunRecord,
     StudentRecord,
 )
@@ -58,8 +56,8 @@ _CALLED = {
     "requests": "request to look again",
     "publications": "note on what was given back",
 }
-_Stored = TypeVar("_Stored", CommentRecord, Act, Request, Delivery)
-_Named = TypeVar("_Named", AuditRecord, CommentRecord, Act, Request)
+_Stored = TypeVar("_Stored", bound=OfAnswer | CommentRecord | Delivery)
+_Named = TypeVar("_Named", bound=OfAnswer | CommentRecord)
 _ACTORS = ("actor", "answered_by")  # columns that name who decided or wrote
 _TABLES = Base.metadata.tables
 _OF_STUDENTS = [table for table in Base.metadata.sorted_tables if {"student_id", "run_id"} & set(table.c.keys())]
@@ -108,8 +106,8 @@ def put(session: Session, student_id: int, record: _Stored, **own: Any) -> _Stor
 
     Returns
     -------
-    CommentRecord, Act, Request or Delivery
-        The record with clean text, and with the number that the database gave it.
+    same type as record
+        What was stored: with clean text, and with the number that the database gave it.
     """
     stored = storable.cleaned(record, f"The {type(record).__name__.removesuffix('Record').lower()}")
     for name, value in {"student_id": student_id, **own}.items():

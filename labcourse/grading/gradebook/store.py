@@ -16,7 +16,7 @@ from datetime import datetime, timedelta
 from pathlib import Path
 from typing import Any
 
-from sqlalchemy import delete, insert, select, tuple_, update
+from sqlalchemy import and_, delete, insert, select, tuple_, update
 from sqlalchemy.orm import Session, defer
 
 from labcourse.errors import GradebookError
@@ -433,7 +433,7 @@ def _put_run(session: Session, student: StudentRecord, graded: Graded) -> RunRec
 
 def _put_marks(session: Session, run_id: int, new: Iterable[MarkRecord]) -> None:
     """Replace a run's marks. A person's mark among them leaves the software's mark beneath it as it is."""
-    stored = made_marks(session, RunRecord.id == run_id)
+    stored = [mark for _student, mark, _given in read_marks(session, RunRecord.id == run_id)]
     beneath = {mark.where: mark for mark in stored}
     wanted: dict[Where, MarkRecord] = {}
     for mark in new:
@@ -454,11 +454,10 @@ def _put_marks(session: Session, run_id: int, new: Iterable[MarkRecord]) -> None
 
 def _graded(session: Session, run: RunRecord) -> Graded:
     """Return a run with its marks as they count now."""
-    made, given = made_marks(session, RunRecord.id == run.id), given_marks(session, run.student_id)
-    lapsed = [given[mark.where] for mark in made if mark.where in given and not holds(given[mark.where].mark, mark)]
-    return Graded(
-        run, tuple(with_decision(mark, given.get(mark.where)) for mark in made), run.key_digest, tuple(lapsed)
-    )
+    made = read_marks(session, RunRecord.id == run.id)
+    counting = tuple(with_decision(mark, given) for _student, mark, given in made)
+    lapsed = (given for _student, mark, given in made if given is not None and not holds(given.mark, mark))
+    return Graded(run, counting, run.key_digest, tuple(lapsed))
 
 
 # --- the marks that count ---------------------------------------------------------------------------------------------
@@ -479,20 +478,19 @@ def current(session: Session, student: str) -> Current:
 
 def current_marks(session: Session, student_id: int) -> dict[Where, MarkRecord]:
     """Return the marks that count for a student."""
-    given = given_marks(session, student_id)
-    made = made_marks(session, RunRecord.student_id == student_id, RunRecord.current)
-    return {mark.where: with_decision(mark, given.get(mark.where)) for mark in made}
+    made = read_marks(session, RunRecord.student_id == student_id, RunRecord.current)
+    return {mark.where: with_decision(mark, given) for _student, mark, given in made}
 
 
-def made_marks(session: Session, *which: Any) -> list[MarkRecord]:
-    """Return marks as the software made them."""
-    return list(session.scalars(select(Mark.record).join(RunRecord).where(*which).order_by(Mark.position)))
-
-
-def given_marks(session: Session, student_id: int) -> dict[Where, GivenMark]:
-    """Return the marks that persons gave a student."""
-    decisions = session.scalars(select(GivenMark).where(GivenMark.student_id == student_id))
-    return {decision.mark.where: decision for decision in decisions}
+def read_marks(session: Session, *which: Any) -> list[tuple[str, MarkRecord, GivenMark | None]]:
+    """Return marks in order, each with its student, and with a person's mark where there is one, lapsed or not."""
+    made: Any = Mark
+    given: Any = GivenMark
+    same = and_(given.student_id == RunRecord.student_id, given.question == made.question, given.part == made.part)
+    columns = select(StudentRecord.student, Mark.record, GivenMark).select_from(StudentRecord)
+    statement = columns.join(RunRecord).join(Mark).outerjoin(GivenMark, same).where(*which)
+    rows = session.execute(statement.order_by(StudentRecord.folded, Mark.position))
+    return [(student, mark, decision) for student, mark, decision in rows]
 
 
 def with_decision(mark: MarkRecord, decision: GivenMark | None) -> MarkRecord:
@@ -782,23 +780,12 @@ def _own_act(session: Session, number: int, actor: str) -> Act:
 
 
 def _answers(session: Session, parts: Collection[Where] | None) -> list[Answer]:
-    made = (
-        select(StudentRecord.student, Mark.record)
-        .join(RunRecord, RunRecord.student_id == StudentRecord.id)
-        .join(Mark)
-        .where(RunRecord.current, *_among(Mark, parts))
-        .order_by(StudentRecord.folded, Mark.position)
-    )
-    decisions = select(StudentRecord.student, GivenMark).join(GivenMark).where(*_among(GivenMark, parts))
-    given = {(student, given.mark.where): given for student, given in session.execute(decisions)}
     done: dict[tuple[str, Where], list[Act]] = defaultdict(list)
     for act in standing(read(session, Act, *_among(Act, parts))):
         done[act.student, act.where].append(act)
     answers = []
-    for student, mark in session.execute(made):
-        own = given.get((student, mark.where))
-        if own is not None and not holds(own.mark, mark):
-            own = None
+    for student, mark, given in read_marks(session, RunRecord.current, *_among(Mark, parts)):
+        own = given if given is not None and holds(given.mark, mark) else None
         acts = tuple(act for act in done[student, mark.where] if holds(act, mark))
         if mark.status == FOR_A_PERSON or own is not None or acts:
             answers.append(Answer(student, *mark.where, with_decision(mark, own), acts, own))

@@ -12,8 +12,9 @@ from gradebooks import enrol, graded, mark, prose, record, report_text
 from sqlalchemy import insert, select, text, update
 
 from labcourse.errors import GradebookError
-from labcourse.grading.gradebook import Arrival, Delivery, Gradebook, OfOthers, Person, StudentRecord, persons
+from labcourse.grading.gradebook import Arrival, Delivery, Gradebook, StudentRecord, persons
 from labcourse.grading.gradebook.database import Database
+from labcourse.grading.gradebook.persons import OfOthers, Person
 from labcourse.grading.gradebook.records import Base, Erasure
 from labcourse.grading.gradebook.records import StudentRecord as Students
 

@@ -5,7 +5,8 @@ from dataclasses import replace
 import pytest
 
 from labcourse.errors import GradebookError
-from labcourse.grading.gradebook import Graded, RosterReport, RunRecord, StudentRecord, roster
+from labcourse.grading.gradebook import Graded, RunRecord, StudentRecord, roster
+from labcourse.grading.gradebook.records import RosterReport
 
 ADA = StudentRecord("ada", "Ada Lovelace", "ada@example.org", "A", enrolled=True)
 

@@ -9,7 +9,7 @@ import pytest
 from gradebooks import graded, mark, prose, record, report_text
 from scoring_class import WORDS, Client, clients, desk, fill, shown, texts
 
-from labcourse.grading.gradebook import Gradebook, marks
+from labcourse.grading.gradebook import Gradebook, store
 from labcourse.grading.scoring.guards import HEADER, MOST_BYTES, POLICY
 from labcourse.grading.scoring.sent import sent_sheet
 
@@ -242,7 +242,7 @@ def test_the_time_that_is_left_is_told_by_ones_own_times(tmp_path, monkeypatch):
         ann, bea = clients(desk(book), "Ann", "Bea")
         clock = count()
         monkeypatch.setattr(
-            marks, "now", lambda: datetime(2026, 3, 1, tzinfo=UTC) + timedelta(seconds=20 * next(clock))
+            store, "now", lambda: datetime(2026, 3, 1, tzinfo=UTC) + timedelta(seconds=20 * next(clock))
         )
         for _answer in range(6):
             card = shown(ann.act("next", SENT))
