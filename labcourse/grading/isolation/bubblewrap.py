@@ -26,16 +26,22 @@ INSTALL = (
 WORK, HOME = "/tmp/work", "/tmp/home"
 USER_NAME = "student"  # of the only user inside, and its group
 _SHARED_MEMORY = 16 * MIB  # semaphores are files there
-_SYSTEM = ("/usr", "/bin", "/sbin", "/lib", "/lib32", "/lib64", "/libx32")
-_SETTINGS = ("/etc/ld.so.cache", "/etc/alternatives", "/etc/fonts", "/etc/localtime")
-_NEVER = ("/proc", "/sys", "/dev", "/run", "/etc")  # nothing in them is shown, whoever asks
+_SYSTEM_FOLDERS = ("/usr", "/bin", "/sbin", "/lib", "/lib32", "/lib64", "/libx32")
+_ETC_FILES = ("/etc/ld.so.cache", "/etc/alternatives", "/etc/fonts", "/etc/localtime")
+_NEVER_SHOWN = ("/proc", "/sys", "/dev", "/run", "/etc")  # nothing in them is shown, whoever asks
 # Not assigned to anybody by Linux distributions, nor to containers: see systemd's "Users, Groups, UIDs and GIDs".
 _UNASSIGNED_IDS = range(0x70000000, 0x7FFFFFFF)
 
 
 @dataclass(frozen=True)
 class User:
-    """Who runs the command. Root drops to ``uid``; anybody else stays who they are, and is called ``uid`` inside."""
+    """The user who runs the command.
+
+    Attributes
+    ----------
+    uid : user number inside; root becomes this user, and anybody else stays the same user under this number
+    from_root : whether this program runs as root
+    """
 
     uid: int
     from_root: bool
@@ -67,7 +73,12 @@ def sandbox_user() -> User:
 
 
 def _unassigned_ids(*maps: str) -> range:
-    """Find numbers that nobody has, and that we may use by the kernel's maps of users and groups."""
+    """Return user numbers that nobody has and that this process may use; an empty range if there are none.
+
+    Parameters
+    ----------
+    maps : text of the kernel's maps (uid_map, gid_map) of this process: lines "first inside, first outside, count"
+    """
     extents = [[tuple(map(int, line.split())) for line in text.splitlines()] for text in maps]
     for numbers in (_UNASSIGNED_IDS, range(60000, 65000), range(30000, 60000)):
         if all(any(first <= numbers[0] and numbers[-1] < first + n for first, _, n in lines) for lines in extents):
@@ -86,12 +97,12 @@ def arguments(
     visible : paths to show besides the system and the Python environment, see :func:`visible_paths`
     environment : all variables
     limits : of which the size of the folder is used
-    synthetic : path → descriptor of a file with the content to show there
+    synthetic : path → descriptor of a file in memory with the content to show there, of :func:`synthetic_files`
 
     Raises
     ------
     IsolationError
-        If something cannot be shown.
+        If a path cannot be shown.
     """
     args = ["--die-with-parent", "--new-session", "--as-pid-1", "--clearenv", "--hostname", "sandbox"]
     args += ["--unshare-ipc", "--unshare-pid", "--unshare-net", "--unshare-uts", "--unshare-cgroup-try"]
@@ -110,7 +121,7 @@ def arguments(
     args += _system_mounts()
     for path, descriptor in synthetic.items():
         args += ["--perms", "0444", "--file", str(descriptor), path]
-    args += _mounts(visible_paths(visible), _own_package())
+    args += _bind_mounts(visible_paths(visible), _labcourse_folder())
     # Last: bubblewrap's own root is a tmpfs without bounds, and belongs to whoever runs it.
     return [*args, "--remount-ro", "/", "--chdir", WORK]
 
@@ -126,7 +137,7 @@ def synthetic_files(user: User) -> dict[str, str]:
 
 
 def setpriv_prefix(user: User) -> list[str]:
-    """Return what to put before a command, for this user to run it."""
+    """Return the words to put before a command so that this user runs it without privileges; none if not from root."""
     if not user.from_root:
         return []
     ids = ["--reuid", str(user.uid), "--regid", str(user.uid), "--clear-groups"]
@@ -145,11 +156,11 @@ def python() -> Path:
 
     ``sys.executable`` is what was typed: with ``..`` it may go through folders that are not shown.
     """
-    return straight(Path(sys.executable).absolute())
+    return without_dots(Path(sys.executable).absolute())
 
 
-def straight(path: Path) -> Path:
-    """Return an absolute path to the same place, without ``..``.
+def without_dots(path: Path) -> Path:
+    """Return an absolute path to the same place without ``..`` in it.
 
     Links are followed only where a ``..`` comes after them. The last link stays: a Python finds its virtual environment
     by its own place, not by where it leads.
@@ -173,28 +184,34 @@ def visible_paths(visible: Iterable[Path]) -> list[Path]:
     """
     # Under its name and where links lead to: programs ask for either.
     python = [path for prefix in (sys.prefix, sys.base_prefix) for path in (Path(prefix), Path(prefix).resolve())]
-    return sorted({_checked(path) for path in [*python, *visible]})
+    return sorted({_checked_visible(path) for path in [*python, *visible]})
 
 
-def _checked(path: Path) -> Path:
+def _checked_visible(path: Path) -> Path:
+    """Return a path that may be shown, without ``..``.
+
+    Raises
+    ------
+    IsolationError
+        If it is not absolute, does not exist, would show private folders, or cannot be read by the user inside.
+    """
     if not path.is_absolute():
         raise IsolationError(f"Only absolute paths can be shown in the sandbox, not {path}.", "files")
-    path = straight(path)
+    path = without_dots(path)
     if not path.exists():
         raise IsolationError(f"{path} is to be shown in the sandbox, and does not exist.", "files")
     real = path.resolve()
-    own = (os.path.expanduser("~"), tempfile.gettempdir(), "/var", WORK, HOME)
-    private = [Path(folder).resolve() for folder in own]
+    private = [Path(name).resolve() for name in (os.path.expanduser("~"), tempfile.gettempdir(), "/var", WORK, HOME)]
     for place in (path, real):
         too_much = any(folder.is_relative_to(place) for folder in private)
-        if too_much or any(place.is_relative_to(folder) for folder in _NEVER):
+        if too_much or any(place.is_relative_to(folder) for folder in _NEVER_SHOWN):
             environment = str(path) in (sys.prefix, sys.base_prefix)
             raise IsolationError(
                 f"{path} cannot be shown in the sandbox: it would show too much.",
                 "files",
                 f"{'Use a Python environment' if environment else 'Keep what is to be shown'} in a folder of its own.",
             )
-    needed = 0o5 if real.is_dir() else 0o4
+    needed = 0o5 if real.is_dir() else 0o4  # what others may do: read, and enter a folder
     if is_root() and real.stat().st_mode & needed != needed:
         raise IsolationError(
             f"{path} can be read by its owner only, and root drops to another user in the sandbox.",
@@ -204,57 +221,68 @@ def _checked(path: Path) -> Path:
     return path
 
 
-def _own_package() -> Path:
-    """Return the package that this belongs to: it knows how the command is judged, and must not be seen inside."""
+def _labcourse_folder() -> Path:
+    """Return the folder of labcourse, which must not be seen inside: it holds how the command is judged."""
     return Path(__file__).resolve().parents[2]
 
 
-def _mounts(paths: Sequence[Path], hidden: Path) -> list[str]:
-    """Show paths, parents first; and an empty folder in place of ``hidden``, except for paths inside it."""
+def _bind_mounts(paths: Sequence[Path], hidden: Path) -> list[str]:
+    """Return the arguments that show paths read-only, and an empty folder in place of a hidden one.
+
+    Parameters
+    ----------
+    paths : to show, parents first
+    hidden : folder that is not shown, but for paths in it that are to be shown
+    """
     args: list[str] = []
-    done = [Path("/usr")]
+    bound = [Path("/usr")]  # _system_mounts shows it
     for path in paths:
-        if not any(path.is_relative_to(above) for above in [*done, hidden]):
-            args += _read_only(path)
-            done.append(path)
+        if not any(path.is_relative_to(above) for above in [*bound, hidden]):
+            args += _bind_read_only(path)
+            bound.append(path)
     # A folder that is shown under two names has ``hidden`` under both.
-    seen = [(path, path.resolve()) for path in done]
-    masks = [str(path / hidden.relative_to(real)) for path, real in seen if hidden.is_relative_to(real)]
+    real_paths = [(path, path.resolve()) for path in bound]
+    masks = [str(path / hidden.relative_to(real)) for path, real in real_paths if hidden.is_relative_to(real)]
     for mask in masks:
         args += ["--perms", "0755", "--tmpfs", mask]
     for path in paths:
-        args += _read_only(path) if path.is_relative_to(hidden) else []
+        args += _bind_read_only(path) if path.is_relative_to(hidden) else []
     for mask in masks:
         args += ["--remount-ro", mask]
     return args
 
 
-def _read_only(path: Path) -> list[str]:
-    """Show a path under its name. Make the folders above it first: bubblewrap makes them for their owner only."""
+def _bind_read_only(path: Path) -> list[str]:
+    """Return the arguments that show a path read-only, under its name.
+
+    The folders above it are made first: bubblewrap itself would make them for their owner only.
+    """
     above = [arg for parent in reversed(path.parents[:-1]) for arg in ("--perms", "0755", "--dir", str(parent))]
     return [*above, "--ro-bind", str(path), str(path)]
 
 
 def _system_mounts() -> list[str]:
+    """Return the arguments that show the system's programs and libraries, and a few files of ``/etc``."""
     args = []
-    for path in map(Path, _SYSTEM):
+    for path in map(Path, _SYSTEM_FOLDERS):
         if path.is_symlink():
             args += ["--symlink", str(path.readlink()), str(path)]
         elif path.is_dir():
             args += ["--ro-bind", str(path), str(path)]
     args += ["--perms", "0755", "--dir", "/etc"]
-    for name in _SETTINGS:
+    for name in _ETC_FILES:
         args += ["--ro-bind-try", name, name]
     return args
 
 
 def _tmpfs(path: str, size: int) -> list[str]:
+    """Return the arguments for a writable file system in memory, of so many bytes."""
     return ["--perms", "1777", "--size", str(size), "--tmpfs", path]
 
 
 # --- what to do if it fails -------------------------------------------------------------------------------------------
 
-_OTHER_SYSTEMS = {
+_PLATFORM_REMEDIES = {
     "win32": "Grade under WSL2 (`wsl --install`, then this program in its Linux), or on a Linux machine.",
     "darwin": "Grade on a Linux machine, or in a Linux virtual machine on this one.",
 }
@@ -271,7 +299,7 @@ _CONTAINER = (
     "apparmor=unconfined --security-opt systempaths=unconfined` and grade as an ordinary user in it; do not use "
     "--privileged."
 )
-_OF_NAMESPACES = (
+_NAMESPACE_SETTINGS = (
     # file in /proc/sys, the value that forbids namespaces, and what to do
     ("kernel/apparmor_restrict_unprivileged_userns", "1", _APPARMOR),
     (
@@ -285,7 +313,7 @@ _OF_NAMESPACES = (
         "Let users make user namespaces: `sudo sysctl user.max_user_namespaces=15000`.",
     ),
 )
-_MESSAGES = (
+_FAILURES = (
     # parts of bubblewrap's message, the layer that failed, and what to do; "" for what the system's settings say
     (("Unknown option",), "bubblewrap", INSTALL),
     (("No permissions to create", "Creating new namespace failed", "setting up uid map"), "namespaces", ""),
@@ -298,12 +326,12 @@ _MESSAGES = (
 
 def remedy_of_platform() -> str:
     """Return what to do where the system is not Linux."""
-    return _OTHER_SYSTEMS.get(sys.platform, "Grade on a Linux machine.")
+    return _PLATFORM_REMEDIES.get(sys.platform, "Grade on a Linux machine.")
 
 
 def remedy_of_namespaces(settings: Path = Path("/proc/sys")) -> str:
     """Return what to do where namespaces cannot be made: by the system's settings, or in a container."""
-    for name, bad, remedy in _OF_NAMESPACES:
+    for name, bad, remedy in _NAMESPACE_SETTINGS:
         with contextlib.suppress(OSError):
             if (settings / name).read_text("ascii").strip() == bad:
                 return remedy
@@ -318,9 +346,9 @@ def in_container(root: Path = Path("/")) -> bool:
     return "KUBERNETES_SERVICE_HOST" in os.environ or any((root / mark).exists() for mark in marks)
 
 
-def explain(message: str) -> tuple[str, str]:
-    """Return which layer failed, and what to do, from bubblewrap's message."""
-    for parts, layer, remedy in _MESSAGES:
+def explain_failure(message: str) -> tuple[str, str]:
+    """Return which layer failed, and what to do, for a message of bubblewrap's."""
+    for parts, layer, remedy in _FAILURES:
         if any(part in message for part in parts):
             return layer, remedy or remedy_of_namespaces()
     return "bubblewrap", "The command `doctor` shows which layers work here and which do not."

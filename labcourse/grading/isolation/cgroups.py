@@ -40,7 +40,7 @@ class Groups:
     limited: dict[str, Path]
 
     def add(self, pid: int) -> tuple[str, ...]:
-        """Put a process into the groups, with all that it will start. Returns the layers that are active with that."""
+        """Put a process into the groups, with all that it will start. Return the names of the active layers."""
         active = []
         for controller, folder in self.limited.items():
             with contextlib.suppress(OSError):
@@ -49,19 +49,20 @@ class Groups:
         return tuple(active)
 
 
-def parent_groups(system: Path = Path("/proc/self")) -> dict[str, ParentGroup]:
-    """Find where groups can be made: controller ("memory", "pids") → group, without controllers that are not available.
+def parent_groups(proc_self: Path = Path("/proc/self")) -> dict[str, ParentGroup]:
+    """Find where groups can be made: controller ("memory", "pids") → group. Unavailable controllers are left out.
 
     Parameters
     ----------
-    system : folder with the kernel's ``cgroup`` and ``mountinfo`` of this process
+    proc_self : folder with the kernel's ``cgroup`` and ``mountinfo`` of this process
     """
     try:
-        lines = [line.split(":", 2) for line in (system / "cgroup").read_text("utf-8").splitlines()]
-        mounts = (system / "mountinfo").read_text("utf-8").splitlines()
+        lines = [line.split(":", 2) for line in (proc_self / "cgroup").read_text("utf-8").splitlines()]
+        mounts = (proc_self / "mountinfo").read_text("utf-8").splitlines()
     except OSError:
         return {}
-    ours = {name: Path(path) for _number, names, path in lines for name in names.split(",")}  # "" for version 2
+    # Controller → the group that this process is in; "" stands for the hierarchy of version 2.
+    ours = {name: Path(path) for _number, names, path in lines for name in names.split(",")}
     parents = {}
     for line in mounts:
         left, _, right = line.partition(" - ")
@@ -73,15 +74,22 @@ def parent_groups(system: Path = Path("/proc/self")) -> dict[str, ParentGroup]:
             path = ours.get("" if version == 2 else controller)
             if path is not None and path.is_relative_to(root):
                 group = folder / path.relative_to(root)
-                parent = group if version == 1 else _delegated(folder, group, controller)
+                parent = group if version == 1 else _delegating(folder, group, controller)
                 if parent is not None and os.access(parent, os.W_OK | os.X_OK):
                     parents[controller] = ParentGroup(parent, version)
     return parents
 
 
-def _delegated(mount: Path, own: Path, controller: str) -> Path | None:
-    """Find the group, our own or the one above it (if we can see it), that passes a controller on to groups below."""
-    for group in (own, own.parent):
+def _delegating(mount: Path, current: Path, controller: str) -> Path | None:
+    """Find the group that passes a controller on to groups below it; None if there is none.
+
+    Parameters
+    ----------
+    mount : folder of the hierarchy; a group above it cannot be seen
+    current : the group that this process is in; it, or the one above it, may pass the controller on
+    controller : "memory" or "pids"
+    """
+    for group in (current, current.parent):
         with contextlib.suppress(OSError):
             passed_on = (group / "cgroup.subtree_control").read_text("ascii").split()
             if group.is_relative_to(mount) and controller in passed_on:
@@ -91,30 +99,38 @@ def _delegated(mount: Path, own: Path, controller: str) -> Path | None:
 
 @contextlib.contextmanager
 def limited_groups(limits: Limits, parents: Mapping[str, ParentGroup]) -> Iterator[Groups]:
-    """Make groups with these limits, where that is possible, for as long as the ``with`` block lasts."""
+    """Make groups with these limits, where that is possible, for as long as the ``with`` block lasts.
+
+    Parameters
+    ----------
+    limits : of which the memory and the number of processes are used
+    parents : from :func:`parent_groups`
+    """
     name = f"{PREFIX}-{os.getpid()}-{secrets.token_hex(8)}"
-    most = {"memory": limits.memory, "pids": limits.processes + 2}  # two shells wait for the command
+    values = {"memory": limits.memory, "pids": limits.processes + 2}  # the launcher's two shells count, too
     groups, folders = Groups({}), set()
     try:
         for controller, parent in parents.items():
-            _sweep(parent.folder)
+            _remove_stale_groups(parent.folder)
             folder = parent.folder / name
             with contextlib.suppress(OSError):
                 folder.mkdir(exist_ok=True)  # in version 2 both controllers have the same one
                 folders.add(folder)
                 limit = _LIMIT_FILES.get((controller, parent.version), "pids.max")
-                (folder / limit).write_text(str(most[controller]), "ascii")
+                (folder / limit).write_text(str(values[controller]), "ascii")
                 groups.limited[controller] = folder
+                # Memory and swap together (version 1), or swap alone (version 2): nothing is swapped out.
                 for swap, value in (("memory.memsw.limit_in_bytes", limits.memory), ("memory.swap.max", 0)):
                     if (folder / swap).exists():
                         (folder / swap).write_text(str(value), "ascii")
         yield groups
     finally:
         for folder in folders:
-            _remove(folder)
+            _remove_group(folder)
 
 
-def _remove(folder: Path) -> None:
+def _remove_group(folder: Path) -> None:
+    """Remove a group. Try again for a while: the kernel may still be busy with its last process."""
     deadline = time.monotonic() + _REMOVAL_TIMEOUT
     while folder.exists() and time.monotonic() < deadline:
         try:
@@ -123,8 +139,8 @@ def _remove(folder: Path) -> None:
             time.sleep(0.01)
 
 
-def _sweep(parent: Path) -> None:
-    """Remove the groups that a killed program has left: those of processes that do not exist any more."""
+def _remove_stale_groups(parent: Path) -> None:
+    """Remove the groups that a killed program has left: their names have the number of a process that has ended."""
     for folder in parent.glob(f"{PREFIX}-*"):
         match = re.fullmatch(rf"{PREFIX}-(\d+)-[0-9a-f]+", folder.name)
         if match and not Path("/proc", match[1]).exists():

@@ -18,8 +18,8 @@ from typing import Any
 from labcourse.errors import IsolationError
 
 MIB = 2**20
-NO_VARIABLES: Mapping[str, str] = MappingProxyType({})
-NO_FILES: Mapping[str, int] = MappingProxyType({})
+NO_VARIABLES: Mapping[str, str] = MappingProxyType({})  #: default of an environment
+NO_FILES: Mapping[str, int] = MappingProxyType({})  #: default of the further files to read
 _POLL_INTERVAL = 0.1  # s; how often the clock and the event that cancels the run are checked
 _CHUNK = 65536  # bytes: what a pipe holds
 
@@ -94,21 +94,26 @@ def start(command: Sequence[str], **options: Any) -> subprocess.Popen[bytes]:
     )
 
 
-def check_names(wanted: str, also: Mapping[str, int]) -> None:
-    """Check that the files to read have plain names.
+def check_names(wanted: str, further: Mapping[str, int]) -> None:
+    """Check that the files to read from the working folder have plain names.
+
+    Parameters
+    ----------
+    wanted : name of the wanted file
+    further : name of each further file → bytes that it may have
 
     Raises
     ------
     IsolationError
-        If a name leads out of the working folder.
+        If a name is empty or leads out of the working folder.
     """
-    for name in (wanted, *also):
+    for name in (wanted, *further):
         if not name or os.sep in name or "\0" in name or name in (".", ".."):
             raise IsolationError(f"The wanted file's name must be a plain one, not {name!r}.", "files")
 
 
 def read_files(
-    folder: int, wanted: str, largest: int, also: Mapping[str, int]
+    folder: int, wanted: str, largest: int, further: Mapping[str, int]
 ) -> tuple[bytes | None, str, dict[str, bytes]]:
     """Read the files that a command left. Call it when every process that could change them has ended.
 
@@ -116,7 +121,7 @@ def read_files(
     ----------
     folder : descriptor of the working folder
     wanted, largest : name of the wanted file, and the bytes that it may have
-    also : further files: name → bytes that it may have
+    further : further files: name → bytes that it may have
 
     Returns
     -------
@@ -127,13 +132,21 @@ def read_files(
     dict
         Further files that can be read: name → content.
     """
-    file, trouble = _read(folder, wanted, largest)
-    others = {name: _read(folder, name, most)[0] for name, most in also.items()}
+    file, trouble = _read_file(folder, wanted, largest)
+    others = {name: _read_file(folder, name, most)[0] for name, most in further.items()}
     return file, trouble, {name: data for name, data in others.items() if data is not None}
 
 
-def _read(folder: int, name: str, largest: int) -> tuple[bytes | None, str]:
-    """Read one file. Untrusted code may have left a link, a pipe or anything else: only an ordinary file is read."""
+def _read_file(folder: int, name: str, largest: int) -> tuple[bytes | None, str]:
+    """Read a file of the working folder; only an ordinary file, as untrusted code may have left a link or a pipe.
+
+    Returns
+    -------
+    bytes or None
+        Content; None if the file is missing or cannot be read.
+    str
+        Why it cannot be read; "" if it was read, or is missing.
+    """
     try:
         descriptor = os.open(name, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_NOCTTY, dir_fd=folder)
     except FileNotFoundError:
@@ -155,6 +168,11 @@ class ProcessPipes:
 
     Nothing here blocks, whether or not the process reads its input, and whatever it writes.
 
+    Parameters
+    ----------
+    process : from :func:`start`
+    max_output : bytes that it may write
+
     Attributes
     ----------
     output : what the process has written so far
@@ -165,15 +183,15 @@ class ProcessPipes:
         assert process.stdin is not None and process.stdout is not None
         self.process, self.output, self.max_output = process, bytearray(), max_output
         self._stdin, self._stdout = process.stdin, process.stdout
-        self._to_send, self._last = memoryview(b""), False
+        self._to_send, self._end_input_after = memoryview(b""), False
         os.set_blocking(self._stdin.fileno(), False)
         os.set_blocking(self._stdout.fileno(), False)
         self._selector = selectors.DefaultSelector()
         self._selector.register(self._stdout, selectors.EVENT_READ)
 
     def send(self, data: bytes, last: bool = False) -> None:
-        """Begin to send data. After the ``last``, the input of the process ends."""
-        self._to_send, self._last = memoryview(data), last
+        """Begin to send data to the process. If it is the ``last``, the input of the process ends after it."""
+        self._to_send, self._end_input_after = memoryview(data), last
         if data:
             self._selector.register(self._stdin, selectors.EVENT_WRITE)
         elif last:
@@ -182,11 +200,23 @@ class ProcessPipes:
     def exchange_until(
         self, deadline: float, cancelled: threading.Event, ready: Callable[[bytearray], bool] = lambda output: False
     ) -> Ending | None:
-        """Exchange data until the process ends, or must be ended, or its output is ``ready`` (returns None)."""
+        """Exchange data until the process ends, must be ended, or has written what the caller waits for.
+
+        Parameters
+        ----------
+        deadline : time of the monotonic clock, s
+        cancelled : set from another thread to give up
+        ready : function of the output so far: whether the caller need not wait any more
+
+        Returns
+        -------
+        Ending or None
+            How the process ended, or why it must be ended; None if its output is ``ready``.
+        """
         while not ready(self.output):
             ended = self.process.poll() is not None
             while ended and len(self.output) <= self.max_output and self._stdout in self._selector.get_map():
-                if not self._read():  # other processes may still hold the pipe: do not wait for them
+                if not self._read_output():  # other processes may still hold the pipe: do not wait for them
                     break
             if len(self.output) > self.max_output:
                 return Ending.OUTPUT
@@ -219,25 +249,26 @@ class ProcessPipes:
             return
         for key, _events in self._selector.select(timeout=wait):
             if key.fileobj is self._stdin:
-                self._write()
+                self._write_input()
             else:
-                self._read()
+                self._read_output()
 
-    def _write(self) -> None:
+    def _write_input(self) -> None:
+        """Write the next chunk to the process, and end its input after the last one."""
         try:
             sent = self._stdin.write(self._to_send[:_CHUNK]) or 0
         except BrokenPipeError:  # the process does not read the rest
-            sent, self._last = len(self._to_send), True
+            sent, self._end_input_after = len(self._to_send), True
         self._to_send = self._to_send[sent:]
         if not self._to_send:
             self._selector.unregister(self._stdin)
-            if self._last:
+            if self._end_input_after:
                 self._stdin.close()
 
-    def _read(self) -> bool:
-        """Read once. Returns whether there was any data."""
+    def _read_output(self) -> bool:
+        """Read a chunk of what the process has written. Return whether there was any data."""
         data = self._stdout.read(_CHUNK)
         self.output += data or b""
-        if data == b"":  # the end; None where there is nothing yet
+        if data == b"":  # the end of the output; None would mean: nothing yet
             self._selector.unregister(self._stdout)
         return bool(data)

@@ -37,11 +37,12 @@ from labcourse.grading.isolation.unisolated import Unisolated
 
 __all__ = ["HOME", "WORK", "Ending", "Limits", "Outcome", "python", "run"]
 
-_READY, _GO = b"ready\n", b"go\n"
-# The first shell stays, as the namespace's first process: it reaps orphans, and all others end with it.
+_READY, _GO = b"ready\n", b"go\n"  # what the launcher prints and reads
 _WAIT = 'echo ready; read -r word && [ "$word" = go ] || exit 1; '
+# The first shell stays, as the namespace's first process: it reaps orphans, and all others end with it.
 _LAUNCHER = "umask 022; " + _WAIT + '"$@"; exit $?'
-_DROPPED = _WAIT + 'exec "$@"'
+# The second shell has the rights of the user that runs the command, and becomes the command.
+_UNPRIVILEGED_LAUNCHER = _WAIT + 'exec "$@"'
 _NAMESPACES = ("mnt", "pid", "net", "ipc", "uts")  # the sandbox must have these of its own; bubblewrap is not trusted
 _START_TIMEOUT, _END_TIMEOUT = 60.0, 60.0  # s; more than any working machine should need
 _MAX_STARTUP_OUTPUT = 65536  # bytes of bubblewrap's own messages
@@ -53,7 +54,7 @@ def run(
     visible: Sequence[Path],
     wanted: str,
     largest: int,
-    also: Mapping[str, int] = NO_FILES,
+    further: Mapping[str, int] = NO_FILES,
     stdin: bytes = b"",
     environment: Mapping[str, str] = NO_VARIABLES,
     limits: Limits = Limits(),  # noqa: B008 (it cannot be changed)
@@ -72,7 +73,7 @@ def run(
         socket or a pipe of the outside: these can be used through a read-only view.
     wanted : name of the file in the working folder
     largest : bytes that it may have
-    also : further such files, which may be missing: name → bytes that it may have
+    further : further such files, which may be missing: name → bytes that it may have
     stdin : standard input
     environment : variables, besides PATH, HOME, TMPDIR, LANG and USER
     limits : on what the command uses
@@ -81,40 +82,51 @@ def run(
 
     Returns
     -------
-    How the run ended, and the file, however it ended. An exit status of 128 + n is taken for signal n, as by shells.
+    Outcome
+        How the run ended, and the file, however it ended. An exit status of 128 + n is read as signal n, as by shells.
 
     Raises
     ------
     IsolationError
-        If the sandbox cannot be set up; the command is not run, then.
+        If the sandbox cannot be set up (then the command is not run), or if a process in it cannot be ended.
     """
-    process.check_names(wanted, also)
+    process.check_names(wanted, further)
     cancelled = cancelled or Event()
-    place: contextlib.AbstractContextManager[_Sandbox | Unisolated] = (
-        _isolated(command, visible, environment, limits, cancelled) if isolated else Unisolated(command, environment)
+    context: contextlib.AbstractContextManager[_Sandbox | Unisolated] = (
+        _sandboxed(command, visible, environment, limits, cancelled) if isolated else Unisolated(command, environment)
     )
     try:
-        with place as box:
+        with context as running:
             started = time.monotonic()
-            box.pipes.max_output = limits.output
-            box.pipes.send(box.go + stdin, last=True)
-            ending = box.pipes.exchange_until(started + limits.seconds, cancelled)
+            running.pipes.max_output = limits.output
+            running.pipes.send(running.start_signal + stdin, last=True)
+            ending = running.pipes.exchange_until(started + limits.seconds, cancelled)
             seconds = time.monotonic() - started
-            code = box.end()
-            file, trouble, others = process.read_files(box.folder, wanted, largest, also)
-            output = bytes(box.pipes.output[: limits.output])
+            code = running.end()
+            file, trouble, others = process.read_files(running.folder, wanted, largest, further)
+            output = bytes(running.pipes.output[: limits.output])
     except process.Cancelled:
         return Outcome(Ending.CANCELLED, None, None, "", b"", 0.0)
     assert ending is not None
-    code_then = code if ending is Ending.FINISHED else None
-    return Outcome(ending, code_then, file, trouble, output, seconds, box.layers, others)
+    exit_status = code if ending is Ending.FINISHED else None
+    return Outcome(ending, exit_status, file, trouble, output, seconds, running.layers, others)
 
 
 @contextlib.contextmanager
-def _isolated(
+def _sandboxed(
     command: Sequence[str], visible: Sequence[Path], environment: Mapping[str, str], limits: Limits, cancelled: Event
 ) -> Iterator[_Sandbox]:
-    """Set up a sandbox, with its limits and without privileges, in which a command waits to be run."""
+    """Set up a sandbox, with its limits and without privileges, in which a command waits for the start signal.
+
+    Parameters as for :func:`run`.
+
+    Raises
+    ------
+    IsolationError
+        If the sandbox cannot be set up.
+    process.Cancelled
+        If the run was cancelled before the sandbox was ready.
+    """
     if not sys.platform.startswith("linux"):
         raise IsolationError(
             f"Isolation needs Linux; this is {sys.platform}.", "operating system", bubblewrap.remedy_of_platform()
@@ -122,49 +134,60 @@ def _isolated(
     if any("\0" in word for word in [*command, *map(str, visible), *environment, *environment.values()]):
         raise IsolationError("A variable, a path or the command has a NUL character in it.", "files")
     user = bubblewrap.sandbox_user()
-    filtering = seccomp.program(os.uname().machine)
-    passed: list[int] = []
+    call_filter = seccomp.program(os.uname().machine)
+    inherited: list[int] = []
     with contextlib.ExitStack() as stack:
 
         def file_with(data: bytes) -> int:
-            passed.append(stack.enter_context(_memfd(data)))
-            return passed[-1]
+            """Make a file in memory that bubblewrap inherits; return its descriptor."""
+            inherited.append(stack.enter_context(_memory_file(data)))
+            return inherited[-1]
 
         files = {path: file_with(text.encode()) for path, text in bubblewrap.synthetic_files(user).items()}
         args = bubblewrap.arguments(user, visible, {**bubblewrap.default_environment(), **environment}, limits, files)
-        args += ["--seccomp", str(file_with(filtering))] if filtering is not None else []
+        args += ["--seccomp", str(file_with(call_filter))] if call_filter is not None else []
         # Passed in a file: in the list of processes, everybody on this machine could read them.
         hidden = ["--args", str(file_with("\0".join([*args, ""]).encode()))]
-        inside = [*bubblewrap.setpriv_prefix(user), "/bin/sh", "-c", _DROPPED, "sh", *command]
+        unprivileged = [*bubblewrap.setpriv_prefix(user), "/bin/sh", "-c", _UNPRIVILEGED_LAUNCHER, "sh", *command]
         groups = stack.enter_context(cgroups.limited_groups(limits, cgroups.parent_groups()))
-        box = _Sandbox([*hidden, "--", "/bin/sh", "-c", _LAUNCHER, "sh", *inside], passed)
-        with contextlib.closing(box):
-            box.wait_until_ready(cancelled)
-            box.limit(limits, groups)
-            box.layers += ("system calls",) if filtering is not None else ()
-            box.drop_privileges(cancelled)
-            yield box
+        running = _Sandbox([*hidden, "--", "/bin/sh", "-c", _LAUNCHER, "sh", *unprivileged], inherited)
+        with contextlib.closing(running):
+            running.wait_until_ready(cancelled)
+            running.limit(limits, groups)
+            running.layers += ("system calls",) if call_filter is not None else ()
+            running.drop_privileges(cancelled)
+            yield running
 
 
 class _Sandbox:
     """A running bubblewrap, from its start to the end of everything in it.
 
+    Parameters
+    ----------
+    args : of bubblewrap
+    inherited : descriptors that it inherits: the files that the arguments name by number
+
     Attributes
     ----------
     pipes : of its processes
     folder : descriptor of the working folder
-    layers : optional layers that are active
-    go : what to send before the standard input of the command
+    layers : names of the optional layers that are active
+    start_signal : what to send before the standard input of the command, so that it is run
+
+    Raises
+    ------
+    IsolationError
+        If bubblewrap is not installed or cannot be started.
     """
 
-    go = _GO
+    start_signal = _GO
 
-    def __init__(self, args: Sequence[str], passed: Sequence[int]) -> None:
+    def __init__(self, args: Sequence[str], inherited: Sequence[int]) -> None:
         program = shutil.which("bwrap")
         if program is None:
             raise IsolationError("Bubblewrap (bwrap) is not installed.", "bubblewrap", bubblewrap.INSTALL)
         try:
-            self._process = process.start([program, *args], pass_fds=passed, cwd="/")
+            self._process = process.start([program, *args], pass_fds=inherited, cwd="/")
         except OSError as error:
             raise IsolationError(f"Bubblewrap cannot be started: {error.strerror}.", "bubblewrap") from error
         self.pipes = process.ProcessPipes(self._process, _MAX_STARTUP_OUTPUT)
@@ -182,7 +205,15 @@ class _Sandbox:
                 os.close(descriptor)
 
     def wait_until_ready(self, cancelled: Event) -> None:
-        """Wait until the sandbox is set up, and get hold of the working folder and of the first process."""
+        """Wait until the sandbox is set up, and open its working folder and a handle of its first process.
+
+        Raises
+        ------
+        IsolationError
+            If the sandbox cannot be set up or reached, or shares a namespace with this program.
+        process.Cancelled
+            If the run was cancelled.
+        """
         self._await_ready(cancelled)
         try:
             self._init_pid = _child_of(self._process.pid)
@@ -199,7 +230,7 @@ class _Sandbox:
             ) from error
 
     def limit(self, limits: Limits, groups: cgroups.Groups) -> None:
-        """Limit the first process, and so all processes that it starts."""
+        """Limit the first process, and so all processes that it starts; raise IsolationError if that fails."""
         import resource
 
         wanted = {
@@ -224,7 +255,7 @@ class _Sandbox:
         self.layers = groups.add(self._init_pid)
 
     def drop_privileges(self, cancelled: Event) -> None:
-        """Let the launcher become the user that runs the command."""
+        """Let the launcher become the user that runs the command; raises as :meth:`wait_until_ready` does."""
         self.pipes.send(_GO)
         self._await_ready(cancelled)
 
@@ -236,7 +267,8 @@ class _Sandbox:
         IsolationError
             If a process does not end.
         """
-        if self._init_pidfd == -1:  # end the input, and it ends; killed at a bad moment, it could leave a child behind
+        # Without a handle, end the input: bubblewrap ends then. Killed at a bad moment, it could leave a child behind.
+        if self._init_pidfd == -1:
             self.pipes.close_input()
         else:
             with contextlib.suppress(ProcessLookupError):
@@ -255,21 +287,24 @@ class _Sandbox:
         return 128 - code if 128 < code <= 128 + signal.NSIG else code
 
     def _await_ready(self, cancelled: Event) -> None:
-        """Wait until the launcher has printed its line, and clear the output."""
+        """Wait until the launcher has printed its line, and clear the output; raise if it ends or is cancelled."""
         deadline = time.monotonic() + _START_TIMEOUT
         ending = self.pipes.exchange_until(deadline, cancelled, lambda output: output.endswith(_READY))
         if ending is Ending.CANCELLED:
             raise process.Cancelled
         message = self.pipes.output.decode(errors="replace").strip()
         if ending is not None:
-            layer, remedy = bubblewrap.explain(message)
+            layer, remedy = bubblewrap.explain_failure(message)
             raise IsolationError(f"The sandbox cannot be set up: {message or ending.value}.", layer, remedy)
         self.pipes.output.clear()
 
 
 def _child_of(parent: int) -> int:
-    """Find the only child of a process. (Bubblewrap would report it (--info-fd), but can be killed while it does.)"""
-    with contextlib.suppress(FileNotFoundError):  # an option of the kernel's
+    """Return the process number of the only child of a process; raise ProcessLookupError if there is none.
+
+    Bubblewrap would report it (--info-fd), but can be killed while it does.
+    """
+    with contextlib.suppress(FileNotFoundError):  # not all kernels have this file
         return int(Path(f"/proc/{parent}/task/{parent}/children").read_text("ascii"))
     for stat in Path("/proc").glob("[0-9]*/stat"):
         with contextlib.suppress(OSError):  # some end meanwhile
@@ -279,19 +314,20 @@ def _child_of(parent: int) -> int:
 
 
 def _namespace(pid: int | str, kind: str) -> str:
+    """Return the identity of a process's namespace of a kind, as "net:[4026531840]"."""
     return os.readlink(f"/proc/{pid}/ns/{kind}")
 
 
 def _has_ended(pidfd: int, seconds: float) -> bool:
-    """Wait for the end of a process. Returns whether it ended within the time."""
+    """Wait for the end of a process, by its handle. Return whether it ended within the time."""
     poll = select.poll()
     poll.register(pidfd, select.POLLIN)
     return bool(poll.poll(seconds * 1000))
 
 
 @contextlib.contextmanager
-def _memfd(data: bytes) -> Iterator[int]:
-    """Get a descriptor from which to read data, without a file system."""
+def _memory_file(data: bytes) -> Iterator[int]:
+    """Yield the descriptor of a file in memory that holds data; raise IsolationError if it cannot be made."""
     try:
         descriptor = os.memfd_create("labcourse")
     except OSError as error:

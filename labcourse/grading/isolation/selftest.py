@@ -28,8 +28,8 @@ from labcourse.errors import IsolationError
 from labcourse.grading.isolation import attacks, bubblewrap, cgroups, sandbox, seccomp
 from labcourse.grading.isolation.process import MIB, Ending, Limits
 
-_KERNEL = (5, 14)  # counts an ordinary user's processes in each user namespace; before, the sandbox shares one limit
-_LOOK = """
+_OLDEST_KERNEL = (5, 14)  # it counts a user's processes in each user namespace; before, the sandbox shares one limit
+_INSPECTION = """
 cat /proc/self/status /proc/self/limits /proc/net/dev /proc/self/mounts
 echo =
 ls -d /proc/[0-9]*
@@ -37,11 +37,11 @@ id -u
 echo seen > seen
 """
 _WRITABLE = re.compile(r"/tmp|/dev/.*|/proc")
-_DELEGATE = (
+_GROUP_REMEDY = (
     "Grade as root, or in a group of your own where systemd runs: `systemd-run --user --scope …`. "
     "Without it each process is limited by itself, and the number of small files that a student can make is not."
 )
-_REPORT = "Do not grade here, and report what this shows."
+_REPORT_IT = "Do not grade here, and report what this shows."
 _LIMITS = Limits(
     seconds=60, memory=256 * MIB, processes=20, file_size=8 * MIB, folder=32 * MIB, output=65536, open_files=64
 )
@@ -98,28 +98,31 @@ class Attempt:
 
 
 def layers() -> list[Layer]:
-    """Look at the layers, the most basic first; stop after one of the first three if it does not work."""
+    """Return the state of the layers, the most basic first; the list ends early if one of the first three fails."""
     result: list[Layer] = []
-    for look in (_system, _bubblewrap, _user):
-        result.append(look())
+    for basic_layer in (_system_layer, _bubblewrap_layer, _user_layer):
+        result.append(basic_layer())
         if not result[-1].good:
             return result
-    return [*result, *_inside(), _together("memory"), _together("pids")]
+    return [*result, *_inside_layers(), _group_layer("memory"), _group_layer("pids")]
 
 
-def _system() -> Layer:
+def _system_layer() -> Layer:
+    """Return whether this is Linux, with a kernel that is new enough."""
     name, release = "operating system", f"{platform.system()} {platform.release()}"
     if not sys.platform.startswith("linux"):
         return Layer(name, False, f"{release}; isolation needs Linux", bubblewrap.remedy_of_platform())
-    good = _version(platform.release()) >= _KERNEL
+    good = _version(platform.release()) >= _OLDEST_KERNEL
     return Layer(name, good, release, "" if good else "Use a system with Linux 5.14 or newer.")
 
 
 def _version(text: str) -> tuple[int, ...]:
+    """Return the first two numbers in a text, as (5, 14)."""
     return tuple(int(part) for part in re.findall(r"\d+", text)[:2])
 
 
-def _bubblewrap() -> Layer:
+def _bubblewrap_layer() -> Layer:
+    """Return whether bubblewrap is installed, in a version that is new enough."""
     program = shutil.which("bwrap")
     if program is None:
         return Layer("bubblewrap", False, "not installed", bubblewrap.INSTALL)
@@ -129,54 +132,60 @@ def _bubblewrap() -> Layer:
     return Layer("bubblewrap", good, state, "" if good else bubblewrap.INSTALL)
 
 
-def _user() -> Layer:
+def _user_layer() -> Layer:
+    """Return whether there is a user without privileges to run a command as."""
     try:
         user = bubblewrap.sandbox_user()
     except IsolationError as error:
-        return _of_error(error)
+        return _layer_of_error(error)
     root, other = "root, who becomes another user for each run", "an ordinary user, in a user namespace"
     return Layer("user", True, root if user.from_root else other)
 
 
-def _inside() -> list[Layer]:
-    """Look at the layers that a trusted program sees from inside."""
+def _inside_layers() -> list[Layer]:
+    """Return the layers that a trusted program in a sandbox can see: files, network, processes, privileges, limits."""
     limits = Limits(seconds=60)
     try:
-        outcome = sandbox.run(["/bin/sh", "-c", _LOOK], visible=[], wanted="seen", largest=5, limits=limits)
+        outcome = sandbox.run(["/bin/sh", "-c", _INSPECTION], visible=[], wanted="seen", largest=5, limits=limits)
     except IsolationError as error:
-        return [_of_error(error)]
-    output, _, ours = outcome.output.decode(errors="replace").partition("\n=\n")
+        return [_layer_of_error(error)]
+    output, _, listing = outcome.output.decode(errors="replace").partition("\n=\n")
     if outcome.file != b"seen\n":
-        return [Layer("sandbox", False, f"a trusted program does not run in it: {output[-200:]}", _REPORT)]
+        return [Layer("sandbox", False, f"a trusted program does not run in it: {output[-200:]}", _REPORT_IT)]
     interfaces = re.findall(r"^\s*(\w+):(?:\s+\d+){10}", output, re.MULTILINE)
     mounts = re.findall(r"^\S+ (\S+) \S+ (rw|ro),", output, re.MULTILINE)
     read_only = bool(mounts) and all(_WRITABLE.fullmatch(path) for path, how in mounts if how == "rw")
-    processes = ours.count("/proc/")
-    unprivileged = re.search(r"CapEff:\s*0+\n.*NoNewPrivs:\s*1\n", output, re.DOTALL) and ours.split()[-1] != "0"
+    processes = listing.count("/proc/")
+    # The last word of the listing is the user's number.
+    unprivileged = re.search(r"CapEff:\s*0+\n.*NoNewPrivs:\s*1\n", output, re.DOTALL) and listing.split()[-1] != "0"
     limited = re.search(rf"Max address space\s+{limits.memory}\s", output)
     filtered = "system calls" in outcome.layers
     return [
-        _layer("file system", read_only, "read-only, but for /tmp"),
-        _layer("network", interfaces == ["lo"], f"interfaces: {', '.join(interfaces)}"),
-        _layer("processes", 0 < processes <= 5, f"{processes} to be seen, all of the sandbox"),
-        _layer("privileges", bool(unprivileged), "none, and none to be had"),
-        _layer("limits", bool(limited), "memory and files of each process, number of processes, time"),
+        _seen_layer("file system", read_only, "read-only, but for /tmp"),
+        _seen_layer("network", interfaces == ["lo"], f"interfaces: {', '.join(interfaces)}"),
+        # The launcher's shells, and what this listing itself starts.
+        _seen_layer("processes", 0 < processes <= 5, f"{processes} to be seen, all of the sandbox"),
+        _seen_layer("privileges", bool(unprivileged), "none, and none to be had"),
+        _seen_layer("limits", bool(limited), "memory and files of each process, number of processes, time"),
         Layer("system calls", filtered, "filtered" if filtered else "not filtered on this machine", needed=False),
     ]
 
 
-def _of_error(error: IsolationError) -> Layer:
+def _layer_of_error(error: IsolationError) -> Layer:
+    """Return the layer that an error is about, as not working."""
     return Layer(error.layer or "sandbox", False, str(error).removesuffix(error.remedy).strip(), error.remedy)
 
 
-def _layer(name: str, good: bool, state: str) -> Layer:
-    return Layer(name, good, state if good else f"not so: {state}", "" if good else _REPORT)
+def _seen_layer(name: str, good: bool, state: str) -> Layer:
+    """Return a layer that was looked at from inside; ``state`` says what is right about it."""
+    return Layer(name, good, state if good else f"not so: {state}", "" if good else _REPORT_IT)
 
 
-def _together(controller: str) -> Layer:
+def _group_layer(controller: str) -> Layer:
+    """Return whether a control group limits everything in a sandbox together; controller as "memory" or "pids"."""
     parent = cgroups.parent_groups().get(controller)
     if parent is None:
-        return Layer(cgroups.LAYERS[controller], False, "no control group available", _DELEGATE, needed=False)
+        return Layer(cgroups.LAYERS[controller], False, "no control group available", _GROUP_REMEDY, needed=False)
     return Layer(cgroups.LAYERS[controller], True, f"control group (version {parent.version})", needed=False)
 
 
@@ -191,20 +200,31 @@ def attempts() -> list[Attempt]:
     IsolationError
         If the sandbox cannot be set up, or the attacks could not be made in it.
     """
-    with _targets() as (targets, seen_outside):
-        results = _attack(targets)
+    with _attack_targets() as (targets, seen_outside):
+        results = _run_attacks(targets)
         seen = seen_outside()
-    judged = [_judge(name, *result, seen.get(name, "")) for name, result in results.items()]
-    flood = _leave_children("outlive a flood of output", Ending.OUTPUT, "exec yes", _LIMITS.seconds)
+    judged = [_attempt_of(name, *result, seen.get(name, "")) for name, result in results.items()]
+    flood = _attempt_to_outlive("outlive a flood of output", Ending.OUTPUT, "exec yes", _LIMITS.seconds)
     for seconds in (0.3, 3, 30):  # on a busy machine, it may take a while until the children run
-        deadline = _leave_children("outlive the deadline", Ending.DEADLINE, "exec sleep 60", seconds)
+        deadline = _attempt_to_outlive("outlive the deadline", Ending.DEADLINE, "exec sleep 60", seconds)
         if deadline.contained:
             break
     return [*judged, flood, deadline]
 
 
-def _attack(targets: dict[str, Any]) -> dict[str, tuple[bool, str]]:
-    """Run the attacks in a sandbox. Returns attack → whether it was contained, and what happened."""
+def _run_attacks(targets: dict[str, Any]) -> dict[str, tuple[bool, str]]:
+    """Run the attacks in a sandbox.
+
+    Returns
+    -------
+    dict
+        Name of the attack → whether it was contained, and what happened.
+
+    Raises
+    ------
+    IsolationError
+        If the sandbox cannot be set up, or the attacks did not come to their end.
+    """
     outcome = sandbox.run(
         [str(sandbox.python()), "-I", "-S", "-c", Path(attacks.__file__).read_text("utf-8")],
         visible=[],
@@ -220,15 +240,23 @@ def _attack(targets: dict[str, Any]) -> dict[str, tuple[bool, str]]:
     return {name: (contained, result) for name, (contained, result) in results.items()}
 
 
-def _judge(name: str, contained: bool, result: str, seen: str) -> Attempt:
-    """Judge an attack by what it says, and by what was seen outside ("" for nothing)."""
+def _attempt_of(name: str, contained: bool, result: str, seen_outside: str) -> Attempt:
+    """Return the attempt of an attack: by its own result, and by what was seen outside ("" if nothing was)."""
     layer, _ = attacks.ATTACKS[name]
     needed = layer == "" or (layer == attacks.FILTER and seccomp.program(os.uname().machine) is not None)
-    return Attempt(name, contained and not seen, seen or result, needed)
+    return Attempt(name, contained and not seen_outside, seen_outside or result, needed)
 
 
-def _leave_children(name: str, ending: Ending, then: str, seconds: float) -> Attempt:
-    """Leave detached children that ignore signals, let the run be ended, and look for the children outside."""
+def _attempt_to_outlive(name: str, ending: Ending, then: str, seconds: float) -> Attempt:
+    """Start detached children that ignore signals, let the run be ended, and look for the children from outside.
+
+    Parameters
+    ----------
+    name : of the attempt
+    ending : how the run has to end
+    then : line of shell after the children are started, which makes the run end so
+    seconds : time limit of the run
+    """
     token = secrets.token_hex(16)
     command = ["/bin/sh", "-c", _CHILDREN.format(then=then), token]
     outcome = sandbox.run(command, visible=[], wanted="left", largest=16, limits=replace(_LIMITS, seconds=seconds))
@@ -244,8 +272,16 @@ def _leave_children(name: str, ending: Ending, then: str, seconds: float) -> Att
 
 
 @contextlib.contextmanager
-def _targets() -> Iterator[tuple[dict[str, Any], Callable[[], dict[str, str]]]]:
-    """Set up targets of every kind. Returns what the attacks must know of them, and a look at them from outside."""
+def _attack_targets() -> Iterator[tuple[dict[str, Any], Callable[[], dict[str, str]]]]:
+    """Set up targets of every kind for the attacks.
+
+    Yields
+    ------
+    dict
+        What the attacks must know of the targets.
+    Callable
+        Function that looks at the targets from outside: attack → what it did, for those that did something.
+    """
     token, abstract = secrets.token_hex(16), "labcourse-" + secrets.token_hex(8)
     home = Path(os.path.expanduser("~"))
     with contextlib.ExitStack() as stack:
@@ -254,18 +290,19 @@ def _targets() -> Iterator[tuple[dict[str, Any], Callable[[], dict[str, str]]]]:
         planted.chmod(0o777)  # whoever finds it could write to it
         (planted / "secret").write_text(token, "utf-8")
 
-        def bound(family: int, kind: int, address: Any) -> socket.socket:
+        def bind_socket(family: int, kind: int, address: Any) -> socket.socket:
+            """Return a socket at an address, until the ``with`` block ends."""
             listener = stack.enter_context(socket.socket(family, kind))
             listener.bind(address)
             if kind == socket.SOCK_STREAM:
                 listener.listen()
             return listener
 
-        tcp = bound(socket.AF_INET, socket.SOCK_STREAM, ("127.0.0.1", 0))
-        udp = bound(socket.AF_INET, socket.SOCK_DGRAM, ("", 0))
-        bound(socket.AF_UNIX, socket.SOCK_STREAM, str(planted / "unix"))
-        bound(socket.AF_UNIX, socket.SOCK_STREAM, "\0" + abstract)
-        addresses = _reach(udp)
+        tcp = bind_socket(socket.AF_INET, socket.SOCK_STREAM, ("127.0.0.1", 0))
+        udp = bind_socket(socket.AF_INET, socket.SOCK_DGRAM, ("", 0))
+        bind_socket(socket.AF_UNIX, socket.SOCK_STREAM, str(planted / "unix"))
+        bind_socket(socket.AF_UNIX, socket.SOCK_STREAM, "\0" + abstract)
+        addresses = _own_addresses(udp)
         # A process of ours, with a secret in its environment. It ends with its input, and so with us.
         environment = {**os.environ, "LABCOURSE_SECRET": token}
         victim = stack.enter_context(subprocess.Popen(["cat"], env=environment, stdin=subprocess.PIPE))
@@ -287,6 +324,7 @@ def _targets() -> Iterator[tuple[dict[str, Any], Callable[[], dict[str, str]]]]:
         }
 
         def seen_outside() -> dict[str, str]:
+            """Return attack → what it did to a target."""
             seen = {}
             with contextlib.suppress(BlockingIOError):
                 seen["reach a UDP listener"] = "it was heard outside" if udp.recv(64) else ""
@@ -299,8 +337,14 @@ def _targets() -> Iterator[tuple[dict[str, Any], Callable[[], dict[str, str]]]]:
         yield targets, seen_outside
 
 
-def _reach(udp: socket.socket) -> list[str]:
-    """Make sure that a datagram arrives (else silence would mean nothing). Returns this machine's addresses."""
+def _own_addresses(udp: socket.socket) -> list[str]:
+    """Return this machine's addresses. Check that a datagram reaches the listener; else silence would mean nothing.
+
+    Raises
+    ------
+    IsolationError
+        If the listener receives something else.
+    """
     udp.settimeout(5)
     addresses = ["127.0.0.1"]
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:

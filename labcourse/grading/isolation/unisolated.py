@@ -38,11 +38,11 @@ class Unisolated:
         For root, whose rights no untrusted command may have; and on systems without process groups (Windows).
     """
 
-    go = b""
+    start_signal = b""  # the command is started at once
     layers: tuple[str, ...] = ()
 
     def __init__(self, command: Sequence[str], environment: Mapping[str, str]) -> None:
-        _refuse_root()
+        _check_allowed()
         self._command, self._environment = command, environment
         self._token = secrets.token_hex(16)
         self._code: int | None = None
@@ -59,8 +59,8 @@ class Unisolated:
             self.folder = os.open(work, os.O_RDONLY | os.O_DIRECTORY)
             stack.callback(os.close, self.folder)
             path = os.pathsep.join([str(bubblewrap.python().parent), os.defpath])
-            ours = {"PATH": path, "HOME": str(home), "TMPDIR": str(home), "LANG": "C.UTF-8"}
-            variables = {**ours, **self._environment, _TOKEN: self._token}
+            own_variables = {"PATH": path, "HOME": str(home), "TMPDIR": str(home), "LANG": "C.UTF-8"}
+            variables = {**own_variables, **self._environment, _TOKEN: self._token}
             self._process = process.start(self._command, cwd=work, env=variables, start_new_session=True)
             self.pipes = process.ProcessPipes(self._process, 0)
             stack.callback(self.pipes.close)
@@ -75,10 +75,15 @@ class Unisolated:
         """Kill the process group, and every process that has the token of the run in its environment.
 
         Processes that the command starts can leave the group; the environment that they started with stays.
+
+        Returns
+        -------
+        int
+            Exit status of the command, or minus the signal that ended it. A second call returns it again.
         """
         import psutil  # type: ignore[import-untyped]
 
-        if self._code is not None:  # its number may be another process's by now
+        if self._code is not None:  # ended before: its process number may be another process's by now
             return self._code
         with contextlib.suppress(ProcessLookupError, PermissionError):
             os.killpg(self._process.pid, signal.SIGKILL)
@@ -94,7 +99,8 @@ class Unisolated:
         return self._code
 
 
-def _refuse_root() -> None:
+def _check_allowed() -> None:
+    """Raise IsolationError for root, and on systems without process groups."""
     if os.name != "posix":
         raise IsolationError(
             "A run cannot be watched and ended here.", "operating system", bubblewrap.remedy_of_platform()
@@ -108,6 +114,7 @@ def _refuse_root() -> None:
 
 
 def _processes_with(token: str) -> list[Any]:
+    """Return the running processes (psutil's) that have the token of a run in their environment."""
     import psutil
 
     processes = []

@@ -169,7 +169,7 @@ def _run(packed: bytes, job: Job, cancelled: threading.Event | None) -> Outcome:
         visible=[folder],
         wanted=ANSWERS_FILE,
         largest=MAX_ANSWERS,
-        also={REPORTS_FILE: MAX_BYTES, **({inside.EVIDENCE_FILE: MAX_EVIDENCE} if job.evidence else {})},
+        further={REPORTS_FILE: MAX_BYTES, **({inside.EVIDENCE_FILE: MAX_EVIDENCE} if job.evidence else {})},
         stdin=json.dumps(spec).encode(),
         environment=environment,
         limits=sandbox.Limits(

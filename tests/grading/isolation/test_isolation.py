@@ -418,7 +418,7 @@ def test_the_package_that_judges_is_hidden_where_it_is_installed(monkeypatch, tm
     package = Path(packaging.__file__).resolve().parent
     here = f"ls -A {package} && ! test -w {package}"
     assert b"version.py" in shell(here).output
-    monkeypatch.setattr(bubblewrap, "_own_package", lambda: package)
+    monkeypatch.setattr(bubblewrap, "_labcourse_folder", lambda: package)
     outcome = shell(here)
     assert (outcome.code, outcome.output) == (0, b"")
     outcome = shell(here, visible=[package / "version.py"])

@@ -24,11 +24,11 @@ def test_a_path_is_made_straight_by_where_it_leads_and_its_links_are_left(tmp_pa
     (tmp_path / "link").symlink_to("elsewhere/deep")
     (tmp_path / "environment").symlink_to(".")
     top = tmp_path.resolve()
-    assert bubblewrap.straight(tmp_path / "bin/../bin/python") == top / "bin" / "python"
-    assert bubblewrap.straight(tmp_path / "environment/bin/python") == tmp_path / "environment/bin/python"
-    assert bubblewrap.straight(tmp_path / "link/../deep") == top / "elsewhere" / "deep"  # and not tmp_path / "deep"
-    assert bubblewrap.straight(tmp_path / "link/../../bin/python") == top / "bin" / "python"
-    assert bubblewrap.straight(Path("/../usr/bin/env")) == Path("/usr/bin/env")
+    assert bubblewrap.without_dots(tmp_path / "bin/../bin/python") == top / "bin" / "python"
+    assert bubblewrap.without_dots(tmp_path / "environment/bin/python") == tmp_path / "environment/bin/python"
+    assert bubblewrap.without_dots(tmp_path / "link/../deep") == top / "elsewhere" / "deep"  # and not tmp_path / "deep"
+    assert bubblewrap.without_dots(tmp_path / "link/../../bin/python") == top / "bin" / "python"
+    assert bubblewrap.without_dots(Path("/../usr/bin/env")) == Path("/usr/bin/env")
 
 
 def test_what_is_to_be_shown_is_shown_where_its_path_leads(tmp_path):
@@ -208,7 +208,7 @@ def test_groups_get_their_limits_and_are_removed(tmp_path, monkeypatch):
         made.add(path)
 
     monkeypatch.setattr(cgroups.Path, "mkdir", mkdir)
-    monkeypatch.setattr(cgroups, "_remove", made.remove)
+    monkeypatch.setattr(cgroups, "_remove_group", made.remove)
     parents = {name: ParentGroup(tmp_path, 2) for name in ("memory", "pids")}
     with cgroups.limited_groups(Limits(memory=12345, processes=6), parents) as groups:
         (folder,) = set(groups.limited.values())
@@ -230,7 +230,7 @@ def test_groups_of_programs_that_were_killed_are_cleared_away(tmp_path):
     left, ours = tmp_path / f"labcourse-{ended.pid}-ab12", tmp_path / f"labcourse-{os.getpid()}-ab12"
     for folder in (left, ours, tmp_path / "other-1-ab"):
         folder.mkdir()
-    cgroups._sweep(tmp_path)
+    cgroups._remove_stale_groups(tmp_path)
     assert sorted(folder.name for folder in tmp_path.iterdir()) == [ours.name, "other-1-ab"]
 
 

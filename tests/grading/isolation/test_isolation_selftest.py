@@ -83,8 +83,8 @@ def test_a_missing_filter_is_noticed(monkeypatch):
 
 
 def test_a_view_of_the_outside_is_noticed_before_anything_is_tried(monkeypatch):
-    bound, outside = bubblewrap._mounts, tempfile.gettempdir()
-    monkeypatch.setattr(bubblewrap, "_mounts", lambda *given: [*bound(*given), "--bind", outside, outside])
+    bound, outside = bubblewrap._bind_mounts, tempfile.gettempdir()
+    monkeypatch.setattr(bubblewrap, "_bind_mounts", lambda *given: [*bound(*given), "--bind", outside, outside])
     with pytest.raises(IsolationError):
         selftest.attempts()
 

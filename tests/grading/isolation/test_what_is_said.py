@@ -40,7 +40,7 @@ def said(monkeypatch):
             return Outcome(Ending.FINISHED, 0, file, "", output.encode(), 0.1, filtered)
 
         monkeypatch.setattr(sandbox, "run", run)
-        return {layer.name: layer for layer in selftest._inside()}
+        return {layer.name: layer for layer in selftest._inside_layers()}
 
     return look
 
@@ -126,7 +126,7 @@ def test_what_is_limited_together_is_said_of_each_by_itself(parents, monkeypatch
     there = {name: ParentGroup(tmp_path, version) for name, version in parents.items()}
     monkeypatch.setattr(cgroups, "parent_groups", lambda: there)
     for controller, name in (("memory", "memory of all together"), ("pids", "processes of all together")):
-        layer = selftest._together(controller)
+        layer = selftest._group_layer(controller)
         assert (layer.name, layer.good, layer.needed) == (name, controller in parents, False)
         expected = f"control group (version {parents[controller]})" if layer.good else "no control group available"
         assert layer.state == expected and bool(layer.remedy) != layer.good
@@ -137,7 +137,7 @@ def test_what_is_limited_together_is_said_of_each_by_itself(parents, monkeypatch
 )
 def test_the_oldest_kernel_is_5_14(release, good, monkeypatch):
     monkeypatch.setattr(selftest.platform, "release", lambda: release)
-    layer = selftest._system()
+    layer = selftest._system_layer()
     assert layer.good == good and release in layer.state and bool(layer.remedy) != good
 
 
@@ -148,16 +148,16 @@ def test_the_oldest_bubblewrap_is_0_8(version, good, monkeypatch):
     reported = SimpleNamespace(stdout=f"bubblewrap {version}\n")
     monkeypatch.setattr(selftest.shutil, "which", lambda name: "/usr/bin/bwrap")
     monkeypatch.setattr(selftest.subprocess, "run", lambda *given, **more: reported)
-    layer = selftest._bubblewrap()
+    layer = selftest._bubblewrap_layer()
     assert (layer.good, layer.state) == (good, f"bubblewrap {version} (/usr/bin/bwrap)")
     assert layer.remedy == ("" if good else bubblewrap.INSTALL)
 
 
 def test_who_a_run_becomes_is_said(monkeypatch):
     monkeypatch.setattr(bubblewrap, "sandbox_user", lambda: User(1000, False))
-    assert selftest._user() == Layer("user", True, "an ordinary user, in a user namespace")
+    assert selftest._user_layer() == Layer("user", True, "an ordinary user, in a user namespace")
     monkeypatch.setattr(bubblewrap, "sandbox_user", lambda: User(70000, True))
-    assert selftest._user() == Layer("user", True, "root, who becomes another user for each run")
+    assert selftest._user_layer() == Layer("user", True, "root, who becomes another user for each run")
 
 
 @pytest.mark.isolation
@@ -169,10 +169,10 @@ def test_a_missing_setpriv_is_a_missing_layer_and_its_remedy_is_named(monkeypatc
 
 
 def test_after_a_first_layer_that_is_missing_nothing_more_is_looked_at(monkeypatch):
-    for name in ("_system", "_bubblewrap", "_user"):
+    for name in ("_system_layer", "_bubblewrap_layer", "_user_layer"):
         with monkeypatch.context() as context:
-            context.setattr(selftest, "_inside", lambda: pytest.fail("a sandbox is set up"))
-            before = {"_system": "system", "_bubblewrap": "bubblewrap", "_user": "user"}
+            context.setattr(selftest, "_inside_layers", lambda: pytest.fail("a sandbox is set up"))
+            before = {"_system_layer": "system", "_bubblewrap_layer": "bubblewrap", "_user_layer": "user"}
             for other, title in before.items():
                 context.setattr(
                     selftest, other, lambda title=title, other=other, name=name: Layer(title, other != name, "")
@@ -269,7 +269,7 @@ def test_a_refusal_names_the_error_and_the_way_on(capsys):
 @pytest.mark.parametrize("contained", [True, False])
 @pytest.mark.parametrize("outside", ["", "it was heard outside"])
 def test_what_the_outside_saw_counts_against_what_was_said_inside(contained, outside):
-    attempt = selftest._judge("reach a UDP listener", contained, "refused", outside)
+    attempt = selftest._attempt_of("reach a UDP listener", contained, "refused", outside)
     assert attempt.contained == (contained and not outside)
     assert attempt.result == (outside or "refused") and attempt.needed
 
@@ -280,9 +280,9 @@ def test_what_only_a_filter_holds_is_needed_where_there_is_one(filtering, monkey
     filtered = [name for name, (layer, _attack) in attacks.ATTACKS.items() if layer == attacks.FILTER]
     assert "trace the first process" in filtered
     for name in filtered:
-        assert selftest._judge(name, True, "", "").needed == filtering
-    assert selftest._judge("write outside", True, "", "").needed
-    assert not selftest._judge("take too much memory together", True, "", "").needed
+        assert selftest._attempt_of(name, True, "", "").needed == filtering
+    assert selftest._attempt_of("write outside", True, "", "").needed
+    assert not selftest._attempt_of("take too much memory together", True, "", "").needed
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="looks for processes in /proc")
@@ -293,7 +293,7 @@ def test_what_only_a_filter_holds_is_needed_where_there_is_one(filtering, monkey
 def test_what_was_left_behind_is_judged_by_its_ending_and_its_file(ending, file, contained, monkeypatch):
     outcome = Outcome(ending, None, file, "", b"", 1.0)
     monkeypatch.setattr(sandbox, "run", lambda command, **more: outcome)
-    attempt = selftest._leave_children("outlive the deadline", Ending.DEADLINE, "exec sleep 60", 0.3)
+    attempt = selftest._attempt_to_outlive("outlive the deadline", Ending.DEADLINE, "exec sleep 60", 0.3)
     assert attempt.contained == contained
     assert attempt.result.startswith("ended; no process left" if contained else "it ended otherwise")
 
@@ -302,7 +302,7 @@ def test_a_self_test_that_did_not_come_to_its_end_is_no_good_one(monkeypatch):
     outcome = Outcome(Ending.DEADLINE, None, json.dumps({}).encode(), "", b"stuck", 1.0)
     monkeypatch.setattr(sandbox, "run", lambda command, **more: outcome)
     with pytest.raises(IsolationError, match="end: stuck"):
-        selftest._attack({})
+        selftest._run_attacks({})
     monkeypatch.setattr(sandbox, "run", lambda command, **more: replace(outcome, file=None, output=b""))
     with pytest.raises(IsolationError, match=f"end: {Ending.DEADLINE.value}"):
-        selftest._attack({})
+        selftest._run_attacks({})
