@@ -40,7 +40,7 @@ class Class(FakeClass):
 
     def __init__(self, folder, monkeypatch):
         super().__init__(folder, monkeypatch)
-        monkeypatch.setattr(pdf_pages, "work", self.count)
+        monkeypatch.setattr(pdf_pages, "describe_pdf", self.count)
         self.counted = []
 
     def key(self, factor):
@@ -162,13 +162,13 @@ def test_pages_are_counted_in_a_sandbox_and_what_goes_wrong_is_told(data, pages,
     ],
 )
 def test_what_the_sandbox_says_is_a_claim(monkeypatch, said):
-    monkeypatch.setattr(pdf_pages, "work", lambda data, isolated, cancelled=None: said)
+    monkeypatch.setattr(pdf_pages, "describe_pdf", lambda data, isolated, cancelled=None: said)
     found = counted(blank())
     assert found.pages is None and "damaged" in found.trouble
 
 
 def test_a_report_of_2000_pages_is_believed(monkeypatch):
-    monkeypatch.setattr(pdf_pages, "work", lambda data, isolated, cancelled=None: b'{"pages": 2000}')
+    monkeypatch.setattr(pdf_pages, "describe_pdf", lambda data, isolated, cancelled=None: b'{"pages": 2000}')
     assert counted(blank()).pages == 2000
 
 

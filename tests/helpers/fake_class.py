@@ -80,7 +80,7 @@ class FakeClass:
         self.key(1.0)
         self.made = Bundle(b"", {"a.ipynb": {"cells": CELLS}}, {}, (), "0" * 64)
         monkeypatch.setattr(batch, "Bundles", lambda course: OneBundle(self.made))
-        monkeypatch.setattr(batch.runner, "work", self.work)
+        monkeypatch.setattr(batch.runner, "run_on_worker", self.work)
         monkeypatch.setattr(batch, "Marker", InlineMarker)
 
     def key(self, factor):

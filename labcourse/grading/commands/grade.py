@@ -41,7 +41,7 @@ def doctor(as_json: Json = False) -> None:
     if as_json:
         typer.echo(json.dumps(examined.as_data()))
     else:
-        isolation_report.show(examined)
+        isolation_report.print_state(examined)
     raise typer.Exit(ALL_WELL if examined.good else NOT_ISOLATED)
 
 
@@ -151,7 +151,7 @@ def grade(
         for line in filter(None, (reports.closed, reports.unknown, reports.hints, to_decide if open_rows else "")):
             typer.echo(line, err=True)
     except IsolationError as error:
-        isolation_report.refuse(error)
+        isolation_report.print_refusal(error)
         raise typer.Exit(NOT_ISOLATED) from None
     raise typer.Exit(SOME_TROUBLE if progress.trouble else ALL_WELL)
 

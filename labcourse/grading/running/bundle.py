@@ -35,9 +35,9 @@ from labcourse.grading.release import student_course, student_notebooks
 from labcourse.grading.release.releases import NOTEBOOKS, Releases, StoredRelease
 from labcourse.run.alignment import source_of
 
-INSIDE, FONTS = "inside", "matplotlib"  #: folders beside the packages
+INSIDE, FONTS = "inside", "matplotlib"  #: folders beside the packages: the programs that run notebooks, and fonts
 _PROGRAMS = Path(__file__).resolve().parent / "inside"
-_REPORTS = Path(cell_reports.__file__)  # beside the programs: the packages of an early release do not have it
+_REPORTS = Path(cell_reports.__file__)  # put beside the programs: packages of an early release do not have it
 _SHOWN = 60  # characters of a name from a student's file
 
 Cells = frozenset[tuple[str, str]]  # notebook's file name, source
@@ -81,7 +81,7 @@ class Chosen:
 
 
 class Bundles:
-    """The bundles of a course: as it is now, and of the releases that are kept. Threads may share it.
+    """The bundles of a course: as it is now, and of its stored releases. Threads may share it.
 
     Parameters
     ----------
@@ -90,8 +90,8 @@ class Bundles:
     Attributes
     ----------
     current : the course as it is now
-    releases : those that are kept
-    names : file names of the notebooks of all of them
+    releases : the stored releases
+    names : file names of the notebooks of all these releases, in order
 
     Raises
     ------
@@ -114,18 +114,22 @@ class Bundles:
     def choose(self, hand_in: HandIn) -> Chosen:
         """Choose the bundle under which a submission is run and marked.
 
+        It is the release that its ``course.json`` names, unless the notebooks contradict that or there is none: then
+        the release with most of the course's own cells in the notebooks.
+
         Raises
         ------
         GradingError
             If that release cannot be read any more.
         """
         named = hand_in.course.get(course_file.RELEASE)
-        seen = frozenset((name, cell.source.strip()) for name, cells in hand_in.notebooks.items() for cell in cells)
-        release = closest = max(self._cells, key=lambda name: len(seen & self._cells[name]))
+        cells = frozenset((name, cell.source.strip()) for name, cells in hand_in.notebooks.items() for cell in cells)
+        release = closest = max(self._cells, key=lambda name: len(cells & self._cells[name]))
         problems, notes = [], []
         if isinstance(named, str) and named in self._cells:
-            of_named, of_closest = seen & self._cells[named], seen & self._cells[closest]
-            if of_named - of_closest or not of_closest - of_named:  # the notebooks do not contradict the file
+            of_named, of_closest = cells & self._cells[named], cells & self._cells[closest]
+            # The file counts unless the closest release has all its cells that were handed in, and further ones.
+            if of_named - of_closest or not of_closest - of_named:
                 release = named
             else:
                 notes.append(f"{COURSE_FILE} names the release {named}, but the notebooks are those of {release}.")
@@ -145,7 +149,7 @@ class Bundles:
         return Chosen(bundle, tuple(problems), tuple(notes))
 
     def built(self, name: str) -> Bundle:
-        """Return the bundle of a release.
+        """Return the bundle of a release, by the release's name; it is made once.
 
         Raises
         ------
@@ -191,7 +195,7 @@ def of_release(release: StoredRelease, course: Course) -> Bundle:
 
     Parameters
     ----------
-    release : as it was kept
+    release : as it was stored
     course : as it is now
 
     Raises
@@ -205,13 +209,27 @@ def of_release(release: StoredRelease, course: Course) -> Bundle:
 
 
 def _bundle(course: Course, folder: Path, packages: tuple[str, ...], release: str, policy: BenchPolicy) -> Bundle:
-    """Make the bundle of a release that lies in a folder."""
+    """Make the bundle of a release that lies in a folder.
+
+    Parameters
+    ----------
+    course : as it is now
+    folder : with the folder of the notebooks, and those of the packages
+    packages : import names of the packages in the folder
+    release : its name
+    policy : which bench each student has
+
+    Raises
+    ------
+    GradingError
+        If its ``course.json`` names a start that the course does not have.
+    """
     paths = sorted((folder / NOTEBOOKS).glob("*.ipynb"))
     texts = {path.name: path.read_text(encoding="utf-8") for path in paths}
     start = _place_course_file(folder, course)
     packed = _pack([*(folder / name for name in packages), _PROGRAMS])
-    names = ("labcourse.answers.schema", *course.imports)  # of a session's, that one is imported with the first answer
-    imports = tuple(name for name in names if _is_there(name, folder, packages))
+    names = ("labcourse.answers.schema", *course.imports)  # a session imports that with its first answer
+    imports = tuple(name for name in names if _can_be_imported(name, folder, packages))
     depends = [texts, dict(course.parameters), imports]
     return Bundle(
         packed=packed,
@@ -221,13 +239,24 @@ def _bundle(course: Course, folder: Path, packages: tuple[str, ...], release: st
         digest=hashlib.sha256(packed + json.dumps(depends, sort_keys=True).encode()).hexdigest(),
         release=release,
         policy=policy,
-        asked=frozenset(_asked(paths, starts.narrowed(course.catalogue, start))),
+        asked=frozenset(_asked_parts(paths, starts.narrowed(course.catalogue, start))),
         start=start,
     )
 
 
 def _place_course_file(folder: Path, course: Course) -> Start | None:
-    """Copy a release's ``course.json`` to where an installed release has it. Return the start that it names."""
+    """Copy a release's ``course.json`` into the course's package, as an installed release has it.
+
+    Returns
+    -------
+    Start or None
+        Where the class begins in the middle, as the file says; None if it begins at the beginning, or without a file.
+
+    Raises
+    ------
+    GradingError
+        If the file names a start that the course does not have.
+    """
     file = folder / NOTEBOOKS / COURSE_FILE
     if not file.exists():
         return None
@@ -240,14 +269,15 @@ def _place_course_file(folder: Path, course: Course) -> Start | None:
         raise GradingError(f"{COURSE_FILE}: {error}") from None
 
 
-def _is_there(module: str, folder: Path, packages: tuple[str, ...]) -> bool:
+def _can_be_imported(module: str, folder: Path, packages: tuple[str, ...]) -> bool:
     """Return whether a module can be imported: an older release may not have all that the course has now."""
     path = folder.joinpath(*module.split("."))
     is_of_library = module.partition(".")[0] not in packages
     return is_of_library or path.with_suffix(".py").is_file() or (path / "__init__.py").is_file()
 
 
-def _asked(notebooks: Iterable[Path], catalogue: Catalogue) -> Iterator[tuple[str, str]]:
+def _asked_parts(notebooks: Iterable[Path], catalogue: Catalogue) -> Iterator[tuple[str, str]]:
+    """Yield the (question, part) that the cells of notebooks record, for those that the catalogue has."""
     for cell in chain.from_iterable(student_notebooks.recorded(student_notebooks.read(path)) for path in notebooks):
         question = catalogue.everything.get(cell.question)
         if question is not None:
@@ -283,6 +313,7 @@ def unpacked(packed: bytes) -> Path:
 
 @functools.cache
 def _unpack(packed: bytes) -> tempfile.TemporaryDirectory[str]:
+    """Unpack and compile a bundle in a temporary folder that lasts as long as the program; see :func:`unpacked`."""
     scratch = tempfile.TemporaryDirectory(prefix="labcourse-course-")
     folder = Path(scratch.name) / "course"
     with zipfile.ZipFile(io.BytesIO(packed)) as archive:

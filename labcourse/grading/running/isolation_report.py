@@ -26,7 +26,7 @@ for it. Every report then says so."""
 
 
 @dataclass(frozen=True)
-class Examined:
+class IsolationState:
     """The state of isolation on this machine.
 
     Attributes
@@ -55,14 +55,14 @@ class Examined:
                 yield IsolationError(message, attempt.name, remedy)
 
     def as_data(self) -> dict[str, Any]:
-        """Return the same as plain data."""
+        """Return the state as plain data, for JSON."""
         return {"good": self.good, **asdict(self)}
 
 
-def examine() -> Examined:
-    """Look at the layers, and try to break out if they are all there."""
-    examined = Examined(tuple(selftest.layers()), ())
-    return Examined(examined.layers, tuple(selftest.attempts())) if examined.good else examined
+def examine() -> IsolationState:
+    """Return the state of the layers, and of attempts to break out, which are made if all needed layers are there."""
+    isolation = IsolationState(tuple(selftest.layers()), ())
+    return IsolationState(isolation.layers, tuple(selftest.attempts())) if isolation.good else isolation
 
 
 def check() -> None:
@@ -81,7 +81,7 @@ def check_unisolated() -> None:
         )
 
 
-def refuse(error: IsolationError) -> None:
+def print_refusal(error: IsolationError) -> None:
     """Print for an instructor why nothing was graded."""
     from rich.console import Console
     from rich.markup import escape
@@ -89,28 +89,29 @@ def refuse(error: IsolationError) -> None:
     Console(stderr=True).print(_REFUSAL.format(error=escape(str(error)), program=program.name()))
 
 
-def show(examined: Examined) -> None:
+def print_state(isolation: IsolationState) -> None:
     """Print the layers, what to do about those that are missing, and the attempts to break out."""
     from rich.console import Console
     from rich.table import Table
     from rich.text import Text
 
     def state(good: bool, needed: bool) -> str:
+        """Return the text in the table's column for the state."""
         return "[green]good[/green]" if good else "[red]NO[/red]" if needed else "[yellow]missing (optional)[/yellow]"
 
     console = Console()
     table = Table("layer, or attempt to break out", "", "result", title="Isolation", title_justify="left")
-    for layer in examined.layers:
+    for layer in isolation.layers:
         table.add_row(layer.name, state(layer.good, layer.needed), Text(layer.state))
     table.add_section()
-    for attempt in examined.attempts:
+    for attempt in isolation.attempts:
         table.add_row(attempt.name, state(attempt.contained, attempt.needed), Text(attempt.result))
     console.print(table)
-    for layer in examined.layers:
+    for layer in isolation.layers:
         if not layer.good and layer.remedy:
             console.print(f"{layer.name}: {layer.remedy}", markup=False, style="red" if layer.needed else None)
     console.print(
         "Students' code can be run in isolation here."
-        if examined.good
+        if isolation.good
         else "Students' code cannot be run in isolation here: nothing is graded."
     )

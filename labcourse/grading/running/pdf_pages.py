@@ -16,7 +16,7 @@ from labcourse.grading.isolation.process import MIB, Ending, Limits
 from labcourse.grading.running.runner import Pool
 
 MOST_PAGES = 2000  #: ten times what anybody hands in; a higher number is not believed
-_RESULT, _LARGEST = "pages.json", 1000  # bytes
+_RESULT_FILE, _MOST_BYTES = "pages.json", 1000
 _LIMITS = Limits(seconds=20.0, memory=1024 * MIB, processes=20, file_size=MIB, folder=MIB, output=10_000)
 
 
@@ -30,7 +30,7 @@ def count_pages(
     content : file name → the PDF
     catalogue : of the course
     pool : where the sandboxes run
-    isolated : in a sandbox, or with the rights of whoever grades
+    isolated : whether they are opened in a sandbox; else with the rights of whoever grades
 
     Yields
     ------
@@ -43,18 +43,35 @@ def count_pages(
         If it cannot be isolated as asked; then nothing is opened.
     """
     for number, file in report_files.of_files(content, catalogue).items():
-        yield number, _with_pages(file, pool.run(work, content[file.name], isolated))
+        yield number, _with_pages(file, pool.run(describe_pdf, content[file.name], isolated))
 
 
-def work(data: bytes, isolated: bool, cancelled: threading.Event | None = None) -> bytes | None:
-    """Run :func:`_describe` on a PDF in a sandbox. Return its JSON, unchecked; None if there is none."""
-    # As text: the sandbox does not show our own package.
-    program = f"{inspect.getsource(_describe)}\n_describe()"
+def describe_pdf(data: bytes, isolated: bool, cancelled: threading.Event | None = None) -> bytes | None:
+    """Open a PDF in a sandbox, and return the JSON that :func:`_write_description` writes about it.
+
+    Parameters
+    ----------
+    data : the PDF
+    isolated : whether it is opened in a sandbox; else with the rights of whoever grades
+    cancelled : set from another thread to give up
+
+    Returns
+    -------
+    bytes or None
+        JSON, unchecked; None if it failed.
+
+    Raises
+    ------
+    IsolationError
+        If it cannot be isolated as asked; then it is not opened.
+    """
+    # The program goes into the sandbox as text: labcourse's own package is not shown there.
+    program = f"{inspect.getsource(_write_description)}\n_write_description()"
     outcome = sandbox.run(
         [str(sandbox.python()), "-P", "-c", program],
         visible=[],
-        wanted=_RESULT,
-        largest=_LARGEST,
+        wanted=_RESULT_FILE,
+        largest=_MOST_BYTES,
         stdin=data,
         environment={"PYTHONDONTWRITEBYTECODE": "1", "PYTHONNOUSERSITE": "1"},
         limits=_LIMITS,
@@ -64,10 +81,10 @@ def work(data: bytes, isolated: bool, cancelled: threading.Event | None = None) 
     return outcome.file if outcome.ending is Ending.FINISHED else None
 
 
-def _describe() -> None:
+def _write_description() -> None:
     """Write ``pages.json`` about the PDF on standard input: its pages, and whether it needs a password.
 
-    It runs alone in the sandbox. Where it fails it leaves no file.
+    Its source is run alone in the sandbox. If it fails, there is no file.
     """
     import io
     import json
@@ -79,17 +96,20 @@ def _describe() -> None:
     reader = pypdf.PdfReader(io.BytesIO(sys.stdin.buffer.read()))
     # With an empty password the file opens for everybody; only printing or changing it may be forbidden.
     locked = reader.is_encrypted and not reader.decrypt("")
-    about = {"pages": 0 if locked else len(reader.pages), "encrypted": locked}
-    Path("pages.json").write_text(json.dumps(about), encoding="utf-8")
+    description = {"pages": 0 if locked else len(reader.pages), "encrypted": locked}
+    Path("pages.json").write_text(json.dumps(description), encoding="utf-8")
 
 
 def _with_pages(file: ReportFile, output: bytes | None) -> ReportFile:
-    """Add the number of pages. The sandbox's output is a claim: only a credible number is taken from it."""
+    """Return a report's file with its number of pages, or with the trouble why there is none.
+
+    The sandbox's output is a claim: only a credible number is taken from it.
+    """
     try:
-        about = json.loads(output or b"{}")
+        description = json.loads(output or b"{}")
     except (ValueError, RecursionError):
-        about = {}
-    match about:
+        description = {}
+    match description:
         case {"encrypted": True}:
             return replace(file, trouble="asks for a password, so that nobody can read it")
         case {"pages": int(pages)} if not isinstance(pages, bool) and 0 < pages <= MOST_PAGES:

@@ -60,17 +60,17 @@ class Prepared:
     python: Version | None = None
 
     def run_content(self) -> list[Any]:
-        """Return all that a run depends on: bench, bundle, cells and files, as plain data. Texts are not run."""
+        """Return all that a run depends on as plain data: bench, bundle, cells and files, but no answers in words."""
         cells = {
             name: [[cell["id"], cell["source"]] for cell in notebook["cells"]]
             for name, notebook in self.merged.notebooks.items()
         }
-        return [self.bench_of, self.bundle.digest, cells, _digests(self.files)]
+        return [self.bench_of, self.bundle.digest, cells, _file_digests(self.files)]
 
     def digest(self) -> str:
         """Return a digest of the whole submission, problems and notes included."""
-        marked = [list(self.words.items()), self.claim, self.handed_in, _digests(self.reports)]
-        return content_digest([self.run_content(), *marked, self.problems, self.notes])
+        not_run = [list(self.words.items()), self.claim, self.handed_in, _file_digests(self.reports)]
+        return content_digest([self.run_content(), *not_run, self.problems, self.notes])
 
 
 def content_digest(content: object) -> str:
@@ -78,7 +78,8 @@ def content_digest(content: object) -> str:
     return hashlib.sha256(json.dumps(content, sort_keys=True, default=repr).encode()).hexdigest()
 
 
-def _digests(files: Mapping[str, bytes]) -> dict[str, str]:
+def _file_digests(files: Mapping[str, bytes]) -> dict[str, str]:
+    """Return name → SHA-256 digest of the content."""
     return {name: hashlib.sha256(content).hexdigest() for name, content in files.items()}
 
 
@@ -102,28 +103,28 @@ def prepare(
     supplied : values in place of missing ones
     """
     notebooks = {name: cells for name, cells in hand_in.notebooks.items() if name in bundle.pristine}
-    merged = merge.merged(bundle.pristine, notebooks, every_cell, supplying.cells(bundle.pristine, supplied))
+    merged = merge.merged(bundle.pristine, notebooks, every_cell, supplying.code_to_insert(bundle.pristine, supplied))
     texts: dict[Where, Words] = {}
-    problems: list[str] = []
-    notes: list[str] = []
+    problems, notes = list[str](), list[str]()
     for name, cells in notebooks.items():
         master = bundle.pristine[name]["cells"]
         written = words.written(master, cells, hand_in.files)
         texts |= written.words
-        problems += [f"{name}: {problem}" for problem in (*written.problems, *_unreadable(cells))]
-        changes = filter(_matters, merged.changes[name])
+        problems += [f"{name}: {problem}" for problem in (*written.problems, *_too_long(cells))]
+        changes = filter(_is_noted, merged.changes[name])
         notes += [f"{name}: {note}" for note in (*written.notes, *changes, *_repeated(master, cells))]
         if not written.words and _is_untouched(master, cells):
             notes.append(f"{name}: it was handed in as it was handed out; nothing is written in it.")
     try:
-        claim = None if hand_in.claim is None else _claim(hand_in.claim, catalogue, student)
+        claim = None if hand_in.claim is None else _read_claim(hand_in.claim, catalogue, student)
     except AnswerError as error:
         claim = None
         notes.append(str(error))
-    notes += [f"Your instructor supplied {one.name} = {one.value}." for one in supplied]
+    notes += [f"Your instructor supplied {value.name} = {value.value}." for value in supplied]
     files, handed_in = dict(sorted(hand_in.files.items())), tuple(sorted(notebooks))
-    about = (bundle, student, merged, files, texts, claim, handed_in, tuple(problems), tuple(notes))
-    return Prepared(*about, hand_in.reports, {one.name: one.value for one in supplied})
+    values = {value.name: value.value for value in supplied}
+    messages = (tuple(problems), tuple(notes))
+    return Prepared(bundle, student, merged, files, texts, claim, handed_in, *messages, hand_in.reports, values)
 
 
 def _repeated(master: Sequence[Mapping[str, Any]], cells: Sequence[Cell]) -> Iterator[str]:
@@ -134,7 +135,7 @@ def _repeated(master: Sequence[Mapping[str, Any]], cells: Sequence[Cell]) -> Ite
             yield f"the cell {name} is there {times[name]} times; all of them are run, in order."
 
 
-def _unreadable(cells: Sequence[Cell]) -> Iterator[str]:
+def _too_long(cells: Sequence[Cell]) -> Iterator[str]:
     """Yield a message on each cell that is too long."""
     for place, cell in enumerate(cells, start=1):
         if cell.kind == UNREADABLE:
@@ -148,15 +149,30 @@ def _is_untouched(master: Sequence[Mapping[str, Any]], cells: Sequence[Cell]) ->
     return has_answers and all(cell.source.strip() in {"", *code} for cell in cells if cell.kind == CODE)
 
 
-def _matters(change: Change) -> bool:
-    """Return whether an instructor may want to know of a change. Text may be deleted; answers in words are compared."""
+def _is_noted(change: Change) -> bool:
+    """Return whether a change of the course's cells is noted for the instructor.
+
+    Changes of text cells for answers are not: texts may be deleted, and answers in words are compared elsewhere.
+    """
     if change.role is Role.ANSWER:
         return change.kind == "code"
     return change.role is Role.LOCKED and change.what is not Happened.RENAMED
 
 
-def _claim(data: bytes, catalogue: Catalogue, student: str) -> Claim:
-    """Read which answers the student's own answers.json says were recorded; raise AnswerError if it does not count."""
+def _read_claim(data: bytes, catalogue: Catalogue, student: str) -> Claim:
+    """Read from the student's own answers.json which answers were recorded at home.
+
+    Parameters
+    ----------
+    data : content of the file
+    catalogue : of the course; other questions and parts are left out
+    student : ID of the student whom it should name
+
+    Raises
+    ------
+    AnswerError
+        If it cannot be read or names another student; then it does not count.
+    """
     try:
         content = answers.parse(data)
     except AnswerError as error:

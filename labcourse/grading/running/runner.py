@@ -30,7 +30,7 @@ MAX_EVIDENCE = 40_000_000  #: bytes: 20 recordings of 30,000 samples in four cha
 _GIB = 1024**3
 _CONNECT = 15  # s to find a scheduler and a worker; a scheduler answers within one
 _RETRIES = 3  # for a submission whose worker is lost, be it by no fault of its own
-# Matplotlib's list of fonts has to lie where it could be written.
+# Copy matplotlib's list of fonts ($0, its folder) to where matplotlib could write it; then become the command ($@).
 _WITH_FONTS = 'mkdir -p "$HOME/.cache" && cp -R "$0" "$HOME/.cache/matplotlib" && exec "$@"'
 
 
@@ -40,10 +40,11 @@ class Limits:
 
     Attributes
     ----------
-    cell, submission : time, s (of a cell; of everything, wall time); a whole course takes a minute at most
+    cell : time of a cell, s
+    submission : wall time of the whole run, s; a whole course takes a minute at most
     memory : bytes; twice what a notebook with all libraries needs
     processes : at a time; libraries start threads, on many processors
-    folder : bytes that can be written: recordings and pictures
+    folder : bytes that it can write into its folder: recordings and pictures
     """
 
     cell: int = 60
@@ -66,7 +67,7 @@ class Job:
     imports : modules that the notebooks use
     files : the student's own, beside the notebooks: relative path → content
     limits : on time and size
-    isolated : in a sandbox, or with the rights of whoever grades
+    isolated : whether it is run in a sandbox; else with the rights of whoever grades
     evidence : function of the course's, "package.module:function", that reads the student's files in the sandbox; ""
         for none
     """
@@ -100,8 +101,13 @@ class Run:
     evidence: bytes = b""
 
 
-def work(job: Job, packed: bytes, version: str, cancelled: threading.Event | None = None) -> Run:
-    """Run a submission, if this worker has the version that grades.
+def run_on_worker(job: Job, packed: bytes, version: str, cancelled: threading.Event | None = None) -> Run:
+    """Run a submission, if this worker has the version of labcourse that grades. (A cluster's worker calls this.)
+
+    Parameters
+    ----------
+    job, packed, cancelled : as for :func:`run`
+    version : of the labcourse that grades
 
     Raises
     ------
@@ -120,7 +126,7 @@ def run(packed: bytes, job: Job, cancelled: threading.Event | None = None) -> Ru
 
     Parameters
     ----------
-    packed : the bundle's, see :class:`~labcourse.grading.running.bundle.Bundle`
+    packed : zip of the bundle, see :class:`~labcourse.grading.running.bundle.Bundle`
     job : what to run
     cancelled : set from another thread to give up
 
@@ -131,7 +137,7 @@ def run(packed: bytes, job: Job, cancelled: threading.Event | None = None) -> Ru
     GradingError
         If it was cancelled, if the course cannot be imported, or if notebooks cannot be run with a library's version.
     """
-    outcome = _run(packed, job, cancelled)
+    outcome = _run_in_sandbox(packed, job, cancelled)
     if outcome.ending is Ending.CANCELLED:
         raise GradingError("The run was cancelled.")
     if outcome.code == inside.BROKEN and job.notebooks:  # a claim: try the course alone, which raises if it is true
@@ -143,9 +149,10 @@ def run(packed: bytes, job: Job, cancelled: threading.Event | None = None) -> Ru
     return Run(outcome.file, _problems(outcome, job.limits), reports, evidence)
 
 
-def _run(packed: bytes, job: Job, cancelled: threading.Event | None) -> Outcome:
+def _run_in_sandbox(packed: bytes, job: Job, cancelled: threading.Event | None) -> Outcome:
+    """Run the program of the folder ``inside`` on a job, in a sandbox if it is to be isolated; return how it ended."""
     folder, limits = unpacked(packed), job.limits
-    spec = {
+    specification = {  # as inside/main.py reads it
         "notebooks": dict(job.notebooks),
         "parameters": {**job.parameters, "student": job.student},
         "imports": list(job.imports),
@@ -170,7 +177,7 @@ def _run(packed: bytes, job: Job, cancelled: threading.Event | None) -> Outcome:
         wanted=ANSWERS_FILE,
         largest=MAX_ANSWERS,
         further={REPORTS_FILE: MAX_BYTES, **({inside.EVIDENCE_FILE: MAX_EVIDENCE} if job.evidence else {})},
-        stdin=json.dumps(spec).encode(),
+        stdin=json.dumps(specification).encode(),
         environment=environment,
         limits=sandbox.Limits(
             seconds=limits.submission, memory=limits.memory, processes=limits.processes, folder=limits.folder
@@ -181,7 +188,7 @@ def _run(packed: bytes, job: Job, cancelled: threading.Event | None) -> Outcome:
 
 
 def _problems(outcome: Outcome, limits: Limits) -> tuple[str, ...]:
-    """Say what went wrong with a run as a whole."""
+    """Return messages on what went wrong with a run as a whole; none if all notebooks were run to their end."""
     by_code: dict[int | None, str] = {
         inside.FINE: "",
         inside.TIMED_OUT: f"A cell took longer than {limits.cell} s and was stopped; later cells were run if possible.",
@@ -203,9 +210,10 @@ class Pool:
 
     Attributes
     ----------
-    run : call a function with some arguments there, wait for it, and return its result; threads may share it
+    run : function that is given a function and its arguments, calls it there, waits for it, and returns its result;
+        threads may share it
     capacity : number of submissions at a time
-    stop : end what is running
+    stop : function that ends what is running
     """
 
     run: Callable[..., Any]
@@ -225,7 +233,7 @@ def local(jobs: int) -> Iterator[Pool]:
     """
     cancelled = threading.Event()
     try:
-        yield Pool(lambda function, *given: function(*given, cancelled=cancelled), jobs, cancelled.set)
+        yield Pool(lambda function, *arguments: function(*arguments, cancelled=cancelled), jobs, cancelled.set)
     finally:
         cancelled.set()
 
@@ -252,7 +260,7 @@ def cluster(scheduler: str) -> Iterator[Pool]:
             client.wait_for_workers(1, timeout=_CONNECT)
         except TimeoutError:
             raise GradingError(f"The scheduler at {scheduler} has no workers.") from None
-        # Not pure: equal work for two students is done for each.
+        # Not pure: dask must not take the result of an equal call for that of another student's.
         executor = client.get_executor(pure=False, retries=_RETRIES)
-        run = lambda *work: executor.submit(*work).result()  # noqa: E731
+        run = lambda *call: executor.submit(*call).result()  # noqa: E731
         yield Pool(run, sum(client.nthreads().values()), partial(executor.shutdown, wait=False))

@@ -14,11 +14,11 @@ from typing import Any
 
 import numpy as np
 
-from labcourse import student_id
 from labcourse.answers import forms
 from labcourse.answers.catalogue import Catalogue
 from labcourse.errors import AnswerError, GradingError, StudentIDError
 from labcourse.run.recorders import recorded
+from labcourse.student_id import caseless, normalised
 
 _KINDS = ("number", "choice", "matrix", "poles")
 _EXAMPLE = "ada:1.2.speed=19.5"
@@ -26,12 +26,12 @@ _EXAMPLE = "ada:1.2.speed=19.5"
 
 @dataclass(frozen=True)
 class Supplied:
-    """A value for one part.
+    """A value that an instructor supplies for one part of a question.
 
     Attributes
     ----------
     student : ID of the student who gets it
-    question, part : which
+    question, part : number of the question, and name of the part
     value : a number, a text, or lists of them; plain data. None takes an earlier value back
     """
 
@@ -42,13 +42,13 @@ class Supplied:
 
     @property
     def name(self) -> str:
-        """As in "1.2.speed"."""
+        """Name of the part, as "1.2.speed"."""
         return f"{self.question}.{self.part}"
 
     @property
     def source(self) -> str:
-        """Python for the value."""
-        return f"__import__('numpy').array({_numbers(self.value)!r})" if _is_array(self.value) else repr(self.value)
+        """Python expression for the value, to be put into a cell."""
+        return f"__import__('numpy').array({_as_numbers(self.value)!r})" if _is_array(self.value) else repr(self.value)
 
 
 def read(text: str, catalogue: Catalogue) -> Supplied:
@@ -66,14 +66,14 @@ def read(text: str, catalogue: Catalogue) -> Supplied:
         raise GradingError(f"{text!r} should be STUDENT:QUESTION.PART=VALUE, as {_EXAMPLE}.")
     try:
         kind = catalogue.find(question).part(part).kind
-        parsed = _parsed(value.strip(), part, kind) if value.strip() else None
-        return _checked(Supplied(student_id.normalised(student), question, part, parsed), catalogue)
+        parsed = _parse_value(value.strip(), part, kind) if value.strip() else None
+        return _check_fits(Supplied(normalised(student), question, part, parsed), catalogue)
     except (AnswerError, StudentIDError, forms.FormError, forms.NotAnswered, ValueError) as error:
         raise GradingError(f"{text!r} cannot be supplied: {error}") from None
 
 
 def values_for(
-    student: str, earlier: Mapping[str, Any], now: Iterable[Supplied], catalogue: Catalogue
+    student: str, earlier: Mapping[str, Any], supplied_now: Iterable[Supplied], catalogue: Catalogue
 ) -> list[Supplied]:
     """Return the values that count for a student. A value that is supplied now replaces or takes back an earlier one.
 
@@ -81,20 +81,25 @@ def values_for(
     ----------
     student : ID
     earlier : "1.2.speed" → value, from the gradebook; values that the course no longer takes are left out
-    now : of all students
+    supplied_now : values for all students that are given for this grading
     catalogue : of the course
     """
     values: dict[str, Supplied] = {}
     for name, value in earlier.items():
         question, _dot, part = name.rpartition(".")
         with contextlib.suppress(AnswerError, forms.FormError, ValueError):
-            values[name] = _checked(Supplied(student, question, part, value), catalogue)
-    values |= {one.name: one for one in now if student_id.caseless(one.student) == student_id.caseless(student)}
-    return [one for one in values.values() if one.value is not None]
+            values[name] = _check_fits(Supplied(student, question, part, value), catalogue)
+    values |= {value.name: value for value in supplied_now if caseless(value.student) == caseless(student)}
+    return [value for value in values.values() if value.value is not None]
 
 
-def cells(pristine: Mapping[str, dict[str, Any]], supplied: Iterable[Supplied]) -> dict[str, dict[str, str]]:
+def code_to_insert(pristine: Mapping[str, dict[str, Any]], supplied: Iterable[Supplied]) -> dict[str, dict[str, str]]:
     """Write the code that binds and records supplied values.
+
+    Parameters
+    ----------
+    pristine : notebook's file name → notebook as released
+    supplied : the values that count for a student
 
     Returns
     -------
@@ -107,16 +112,17 @@ def cells(pristine: Mapping[str, dict[str, Any]], supplied: Iterable[Supplied]) 
         If no cell of the course records such a part.
     """
     sources: dict[str, dict[str, str]] = {}
-    for one in supplied:
-        notebook, cell, variable = _recording_cell(pristine, one)
-        lines = [f"{variable} = {one.source}"] if variable else []
-        lines.append(f"lab.answer({one.question!r}, {one.part}={one.source})")
+    for value in supplied:
+        notebook, cell, variable = _recording_cell(pristine, value)
+        lines = [f"{variable} = {value.source}"] if variable else []
+        lines.append(f"lab.answer({value.question!r}, {value.part}={value.source})")
         before = sources.setdefault(notebook, {})
         before[cell] = "\n".join([*filter(None, [before.get(cell)]), *lines])
     return sources
 
 
-def _parsed(text: str, part: str, kind: str) -> Any:
+def _parse_value(text: str, part: str, kind: str) -> Any:
+    """Read a value as plain data from what an instructor wrote; raise ValueError if the kind of part cannot have it."""
     if kind not in _KINDS:
         raise ValueError(f"{part} is of the kind {kind}; numbers, choices and arrays can be supplied.")
     if kind == "choice":
@@ -124,15 +130,15 @@ def _parsed(text: str, part: str, kind: str) -> Any:
     try:
         return json.loads(text)
     except ValueError:
-        how = 'write a number as 19.5, an array as [[1, 2], [3, 4]], and complex poles as ["-12+16j", -30].'
-        raise ValueError(how) from None
+        advice = 'write a number as 19.5, an array as [[1, 2], [3, 4]], and complex poles as ["-12+16j", -30].'
+        raise ValueError(advice) from None
 
 
-def _checked(supplied: Supplied, catalogue: Catalogue) -> Supplied:
+def _check_fits(supplied: Supplied, catalogue: Catalogue) -> Supplied:
     """Return the value if it fits its part; raise AnswerError, FormError or ValueError if not."""
     part, value = catalogue.find(supplied.question).part(supplied.part), supplied.value
     if value is not None:
-        forms.encode(part, np.array(_numbers(value)) if _is_array(value) else value, 0)
+        forms.encode(part, np.array(_as_numbers(value)) if _is_array(value) else value, 0)
     return supplied
 
 
@@ -140,17 +146,28 @@ def _is_array(value: Any) -> bool:
     return isinstance(value, list)
 
 
-def _numbers(value: Any) -> Any:
-    """Return nested lists of numbers, with complex numbers in place of their texts."""
+def _as_numbers(value: Any) -> Any:
+    """Return a value of plain data with numbers in place of texts such as "-12+16j"; lists may be nested."""
     if isinstance(value, list):
-        return [_numbers(one) for one in value]
+        return [_as_numbers(entry) for entry in value]
     return complex(value.replace(" ", "")) if isinstance(value, str) else value
 
 
 def _recording_cell(pristine: Mapping[str, dict[str, Any]], wanted: Supplied) -> tuple[str, str, str | None]:
-    """Find the notebook and the cell that records a part, and the variable that it records, if it is a plain name."""
+    """Find the cell of the course that records a part.
+
+    Returns
+    -------
+    tuple
+        File name of the notebook; id of the cell; and the variable that it records, None if that is not a plain name.
+
+    Raises
+    ------
+    GradingError
+        If no cell records the part.
+    """
     for name, notebook in pristine.items():
-        for one in recorded(notebook["cells"]):
-            if one.question == wanted.question and (one.names is None or wanted.part in one.names):
-                return name, one.cell, (one.names or {}).get(wanted.part)
+        for entry in recorded(notebook["cells"]):
+            if entry.question == wanted.question and (entry.names is None or wanted.part in entry.names):
+                return name, entry.cell, (entry.names or {}).get(wanted.part)
     raise GradingError(f"{wanted.name} cannot be supplied: no cell of the course records it.")

@@ -15,7 +15,7 @@ from labcourse.grading.isolation.cgroups import ParentGroup
 from labcourse.grading.isolation.process import Ending, Limits, Outcome
 from labcourse.grading.isolation.selftest import Attempt, Layer
 from labcourse.grading.running import isolation_report
-from labcourse.grading.running.isolation_report import Examined
+from labcourse.grading.running.isolation_report import IsolationState
 
 STATUS = "Name:\tcat\nCapInh:\t0000000000000000\nCapEff:\t0000000000000000\nCapAmb:\t0000000000000000\nNoNewPrivs:\t1\n"
 MEMORY = f"Max address space         {Limits().memory}           {Limits().memory}           bytes\n"
@@ -202,9 +202,9 @@ MAY_BREAK = Attempt("take too much memory together", False, "3 GiB", needed=Fals
 )
 def test_what_is_shown_of_all_is_what_was_found(found, attempts, good, monkeypatch, capsys):
     monkeypatch.setenv("COLUMNS", "200")
-    examined = Examined(found, attempts)
+    examined = IsolationState(found, attempts)
     assert examined.good == good and examined.as_data()["good"] == good
-    isolation_report.show(examined)
+    isolation_report.print_state(examined)
     shown = capsys.readouterr().out
     assert ("can be run in isolation here." in shown) == good
     assert ("cannot be run in isolation here: nothing is graded." in shown) != good
@@ -231,7 +231,7 @@ def test_what_is_shown_of_all_is_what_was_found(found, attempts, good, monkeypat
     ],
 )
 def test_grading_begins_where_all_holds_that_is_needed_and_not_otherwise(found, attempts, error, monkeypatch):
-    monkeypatch.setattr(isolation_report, "examine", lambda: Examined(found, attempts))
+    monkeypatch.setattr(isolation_report, "examine", lambda: IsolationState(found, attempts))
     if error is None:
         isolation_report.check()
         return
@@ -247,7 +247,7 @@ def test_breaking_out_is_tried_where_every_needed_layer_is_there(found, tried, m
     monkeypatch.setattr(selftest, "layers", lambda: list(found))
     monkeypatch.setattr(selftest, "attempts", lambda: calls.append(1) or [HELD])
     examined = isolation_report.examine()
-    assert len(calls) == tried and examined == Examined(found, (HELD,) * tried)
+    assert len(calls) == tried and examined == IsolationState(found, (HELD,) * tried)
 
 
 @pytest.mark.parametrize(("user", "refused"), [(0, True), (1, False), (1000, False)])
@@ -261,7 +261,7 @@ def test_root_does_not_grade_without_isolation(user, refused, monkeypatch):
 
 
 def test_a_refusal_names_the_error_and_the_way_on(capsys):
-    isolation_report.refuse(IsolationError("No sandbox.", "sandbox", "Install one."))
+    isolation_report.print_refusal(IsolationError("No sandbox.", "sandbox", "Install one."))
     said = " ".join(capsys.readouterr().err.split())
     assert "No sandbox. Install one." in said and "rotflex doctor" in said and "--unsafe-no-isolation" in said
 

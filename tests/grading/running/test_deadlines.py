@@ -129,14 +129,14 @@ def test_a_run_is_given_its_limits_and_what_it_depends_on(tmp_path, monkeypatch,
         isolated,
         evidence="m:read",
     )
-    done = runner.work(job, b"packed", labcourse.__version__, cancelled)
+    done = runner.run_on_worker(job, b"packed", labcourse.__version__, cancelled)
     assert done == runner.Run(b"{}", (), b"reports", b"{}")
     ((command, given),) = asked
     assert command[-2:] == ["-P", str(tmp_path / "inside" / "main.py")] and given["visible"] == [tmp_path]
     assert given["isolated"] is isolated
     assert given["limits"] == SandboxLimits(seconds=77.5, memory=300 * 2**20, processes=9, folder=12345)
-    also = {runner.REPORTS_FILE: 1_000_000, EVIDENCE_FILE: 40_000_000}
-    assert (given["largest"], given["also"]) == (2_000_000, also)
+    further = {runner.REPORTS_FILE: 1_000_000, EVIDENCE_FILE: 40_000_000}
+    assert (given["largest"], given["further"]) == (2_000_000, further)
     assert given["cancelled"] is cancelled and given["environment"]["LABCOURSE_PROBE_SEED"] == "5"
     assert json.loads(given["stdin"]) == {
         "notebooks": {"a.ipynb": {"cells": []}},
@@ -151,7 +151,7 @@ def test_a_run_is_given_its_limits_and_what_it_depends_on(tmp_path, monkeypatch,
 def test_a_worker_of_another_version_runs_nothing(monkeypatch):
     monkeypatch.setattr(runner, "run", lambda *given: pytest.fail("it runs"))
     with pytest.raises(GradingError, match=r"install 0\.0\.1"):
-        runner.work(runner.Job("ada", {}, 5), b"", "0.0.1")
+        runner.run_on_worker(runner.Job("ada", {}, 5), b"", "0.0.1")
 
 
 @pytest.mark.parametrize("is_broken", [True, False])
@@ -162,7 +162,7 @@ def test_a_submission_that_claims_that_the_course_is_broken_is_not_believed(monk
         asked.append(job)
         return Outcome(Ending.FINISHED, BROKEN if job.notebooks or is_broken else 0, b"{}", "", b"no numpy", 1.0)
 
-    monkeypatch.setattr(runner, "_run", run)
+    monkeypatch.setattr(runner, "_run_in_sandbox", run)
     job = runner.Job("ada", {"a.ipynb": {"cells": []}}, 5, files={"numpy.py": b""}, evidence="m:read")
     if is_broken:
         with pytest.raises(GradingError, match="no numpy"):
@@ -246,7 +246,7 @@ def test_each_notebook_is_run_with_the_time_that_was_asked_for(monkeypatch, tmp_
     inside_main._load_package()
     asked = []
     job = SimpleNamespace(run=lambda name, notebook: None)
-    monkeypatch.setattr(inside_main, "_prepared", lambda imports: job)
+    monkeypatch.setattr(inside_main, "_prepared_kernel", lambda imports: job)
     watching = inside_main.importlib.import_module(f"{inside_main.PACKAGE}.watch")
     codes = iter([0, 10, 11, 0])
     monkeypatch.setattr(

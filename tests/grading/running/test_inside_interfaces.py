@@ -29,7 +29,7 @@ def named(interface):
 
 def put_in_place(monkeypatch, interface, **found):
     """Have something else where the interface should be; nothing if nothing is given."""
-    for one in (*interfaces.NEEDED, *interfaces.SPARED):  # what imports them is itself imported as it should be
+    for one in (*interfaces.NEEDED, *interfaces.OPTIONAL):  # what imports them is itself imported as it should be
         importlib.import_module(one.module)
     *owners, name = interface.name.split(".")
     made = SimpleNamespace(**{name: found["found"]} if found else {})
@@ -40,7 +40,7 @@ def put_in_place(monkeypatch, interface, **found):
 
 def test_what_is_installed_is_as_it_was_tested():
     interfaces.check()
-    assert [interface.difference() for interface in interfaces.SPARED] == [None, None, None]
+    assert [interface.difference() for interface in interfaces.OPTIONAL] == [None, None, None]
 
 
 @pytest.mark.parametrize("interface", interfaces.NEEDED, ids=named)
@@ -134,10 +134,10 @@ def test_without_what_only_saves_time_all_goes_on(customized, tmp_path):
     assert (tmp_path / "ran").exists()
 
 
-@pytest.mark.parametrize("interface", [one for one in interfaces.SPARED if one.parameters], ids=named)
+@pytest.mark.parametrize("interface", [one for one in interfaces.OPTIONAL if one.parameters], ids=named)
 def test_docstrings_are_left_to_a_library_that_composes_them_otherwise(monkeypatch, interface):
     module = importlib.import_module(interface.module)
-    (other,) = {one for one in interfaces.SPARED if one.parameters} - {interface}
+    (other,) = {one for one in interfaces.OPTIONAL if one.parameters} - {interface}
     others = importlib.import_module(other.module)
     theirs = getattr(others, other.name)
 
@@ -145,7 +145,7 @@ def test_docstrings_are_left_to_a_library_that_composes_them_otherwise(monkeypat
         return ""
 
     monkeypatch.setattr(module, interface.name, another)
-    with interfaces.docstrings_as_they_stand():
+    with interfaces.plain_docstrings():
         assert getattr(module, interface.name) is another
         assert getattr(others, other.name) is not theirs
     assert getattr(others, other.name) is theirs

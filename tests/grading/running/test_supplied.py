@@ -97,7 +97,7 @@ def of(question, part, value=1):
 
 def test_each_is_bound_and_recorded_before_the_cell_that_records_it_several_in_order():
     given = [of("1.2", "way", "up"), of("1.2", "speed"), of("1.3", "time"), of("1.3", "mass", 2.5)]
-    assert supplied.cells(PRISTINE, given) == {
+    assert supplied.code_to_insert(PRISTINE, given) == {
         "a.ipynb": {"a-1": "lab.answer('1.2', way='up')\nv = 1\nlab.answer('1.2', speed=1)"},
         "b.ipynb": {"b-2": "lab.answer('1.3', time=1)", "b-1": "m = 2.5\nlab.answer('1.3', mass=2.5)"},
     }
@@ -105,4 +105,4 @@ def test_each_is_bound_and_recorded_before_the_cell_that_records_it_several_in_o
 
 def test_what_no_cell_records_cannot_be_supplied():
     with pytest.raises(GradingError, match=r"1\.2\.A "):
-        supplied.cells(PRISTINE, [of("1.2", "A")])
+        supplied.code_to_insert(PRISTINE, [of("1.2", "A")])

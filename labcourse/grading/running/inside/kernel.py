@@ -36,14 +36,23 @@ Source = tuple[str, str | None]  # of a cell, and the cell's id
 
 
 def sources(notebook: Mapping[str, Any], parameters: Mapping[str, str]) -> list[Source]:
-    """Return what is run of a notebook: code cells, and a cell of parameters after the cell with that tag, or first."""
+    """Return the cells to run of a notebook, each as source and id.
+
+    These are its code cells that are not empty, and a cell that sets the parameters: after the cell with the tag
+    "parameters", or first. That one has no id.
+
+    Parameters
+    ----------
+    notebook : as JSON
+    parameters : name → value
+    """
     cells = [cell for cell in notebook["cells"] if cell["cell_type"] == "code"]
     tagged = [_PARAMETERS_TAG in cell["metadata"].get("tags", ()) for cell in cells]
     place = tagged.index(True) + 1 if any(tagged) else 0
-    found: list[Source] = [("".join(cell["source"]), cell["id"]) for cell in cells]
+    sources_and_ids: list[Source] = [("".join(cell["source"]), cell["id"]) for cell in cells]
     lines = [f"{name} = {json.dumps(value, ensure_ascii=False)}\n" for name, value in parameters.items()]
-    found.insert(place, ("".join(["# Parameters\n", *lines]), None))
-    return [(source, cell) for source, cell in found if source.strip()]
+    sources_and_ids.insert(place, ("".join(["# Parameters\n", *lines]), None))
+    return [(source, cell) for source, cell in sources_and_ids if source.strip()]
 
 
 class Kernel:
@@ -62,14 +71,14 @@ class Kernel:
         private_interfaces.discard_output(self._shell)
 
     def try_out(self, report_step: Callable[[], None]) -> None:
-        """Run a cell with a known result.
+        """Run a cell with a known result, to check that cells run with these libraries.
 
         Raises
         ------
         RuntimeError
             If the result is another: an error in a kernel's own code is lost, as if a cell had broken it.
         """
-        self._run([(_TRIAL, None)], report_step)
+        self._run_from_start([(_TRIAL, None)], report_step)
         if self._shell.user_ns.get("ran") != 42:
             raise RuntimeError("Cells do not run.")
 
@@ -91,17 +100,18 @@ class Kernel:
         np.random.seed()
         private_interfaces.reseed_sympy()
         cell_reports.begin(cell_reports.REPORTS_FILE, name)
-        self._run(cells, report_step)
+        self._run_from_start(cells, report_step)
 
-    def _run(self, cells: Sequence[Source], report_step: Callable[[], None]) -> None:
+    def _run_from_start(self, cells: Sequence[Source], report_step: Callable[[], None]) -> None:
+        """Take over this process, which was forked for it, and run the cells in an event loop."""
         self._take_over()
-        # It is not closed in the end: what a cell has left running in it need not be waited for.
+        # The loop is not closed in the end: what a cell has left running in it need not be waited for.
         loop = asyncio.new_event_loop()
         asyncio.set_event_loop(loop)
-        loop.run_until_complete(self._run_all(cells, report_step))
+        loop.run_until_complete(self._run_cells(cells, report_step))
 
     def _take_over(self) -> None:
-        """Take over the process: its standard streams, its path, its signals."""
+        """Set the process's standard streams, arguments, path and signals as a kernel has them."""
         nowhere = os.open(os.devnull, os.O_RDWR)
         sys.stdin = open(nowhere, closefd=False)  # noqa: SIM115
         sys.stdout = MutedStream("stdout", nowhere)
@@ -110,10 +120,11 @@ class Kernel:
             os.dup2(nowhere, number)
         sys.displayhook = self._shell.displayhook
         sys.argv = ["ipykernel_launcher.py", "-f", "kernel.json", "--HistoryManager.hist_file=:memory:"]
-        sys.path.insert(_before_site_packages(), "")
+        sys.path.insert(_place_of_current_folder(), "")
         signal.signal(signal.SIGINT, signal.SIG_IGN)
 
-    async def _run_all(self, cells: Sequence[Source], report_step: Callable[[], None]) -> None:
+    async def _run_cells(self, cells: Sequence[Source], report_step: Callable[[], None]) -> None:
+        """Run the cells in order; raise SystemExit after one that called ``exit()``."""
         self._kernel.io_loop = _Loop(asyncio.get_running_loop())  # type: ignore[assignment]
         for source, cell in cells:
             report_step()
@@ -123,12 +134,12 @@ class Kernel:
                 raise SystemExit
 
     async def _execute(self, code: str, cell: str | None) -> None:
-        """Run a cell. Errors in it are noted by IPython."""
+        """Run the source of a cell, with the cell's id. IPython stores the cell's errors; none is raised here."""
         content = {"code": code, "silent": False, "store_history": True, "stop_on_error": False}
-        # As JupyterLab does it: what a cell records, and its errors, are known by the cell's id.
+        # The id is in the request as JupyterLab puts it there: what a cell records, and its errors, go by this id.
         request = self._session.msg("execute_request", content, metadata={"cellId": cell} if cell else None)
         self._kernel.set_parent([], request, "shell")
-        with suppress(KeyboardInterrupt):  # just when the cell had ended
+        with suppress(KeyboardInterrupt):  # an interrupt that came just when the cell had ended
             self._kernel.pre_handler_hook()
             try:
                 # If the cell has broken the shell itself, a kernel goes on as well as it can.
@@ -139,16 +150,16 @@ class Kernel:
 
 
 class _Loop:
-    """What a kernel asks of tornado's loop."""
+    """The methods of tornado's loop that a kernel calls."""
 
     def __init__(self, loop: asyncio.AbstractEventLoop) -> None:
         self.add_callback = loop.call_soon_threadsafe  # wakes the loop, in an interrupt, too
 
     def call_later(self, delay: float, callback: object) -> None:
-        """Do nothing. By this, ``exit()`` would stop the loop; here that is checked when the cell has ended."""
+        """Do nothing. ``exit()`` calls this to stop the loop later; here ``exit_now`` is checked after each cell."""
 
     def stop(self) -> None:
-        """Do nothing, as above."""
+        """Do nothing: the loop ends with the last cell."""
 
 
 class MutedSession(Session):
@@ -165,7 +176,7 @@ class MutedSession(Session):
         metadata: Message | None = None,
         **__: object,
     ) -> Message:
-        """Return what would have been sent."""
+        """Return the message that would have been sent."""
         if isinstance(msg_or_type, str):
             return self.msg(msg_or_type, content, parent, header, metadata)
         return msg_or_type
@@ -180,7 +191,7 @@ class MutedStream(io.TextIOBase):
         self.name, self._descriptor = name, descriptor
 
     def fileno(self) -> int:
-        """Return where other processes may write, as a kernel's terminal."""
+        """Return the descriptor that other processes may write to; what they write is discarded, too."""
         return self._descriptor
 
     def writable(self) -> bool:
@@ -199,15 +210,18 @@ class MutedStream(io.TextIOBase):
 
 
 def _enable_gui(gui: Any = None) -> None:
-    """There are no windows; the backend that draws into the notebook needs none."""
+    """Raise UsageError for a backend with windows: there is no display. The inline backend needs nothing."""
     if gui not in (None, "inline"):
         from IPython.core.error import UsageError
 
         raise UsageError(f"Cannot enable the event loop of {gui!r}: there is no display.")
 
 
-def _before_site_packages() -> int:
-    """Where a kernel puts the current folder: after the standard library, so that nothing there can stand in for it."""
+def _place_of_current_folder() -> int:
+    """Return the place in ``sys.path`` for the current folder: after the standard library, before installed packages.
+
+    A kernel puts it there, so that a student's file cannot replace a module of the standard library.
+    """
     for place, folder in enumerate(sys.path):
         if os.path.basename(folder) in {"site-packages", "dist-packages"}:
             return place

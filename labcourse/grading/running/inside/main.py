@@ -32,8 +32,8 @@ from typing import Any
 
 PACKAGE = "labcourse_inside"
 _TRIAL_TIMEOUT = 60.0  # s; as a cell has
-#: What any notebook needs; what those of a course need besides, the specification says.
-_IMPORTED = (
+#: What any notebook needs; the specification names what those of a course need besides.
+_ALWAYS_IMPORTED = (
     "IPython.core.logger",
     "IPython.core.pylabtools",
     "bdb",
@@ -44,7 +44,7 @@ _IMPORTED = (
 )
 #: Imported by some library where it is installed, and not needed by a notebook: a debugger, which starts threads; a
 #: grammar of web addresses for jsonschema, which takes seconds.
-_LEFT_OUT = ("debugpy", "rfc3987_syntax")
+_NOT_IMPORTED = ("debugpy", "rfc3987_syntax")
 
 
 def _load_package() -> None:
@@ -59,33 +59,46 @@ def _load_package() -> None:
     spec.loader.exec_module(package)
 
 
-def _module(name: str) -> Any:
+def _submodule(name: str) -> Any:
+    """Import a module beside this file."""
     return importlib.import_module(f"{PACKAGE}.{name}")
 
 
-def _prepared(imports: list[str]) -> Any:
-    """Return a kernel, once all is done that need not be done for each notebook. No thread may be running then."""
-    interfaces = _module("private_interfaces")
+def _prepared_kernel(imports: list[str]) -> Any:
+    """Do all that need not be done for each notebook, and return a kernel that is ready to be forked.
+
+    Parameters
+    ----------
+    imports : modules that the notebooks use
+
+    Raises
+    ------
+    InterfaceChangedError
+        If a library is not as it was tested.
+    Exception
+        Whatever an import raises.
+    """
+    interfaces = _submodule("private_interfaces")
     os.environ["MPLBACKEND"] = "module://matplotlib_inline.backend_inline"  # as a kernel sets it
     os.environ["LABCOURSE_PICTURES"] = "off"
     gc.disable()  # nothing of this is garbage
-    for name in _LEFT_OUT:
+    for name in _NOT_IMPORTED:
         sys.modules[name] = None  # type: ignore[assignment]
-    with interfaces.docstrings_as_they_stand():
-        for name in (*_IMPORTED, *imports):
+    with interfaces.plain_docstrings():
+        for name in (*_ALWAYS_IMPORTED, *imports):
             importlib.import_module(name)
     interfaces.check()
-    kernel = _module("kernel").Kernel()
-    assert threading.active_count() == 1, threading.enumerate()
-    gc.freeze()  # what there is by now, processes share; their garbage collectors need not look at it
+    kernel = _submodule("kernel").Kernel()
+    assert threading.active_count() == 1, threading.enumerate()  # else a fork is not safe
+    gc.freeze()  # forked processes share the objects so far: their garbage collectors leave these alone
     gc.enable()
-    if _module("watch").run(kernel.try_out, steps=1, timeout=_TRIAL_TIMEOUT) != sys.modules[PACKAGE].FINE:
-        raise interfaces.InterfaceChangedError(interfaces.versions())
+    if _submodule("watch").run(kernel.try_out, steps=1, timeout=_TRIAL_TIMEOUT) != sys.modules[PACKAGE].FINE:
+        raise interfaces.InterfaceChangedError(interfaces.versions_message())
     return kernel
 
 
 def _put_files(files: dict[str, str]) -> None:
-    """Put a student's own files into the current folder, each where nothing is yet."""
+    """Put a student's own files (path → content in base64) into the current folder. Existing files stay."""
     for name, content in files.items():
         path = Path(name)
         if path.is_absolute() or ".." in path.parts:
@@ -97,7 +110,13 @@ def _put_files(files: dict[str, str]) -> None:
 
 
 def _read_evidence(reader: str, report_step: Any) -> None:
-    """Call a function of the course's with the current folder, and write down what it returns."""
+    """Call the course's function that reads evidence, and write what it returns to the evidence file.
+
+    Parameters
+    ----------
+    reader : "package.module:function"; it is called with the current folder
+    report_step : called once, when the step begins
+    """
     report_step()
     module, _colon, name = reader.partition(":")
     content = getattr(importlib.import_module(module), name)(Path.cwd())
@@ -108,21 +127,21 @@ def run(specification: dict[str, Any]) -> int:
     """Run all notebooks of a specification, and return the exit code."""
     inside: Any = sys.modules[PACKAGE]
     try:
-        kernel = _prepared(specification["imports"])
+        kernel = _prepared_kernel(specification["imports"])
     except Exception as error:
         if type(error).__name__ != "InterfaceChangedError":
             traceback.print_exc()
         else:
             print(error, file=sys.stderr)
         return int(inside.BROKEN)
-    watch = functools.partial(_module("watch").run, timeout=specification["cell_timeout"])
+    watch = functools.partial(_submodule("watch").run, timeout=specification["cell_timeout"])
     # Not before: what is imported by now is the course's and the libraries', whatever a file may be called.
     _put_files(specification["files"])
-    if specification.get("evidence"):  # where that fails, nothing is there to come back
+    if specification.get("evidence"):  # if that fails, there is no evidence file
         watch(functools.partial(_read_evidence, specification["evidence"]), steps=1)
     worst: int = inside.FINE
     for name, notebook in specification["notebooks"].items():
-        cells = _module("kernel").sources(notebook, specification["parameters"])
+        cells = _submodule("kernel").sources(notebook, specification["parameters"])
         worst = max(worst, watch(functools.partial(kernel.run, name, cells), steps=len(cells)))
     return worst
 

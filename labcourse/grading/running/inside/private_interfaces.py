@@ -1,4 +1,4 @@
-"""What is used or replaced here of libraries though they have not promised to keep it.
+"""The private interfaces of libraries that are used or replaced here: the libraries do not promise to keep them.
 
 A library that has changed such an interface might still run, and quietly do something else. So before any notebook is
 run, :func:`check` looks whether each is there and takes the parameters that it took in the tested versions.
@@ -35,12 +35,13 @@ class InterfaceChangedError(Exception):
 
 @dataclass(frozen=True)
 class Interface:
-    """A part of a library.
+    """A private interface of a library: a function, a method or an attribute.
 
     Attributes
     ----------
-    module, name : where it is; with dots for what belongs to a class
-    parameters : names of what it takes; None for what is not called
+    module : import name of its module
+    name : its name in the module; with dots for what belongs to a class
+    parameters : names of its parameters; None for what is not called
     """
 
     module: str
@@ -53,7 +54,7 @@ class Interface:
         return self.module.partition(".")[0].lower()
 
     def difference(self) -> str | None:
-        """Return what is found instead; None if it is as it was tested."""
+        """Return what there is instead, as text for a message; None if it is as it was tested."""
         try:
             attribute: Any = importlib.import_module(self.module)
             for name in self.name.split("."):
@@ -65,14 +66,14 @@ class Interface:
             return "nothing"
         except (TypeError, ValueError):
             return "something that is not called"
-        return None if parameters == self.parameters else _listed(parameters)
+        return None if parameters == self.parameters else _in_parentheses(parameters)
 
     def check(self) -> None:
         """Raise InterfaceChangedError unless it is as it was tested."""
         difference = self.difference()
         if difference is not None:
             first, last = TESTED[self.library]
-            wanted = "an attribute" if self.parameters is None else _listed(self.parameters)
+            wanted = "an attribute" if self.parameters is None else _in_parentheses(self.parameters)
             raise InterfaceChangedError(
                 f"{self.library} {metadata.version(self.library)} has another {self.module}.{self.name} than notebooks "
                 f"can be run with ({difference} instead of {wanted}). Install a version of {self.library} that was "
@@ -107,11 +108,11 @@ NEEDED = (
     Interface("matplotlib.backends.backend_agg", "FigureCanvasAgg.draw_idle", ("self", "args", "kwargs")),
     Interface("sympy.core.random", "rng.seed", ("a", "version")),
 )
-_PAUSE = Interface(_KERNEL, "IPythonKernel._execute_sleep")
-_SCIPYS_PAGES = Interface("scipy._lib._docscrape", "FunctionDoc", ("func", "role", "doc", "config"))
-_MATPLOTLIBS_PAGES = Interface("matplotlib.artist", "kwdoc", ("artist",))
+_PAUSE_AFTER_CELLS = Interface(_KERNEL, "IPythonKernel._execute_sleep")
+_SCIPY_DOCSTRINGS = Interface("scipy._lib._docscrape", "FunctionDoc", ("func", "role", "doc", "config"))
+_MATPLOTLIB_DOCSTRINGS = Interface("matplotlib.artist", "kwdoc", ("artist",))
 #: Without these, everything works and takes longer.
-SPARED = (_PAUSE, _SCIPYS_PAGES, _MATPLOTLIBS_PAGES)
+OPTIONAL = (_PAUSE_AFTER_CELLS, _SCIPY_DOCSTRINGS, _MATPLOTLIB_DOCSTRINGS)
 
 
 def check() -> None:
@@ -126,8 +127,8 @@ def check() -> None:
         interface.check()
 
 
-def versions() -> str:
-    """Return a message for where cells do not run though everything is as it was tested."""
+def versions_message() -> str:
+    """Return a message with the libraries' versions: cells do not run, though the interfaces are as tested."""
     libraries = [
         f"{library} {metadata.version(library)} (tested: {first} to {last})"
         for library, (first, last) in TESTED.items()
@@ -135,7 +136,7 @@ def versions() -> str:
     return f"Cells do not run with these libraries: {', '.join(libraries)}."
 
 
-def _listed(parameters: tuple[str, ...]) -> str:
+def _in_parentheses(parameters: tuple[str, ...]) -> str:
     return f"({', '.join(parameters)})"
 
 
@@ -143,18 +144,21 @@ def _listed(parameters: tuple[str, ...]) -> str:
 
 
 def kernel_options() -> dict[str, dict[str, object]]:
-    """No history file, which a thread would write; and no pause after each cell, which is for the network's sake."""
+    """Return a kernel's options: no history file, which a thread would write, and no pause after each cell.
+
+    (The pause is for messages over the network. It is left out only if this version of ipykernel has that option.)
+    """
     options: dict[str, dict[str, object]] = {"HistoryManager": {"enabled": False}}
-    return {**options, "Kernel": {"_execute_sleep": 0.0}} if _PAUSE.difference() is None else options
+    return {**options, "Kernel": {"_execute_sleep": 0.0}} if _PAUSE_AFTER_CELLS.difference() is None else options
 
 
 def run_in_main_thread(kernel: Any) -> None:
-    """Let a kernel that has no thread for its messages know in which thread cells are run."""
+    """Tell a kernel, which has no thread for its messages here, that cells are run in the main thread."""
     kernel.shell_channel_thread = SimpleNamespace(parent_thread=threading.main_thread())
 
 
 def discard_output(shell: Any) -> None:
-    """Make and keep nothing that only a front end would show.
+    """Change a kernel's shell so that it makes and stores nothing that only a front end would show.
 
     Of what cells display, only the plain text is made, for a ``__repr__`` may be part of what a student tries. Figures
     are drawn when the code asks for it, and not because a cell has ended; they are closed as ever. Of errors, the last
@@ -163,7 +167,7 @@ def discard_output(shell: Any) -> None:
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 
     shell._tee = lambda channel: nullcontext()
-    # There are no windows: pictures are drawn as if into the page, wherever a notebook wants them.
+    # There are no windows: whatever backend a notebook asks for, it gets the inline one.
     inline = shell.enable_matplotlib
     shell.enable_matplotlib = lambda gui=None: inline("inline")
     shell.display_formatter.active_types = ["text/plain"]
@@ -173,7 +177,7 @@ def discard_output(shell: Any) -> None:
 
 
 def reseed_sympy() -> None:
-    """Give sympy other random numbers than the process has that this one was forked from."""
+    """Seed sympy's random numbers anew: a fork has copied their state from its parent."""
     import sympy.core.random
 
     sympy.core.random.rng.seed()
@@ -183,10 +187,10 @@ def reseed_sympy() -> None:
 
 
 @contextmanager
-def docstrings_as_they_stand() -> Iterator[None]:
-    """Keep scipy and matplotlib from composing docstrings, which takes a quarter of the time of all imports."""
+def plain_docstrings() -> Iterator[None]:
+    """Keep scipy and matplotlib from composing docstrings in a ``with`` block: a quarter of the time of all imports."""
     with ExitStack() as stack:
-        for interface, replacement in ((_SCIPYS_PAGES, _PlainDoc), (_MATPLOTLIBS_PAGES, lambda artist: "")):
+        for interface, replacement in ((_SCIPY_DOCSTRINGS, _PlainDoc), (_MATPLOTLIB_DOCSTRINGS, lambda artist: "")):
             if interface.difference() is None:
                 module = sys.modules[interface.module]
                 stack.callback(setattr, module, interface.name, getattr(module, interface.name))
@@ -195,7 +199,7 @@ def docstrings_as_they_stand() -> Iterator[None]:
 
 
 class _PlainDoc(defaultdict[str, list[object]]):
-    """A function's docstring as it stands, where scipy would take it apart and put it together with more in it."""
+    """Replacement of scipy's FunctionDoc: the docstring of a function, unparsed and without additions."""
 
     def __init__(self, function: Callable[..., object], *_: object, **__: object) -> None:
         super().__init__(list)

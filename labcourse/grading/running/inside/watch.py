@@ -18,8 +18,8 @@ from collections.abc import Callable
 from . import DIED, FINE, TIMED_OUT
 
 GRACE = 5.0  #: s after the interrupt until the end; time to tidy up
-_LONGEST_PAUSE = 0.05  # s between two looks at a child that has closed its end of the pipe
-_LONGEST_COMPLAINT = 2000  # characters: a traceback
+_LONGEST_PAUSE = 0.05  # s between two looks at a child whose reports are not believed
+_LONGEST_TRACEBACK = 2000  # characters
 _STEP = b"+"
 _FINISHED = 99  # exit status of a child that has come to its end; 0 is what a cell's own exit would give
 
@@ -37,14 +37,15 @@ def run(work: Callable[[ReportStep], None], steps: int, timeout: float) -> int:
 
     Returns
     -------
-    FINE, TIMED_OUT (a step was interrupted, and perhaps killed) or DIED (the work did not come to its end)
+    int
+        FINE, TIMED_OUT (a step was interrupted, and perhaps killed) or DIED (the work did not come to its end).
     """
     sys.stdout.flush()
     sys.stderr.flush()
     reading, writing = os.pipe()
     child = os.fork()
     if child == 0:
-        _be_child(work, reading, writing)
+        _work_as_child(work, reading, writing)
     os.close(writing)
     try:
         return _Watch(child, reading, 2 * steps, timeout).wait()
@@ -52,20 +53,28 @@ def run(work: Callable[[ReportStep], None], steps: int, timeout: float) -> int:
         os.close(reading)
 
 
-def _be_child(
-    work: Callable[[ReportStep], None], reading: int, writing: int, leave: Callable[[int], None] = os._exit
+def _work_as_child(
+    work: Callable[[ReportStep], None], reading: int, writing: int, exit_now: Callable[[int], None] = os._exit
 ) -> None:
-    """What the child does, and that it goes no further. (``os._exit`` may not be what it was when the work is done.)"""
+    """Do the work in the child process, and end the process, whatever happens.
+
+    Parameters
+    ----------
+    work : is given the function that reports a step
+    reading, writing : ends of the pipe to the parent
+    exit_now : ends the process. It is bound here, before the work: a cell may replace ``os._exit``.
+    """
     code = DIED
     try:
         os.setsid()
         os.close(reading)
-        complaints = os.dup(2)  # the parent's standard error, wherever cells write to
-        myself = os.getpid()
+        parents_stderr = os.dup(2)  # the parent's standard error, wherever cells write to
+        own_pid = os.getpid()
 
         def report_step() -> None:
-            if os.getpid() != myself:
-                leave(DIED)  # forked by a cell: it has no business with the cells that come after
+            """Write a byte to the parent, at the beginning and end of each step; end a process that a cell forked."""
+            if os.getpid() != own_pid:
+                exit_now(DIED)  # forked by a cell: it has no business with the cells that come after
             with contextlib.suppress(OSError):
                 os.write(writing, _STEP)
 
@@ -75,25 +84,33 @@ def _be_child(
         pass
     except BaseException:
         with contextlib.suppress(BaseException):
-            os.write(complaints, traceback.format_exc()[-_LONGEST_COMPLAINT:].encode(errors="replace"))
+            os.write(parents_stderr, traceback.format_exc()[-_LONGEST_TRACEBACK:].encode(errors="replace"))
     finally:
-        leave(code)
+        exit_now(code)
 
 
 class _Watch:
-    """A child, its end of the pipe, and the clock."""
+    """The parent's watch over a child: its reports, and the time that it takes.
+
+    Parameters
+    ----------
+    child : process number, also of its process group
+    pipe : descriptor from which its reports are read
+    reports : number that an honest child makes at most
+    timeout : time between two reports, s
+    """
 
     def __init__(self, child: int, pipe: int, reports: int, timeout: float) -> None:
         self.child, self.pipe, self.reports_left, self.timeout = child, pipe, reports, timeout
-        self.believed = True
+        self.reports_believed = True
         self.pause = 0.001
 
     def wait(self) -> int:
-        """Wait until the child has ended or had to be ended, and return how."""
+        """Wait until the child has ended, or end it; return FINE, TIMED_OUT or DIED."""
         ended = FINE
         interrupted = False
         since = time.monotonic()
-        while (status := self._status()) is None:
+        while (status := self._exit_status()) is None:
             left = since + (GRACE if interrupted else self.timeout) - time.monotonic()
             if left <= 0:
                 ended = TIMED_OUT
@@ -101,7 +118,7 @@ class _Watch:
                     break
                 self._signal(signal.SIGINT)
                 interrupted, since = True, time.monotonic()
-            elif self._reported(left):
+            elif self._wait_for_report(left):
                 interrupted, since = False, time.monotonic()
         self._signal(signal.SIGKILL)  # whatever else is left of its process group, too
         if status is None:
@@ -109,9 +126,9 @@ class _Watch:
             return ended
         return ended if status == _FINISHED else DIED
 
-    def _reported(self, seconds: float) -> bool:
-        """Wait until the child reports something, but no longer than that; and whether it did."""
-        if not self.believed:
+    def _wait_for_report(self, seconds: float) -> bool:
+        """Wait for a report of the child, for so many seconds at most; return whether one came that is believed."""
+        if not self.reports_believed:  # the pipe tells nothing any more: only wait
             time.sleep(min(seconds, self.pause))
             self.pause = min(2 * self.pause, _LONGEST_PAUSE)
             return False
@@ -119,11 +136,11 @@ class _Watch:
             return False
         reports = os.read(self.pipe, 4096)
         self.reports_left -= len(reports)
-        self.believed = bool(reports) and self.reports_left >= 0
-        return self.believed
+        self.reports_believed = bool(reports) and self.reports_left >= 0
+        return self.reports_believed
 
-    def _status(self) -> int | None:
-        """Exit status of the child; None while it runs."""
+    def _exit_status(self) -> int | None:
+        """Return the exit status of the child; None while it runs."""
         pid, status = os.waitpid(self.child, os.WNOHANG)
         return os.waitstatus_to_exitcode(status) if pid else None
 
