@@ -21,7 +21,7 @@ from labcourse.answers.parts import Part
 from labcourse.grading.marking import checks
 from labcourse.grading.marking.checks import EVALUATION_ERRORS, MIRRORED, mirrored, same_entries
 from labcourse.grading.marking.expression_checks import at
-from labcourse.grading.verdicts import Case, NothingFollows, Own, Verdict, follow_through, partly, right, wrong
+from labcourse.grading.verdicts import Case, NothingFollows, OwnAnswers, Verdict, follow_through, partly, right, wrong
 from rotflex import design, model
 from rotflex.config import Joint, Servo
 from rotflex.course.probes import PLANT_PARAMETERS
@@ -293,7 +293,7 @@ class StateSpaceFunction:
         return [i + 1 for i in range(len(good)) if not good[i].all()]
 
 
-def own_matrices(own: Own, K_s: float, J_l: float, J_eq: float, B_eq: float) -> dict[str, Array]:
+def own_matrices(own: OwnAnswers, K_s: float, J_l: float, J_eq: float, B_eq: float) -> dict[str, Array]:
     """The student's own A and B of question 2.7 for some parameters. Raises LookupError without them."""
     point = {"K_s": K_s, "J_l": J_l, "J_eq": J_eq, "B_eq": B_eq}
     found = {}

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from labcourse.answers.parts import Part
-from labcourse.grading.marking.curves import Seen, Trace, Wanted, best, find, own_trace
+from labcourse.grading.marking.curves import Match, Trace, Wanted, best_match, find_matches, own_trace
 from labcourse.grading.marking.units import ANGLE, VOLTAGE
 from labcourse.grading.verdicts import Case, Verdict, for_a_person, partly, right, wrong
 
@@ -22,7 +22,7 @@ _LARGEST = 1e3  # rad and V; what is larger in the student's own recording is fr
 _NO_CURVE, _NOT_IT = 0.0, 1.0  # what it costs to show a channel by none, or by one that does not follow
 _BY_MISFIT = 1e-3  # of a share, between curves that earn the same
 
-Shown = dict[str, list[Seen]]  # channel → the curves that follow it
+Shown = dict[str, list[Match]]  # channel → the curves that follow it
 
 
 @dataclass(frozen=True)
@@ -56,7 +56,7 @@ class FigureShows:
             for channel, seen in _seen(value, wanted).items():
                 shown[channel] += seen
         chosen = _one_curve_each(shown)
-        reasons = [_missing(channel, best(shown[channel])) for channel in self.channels if channel not in chosen]
+        reasons = [_missing(channel, best_match(shown[channel])) for channel in self.channels if channel not in chosen]
         if not chosen:
             told = [reason for reason in reasons if ":" in reason]
             return wrong(
@@ -115,18 +115,18 @@ def _seen(figure: dict[str, Any], wanted: dict[str, Wanted]) -> Shown:
             if any(seen.share for seen in found[channel]):
                 continue
             origins = [(seen.curve, seen.shift) for shown in found.values() for seen in shown if seen.share]
-            found[channel] += find(figure, one, search and one.rtol < _THINNED_VOLTAGE_RTOL, origins)
+            found[channel] += find_matches(figure, one, search and one.rtol < _THINNED_VOLTAGE_RTOL, origins)
     return found
 
 
-def _one_curve_each(shown: Shown) -> dict[str, Seen]:
+def _one_curve_each(shown: Shown) -> dict[str, Match]:
     """A curve for each channel that has one, no curve for two, so that most is earned."""
     from scipy.optimize import linear_sum_assignment
 
     curves = list(dict.fromkeys(seen.curve.lines for of_one in shown.values() for seen in of_one if seen.share))
     place = {lines: column for column, lines in enumerate(curves)}
     costs = np.full((len(shown), len(curves)), _NOT_IT)
-    nearest: dict[tuple[int, int], Seen] = {}
+    nearest: dict[tuple[int, int], Match] = {}
     for row, of_one in enumerate(shown.values()):
         for seen in filter(lambda seen: seen.share, of_one):
             column, cost = place[seen.curve.lines], _BY_MISFIT * seen.misfit - seen.share
@@ -138,7 +138,7 @@ def _one_curve_each(shown: Shown) -> dict[str, Seen]:
     return {channels[row]: nearest[row, column] for row, column in pairs if (row, column) in nearest}
 
 
-def _missing(channel: str, seen: Seen | None) -> str:
+def _missing(channel: str, seen: Match | None) -> str:
     if seen is None or not seen.lacking:
         return f"no curve of its own follows {channel}"
     return f"{channel}: {seen.lacking}"

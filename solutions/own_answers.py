@@ -15,8 +15,8 @@ from typing import Any
 
 import numpy as np
 
-from labcourse.grading.marking.expression_checks import points
-from labcourse.grading.verdicts import NothingFollows, Own
+from labcourse.grading.marking.expression_checks import random_points
+from labcourse.grading.verdicts import NothingFollows, OwnAnswers
 from rotflex.course.questions import CATALOGUE
 
 from .motion import COORDINATES, euler_lagrange, residual, slope
@@ -31,7 +31,7 @@ _ALIKE = 0.005  # relative: two polynomials that are the same, but for rounding
 Where = tuple[str, str]
 
 
-def usable(own: Own, question: str, part: str) -> Any:
+def usable(own: OwnAnswers, question: str, part: str) -> Any:
     """Return an own answer if something can follow from it.
 
     Raises
@@ -53,7 +53,7 @@ def usable(own: Own, question: str, part: str) -> Any:
 
 
 def _symbols(question: str, part: str) -> list[dict[str, float]]:
-    return points((*CATALOGUE.find(question).part(part).symbols, "theta_ddot", "alpha_ddot", "tau"), _SEED)
+    return random_points((*CATALOGUE.find(question).part(part).symbols, "theta_ddot", "alpha_ddot", "tau"), _SEED)
 
 
 @lru_cache(maxsize=256)
@@ -80,8 +80,8 @@ def _has_inertia(energy: Any, question: str, part: str) -> bool:
         return False
 
 
-def _is_motion(question: str) -> Callable[[Any, Own], bool]:
-    def met(equation: Any, own: Own) -> bool:
+def _is_motion(question: str) -> Callable[[Any, OwnAnswers], bool]:
+    def met(equation: Any, own: OwnAnswers) -> bool:
         left = residual(equation)
         moves = _depends(left, ("theta_ddot", "alpha_ddot"), question, "equation")
         return moves and _depends(left, ("theta", "alpha", "theta_dot", "alpha_dot", "tau"), question, "equation")
@@ -89,7 +89,7 @@ def _is_motion(question: str) -> Callable[[Any, Own], bool]:
     return met
 
 
-def _changes(question: str, part: str, *names: str) -> Callable[[Any, Own], bool]:
+def _changes(question: str, part: str, *names: str) -> Callable[[Any, OwnAnswers], bool]:
     return lambda value, own: _depends(value, names, question, part)
 
 
@@ -102,23 +102,23 @@ def _count(value: Any) -> int:
     return int(np.sum(sizes > _NOTHING * max(sizes.max(), 1.0)))
 
 
-def _enough(value: Any, own: Own) -> bool:
+def _enough(value: Any, own: OwnAnswers) -> bool:
     return _count(value) >= _AT_LEAST
 
 
-def _not_zero(value: Any, own: Own) -> bool:
+def _not_zero(value: Any, own: OwnAnswers) -> bool:
     return _count(value) > 0
 
 
-def _positive(value: Any, own: Own) -> bool:
+def _positive(value: Any, own: OwnAnswers) -> bool:
     return bool(float(value) > 0)
 
 
-def _ranked(value: Any, own: Own) -> bool:
+def _ranked(value: Any, own: OwnAnswers) -> bool:
     return bool(np.linalg.matrix_rank(np.asarray(value, dtype=float)) >= _AT_LEAST)
 
 
-def _transforms(value: Any, own: Own) -> bool:
+def _transforms(value: Any, own: OwnAnswers) -> bool:
     """Whether a matrix can be inverted, and is no multiple of the unit matrix."""
     matrix = np.asarray(value, dtype=float)
     lengths = np.linalg.norm(matrix, axis=0)
@@ -128,10 +128,10 @@ def _transforms(value: Any, own: Own) -> bool:
     return bool(np.linalg.matrix_rank(matrix / lengths) == len(matrix) and changes)
 
 
-def _moves_poles(of_poles: bool) -> Callable[[Any, Own], bool]:
+def _moves_poles(of_poles: bool) -> Callable[[Any, OwnAnswers], bool]:
     """Whether desired poles, or their polynomial, are others than those of the student's open loop."""
 
-    def met(value: Any, own: Own) -> bool:
+    def met(value: Any, own: OwnAnswers) -> bool:
         wish = np.poly(np.ravel(value)).real if of_poles else np.ravel(value)
         if _alike(wish, desired_polynomial()):
             return True
@@ -143,7 +143,7 @@ def _moves_poles(of_poles: bool) -> Callable[[Any, Own], bool]:
     return met
 
 
-def _is_open_loop(value: Any, own: Own) -> bool:
+def _is_open_loop(value: Any, own: OwnAnswers) -> bool:
     """Whether a polynomial leaves the feedback something to do."""
     try:
         wish = np.ravel(own("3.4", "polynomial"))
@@ -152,7 +152,7 @@ def _is_open_loop(value: Any, own: Own) -> bool:
     return _enough(value, own) and not _alike(np.ravel(value), wish)
 
 
-def _is_companion(value: Any, own: Own) -> bool:
+def _is_companion(value: Any, own: OwnAnswers) -> bool:
     """Whether a companion matrix leaves the feedback something to do."""
     last = np.asarray(value, dtype=float)[3]
     return _ranked(value, own) and _is_open_loop([1.0, *-last[::-1]], own)
@@ -171,7 +171,7 @@ _NO_MOTION = "an equation in which nothing is accelerated by anything"
 _NOTHING_TO_DO = "the same before and after, so that the feedback has nothing to do"
 
 #: An answer that others build on → what it is if it fails, and what must be in it.
-_NEEDS: Mapping[Where, tuple[str, Callable[[Any, Own], bool]]] = {
+_NEEDS: Mapping[Where, tuple[str, Callable[[Any, OwnAnswers], bool]]] = {
     ("2.1", "V"): ("an energy that changes with no angle", _changes("2.1", "V", "theta", "alpha")),
     ("2.2", "T"): ("an energy without inertia", lambda value, own: _has_inertia(value, "2.2", "T")),
     ("2.3", "L"): (

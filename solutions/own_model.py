@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from labcourse.grading.verdicts import Case, NothingFollows, Own
+from labcourse.grading.verdicts import Case, NothingFollows, OwnAnswers
 from rotflex.config import Servo
 from rotflex.course.probes import PLANT_PARAMETERS
 from rotflex.simulation import with_actuator
@@ -25,7 +25,7 @@ Array = NDArray[Any]
 _EXACT = 1e-4  # relative: outputs are kept to six digits
 
 
-def own_voltage_model(own: Own, servo: Servo) -> tuple[Array, Array]:
+def own_voltage_model(own: OwnAnswers, servo: Servo) -> tuple[Array, Array]:
     """A and B with the motor voltage as input, from the student's own matrices. Raises LookupError without them."""
     return with_actuator(usable(own, "2.14", "A"), np.reshape(usable(own, "2.14", "B"), (4, 1)), servo)
 

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from labcourse.grading.marking.checks import EVALUATION_ERRORS, said_run
+from labcourse.grading.marking.checks import EVALUATION_ERRORS, claimed_run
 from labcourse.grading.verdicts import Case
 from rotflex.course import spare_design
 from rotflex.errors import RotflexError
@@ -96,7 +96,7 @@ def run_again(feedback: str) -> Again:
 def run_of(metadata: dict[str, Any]) -> int:
     """The run that a recording says it is of; the first, where it says what cannot be, for which it is refused."""
     try:
-        return said_run(metadata)
+        return claimed_run(metadata)
     except ValueError:
         return FIRST_RUN
 

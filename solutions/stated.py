@@ -3,7 +3,7 @@
 A text that says such a number in other words than these is not found: give it a pattern here when you write it.
 """
 
-from labcourse.grading.course import Stated
+from labcourse.grading.course import StatedNumber
 from rotflex.course.questions import CATALOGUE
 from rotflex.specifications import AMPLITUDE, FREQUENCY, LIMITS, OMEGA_N, P_3, P_4, SAMPLE_TIME, SETTLING_BAND, ZETA
 from rotflex.units import DEG
@@ -13,9 +13,9 @@ from . import tolerances
 _NUMBER = r"([-−]?\d+(?:\.\d+)?)"
 
 
-def _stated(what: str, value: float, *patterns: str) -> list[Stated]:
+def _stated(what: str, value: float, *patterns: str) -> list[StatedNumber]:
     """A number, and the words around it; ``#`` stands for the number."""
-    return [Stated(what, pattern.replace("#", _NUMBER), round(value, 12)) for pattern in patterns]
+    return [StatedNumber(what, pattern.replace("#", _NUMBER), round(value, 12)) for pattern in patterns]
 
 
 def _last(section: str) -> float:

@@ -320,7 +320,7 @@ def test_settings_that_are_not_understood_stop_every_command_in_words(tmp_path):
 
 @pytest.mark.parametrize("command", [["release", "out"], ["make-notebooks"]])
 def test_a_place_without_a_course_is_an_error_in_words(tmp_path, monkeypatch, command):
-    monkeypatch.setattr("labcourse.grading.course._beside_installed", lambda: None)
+    monkeypatch.setattr("labcourse.grading.course._solutions_beside_installed", lambda: None)
     monkeypatch.chdir(tmp_path)
     done = rotflex(*command)
     assert done.exit_code == 2

@@ -40,7 +40,7 @@ from labcourse.run.reasons import explain
 from labcourse.student_id import caseless
 
 ISOLATED, NOT_ISOLATED = "Run in isolation.", "Run without isolation."
-PROBE_SEED_BITS = 48  #: not to be guessed, and exact as a float
+PROBE_SEED_BITS = 48  #: of a seed that nobody can guess, and that is exact as a float
 
 
 @dataclass(frozen=True)
@@ -49,15 +49,15 @@ class Settings:
 
     Attributes
     ----------
-    limits : of a submission
-    jobs : submissions at a time, on this machine
+    limits : on the run of a submission
+    jobs : number of submissions to grade at a time, on this machine
     scheduler : address of a dask.distributed scheduler, to run them on its workers instead
     probe_seed : for the inputs on which functions are tried; drawn from the gradebook's secret unless given
-    isolated : in a sandbox, or with the rights of whoever grades
+    isolated : whether submissions are run in a sandbox; else with the rights of whoever grades
     every_cell : run the cells that only show something, too
-    supplied : values in place of missing answers
-    times : name among the submissions, or of a student → when it was handed in
-    zone : time zone of times in names and in zips, which do not name theirs
+    supplied : values that the instructor gives in place of missing answers
+    times : name of a file or folder among the submissions, or a student's ID → when it was handed in
+    zone : time zone of times in names and in zips, which do not say their zone
     again : IDs of persons who were erased, and begin anew
     decisions : what the instructor decided about submissions (``intake.csv``)
     """
@@ -76,8 +76,8 @@ class Settings:
 
 
 @dataclass(frozen=True)
-class Step:
-    """A submission that is done.
+class GradedSubmission:
+    """A submission that is graded and stored.
 
     Attributes
     ----------
@@ -144,7 +144,7 @@ class Batch:
     def __len__(self) -> int:
         return len(self._submissions)
 
-    def grade(self) -> Iterator[Step]:
+    def grade(self) -> Iterator[GradedSubmission]:
         """Grade all submissions. Yield each as soon as it is in the gradebook.
 
         Raises
@@ -160,25 +160,25 @@ class Batch:
             threads = stack.enter_context(ThreadPoolExecutor(pool.capacity, thread_name_prefix="labcourse-grade"))
             waiting = iter(self._submissions)
             # No more are begun than can run at a time, so that a large class takes no more memory than a small one.
-            busy = {threads.submit(self._grade, one, pool, marker) for one in islice(waiting, pool.capacity)}
+            busy = {threads.submit(self._grade, each, pool, marker) for each in islice(waiting, pool.capacity)}
             try:
                 while busy:
                     done, busy = wait(busy, return_when=FIRST_COMPLETED)
-                    steps = [future.result() for future in done]  # without isolation, no more are begun
-                    busy |= {threads.submit(self._grade, one, pool, marker) for one in islice(waiting, len(done))}
-                    yield from map(self._store, steps)
+                    graded = [future.result() for future in done]  # raises IsolationError: then no more are begun
+                    busy |= {threads.submit(self._grade, each, pool, marker) for each in islice(waiting, len(done))}
+                    yield from map(self._store, graded)
             finally:  # on an interrupt, too: end what is running
                 pool.stop()
 
-    def _grade(self, submission: intake.Submission, pool: runner.Pool, marker: Marker) -> Step:
-        """Grade one submission, whatever happens, unless it cannot be isolated."""
+    def _grade(self, submission: intake.Submission, pool: runner.Pool, marker: Marker) -> GradedSubmission:
+        """Grade one submission; only IsolationError is raised, and any other error becomes a failed grading."""
         try:
             prepared = self._prepare(submission)
             run = self._identify(submission.student, prepared)
             current = self._gradebook.current(submission.student)
             identity = (run.key, run.submission, self._key_digest)
             if current and (current.run.key, current.run.submission, current.key_digest) == identity:
-                return Step(current, ran=False, new=False)
+                return GradedSubmission(current, ran=False, new=False)
             known = self._gradebook.find(run.key)
             if known is None:
                 marker.warm_up()
@@ -186,14 +186,14 @@ class Batch:
             else:
                 run = replace(run, answers=known.run.answers, cells=known.run.cells)
             run = self._explain(run, prepared, pool)
-            return Step(self._mark(run, prepared, marker), ran=known is None)
+            return GradedSubmission(self._mark(run, prepared, marker), ran=known is None)
         except IsolationError:
             raise
         except Exception as error:  # a fault of ours; it must not cost the others their marks
-            return Step(self._failed(submission.student, error), ran=True)
+            return GradedSubmission(self._failed(submission.student, error), ran=True)
 
     def _prepare(self, submission: intake.Submission) -> Prepared:
-        """Read a submission, store what is new of it, and prepare what counts: the newest of each notebook."""
+        """Read a submission, store its new files, and prepare for the run what counts: the newest of each notebook."""
         names, packages = self._bundles.names, self._course.packages
         read = intake.read(submission, names, self._masters, packages, self._reports, self._settings.decisions)
         self.doubts += read.doubts
@@ -213,15 +213,18 @@ class Batch:
         return replace(prepared, problems=problems, notes=notes, python=read.python)
 
     def _identify(self, student: str, prepared: Prepared) -> RunRecord:
-        """Identify a run by the content of all that it depends on. Choose its probe seed."""
+        """Make the record of a run before it is run; its key is a digest of all that the run depends on.
+
+        The probe seed is the settings', or else drawn from the gradebook's secret.
+        """
         settings = self._settings
         how = [labcourse.__version__, asdict(settings.limits), settings.isolated, settings.every_cell]
         content = content_digest([student, prepared.run_content(), how])
         seed = settings.probe_seed
-        if seed is None:  # only who has the gradebook can know it
+        if seed is None:  # only somebody who has the gradebook can compute it
             drawn = hmac.digest(self._secret, content.encode(), "sha256")
             seed = int.from_bytes(drawn) % 2**PROBE_SEED_BITS
-        return self._record(
+        return self._run_record(
             student,
             prepared.bundle,
             key=content_digest([content, seed]),
@@ -234,14 +237,17 @@ class Batch:
             files=tuple(prepared.files),
         )
 
-    def _record(self, student: str, bundle: Bundle, **more: Any) -> RunRecord:
-        """Make the record of a run, or of what stands for one."""
+    def _run_record(self, student: str, bundle: Bundle, **fields: Any) -> RunRecord:
+        """Make the record of a run, or of a failed grading without a run; ``fields`` are the record's other fields."""
         isolation = ISOLATED if self._settings.isolated else NOT_ISOLATED
         software = f"labcourse {labcourse.__version__}"
-        return RunRecord(student=student, master=bundle.digest, software=software, isolation=isolation, **more)
+        return RunRecord(student=student, master=bundle.digest, software=software, isolation=isolation, **fields)
 
     def _run(self, run: RunRecord, prepared: Prepared, pool: runner.Pool) -> RunRecord:
-        """Run a submission. Return the run with its answers, and what its cells reported."""
+        """Run a submission. Return its record with the answers, and with what its cells reported.
+
+        Without notebooks nothing is run, and the record is returned unchanged.
+        """
         if not prepared.handed_in:
             return run
         bundle, settings = prepared.bundle, self._settings
@@ -263,11 +269,11 @@ class Batch:
         return replace(run, answers=result.answers, cells=facts.as_json())
 
     def _explain(self, run: RunRecord, prepared: Prepared, pool: runner.Pool) -> RunRecord:
-        """Add all messages to a run: what stopped, and what was recorded at home and is missing here."""
+        """Return the run with all messages: what stopped, why answers are missing, and the pages of reports in PDF."""
         facts, bundle, catalogue = facts_of(run), prepared.bundle, self._course.catalogue
         documents = dict(pdf_pages.count_pages(prepared.reports, catalogue, pool, self._settings.isolated))
-        damaged = [f"{one.report}: {one.name} {one.trouble}." for one in documents.values() if one.trouble]
-        counted = [str(one) for one in documents.values() if not one.trouble]
+        damaged = [f"{pdf.report}: {pdf.name} {pdf.trouble}." for pdf in documents.values() if pdf.trouble]
+        counted = [str(pdf) for pdf in documents.values() if not pdf.trouble]
         unreadable = any(cell.error and cell.error.type == "SyntaxError" for cell in facts.reports.cells)
         reasons = explain(
             bundle.pristine,
@@ -280,7 +286,7 @@ class Batch:
             seconds=self._settings.limits.cell,
             python=prepared.python if unreadable else None,
         )
-        more = {
+        additional = {
             "problems": (*prepared.problems, *facts.ended, *damaged, *reasons.stops, *reasons.lost),
             "notes": (*prepared.notes, *counted, *reasons.harmless),
             "missing": [(*where, reason) for where, reason in reasons.missing.items()],
@@ -290,57 +296,59 @@ class Batch:
             "start": bundle.start.name if bundle.start else "",
             "reports_in_pdf": documents,
         }
-        facts = facts.model_copy(update=more)
+        facts = facts.model_copy(update=additional)
         return replace(run, problems=facts.problems, notes=facts.notes, cells=facts.as_json())
 
     def _mark(self, run: RunRecord, prepared: Prepared, marker: Marker) -> Graded:
+        """Mark a run by the key; give no points if nothing of the course could be read in the submission."""
         if prepared.handed_in or prepared.reports:
             return graded_run.mark(run, marker, self._key_digest)
         reason = "Nothing of the course could be read in what you handed in."
         return Graded(run, self._no_points(reason, Status.MISSING, prepared.bundle), self._key_digest)
 
-    def _store(self, step: Step) -> Step:
-        """Store a submission's marks, if they are new."""
-        if not step.new:
-            return step
-        reason = "run" if step.ran else "marked again"
-        return replace(step, graded=_store(self._gradebook, step.graded, "labcourse grade", reason))
+    def _store(self, done: GradedSubmission) -> GradedSubmission:
+        """Store a submission's marks, if they are new; return it with the marks that count."""
+        if not done.new:
+            return done
+        reason = "run" if done.ran else "marked again"
+        return replace(done, graded=_record(self._gradebook, done.graded, "labcourse grade", reason))
 
     def _failed(self, student: str, error: Exception) -> Graded:
-        """Return what stays where grading fails, which is not the student's fault: their marks, or nothing marked yet.
+        """Return what to store if grading fails: the student's marks so far, or marks that say "not marked".
 
-        It has no key's digest, so that the submission is graded again the next time.
+        The key's digest is "", so that the submission is graded again the next time.
         """
         fault = f"Grading failed, which is not the student's fault: {type(error).__name__}: {error}"
-        supplied = {one.name: one.value for one in self._supplied(student)}  # is not lost
+        supplied = {value.name: value.value for value in self._supplied(student)}  # so that they are not lost
         current = self._gradebook.current(student)
         if current is not None and not current.run.key.startswith(graded_run.FAILED):
             problems = dict.fromkeys((*facts_of(current.run).problems, fault))
             return Graded(replace(current.run, problems=tuple(problems), supplied=supplied), current.marks, "")
         bundle = self._bundles.current
         key = f"{graded_run.FAILED}{student}"
-        run = self._record(student, bundle, key=key, submission="", probe_seed=0, supplied=supplied)
+        run = self._run_record(student, bundle, key=key, submission="", probe_seed=0, supplied=supplied)
         marks = self._no_points("Grading failed; ask your instructor.", Status.NOT_MARKED, bundle)
         return Graded(replace(run, problems=(f"Not graded. {fault}",)), marks, "")
 
     def _supplied(self, student: str) -> list[Supplied]:
-        """Return the values in place of a student's missing answers: those in the gradebook, and those given now."""
+        """Return the values for a student's missing answers: those in the gradebook, and those of the settings."""
         current = self._gradebook.current(student)
         earlier = current.run.supplied if current else {}
         return values_for(student, earlier, self._settings.supplied, self._course.catalogue)
 
     def _asked(self, bundle: Bundle) -> list[tuple[str, str]] | None:
-        """Return what a release asks for; None if that is all that the course asks."""
+        """Return the (question, part) that a release asks for; None if that is all that the course asks."""
         is_all = bundle.start is None and bundle.release == self._bundles.current.release
         return None if is_all else sorted(bundle.asked)
 
     def _no_points(self, reason: str, status: Status, bundle: Bundle) -> tuple[MarkRecord, ...]:
-        marks = marking.nothing_earned(self._course, reason, status, marking.About(asked=self._asked(bundle)))
+        """Return marks without points for all that the release asks."""
+        marks = marking.nothing_earned(self._course, reason, status, marking.Context(asked=self._asked(bundle)))
         return graded_run.mark_records(tuple(marks))
 
 
-def _store(gradebook: Gradebook, graded: Graded, actor: str, reason: str) -> Graded:
-    """Store a submission's run and marks in one transaction. Return the marks that count: a person's mark stays.
+def _record(gradebook: Gradebook, graded: Graded, actor: str, reason: str) -> Graded:
+    """Store a submission's run and marks in one transaction. Return them as they count: marks by persons stay.
 
     Parameters
     ----------
@@ -357,36 +365,39 @@ def _store(gradebook: Gradebook, graded: Graded, actor: str, reason: str) -> Gra
 
 
 def store_submission(
-    gradebook: Gradebook, submission: intake.Submission, read: intake.Contents
+    gradebook: Gradebook, submission: intake.Submission, contents: intake.Contents
 ) -> tuple[list[str], list[Delivery]]:
-    """Store what is new of a submission.
+    """Store the files of a submission that are not in the gradebook yet.
 
-    What a partner claims for this student stays among the partner's files: no claim by another, with whatever time,
-    replaces what this student hands in.
+    If a partner handed in for this student, the files stay the partner's: whatever their time, they never replace what
+    the student hands in.
 
     Parameters
     ----------
     gradebook : where it is stored
     submission : as it was found
-    read : its content
+    contents : its content
 
     Returns
     -------
-    tuple
-        names of what was there before, and all that was handed in until now
+    list
+        Names of the files that were there before.
+    list
+        All files that were handed in until now.
     """
     owner = submission.claimed_by or submission.student
     earlier = gradebook.delivered(owner)
     if not submission.claimed_by:
-        gradebook.deliver(owner, read.items)
-    delivered = [*earlier, *read.items] if submission.claimed_by else gradebook.delivered(owner)
+        gradebook.deliver(owner, contents.items)
+    delivered = [*earlier, *contents.items] if submission.claimed_by else gradebook.delivered(owner)
     return [delivery.name for delivery in earlier], delivered
 
 
 def partners_named_before(gradebook: Gradebook) -> Callable[[str], list[str] | None]:
-    """Return a function: student → the IDs in the course.json that they handed in last; None if nothing came."""
+    """Return a function that looks up whom a student named in an earlier hand-in."""
 
     def named(student: str) -> list[str] | None:
+        """Return the IDs in the course.json that a student handed in last; None if they handed in nothing."""
         delivered = {delivery.name: delivery for delivery in gradebook.delivered(student)}
         if not delivered:
             return None
@@ -396,21 +407,21 @@ def partners_named_before(gradebook: Gradebook) -> Callable[[str], list[str] | N
 
 
 def move_to_decided_owners(gradebook: Gradebook, submissions: Sequence[intake.Submission]) -> list[intake.Submission]:
-    """Take submissions from earlier owners where an instructor decided on another.
+    """Move stored files to the students whom the instructor decided they belong to.
 
     Returns
     -------
     list
-        an empty submission for each earlier owner who handed in nothing else, so that their marks are made anew
+        An empty submission for each earlier owner without a submission now, so that their marks are made anew.
     """
     present = {caseless(submission.student) for submission in submissions}
-    losing: dict[str, intake.Submission] = {}
+    emptied: dict[str, intake.Submission] = {}
     for owner, piece in ((submission.student, piece) for submission in submissions for piece in submission.pieces):
         if piece.owner.rule == DECIDED:
             reason = f"{piece.source} is {owner}'s, as the instructor decided."
             for student in gradebook.give_over(piece.source, piece.received, owner):
-                losing[student] = intake.Submission(student, problems=(reason,))
-    return [submission for student, submission in losing.items() if caseless(student) not in present]
+                emptied[student] = intake.Submission(student, problems=(reason,))
+    return [submission for student, submission in emptied.items() if caseless(student) not in present]
 
 
 def leave_out_erased(
@@ -422,14 +433,14 @@ def leave_out_erased(
     ----------
     gradebook : which knows who was erased
     submissions : in the class's folder
-    again : IDs of those who are taken in as new persons
+    again : IDs of erased persons who are taken in again, as new persons
 
     Returns
     -------
     tuple
         the other submissions, and a message on each erased person who is in a submission
     """
-    named = {one.student for one in submissions} | {one.bench_of for one in submissions if one.bench_of}
+    named = {each.student for each in submissions} | {each.bench_of for each in submissions if each.bench_of}
     anew = set(map(caseless, again))
     erased = {
         student: f"{when:%Y-%m-%d}"
@@ -458,23 +469,23 @@ def leave_out_erased(
 
 
 @dataclass(frozen=True)
-class LeftAlone:
-    """A mark that a person gave and that stays, and the mark that the key gives now."""
+class UnchangedMark:
+    """A mark by a person, which marking again does not change, and the mark that the key gives now."""
 
-    given: MarkRecord
+    by_person: MarkRecord
     by_key: MarkRecord
 
     def __str__(self) -> str:
-        """As in "1.2, speed: 1.5 of 2, given by a person, stays; the key gives 2 of 2 (right)."."""
-        given, now = self.given, self.by_key
-        stays = f"{points(given.points)} of {points(given.out_of)}, {given.status}, stays"
-        other = f"; the key gives {points(now.points)} of {points(now.out_of)} ({now.status})"
-        return f"{given.question}, {given.part}: {stays}{other if now.points != given.points else ''}."
+        """Describe it, as "1.2, speed: 1.5 of 2, given by a person, stays; the key gives 2 of 2 (right)."."""
+        person, key = self.by_person, self.by_key
+        stays = f"{points(person.points)} of {points(person.out_of)}, {person.status}, stays"
+        other = f"; the key gives {points(key.points)} of {points(key.out_of)} ({key.status})"
+        return f"{person.question}, {person.part}: {stays}{other if key.points != person.points else ''}."
 
     def as_data(self) -> dict[str, Any]:
-        """Return the same as plain data."""
-        where = {"question": self.given.question, "part": self.given.part}
-        return {**where, "points": self.given.points, "by_key": self.by_key.points}
+        """Return question, part and both points as plain data, for JSON."""
+        where = {"question": self.by_person.question, "part": self.by_person.part}
+        return {**where, "points": self.by_person.points, "by_key": self.by_key.points}
 
 
 @dataclass(frozen=True)
@@ -485,17 +496,17 @@ class Regraded:
     ----------
     before, after : as in the gradebook
     problem : why they could not be marked again; "" where they could
-    left : marks that persons gave to answers that the key marks, too
+    unchanged : marks by persons, which stay, of answers that the key marks, too
     """
 
     before: Graded
     after: Graded
     problem: str = ""
-    left: tuple[LeftAlone, ...] = ()
+    unchanged: tuple[UnchangedMark, ...] = ()
 
 
 def regrade(gradebook: Gradebook, course: Course, questions: Collection[str] = (), jobs: int = 1) -> Iterator[Regraded]:
-    """Mark everybody's stored answers by the key as it is now. Where that fails for a student, the marks stay.
+    """Mark all students' stored answers by the key as it is now. If that fails for a student, their marks stay.
 
     Parameters
     ----------
@@ -507,7 +518,12 @@ def regrade(gradebook: Gradebook, course: Course, questions: Collection[str] = (
     Raises
     ------
     GradingError
-        If the gradebook has no answers, or the key has not one of the questions.
+        If the gradebook has no answers, or the key does not have one of the questions.
+
+    Yields
+    ------
+    Regraded
+        Each student's marks before and after.
     """
     for number in questions:
         try:
@@ -517,15 +533,19 @@ def regrade(gradebook: Gradebook, course: Course, questions: Collection[str] = (
         if number not in course.key:
             raise GradingError(f"The key has no question {number}.")
     with Marker(course, jobs) as marker, ThreadPoolExecutor(jobs) as threads:
-        everybody = list(gradebook.all_current())
-        if not everybody:
+        current = list(gradebook.all_current())
+        if not current:
             raise GradingError("There is nothing in the gradebook to mark again.")
         digest = marking_digest(course)
-        for regraded in threads.map(lambda graded: _mark_again(graded, marker, questions, digest), everybody):
-            yield regraded if regraded.problem else _store_again(gradebook, regraded, questions)
+        for regraded in threads.map(lambda graded: _marked_again(graded, marker, questions, digest), current):
+            yield regraded if regraded.problem else _store_regraded(gradebook, regraded, questions)
 
 
-def _mark_again(graded: Graded, marker: Marker, questions: Collection[str], digest: str) -> Regraded:
+def _marked_again(graded: Graded, marker: Marker, questions: Collection[str], digest: str) -> Regraded:
+    """Mark a student's stored answers anew, without storing anything. Parameters as for :func:`regrade`.
+
+    Only the marks of the chosen questions change; ``digest`` is that of the key as it is now.
+    """
     run = graded.run
     if run.answers is None and not run.words and not facts_of(run).reports_in_pdf:
         return Regraded(graded, graded)  # nothing could be read of it, or it could not be run
@@ -535,16 +555,17 @@ def _mark_again(graded: Graded, marker: Marker, questions: Collection[str], dige
         return Regraded(graded, graded, str(error))
     if questions:
         new = {mark.where: mark for mark in after.marks if mark.question in questions}
-        unchanged = [new.pop(mark.where, mark) for mark in graded.marks]
+        marks = [new.pop(mark.where, mark) for mark in graded.marks]
         # The other marks are still by the earlier key, so its digest stays: the next grading marks them again.
-        after = replace(graded, marks=(*unchanged, *new.values()))
+        after = replace(graded, marks=(*marks, *new.values()))
     return Regraded(graded, after)
 
 
-def _store_again(gradebook: Gradebook, regraded: Regraded, questions: Collection[str]) -> Regraded:
-    marked = regraded.after
+def _store_regraded(gradebook: Gradebook, regraded: Regraded, questions: Collection[str]) -> Regraded:
+    """Store the new marks. Return them as they count, with the marks by persons that stay."""
     reason = f"marked again: {', '.join(questions) or 'all questions'}"
-    after = _store(gradebook, marked, "labcourse regrade", reason)
-    by_key = {mark.where: mark for mark in marked.marks if mark.status not in (GIVEN_BY_A_PERSON, *UNDECIDED)}
-    given = [mark for mark in after.marks if mark.status == GIVEN_BY_A_PERSON and mark.where in by_key]
-    return replace(regraded, after=after, left=tuple(LeftAlone(mark, by_key[mark.where]) for mark in given))
+    after = _record(gradebook, regraded.after, "labcourse regrade", reason)
+    by_key = {mark.where: mark for mark in regraded.after.marks if mark.status not in (GIVEN_BY_A_PERSON, *UNDECIDED)}
+    by_person = [mark for mark in after.marks if mark.status == GIVEN_BY_A_PERSON and mark.where in by_key]
+    unchanged = tuple(UnchangedMark(mark, by_key[mark.where]) for mark in by_person)
+    return replace(regraded, after=after, unchanged=unchanged)

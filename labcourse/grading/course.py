@@ -34,12 +34,12 @@ SETTING = "LABCOURSE_SOLUTIONS"  #: environment variable with the course's folde
 OUTCOMES_FILE = "outcomes.toml"  #: in the course's folder, optional: the outcomes of its codes
 SHEETS_FILE = "sheets.toml"  #: in the course's folder, optional: the layout of its scoring sheets
 RUBRIC_FILE = "rubric.toml"  #: in the course's folder, optional: what a person looks for in answers in words
-USUAL = Path("solutions")  #: the course's folder in a checkout
+SOLUTIONS = Path("solutions")  #: usual name of the course's folder
 _FIRST_INSTRUCTOR_NOTEBOOK = "90"  # from this number on, notebooks are for instructors only
 
 
 @dataclass(frozen=True)
-class Stated:
+class StatedNumber:
     """A number that the course's texts repeat. Wherever a text matches the pattern, its number must be this one.
 
     Attributes
@@ -55,6 +55,7 @@ class Stated:
 
 
 def _default_settings() -> CourseSettings:
+    """Return settings with all defaults; the module is imported only when they are needed."""
     from labcourse.grading.settings import CourseSettings
 
     return CourseSettings()
@@ -117,7 +118,7 @@ class Course:
     requires: tuple[str, ...] = ()
     parameters: Mapping[str, str] = field(default_factory=dict)
     imports: tuple[str, ...] = ()
-    stated: Sequence[Stated] = ()
+    stated: Sequence[StatedNumber] = ()
     settings: CourseSettings = field(default_factory=_default_settings)
     folder: Path = Path()
     entry: str = ENTRY
@@ -165,41 +166,45 @@ class Course:
         return self.folder.parent / self.settings.releases
 
 
-def find(given: str | Path | None = None) -> Course:
-    """Find a course: the given one, else the one in the current folder, else the one that is installed from a folder.
+def find(option: str | Path | None = None) -> Course:
+    """Find a course: the one named, else the one in the current folder, else the one that is installed from a folder.
 
     Parameters
     ----------
-    given : the course's folder, or the one above it; with an entry point after "::" if it is not the usual one
+    option : the course's folder, or the one above it; with an entry point after "::" if it is not the usual one. None
+        or "" if no course is named
 
     Raises
     ------
     GradingError
-        If there is none; the message says how to name one.
+        If there is none (the message says how to name one), or as :func:`load` does.
     """
-    folder, _sign, entry = str(given or "").partition("::")
+    folder, _sign, entry = str(option or "").partition("::")
     file = f"{(entry or ENTRY).partition(':')[0]}.py"
-    place = Path(folder)
-    if not (place / file).is_file() and ((place / USUAL / file).is_file() or not given):
-        place = place / USUAL
-    if not (given or place.is_dir()):
-        place = _beside_installed() or place
-    if not place.is_dir():
+    course_folder = Path(folder)
+    if not (course_folder / file).is_file() and ((course_folder / SOLUTIONS / file).is_file() or not option):
+        course_folder = course_folder / SOLUTIONS
+    if not (option or course_folder.is_dir()):
+        course_folder = _solutions_beside_installed() or course_folder
+    if not course_folder.is_dir():
         raise GradingError(
-            f"There is no course at {place.resolve()}. Name the course's folder, the one that holds course.py, "
+            f"There is no course at {course_folder.resolve()}. Name the course's folder, the one that holds course.py, "
             f"by --solutions FOLDER or by the environment variable {SETTING}. Or name a course that was installed by "
             f"pip install -e, by --course NAME or by {courses.SETTING}."
         )
-    return load(place, entry or ENTRY)
+    return load(course_folder, entry or ENTRY)
 
 
-def _beside_installed() -> Path | None:
-    """Return the folder of solutions beside the package of the installed course; None if there is none."""
+def _solutions_beside_installed() -> Path | None:
+    """Return the folder of solutions of the course that is installed from a folder; None if there is none.
+
+    It is looked for in the folders above the course's package, the nearest first.
+    """
     try:
         installed = courses.current()
     except ConfigurationError:
         return None
-    return next((place / USUAL for place in installed.above if (place / USUAL / "course.py").is_file()), None)
+    return next((above / SOLUTIONS for above in installed.above if (above / SOLUTIONS / "course.py").is_file()), None)
 
 
 def load(folder: Path, entry: str = ENTRY) -> Course:
@@ -224,38 +229,41 @@ def load(folder: Path, entry: str = ENTRY) -> Course:
             f"{folder} is not a course's folder: it holds no {module_name}.py. Name one by --solutions FOLDER, or "
             f"by the environment variable {SETTING}."
         )
-    package = _package(folder)
+    package = _make_package(folder)
     if str(folder.parent) not in sys.path:
         sys.path.append(str(folder.parent))  # the students' packages may lie beside the course
     try:
         module = importlib.import_module(f"{package}.{module_name}")
     except Exception as error:
         raise GradingError(
-            f"The course in {folder} cannot be loaded: {type(error).__name__}: {error}{_where(error, folder)}"
+            f"The course in {folder} cannot be loaded: {type(error).__name__}: {error}{_origin(error, folder)}"
         ) from error
     course = getattr(module, name, None)
     if not isinstance(course, Course):
         raise GradingError(f"{folder} should define {name}, a labcourse.grading.course.Course, in {module_name}.py.")
     _check_key(course)
-    decided = settings.read(folder, course.presets, course.draw, course.benches, course.catalogue)
-    title = decided.title or course.title or course.name
-    return replace(course, folder=folder, entry=entry, settings=decided, title=title)
+    course_settings = settings.read(folder, course.presets, course.draw, course.benches, course.catalogue)
+    title = course_settings.title or course.title or course.name
+    return replace(course, folder=folder, entry=entry, settings=course_settings, title=title)
 
 
-def _where(error: Exception, folder: Path) -> str:
-    """Return the file and line of the course's code that an error came from; a syntax error names its own."""
+def _origin(error: Exception, folder: Path) -> str:
+    """Return " (file, line)" of the course's code that an error came from.
+
+    "" if it came from elsewhere, and for a syntax error, whose message names its file and line.
+    """
     engine = Path(labcourse.__file__).parent
     paths = [(Path(frame.filename), frame.lineno) for frame in traceback.extract_tb(error.__traceback__)]
-    ours = [
+    of_course = [
         (path.name, line)
         for path, line in paths
         if path.is_relative_to(folder.parent) and not path.is_relative_to(engine) and "site-packages" not in path.parts
     ]
-    return "" if isinstance(error, SyntaxError) or not ours else " ({}, line {})".format(*ours[-1])
+    return "" if isinstance(error, SyntaxError) or not of_course else " ({}, line {})".format(*of_course[-1])
 
 
 def package_folder(name: str) -> Path:
-    """Return the folder of a package of students.
+    """Return the folder of a package that students get.
 
     Raises
     ------
@@ -268,8 +276,11 @@ def package_folder(name: str) -> Path:
     return Path(spec.origin).parent
 
 
-def _package(folder: Path) -> str:
-    """Make a package for a course's folder, so that modules of equal names of two courses differ. Return its name."""
+def _make_package(folder: Path) -> str:
+    """Register a course's folder as a package and return the package's name.
+
+    The name is unique to the folder, so that modules of equal names of two courses do not collide.
+    """
     name = f"labcourse_course_{hashlib.sha256(str(folder).encode()).hexdigest()[:12]}"
     if name not in sys.modules:
         sys.modules[name] = package = types.ModuleType(name)
@@ -278,7 +289,7 @@ def _package(folder: Path) -> str:
 
 
 def _check_key(course: Course) -> None:
-    """Raise GradingError unless the key fits the catalogue."""
+    """Raise GradingError unless the key has a check of the right kind for each part of its questions, and no others."""
     for number, checks in course.key.items():
         try:
             question = course.catalogue.find_marked(number)

@@ -20,13 +20,13 @@ from labcourse.answers.words import Where, Words
 from labcourse.benches import BenchPolicy
 from labcourse.errors import AnswerError
 from labcourse.grading.gradebook import Graded, MarkRecord, RunRecord
-from labcourse.grading.marking.marking import KEY_FAILED, About, Mark
-from labcourse.grading.marking.marking_processes import Asked, Marked, Marker
+from labcourse.grading.marking.marking import KEY_FAILED, Context, Mark
+from labcourse.grading.marking.marking_processes import Marked, Marker, MarkingJob
 from labcourse.grading.verdicts import Status
 
-FAILED = "failed: "  #: the key of a record begins with it where grading itself failed and there is no run
+FAILED = "failed: "  #: beginning of the key of a record that stands for a failed grading, without a run
 
-#: In JSON compressed, in base64.
+#: Bytes that are written to JSON as base64 of their compressed form.
 _Compressed = Annotated[
     bytes,
     BeforeValidator(lambda data: zlib.decompress(b64decode(data)) if isinstance(data, str) else data),
@@ -39,7 +39,7 @@ class Facts(BaseModel):
 
     Attributes
     ----------
-    reports : on its cells
+    reports : what its cells reported
     ended : what went wrong with the run as a whole
     problems, notes : all messages but those of marking
     missing : question, part, and why there is no answer, of each missing answer with a known reason
@@ -47,7 +47,7 @@ class Facts(BaseModel):
     bench_of : ID of the student on whose bench it was run
     policy : which bench each student had; None if it is not known
     start : name of what was given to a class that began in the middle; "" where it began at the beginning
-    evidence : what the course read of the student's files in the sandbox, JSON: a claim
+    evidence : what the course's function read from the student's files in the sandbox, JSON: a claim
     reports_in_pdf : number of a report → the PDF that was handed in
     """
 
@@ -71,7 +71,7 @@ class Facts(BaseModel):
 
 
 def facts_of(run: RunRecord) -> Facts:
-    """Read the facts of a run from its record. A record without facts has its messages only."""
+    """Read the facts of a run from its record. For a record that stores no facts, return those with its messages."""
     if not run.cells:
         return Facts(problems=run.problems, notes=run.notes, bench_of=run.student)
     return Facts.model_validate(run.cells[0])
@@ -99,34 +99,40 @@ def supplied_parts(run: RunRecord) -> set[Where]:
     return {(question, part) for question, _dot, part in (name.rpartition(".") for name in run.supplied)}
 
 
-def to_be_marked(run: RunRecord) -> Asked:
-    """Collect what marking needs of a run."""
+def marking_job(run: RunRecord) -> MarkingJob:
+    """Return the job of marking a stored run: all that marking needs of it."""
     facts = facts_of(run)
     missing = {(question, part): reason for question, part, reason in facts.missing}
-    about = About(missing, supplied_parts(run), facts.asked, facts.start, facts.reports_in_pdf)
+    context = Context(missing, supplied_parts(run), facts.asked, facts.start, facts.reports_in_pdf)
     words = {
         (question, part): Words.from_plain(content)
         for question, parts in run.words.items()
         for part, content in parts.items()
     }
     student = facts.bench_of or run.student
-    return Asked(student, run.answers, run.probe_seed, words, about, facts.policy, facts.evidence)
+    return MarkingJob(student, run.answers, run.probe_seed, words, context, facts.policy, facts.evidence)
 
 
 def mark(run: RunRecord, marker: Marker, key_digest: str) -> Graded:
-    """Mark a run by the key. Messages of marking replace those of an earlier key.
+    """Mark a stored run by the key. Messages of this marking replace those of an earlier one.
+
+    Parameters
+    ----------
+    run : with the answers
+    marker : of the course
+    key_digest : from :func:`labcourse.grading.marking.digest.marking_digest`, to store with the marks
 
     Raises
     ------
     GradingError
         If the answers cannot be marked.
     """
-    marked = marker.mark(to_be_marked(run))
+    marked = marker.mark(marking_job(run))
     return Graded(with_messages(run, marked), mark_records(marked.marks), key_digest)
 
 
 def with_messages(run: RunRecord, marked: Marked) -> RunRecord:
-    """Return a run with its own messages and those of marking, each once."""
+    """Return a copy of a run with the messages of the run and those of its marking, each once."""
     facts = facts_of(run)
     problems = dict.fromkeys((*facts.problems, *marked.problems))
     notes = dict.fromkeys((*facts.notes, *marked.notes))
@@ -141,5 +147,6 @@ def mark_records(marks: tuple[Mark, ...]) -> tuple[MarkRecord, ...]:
 def key_faults(graded: Graded) -> list[str]:
     """Return the messages on parts that a fault of the key left unmarked, with file and line."""
     unmarked = [mark for mark in graded.marks if mark.status == Status.NOT_MARKED]
+    # Problems are stored as texts: those about these parts are found by how they begin.
     beginnings = [KEY_FAILED.format(number=mark.question, part=mark.part, fault="") for mark in unmarked]
     return [problem for problem in graded.run.problems if problem.startswith(tuple(beginnings))]

@@ -35,24 +35,31 @@ if TYPE_CHECKING:  # commands are quick to say what they can do
     from labcourse.answers.catalogue import Catalogue
 
 SETTINGS_FILE = "course.toml"  #: in the course's folder; there need not be one
-#: Digits of a share of points: sums of points are off in the last digit of a float, and a threshold is to be reached.
+#: Digits to which shares are compared: sums of floats are off in the last digit, and must still reach a threshold.
 SHARE_DIGITS = 9
 
 Place = tuple[str | int, ...]  #: of an entry in the file, as ("deadline", 0, "due")
-Fault = tuple[Place, str]  #: where, and what
+Fault = tuple[Place, str]  #: place of an entry, and what is wrong with it
 
 
 # --- types of entries -------------------------------------------------------------------------------------------------
 
 
-def _printable(text: str) -> str:
+def _check_printable(text: str) -> str:
+    """Return a text; raise ValueError if it has unprintable characters, or white space at its ends."""
     if not text.isprintable() or text != text.strip():
         raise ValueError
     return text
 
 
 def _datetime(time_of_day: time, value: object) -> datetime:
-    """Read a date, or a date and time, of TOML. A date gets this time of day; this computer's zone is the default."""
+    """Return a date, or a date and time, of TOML as a time with a zone; raise ValueError for anything else.
+
+    Parameters
+    ----------
+    time_of_day : for a date alone
+    value : from the file; a time without a zone is in that of this computer
+    """
     if not isinstance(value, date) or not 2000 <= value.year < 3000:  # a datetime is a date, too
         raise ValueError
     moment = value if isinstance(value, datetime) else datetime.combine(value, time_of_day)
@@ -60,26 +67,36 @@ def _datetime(time_of_day: time, value: object) -> datetime:
 
 
 def _shares(defaults: Mapping[int, float], value: object) -> dict[int, float]:
-    """Read per cents of levels as shares, with defaults for the other levels. 70.7 % is the float 0.707."""
+    """Read a table of per cents of levels as level → share, with defaults for the levels that it leaves out."""
     percents = _PERCENTS.validate_python(value)
-    return {**defaults, **{int(level): float(Decimal(str(share)) / 100) for level, share in percents.items()}}
+    return {**defaults, **{int(level): float(Decimal(str(percent)) / 100) for level, percent in percents.items()}}
 
 
 def _entry(expected: str, example: str, path: Sequence[str] = (), **limits: Any) -> Any:
-    """Describe an entry; with a path if it stands elsewhere in the file than in the classes."""
+    """Return the pydantic field of an entry.
+
+    Parameters
+    ----------
+    expected : what a message says is expected, after "it should be"
+    example : value as it is written in the file
+    path : table and entry in the file, if they differ from those of the classes
+    limits : of :func:`pydantic.Field`, as ``ge`` and ``max_length``
+    """
     alias = AliasPath(*path) if path else None
     return Field(description=expected, examples=[example], validation_alias=alias, **limits)
 
 
 def _number(example: str, least: float, most: float, expected: str = "a number") -> Any:
+    """Return the field of a number between two limits."""
     return _entry(f"{expected} from {least} to {most}", example, ge=least, le=most)
 
 
 def _moment(example: str, *path: str) -> Any:
+    """Return the field of a date, or a date and time."""
     return _entry("a date, or a date and time, of the years 2000 to 2999", example, path)
 
 
-_Line = Annotated[str, Strict(), Field(max_length=120), AfterValidator(_printable)]
+_Line = Annotated[str, Strict(), Field(max_length=120), AfterValidator(_check_printable)]
 _Name = Annotated[_Line, Field(min_length=1)]
 _Notebook = Annotated[_Name, AfterValidator(lambda name: name.removesuffix(".ipynb"))]
 _Number = Annotated[int, Strict()] | Annotated[float, Strict()]  # a whole number is shown as one
@@ -98,8 +115,8 @@ _LEVELS = "numbers from 0 to 100, in per cent, for levels of 4, 3, 2, 1"
 _PERCENT_SHARES = _entry(_LEVELS, "{4 = 100, 3 = 75, 2 = 50, 1 = 25}")
 _PERCENT_THRESHOLDS = _entry(_LEVELS, "{4 = 90, 3 = 75, 2 = 50, 1 = 0}")
 _LINE = "a line of text of at most 120 characters"
-_HERE = f'"3.{sys.version_info.minor}"'
-_PYTHON = _entry("a version of Python, in quotes", _HERE, path=("course", "python"), pattern=r"^3\.[0-9]{1,2}$")
+_THIS_PYTHON = f'"3.{sys.version_info.minor}"'
+_PYTHON = _entry("a version of Python, in quotes", _THIS_PYTHON, path=("course", "python"), pattern=r"^3\.[0-9]{1,2}$")
 _GIVEN = _entry("what is given to a class that begins in the middle", '"speed"', path=("given", "from"))
 _RELEASES = _entry("the path of a folder", '"releases"', path=("releases", "folder"))
 _TITLE = _entry(_LINE, '"Control laboratory"', path=("course", "title"))
@@ -189,21 +206,21 @@ class MarkSettings:
     predictions: Annotated[_Number, _number("0.5", 0, 100, "a number of points")] = 0.0
 
     def dropped_as(self, question: str, part: str) -> str:
-        """Return the name by which a part of a question is left out; "" where it counts."""
-        return _named(question, part, self.drop)
+        """Return the entry of ``drop`` that leaves out a part of a question; "" if the part counts."""
+        return _matching_name(question, part, self.drop)
 
     def weighted_as(self, question: str, part: str) -> str:
-        """Return the name by which a part of a question has another weight than 1; "" where it has none."""
-        name = _named(question, part, self.weights)
+        """Return the entry of ``weights`` that gives a part another weight than 1; "" if there is none."""
+        name = _matching_name(question, part, self.weights)
         return name if self.weights.get(name, 1) != 1 else ""
 
     def weight(self, question: str, part: str) -> float:
         """Return the factor of the points of a part of a question."""
-        return self.weights.get(_named(question, part, self.weights), 1.0)
+        return self.weights.get(_matching_name(question, part, self.weights), 1.0)
 
 
-def _named(question: str, part: str, names: Collection[str]) -> str:
-    """Return which of these names a part of a question has: its own one, else that of its question, else ""."""
+def _matching_name(question: str, part: str, names: Collection[str]) -> str:
+    """Return the name among these that is of a part ("1.2 speed"), else of its question ("1.2"); "" if neither is."""
     return next((name for name in (f"{question} {part}", question) if name in names), "")
 
 
@@ -306,6 +323,7 @@ class _Bench:
 
 
 def _bench_schema(_type: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+    """Return pydantic's schema of a BenchPolicy: the file's table, as :class:`_Bench`, is checked and converted."""
     return no_info_after_validator_function(lambda bench: BenchPolicy(**vars(bench)), handler(_Bench))
 
 
@@ -348,20 +366,20 @@ class CourseSettings:
     outcomes: OutcomeSettings = OutcomeSettings()
 
     def of_marking(self) -> CourseSettings:
-        """Return a copy with defaults for all that has no part in marking answers: how marks count, and who sees them.
+        """Return a copy with defaults for all that the marking of answers does not depend on.
 
-        Settings that are equal in this way mark alike. Each run stores ``given`` itself.
+        Equal copies mark alike. (``given`` is not among what marking depends on, because each run stores it.)
         """
-        usual = CourseSettings()
+        defaults = CourseSettings()
         without = ("python", "given", "feedback", "report", "marks", "levels", "deadlines", "extensions", "late")
-        return replace(self, **{name: getattr(usual, name) for name in (*without, "outcomes")})
+        return replace(self, **{name: getattr(defaults, name) for name in (*without, "outcomes")})
 
 
 # --- from the file to the settings ------------------------------------------------------------------------------------
 
 
 def read_toml(file: Path) -> dict[str, Any]:
-    """Read a file of the course's folder that a person writes as TOML.
+    """Read a TOML file of the course's folder, which a person wrote.
 
     Raises
     ------
@@ -422,46 +440,49 @@ def read(
     """
     file = folder / SETTINGS_FILE
     data = read_toml(file) if file.exists() else {}
-    faults = dict(_unknown(data))
+    faults = dict(_unknown_entries(data))
     try:
         settings = TypeAdapter(CourseSettings).validate_python(data)
     except ValidationError as error:
-        faults = {**dict(_refused(details, data) for details in error.errors()), **faults}
-    _refuse(file, faults.items())
+        faults = {**dict(_refused_entry(details, data) for details in error.errors()), **faults}
+    _refuse_places(file, faults.items())
     settings = replace(settings, bench=replace(settings.bench, draw=draw))
     bench = _bench_faults(data.get("bench", {}), presets, benches or {})
     names = () if catalogue is None else _unknown_names(settings, catalogue)
-    _refuse(file, [*bench, *_contradictions(data, settings), *_level_faults(settings.levels), *names])
+    _refuse_places(file, [*bench, *_contradictions(data, settings), *_level_faults(settings.levels), *names])
     return settings
 
 
 # --- faults, with their places ----------------------------------------------------------------------------------------
 
 
-def _refuse(file: Path, faults: Iterable[Fault]) -> None:
-    """Raise GradingError if there are faults; each is listed with its line and place, in the order of the file."""
-    rows = [(_line(file.read_text(encoding="utf-8"), place), place, fault) for place, fault in faults]
-    refuse(file, (f"line {line}: {_shown(place)}: {fault}" for line, place, fault in sorted(rows, key=itemgetter(0))))
+def _refuse_places(file: Path, faults: Iterable[Fault]) -> None:
+    """Raise GradingError if there are faults of the settings file; the message lists each with its line and place."""
+    rows = [(_line_number(file.read_text(encoding="utf-8"), place), place, fault) for place, fault in faults]
+    refuse(file, (f"line {line}: {_dotted(place)}: {fault}" for line, place, fault in sorted(rows, key=itemgetter(0))))
 
 
-def _shown(place: Place) -> str:
+def _dotted(place: Place) -> str:
     """Write a place for people: "feedback.from", or "deadline 1.due", counted from 1."""
     return "".join(f" {part + 1}" if isinstance(part, int) else f".{part}" for part in place)[1:]
 
 
-def _line(text: str, place: Place) -> int:
-    """Find the line in which an entry of a TOML file begins; that of its table if the entry is missing."""
+def _line_number(text: str, place: Place) -> int:
+    """Return the number of the line in which an entry of a TOML file begins; that of its table if it is missing.
+
+    The file is read with one more line at a time, until the entry is there.
+    """
     lines, first = text.split("\n"), 1
     for count in range(1, len(lines) + 1):
         with suppress(tomllib.TOMLDecodeError):  # a value goes on in the next line
-            if _value(tomllib.loads("\n".join(lines[:count])), place) is not None:
+            if _entry_at(tomllib.loads("\n".join(lines[:count])), place) is not None:
                 return first
             first = count + 1
-    return _line(text, place[:-1]) if place else 1
+    return _line_number(text, place[:-1]) if place else 1
 
 
-def _value(data: Any, place: Place) -> Any:
-    """Look up an entry; None if it is missing."""
+def _entry_at(data: Any, place: Place) -> Any:
+    """Return the entry at a place of the file's data; None if it is missing."""
     try:
         return reduce(getitem, place, data)
     except (KeyError, IndexError, TypeError):
@@ -469,7 +490,18 @@ def _value(data: Any, place: Place) -> Any:
 
 
 def _entries(table: Any, above: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], FieldInfo]]:
-    """List what may stand in the file: table and entry, and its description."""
+    """Yield all entries that the file may have.
+
+    Parameters
+    ----------
+    table : class of a table
+    above : names of the tables that it is in
+
+    Yields
+    ------
+    tuple
+        (table, entry), and the pydantic field that describes it.
+    """
     for name, hint in get_type_hints(table, include_extras=True).items():
         info = [part for part in get_args(hint) if isinstance(part, FieldInfo)]
         alias = info[-1].validation_alias if info else None
@@ -486,17 +518,18 @@ _ENTRIES = dict(_entries(CourseSettings))
 
 
 def _heading(table: str) -> str:
+    """Return the line of the file that begins a table."""
     return f"[[{table}]]" if table in _ROWS else f"[{table}]"
 
 
-def _unknown(data: Mapping[str, Any]) -> Iterator[Fault]:
-    """Find tables and entries that there are not, and tables that are none."""
+def _unknown_entries(data: Mapping[str, Any]) -> Iterator[Fault]:
+    """Yield a fault for each table and entry that does not exist, and for each name of a table that is none."""
     tables = {table: _heading(table) for table, _name in _ENTRIES}
     for table, content in data.items():
         rows = content if table in _ROWS else [content]
         if table not in tables:
             homes = [f"It belongs under {tables[home]}." for home, name in _ENTRIES if name == table]
-            yield (table,), f"there is no such section. {(*homes, _nearest(table, tables))[0]}"
+            yield (table,), f"there is no such section. {(*homes, _suggestion(table, tables))[0]}"
         elif not isinstance(rows, list) or not all(isinstance(row, dict) for row in rows):
             yield (table,), f"it should be a section: a line {tables[table]}, and its entries below."
         else:
@@ -504,50 +537,61 @@ def _unknown(data: Mapping[str, Any]) -> Iterator[Fault]:
             for number, row in enumerate(rows):
                 for name in row.keys() - known.keys():
                     place = (table, number, name) if table in _ROWS else (table, name)
-                    yield place, f"there is no such entry. {_nearest(name, known)}"
+                    yield place, f"there is no such entry. {_suggestion(name, known)}"
 
 
-def _nearest(name: str, known: Mapping[str, str]) -> str:
+def _suggestion(name: str, known: Mapping[str, str]) -> str:
+    """Return a text that suggests the most similar known names, and lists all; ``known`` is name → as it is shown."""
     near = "".join(f"Did you mean {known[match]}? " for match in get_close_matches(name, known, 1))
     return f"{near}There are {', '.join(known.values())}."
 
 
-def _refused(details: ErrorDetails, data: Mapping[str, Any]) -> Fault:
-    """Describe what pydantic refuses: the entry as it is, what is expected, and an example."""
+def _refused_entry(details: ErrorDetails, data: Mapping[str, Any]) -> Fault:
+    """Return the fault for an error of pydantic's: the entry as it is, what is expected, and an example."""
     place: Place = details["loc"][: 3 if details["loc"][0] in _ROWS else 2]
     if (place[0], place[-1]) not in _ENTRIES:
-        return place[:1], ""  # a table that is none
-    value = _value(data, place)
+        return place[:1], ""  # the table is not one; the fault of _unknown_entries replaces this
+    value = _entry_at(data, place)
     shown = str(value) if isinstance(value, date) else ascii(value)
     problem = "it is missing. It" if value is None else f"it is {shown:.80}, and"
-    return place, f"{problem} {_expected(str(place[0]), str(place[-1]))}"
+    return place, f"{problem} {_expectation(str(place[0]), str(place[-1]))}"
 
 
-def _expected(table: str, name: str) -> str:
+def _expectation(table: str, name: str) -> str:
+    """Return the end of a message: what an entry should be, and an example."""
     entry = _ENTRIES[table, name]
     return f"should be {entry.description}, as in: {name} = {(entry.examples or [''])[0]}"
 
 
-def _listed(names: Collection[str]) -> str:
+def _name_list(names: Collection[str]) -> str:
+    """Return names in quotes and in order; "none" if there are none."""
     return ", ".join(json.dumps(name) for name in sorted(names)) or "none"
 
 
 def _bench_faults(bench: Mapping[str, Any], presets: Collection[str], benches: Mapping[str, str]) -> Iterator[Fault]:
+    """Yield faults of the table ``bench``: entries that do not fit ``which``, and benches that the course lacks.
+
+    Parameters
+    ----------
+    bench : the table as it stands in the file
+    presets, benches : as for :func:`read`
+    """
     which = bench.get("which", OWN)
     for name, needed_by in (("seed", SAME), ("preset", PRESET), ("benches", REAL)):
         if which == needed_by and name not in bench:
-            yield ("bench", name), f'which = "{which}" needs it. It {_expected("bench", name)}'
+            yield ("bench", name), f'which = "{which}" needs it. It {_expectation("bench", name)}'
         elif which != needed_by and name in bench:
             yield ("bench", name), f'it goes with which = "{needed_by}", and which is "{which}". Leave one of them out.'
     if which == PRESET and bench.get("preset", "") not in {*presets, ""}:
-        yield ("bench", "preset"), f"the course has no bench {bench['preset']!a}; it has {_listed(presets)}."
+        yield ("bench", "preset"), f"the course has no bench {bench['preset']!a}; it has {_name_list(presets)}."
     for name in bench.get("benches", ()):
-        missing = f"of {name!a} the course does not have the truth; it has that of {_listed(benches)}."
+        missing = f"of {name!a} the course does not have the truth; it has that of {_name_list(benches)}."
         if fault := benches.get(name, missing):
             yield ("bench", "benches"), fault
 
 
 def _contradictions(data: Mapping[str, Any], settings: CourseSettings) -> Iterator[Fault]:
+    """Yield a fault for each pair of entries that contradict each other; ``data`` is what the file has."""
     if not settings.reflect.asks and settings.reflect.opens:
         yield ("reflect", "from"), "it goes with asks = true, and asks is false. Leave one of them out."
     for name in {*settings.marks.weights}.intersection(settings.marks.drop):
@@ -567,12 +611,13 @@ def _contradictions(data: Mapping[str, Any], settings: CourseSettings) -> Iterat
 
 
 def _overlap(deadline: Deadline, extension: Extension) -> bool:
-    """Return whether they are for some notebook in common; none named means all."""
-    named = deadline.notebooks and extension.notebooks
-    return not named or not set(deadline.notebooks).isdisjoint(extension.notebooks)
+    """Return whether a deadline and an extension are for some notebook in common; without names, each is for all."""
+    both_name_some = deadline.notebooks and extension.notebooks
+    return not both_name_some or not set(deadline.notebooks).isdisjoint(extension.notebooks)
 
 
 def _level_faults(levels: LevelSettings) -> Iterator[Fault]:
+    """Yield faults of levels: a higher level that has less, and a level that is worth what is another level."""
     default = "(What you leave out has its default.)"
     for entry, of_level in (("shares", levels.shares), ("thresholds", levels.thresholds)):
         for low, high in pairwise(sorted(of_level)):
@@ -586,11 +631,12 @@ def _level_faults(levels: LevelSettings) -> Iterator[Fault]:
 
 
 def _unknown_names(settings: CourseSettings, catalogue: Catalogue) -> Iterator[Fault]:
+    """Yield a fault for each name of a notebook, question, part or start that the catalogue does not have."""
     notebooks = [(("deadline", number), row.notebooks) for number, row in enumerate(settings.deadlines)]
     notebooks += [(("extension", number), row.notebooks) for number, row in enumerate(settings.extensions)]
     for place, names in notebooks:
         for name in sorted({*names}.difference(catalogue.notebooks)):
-            yield (*place, "notebooks"), f"there is no notebook {name!a}; there are {_listed(catalogue.notebooks)}."
+            yield (*place, "notebooks"), f"there is no notebook {name!a}; there are {_name_list(catalogue.notebooks)}."
     for entry, names in (("drop", settings.marks.drop), ("weights", tuple(settings.marks.weights))):
         for name in names:
             question, _space, part = name.rpartition(" ")
@@ -605,11 +651,11 @@ def _unknown_names(settings: CourseSettings, catalogue: Catalogue) -> Iterator[F
 
 
 def _start_faults(settings: CourseSettings, catalogue: Catalogue) -> Iterator[Fault]:
-    """Find what is wrong with a class that begins in the middle: the start is unknown, or not for such benches."""
+    """Yield faults of the start of a class that begins in the middle: it is unknown, or not for these benches."""
     starts, bench = {start.name: start for start in catalogue.starts}, settings.bench
     start, place = starts.get(settings.given), ("given", "from")
     if settings.given and start is None:
-        yield place, f"the course gives nothing called {settings.given!a}; it has {_listed(starts)}."
+        yield place, f"the course gives nothing called {settings.given!a}; it has {_name_list(starts)}."
     elif start is not None and bench.which == OWN and start.on_own_bench is None:
         why = f'"{start.name}" is for classes with the same bench for everybody: on own benches, students\' computers'
         why += " would have to work it out, with code that answers what other classes are asked."

@@ -24,27 +24,27 @@ class Status(StrEnum):
     NOT_MARKED = "not marked: key fault"
 
 
-#: Statuses without a decision yet, which differ from no points.
+#: Statuses of answers on which nobody has decided yet. (No points is a decision.)
 UNDECIDED = (Status.FOR_A_PERSON, Status.NOT_MARKED)
 
 
-class Own(Protocol):
-    """The student's own answers: ``own("1.2", "speed")``. Raises LookupError where there is no usable answer."""
+class OwnAnswers(Protocol):
+    """The student's own answers: ``own("1.2", "speed")`` returns one. Raises LookupError if there is no usable one."""
 
     def __call__(self, question: str, part: str) -> Any: ...
 
 
 class NothingFollows(LookupError):
-    """One of the student's own answers is of no use for the next step. The message names it and says why.
+    """One of the student's own answers cannot be used for what follows from it. The message names it and says why.
 
-    What follows from it takes no work: zeros from zeros. A check treats it as a missing answer.
+    For example it is all zeros, from which zeros follow without any work. A check treats it as a missing answer.
     """
 
     def __str__(self) -> str:
         return " ".join(map(str, self.args))
 
 
-OWN_ANSWERS = "your own earlier answers"  #: what an answer follows from, where a check does not name it
+EARLIER_ANSWERS = "your own earlier answers"  #: default text for what an answer follows from
 
 
 @dataclass(frozen=True)
@@ -55,12 +55,12 @@ class Case:
     ----------
     bench : the student's own bench as it really is, from the course's ``bench``
     own : the student's other answers
-    probe_seed : from which the inputs of functions were drawn
-    virtual : whether the answers come from a bench with known truth, as a virtual one
+    probe_seed : seed from which the inputs of functions were drawn
+    virtual : whether the truth of the bench is known, as it is for a virtual one
     """
 
     bench: Any
-    own: Own
+    own: OwnAnswers
     probe_seed: int
     virtual: bool = True
 
@@ -84,7 +84,7 @@ class OwnBench:
     ----------
     expected : bench → the number that is measured on it
     rtol : largest relative difference to the expected number
-    is_discriminating : whether an equal number is a hint by itself; not where all students read off the same scale
+    is_discriminating : whether an equal number is a hint by itself; False where all students read off the same scale
     """
 
     expected: Callable[[Any], float]
@@ -93,12 +93,12 @@ class OwnBench:
 
 
 class Check(Protocol):
-    """A check of answers to one part."""
+    """A check of answers to one part; ``kinds`` are the kinds of parts that it can check."""
 
     kinds: tuple[str, ...]
 
     def verdict(self, part: Part, value: Any, case: Case) -> Verdict:
-        """Judge an answer to a part."""
+        """Judge a decoded answer (``value``) to a part."""
 
 
 def right(reason: str) -> Verdict:

@@ -13,7 +13,7 @@ from labcourse.answers import bounds
 from labcourse.benches import BenchPolicy
 from labcourse.errors import GradingError, IsolationError
 from labcourse.grading import course as courses
-from labcourse.grading.batch import Batch, Settings, _mark_again, regrade
+from labcourse.grading.batch import Batch, Settings, _marked_again, regrade
 from labcourse.grading.gradebook import GIVEN_BY_A_PERSON
 from labcourse.grading.reports.grades import GRADES_FILE, Reports
 from labcourse.grading.running import runner
@@ -156,7 +156,7 @@ def test_regrade_keeps_what_a_person_gave(fake_class):
         (one,) = regrade(book, fake_class.course)
         (mark,) = [mark for mark in one.after.marks if mark.part == "explanation"]
         assert (mark.status, mark.points) == (GIVEN_BY_A_PERSON, 1.0)
-        assert one.left == ()  # the key marks no words
+        assert one.unchanged == ()  # the key marks no words
 
 
 @pytest.mark.parametrize(
@@ -170,12 +170,12 @@ def test_regrade_names_what_a_person_gave_and_what_the_key_gives(fake_class, by_
         book.set_mark("ada", "2.11", "omega_n", by_hand, "By its way.", "prof", seen)
         fake_class.key(2.0)
         ada, bob = regrade(book, fake_class.course)
-        (left,) = ada.left
+        (left,) = ada.unchanged
         assert left.as_data() == {"question": "2.11", "part": "omega_n", "points": by_hand, "by_key": 0}
         assert told in str(left)
-        assert bob.left == () and sum(one.points for one in book.current("bob").marks) == 0
+        assert bob.unchanged == () and sum(one.points for one in book.current("bob").marks) == 0
         assert next(one for one in book.current("ada").marks if one.part == "omega_n").points == by_hand
-        assert [one.left for one in regrade(book, fake_class.course, ["0.1"])] == [(), ()]
+        assert [one.unchanged for one in regrade(book, fake_class.course, ["0.1"])] == [(), ()]
 
 
 def test_words_that_were_handed_in_are_marked_again_though_the_run_left_no_answers(fake_class):
@@ -186,7 +186,7 @@ def test_words_that_were_handed_in_are_marked_again_though_the_run_left_no_answe
         words = {"2.11": {"explanation": {"text": "The ratio contains the link alone.", "pictures": {}}}}
         for changed, counted in (({}, 0), (words, 1)):
             stopped = replace(graded, run=replace(graded.run, answers=None, words=changed), marks=())
-            again = _mark_again(stopped, InlineMarker(fake_class.course, 1), (), "another").after
+            again = _marked_again(stopped, InlineMarker(fake_class.course, 1), (), "another").after
             assert sum(one.status == "for a person" for one in again.marks) == counted
 
 

@@ -11,7 +11,7 @@ from made_courses import OURS
 from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.parts import Question, number
 from labcourse.grading import course_check
-from labcourse.grading.course import Stated
+from labcourse.grading.course import StatedNumber
 from labcourse.grading.course_check import solutions, static
 from labcourse.grading.marking.checks import Number
 from labcourse.grading.running import bundle
@@ -67,7 +67,7 @@ def test_a_question_that_was_only_put_into_the_catalogue_is_missed_in_key_and_ce
 def test_what_catalogue_key_and_numbers_forget_is_reported_with_its_place():
     without = {one: checks for one, checks in OURS.key.items() if one != "Modeling report, as a whole"}
     key = {number: OURS.key[number] for number in without}
-    stated = [Stated("the answer", r"the answer is (\d+)", 42)]
+    stated = [StatedNumber("the answer", r"the answer is (\d+)", 42)]
     course = replace(dearer_question(), key=key, stated=stated)
     assert places(course) == ["the key", f"notebooks/{STIFFNESS}", "stated, the answer"]
 

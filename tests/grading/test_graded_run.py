@@ -11,7 +11,7 @@ from labcourse.answers.words import Words
 from labcourse.benches import BenchPolicy
 from labcourse.grading import graded_run
 from labcourse.grading.gradebook import Gradebook
-from labcourse.grading.graded_run import Facts, facts_of, supplied_parts, to_be_marked, with_messages, words_as_json
+from labcourse.grading.graded_run import Facts, facts_of, marking_job, supplied_parts, with_messages, words_as_json
 from labcourse.grading.marking.marking_processes import Marked
 
 REPORTS = Reports(
@@ -65,12 +65,12 @@ def test_marking_is_given_whose_bench_it_was_and_all_that_was_recorded(bench_of,
     words = {("1", "why"): Words("So.", {"a.png": b"1"}), ("1", "how"): Words("Thus."), ("2", "why"): Words("No.")}
     facts = Facts(**PARTS | {"bench_of": bench_of})
     run = run_of(facts, answers=b"{}", words=words_as_json(words), supplied={"1.x": 3, "2.11.omega_n": 4}, probe_seed=5)
-    asked = to_be_marked(run)
+    asked = marking_job(run)
     assert (asked.student, asked.answers, asked.probe_seed, asked.words) == (student, b"{}", 5, words)
-    assert asked.about.missing == {("1", "x"): "It stopped.", ("2", "y"): "It builds on 1."}
-    assert (asked.about.asked, asked.policy) == (facts.asked, facts.policy)
+    assert asked.context.missing == {("1", "x"): "It stopped.", ("2", "y"): "It builds on 1."}
+    assert (asked.context.asked, asked.policy) == (facts.asked, facts.policy)
     assert asked.evidence == facts.evidence
-    assert asked.about.supplied == supplied_parts(run) == {("1", "x"), ("2.11", "omega_n")}
+    assert asked.context.supplied == supplied_parts(run) == {("1", "x"), ("2.11", "omega_n")}
 
 
 def test_what_marking_says_is_put_behind_what_was_known_once_and_replaces_what_an_earlier_key_said():

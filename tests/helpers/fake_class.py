@@ -44,7 +44,7 @@ class InlineMarker:
 
     def mark(self, asked):
         marker._courses[:] = [self.course]
-        return marker._mark(asked)
+        return marker._mark_answers(asked)
 
 
 class OneBundle:

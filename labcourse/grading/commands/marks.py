@@ -74,7 +74,7 @@ def regrade(
             failed += bool(done.problem)
             faults |= dict.fromkeys(key_faults(done.after))
             if as_json:
-                left = [one.as_data() for one in done.left]
+                left = [one.as_data() for one in done.unchanged]
                 typer.echo(json.dumps({**told.as_data(), "left_alone": left, "problem": done.problem}))
                 continue
             if done.problem:
@@ -84,7 +84,7 @@ def regrade(
                 )
             if told.parts:
                 say(str(told))
-            say(*(f"{told.student}, {one}" for one in done.left))
+            say(*(f"{told.student}, {one}" for one in done.unchanged))
     for line in (*faults, *([reports.hints] if reports and reports.hints else ())):
         say(line, err=True)
     if not as_json:

@@ -24,7 +24,7 @@ CourseFolder = Annotated[
         envvar=courses.SETTING,
         metavar="FOLDER",
         help="The course's folder, which holds course.py.",
-        show_default=f"{courses.USUAL}/ here",
+        show_default=f"{courses.SOLUTIONS}/ here",
     ),
 ]
 Marks = Annotated[

@@ -28,7 +28,7 @@ from labcourse.grading.release import student_notebooks
 from labcourse.grading.running import runner
 from labcourse.grading.running.bundle import Bundle
 from labcourse.grading.running.runner import Job, Limits, Run
-from labcourse.grading.verdicts import Case, Check, Own, Status
+from labcourse.grading.verdicts import Case, Check, OwnAnswers, Status
 from labcourse.run import reasons
 from labcourse.run.causes import Causes, RunCell, Where
 from labcourse.run.merge import Merged, merged
@@ -116,7 +116,7 @@ def judged(course: Course, claims: Claims, missing: Mapping[Where, str]) -> Iter
 class _Own:
     """The solutions' own answers, for follow-through; it remembers unknown questions that the key asks for."""
 
-    def __init__(self, own: Own, catalogue: Catalogue) -> None:
+    def __init__(self, own: OwnAnswers, catalogue: Catalogue) -> None:
         self._own, self._catalogue = own, catalogue
         self.unknown: dict[str, None] = {}  # messages, each once
 

@@ -21,11 +21,11 @@ from labcourse.answers.json_values import thin
 from labcourse.answers.parts import WHOLE, Part
 from labcourse.errors import CourseError
 from labcourse.grading import verdicts
-from labcourse.grading.verdicts import OWN_ANSWERS, Case, NothingFollows, Own, OwnBench, Status, Verdict
+from labcourse.grading.verdicts import EARLIER_ANSWERS, Case, NothingFollows, OwnAnswers, OwnBench, Status, Verdict
 
 MOST_RUNS = 1000  #: of an experiment, far more than anybody makes: a bench repeats none beyond
 _FIRST_RUN = 1  # counted as people count
-_LONGEST_SHOWN = 40  # characters of what a recording says
+_LONGEST_SHOWN = 40  # characters of a recording's metadata in a message
 
 #: Errors that a calculation with a student's own answers may raise: then nothing follows from them.
 EVALUATION_ERRORS = (LookupError, ArithmeticError, ValueError, RuntimeError, CourseError)
@@ -42,26 +42,26 @@ class ForAPerson:
         return verdicts.for_a_person("A person will read this.")
 
 
-def led_to(follow: Callable[..., Any] | None, *given: Any) -> tuple[Any, str]:
+def value_from_own(follow: Callable[..., Any] | None, *arguments: Any) -> tuple[Any, str]:
     """Work out what follows from the student's own answers.
 
     Parameters
     ----------
-    follow : a function of ``given``; None where nothing comes before
-    given : the student's own answers, and what else it takes
+    follow : a function of the arguments; None if the answer follows from no others
+    arguments : the student's own answers, and what else the function takes
 
     Returns
     -------
     Any
-        What it returns; None where nothing follows, as where all of it is zero.
+        What the function returns; None if nothing follows, for example because all of it is zero.
     str
-        Why nothing follows, with a space before it; empty where that is not known.
+        Why nothing follows, with a space before it; "" if something does, or if the reason is not known.
     """
     if follow is None:
         return None, ""
     try:
-        result = follow(*given)
-        numbers = _flat(result)
+        result = follow(*arguments)
+        numbers = _all_numbers(result)
     except NothingFollows as why:
         return None, f" {why}"
     except EVALUATION_ERRORS:
@@ -69,9 +69,9 @@ def led_to(follow: Callable[..., Any] | None, *given: Any) -> tuple[Any, str]:
     return (result if np.any(numbers) and np.all(np.isfinite(numbers)) else None), ""
 
 
-def _flat(value: Any) -> NDArray[Any]:
+def _all_numbers(value: Any) -> NDArray[Any]:
     """Return all numbers of an array, or of a list of arrays of several shapes, as one vector."""
-    return np.concatenate([*map(_flat, value)]) if isinstance(value, list | tuple) and value else np.ravel(value)
+    return np.concatenate([*map(_all_numbers, value)]) if isinstance(value, list | tuple) and value else np.ravel(value)
 
 
 @dataclass(frozen=True)
@@ -82,33 +82,35 @@ class _Numbers:
     expected: Callable[[Any], Any]
     rtol: float = 0.02
     atol: float = 0.0
-    follow: Callable[[Own], Any] | None = None
-    follow_what: str = OWN_ANSWERS
+    follow: Callable[[OwnAnswers], Any] | None = None
+    follow_what: str = EARLIER_ANSWERS
     follow_rtol: float = 0.02
     slips: Callable[[Any], Mapping[str, Any]] = field(default=lambda bench: {})
 
     def verdict(self, part: Part, value: Any, case: Case) -> Verdict:
         """Compare with the bench, then with the student's own answers, then with usual mistakes."""
-        room = _room(self.rtol, self.atol, part.unit or part.usual.unit)
+        tolerance = _tolerance_text(self.rtol, self.atol, part.unit or part.usual.unit)
         if self._agrees(value, self.expected(case.bench), self.rtol):
-            return verdicts.right(f"Within {room} of {self.what}.")
-        own, why = led_to(self.follow, case.own)
+            return verdicts.right(f"Within {tolerance} of {self.what}.")
+        own, why = value_from_own(self.follow, case.own)
         if own is not None and self._agrees(value, own, self.follow_rtol):
             return verdicts.follow_through(f"Not {self.what}, but it agrees with {self.follow_what}.")
         for slip, numbers in self._all_slips(case.bench).items():
             if self._agrees(value, numbers, self.rtol):
                 return verdicts.wrong(f"Not {self.what}: {slip}.")
         disagrees = f" It does not agree with {self.follow_what} either." if own is not None else why
-        return verdicts.wrong(f"More than {room} off {self.what}.{disagrees}")
+        return verdicts.wrong(f"More than {tolerance} off {self.what}.{disagrees}")
 
     def _agrees(self, value: Any, wanted: Any, rtol: float) -> bool:
+        """Return whether an answer is within the tolerance of a value."""
         return same_entries(value, wanted, rtol, self.atol)
 
     def _all_slips(self, bench: Any) -> Mapping[str, Any]:
+        """Return common mistakes: what was done → the value that it leads to on this bench."""
         return self.slips(bench)
 
 
-def _room(rtol: float, atol: float, unit: str) -> str:
+def _tolerance_text(rtol: float, atol: float, unit: str) -> str:
     """Write a tolerance as "5 %", "0.02 s" or "5 % or 0.02 s"."""
     return " or ".join([f"{100 * rtol:g} %"] * bool(rtol) + [f"{atol:g} {unit}".rstrip()] * bool(atol))
 
@@ -120,13 +122,13 @@ class Number(_Numbers):
     Parameters
     ----------
     what : the quantity, as in "the time constant of your bench"
-    expected : of the bench
+    expected : function of the bench
     rtol : tolerance, relative
     atol : tolerance in the part's unit; the larger of the two counts
-    follow : from the student's own answers; None where nothing comes before
-    follow_what : what that is, as in "the product of your own two factors"
+    follow : function of the student's own answers; None if the number follows from no others
+    follow_what : name of that for messages, as "the product of your own two factors"
     follow_rtol : relative tolerance for it; ``atol`` holds for it, too
-    slips : of the bench: usual mistakes, what was done → what it leads to
+    slips : function of the bench that returns common mistakes: what was done → the value that it leads to
     fewest_digits : the expected number is right, too, when it is rounded to so many significant digits; 0 for never
     own_bench : how to recognise the number of another bench; None where that is not looked for
     """
@@ -172,10 +174,10 @@ class FunctionIs:
     Parameters
     ----------
     what : as in "the flow out of your tank"
-    expected : of the bench and the inputs, as in ``lambda bench, h: bench.c * math.sqrt(h)``: a number or an array, or
-        a tuple of these where the probe keeps several
+    expected : function of the bench and the inputs, as ``lambda bench, h: bench.c * math.sqrt(h)``: a number or an
+        array, or a tuple of these where the probe keeps several
     rtol, atol : tolerance, relative and absolute; the larger of the two counts. Outputs are kept to six digits.
-    follow : of the student's own answers and the inputs; None where nothing comes before
+    follow : function of the student's own answers and the inputs; None if it follows from no others
     follow_what : what that is, as in "your own constant"
     slips : usual mistakes: what was done → a function of the bench and the inputs, for what it leads to
     """
@@ -185,7 +187,7 @@ class FunctionIs:
     rtol: float = 1e-4
     atol: float = 0.0
     follow: Callable[..., Any] | None = None
-    follow_what: str = OWN_ANSWERS
+    follow_what: str = EARLIER_ANSWERS
     slips: Mapping[str, Callable[..., Any]] = field(default_factory=dict)
     kinds = ("function",)
 
@@ -194,12 +196,13 @@ class FunctionIs:
         assert part.probe is not None
         inputs = part.probe.inputs(case.probe_seed)
 
-        def outputs(function: Callable[..., Any], of: Any) -> list[Any]:
-            return [function(of, *arguments) for arguments in inputs]
+        def outputs(function: Callable[..., Any], source: Any) -> list[Any]:
+            """Return what a function of a bench, or of own answers, returns for each of the inputs."""
+            return [function(source, *arguments) for arguments in inputs]
 
         if self._same(value, outputs(self.expected, case.bench)):
             return verdicts.right(f"Called with other inputs, it gives {self.what}.")
-        own, why = led_to(self.follow and partial(outputs, self.follow), case.own)
+        own, why = value_from_own(self.follow and partial(outputs, self.follow), case.own)
         if own is not None and self._same(value, own):
             return verdicts.follow_through(f"Not {self.what}, but it agrees with {self.follow_what}.")
         for slip, function in self.slips.items():
@@ -208,6 +211,7 @@ class FunctionIs:
         return verdicts.wrong(f"Called with other inputs, it gives something else than {self.what}.{why}")
 
     def _same(self, value: Any, expected: list[Any]) -> bool:
+        """Return whether all outputs are the same, within the tolerance."""
         tuples = [output if isinstance(output, tuple) else (output,) for output in expected]
         return all(
             len(given) == len(wanted)
@@ -216,7 +220,7 @@ class FunctionIs:
         )
 
 
-_ZERO = 1e-3  # of the relative tolerance, of the largest entry: the room for what should be zero
+_ZERO_ROOM = 1e-3  # an entry that should be zero may have this share of the largest entry's relative tolerance
 
 
 def same_entries(value: Any, expected: Any, rtol: float, atol: float = 0.0) -> bool:
@@ -229,7 +233,7 @@ def same_entries(value: Any, expected: Any, rtol: float, atol: float = 0.0) -> b
     atol : absolute; the larger of the two counts
     """
     given, wanted = np.ravel(value), np.ravel(np.asarray(expected, dtype=float))
-    return given.shape == wanted.shape and bool(np.all(np.abs(given - wanted) <= _rooms(wanted, rtol, atol)))
+    return given.shape == wanted.shape and bool(np.all(np.abs(given - wanted) <= _tolerances(wanted, rtol, atol)))
 
 
 def same_poles(value: Any, expected: Any, rtol: float, atol: float = 0.0) -> bool:
@@ -239,26 +243,27 @@ def same_poles(value: Any, expected: Any, rtol: float, atol: float = 0.0) -> boo
     given, wanted = np.ravel(value).astype(complex), np.ravel(expected).astype(complex)
     if given.shape != wanted.shape:
         return False
-    rooms = np.maximum(_rooms(wanted, rtol, atol), np.finfo(float).tiny)
-    distance = np.abs(given[:, None] - wanted[None, :]) / rooms
+    tolerances = np.maximum(_tolerances(wanted, rtol, atol), np.finfo(float).tiny)
+    distance = np.abs(given[:, None] - wanted[None, :]) / tolerances
     return bool(distance[linear_sum_assignment(distance)].max() <= 1)
 
 
-def _rooms(wanted: NDArray[Any], rtol: float, atol: float) -> NDArray[np.float64]:
+def _tolerances(wanted: NDArray[Any], rtol: float, atol: float) -> NDArray[np.float64]:
     """Return the tolerance of each entry."""
     sizes = np.abs(wanted)
-    return np.asarray(np.maximum(np.maximum(rtol * sizes, atol), _ZERO * rtol * sizes.max(initial=0.0)))
+    return np.asarray(np.maximum(np.maximum(rtol * sizes, atol), _ZERO_ROOM * rtol * sizes.max(initial=0.0)))
 
 
 MIRRORED = "the signs of the real parts are turned round"
 
 
 def mirrored(poles: NDArray[Any]) -> NDArray[Any]:
-    """Return poles with the other sign of their real parts."""
+    """Return poles with the signs of their real parts changed."""
     return np.asarray(-np.conj(poles))
 
 
 def _near(value: float, target: float, rtol: float) -> bool:
+    """Return whether a value is within a relative tolerance of a target."""
     return abs(value - target) <= rtol * abs(target)
 
 
@@ -276,8 +281,8 @@ class ChoiceIs:
 
     expected: str | Callable[[Any], str]
     reason: str
-    follow: Callable[[Own, Any], str] | None = None
-    follow_what: str = OWN_ANSWERS
+    follow: Callable[[OwnAnswers, Any], str] | None = None
+    follow_what: str = EARLIER_ANSWERS
     kinds = ("choice",)
 
     def verdict(self, part: Part, value: Any, case: Case) -> Verdict:
@@ -305,7 +310,7 @@ class RecordingOf:
         are not compared.
     slips : usual mistakes that the metadata of the recording shows: (name, right value) → what was done
     runs : whether the runs of a bench differ: then a recording is compared with the run that it claims to be
-        (:func:`said_run`)
+        (:func:`claimed_run`)
     """
 
     recording: Callable[..., Sampled]
@@ -320,7 +325,7 @@ class RecordingOf:
         refused = refused_recording(part, value, case)
         if refused is not None:
             return refused
-        of_run = (said_run(value["metadata"]),) if self.runs else ()
+        of_run = (claimed_run(value["metadata"]),) if self.runs else ()
         expected = self.recording(case.bench, *of_run)
         if value["n"] != len(expected) or not _near(value["sample_time"], expected.sample_time, 1e-3):
             return verdicts.wrong(
@@ -348,13 +353,13 @@ def refused_recording(part: Part, value: dict[str, Any], case: Case) -> Verdict 
         if value["metadata"].get(name) != wanted:
             return verdicts.wrong(f"It is not the recording that is asked for: its {name} should be {wanted!r}.")
     try:
-        said_run(value["metadata"])
+        claimed_run(value["metadata"])
     except ValueError as error:
         return verdicts.wrong(str(error))
     return None
 
 
-def said_run(metadata: Mapping[str, Any]) -> int:
+def claimed_run(metadata: Mapping[str, Any]) -> int:
     """Return the number of the run that a recording claims to be, ``metadata["bench"]["run"]``; 1 where there is none.
 
     Raises
@@ -362,8 +367,8 @@ def said_run(metadata: Mapping[str, Any]) -> int:
     ValueError
         If it is not the number of a run; the message is for the student.
     """
-    about = metadata.get("bench")
-    run = about.get("run", _FIRST_RUN) if isinstance(about, Mapping) else _FIRST_RUN
+    bench = metadata.get("bench")
+    run = bench.get("run", _FIRST_RUN) if isinstance(bench, Mapping) else _FIRST_RUN
     if isinstance(run, int) and not isinstance(run, bool) and _FIRST_RUN <= run <= MOST_RUNS:
         return run
     raise ValueError(

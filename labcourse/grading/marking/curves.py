@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -14,27 +14,34 @@ from numpy.typing import NDArray
 from labcourse.answers.json_values import thin
 from labcourse.answers.labels import unit_places
 from labcourse.grading.marking.checks import misfit
-from labcourse.grading.marking.units import TIME, Quantity, Unit, named
+from labcourse.grading.marking.units import TIME, Quantity, Unit, units_in_label
 from labcourse.grading.verdicts import Case
 
 Vector = NDArray[np.float64]
 HALF = 0.5  # of the points, for a curve with a fault in its labels or its height
 FEWEST_POINTS = 20  # of a curve; with fewer it is a mark
 SMALLEST_SWING = 0.25  # of the channel's, from its lowest value to its highest: with less, nothing happens in it
-ENOUGH = 0.98  # of the time that is asked for: the last sample is one before its end
+ENOUGH_TIME = 0.98  # of the time that is asked for: the last sample is one before its end
 _FEWEST_OF_A_PIECE = 2
 _MOST_CURVES = 48  # looked at in a figure
 _MOST_SAMPLES = 16384  # of a trace
 _FLAT = 1e-3  # of a channel's variance: a window with less is flat
-_REFINED = np.linspace(-1, 1, 5)  # samples, about the best whole one
-_LIKELY = (0.1, 10.0)  # times the channel's swing: of a curve whose axis may have another unit than it says
+_REFINEMENT = np.linspace(-1, 1, 5)  # samples, about the best whole one
+_LIKELY_SWING = (0.1, 10.0)  # times the channel's swing: of a curve whose axis may have another unit than it says
 _SAMPLE_TIMES = (1e-6, 1.0)  # s
 _SAME_STRETCH = 0.02  # of both, by which their ends may differ
 
 
 @dataclass(frozen=True)
 class Curve:
-    """Points of a figure, with their axes, and the lines of the figure (row of axes, place) that they belong to."""
+    """A curve of a figure.
+
+    Attributes
+    ----------
+    axis : the axes that it is on, as decoded
+    x, y : (n,) its points, in the units of the axes
+    lines : lines of the figure that it consists of: (number of the axes, place on them)
+    """
 
     axis: dict[str, Any]
     x: Vector
@@ -80,33 +87,34 @@ class Trace:
         self.given, self.duration, self.swing = time.size, float(self.time[-1]), float(np.ptp(self.values))
         self.step = self.duration / (self.time.size - 1)
 
-    def inside(self, x: Vector, shift: float) -> NDArray[np.bool_]:
-        """Return which times, counted from ``shift``, are within the recording."""
-        at = x + shift
-        return (at >= -self.step) & (at <= self.duration + self.step)
+    def is_covered(self, x: Vector, shift: float) -> NDArray[np.bool_]:
+        """Return which times of a curve are within the recording, if its time is counted from ``shift`` (s)."""
+        time = x + shift
+        return (time >= -self.step) & (time <= self.duration + self.step)
 
     def misfit(self, x: Vector, y: Vector, shift: float = 0.0) -> float:
         """Return the relative RMS difference of a curve (s, the channel's unit); inf if too few points are within."""
-        within = self.inside(x, shift)
+        within = self.is_covered(x, shift)
         if within.sum() < FEWEST_POINTS:
             return math.inf
         with np.errstate(all="ignore"):  # numbers may be as large as they come, and the channel may be flat there
-            return misfit(y[within], self._at(x[within] + shift))
+            return misfit(y[within], self._value_at(x[within] + shift))
 
-    def near(self, x: Vector, y: Vector, rtol: float) -> bool:
+    def is_near(self, x: Vector, y: Vector, rtol: float) -> bool:
         """Return whether a piece of a curve is on the channel; its RMS difference is relative to the whole channel."""
-        difference = y - self._at(x)
-        return bool(self.inside(x, 0.0).all() and np.mean(difference**2) <= rtol**2 * self.values.var())
+        difference = y - self._value_at(x)
+        return bool(self.is_covered(x, 0.0).all() and np.mean(difference**2) <= rtol**2 * self.values.var())
 
-    def shows(self, x: Vector, shift: float) -> tuple[float, float]:
-        """Return how long (s) a curve runs over the recording, and the share of the channel's swing in that time."""
-        seen = x[self.inside(x, shift)]
-        return float(np.ptp(seen)), float(np.ptp(self._at(seen + shift))) / self.swing
+    def shown_length_and_swing(self, x: Vector, shift: float) -> tuple[float, float]:
+        """Return the time (s) of the recording that a curve covers, and the share of the channel's swing in it."""
+        seen = x[self.is_covered(x, shift)]
+        return float(np.ptp(seen)), float(np.ptp(self._value_at(seen + shift))) / self.swing
 
     def best_shift(self, x: Vector, y: Vector) -> float | None:
-        """Return the time (s) from which a curve's time is counted, where it follows best; None if it is longer.
+        """Return the shift (s) at which a curve follows the channel best; None if it is longer than the recording.
 
-        The misfit is computed for all whole samples at once: the recording is correlated with a comb of the points.
+        For shifts by whole samples, the misfit is computed for all at once, as a correlation: the points of the curve,
+        rounded to the grid, are a comb over which values, their squares and their products with y are summed.
         """
         if not np.ptp(x) <= self.duration + self.step:
             return None
@@ -116,16 +124,16 @@ class Trace:
             return float(-x.min())
         comb, heights = np.bincount(places, minlength=1), np.bincount(places, weights=y - y.mean())
         size, of_values, of_squares = self._spectra
-        about = np.fft.rfft(comb, size).conj()
-        sums, squares = (np.fft.irfft(of * about, size)[:count] for of in (of_values, of_squares))
+        of_comb = np.fft.rfft(comb, size).conj()
+        sums, squares = (np.fft.irfft(spectrum * of_comb, size)[:count] for spectrum in (of_values, of_squares))
         products = np.fft.irfft(of_values * np.fft.rfft(heights, size).conj(), size)[:count]
         spread = squares - sums**2 / x.size
         swinging = spread > _FLAT * x.size * self.values.var()
         ratio = np.full(count, math.inf)
         np.divide((y - y.mean()) @ (y - y.mean()) - 2 * products + spread, spread, out=ratio, where=swinging)
-        best = float(np.argmin(np.where(np.isnan(ratio), math.inf, ratio)) * self.step - x.min())
-        near: list[float] = [best + part * self.step for part in _REFINED.tolist()]
-        return min(near, key=lambda shift: self.misfit(x, y, shift))
+        best_match = float(np.argmin(np.where(np.isnan(ratio), math.inf, ratio)) * self.step - x.min())
+        is_near: list[float] = [best_match + part * self.step for part in _REFINEMENT.tolist()]
+        return min(is_near, key=lambda shift: self.misfit(x, y, shift))
 
     @cached_property
     def _spectra(self) -> tuple[int, NDArray[np.complex128], NDArray[np.complex128]]:
@@ -134,7 +142,8 @@ class Trace:
         swinging = self.values - self.values.mean()
         return size, np.fft.rfft(swinging, size), np.fft.rfft(swinging**2, size)
 
-    def _at(self, time: Vector) -> Vector:
+    def _value_at(self, time: Vector) -> Vector:
+        """Return the channel's values at times (s)."""
         return np.interp(time, self.time, self.values)
 
 
@@ -143,7 +152,14 @@ class Trace:
 
 @dataclass(frozen=True)
 class Reading:
-    """A unit that an axis may be in. It has a fault, as text, where the label does not say so."""
+    """A unit that an axis may be in.
+
+    Attributes
+    ----------
+    unit : the unit
+    fault : what is wrong with the label if the axis is in this unit; "" if the label names it
+    says_another : whether the label names another unit
+    """
 
     unit: Unit
     fault: str = ""
@@ -152,14 +168,14 @@ class Reading:
 
 @dataclass(frozen=True)
 class Wanted:
-    """A channel that a curve should follow.
+    """What a curve should follow: a channel, and how closely.
 
-    Parameters
+    Attributes
     ----------
     trace : the channel
-    quantity : that gives the units in which it may be drawn
+    quantity : of the channel; its units are those in which it may be drawn
     rtol : largest RMS difference, relative
-    shortest : s, over which it should follow
+    shortest : shortest time over which the curve should follow, s
     """
 
     trace: Trace
@@ -169,12 +185,13 @@ class Wanted:
 
 
 @dataclass(frozen=True)
-class Seen:
-    """A curve that follows.
+class Match:
+    """A curve that follows the wanted channel.
 
     Attributes
     ----------
-    shift : time in the recording from which its time is counted, s
+    curve : the curve
+    shift : time in the recording at which the curve's time is zero, s
     misfit : RMS difference, relative
     faults : of its labels, as text; with them it earns half of the points
     lacking : why it earns nothing, as text; "" if it earns something
@@ -192,7 +209,7 @@ class Seen:
         return 0.0 if self.lacking else HALF if self.faults else 1.0
 
 
-def best(seen: Iterable[Seen]) -> Seen | None:
+def best_match(seen: Iterable[Match]) -> Match | None:
     """Return the curve that earns most; of equal ones, the nearest. None if there is none."""
     return min(seen, key=lambda curve: (-curve.share, len(curve.faults), curve.misfit), default=None)
 
@@ -212,8 +229,15 @@ def own_trace(case: Case, where: tuple[str, str], channel: str, largest: float, 
 
 
 def readings(label: str, quantity: Quantity, which: str) -> tuple[Reading, ...]:
-    """Return the units that an axis may be in: those that its label names, then others. ``which`` as "horizontal"."""
-    labelled = named(label, quantity)
+    """Return the units that an axis may be in: those that its label names, then the usual ones, with a fault.
+
+    Parameters
+    ----------
+    label : of the axis
+    quantity : that is drawn along it
+    which : axis, for messages: "horizontal" or "vertical"
+    """
+    labelled = units_in_label(label, quantity)
     names = ", ".join(unit.name for unit in labelled)
     what = "names no unit that is known for it" if unit_places(label) else "lacks its unit"
     lacking = f"the {which} axis {what}: write a symbol or an English word, such as {quantity.example}"
@@ -225,43 +249,52 @@ def readings(label: str, quantity: Quantity, which: str) -> tuple[Reading, ...]:
     return tuple(result)
 
 
-def find(
+def find_matches(
     figure: dict[str, Any], wanted: Wanted, search: bool = True, origins: Sequence[tuple[Curve, float]] = ()
-) -> list[Seen]:
+) -> list[Match]:
     """Find the curves of a figure that follow, whole or in pieces.
 
     Parameters
     ----------
     figure : a decoded figure
     wanted : the channel
-    search : whether to look for curves whose time is counted from somewhere else in the recording
-    origins : curves, and from where their time is counted: it is the same for other curves over the same stretch
+    search : whether to look for curves with any shift, that is whose time begins somewhere in the recording
+    origins : curves and their shifts, if known: a curve over the same stretch of the axis has the same shift
+
+    Returns
+    -------
+    list
+        The curves that follow; some may lack what they need to earn anything.
     """
     if not wanted.trace.swing > 0:
         return []
-    result = [seen for curve in curves_of(figure) if (seen := _look(curve, wanted, search, origins))]
+    result = [seen for curve in curves_of(figure) if (seen := _match_curve(curve, wanted, search, origins))]
     for axis in figure["axes"]:
         pieces = [curve for curve in curves_of(figure, _FEWEST_OF_A_PIECE) if curve.axis is axis]
         if len(pieces) > 1 and not any(seen.share == 1 for seen in result if seen.curve.axis is axis):
-            result += filter(None, [_look_at_pieces(pieces, wanted)])
+            result += filter(None, [_match_pieces(pieces, wanted)])
     return result
 
 
-def _look(curve: Curve, wanted: Wanted, search: bool, origins: Sequence[tuple[Curve, float]]) -> Seen | None:
-    """Try each reading of a curve's axes, until it follows without a fault."""
-    known = [shift for other, shift in origins if _over_the_same(curve, other)]
+def _match_curve(curve: Curve, wanted: Wanted, search: bool, origins: Sequence[tuple[Curve, float]]) -> Match | None:
+    """Return the best match of a curve over all readings of its axes; None if it follows by none of them."""
+    known = [shift for other, shift in origins if _same_stretch(curve, other)]
     result = []
-    for x, y, faults in _read(curve, wanted):
-        seen = _follow(replace(curve, x=x, y=y), wanted, known or [0.0], search and not known)
+    for x, y, faults in _possible_readings(curve, wanted):
+        seen = _match_at_shifts(replace(curve, x=x, y=y), wanted, known or [0.0], search and not known)
         if seen is not None:
             result.append(replace(seen, curve=curve, faults=faults))
             if result[-1].share == 1:
                 break
-    return best(result)
+    return best_match(result)
 
 
-def _read(curve: Curve, wanted: Wanted) -> Iterable[tuple[Vector, Vector, tuple[str, ...]]]:
-    """Return times and values (SI) of a curve, by the units that its axes name; then by other units, with faults."""
+def _possible_readings(curve: Curve, wanted: Wanted) -> Iterator[tuple[Vector, Vector, tuple[str, ...]]]:
+    """Yield the ways to read a curve: times and values (SI), and the faults of the labels if it is read so.
+
+    First in the units that its axes name, without a fault; then in other units, if the result is long enough and its
+    swing is likely, with the fault that the label does not name the unit.
+    """
     numbered = Reading(
         Unit("", wanted.trace.step),
         "the curve is drawn against the number of the sample: draw it against time, in s",
@@ -269,58 +302,70 @@ def _read(curve: Curve, wanted: Wanted) -> Iterable[tuple[Vector, Vector, tuple[
     vertical = readings(curve.axis["ylabel"], wanted.quantity, "vertical")
     for across in (*readings(curve.axis["xlabel"], TIME, "horizontal"), numbered):
         x = across.unit.size * curve.x
-        if across.fault and not np.ptp(x) >= ENOUGH * wanted.shortest:
+        if across.fault and not np.ptp(x) >= ENOUGH_TIME * wanted.shortest:
             continue
         for up in vertical:
             y = up.unit.size * curve.y
-            if not up.fault or _LIKELY[0] <= np.ptp(y) / wanted.trace.swing <= _LIKELY[1]:
+            if not up.fault or _LIKELY_SWING[0] <= np.ptp(y) / wanted.trace.swing <= _LIKELY_SWING[1]:
                 yield x, y, tuple(filter(None, (across.fault, up.fault)))
 
 
-def _follow(curve: Curve, wanted: Wanted, shifts: Sequence[float], search: bool) -> Seen | None:
-    """Return a curve (SI) if it follows, even upside down, with its time counted from ``shifts``, or from any time."""
+def _match_at_shifts(curve: Curve, wanted: Wanted, shifts: Sequence[float], search: bool) -> Match | None:
+    """Return the match of a curve in SI units, even upside down; None if it does not follow.
+
+    Parameters
+    ----------
+    curve : in SI units
+    wanted : what it should follow
+    shifts : to try
+    search : whether to look for another shift if none of these fits
+    """
     trace, x, y = wanted.trace, curve.x, curve.y
     tried = [(trace.misfit(x, y, shift), shift) for shift in shifts]
-    if search and min(tried)[0] > wanted.rtol and np.ptp(x) >= ENOUGH * wanted.shortest:
+    if search and min(tried)[0] > wanted.rtol and np.ptp(x) >= ENOUGH_TIME * wanted.shortest:
         shift = trace.best_shift(x, y)
         tried += [] if shift is None else [(trace.misfit(x, y, shift), shift)]
     misfit, shift = min(tried)
     if misfit <= wanted.rtol:
-        return Seen(curve, shift, misfit, lacking=_too_little(trace.shows(x, shift), wanted))
+        return Match(curve, shift, misfit, lacking=_lack(trace.shown_length_and_swing(x, shift), wanted))
     misfit, shift = min((trace.misfit(x, -y, shift), shift) for shift in shifts)
     if misfit <= wanted.rtol:
-        return Seen(curve, shift, misfit, lacking="a curve follows it upside down: look at its sign")
+        return Match(curve, shift, misfit, lacking="a curve follows it upside down: look at its sign")
     return None
 
 
-def _too_little(shown: tuple[float, float], wanted: Wanted) -> str:
+def _lack(shown: tuple[float, float], wanted: Wanted) -> str:
+    """Return what a match lacks, from the time (s) and the share of the swing that it shows; "" if it is enough."""
     time, swing = shown
-    if time < ENOUGH * wanted.shortest:
+    if time < ENOUGH_TIME * wanted.shortest:
         return "a curve follows it, but over too short a time"
     if swing < SMALLEST_SWING:
         return "a curve follows it, but only where hardly anything happens"
     return ""
 
 
-def _look_at_pieces(pieces: list[Curve], wanted: Wanted) -> Seen | None:
-    """Join the pieces on one diagram that follow where they are, to one curve."""
-    result, read = [], [list(_read(piece, wanted)) for piece in pieces]
-    for faults in dict.fromkeys(faults for of_piece in read for _x, _y, faults in of_piece):
-        on_it = [
+def _match_pieces(pieces: list[Curve], wanted: Wanted) -> Match | None:
+    """Join the pieces on one diagram that are on the channel, to one curve; return its match, None if there is none.
+
+    All pieces have to be read in the same way: with the same faults of the labels.
+    """
+    result, readings_of_pieces = [], [list(_possible_readings(piece, wanted)) for piece in pieces]
+    for faults in dict.fromkeys(faults for of_piece in readings_of_pieces for _x, _y, faults in of_piece):
+        on_channel = [
             (piece, x, y)
-            for piece, of_piece in zip(pieces, read, strict=True)
-            for x, y, with_faults in of_piece
-            if with_faults == faults and wanted.trace.near(x, y, wanted.rtol)
+            for piece, of_piece in zip(pieces, readings_of_pieces, strict=True)
+            for x, y, faults_of_reading in of_piece
+            if faults_of_reading == faults and wanted.trace.is_near(x, y, wanted.rtol)
         ]
-        if len(on_it) > 1:
-            x, y = (np.concatenate(part) for part in list(zip(*on_it, strict=True))[1:])
-            lines = frozenset().union(*(piece.lines for piece, _x, _y in on_it))
-            if (seen := _follow(Curve(pieces[0].axis, x, y, lines), wanted, [0.0], search=False)) is not None:
+        if len(on_channel) > 1:
+            x, y = (np.concatenate(part) for part in list(zip(*on_channel, strict=True))[1:])
+            lines = frozenset().union(*(piece.lines for piece, _x, _y in on_channel))
+            if (seen := _match_at_shifts(Curve(pieces[0].axis, x, y, lines), wanted, [0.0], search=False)) is not None:
                 result.append(replace(seen, faults=faults))
-    return best(result)
+    return best_match(result)
 
 
-def _over_the_same(curve: Curve, other: Curve) -> bool:
+def _same_stretch(curve: Curve, other: Curve) -> bool:
     """Return whether two curves begin and end at about the same places of their axes."""
     ends = np.array([[each.x.min(), each.x.max()] for each in (curve, other)])
     return bool(np.abs(ends[0] - ends[1]).max() <= _SAME_STRETCH * np.ptp(ends))

@@ -14,11 +14,11 @@ from labcourse.answers.parts import WHOLE, Part
 from labcourse.answers.report_files import ReportFile
 from labcourse.answers.words import Where, Words
 from labcourse.errors import AnswerError
-from labcourse.grading.marking.time_limit import within
+from labcourse.grading.marking.time_limit import time_limited
 
 _MOST_NOTES = 20  # lines
 _SHOWN = 40  # characters of untrusted text in a note
-_PATIENCE = 5.0  # s for one answer; it takes milliseconds
+_TIME_LIMIT = 5.0  # s for one answer; it takes milliseconds
 
 
 @dataclass
@@ -27,11 +27,12 @@ class Claims:
 
     Attributes
     ----------
-    student, bench : who answered, and on which bench, as the file claims
+    student : ID of who answered, as the file claims
+    bench : what the file claims of the bench
     values : (question, part) → value, see :func:`labcourse.answers.forms.decode`
     contents : (question, part) → the plain data that it was read from
     malformed : (question, part) → why the data is not an answer to it
-    problems, notes : what an instructor should, or may want to, know
+    problems, notes : messages that the instructor should read, and those that they may want to read
     """
 
     student: str = ""
@@ -51,6 +52,11 @@ def decode(data: bytes | None, probe_seed: int, catalogue: Catalogue) -> Claims:
     data : as the run left them
     probe_seed : from which the inputs of functions were to be drawn
     catalogue : of what can be answered
+
+    Returns
+    -------
+    Claims
+        What can be read; problems and notes say what cannot.
     """
     claims = Claims()
     if data is None:
@@ -66,7 +72,7 @@ def decode(data: bytes | None, probe_seed: int, catalogue: Catalogue) -> Claims:
     claims.student, claims.bench = content["student"], content["bench"]
     for number, parts in content["answers"].items():
         for name, answer in parts.items():
-            _claim(claims, catalogue, number, name, answer)
+            _add_answer(claims, catalogue, number, name, answer)
     if content["probe_seed"] != probe_seed:  # outputs on other inputs than those that were drawn say nothing
         for where in [where for where in claims.values if claims.contents[where]["kind"] == "function"]:
             del claims.values[where]
@@ -76,21 +82,24 @@ def decode(data: bytes | None, probe_seed: int, catalogue: Catalogue) -> Claims:
     return claims
 
 
-def _part(catalogue: Catalogue, number: str, name: str) -> Part | None:
-    """Return a part, or None. There may be thousands to look up: ``find`` takes its time to look for similar names."""
+def _find_part(catalogue: Catalogue, number: str, name: str) -> Part | None:
+    """Return a part of a question; None if there is none of that name.
+
+    ``Catalogue.find`` would look for similar names: too slow for thousands of hostile ones.
+    """
     question = catalogue.everything.get(number)
     return question.part(name) if question is not None and name in question.names else None
 
 
-def _claim(claims: Claims, catalogue: Catalogue, number: str, name: str, answer: dict[str, Any]) -> None:
-    """Read one answer."""
-    part = _part(catalogue, number, name)
+def _add_answer(claims: Claims, catalogue: Catalogue, number: str, name: str, answer: dict[str, Any]) -> None:
+    """Decode one answer and add it to the claims: as a value, as malformed, or only as a note if it answers nothing."""
+    part = _find_part(catalogue, number, name)
     if part is None:
         claims.notes.append(f"Ignored an answer to {number[:_SHOWN]!r}, {name[:_SHOWN]!r}: there is no such thing.")
         return
     claims.contents[number, name] = answer
     try:
-        with within(_PATIENCE):  # an expression can be built to be slow, or larger than anything can hold
+        with time_limited(_TIME_LIMIT):  # an expression can be built to be slow, or larger than anything can hold
             claims.values[number, name] = forms.decode(part, answer)
     except AnswerError as error:
         claims.malformed[number, name] = str(error)
@@ -99,37 +108,37 @@ def _claim(claims: Claims, catalogue: Catalogue, number: str, name: str, answer:
 
 
 def with_words(claims: Claims, written: Mapping[Where, Words], catalogue: Catalogue) -> Claims:
-    """Add the answers in words that the saved notebooks hold; they replace what a run recorded.
+    """Return claims with the answers in words that the saved notebooks hold; they replace what a run recorded.
 
     Parameters
     ----------
-    claims : of a run; they stay as they are
+    claims : of a run; they are not changed
     written : (question, part) → words, see :mod:`labcourse.answers.words`
     catalogue : of what can be answered
     """
     sections = ("values", "contents", "malformed", "problems", "notes")
     added = replace(claims, **{name: copy(getattr(claims, name)) for name in sections})
     for where, text in written.items():
-        part = _part(catalogue, *where)
+        part = _find_part(catalogue, *where)
         if part is not None and part.kind == "prose":
             for claimed in (added.malformed, added.values, added.contents):
                 claimed.pop(where, None)
-            _claim(added, catalogue, *where, {"kind": "prose", "value": text.text})
+            _add_answer(added, catalogue, *where, {"kind": "prose", "value": text.text})
     return added
 
 
 def with_reports(
     claims: Claims, catalogue: Catalogue, in_pdf: Mapping[str, ReportFile] = MappingProxyType({})
 ) -> Claims:
-    """Add each report as a whole, where anything of it is written: all of its texts, under their headings.
+    """Return claims with each report as a whole, if anything of it is written: its texts under their headings.
 
-    So a person who judges it has all of it before them, and their mark lapses when a text of it is changed. A PDF that
-    was handed in is part of it, by its digest. Where it is the student's own, a text that is not in its cell may be in
-    there: what is claimed then is the PDF, for a person to look.
+    So a person who judges it sees all of it, and their mark lapses when one of its texts changes. A PDF that was handed
+    in is part of the report, by its digest. If students wrote the PDF themselves, a text that the notebook
+    lacks may be in the PDF: then the PDF is claimed as the answer, for a person to look at.
 
     Parameters
     ----------
-    claims : with the answers in words; they stay as they are, but for the messages, which both have
+    claims : with the answers in words; they are not changed, but both share the lists of messages
     catalogue : of what can be answered
     in_pdf : number of a report → the PDF that was handed in
     """

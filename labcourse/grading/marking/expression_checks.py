@@ -16,20 +16,20 @@ import numpy as np
 
 from labcourse.answers.parts import Part
 from labcourse.grading import verdicts
-from labcourse.grading.verdicts import OWN_ANSWERS, Case, NothingFollows, Own, Verdict
+from labcourse.grading.verdicts import EARLIER_ANSWERS, Case, NothingFollows, OwnAnswers, Verdict
 
-Point = Mapping[str, float]
-Rule = Callable[[Point], Any]  # a quantity as a function of all symbols' values
+Point = Mapping[str, float]  # symbol → value
+Rule = Callable[[Point], Any]  # a quantity as a function of the values of all symbols
 _POINTS = 6  # random points; two would do
 _RTOL = 1e-7  # half the digits of a float; a tolerance for rounded coefficients is in the checks
 _FLOAT_RTOL = 2e-3  # a student's 0.333 for a third is 1e-3 away
-_WORTH_A_SHARE = 0.7  # of the rows; in a state-space model, half of them take no derivation
+_LEAST_SHARE = 0.7  # of the rows; in a state-space model, half of them take no derivation
 #: What the evaluation of an expression may raise where it has no value.
 _NO_VALUE = (ArithmeticError, TypeError, ValueError)
 
 
-def points(symbols: tuple[str, ...], seed: int) -> list[dict[str, float]]:
-    """Draw random values for symbols, from a half to two; the same for the same seed."""
+def random_points(symbols: tuple[str, ...], seed: int) -> list[dict[str, float]]:
+    """Draw random points: values for symbols, from a half to two; the same for the same seed."""
     draw = np.random.default_rng(seed)
     return [dict(zip(symbols, draw.uniform(0.5, 2.0, len(symbols)).tolist(), strict=True)) for _ in range(_POINTS)]
 
@@ -46,16 +46,17 @@ def at(expression: Any, point: Point) -> float:
 
 
 def _tolerance(expression: Any) -> float:
+    """Return the relative tolerance for an expression: larger if it has rounded numbers in it."""
     import sympy
 
     return _FLOAT_RTOL if sympy.sympify(expression).atoms(sympy.Float) else _RTOL
 
 
-def _agree(expression: Any, rule: Rule, where: list[dict[str, float]]) -> bool:
-    """Return whether an expression equals a rule at all points."""
+def _equals_rule(expression: Any, rule: Rule, points: list[dict[str, float]]) -> bool:
+    """Return whether an expression equals a rule at all points, within the tolerance."""
     tolerance = _tolerance(expression)
     try:
-        pairs = [(at(expression, point), rule(point)) for point in where]
+        pairs = [(at(expression, point), rule(point)) for point in points]
     except _NO_VALUE:
         return False
     return all(abs(given - wanted) <= tolerance * max(1e-3, abs(wanted)) for given, wanted in pairs)
@@ -69,41 +70,46 @@ class ExpressionIs:
     ----------
     expected : the quantity at a point
     follow : the same from the student's own answers; raises LookupError where there are none
-    follow_what : what that is, as in "your own energy"
-    slips : usual mistakes: what was done → the quantity that it leads to
+    follow_what : name of that for messages, as "your own energy"
+    slips : common mistakes: what was done → the quantity that it leads to
     """
 
     expected: Rule
-    follow: Callable[[Own, Point], Any] | None = None
-    follow_what: str = OWN_ANSWERS
+    follow: Callable[[OwnAnswers, Point], Any] | None = None
+    follow_what: str = EARLIER_ANSWERS
     slips: Mapping[str, Rule] | None = None
     kinds = ("expression",)
     _equals = "equal to"
 
     def verdict(self, part: Part, value: Any, case: Case) -> Verdict:
         """Compare at random points."""
-        where = points(self._symbols(part), case.probe_seed)
-        if any(self._agrees(value, rule, where) for rule in self._right_ones()):
+        points = random_points(self._symbols(part), case.probe_seed)
+        if any(self._follows(value, rule, points) for rule in self._right_rules()):
             return verdicts.right(f"{self._equals.capitalize()} what the derivation gives.")
-        own, why = self._from_own(case.own, where[0])
-        if own is not None and self._agrees(value, own, where):
+        own, why = self._own_rule(case.own, points[0])
+        if own is not None and self._follows(value, own, points):
             return verdicts.follow_through(f"Not what the derivation gives, but it agrees with {self.follow_what}.")
         for slip, rule in (self.slips or {}).items():
-            if self._agrees(value, rule, where):
+            if self._follows(value, rule, points):
                 return verdicts.wrong(f"Not {self._equals} what the derivation gives: {slip}.")
-        return self._wrong(value, where, why)
+        return self._wrong_verdict(value, points, why)
 
     def _symbols(self, part: Part) -> tuple[str, ...]:
         return part.symbols
 
-    def _right_ones(self) -> tuple[Rule, ...]:
+    def _right_rules(self) -> tuple[Rule, ...]:
+        """Return the rules that are right."""
         return (self.expected,)
 
-    def _agrees(self, value: Any, rule: Rule, where: list[dict[str, float]]) -> bool:
-        return _agree(value, rule, where)
+    def _follows(self, value: Any, rule: Rule, points: list[dict[str, float]]) -> bool:
+        """Return whether an answer agrees with a rule at all points."""
+        return _equals_rule(value, rule, points)
 
-    def _from_own(self, own: Own, point: Point) -> tuple[Rule | None, str]:
-        """Return the rule that the student's own answers give; None where they give none, and why, if that is known."""
+    def _own_rule(self, own: OwnAnswers, point: Point) -> tuple[Rule | None, str]:
+        """Return the rule that follows from the student's own answers, which is tried at a point, and "".
+
+        If none follows, return None and the reason, with a space before it; "" if the reason is not known.
+        """
         if self.follow is None:
             return None, ""
         try:
@@ -114,7 +120,8 @@ class ExpressionIs:
             return None, ""
         return partial(self.follow, own), ""
 
-    def _wrong(self, value: Any, where: list[dict[str, float]], why: str) -> Verdict:
+    def _wrong_verdict(self, value: Any, points: list[dict[str, float]], why: str) -> Verdict:
+        """Return the verdict on an answer that agrees with nothing; ``why`` says why nothing follows."""
         return verdicts.wrong(f"Not {self._equals} what the derivation gives.{why}")
 
 
@@ -135,15 +142,16 @@ class EquationIs(ExpressionIs):
     kinds = ("equation",)
     _equals = "equivalent to"
 
-    def _right_ones(self) -> tuple[Rule, ...]:
+    def _right_rules(self) -> tuple[Rule, ...]:
         return (self.expected, *self.others)
 
-    def _agrees(self, value: Any, rule: Rule, where: list[dict[str, float]]) -> bool:
+    def _follows(self, value: Any, rule: Rule, points: list[dict[str, float]]) -> bool:
         """Return whether an equation is a rule times a factor that the parameters may be in, but not the motion."""
         residual = value.lhs - value.rhs
         tolerance = _tolerance(residual)
-        for parameters in where[: _POINTS // 2]:
-            moved = [{**parameters, **{name: point[name] for name in point.keys() & self.motion}} for point in where]
+        # The parameters stay, and the motion moves: then the factor is the same at all of these points.
+        for parameters in points[: _POINTS // 2]:
+            moved = [{**parameters, **{name: point[name] for name in point.keys() & self.motion}} for point in points]
             try:
                 given, wanted = np.array([(at(residual, point), rule(point)) for point in moved]).T
             except _NO_VALUE:
@@ -175,21 +183,22 @@ class SymbolicMatrixIs(ExpressionIs):
     def _symbols(self, part: Part) -> tuple[str, ...]:
         return (*part.symbols, *self.own_symbols)
 
-    def _agrees(self, value: Any, rule: Rule, where: list[dict[str, float]]) -> bool:
-        return bool(len(self._right_rows(value, rule, where)) == value.rows)
+    def _follows(self, value: Any, rule: Rule, points: list[dict[str, float]]) -> bool:
+        return bool(len(self._right_rows(value, rule, points)) == value.rows)
 
-    def _wrong(self, value: Any, where: list[dict[str, float]], why: str) -> Verdict:
-        right_rows = self._right_rows(value, self.expected, where)
+    def _wrong_verdict(self, value: Any, points: list[dict[str, float]], why: str) -> Verdict:
+        right_rows = self._right_rows(value, self.expected, points)
         bad = [str(row + 1) for row in range(value.rows) if row not in right_rows]
         share = 1 - len(bad) / value.rows
         reason = f"Rows that are not what the derivation gives: {', '.join(bad)}.{why}"
-        return verdicts.partly(share, reason) if share >= _WORTH_A_SHARE else verdicts.wrong(reason)
+        return verdicts.partly(share, reason) if share >= _LEAST_SHARE else verdicts.wrong(reason)
 
-    def _right_rows(self, value: Any, rule: Rule, where: list[dict[str, float]]) -> list[int]:
+    def _right_rows(self, value: Any, rule: Rule, points: list[dict[str, float]]) -> list[int]:
         """Return the rows of which each entry agrees with a rule."""
 
         def entry(i: int, j: int) -> Rule:
+            """Return the rule of one entry of the matrix."""
             return lambda point: float(np.reshape(rule(point), value.shape)[i, j])
 
         rows, columns = value.shape
-        return [i for i in range(rows) if all(_agree(value[i, j], entry(i, j), where) for j in range(columns))]
+        return [i for i in range(rows) if all(_equals_rule(value[i, j], entry(i, j), points) for j in range(columns))]

@@ -21,10 +21,10 @@ from labcourse.grading.verdicts import Case, Verdict
 Vector = NDArray[np.float64]
 
 _SHORTEST = 0.5  # of the recording, over which a curve should follow
-_PADDED = 64  # times as long: its points are then so near that lines between them will do
-_FEWEST_OF_A_SPECTRUM = 10  # points, of its peak, say
-_DECIBELS = 20.0  # of a curve whose label does not say that it is in dB: less is none
-_VARIES = 0.5  # of its height, the spectrum over what a curve shows of it: else its shape tells nothing
+_PADDING = 64  # factor of the length before the FFT: then it can be interpolated linearly
+_FEWEST_POINTS = 10  # of a curve of a spectrum, which may show its peak alone
+_LEAST_DECIBELS = 20.0  # swing of a curve in dB whose label does not say so: one with less is not in dB
+_VARIES = 0.5  # least swing of the shown piece of a spectrum, relative to its height: a flat piece fits anything
 
 
 @dataclass(frozen=True)
@@ -54,15 +54,16 @@ class FigureFollows:
         if not case.virtual:
             return verdicts.for_a_person("It does not come from a bench that is known here; a person will look at it.")
         lacking = ""
-        for trace, verdict, note in _traces(self.recording, self.own, self.channel, self.largest, case):
-            seen = curves.best(curves.find(value, Wanted(trace, self.quantity, self.rtol, _SHORTEST * trace.duration)))
-            if seen is None:
+        for trace, verdict, note in _traces_to_follow(self.recording, self.own, self.channel, self.largest, case):
+            wanted = Wanted(trace, self.quantity, self.rtol, _SHORTEST * trace.duration)
+            match = curves.best_match(curves.find_matches(value, wanted))
+            if match is None:
                 continue
-            if seen.faults and not seen.lacking:
-                return verdicts.partly(HALF, f"The curve is there, but {' and '.join(seen.faults)}.")
-            if not seen.lacking:
+            if match.faults and not match.lacking:
+                return verdicts.partly(HALF, f"The curve is there, but {' and '.join(match.faults)}.")
+            if not match.lacking:
                 return verdict(f"A curve of {self.channel} over time, with units.{note}")
-            lacking = lacking or f" ({seen.lacking})"
+            lacking = lacking or f" ({match.lacking})"
         return verdicts.wrong(
             f"No curve in the figure follows {self.channel} over half of the recording or more{lacking}. Plot "
             "the recording of your bench against its time."
@@ -100,8 +101,8 @@ class FigureOfSpectrum:
         if not case.virtual:
             return verdicts.for_a_person("It does not come from a bench that is known here; a person will look at it.")
         elsewhere = ""
-        for trace, verdict, note in _traces(self.recording, self.own, self.channel, self.largest, case):
-            spectra = sorted(self._readings(value, trace), key=lambda s: (bool(s[1].fault), s[1].says_another))
+        for trace, verdict, note in _traces_to_follow(self.recording, self.own, self.channel, self.largest, case):
+            spectra = sorted(self._readings(value, trace), key=lambda m: (bool(m[1].fault), m[1].says_another))
             if not spectra:
                 continue
             curve, reading, in_decibels = spectra[0]
@@ -121,26 +122,33 @@ class FigureOfSpectrum:
         )
 
     def _readings(self, figure: dict[str, Any], trace: Trace) -> Iterator[tuple[Curve, Reading, bool]]:
-        """Find the curves that are the spectrum, each with the reading of its axis, and whether it is in dB."""
+        """Yield the curves that are the spectrum, each with the reading of its frequency axis, and if it is in dB."""
         spectrum = _Spectrum(trace)
         peak = spectrum.peak(self.band)
         if peak is None:
             return
-        for curve in curves.curves_of(figure, _FEWEST_OF_A_SPECTRUM):
+        for curve in curves.curves_of(figure, _FEWEST_POINTS):
             for reading in curves.readings(curve.axis["xlabel"], FREQUENCY, "horizontal"):
                 f = reading.unit.size * curve.x
                 for amplitude, in_decibels in _amplitudes(curve):
-                    if f.min() <= peak <= f.max() and self._is_it(f, amplitude, spectrum, peak):
+                    if f.min() <= peak <= f.max() and self._is_spectrum(f, amplitude, spectrum, peak):
                         yield curve, reading, in_decibels
 
-    def _is_it(self, f: Vector, amplitude: Vector, spectrum: _Spectrum, peak: float) -> bool:
-        """Return whether a curve is a spectrum, by its peak or by its shape."""
-        swept = (f >= self.band[0]) & (f <= self.band[1])
-        if np.unique(f[swept]).size < 3:
+    def _is_spectrum(self, f: Vector, amplitude: Vector, spectrum: _Spectrum, peak: float) -> bool:
+        """Return whether a curve is a spectrum, by its peak or by its shape.
+
+        Parameters
+        ----------
+        f, amplitude : (n,) the curve, Hz and any scale
+        spectrum : what it should be
+        peak : frequency of its peak, Hz
+        """
+        in_band = (f >= self.band[0]) & (f <= self.band[1])
+        if np.unique(f[in_band]).size < 3:
             return False
-        near = max(spectrum.bin_width, self.peak_rtol * peak)  # a window, say, moves the peak a little
-        fine = np.diff(np.sort(f[swept])).max() <= 2 * spectrum.bin_width
-        if fine and _peaks(f[swept], amplitude[swept], peak, near):
+        near = max(spectrum.bin_width, self.peak_rtol * peak)  # a window function, for example, moves the peak a little
+        fine = np.diff(np.sort(f[in_band])).max() <= 2 * spectrum.bin_width
+        if fine and _has_peak_near(f[in_band], amplitude[in_band], peak, near):
             return True
         # A curve far beyond the band has few stored points in it: compare the shape of the whole curve, up to the
         # highest frequency that the samples show (the student's own recording is thinned out).
@@ -152,25 +160,32 @@ class FigureOfSpectrum:
         return bool(scale > 0 and misfit(given, scale * wanted) <= self.rtol)
 
 
-def _peaks(f: Vector, amplitude: Vector, peak: float, near: float) -> bool:
-    """Return whether a curve is highest near a frequency, and falls off to both sides."""
+def _has_peak_near(f: Vector, amplitude: Vector, peak: float, near: float) -> bool:
+    """Return whether a curve is highest within ``near`` (Hz) of a frequency, and falls off to both sides."""
     top = np.argmax(amplitude)
     lower = f[amplitude < amplitude[top]]
     return bool(abs(f[top] - peak) <= near and lower.size and lower.min() < f[top] < lower.max())
 
 
 class _Spectrum:
-    """Amplitudes of a channel at any frequency: an FFT, padded or not, gives samples of just this."""
+    """Amplitudes of a channel at any frequency; an FFT of it, padded or not, gives samples of this.
+
+    Attributes
+    ----------
+    bin_width : resolution of an FFT without padding, Hz
+    fastest : highest frequency that the given samples show, Hz
+    """
 
     def __init__(self, trace: Trace) -> None:
         swinging = trace.values - trace.values.mean()
-        size = 2 ** (_PADDED * swinging.size).bit_length()
+        size = 2 ** (_PADDING * swinging.size).bit_length()
         self._f = np.fft.rfftfreq(size, trace.step)
         self._amplitude = 2 * np.abs(np.fft.rfft(swinging, size)) / swinging.size
         self.bin_width = 1 / trace.duration
         self.fastest = trace.given * self.bin_width / 2
 
     def at(self, f: Vector) -> Vector:
+        """Return the amplitudes at frequencies (Hz)."""
         return np.asarray(np.interp(f, self._f, self._amplitude))
 
     def peak(self, band: tuple[float, float]) -> float | None:
@@ -180,19 +195,22 @@ class _Spectrum:
 
 
 def _amplitudes(curve: Curve) -> Iterator[tuple[Vector, bool]]:
-    """Return the amplitudes that a curve may show, to any scale, and whether they are in dB."""
+    """Yield the amplitudes that a curve may show, to any scale, and whether they are drawn in dB."""
     labelled = "db" in curve.axis["ylabel"].lower()
     if curve.y.min() >= 0 and not labelled:
         yield curve.y, False
-    elif labelled or np.ptp(curve.y) >= _DECIBELS:
-        below = curve.y - curve.y.max()
-        yield 10 ** (below / 20), True
+    elif labelled or np.ptp(curve.y) >= _LEAST_DECIBELS:
+        decibels_below_peak = curve.y - curve.y.max()
+        yield 10 ** (decibels_below_peak / 20), True
 
 
-def _traces(
+def _traces_to_follow(
     recording: Callable[[Any], Sampled], own: tuple[str, str], channel: str, largest: float, case: Case
 ) -> Iterator[tuple[Trace, Callable[[str], Verdict], str]]:
-    """Return the bench's channel, then that of the student's own recording, each with its verdict and a note to add."""
+    """Yield what a curve may follow: the bench's channel, then that of the student's own recording, if it is usable.
+
+    Each comes with the verdict for a curve that follows it, and a note to add to the reason.
+    """
     expected = recording(case.bench)
     values = expected.channels[channel].values
     yield Trace(np.arange(values.size, dtype=np.float64) * expected.sample_time, values), verdicts.right, ""

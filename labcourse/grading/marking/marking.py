@@ -16,20 +16,20 @@ from labcourse.answers.report_files import ReportFile
 from labcourse.errors import CourseError
 from labcourse.grading.course import Course
 from labcourse.grading.marking.decoding import Claims, with_reports
-from labcourse.grading.marking.time_limit import within
+from labcourse.grading.marking.time_limit import time_limited
 from labcourse.grading.verdicts import Case, Check, JudgesMissing, Key, Status, Verdict, for_a_person, wrong
 
 _MISSING = "No answer was recorded when your notebooks were run: its cell was left as it was, or leaves it empty."
-_NO_WORDS = "Nothing is written in its text cell of the notebook that was handed in."
+_NO_TEXT = "Nothing is written in its text cell of the notebook that was handed in."
 _NO_REPORT = "Nothing of the report is written in the notebook that was handed in."
 _SUPPLIED = (
     "It was missing. Your instructor supplied this value, so that what builds on it could be run; it earns nothing."
 )
 
-KEY_FAILED = "{number}, {part} is not marked: the key failed. {fault}"  #: a problem; the fault comes last
+KEY_FAILED = "{number}, {part} is not marked: the key failed. {fault}"  #: message of a problem; the fault comes last
 UNMARKED = "was answered; the key does not mark it."  #: end of a note
-_NONE = Verdict(Status.MISSING, 0.0, _MISSING)
-_PATIENCE = 60.0  # s for one answer; the slowest honest one takes a few
+_ABSENT = Verdict(Status.MISSING, 0.0, _MISSING)
+_TIME_LIMIT = 60.0  # s for one answer; the slowest honest one takes a few
 _LONGEST_SHOWN = 300  # characters of an expression
 
 
@@ -61,8 +61,8 @@ class Mark:
 
 
 @dataclass(frozen=True)
-class About:
-    """Facts about a run besides its answers.
+class Context:
+    """What marking needs to know of a run besides its answers.
 
     Attributes
     ----------
@@ -84,7 +84,7 @@ class KeyFault(Exception):
     """A check of the key that has a fault; the message names its place."""
 
 
-def mark(course: Course, claims: Claims, bench: Any, probe_seed: int, about: About = About()) -> list[Mark]:
+def mark(course: Course, claims: Claims, bench: Any, probe_seed: int, context: Context = Context()) -> list[Mark]:
     """Mark every part of every question in the key, in its order.
 
     A fault of the key leaves the part unmarked that it concerns, and no other.
@@ -95,44 +95,45 @@ def mark(course: Course, claims: Claims, bench: Any, probe_seed: int, about: Abo
     claims : from :func:`labcourse.grading.marking.decoding.decode`; faults of the key are added to its problems
     bench : the student's own, as it really is: what ``course.bench`` returns
     probe_seed : from which the inputs of functions were drawn
-    about : other facts about the run
+    context : other facts about the run
     """
-    claims = with_reports(claims, course.catalogue, about.reports_in_pdf)
+    claims = with_reports(claims, course.catalogue, context.reports_in_pdf)
     case = case_of(course, claims, bench, probe_seed)
     marks = []
     for number, checks in course.key.items():
         question = course.catalogue.find_marked(number)
         for part in question.parts:
             where = (number, part.name)
-            if not _is_asked(course, where, about):
+            if not _is_asked(course, where, context):
                 continue
             try:
                 mark = mark_part(question, part, checks[part.name], claims, case)
             except KeyFault as fault:
                 claims.problems.append(KEY_FAILED.format(number=number, part=part.name, fault=fault))
                 why = "The key that it is marked by has a fault; it will be marked when that is mended."
-                mark = Mark(number, part.name, Status.NOT_MARKED, 0.0, part.points, why, _given(part, claims, where))
-            if where in about.supplied:
-                why = about.missing.get(where, "")
+                mark = Mark(number, part.name, Status.NOT_MARKED, 0.0, part.points, why, _as_text(part, claims, where))
+            if where in context.supplied:
+                why = context.missing.get(where, "")
                 mark = replace(mark, status=Status.SUPPLIED, points=0.0, reason=f"{why} {_SUPPLIED}".strip())
-            elif mark.status is Status.MISSING and where in about.missing:
-                mark = replace(mark, reason=about.missing[where])
+            elif mark.status is Status.MISSING and where in context.missing:
+                mark = replace(mark, reason=context.missing[where])
             marks.append(mark)
     return marks
 
 
-def _is_asked(course: Course, where: tuple[str, str], about: About) -> bool:
+def _is_asked(course: Course, where: tuple[str, str], context: Context) -> bool:
     """Return whether the student's release asks for a part; for a report as a whole, for any of its texts."""
-    if about.asked is None:
+    if context.asked is None:
         return True
     report = course.catalogue.report_judged.get(where[0])
-    return where in about.asked if report is None else any(number == report for number, _part in about.asked)
+    return where in context.asked if report is None else any(number == report for number, _part in context.asked)
 
 
 def case_of(course: Course, claims: Claims, bench: Any, probe_seed: int) -> Case:
     """Return what the answers of a submission are judged against. Parameters as for :func:`mark`."""
 
     def own(question: str, part: str) -> Any:
+        """Return the student's own answer."""
         return claims.values[question, part]  # a KeyError is a LookupError
 
     known = course.knows_bench(course.parameters) and getattr(bench, "is_known", True)
@@ -140,7 +141,7 @@ def case_of(course: Course, claims: Claims, bench: Any, probe_seed: int) -> Case
 
 
 def mark_part(question: Question, part: Part, check: Check, claims: Claims, case: Case) -> Mark:
-    """Mark one part.
+    """Mark one part: the answer to it, a malformed answer, or none.
 
     Raises
     ------
@@ -149,48 +150,55 @@ def mark_part(question: Question, part: Part, check: Check, claims: Claims, case
     """
     where = (question.number, part.name)
     if where in claims.values:
-        verdict = _verdict(lambda: check.verdict(part, claims.values[where], case))
+        verdict = _judge(lambda: check.verdict(part, claims.values[where], case))
     elif where in claims.malformed:
         verdict = wrong(f"Malformed: {claims.malformed[where]}")
     else:
-        verdict = _left_out(part, check, case)
+        verdict = _verdict_on_missing(part, check, case)
     points = round(verdict.share * part.points, 6)
-    given = _given(part, claims, where)
+    given = _as_text(part, claims, where)
     return Mark(question.number, part.name, verdict.status, points, part.points, verdict.reason, given)
 
 
-def _left_out(part: Part, check: Check, case: Case) -> Verdict:
-    """Return the verdict on a missing answer: it may be right where the check finds that there is none to give."""
-    verdict = _verdict(lambda: check.missing(part, case) or _NONE) if isinstance(check, JudgesMissing) else _NONE
+def _verdict_on_missing(part: Part, check: Check, case: Case) -> Verdict:
+    """Return the verdict on a missing answer: it may be right if the check finds that there is no answer to give."""
+    verdict = _judge(lambda: check.missing(part, case) or _ABSENT) if isinstance(check, JudgesMissing) else _ABSENT
     if verdict.share > 0:
         return verdict
-    return Verdict(Status.MISSING, 0.0, {"prose": _NO_WORDS, WHOLE: _NO_REPORT}.get(part.kind, _MISSING))
+    return Verdict(Status.MISSING, 0.0, {"prose": _NO_TEXT, WHOLE: _NO_REPORT}.get(part.kind, _MISSING))
 
 
-def _verdict(judge: Callable[[], Verdict]) -> Verdict:
-    """Return a check's verdict; leave it to a person where a claim is so odd that the check fails on it."""
+def _judge(judge: Callable[[], Verdict]) -> Verdict:
+    """Return a check's verdict within the time limit; leave the answer to a person if calculating with it fails.
+
+    Raises
+    ------
+    KeyFault
+        If the check fails by an error that is the key's fault, not the answer's.
+    """
     try:
-        # A claim may hold the largest numbers there are, and be built to be slow.
-        with np.errstate(all="ignore"), within(_PATIENCE):
+        # An answer may have the largest numbers there are, and be built to be slow.
+        with np.errstate(all="ignore"), time_limited(_TIME_LIMIT):
             return judge()
     except (ArithmeticError, LookupError, ValueError, MemoryError, RuntimeError, CourseError) as error:
         return for_a_person(f"It could not be compared ({type(error).__name__}: {error}); a person will look at it.")
     except Exception as error:
-        raise KeyFault(_where(error)) from error
+        raise KeyFault(_error_and_line(error)) from error
 
 
-def _where(error: Exception) -> str:
-    """Return the error, and the line of the course that it came from: the last that is not of this package."""
-    ours = Path(__file__).resolve().parent
+def _error_and_line(error: Exception) -> str:
+    """Return an error as text, with the file and line of the course that it came from."""
+    marking_folder = Path(__file__).resolve().parent
     frames = traceback.extract_tb(error.__traceback__)
-    lines = [frame for frame in frames if Path(frame.filename).resolve().parent != ours]
-    what = f"{type(error).__name__}: {error}"
+    # The last line that is not of the code that marks is the course's.
+    lines = [frame for frame in frames if Path(frame.filename).resolve().parent != marking_folder]
+    text = f"{type(error).__name__}: {error}"
     if not lines:
-        return what
-    return f"{what} ({Path(lines[-1].filename).name}, line {lines[-1].lineno})"
+        return text
+    return f"{text} ({Path(lines[-1].filename).name}, line {lines[-1].lineno})"
 
 
-def _given(part: Part, claims: Claims, where: tuple[str, str]) -> str:
+def _as_text(part: Part, claims: Claims, where: tuple[str, str]) -> str:
     """Return a student's answer as text; "" if there is none that can be used."""
     if where not in claims.values:
         return ""
@@ -210,11 +218,11 @@ def unmarked(key: Key, claims: Claims) -> list[str]:
     return [f"Question {number} {UNMARKED}" for number in numbers]
 
 
-def nothing_earned(course: Course, reason: str, status: Status = Status.MISSING, about: About = About()) -> list[Mark]:
-    """Return marks for a submission of which nothing could be read or marked."""
+def nothing_earned(course: Course, reason: str, status: Status, context: Context = Context()) -> list[Mark]:
+    """Return marks without points for a submission of which nothing could be read or marked."""
     return [
         Mark(number, part.name, status, 0.0, part.points, reason)
         for number in course.key
         for part in course.catalogue.find_marked(number).parts
-        if _is_asked(course, (number, part.name), about)
+        if _is_asked(course, (number, part.name), context)
     ]

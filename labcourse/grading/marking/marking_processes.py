@@ -27,13 +27,13 @@ from labcourse.grading import course as courses
 from labcourse.grading.course import Course
 from labcourse.grading.marking import decoding, marking
 from labcourse.grading.marking.decoding import Claims
-from labcourse.grading.marking.marking import About, Mark
+from labcourse.grading.marking.marking import Context, Mark
 
 _T = TypeVar("_T")
 _MEMORY = 4 * 1024**3  # bytes of address space; twice what a run has
-_IMPORTED = ("PIL.PngImagePlugin", "control", "scipy.optimize", "scipy.signal", "sympy")
+_LIBRARIES = ("PIL.PngImagePlugin", "control", "scipy.optimize", "scipy.signal", "sympy")
 _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
-_PATIENCE = 600.0  # s for all answers of a submission; as long as the submission's run may take
+_TIME_LIMIT = 600.0  # s for all answers of a submission; as long as the submission's run may take
 _LONGEST_BENCH = 200  # characters of what answers say of their bench, in a message
 
 
@@ -47,16 +47,16 @@ class Marked:
 
 
 @dataclass(frozen=True)
-class Asked:
-    """A submission to be marked.
+class MarkingJob:
+    """A submission to be marked: what a marking process needs of it.
 
     Attributes
     ----------
-    student : whose bench it was run on
-    answers : what the run left; None if nothing
+    student : ID of the student on whose bench it was run
+    answers : content of the answers' file that the run left; None if there is none
     probe_seed : from which the inputs of functions were drawn
     words : the answers in words, from the saved notebooks
-    about : other facts about the run
+    context : other facts about the run
     policy : which bench each student has; None for that of the course's settings
     evidence : what the course read from the student's files in the sandbox, JSON: a claim
     """
@@ -65,7 +65,7 @@ class Asked:
     answers: bytes | None
     probe_seed: int
     words: Mapping[tuple[str, str], Words] = field(default_factory=dict)
-    about: About = field(default_factory=About)
+    context: Context = field(default_factory=Context)
     policy: BenchPolicy | None = None
     evidence: bytes = b""
 
@@ -85,26 +85,27 @@ class Marker:
         self._pool = self._new_pool(processes)
 
     def _new_pool(self, processes: int) -> ProcessPoolExecutor:
+        """Return a pool of marking processes, which are started when there is work."""
         for name in _THREADS:  # each process calculates on one processor: there are others, and sandboxes beside them
             os.environ.setdefault(name, "1")
         # Not forked: this program has threads.
         context = multiprocessing.get_context("spawn")
         return ProcessPoolExecutor(
-            processes, mp_context=context, initializer=_begin, initargs=(self._course.folder, self._course.entry)
+            processes, mp_context=context, initializer=_start, initargs=(self._course.folder, self._course.entry)
         )
 
     def __enter__(self) -> Marker:
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._end(self._pool)
+        self._end_pool(self._pool)
 
     def warm_up(self) -> None:
         """Start a marking process, if none is idle, while there is something else to wait for."""
-        with contextlib.suppress(RuntimeError):  # broken just now: mark() makes a new one
-            _submit(self._pool, _warm)
+        with contextlib.suppress(RuntimeError):  # the pool is broken: mark() will make a new one
+            _submit(self._pool, _import_libraries)
 
-    def mark(self, asked: Asked) -> Marked:
+    def mark(self, job: MarkingJob) -> Marked:
         """Mark a submission's answers.
 
         Raises
@@ -114,46 +115,47 @@ class Marker:
         """
         pool = self._pool
         try:
-            return _submit(pool, _mark, asked).result(timeout=_PATIENCE)
+            return _submit(pool, _mark_answers, job).result(timeout=_TIME_LIMIT)
         except (RuntimeError, TimeoutError, CancelledError):  # broken, or ended by another thread because it was
             with self._lock:
                 if self._pool is pool:
                     self._pool = self._new_pool(self._processes)
-                    self._end(pool)
-        # It may have been another submission's answers that broke the pool.
+                    self._end_pool(pool)
+        # Another submission's answers may have broken the pool: try these alone.
         alone = self._new_pool(1)
         try:
-            return _submit(alone, _mark, asked).result(timeout=_PATIENCE)
+            return _submit(alone, _mark_answers, job).result(timeout=_TIME_LIMIT)
         except (BrokenExecutor, TimeoutError) as error:
             raise GradingError(f"The answers could not be marked ({type(error).__name__}).") from None
         finally:
-            self._end(alone)
+            self._end_pool(alone)
 
     @staticmethod
-    def _end(pool: ProcessPoolExecutor) -> None:
+    def _end_pool(pool: ProcessPoolExecutor) -> None:
         """End a pool now, even if its processes are busy."""
         for process in list((pool._processes or {}).values()):
             process.kill()
         pool.shutdown(cancel_futures=True)
 
 
-def _submit(pool: ProcessPoolExecutor, work: Callable[..., _T], *given: object) -> Future[_T]:
-    """Submit work to a pool. A process that is started for it ignores Ctrl-C, which this program handles."""
+def _submit(pool: ProcessPoolExecutor, work: Callable[..., _T], *arguments: object) -> Future[_T]:
+    """Submit a call to a pool. A process that is started for it ignores Ctrl-C, which this program handles."""
     if not hasattr(signal, "pthread_sigmask"):  # Windows
-        return pool.submit(work, *given)
+        return pool.submit(work, *arguments)
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
-        return pool.submit(work, *given)
+        return pool.submit(work, *arguments)
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 # --- in the marking process -------------------------------------------------------------------------------------------
 
-_courses: list[Course] = []
+_courses: list[Course] = []  # of this process: one, from its start on
 
 
-def _begin(folder: Path, entry: str) -> None:
+def _start(folder: Path, entry: str) -> None:
+    """Prepare a marking process: limit its memory, tie it to the program, and load the course."""
     with contextlib.suppress(ImportError):  # Windows has no such limits
         import resource
 
@@ -162,43 +164,44 @@ def _begin(folder: Path, entry: str) -> None:
     _courses[:] = [courses.load(folder, entry)]
 
 
-def _warm() -> None:
+def _import_libraries() -> None:
     """Import the libraries that checks import when they are called: there is time while the submission runs."""
-    for name in _IMPORTED:
+    for name in _LIBRARIES:
         importlib.import_module(name)
 
 
 def _end_with_parent() -> None:
-    """End this process with the program: it would wait forever for one that was killed."""
+    """Wait for the end of the program, and end this process: it would wait forever for a program that was killed."""
     parent = multiprocessing.parent_process()
     if parent is not None:
         parent.join()
         os._exit(1)
 
 
-def _mark(asked: Asked) -> Marked:
+def _mark_answers(job: MarkingJob) -> Marked:
+    """Decode and mark the answers of a submission, with the messages on both."""
     (course,) = _courses
-    claims = decoding.decode(asked.answers, asked.probe_seed, course.catalogue)
-    if claims.student and student_id.caseless(claims.student) != student_id.caseless(asked.student):
+    claims = decoding.decode(job.answers, job.probe_seed, course.catalogue)
+    if claims.student and student_id.caseless(claims.student) != student_id.caseless(job.student):
         claims.notes.append(f"The answers say that they are {claims.student[: student_id.LONGEST]!r}'s.")
-    bench = course.true_bench(asked.student, asked.policy, asked.evidence)
+    bench = course.true_bench(job.student, job.policy, job.evidence)
     claims.problems.extend(getattr(bench, "problems", ()))
     claims.notes.extend(getattr(bench, "notes", ()))
     claims.problems.extend(_other_bench(course, bench, claims))
-    claims = decoding.with_words(claims, asked.words, course.catalogue)
-    if asked.about.start and course.given is not None:
-        policy = course.settings.bench if asked.policy is None else asked.policy
-        claims.values.update(course.given(asked.about.start, asked.student, policy))
-    marks = marking.mark(course, claims, bench, asked.probe_seed, asked.about)
+    claims = decoding.with_words(claims, job.words, course.catalogue)
+    if job.context.start and course.given is not None:
+        policy = course.settings.bench if job.policy is None else job.policy
+        claims.values.update(course.given(job.context.start, job.student, policy))
+    marks = marking.mark(course, claims, bench, job.probe_seed, job.context)
     return Marked(tuple(marks), tuple(claims.problems), (*claims.notes, *marking.unmarked(course.key, claims)))
 
 
 def _other_bench(course: Course, bench: Any, claims: Claims) -> list[str]:
-    """Return a message if answers claim to come from another bench than the one on which they were run."""
+    """Return a message if answers claim to come from another bench than the one on which they were run, else none."""
     identity = getattr(bench, "identity", None)
     if not claims.bench or identity is None:
         return []
-    # Earlier releases may have said less of a bench.
+    # Only names in both are compared: earlier releases wrote fewer of them.
     if all(claims.bench[name] == value for name, value in identity.items() if name in claims.bench):
         return []
     claimed = json.dumps(claims.bench, sort_keys=True)[:_LONGEST_BENCH]

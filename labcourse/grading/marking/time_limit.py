@@ -14,8 +14,8 @@ class TooSlow(ArithmeticError):
 
 
 @contextlib.contextmanager
-def within(seconds: float) -> Iterator[None]:
-    """Stop the block with :class:`TooSlow` after so many seconds.
+def time_limited(seconds: float) -> Iterator[None]:
+    """Limit the time of a ``with`` block: raise :class:`TooSlow` in it after so many seconds.
 
     It works only in the main thread of a program on Linux or macOS, where answers are marked
     (:mod:`labcourse.grading.marking.marking_processes`); elsewhere there is no limit.
@@ -25,10 +25,11 @@ def within(seconds: float) -> Iterator[None]:
         return
 
     def stop(number: int, frame: FrameType | None) -> None:
+        """Handle the signal of the timer."""
         raise TooSlow(f"stopped after {seconds:g} s")
 
     previous = signal.signal(signal.SIGALRM, stop)
-    # Repeatedly: the first may be caught by code that takes it for an error of arithmetic.
+    # The timer repeats: code in the block may catch the first TooSlow as an error of arithmetic.
     signal.setitimer(signal.ITIMER_REAL, seconds, max(seconds / 10, 0.01))
     try:
         yield

@@ -41,7 +41,7 @@ class Quantity:
     Attributes
     ----------
     units : in which it may be drawn
-    usual : units that are tried for a curve if its label names none
+    usual : units that are tried for a curve whose label names none
     per_time : units that become units of this quantity when divided by a time, as rad in rad/s
     """
 
@@ -92,7 +92,7 @@ PREFIXES = {1e-3: ("m", "milli"), 1e-6: ("μ u", "micro"), 1e3: ("k", "kilo")}
 
 # --- units that a label names -----------------------------------------------------------------------------------------
 
-_RATE = re.compile(r"(.+?)(?:\s*/\s*|\s+per\s+)(.+)")
+_PER_TIME = re.compile(r"(.+?)(?:\s*/\s*|\s+per\s+)(.+)")
 _INVERSE = re.compile(r"(.*?)[\s·.*]*(\w+)\s*\^\s*-1")
 _FACTOR = re.compile(
     r"[×x*·]?\s*(?:10\s*\^\s*(?P<power>[+-]?\d{1,2})|(?P<number>\d{0,9}\.?\d{1,9}(?:e[+-]?\d{1,2})?))\s*"
@@ -103,56 +103,59 @@ _COLUMN = re.compile(r"[^\W_]{3,}_(\w+)")  # "time_ms", as columns of tables are
 
 
 @lru_cache
-def named(label: str, quantity: Quantity) -> tuple[Unit, ...]:
-    """Return the units of a quantity that a label names, each with its prefix or factor."""
-    units = [_read(place, quantity) for place in unit_places(label)]
+def units_in_label(label: str, quantity: Quantity) -> tuple[Unit, ...]:
+    """Return the units of a quantity that an axis label names, each with its prefix or factor; often one or none."""
+    units = [_unit_at_start(place, quantity) for place in unit_places(label)]
     if not any(units):
         text = normalized(label)
-        columns = (_spelt(quantity.units).get(column[1]) for column in _COLUMN.finditer(text))
-        units = [*columns, _at_the_end(text, quantity)]
+        columns = (_spellings(quantity.units).get(column[1]) for column in _COLUMN.finditer(text))
+        units = [*columns, _unit_of_bare_label(text, quantity)]
     return tuple(dict.fromkeys(filter(None, units)))
 
 
-def _at_the_end(text: str, quantity: Quantity) -> Unit | None:
-    """Read a unit that is the whole label, or its full name as the last word, or the sign for degrees at the end."""
+def _unit_of_bare_label(text: str, quantity: Quantity) -> Unit | None:
+    """Return the unit of a label that sets none apart; None if there is none.
+
+    It is the whole label, or its last word if that is a unit's full name, or the sign for degrees at its end.
+    """
     whole, last = text.strip("()[]. "), text.rpartition(" ")[2].strip("().")
-    spelt = _spelt(quantity.units)
-    return spelt.get(whole) or _spelt(quantity.units, full=True).get(last) or spelt.get("°" if last[-1:] == "°" else "")
+    known, full_names = _spellings(quantity.units), _spellings(quantity.units, full=True)
+    return known.get(whole) or full_names.get(last) or known.get("°" if last[-1:] == "°" else "")
 
 
-def _read(place: str, quantity: Quantity) -> Unit | None:
-    """Read the unit that a text is, or with which it begins as a separate word."""
+def _unit_at_start(place: str, quantity: Quantity) -> Unit | None:
+    """Return the unit that a text is, or with which it begins as a separate word, with its factor; None without one."""
     factor, text = 1.0, place
     if (scaled := _FACTOR.fullmatch(place)) is not None:
         factor = 10.0 ** int(scaled["power"]) if scaled["power"] else float(scaled["number"])
         text = scaled["rest"]
     word, _space, more = text.partition(" ")
-    unit = _spelt(quantity.units).get(text.replace(" ", "")) or _rate(text, quantity.per_time)
+    unit = _spellings(quantity.units).get(text.replace(" ", "")) or _unit_per_time(text, quantity.per_time)
     if unit is None and not _PRODUCT.search(more):
-        unit = _spelt(quantity.units).get(word.strip(".,;:"))
+        unit = _spellings(quantity.units).get(word.strip(".,;:"))
     if unit is None or factor == 1:
         return unit
     return Unit(f"{factor:g} {unit.name}", factor * unit.size) if factor > 0 else None
 
 
-def _rate(text: str, units: tuple[Unit, ...]) -> Unit | None:
-    """Read a unit divided by a time: "rad/s", "rad s^-1", "1/s"."""
-    parts = (_RATE.fullmatch(text) or _INVERSE.fullmatch(text)) if units else None
+def _unit_per_time(text: str, units: tuple[Unit, ...]) -> Unit | None:
+    """Return the unit of a text such as "rad/s", "rad s^-1", "1/s", counted in one of ``units``; None if it is none."""
+    parts = (_PER_TIME.fullmatch(text) or _INVERSE.fullmatch(text)) if units else None
     if parts is None:
         return None
-    counted, time = _spelt(units).get(parts[1].strip() or "1"), _spelt(TIME.units).get(parts[2].strip())
+    counted, time = _spellings(units).get(parts[1].strip() or "1"), _spellings(TIME.units).get(parts[2].strip())
     return Unit(f"{counted.name}/{time.name}", counted.size / time.size) if counted and time else None
 
 
 @lru_cache
-def _spelt(units: tuple[Unit, ...], full: bool = False) -> dict[str, Unit]:
-    """Return all ways to write units, with each prefix or without; if ``full``, only by their names."""
-    spelt: dict[str, Unit] = {}
+def _spellings(units: tuple[Unit, ...], full: bool = False) -> dict[str, Unit]:
+    """Return spelling → unit, with each prefix and without; of names ("seconds") alone, not of symbols, if ``full``."""
+    spellings: dict[str, Unit] = {}
     for unit in units:
         symbols, names = [] if full else unit.symbols.split(), unit.names.split()
-        spelt |= {word: Unit(unit.name, unit.size) for word in [*symbols, *names]}
+        spellings |= {word: Unit(unit.name, unit.size) for word in [*symbols, *names]}
         for size, (letters, prefix) in PREFIXES.items() if unit.prefixed else ():
             prefixed = Unit(letters[0] + unit.name, size * unit.size)
-            spelt |= {letter + symbol: prefixed for letter in letters.split() for symbol in symbols}
-            spelt |= {prefix + word: prefixed for word in [*symbols, *names]}
-    return spelt
+            spellings |= {letter + symbol: prefixed for letter in letters.split() for symbol in symbols}
+            spellings |= {prefix + word: prefixed for word in [*symbols, *names]}
+    return spellings

@@ -24,7 +24,7 @@ from labcourse.errors import AnswerError
 from labcourse.files import ANSWERS_FILE, COURSE_FILE
 from labcourse.grading.course import Course
 from labcourse.grading.gradebook import Gradebook, Graded
-from labcourse.grading.graded_run import facts_of, to_be_marked
+from labcourse.grading.graded_run import facts_of, marking_job
 from labcourse.grading.verdicts import Key, OwnBench, Status
 from labcourse.student_id import caseless
 
@@ -163,7 +163,7 @@ def measured_parts(key: Key) -> dict[Where, OwnBench]:
 def measured(graded: Graded, course: Course) -> Measured | None:
     """Read a student's measured numbers from the run that counts; None where they cannot be read."""
     parts = measured_parts(course.key)
-    asked = to_be_marked(graded.run)
+    asked = marking_job(graded.run)
     try:
         bench = course.true_bench(asked.student, asked.policy, asked.evidence)
         content = answers.parse(graded.run.answers or b"")["answers"]

@@ -46,7 +46,7 @@ def book(tmp_path):
 def test_grade_outside_of_a_checkout(handed_in, tmp_path, monkeypatch, isolated):
     monkeypatch.chdir(tmp_path)
     monkeypatch.delenv("LABCOURSE_SOLUTIONS", raising=False)
-    monkeypatch.setattr("labcourse.grading.course._beside_installed", lambda: None)
+    monkeypatch.setattr("labcourse.grading.course._solutions_beside_installed", lambda: None)
     one_line(rotflex("grade", tmp_path / "out", handed_in), "There is no course at", "--solutions FOLDER")
     assert not (tmp_path / "out").exists()
 

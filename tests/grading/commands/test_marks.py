@@ -10,7 +10,7 @@ from gradebooks import enrol, graded, mark, prose, record, rows
 from made_courses import OURS
 
 from labcourse.errors import GradingError
-from labcourse.grading.batch import LeftAlone, Regraded
+from labcourse.grading.batch import Regraded, UnchangedMark
 from labcourse.grading.gradebook import Gradebook, MarkRecord
 
 
@@ -172,8 +172,10 @@ WRONG = graded("ada", mark("wrong", 0.0, "More than 1 % off \x1b[31m."), prose()
 
 
 def test_regrade_says_what_changed_for_whom_and_why(book, marked_again):
-    left = LeftAlone(mark("given by a person", 1.0), mark())
-    marked_again(Regraded(graded("ada", mark(), prose()), WRONG), Regraded(graded("bob"), graded("bob"), left=(left,)))
+    left = UnchangedMark(mark("given by a person", 1.0), mark())
+    marked_again(
+        Regraded(graded("ada", mark(), prose()), WRONG), Regraded(graded("bob"), graded("bob"), unchanged=(left,))
+    )
     done = rotflex("regrade", book, "--solutions", ROOT)
     assert done.exit_code == 0
     assert done.output.splitlines() == [

@@ -155,10 +155,10 @@ def test_a_recordings_settings_are_looked_at_before_its_samples():
 )
 def test_runs_have_whole_numbers_from_1_to_1000(bench, run):
     if run is not None:
-        assert checks.said_run({"bench": bench}) == run
+        assert checks.claimed_run({"bench": bench}) == run
         return
     with pytest.raises(ValueError, match="1 to 1000"):
-        checks.said_run({"bench": bench})
+        checks.claimed_run({"bench": bench})
     assert judged(of_a_run(WANTED, bench=bench)).status is WRONG
 
 
@@ -217,7 +217,7 @@ def test_digits_are_counted_before_they_are_read():
 def test_characters_that_are_shown_of_an_expression(fits):
     part = CATALOGUE.find("2.1").part("V")
     claims = decoding.Claims(values={("2.1", "V"): sympy.Symbol("x" * (300 + (not fits)))}, contents={("2.1", "V"): {}})
-    given = marking._given(part, claims, ("2.1", "V"))
+    given = marking._as_text(part, claims, ("2.1", "V"))
     assert given == "x" * 300 + ("" if fits else "…")
 
 
@@ -232,9 +232,9 @@ def test_characters_that_are_shown_of_a_bench(fits):
 
 
 def test_the_alarm_is_set_to_the_time_that_is_allowed_and_none_is_left():
-    with time_limit.within(5.0):
+    with time_limit.time_limited(5.0):
         assert 1 < signal.getitimer(signal.ITIMER_REAL)[0] <= 5
-    with pytest.raises(time_limit.TooSlow, match=r"stopped after 0\.2 s"), time_limit.within(0.2):
+    with pytest.raises(time_limit.TooSlow, match=r"stopped after 0\.2 s"), time_limit.time_limited(0.2):
         signal.pause()
     assert signal.getitimer(signal.ITIMER_REAL) == (0, 0)
 

@@ -42,7 +42,7 @@ def test_for_questions_that_there_are_not_nothing_similar_is_sought(monkeypatch)
 
 
 def test_an_expression_that_is_slow_to_build_is_malformed(monkeypatch):
-    monkeypatch.setattr(decoding, "_PATIENCE", 0.3)
+    monkeypatch.setattr(decoding, "_TIME_LIMIT", 0.3)
     great = ["pow", ["int", 10**20], ["int", 64]]  # its square roots are sought for factors, one by one
     read = decoding.decode(
         energy(["add", *(["sqrt", ["add", great, ["int", n]]] for n in range(160))]), SEED, CATALOGUE

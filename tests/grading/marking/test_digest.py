@@ -21,8 +21,8 @@ def tree(tmp_path, monkeypatch):
     package = tmp_path / "labcourse"
     monkeypatch.setattr(digest, "_PACKAGE", package)
     monkeypatch.setattr(digest, "package_folder", lambda name: tmp_path / name)
-    unaffected = [path.relative_to(ROOT / "labcourse") for path in digest._NO_PART]
-    monkeypatch.setattr(digest, "_NO_PART", tuple(package / path for path in unaffected))
+    unaffected = [path.relative_to(ROOT / "labcourse") for path in digest._NOT_MARKING]
+    monkeypatch.setattr(digest, "_NOT_MARKING", tuple(package / path for path in unaffected))
     return tmp_path
 
 
@@ -107,7 +107,7 @@ def test_every_module_but_those_that_have_no_part_counts_when_it_alone_changes(t
 
 
 def test_only_folders_of_the_instructors_have_no_part():
-    assert {path.relative_to(ROOT / "labcourse").as_posix() for path in digest._NO_PART} == {
+    assert {path.relative_to(ROOT / "labcourse").as_posix() for path in digest._NOT_MARKING} == {
         f"grading/{name}" for name in APART
     }
 

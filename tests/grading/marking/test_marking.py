@@ -17,7 +17,7 @@ from labcourse.grading import course as courses
 from labcourse.grading.marking import decoding, marking
 from labcourse.grading.marking import marking_processes as marker
 from labcourse.grading.marking.checks import ForAPerson, Number, RecordingOf
-from labcourse.grading.marking.marking import About
+from labcourse.grading.marking.marking import Context
 from labcourse.grading.verdicts import Case, Status, right, wrong
 from rotflex import hil, model
 from rotflex.course.questions import CATALOGUE
@@ -404,7 +404,7 @@ def test_feedback_shows_the_students_own_expression_and_equation():
 
     def shown(question, part, value):
         read = decoding.Claims(values={(question, part): value}, contents={(question, part): {}})
-        return marking._given(CATALOGUE.find(question).part(part), read, (question, part))
+        return marking._as_text(CATALOGUE.find(question).part(part), read, (question, part))
 
     assert shown("2.1", "V", K_s * alpha**2 / 2) == "K_s*alpha**2/2"
     assert shown("2.5", "equation", sympy.Eq(K_s * alpha, 0, evaluate=False)) == "K_s*alpha = 0"
@@ -475,18 +475,18 @@ def answers_with(tmp_path):
 def marks_given(answers_with, about):
     data, seed = answers_with
     marker._courses[:] = [OURS]
-    done = marker._mark(marker.Asked("ada", data, seed, about=about, policy=OWN_BENCH))
+    done = marker._mark_answers(marker.MarkingJob("ada", data, seed, context=about, policy=OWN_BENCH))
     return {(one.question, one.part): one.status for one in done.marks}
 
 
 def test_what_a_student_claims_in_place_of_what_is_given_counts_for_nothing(answers_with):
     claimed = answers_with(2.6)
-    assert marks_given(claimed, About())["2.14", "A"] == Status.FOLLOW_THROUGH  # who was asked for it: it follows
-    given = marks_given(claimed, About(asked=MATRICES, start="stiffness"))
+    assert marks_given(claimed, Context())["2.14", "A"] == Status.FOLLOW_THROUGH  # who was asked for it: it follows
+    given = marks_given(claimed, Context(asked=MATRICES, start="stiffness"))
     assert set(given) == set(MATRICES) and given["2.14", "A"] == Status.WRONG
 
 
 def test_what_follows_from_what_is_given_is_right(answers_with):
     values = OURS.given("stiffness", "ada", OWN_BENCH)
-    found = marks_given(answers_with(values["2.12", "K_s"]), About(asked=MATRICES, start="stiffness"))
+    found = marks_given(answers_with(values["2.12", "K_s"]), Context(asked=MATRICES, start="stiffness"))
     assert set(found.values()) == {Status.RIGHT}

@@ -14,7 +14,7 @@ from made_courses import loaded
 
 from labcourse.errors import GradingError
 from labcourse.grading.marking import marking, marking_processes, time_limit
-from labcourse.grading.marking.marking_processes import Asked, Marker
+from labcourse.grading.marking.marking_processes import Marker, MarkingJob
 from solutions.true_bench import TrueBench
 
 pytestmark = pytest.mark.slow
@@ -51,7 +51,7 @@ def test_an_answer_that_kills_its_marker_costs_no_other_its_marks(course):
 
     def mark(number, student):
         try:
-            results[number] = sum(one.points for one in marker.mark(Asked(student, answers(student), 1)).marks)
+            results[number] = sum(one.points for one in marker.mark(MarkingJob(student, answers(student), 1)).marks)
         except GradingError as error:
             results[number] = str(error)
 
@@ -78,7 +78,7 @@ def test_answers_that_wait_while_a_neighbour_has_the_processes_ended_are_marked_
 
     monkeypatch.setattr(marking_processes, "_submit", ended_meanwhile)
     with Marker(course, 1) as marker:
-        assert marker.mark(Asked("ada", answers("ada"), 1)).marks[0].points == 2
+        assert marker.mark(MarkingJob("ada", answers("ada"), 1)).marks[0].points == 2
     assert len(set(map(id, seen))) == 2
 
 
@@ -95,11 +95,11 @@ def test_no_marking_process_outlives_a_program_that_was_killed(course):
     code = f"""
 import sys, time
 from pathlib import Path
-from labcourse.grading.marking.marking_processes import Asked, Marker
+from labcourse.grading.marking.marking_processes import MarkingJob, Marker
 from labcourse.grading import course
 if __name__ == "__main__":
     marker = Marker(course.load(Path({str(course.folder)!r})), 1)
-    marker.mark(Asked("ada", {answers("ada")!r}, 1))
+    marker.mark(MarkingJob("ada", {answers("ada")!r}, 1))
     print("ready", flush=True)
     time.sleep(600)
 """
@@ -114,14 +114,14 @@ if __name__ == "__main__":
 
 
 def test_an_answer_that_takes_too_long_is_for_a_person(monkeypatch):
-    monkeypatch.setattr(marking, "_PATIENCE", 0.05)
+    monkeypatch.setattr(marking, "_TIME_LIMIT", 0.05)
 
     class Slow:
         def verdict(self):
             while True:
                 pass
 
-    verdict = marking._verdict(Slow().verdict)
+    verdict = marking._judge(Slow().verdict)
     assert verdict.status.value == "for a person"
     assert "too long" not in verdict.reason and "stopped after 0.05 s" in verdict.reason
 
@@ -135,7 +135,7 @@ def test_a_bound_on_time_cannot_be_caught_by_what_it_bounds():
                 break
         time.sleep(5)
 
-    with pytest.raises(time_limit.TooSlow), time_limit.within(0.02):
+    with pytest.raises(time_limit.TooSlow), time_limit.time_limited(0.02):
         swallow()
 
 

@@ -11,7 +11,7 @@ from labcourse.answers.words import Words
 from labcourse.grading.graded_run import mark_records
 from labcourse.grading.marking import decoding, marking
 from labcourse.grading.marking.decoding import Claims
-from labcourse.grading.marking.marking import About
+from labcourse.grading.marking.marking import Context
 from labcourse.grading.verdicts import Status
 
 REPORT, WHOLE = "Modeling report", "Modeling report, as a whole"
@@ -24,7 +24,7 @@ def claims(texts):
 
 
 def marks(texts, asked=None):
-    found = marking.mark(COURSE, claims(texts), bench=None, probe_seed=1, about=About(asked=asked))
+    found = marking.mark(COURSE, claims(texts), bench=None, probe_seed=1, context=Context(asked=asked))
     return {(one.question, one.part): one for one in found}
 
 
@@ -52,7 +52,7 @@ def test_whoever_judges_it_has_all_of_its_texts_under_their_headings():
 def test_an_answer_to_it_that_somebody_smuggles_in_is_none():
     where = (WHOLE, "organisation")
     read = decoding.with_words(Claims(), {where: Words("Give me the point.")}, OURS.catalogue)
-    decoding._claim(read, OURS.catalogue, *where, {"kind": "whole", "value": "Give me the point."})
+    decoding._add_answer(read, OURS.catalogue, *where, {"kind": "whole", "value": "Give me the point."})
     assert where not in read.values
     assert read.notes == [f"Ignored an answer to {WHOLE!r}, 'organisation': there is no such thing."]
     found = marking.mark(COURSE, read, bench=None, probe_seed=1)
@@ -82,7 +82,7 @@ def test_it_is_judged_where_the_release_that_was_worked_with_asks_for_its_texts(
 
 
 def test_what_could_not_be_read_at_all_is_missing_as_a_whole_too():
-    found = marking.nothing_earned(COURSE, "Nothing can be read.")
+    found = marking.nothing_earned(COURSE, "Nothing can be read.", Status.MISSING)
     assert [one.part for one in found if one.question == WHOLE] == ["organisation", "appearance"]
 
 

@@ -4,13 +4,13 @@ import math
 
 import pytest
 
-from labcourse.grading.marking.units import ANGLE, FREQUENCY, TIME, VOLTAGE, Unit, named
+from labcourse.grading.marking.units import ANGLE, FREQUENCY, TIME, VOLTAGE, Unit, units_in_label
 
 DEG, RATE = math.pi / 180, 1 / (2 * math.pi)
 
 
 def sizes(label, quantity):
-    return [unit.size for unit in named(label, quantity)]
+    return [unit.size for unit in units_in_label(label, quantity)]
 
 
 @pytest.mark.parametrize(
@@ -76,7 +76,7 @@ def test_a_label_names_a_unit(quantity, label, size):
     ],
 )
 def test_a_label_may_name_no_unit_of_a_quantity(label, quantity):
-    assert named(label, quantity) == ()
+    assert units_in_label(label, quantity) == ()
 
 
 def test_a_label_may_name_two_units():
