@@ -12,6 +12,7 @@ from labcourse.student_id import caseless
 
 OWN, SAME, PRESET, REAL = "own", "same", "preset", "real"
 WHICH = (OWN, SAME, PRESET, REAL)
+_ENTRIES = ("which", "seed", "preset", "benches")  # of the entry "bench"
 FIRST_DRAW = 1  #: the version of the draws unless another is named
 MOST_SEED = 2**32 - 1  #: seeds are drawn from 32 bits
 
@@ -54,14 +55,10 @@ class BenchPolicy:
         """
         return self.seed if self.which == SAME else own(student)
 
-    def plain(self) -> dict[str, Any]:
+    def as_json(self) -> dict[str, Any]:
         """Return the entry "bench" of ``course.json``."""
-        more: dict[str, dict[str, Any]] = {
-            SAME: {"seed": self.seed},
-            PRESET: {"preset": self.preset},
-            REAL: {"benches": list(self.benches)},
-        }
-        return {"which": self.which, **more.get(self.which, {})}
+        names = {SAME: ["seed"], PRESET: ["preset"], REAL: ["benches"]}.get(self.which, [])
+        return {"which": self.which, **{name: getattr(self, name) for name in names}}
 
 
 THEIR_OWN = BenchPolicy()  #: the default
@@ -76,30 +73,30 @@ def policy_of(course: Mapping[str, Any]) -> BenchPolicy:
         If it is not valid.
     """
     bench, draw = course.get("bench", {}), course.get("draw", FIRST_DRAW)
-    if not isinstance(bench, Mapping) or bench.get("which", OWN) not in WHICH:
+    if not _is_policy(bench):
         raise ConfigurationError(
-            f'"bench" should be as {{"which": "own"}}, with "own", "same", "preset" or "real"; it is {bench!r:.80}.'
+            '"bench" should be {"which": "own"}, {"which": "same", "seed": 1}, {"which": "preset", "preset": "NAME"} '
+            f'or {{"which": "real", "benches": ["NAME"]}}, with a seed from 0 to {MOST_SEED}; it is {bench!r:.80}.'
         )
-    names = bench.get("benches", [])
-    if not is_names(names):
-        raise ConfigurationError(f'the "benches" should be names, not {names!r:.80}.')
-    policy = BenchPolicy(bench.get("which", OWN), bench.get("seed", 0), bench.get("preset", ""), draw, tuple(names))
-    if not is_seed(policy.seed):
-        raise ConfigurationError(f'the bench\'s "seed" should be from 0 to {MOST_SEED}, not {policy.seed!r:.80}.')
-    if not isinstance(policy.preset, str):
-        raise ConfigurationError(f'the bench\'s "preset" should be a name, not {policy.preset!r:.80}.')
-    if not isinstance(draw, int) or isinstance(draw, bool):
+    if not _is_integer(draw):
         raise ConfigurationError(f'"draw" should be a whole number, not {draw!r:.80}.')
-    return policy
+    return BenchPolicy(**{name: bench[name] for name in _ENTRIES if name in bench}, draw=draw)
 
 
-def is_names(value: object) -> bool:
-    """Check whether a value is a list of names of benches, which may be empty."""
-    return isinstance(value, list | tuple) and all(
-        isinstance(name, str) and name.strip() == name != "" for name in value
+def _is_policy(bench: Any) -> bool:
+    """Check whether a value is the entry "bench" of a ``course.json``. Unknown entries are allowed."""
+    if not isinstance(bench, Mapping):
+        return False
+    seed, names = bench.get("seed", 0), bench.get("benches", [])
+    return (
+        bench.get("which", OWN) in WHICH
+        and _is_integer(seed)
+        and 0 <= seed <= MOST_SEED
+        and isinstance(bench.get("preset", ""), str)
+        and isinstance(names, list)
+        and all(isinstance(name, str) and name.strip() == name != "" for name in names)
     )
 
 
-def is_seed(value: object) -> bool:
-    """Check whether a value is a seed, from which a bench can be drawn."""
-    return isinstance(value, int) and not isinstance(value, bool) and 0 <= value <= MOST_SEED
+def _is_integer(value: object) -> bool:
+    return isinstance(value, int) and not isinstance(value, bool)

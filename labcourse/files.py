@@ -96,9 +96,12 @@ def read(path: Path, most: int | None = None) -> bytes:
 def version(path: Path) -> tuple[int, ...] | None:
     """Return numbers that change when a file is written or replaced; None if it is not there."""
     try:
-        about = path.lstat()
+        return _version(path.lstat())
     except OSError:
         return None
+
+
+def _version(about: os.stat_result) -> tuple[int, ...]:
     return about.st_dev, about.st_ino, about.st_size, about.st_mtime_ns
 
 
@@ -118,7 +121,7 @@ def replace(source: Path, target: Path) -> None:
     patiently(lambda: os.replace(source, target))
 
 
-def from_json(data: bytes, **hooks: Any) -> Any:
+def from_json(data: bytes, max_depth: int = MAX_DEPTH, **hooks: Any) -> Any:
     """Parse an untrusted JSON file; the result can always be copied and written again.
 
     Halves of surrogate pairs, which UTF-8 does not have, become question marks.
@@ -126,6 +129,7 @@ def from_json(data: bytes, **hooks: Any) -> Any:
     Parameters
     ----------
     data : the file's content
+    max_depth : how many lists and objects may lie within each other
     hooks : for :func:`json.loads`
 
     Raises
@@ -135,19 +139,18 @@ def from_json(data: bytes, **hooks: Any) -> Any:
     """
     try:
         value = json.loads(data, **hooks)
-        if _depth(value) > MAX_DEPTH:
+        if isinstance(value, dict | list) and _depth(value) > max_depth:
             raise RecursionError
     except RecursionError:
-        raise ValueError(f"more than {MAX_DEPTH} lists or objects lie within each other") from None
+        raise ValueError(f"it is nested too deeply: at most {max_depth} lists and objects within each other") from None
     text = json.dumps(value, ensure_ascii=False)
     written = text.encode(errors="replace")
     return value if written.decode() == text else json.loads(written, **hooks)
 
 
 def _depth(value: Any) -> int:
-    inner = value.values() if isinstance(value, dict) else value if isinstance(value, list) else ()
-    deeper = (_depth(item) for item in inner if isinstance(item, dict | list))
-    return 1 + max(deeper, default=min(len(inner), 1))
+    inner = value.values() if isinstance(value, dict) else value
+    return 1 + max((_depth(item) for item in inner if isinstance(item, dict | list)), default=0)
 
 
 def shown(path: str | PurePath) -> str:
@@ -155,7 +158,7 @@ def shown(path: str | PurePath) -> str:
     return no_escapes(str(path).encode(errors="replace").decode())
 
 
-def write(target: str | os.PathLike[str], content: Content) -> os.stat_result:
+def write(target: str | os.PathLike[str], content: Content) -> tuple[int, ...]:
     """Write a file atomically, under a temporary name first.
 
     Parameters
@@ -166,8 +169,9 @@ def write(target: str | os.PathLike[str], content: Content) -> os.stat_result:
 
     Returns
     -------
-    os.stat_result
-        Of the written file, taken before it got its name: another program may have replaced it since.
+    tuple
+        The :func:`version` of the written file, taken before it got its name: another program may have replaced it
+        since.
 
     Raises
     ------
@@ -181,7 +185,7 @@ def write(target: str | os.PathLike[str], content: Content) -> os.stat_result:
             content(scratch)
         else:
             scratch.write_bytes(content.encode() if isinstance(content, str) else content)
-        written = scratch.stat()
+        written = _version(scratch.stat())
         replace(scratch, target)
     finally:
         with contextlib.suppress(OSError):  # on success it is gone; on failure, the first error says more

@@ -18,7 +18,7 @@ from labcourse.answers.answers import AnswerBook
 from labcourse.answers.catalogue import Catalogue, enumeration
 from labcourse.answers.parts import Question
 from labcourse.answers.probes import check_seed
-from labcourse.answers.report_files import FolderReports
+from labcourse.answers.report_files import ReportFile, own_document
 from labcourse.answers.starts import Beginning
 from labcourse.answers.tables import ResultsTable
 from labcourse.answers.words import SavedWords
@@ -69,7 +69,6 @@ class Session:
     catalogue, questions : what this class is asked; all that can be answered, by number
     book : the answers so far, except those in words
     saved_words : the answers in words, as the notebooks in the folder hold them
-    report_files : the reports' PDFs in the folder
     """
 
     def __init__(self, student: str, folder: Path, catalogue: Catalogue, bench: Mapping[str, Any], seed: int) -> None:
@@ -88,7 +87,6 @@ class Session:
             None if by_program() else time.time,
         )
         self.saved_words = SavedWords(folder, self.catalogue)
-        self.report_files = FolderReports(folder, self.catalogue)
 
     @classmethod
     def begin(cls, package: str, catalogue: Catalogue, student: str = "") -> Self:
@@ -267,7 +265,7 @@ class Session:
             if notebook in ("", question.notebook):
                 missing = self._missing(question)
                 state = f"missing: {', '.join(missing)}" if missing else "answered"
-                if own := self.report_files.own(question.number):
+                if own := self.own_document(question.number):
                     state = f"in your own document, {own.name}"
                 print(f"{question.number:<16}  {question.title}: {state}")
         self._print_how_texts_are_read()
@@ -412,8 +410,12 @@ class Session:
         self.saved_words.refresh()
         self.print_notices()
 
+    def own_document(self, report: str) -> ReportFile | None:
+        """Return the PDF in the folder that is the student's own document for a report; None if there is none."""
+        return own_document(self._folder, self.catalogue, report)
+
     def _missing(self, question: Question) -> list[str]:
         """Return the names of the parts without an answer; texts of a report are not missing in an own document."""
-        if self.report_files.own(question.number):
+        if self.own_document(question.number):
             return []
         return [part.name for part in question.parts if self.content(question.number, part.name) is None]

@@ -7,6 +7,7 @@ temporary name and renamed, so that a crash leaves the old one.
 
 from __future__ import annotations
 
+import itertools
 import json
 import os
 import re
@@ -65,19 +66,13 @@ def parse(data: bytes) -> dict[str, Any]:
 
 def set_aside(path: Path, why: str) -> str:
     """Rename a file to a name that is not taken, as in ``answers.broken.json``, and return that name."""
-    count = 1
-    while True:
+    for count in itertools.count(1):
         suffix = f"-{count}" if count > 1 else ""
         aside = path.with_name(f"{path.stem}.{why}{suffix}{path.suffix}")
         if not aside.exists():
-            files.replace(path, aside)
-            return aside.name
-        count += 1
-
-
-def _identity(status: os.stat_result) -> tuple[int, ...]:
-    """Return what tells a file from any other that has, or had, its name."""
-    return status.st_dev, status.st_ino, status.st_size, status.st_mtime_ns
+            break
+    files.replace(path, aside)
+    return aside.name
 
 
 def _with(sections: _Sections, question: str, part: str, **values: Any) -> _Sections:
@@ -119,19 +114,16 @@ class AnswerBook:
         self.probe_seed = probe_seed
         self._clock = clock
         self.notices: list[str] = []
-        self._known: tuple[int, ...] | None = None  # the file as it was read or written last
+        self._version: tuple[int, ...] | None = None  # of the file as it was read or written last
         self.refresh()
 
     def refresh(self) -> None:
         """Read the file again if it has changed: another notebook may have written to it."""
-        try:
-            identity = _identity(self.path.stat())
-        except OSError:
-            identity = None
-        if identity is None or identity != self._known:
+        version = files.version(self.path)
+        if version is None or version != self._version:
             self._sections = self._load()
             self._size = len(self._text(self._sections))
-            self._known = identity
+            self._version = version
 
     def cell(self, question: str, part: str) -> str:
         """Return the id of the cell that recorded the answer to a part; "" if none did, or if it is not known."""
@@ -236,7 +228,7 @@ class AnswerBook:
         if len(text) > MAX_BYTES:  # else it could not be read again
             raise AnswerError(f"{self.path.name} would be larger than {MAX_BYTES} bytes. The answer is not kept.")
         try:
-            self._known = _identity(files.write(self.path, text))
+            self._version = files.write(self.path, text)
         except OSError as error:
             raise AnswerError(
                 f"{self.path.name} cannot be written: {error.strerror}. The answer is not kept."

@@ -1,6 +1,6 @@
 """The bounds of answers: how much is stored of one, and how much is read."""
 
-FORMAT = 2  #: of answers.json; format 1, of earlier releases, had no cells
+FORMAT = 2  #: of answers.json
 MAX_INTEGER = 10**20  #: what is typed with 15 digits, in millionths
 LONGEST_PROSE = 5000  #: characters; two pages
 LONGEST_SENTENCE = 1000  #: characters on a prediction: a sentence, and a few more

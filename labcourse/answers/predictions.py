@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from labcourse.answers.answers import AnswerBook
 
 SECTION = "predictions"  #: of answers.json
-KINDS = ("number", "choice")  #: what can be predicted
 Predictions = Mapping[str, tuple["Foretold", ...]]
 
 
@@ -106,38 +105,41 @@ def predict(book: AnswerBook, predictions: Predictions, question: str, said: Map
     if strange:
         raise AnswerError(f"Of question {question}, you can predict {', '.join(known)}, not {', '.join(strange)}.")
     book.refresh()
-    stored = book.predicted(question)
     if not said:
-        before = {item.part.name: text for item, _value, text in shown(tuple(known.values()), stored)}
+        before = _descriptions(book, question, known)
         return [
-            f"{question}  " + (f"predicted: {before[name]}." if name in before else f"{_asked(item)}")
+            f"{question}  " + (f"predicted: {before[name]}." if name in before else _asked(item))
             for name, item in known.items()
         ]
-    before = stored.get("said", {})
-    taken = {name: _taken(known[name].part, value, before.get(name)) for name, value in said.items()}
-    new = {name: content for name, (content, _line) in taken.items() if content is not None and name not in before}
-    if new:
-        book.predict(question, new)
-    return [f"{question}  {line}" for _content, line in taken.values()]
+    return [f"{question}  {_recorded(book, question, known[name].part, value)}" for name, value in said.items()]
+
+
+def _descriptions(book: AnswerBook, question: str, known: Mapping[str, Foretold]) -> dict[str, str]:
+    """Describe what was predicted of a question's experiment, by name."""
+    predicted = shown(tuple(known.values()), book.predicted(question))
+    return {item.part.name: text for item, _value, text in predicted}
 
 
 def _asked(item: Foretold) -> str:
     return f"{item.part.name} ({', '.join(map(repr, item.part.choices)) or item.part.unit}): {item.part.prompt}"
 
 
-def _taken(part: Part, value: Any, before: dict[str, Any] | None) -> tuple[dict[str, Any] | None, str]:
-    """Return a prediction as plain data, None if it has another form, and the reply to it."""
-    said = None if before is None else forms.show(part, before)
+def _recorded(book: AnswerBook, question: str, part: Part, value: Any) -> str:
+    """Record a prediction that has the form of its part, unless there is an earlier one, and return the reply."""
+    before = book.predicted(question).get("said", {}).get(part.name)
+    earlier = None if before is None else forms.show(part, before)
     try:
         content = forms.encode(part, value, 0).content
     except NotAnswered:
-        return None, f"{part.name}  not predicted yet{f' (you said {said})' if said else ''}: {part.prompt}"
+        return f"{part.name}  not predicted yet{f' (you said {earlier})' if earlier else ''}: {part.prompt}"
     except FormError as error:
-        return None, f"{part.name}  not kept: {error}"
-    if before not in (None, content):
-        return content, f"You said {said} before, and that stands. Wrong predictions cost nothing."
-    more = "" if before else " It stands now; run the experiment."
-    return content, f"predicted: {forms.show(part, content)}.{more}"
+        return f"{part.name}  not kept: {error}"
+    if before is None:
+        book.predict(question, {part.name: content})
+        return f"predicted: {forms.show(part, content)}. It stands now; run the experiment."
+    if before != content:
+        return f"You said {earlier} before, and that stands. Wrong predictions cost nothing."
+    return f"predicted: {earlier}."
 
 
 def observed(
@@ -163,8 +165,7 @@ def observed(
         raise AnswerError(f"One sentence is asked for: at most {bounds.LONGEST_SENTENCE} characters.")
     if sentence and sentence != book.predicted(question).get("why"):
         book.predict(question, {}, sentence)
-    stored = book.predicted(question)
-    said = {item.part.name: text for item, _value, text in shown(tuple(foretold.values()), stored)}
+    said = _descriptions(book, question, foretold)
     lines = []
     for name, item in foretold.items():
         lines.append(f"{question}  You predicted {said.get(name, 'nothing here')}.")
@@ -173,8 +174,8 @@ def observed(
         else:
             missing = ", ".join(" ".join(where) for where in item.found_in)
             lines.append(f"      There is nothing to compare it with yet: answer {missing}.")
-    if stored.get("why"):
-        return [*lines, f"      Your words: {stored['why']}"]
+    if why := book.predicted(question).get("why", ""):
+        return [*lines, f"      Your words: {why}"]
     return [*lines, f'      Keep a sentence on it: lab.observed("{question}", why="...")']
 
 

@@ -12,7 +12,7 @@ import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from labcourse import files
 from labcourse.answers.catalogue import Catalogue
@@ -49,13 +49,13 @@ def made_files(pdfs: Iterable[str]) -> list[str]:
     return [name for pdf in pdfs for name in (pdf, pdf.removesuffix(PDF) + HTML)]
 
 
-def refusal(data: bytes) -> str:
-    """Return why a file cannot be a report, by its size and its first bytes; "" if it can."""
+def refusal(data: bytes) -> str | None:
+    """Return why a file cannot be a report, by its size and its first bytes; None if it can."""
     if len(data) > MAX_BYTES:
         return f"it has {megabytes(len(data))}, of which there may be {megabytes(MAX_BYTES)}: save its pictures smaller"
     if _MAGIC not in data[:_WITHIN]:
         return "it is no PDF, whatever its name is: save or export it as PDF"
-    return ""
+    return None
 
 
 def is_composed(data: bytes) -> bool:
@@ -100,15 +100,6 @@ class ReportFile:
         origin = f"your own document, {self.name} (" if self.own else f"{self.name}, made of the notebook’s texts ("
         return f"{self.report}: {origin}{self.about}; {self.digest[:_SHOWN]})."
 
-    def plain(self) -> dict[str, Any]:
-        """Return it as JSON data."""
-        return dict(vars(self))
-
-    @classmethod
-    def from_plain(cls, content: Mapping[str, Any]) -> ReportFile:
-        """Read what :meth:`plain` returned."""
-        return cls(**content)
-
 
 def of_data(report: str, data: bytes) -> ReportFile:
     """Describe a report's PDF by its content."""
@@ -142,41 +133,15 @@ def without_digests(text: str) -> str:
     return _GIVEN.sub(lambda match: match[0].partition(",")[0] + "]", text)
 
 
-class FolderReports:
-    """The reports' PDFs in a student's folder, read again when a file has changed.
-
-    Parameters
-    ----------
-    folder : with the notebooks in it
-    catalogue : of the course
-    """
-
-    def __init__(self, folder: Path, catalogue: Catalogue) -> None:
-        self._paths = {number: folder / name for number, name in names(catalogue).items()}
-        self._read: dict[Path, tuple[tuple[int, ...] | None, ReportFile | None]] = {}
-
-    def get(self, report: str) -> ReportFile | None:
-        """Return a report's PDF; None if there is none that can be handed in."""
-        path = self._paths.get(report)
-        if path is None:
-            return None
-        version = files.version(path)
-        if path not in self._read or self._read[path][0] != version:
-            self._read[path] = (version, _described(report, path))
-        return self._read[path][1]
-
-    def own(self, report: str) -> ReportFile | None:
-        """Return a report's PDF, if it is the student's own document."""
-        pdf = self.get(report)
-        return pdf if pdf is not None and pdf.own else None
-
-
-def _described(report: str, path: Path) -> ReportFile | None:
+def own_document(folder: Path, catalogue: Catalogue, report: str) -> ReportFile | None:
+    """Return a report's PDF in a student's folder if it is the student's own document, and can be handed in."""
+    if report not in catalogue.reports:
+        return None
     try:
-        data = files.read(path, MAX_BYTES)
+        data = files.read(folder / file_name(report), MAX_BYTES)
     except OSError:
         return None
-    return None if refusal(data) else of_data(report, data)
+    return None if refusal(data) or is_composed(data) else of_data(report, data)
 
 
 def read_all(folder: Path, catalogue: Catalogue) -> tuple[dict[str, bytes], list[str]]:
@@ -243,7 +208,7 @@ def _state(catalogue: Catalogue, item: ReportItem, lab: Session) -> str:
     wanted = [*item.shows, *([(item.report, item.part)] if item.part else [])]
     parts = [(number, part) for number, name in wanted for part in ([name] if name else catalogue.find(number).names)]
     missing = [f"{number} {part}" for number, part in parts if lab.content(number, part) is None]
-    own = lab.report_files.own(item.report)
+    own = lab.own_document(item.report)
     if own is not None and item.part and lab.content(item.report, item.part) is None:
         missing.remove(f"{item.report} {item.part}")
         if not missing:

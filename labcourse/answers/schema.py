@@ -41,17 +41,11 @@ def load(data: bytes, max_depth: int = MAX_DEPTH) -> Any:
     AnswerError
         If it is not JSON, has a name twice in an object, NaN, an integer beyond the bounds, or more levels.
     """
+    hooks = {"parse_constant": _integer, "parse_int": _integer, "object_pairs_hook": _unique}
     try:
-        content = files.from_json(data, parse_constant=_integer, parse_int=_integer, object_pairs_hook=_unique)
+        return files.from_json(data, max_depth, **hooks)
     except ValueError as error:
-        raise AnswerError(f"It is not JSON: {error}") from None
-    level = [content]
-    for _depth in range(max_depth):
-        inner = [item.values() if isinstance(item, dict) else item for item in level if isinstance(item, dict | list)]
-        level = [item for items in inner for item in items]
-    if any(isinstance(item, dict | list) for item in level):
-        raise AnswerError("It is nested too deeply.")
-    return content
+        raise AnswerError(f"It is not JSON that can be read: {error}.") from None
 
 
 def _integer(digits: str) -> int:
@@ -406,6 +400,12 @@ def _unread(content: Any, _validate: Any) -> dict[str, Any]:
 Unread = Annotated[Answer, WrapValidator(_unread)]
 
 
+def _of_this_version(number: int) -> int:
+    if number > bounds.FORMAT:
+        raise ValueError(f"It has format {number}; this version reads format {bounds.FORMAT}: install the newer one.")
+    return number
+
+
 class Prediction(Model):
     """What was predicted of a question's experiment, by name, and a sentence about it afterwards."""
 
@@ -420,7 +420,7 @@ class AnswersFile(Model):
     a program ran the notebook.
     """
 
-    format: Annotated[int, Field(ge=1)]
+    format: Annotated[int, Field(ge=bounds.FORMAT), AfterValidator(_of_this_version)]
     student: str
     bench: dict[str, Any]
     software: str
@@ -429,16 +429,6 @@ class AnswersFile(Model):
     cells: dict[str, dict[str, str]] = {}
     when: dict[str, dict[str, Annotated[int, Field(ge=0, lt=_LATEST)]]] = {}
     predictions: dict[str, Prediction] = {}
-
-    @model_validator(mode="after")
-    def _by_format(self) -> Self:
-        if self.format > bounds.FORMAT:
-            raise ValueError(
-                f"It has format {self.format}; this version reads up to {bounds.FORMAT}: install the newer one."
-            )
-        if ("cells" in self.model_fields_set) != (self.format == bounds.FORMAT):
-            raise ValueError(f"A file of format {bounds.FORMAT} should have cells, one of format 1 should not.")
-        return self
 
 
 ANSWERS_FILE: TypeAdapter[AnswersFile] = TypeAdapter(AnswersFile)

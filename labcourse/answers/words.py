@@ -187,92 +187,91 @@ def headings(source: str) -> list[str]:
 # --- the cells of an answer -------------------------------------------------------------------------------------------
 
 
+@dataclass(eq=False)
+class _Run:
+    """Cells of a student's notebook that stand together: one of the course's, and the student's own below it.
+
+    The first run of a notebook may have no cell of the course's; its owner is "".
+    """
+
+    owner: str
+    pieces: list[Cell] = field(default_factory=list)  # the course's cell; several where it was split
+    added: list[Cell] = field(default_factory=list)
+
+
 class _Places:
     """A student's cells beside the course's: which are the course's, and which the student added."""
 
     def __init__(self, masters: Sequence[Mapping[str, Any]], cells: Sequence[Cell]) -> None:
-        self._cells = cells
         self._order = [_id(master) for master in masters]
         self.asked = {where: master for master in masters if (where := where_of(master)) is not None}
         self._answers = {_id(master): master for master in self.asked.values()}
-        self._owners = _owners(masters, cells)
+        self._runs = [_Run("")]
+        for cell, owner in zip(cells, _owners(masters, cells), strict=True):
+            if owner and owner != self._runs[-1].owner:
+                self._runs.append(_Run(owner))
+            (self._runs[-1].pieces if owner else self._runs[-1].added).append(cell)
 
     def cells_for(self, master: Mapping[str, Any]) -> tuple[list[Cell], list[str]]:
         """Find the cells with an answer, in order; and notes on where they were found."""
-        own, notes = self._pieces(master)
-        filled = [place for place in own if self._filled(place, master)]
-        below = self._texts(self._after(own[-1])) if own else []
-        if any(self._cells[place].kind != TEXT for place in filled):
+        own, notes = self._own(master)
+        filled = [cell for run in own for cell in run.pieces if without_stub(cell.source, master)]
+        below = _texts(own[-1].added) if own else []
+        if any(cell.kind != TEXT for cell in filled):
             notes.append("written in a cell that is no text cell any more.")
         if filled and below:
             notes.append("with the text of an added cell just below the answer cell.")
         elif below:
             notes.append("taken from an added cell just below the answer cell, which is empty.")
-        elif not filled and (below := self._texts(self._gap(_id(master), own))):
+        elif not filled and (below := _texts(self._above(_id(master), own))):
             notes.append(
                 "taken from an added cell just above the answer cell, which is empty."
                 if own
                 else "taken from an added cell where the answer cell is missing."
             )
-        elif not filled and any(map(self._may_be_words, self._near(_id(master), own))):
+        elif not filled and any(map(_may_be_words, self._near(_id(master), own))):
             notes.append("nothing is written in its cell; an added cell beside it is not read as the answer.")
-        return [self._cells[place] for place in [*filled, *below]], notes
+        return [*filled, *below], notes
 
-    def _filled(self, place: int, master: Mapping[str, Any]) -> bool:
-        return bool(without_stub(self._cells[place].source, master))
-
-    def _pieces(self, master: Mapping[str, Any]) -> tuple[list[int], list[str]]:
-        """Find the pieces of an answer cell that stand together, or the only ones with text in them."""
-        own = [place for place, owner in enumerate(self._owners) if owner == _id(master)]
-        stretches: list[list[int]] = []
-        for place in own:
-            if stretches and not any(self._owners[stretches[-1][-1] + 1 : place]):
-                stretches[-1].append(place)
-            else:
-                stretches.append([place])
-        filled = [stretch for stretch in stretches if any(self._filled(place, master) for place in stretch)]
-        texts = {"\n\n".join(self._cells[place].source for place in stretch) for stretch in filled}
-        if len(texts) < 2:
-            return (filled or stretches or [[]])[0], []
+    def _own(self, master: Mapping[str, Any]) -> tuple[list[_Run], list[str]]:
+        """Find the runs of an answer cell: all where there are copies that differ, else one, with text if possible."""
+        own = [run for run in self._runs if run.owner == _id(master)]
+        filled = [run for run in own if any(without_stub(cell.source, master) for cell in run.pieces)]
+        if len({"\n\n".join(cell.source for cell in run.pieces) for run in filled}) < 2:
+            return (filled or own)[:1], []
         return own, [f"there are {len(filled)} copies of its cell that differ; all are read, one after the other."]
 
-    def _after(self, place: int) -> list[int]:
-        """Find the student's own cells between a cell and the course's next."""
-        owned = (later for later in range(place + 1, len(self._cells)) if self._owners[later])
-        return [*range(place + 1, next(owned, len(self._cells)))]
-
-    def _texts(self, places: Iterable[int]) -> list[int]:
-        """Keep the cells with text in them."""
-        return [place for place in places if self._cells[place].kind in (TEXT, RAW) and self._filled(place, {})]
-
-    def _may_be_words(self, place: int) -> bool:
-        cell = self._cells[place]
-        return self._filled(place, {}) if cell.kind in (TEXT, RAW) else bool(_PROSE.match(cell.source))
-
-    def _before(self, name: str) -> str:
-        """Return the course's last cell before this one that the student still has; "" if there is none."""
+    def _before(self, name: str) -> _Run:
+        """Return the run of the course's last cell before this one that the student still has; else the first run."""
+        runs = {run.owner: run for run in self._runs}
         earlier = self._order[: self._order.index(name)]
-        return next((other for other in reversed(earlier) if other in self._owners), "")
+        return next((runs[other] for other in reversed(earlier) if other in runs), self._runs[0])
 
-    def _near(self, name: str, own: Sequence[int]) -> list[int]:
+    def _near(self, name: str, own: Sequence[_Run]) -> list[Cell]:
         """Find the student's own cells around an answer cell, or around the place where it is missing."""
-        before = self._before(name)
-        above = self._after(max(place for place, owner in enumerate(self._owners) if owner == before) if before else -1)
-        return [*above, *(self._after(own[-1]) if own else [])]
+        return [*self._before(name).added, *(own[-1].added if own else [])]
 
-    def _gap(self, name: str, own: Sequence[int]) -> list[int]:
+    def _above(self, name: str, own: Sequence[_Run]) -> list[Cell]:
         """Find own cells just above an answer cell, or in its place, unless they may belong to another answer."""
         before = self._before(name)
-        if before in self._answers and not any(
-            owner == before and self._filled(place, self._answers[before]) for place, owner in enumerate(self._owners)
-        ):
+        answer = self._answers.get(before.owner)
+        if answer is not None and not any(without_stub(cell.source, answer) for cell in before.pieces):
             return []
-        gap = self._near(name, ())
         if own:
-            return gap if gap and gap[-1] + 1 == own[0] else []
-        later = self._order[self._order.index(before) + 1 if before else 0 :]
-        missing = itertools.takewhile(lambda other: other not in self._owners, later)
-        return gap if [other for other in missing if other in self._answers] == [name] else []
+            return before.added if self._runs.index(before) + 1 == self._runs.index(own[0]) else []
+        present = {run.owner for run in self._runs}
+        later = self._order[self._order.index(before.owner) + 1 if before.owner else 0 :]
+        missing = itertools.takewhile(lambda other: other not in present, later)
+        return before.added if [other for other in missing if other in self._answers] == [name] else []
+
+
+def _texts(cells: Iterable[Cell]) -> list[Cell]:
+    """Keep the cells with text in them."""
+    return [cell for cell in cells if cell.kind in (TEXT, RAW) and without_stub(cell.source, {})]
+
+
+def _may_be_words(cell: Cell) -> bool:
+    return bool(_texts([cell])) or (cell.kind not in (TEXT, RAW) and bool(_PROSE.match(cell.source)))
 
 
 def _id(cell: Mapping[str, Any]) -> str:

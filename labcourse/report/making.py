@@ -62,7 +62,7 @@ def report(lab: Session, folder: Path, name: str, cell: str = "", pdf: str | os.
         print("This notebook is not saved as it stands here, and the report is made of the saved file.")
         print("Save it (Ctrl+S, on a Mac ⌘+S), and run this cell again.")
         return
-    if own := lab.report_files.own(number):
+    if own := lab.own_document(number):
         print(
             f"{own.name} is a document of your own, and is handed in as your report. It is left as it is: "
             f"nothing is made. To hand in the notebook’s texts instead, delete {own.name}, and run this cell "

@@ -272,10 +272,7 @@ def _home(work: Work, student: str) -> _Home:
         return _Home(note=f"{ANSWERS_FILE} cannot be compared with. {error}")
     if caseless(content["student"]) != caseless(student):
         return _Home(note=f"{ANSWERS_FILE} holds the answers of {content['student'][:40]!r}, and is not compared with.")
-    recorded = content["answers"]
-    knows = content["format"] != 1
-    cells = content["cells"] if knows else {question: dict.fromkeys(parts, "") for question, parts in recorded.items()}
-    return _Home(recorded, content["probe_seed"], content.get("when", {}), Claim(cells, knows))
+    return _Home(content["answers"], content["probe_seed"], content.get("when", {}), Claim(content["cells"]))
 
 
 # --- what it means ----------------------------------------------------------------------------------------------------

@@ -30,11 +30,9 @@ class Claim:
     Attributes
     ----------
     cells : question → part → id of the cell that recorded it; "" if none did
-    knows_cells : whether the file says so at all; those of earlier versions do not
     """
 
     cells: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
-    knows_cells: bool = True
 
 
 @dataclass(frozen=True)
@@ -204,11 +202,11 @@ def _lost(run: Causes, claim: Claim, stopped: Collection[Where], handed_in: Coll
         notebook = run.recorder[where][0]
         if notebook not in handed_in:
             found[where] = f"{notebook} was not handed in"
-        elif claim.knows_cells and not cell:
+        elif not cell:
             found[where] = (
                 "that was done by the button of an explorer or by hand, and no cell that was handed in records it"
             )
-        elif claim.knows_cells and cell not in {one.id for one in run.cells[notebook]}:
+        elif cell not in {one.id for one in run.cells[notebook]}:
             found[where] = f"the cell that did it, {cell[:64]}, is no longer in {notebook}"
         else:
             found[where] = f"{notebook}, run from top to bottom, leaves it empty"

@@ -116,6 +116,6 @@ def perfect(student, seed, omega_n=None, bench=None):
     """What is left by a run of somebody who answers 2.11 rightly."""
     value = TrueBench(student, THEIR_OWN).omega_n if omega_n is None else omega_n
     answers = {"omega_n": {"kind": "number", "value": value}, "explanation": {"kind": "prose", "value": "So."}}
-    book = {"format": 1, "student": student, "bench": bench or {"uri": "virtual"}}
+    book = {"format": 2, "student": student, "bench": bench or {"uri": "virtual"}}
     book |= {"software": "rotflex", "probe_seed": seed}
     return json.dumps({**book, "answers": {"2.11": answers}}).encode()

@@ -43,7 +43,7 @@ get_ipython().events.register("post_run_cell", lambda *_: None)
 """
 # A process of its own goes on changing the answers, as somebody else.
 CHANGES_ANSWERS_LATER = """
-forged = {"format": 1, "student": OUTSIDE["neighbour"], "bench": {}, "software": "", "answers": {},
+forged = {"format": 2, "student": OUTSIDE["neighbour"], "bench": {}, "software": "", "answers": {},
           "probe_seed": int(os.environ["LABCOURSE_PROBE_SEED"])}
 forged["answers"]["2.11"] = {"omega_n": {"kind": "number", "value": 20.0, "points": 2, "status": "right"}}
 if not os.fork():

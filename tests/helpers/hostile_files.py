@@ -130,7 +130,7 @@ def _modules(path: Path, outside: Outside) -> None:
     (path / "evil.pth").write_text("import json")
     (path / "answers.pkl").write_bytes(pickle.dumps(os.getcwd))
     right = {"J_l": {"kind": "number", "value": 0.0033}, "K_s": {"kind": "number", "value": 1.3}}
-    book = {"format": 1, "student": path.name, "bench": {}, "software": "", "probe_seed": 1, "answers": {"2.12": right}}
+    book = {"format": 2, "student": path.name, "bench": {}, "software": "", "probe_seed": 1, "answers": {"2.12": right}}
     (path / "answers.json").write_text(json.dumps(book))
     (path / "marks.json").write_text(json.dumps({"total": 11, "points": 11}))
     (path / "course.json").write_text(json.dumps({"student": HONEST[0]}))

@@ -82,7 +82,7 @@ class RealClass:
             for cell in notebook["cells"]:
                 cell["source"] = sources.get(cell["id"], cell["source"])
             (folder / name).write_text(json.dumps(notebook), encoding="utf-8")
-        said = {"student": student, "draw": course.draw, "bench": course.settings.bench.plain()}
+        said = {"student": student, "draw": course.draw, "bench": course.settings.bench.as_json()}
         (folder / "course.json").write_text(json.dumps(said), encoding="utf-8")
         return folder
 

@@ -126,6 +126,6 @@ def _answers(one: Student, sweep: Mapping[str, Any]) -> bytes:
     given: dict[str, dict[str, Any]] = {"2.9": {"sweep": sweep}}
     for (number, name), value in one.numbers.items():
         given.setdefault(number, {})[name] = {"kind": "number", "value": value}
-    about = {"format": 1, "student": one.name, "bench": {}, "software": "rotflex 0", "probe_seed": 7}
+    about = {"format": 2, "student": one.name, "bench": {}, "software": "rotflex 0", "probe_seed": 7}
     predictions = {number: {"said": said} for number, said in one.predictions.items()}
     return json.dumps({**about, "answers": given, "predictions": predictions}).encode()

@@ -51,16 +51,6 @@ def test_when_an_answer_was_recorded_is_kept_where_a_clock_is_given_and_nowhere_
     assert "when" not in parse(path.read_bytes())
 
 
-def test_a_file_of_the_format_before_is_read_and_knows_no_cells(path):
-    book_at(path).answer(CATALOGUE.find("2.11"), {"omega_n": 19.9})
-    content = json.loads(path.read_text())
-    del content["cells"]
-    path.write_text(json.dumps({**content, "format": 1}))
-    book = book_at(path)
-    assert book.get("2.11", "omega_n") == {"kind": "number", "value": 19.9}
-    assert (book.cell("2.11", "omega_n"), book.notices) == ("", [])
-
-
 def test_the_latest_cell_to_record_an_answer_is_known(path):
     for cell in ("q2-11-answer", "", "mine"):
         book_at(path).answer(CATALOGUE.find("2.11"), {"omega_n": 19.9}, cell)
@@ -195,7 +185,8 @@ def test_a_crash_while_writing_leaves_the_old_file(path, monkeypatch):
     assert [file.name for file in path.parent.iterdir()] == ["answers.json"]
 
 
-CHANGES = [{"format": 3}, {"format": "2"}, {"format": [2]}, {"student": 3}, {"bench": []}, {"more": 1}, {"cells": []}]
+CHANGES = [{"format": number} for number in (1, 3, "2", [2])]
+CHANGES += [{"student": 3}, {"bench": []}, {"more": 1}, {"cells": []}]
 CHANGES += [{"probe_seed": -1}, {"probe_seed": "1"}, {"probe_seed": True}, {"cells": {"2.11": {"omega_n": 1}}}]
 CHANGES += [{"answers": []}, {"answers": {"2.11": []}}, {"answers": {"2.11": {"omega_n": 19.9}}}, {"when": []}]
 CHANGES += [{"when": {"2.11": {"omega_n": when}}} for when in (-1, 1.5, True)]

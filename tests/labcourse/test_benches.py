@@ -12,7 +12,7 @@ from labcourse.errors import ConfigurationError
 def test_a_policy_comes_back_from_plain_data():
     real = BenchPolicy("real", benches=("north",))
     for policy in (BenchPolicy(), BenchPolicy("same", seed=7), BenchPolicy("preset", preset="x", draw=2), real):
-        course = json.loads(json.dumps({"student": "", "draw": policy.draw, "bench": policy.plain()}))
+        course = json.loads(json.dumps({"student": "", "draw": policy.draw, "bench": policy.as_json()}))
         assert policy_of(course) == policy
     assert policy_of({"student": "ada"}) == BenchPolicy("own", draw=1)
 

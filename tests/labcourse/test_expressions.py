@@ -10,9 +10,8 @@ from hypothesis import assume, given, reject, settings
 from hypothesis import strategies as st
 from sympy.physics.mechanics import dynamicsymbols
 
-from labcourse.answers.expressions import MAX_EXPONENT, check, decode, encode, encode_equation
+from labcourse.answers.expressions import MAX_EXPONENT, Names, check, decode, encode, encode_equation, spelling
 from labcourse.answers.json_values import FormError, NotAnswered
-from labcourse.answers.symbols import Names, spelling
 from labcourse.errors import AnswerError
 
 NAMES = ("theta", "alpha", "theta_dot", "alpha_dot", "theta_ddot", "alpha_ddot", "tau", "J_eq", "J_l", "B_eq", "K_s")

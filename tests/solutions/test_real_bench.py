@@ -214,7 +214,7 @@ def test_answers_are_marked_by_the_recordings_of_that_bench(tmp_path, made, monk
     content = content_of(tmp_path, at("north", made[0]["sweep"]))
     monkeypatch.chdir(tmp_path)
     (tmp_path / "course.json").write_text(
-        json.dumps({"student": "ada", "draw": 2, "bench": POLICY.plain()}), encoding="utf-8"
+        json.dumps({"student": "ada", "draw": 2, "bench": POLICY.as_json()}), encoding="utf-8"
     )
     lab = rotflex.course.lab.start("ada", quiet=True)
     with lab.bench() as bench:

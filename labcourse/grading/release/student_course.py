@@ -201,7 +201,7 @@ def _about(course: Course, folder: Path) -> dict[str, Any]:
         "title": course.title,
         "term": settings.term,
         "draw": settings.bench.draw,
-        "bench": settings.bench.plain(),
+        "bench": settings.bench.as_json(),
         course_file.REFLECT: settings.reflect.as_json(),
     }
     if settings.report.page_limit is not None:  # the names of releases stay as they are where there is none

@@ -190,4 +190,4 @@ def _read_claim(data: bytes, catalogue: Catalogue, student: str) -> Claim:
         for number, question in catalogue.everything.items()
         if number in content["answers"]
     }
-    return Claim(cells, content["format"] > 1)
+    return Claim(cells)

@@ -218,7 +218,7 @@ def run_with(predicted):
         }
         for number, said in predicted.items()
     }
-    content = {"format": 1, "student": "ada", "bench": {"uri": "virtual"}, "software": "rotflex", "probe_seed": 1}
+    content = {"format": 2, "student": "ada", "bench": {"uri": "virtual"}, "software": "rotflex", "probe_seed": 1}
     data = json.dumps({**content, "answers": {}, "predictions": kept}).encode()
     return RunRecord("k", "ada", "s", "m", "rotflex", 1, "", data)
 

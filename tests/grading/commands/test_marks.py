@@ -217,7 +217,7 @@ def test_an_error_amid_a_regrade_leaves_reports_of_everybody(book, tmp_path, mon
 def measured(student, of, status):
     """A run whose stiffness is that of a student's bench."""
     content = {"kind": "number", "value": OURS.true_bench(of).K_s}
-    about = {"format": 1, "student": student, "bench": {}, "software": "rotflex 0", "probe_seed": 7}
+    about = {"format": 2, "student": student, "bench": {}, "software": "rotflex 0", "probe_seed": 7}
     answers = json.dumps({**about, "answers": {"2.12": {"K_s": content}}}).encode()
     return graded(student, MarkRecord("2.12", "K_s", status, 0.0, 2.0, "Well.", ""), answers=answers)
 

@@ -170,7 +170,7 @@ def test_a_misfit_is_relative_to_what_is_wanted_and_infinite_without_it():
 
 
 def file(answers, **changes):
-    book = {"format": 1, "student": "ada", "bench": {"uri": "virtual"}, "software": "rotflex", "probe_seed": 7}
+    book = {"format": 2, "student": "ada", "bench": {"uri": "virtual"}, "software": "rotflex", "probe_seed": 7}
     return json.dumps({**book, "answers": answers} | changes).encode()
 
 

@@ -18,7 +18,7 @@ SEED = 7
 
 
 def file(answers, **changes):
-    book = {"format": 1, "student": "ada", "bench": {"uri": "virtual"}, "software": "rotflex", "probe_seed": SEED}
+    book = {"format": 2, "student": "ada", "bench": {"uri": "virtual"}, "software": "rotflex", "probe_seed": SEED}
     return json.dumps({**book, "answers": answers} | changes).encode()
 
 

@@ -52,7 +52,7 @@ def bench():
 
 def file(contents, **changes):
     """The bytes of an answers.json with plain data for (question, part)."""
-    book = {"format": 1, "student": "ada", "bench": {"uri": "virtual"}, "software": "rotflex", "probe_seed": SEED}
+    book = {"format": 2, "student": "ada", "bench": {"uri": "virtual"}, "software": "rotflex", "probe_seed": SEED}
     answers = {}
     for (question, part), content in contents.items():
         answers.setdefault(question, {})[part] = content

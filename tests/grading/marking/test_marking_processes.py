@@ -39,7 +39,7 @@ def course(tmp_path_factory):
 
 
 def answers(student):
-    book = {"format": 1, "student": student, "bench": {"uri": "virtual"}, "software": "rotflex", "probe_seed": 1}
+    book = {"format": 2, "student": student, "bench": {"uri": "virtual"}, "software": "rotflex", "probe_seed": 1}
     number = {"kind": "number", "value": TrueBench(student).omega_n}
     return json.dumps({**book, "answers": {"2.11": {"omega_n": number}}}).encode()
 

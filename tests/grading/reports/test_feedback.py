@@ -40,7 +40,7 @@ def seen(text):
 
 
 def run(answers=None, **more):
-    content = {"format": 1, "student": "ada", "bench": {}, "software": "rotflex", "probe_seed": 7}
+    content = {"format": 2, "student": "ada", "bench": {}, "software": "rotflex", "probe_seed": 7}
     data = None if answers is None else json.dumps({**content, "answers": answers}).encode()
     return RunRecord("k", "ada", "s", "m", "rotflex", 7, "Run in isolation.", data, **more)
 

@@ -148,7 +148,7 @@ def sweep_of(name, run=1):
 
 
 def book_with(student, recording):
-    about = {"format": 1, "student": student, "bench": {}, "software": "rotflex 0", "probe_seed": 7}
+    about = {"format": 2, "student": student, "bench": {}, "software": "rotflex 0", "probe_seed": 7}
     return json.dumps({**about, "answers": {"2.9": {"sweep": recording}}}).encode()
 
 
@@ -294,7 +294,7 @@ def course():
 
 
 def answered(student, value, status, bench_of=""):
-    about = {"format": 1, "student": student, "bench": {}, "software": "rotflex 0", "probe_seed": 7}
+    about = {"format": 2, "student": student, "bench": {}, "software": "rotflex 0", "probe_seed": 7}
     content = {**about, "answers": {"2.11": {"omega_n": {"kind": "number", "value": value}}}}
     facts = Facts(bench_of=bench_of or student, policy=BenchPolicy()).as_json()
     marks = MarkRecord("2.11", "omega_n", status, 0.0, 2.0, "Well.", "")

@@ -98,11 +98,3 @@ def test_what_was_recorded_at_home_is_a_claim_of_ones_own_answers(data, cells, s
     found = made(*answered("q1", "x = 1"), claim=data)
     assert (None if found.claim is None else found.claim.cells) == cells
     assert (said in "".join(found.notes)) and bool(found.notes) == bool(said)
-
-
-@pytest.mark.parametrize(("version", "knows"), [(1, False), (2, True)])
-def test_a_claim_of_the_first_format_knows_no_cells(version, knows):
-    data = json.loads(claim(format=version))
-    if version == 1:
-        data.pop("cells")
-    assert made(claim=json.dumps(data).encode()).claim.knows_cells == knows

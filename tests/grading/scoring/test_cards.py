@@ -98,7 +98,7 @@ def test_formulas_are_shown_as_formulas(book):
 
 
 def test_the_students_figure_is_drawn_beside_what_it_belongs_to(book):
-    content = {"format": 1, "student": "ada", "bench": {}, "software": "rotflex 0", "probe_seed": 7}
+    content = {"format": 2, "student": "ada", "bench": {}, "software": "rotflex 0", "probe_seed": 7}
     answers = json.dumps({**content, "answers": {"2.10": {"figure": {"kind": "figure", "axes": [FIGURE]}}}}).encode()
     found = shown(book, WHOLE, text(WHOLE), text(ANALYSIS), answers=answers)
     ((name, drawn),) = found.first.figures

@@ -138,7 +138,7 @@ def test_its_texts_are_missing_nowhere_until_it_is_gone_again(lab, folder, capsy
 
 def test_a_report_that_is_made_of_empty_cells_is_no_document_of_ones_own(lab, folder):
     (folder / NAME).write_bytes(composed())
-    assert lab.report_files.own("First report") is None
+    assert lab.own_document("First report") is None
     assert "missing: First report Procedure" in report_files.outline(CATALOGUE, "First report", lab)
     assert report_files.is_composed(writing.written(of_text("Words.")).pdf)
     assert not report_files.is_composed(typeset())
@@ -232,4 +232,3 @@ def test_a_name_says_which_of_two_files_a_mark_was_given_for():
     assert one.given != other.given
     assert report_files.is_given(f"A text.\n\n{one.given}") and not report_files.is_given("[PDF: x.pdf]")
     assert report_files.without_digests(one.given) == f"[PDF: {NAME}]"
-    assert report_files.ReportFile.from_plain(one.plain()) == one
