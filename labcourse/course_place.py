@@ -61,8 +61,8 @@ def _without_name(notebooks: Collection[str]) -> tuple[Path, list[str]]:
 
 def is_course(folder: Path, notebooks: Collection[str]) -> bool:
     """Check whether somebody works on the course in a folder. One or two notebooks may be there by chance."""
-    there = sum(os.path.isfile(folder / name) for name in notebooks)
-    return os.path.isfile(folder / COURSE_FILE) or 2 * there > len(notebooks)
+    count = sum(os.path.isfile(folder / name) for name in notebooks)
+    return os.path.isfile(folder / COURSE_FILE) or 2 * count > len(notebooks)
 
 
 def remember(folder: Path) -> None:

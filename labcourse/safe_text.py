@@ -44,8 +44,8 @@ def spreadsheet_cell(text: str) -> str:
 
 def from_spreadsheet_cell(text: str) -> str:
     """Remove the signs that :func:`spreadsheet_cell` puts before formulas."""
-    plain = re.sub(r"^'(?=[ \u3000\xa0]*[=+\-@＝＋－＠\t\r\n])|(?<=[;\s\"])'(?=[=+\-@＝＋－＠])", "", text)
-    return plain if spreadsheet_cell(plain) == text else text
+    original = re.sub(r"^'(?=[ \u3000\xa0]*[=+\-@＝＋－＠\t\r\n])|(?<=[;\s\"])'(?=[=+\-@＝＋－＠])", "", text)
+    return original if spreadsheet_cell(original) == text else text
 
 
 def as_csv(rows: Iterable[Iterable[str]]) -> str:

@@ -51,7 +51,7 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
         ),
     ),
     "answers, session, files of a course": (
-        3770,
+        3771,
         (
             "labcourse/*.py",
             "labcourse/answers/**/*.py",

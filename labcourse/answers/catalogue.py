@@ -8,7 +8,7 @@ from difflib import get_close_matches
 from typing import TYPE_CHECKING, Any
 
 from labcourse.answers.parts import Question, ReportItem, prose, whole
-from labcourse.answers.predictions import Foretold
+from labcourse.answers.predictions import Predictable
 from labcourse.errors import AnswerError
 
 if TYPE_CHECKING:
@@ -49,7 +49,7 @@ class Catalogue:
         report_items: Iterable[ReportItem] = (),
         reports: Mapping[str, tuple[str, str, str]] | None = None,
         outcomes: Mapping[str, str] | None = None,
-        predictions: Mapping[str, tuple[Foretold, ...]] | None = None,
+        predictions: Mapping[str, tuple[Predictable, ...]] | None = None,
         starts: Iterable[Start] = (),
     ) -> None:
         self.starts = tuple(starts)
@@ -109,8 +109,8 @@ class Catalogue:
             near = get_close_matches(number, self.everything, n=1)
             meant = f" Did you mean {near[0]!r}?" if near else ""
             others = [repr(name) for name in (*self.tables, *self.reports)]
-            there = enumeration([*spans([*self.warm_up, *self.questions]), *others])
-            raise AnswerError(f"There is no question {number!r}.{meant} There are {there}.")
+            known = enumeration([*spans([*self.warm_up, *self.questions]), *others])
+            raise AnswerError(f"There is no question {number!r}.{meant} There are {known}.")
         return self.everything[number]
 
     def find_marked(self, number: Any) -> Question:

@@ -136,8 +136,8 @@ def _line(axis: Any, artist: Any, x: NDArray[np.float64], y: NDArray[np.float64]
 
 
 def _thinned(line: dict[str, Any], points: int) -> dict[str, Any]:
-    kept = thin(line["n"], min(points, bounds.CURVE_POINTS))
-    return {**line, "x": rounded(line["x"][kept]), "y": rounded(line["y"][kept])}
+    places = thin(line["n"], min(points, bounds.CURVE_POINTS))
+    return {**line, "x": rounded(line["x"][places]), "y": rounded(line["y"][places])}
 
 
 def _within(values: NDArray[np.float64], limits: tuple[float, float]) -> NDArray[np.bool_]:
@@ -163,8 +163,8 @@ def _label(axis: Any, which: str) -> str:
 
 def _same_column(axis: Any, other: Any) -> bool:
     """Whether another diagram stands above or below, as wide and over the same stretch."""
-    places = np.array([one.get_position().intervalx for one in (axis, other)])
-    limits = np.array([one.get_xlim() for one in (axis, other)])
+    places = np.array([diagram.get_position().intervalx for diagram in (axis, other)])
+    limits = np.array([diagram.get_xlim() for diagram in (axis, other)])
     return bool(
         np.ptp(places, axis=0).max() <= _SAME_PLACE and np.allclose(limits[0], limits[1], rtol=_SAME_PLACE, atol=0)
     )

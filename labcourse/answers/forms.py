@@ -407,9 +407,9 @@ def encode_recording(part: Part, value: Any) -> tuple[Fields, Hints]:
         raise FormError(f"the recording lacks {' and '.join(missing)}; it has {', '.join(value.channels)}")
     if len(value) > bounds.MOST_SAMPLES:
         raise FormError("the recording is too long: cut out the part that matters with recording.between(start, stop)")
-    kept = thin(len(value), bounds.RECORDING_POINTS)
+    places = thin(len(value), bounds.RECORDING_POINTS)
     channels = {
-        name: {"unit": channel.unit, "values": rounded(channel.values[kept])}
+        name: {"unit": channel.unit, "values": rounded(channel.values[places])}
         for name, channel in value.channels.items()
         if name in part.units
     }

@@ -1,6 +1,6 @@
 """What a student expects of an experiment before it: recorded once, shown beside what was recorded, never marked.
 
-A course declares what can be predicted (:class:`Foretold`, in its catalogue). What a student predicts is stored in
+A course declares what can be predicted (:class:`Predictable`, in its catalogue). What a student predicts is stored in
 ``answers.json``, ``{question: {"said": {name: answer}, "why": sentence}}``; that it was said before the experiment is
 their word. The functions of a session return the lines to be printed.
 """
@@ -21,11 +21,11 @@ if TYPE_CHECKING:
     from labcourse.answers.answers import AnswerBook
 
 SECTION = "predictions"  #: of answers.json
-Predictions = Mapping[str, tuple["Foretold", ...]]
+Predictions = Mapping[str, tuple["Predictable", ...]]
 
 
 @dataclass(frozen=True)
-class Foretold:
+class Predictable:
     """Something that can be predicted of an experiment.
 
     Attributes
@@ -42,7 +42,7 @@ class Foretold:
     ask: str
 
 
-def of_question(predictions: Predictions, question: Any) -> dict[str, Foretold]:
+def of_question(predictions: Predictions, question: Any) -> dict[str, Predictable]:
     """Return what can be predicted of a question's experiment, by name.
 
     Raises
@@ -50,25 +50,25 @@ def of_question(predictions: Predictions, question: Any) -> dict[str, Foretold]:
     AnswerError
         If nothing can; the message names the questions of which something can.
     """
-    foretold = predictions.get(question) if isinstance(question, str) else None
-    if not foretold:
+    predictable = predictions.get(question) if isinstance(question, str) else None
+    if not predictable:
         raise AnswerError(
             f"Nothing is predicted of {question!r:.40}; there is something to predict of "
             f"{', '.join(predictions) or 'no question'}."
         )
-    return {item.part.name: item for item in foretold}
+    return {item.part.name: item for item in predictable}
 
 
-def shown(foretold: tuple[Foretold, ...], stored: Mapping[str, Any]) -> Iterator[tuple[Foretold, Any, str]]:
-    """Read predictions strictly: what was predicted, the value, and a description. Unreadable ones are left out.
+def read(predictable: tuple[Predictable, ...], stored: Mapping[str, Any]) -> Iterator[tuple[Predictable, Any, str]]:
+    """Read stored predictions: what can be predicted, the prediction, and a description. Skip unreadable ones.
 
     Parameters
     ----------
-    foretold : what can be predicted of the question
+    predictable : what can be predicted of the question
     stored : what ``answers.json`` has of it
     """
     said = stored.get("said", {})
-    for item in foretold:
+    for item in predictable:
         if item.part.name in said:
             try:
                 value = forms.decode(item.part, said[item.part.name])
@@ -77,8 +77,8 @@ def shown(foretold: tuple[Foretold, ...], stored: Mapping[str, Any]) -> Iterator
             yield item, value, forms.show(item.part, said[item.part.name])
 
 
-def beside(item: Foretold, find: Callable[[str, str], Any]) -> str | None:
-    """Describe what the recordings show of a prediction; None if there are none yet.
+def describe_result(item: Predictable, find: Callable[[str, str], Any]) -> str | None:
+    """Describe the recorded result of something that can be predicted; None without recordings.
 
     Parameters
     ----------
@@ -114,13 +114,13 @@ def predict(book: AnswerBook, predictions: Predictions, question: str, said: Map
     return [f"{question}  {_recorded(book, question, known[name].part, value)}" for name, value in said.items()]
 
 
-def _descriptions(book: AnswerBook, question: str, known: Mapping[str, Foretold]) -> dict[str, str]:
+def _descriptions(book: AnswerBook, question: str, known: Mapping[str, Predictable]) -> dict[str, str]:
     """Describe what was predicted of a question's experiment, by name."""
-    predicted = shown(tuple(known.values()), book.predicted(question))
+    predicted = read(tuple(known.values()), book.predicted(question))
     return {item.part.name: text for item, _value, text in predicted}
 
 
-def _asked(item: Foretold) -> str:
+def _asked(item: Predictable) -> str:
     return f"{item.part.name} ({', '.join(map(repr, item.part.choices)) or item.part.unit}): {item.part.prompt}"
 
 
@@ -157,7 +157,7 @@ def observed(
     AnswerError
         If nothing can be predicted of the question, or ``why`` is not a sentence.
     """
-    foretold = of_question(predictions, question)
+    predictable = of_question(predictions, question)
     if why is not None and not isinstance(why, str):
         raise AnswerError(f"why should be a sentence, text between quotes; it is a {type(why).__name__}.")
     sentence = clean(why or "").strip()
@@ -165,11 +165,11 @@ def observed(
         raise AnswerError(f"One sentence is asked for: at most {bounds.LONGEST_SENTENCE} characters.")
     if sentence and sentence != book.predicted(question).get("why"):
         book.predict(question, {}, sentence)
-    said = _descriptions(book, question, foretold)
+    said = _descriptions(book, question, predictable)
     lines = []
-    for name, item in foretold.items():
+    for name, item in predictable.items():
         lines.append(f"{question}  You predicted {said.get(name, 'nothing here')}.")
-        if seen := beside(item, find):
+        if seen := describe_result(item, find):
             lines += [f"      Recorded: {seen}.", f"      {item.ask}"]
         else:
             missing = ", ".join(" ".join(where) for where in item.found_in)
@@ -187,5 +187,6 @@ def value(book: AnswerBook, predictions: Predictions, question: str, name: str) 
     AnswerError
         If nothing can be predicted of the question.
     """
-    foretold = tuple(of_question(predictions, question).values())
-    return {item.part.name: value for item, value, _text in shown(foretold, book.predicted(question))}.get(name)
+    known = tuple(of_question(predictions, question).values())
+    values = {item.part.name: value for item, value, _text in read(known, book.predicted(question))}
+    return values.get(name)

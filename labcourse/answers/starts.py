@@ -91,7 +91,7 @@ def chosen(course: Mapping[str, Any], catalogue: Catalogue) -> Start | None:
     return find(catalogue, given["from"])
 
 
-def plain(start: Start, values: Values | None) -> dict[str, Any]:
+def as_json(start: Start, values: Values | None) -> dict[str, Any]:
     """Return the entry "given" of ``course.json``. Without values, each student's session works them out."""
     if values is None:
         return {"from": start.name}
@@ -148,8 +148,8 @@ def narrowed(catalogue: Catalogue, start: Start | None) -> Catalogue:
         },
         outcomes=catalogue.outcomes,
         predictions={
-            number: foretold
-            for number, foretold in catalogue.predictions.items()
+            number: predictable
+            for number, predictable in catalogue.predictions.items()
             if catalogue.everything[number].notebook not in start.skips
         },
         starts=catalogue.starts,

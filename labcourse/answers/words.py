@@ -56,7 +56,7 @@ class Words:
     text: str
     pictures: Mapping[str, bytes] = field(default_factory=dict)
 
-    def plain(self) -> dict[str, Any]:
+    def as_json(self) -> dict[str, Any]:
         """Return the answer as JSON data, with pictures in base64."""
         return {
             "text": self.text,
@@ -64,8 +64,8 @@ class Words:
         }
 
     @classmethod
-    def from_plain(cls, content: Mapping[str, Any]) -> Words:
-        """Read what :meth:`plain` returned.
+    def from_json(cls, content: Mapping[str, Any]) -> Words:
+        """Read what :meth:`as_json` returned.
 
         Raises
         ------
@@ -376,9 +376,9 @@ class SavedWords:
         except (OSError, NotebookError) as error:
             self.notices.append(f"{path.name} could not be read for answers in words: {files.reason(error)}")
             return {}
-        found = written(own_masters(notebook.content["cells"]), notebook.cells, with_pictures=False)
-        asked = {f"{path.name}: {question}": None for question in found.asked}
-        self.notices += [f"{path.name}: {problem}" for problem in found.problems]
+        answers = written(own_masters(notebook.content["cells"]), notebook.cells, with_pictures=False)
+        asked = {f"{path.name}: {question}": None for question in answers.asked}
+        self.notices += [f"{path.name}: {problem}" for problem in answers.problems]
         self.notices += [question for question in asked if question not in self._asked]
         self._asked.update(asked)
-        return {where: answer.text for where, answer in found.words.items()}
+        return {where: answer.text for where, answer in answers.words.items()}

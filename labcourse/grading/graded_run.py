@@ -81,7 +81,7 @@ def words_as_json(words: Mapping[Where, Words]) -> dict[str, dict[str, Any]]:
     """Return answers in words as :attr:`RunRecord.words` stores them."""
     stored: dict[str, dict[str, Any]] = {}
     for (question, part), answer in words.items():
-        stored.setdefault(question, {})[part] = answer.plain()
+        stored.setdefault(question, {})[part] = answer.as_json()
     return stored
 
 
@@ -105,7 +105,7 @@ def marking_job(run: RunRecord) -> MarkingJob:
     missing = {(question, part): reason for question, part, reason in facts.missing}
     context = Context(missing, supplied_parts(run), facts.asked, facts.start, facts.reports_in_pdf)
     words = {
-        (question, part): Words.from_plain(content)
+        (question, part): Words.from_json(content)
         for question, parts in run.words.items()
         for part, content in parts.items()
     }

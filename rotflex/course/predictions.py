@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from labcourse.answers.parts import choice, number
-from labcourse.answers.predictions import Foretold
+from labcourse.answers.predictions import Predictable
 from rotflex.units import DEG
 
 Kept = Mapping[str, Any]  # a recording as the answers have it: 400 points of each channel
@@ -50,7 +50,7 @@ def _arm_swings(partial: Kept, full: Kept) -> str:
 
 PREDICTIONS = {
     "2.9": (
-        Foretold(
+        Predictable(
             number(
                 "time_of_largest_swing",
                 "s",
@@ -65,7 +65,7 @@ PREDICTIONS = {
         ),
     ),
     "2.15": (
-        Foretold(
+        Predictable(
             choice(
                 "turns_farther",
                 ("bench", "model", "about the same"),
@@ -80,7 +80,7 @@ PREDICTIONS = {
         ),
     ),
     "3.13": (
-        Foretold(
+        Predictable(
             number(
                 "largest_deflection_deg",
                 "deg",
@@ -95,7 +95,7 @@ PREDICTIONS = {
         ),
     ),
     "3.15": (
-        Foretold(
+        Predictable(
             choice(
                 "arm_swings",
                 ("longer", "about as long", "less long"),

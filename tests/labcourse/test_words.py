@@ -317,10 +317,10 @@ def test_a_photograph_stands_upright_and_a_transparent_picture_is_on_white():
 
 def test_words_as_plain_data_and_back():
     given = Words("It bends.", {"attachment:a.png": png()})
-    assert Words.from_plain(given.plain()) == given
+    assert Words.from_json(given.as_json()) == given
     for broken in ({}, {"text": "x", "pictures": {"a": "%"}}, {"text": "x", "pictures": 3}):
         with pytest.raises(ValueError):
-            Words.from_plain(broken)
+            Words.from_json(broken)
 
 
 GERMAN = "*Hier doppelklicken und anstelle dieser Zeile schreiben.*"

@@ -252,4 +252,4 @@ def _predicted(decided: MarkSettings, run: RunRecord | None, catalogue: Catalogu
     except AnswerError:
         return 0
     asked = {number: foretold for number, foretold in catalogue.predictions.items() if number not in decided.drop}
-    return sum(len([*predictions.shown(foretold, said.get(number, {}))]) for number, foretold in asked.items())
+    return sum(len([*predictions.read(foretold, said.get(number, {}))]) for number, foretold in asked.items())

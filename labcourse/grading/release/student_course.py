@@ -217,10 +217,10 @@ def _given(course: Course) -> dict[str, Any]:
     """Return what is given; with own benches it has no values, because each student's session works them out."""
     start, bench = starts.find(course.catalogue, course.settings.given), course.settings.bench
     if bench.which == OWN:
-        return starts.plain(start, None)
+        return starts.as_json(start, None)
     if course.given is None:
         raise GradingError("The course does not say what is given: course.py should define it (Course.given).")
-    return starts.plain(start, course.given(start.name, "", bench))
+    return starts.as_json(start, course.given(start.name, "", bench))
 
 
 def _copy_package(package: Path, target: Path) -> None:

@@ -41,8 +41,8 @@ def predicted(run: RunRecord | None, catalogue: Catalogue) -> dict[str, Predicte
     for number, foretold in catalogue.predictions.items():
         about = kept.get(number, {})
         lines = []
-        for one, _value, words in predictions.shown(foretold, about):
-            seen = predictions.beside(one, find)
+        for one, _value, words in predictions.read(foretold, about):
+            seen = predictions.describe_result(one, find)
             lines.append(f"{words}; recorded: {seen}" if seen else words)
         why = clean(about.get("why", ""))
         if lines or why:

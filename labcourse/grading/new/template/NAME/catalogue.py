@@ -20,7 +20,7 @@ from labcourse.answers.parts import (
     prose,
     recording,
 )
-from labcourse.answers.predictions import Foretold
+from labcourse.answers.predictions import Predictable
 from labcourse.answers.probes import Probe
 
 LAB, REPORT = "01_first_lab", "02_report"  # notebooks
@@ -77,7 +77,7 @@ CATALOGUE = Catalogue(
     outcomes={"measures": "measures with care", "models": "finds a model, and its limits"},
     predictions={
         "1.1": (
-            Foretold(
+            Predictable(
                 number("half", "s", (0.0, 100.0), "", "When will the oven be half as warm as in the end?", points=0),
                 (("1.1", "run"),),
                 warm_up_time,
