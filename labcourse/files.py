@@ -1,4 +1,4 @@
-"""Read untrusted files, and write files atomically: there is the old file or the new one, and nothing beside it."""
+"""Read untrusted files, and write files atomically: a crash leaves the old file or the new one."""
 
 from __future__ import annotations
 

@@ -57,9 +57,9 @@ def open_jupyterlab(folder: Path, options: list[str]) -> int:
 def environment() -> dict[str, str]:
     """Return the environment variables that JupyterLab needs.
 
-    The token is in no log: with one of its own making, JupyterLab prints its address in five lines. The folder of
-    settings keeps it from asking, over a student's first picture, whether they want its news. Each kernel runs
-    ``jupyter/startup.py`` at its start, unless the user has such a file.
+    With a token from the environment, JupyterLab prints its address in one line instead of five, and writes it to no
+    log. The folder of settings switches off its question about news, which would cover a student's first picture.
+    Each kernel runs ``jupyter/startup.py`` at its start, unless the user has such a file.
     """
     paths = [os.environ.get("JUPYTER_CONFIG_PATH", ""), str(kernels.SETTINGS)]
     variables = {"JUPYTER_CONFIG_PATH": os.pathsep.join(filter(None, paths))}

@@ -61,17 +61,17 @@ class CourseServer(ServerApp):
     def start_app(self) -> None:
         """Start to serve, and print the address.
 
-        Root, which is usual in a container, needs no option while only this machine is let in.
+        Root, the usual user in a container, may start it without an option if only this machine can connect.
         """
         self.allow_root = self.allow_root or self.ip in _LOCAL
         self.open_browser = self.open_browser and has_browser()
         super().start_app()
-        # It listens when its loop runs: the callback before this one sees to it.
+        # An earlier callback of this loop begins to listen.
         self.io_loop.add_callback(print, f"JupyterLab runs at {self.address}  (Ctrl-C ends it.)", flush=True)
 
     @property
     def address(self) -> str:
-        """The address of the first page on this machine, with the token. A container makes up its host's name."""
+        """The address of the first page, with the token. It avoids a container's host name, which is invented."""
         url = urllib.parse.urlsplit(self.local_url if self.ip in _EVERYWHERE else self.public_url)
         token = self.identity_provider.token
         return url._replace(query=f"token={urllib.parse.quote(token)}" if token else "").geturl()

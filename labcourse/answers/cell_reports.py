@@ -1,8 +1,8 @@
 """Report what becomes of each cell of a run: a line for each event, written while it goes on.
 
-Where notebooks are run, :func:`begin` is called in the process of each before its first cell. A report survives the
-process that wrote it. :func:`labcourse.answers.schema.read_reports` reads it as a claim by a stranger: what a cell can
-do, it can do to its own report, too. This module imports no other of the package: a sandbox has it alone.
+:func:`begin` is called in the process of each notebook before its first cell. Reports remain if that process dies.
+Reports are not trusted, because a student's code can change them: :func:`labcourse.answers.schema.read_reports` reads
+them strictly. This module imports no other module of the package, because a sandbox has no other.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
-LEFT = "exit()"  #: the type of error of a cell that ended Python, which is none
+LEFT = "exit()"  #: the type of error that stands for a cell that ended Python
 REPORTS_FILE = "cell_reports.jsonl"  #: in the folder in which notebooks are run
 MAX_BYTES = 1_000_000  #: of the file; a thousand cells with a message each
 LONGEST = 300  #: characters of a message, or a name

@@ -369,9 +369,9 @@ class Names:
 def without_time(expression: Any, names: Names) -> Any:
     """Return a sympy expression with symbols in place of functions of time and of derivatives by it.
 
-    ``x(t)`` becomes ``x``, its second derivative ``x_ddot``, and so does the first of ``x_dot(t)``. What is
-    differentiated by a symbol that is not given, such as ``t``, and is made of plain symbols is taken for functions of
-    it: else a derivative of ``x`` by ``t`` would be zero.
+    ``x(t)`` becomes ``x``; its second derivative and the first derivative of ``x_dot(t)`` become ``x_ddot``. In a
+    derivative by a symbol that is not given, such as ``t``, plain symbols are read as functions of that symbol.
+    Otherwise the derivative of ``x`` by ``t`` would be zero.
     """
     import sympy
     from sympy.core.function import AppliedUndef

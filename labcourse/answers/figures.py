@@ -1,6 +1,6 @@
 """Figures as plain data: their labels, and the points of their curves that lie within the limits of the axes.
 
-What was zoomed out of sight does not count.
+Points outside these limits are ignored.
 """
 
 from __future__ import annotations

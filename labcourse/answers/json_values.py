@@ -20,7 +20,7 @@ class NotAnswered(AnswerError):
     """Nothing has been given yet: the preset is still there."""
 
 
-#: What no file or database should have to bear in a text: control characters, halves of surrogate pairs.
+#: Characters that are not stored in texts: control characters, halves of surrogate pairs.
 UNWRITABLE = re.compile("[\x00-\x08\x0b-\x1f\x7f\ud800-\udfff]")
 
 

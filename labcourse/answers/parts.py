@@ -29,7 +29,7 @@ from labcourse.errors import AnswerError
 
 @dataclass(frozen=True)
 class Usual:
-    """What an answer usually is. Any other is recorded as well, and draws a hint.
+    """What an answer usually is. Other answers are recorded, too, with a hint.
 
     Attributes
     ----------

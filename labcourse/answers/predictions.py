@@ -1,8 +1,8 @@
-"""What a student expects of an experiment before it: recorded once, shown beside what was recorded, never marked.
+"""Students' predictions of experiments: recorded once, shown beside the recorded result, and never marked.
 
 A course declares what can be predicted (:class:`Predictable`, in its catalogue). What a student predicts is stored in
-``answers.json``, ``{question: {"said": {name: answer}, "why": sentence}}``; that it was said before the experiment is
-their word. The functions of a session return the lines to be printed.
+``answers.json``, ``{question: {"said": {name: answer}, "why": sentence}}``. Whether a prediction was made before the
+experiment cannot be checked. The functions of a session return the lines to be printed.
 """
 
 from __future__ import annotations

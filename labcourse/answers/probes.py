@@ -1,8 +1,8 @@
 """Probes: the inputs on which a student's function is tried, and what is kept of its outputs.
 
 A function cannot be stored as plain data, so it is called when it is answered, on inputs drawn from a seed. Grading
-draws the same inputs (with a seed that nobody knew before) and compares the outputs outside. Which probes there are is
-for a course to say.
+draws the same inputs (with a seed that nobody knew before) and compares the outputs outside the sandbox. A course
+defines its probes.
 """
 
 from __future__ import annotations

@@ -391,7 +391,7 @@ def read_answer(part: Part, content: Any) -> Any:
 
 
 def _unread(content: Any, _validate: Any) -> dict[str, Any]:
-    """Leave an answer for :func:`read_answer`: one that is malformed costs itself, and not the file."""
+    """Leave the validation of an answer to :func:`read_answer`, so that a malformed one does not spoil the file."""
     if not isinstance(content, dict):
         raise ValueError("An answer should be an object.")
     return content

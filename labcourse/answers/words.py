@@ -351,7 +351,7 @@ class SavedWords:
     def __init__(self, folder: Path, catalogue: Catalogue) -> None:
         self.notices: list[str] = []
         self._paths = [folder / f"{name}.ipynb" for name in catalogue.notebooks]
-        self._seen: dict[Path, tuple[int, ...] | None] = {}
+        self._versions: dict[Path, tuple[int, ...] | None] = {}
         self._texts: dict[Path, dict[Where, str]] = {}
         self._asked: set[str] = set()  # each question once, and not at each saving
 
@@ -359,8 +359,8 @@ class SavedWords:
         """Read the notebooks that have been saved since."""
         for path in self._paths:
             version = files.version(path)
-            if path not in self._seen or version != self._seen[path]:
-                self._seen[path] = version
+            if version != self._versions.get(path):
+                self._versions[path] = version
                 self._texts[path] = self._read(path) if version else {}
 
     def get(self, question: str, part: str) -> dict[str, Any] | None:

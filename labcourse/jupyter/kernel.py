@@ -1,8 +1,8 @@
-"""A Python kernel that finds a student's modules, and none of them in place of Python's own.
+"""A Python kernel that finds a student's modules, but never uses them in place of Python's or installed ones.
 
-It is run as ``python -P kernel.py``: whatever lies in the folder of the notebooks, nothing of it is imported before a
-cell asks for it. Then it comes last, behind what is installed: what IPython itself imports while cells are typed is no
-student's. (Where work is graded, own modules that are named like installed ones do not come along, either.)
+It is run as ``python -P kernel.py``, so that it imports nothing from the folder of the notebooks at its start. This
+folder is then put last in the search path: modules that IPython imports later are never the student's. (Grading leaves
+out students' modules that are named like installed ones, too.)
 """
 
 import os
