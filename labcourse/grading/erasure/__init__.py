@@ -1,11 +1,11 @@
-"""A person is erased, or has a copy of what is stored about them.
+"""Erase a person, or copy what is stored about them.
 
 ===========  ==========================================================================================
-``others``   what becomes of others' runs and files that name the person
-``results``  the folder of results: what is theirs goes, what is of the class is written anew
-``remains``  where the person is named still: files, hand-ins that were not taken away, settings
+``others``   take the person out of other students' runs and files
+``results``  the folder of results: delete the person's folders, write the files of the class anew
+``remains``  where the person is still named: files, submissions, settings
 ``copied``   all that is stored about a person, as a zip for them
 ===========  ==========================================================================================
 
-What goes from the gradebook, and what its tables let go of, is in :mod:`labcourse.grading.gradebook.persons`.
+What is deleted from the gradebook is in :mod:`labcourse.grading.gradebook.persons`.
 """

@@ -1,4 +1,4 @@
-"""All that is stored about a person, in one zip, for them: a person has a right to a copy."""
+"""Write all that is stored about a person into one zip: a person has a right to a copy."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ RECORD_FILE, HANDED_IN = "record.json", "handed_in"  #: in the zip: all rows; ea
 
 
 def write(path: Path, book: Gradebook, results: Results | None, student: str) -> int:
-    """Write the copy.
+    """Write the copy of a student's data.
 
     Parameters
     ----------
-    path : the zip, in place of one that is there
-    book, results : where it stands
-    student : whose
+    path : the zip; an older file is replaced
+    book, results : where the data is
+    student : ID
 
     Returns
     -------
@@ -41,15 +41,14 @@ def write(path: Path, book: Gradebook, results: Results | None, student: str) ->
     rows, handed_in = book.persons.everything_of(student)
     packed = io.BytesIO()
     with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as made:
-        made.writestr(RECORD_FILE, json.dumps(rows, indent=1, ensure_ascii=False, default=_plain) + "\n")
-        for number, one in enumerate(handed_in, start=1):
-            inside = [part for part in PurePosixPath(one.name.replace("\\", "/")).parts if part not in ("..", "/")]
-            made.writestr("/".join((HANDED_IN, f"{number:04} {one.received:%Y-%m-%d}", *inside)), one.content)
+        made.writestr(RECORD_FILE, json.dumps(rows, indent=1, ensure_ascii=False, default=_as_json) + "\n")
+        for number, file in enumerate(handed_in, start=1):
+            inside = [part for part in PurePosixPath(file.name.replace("\\", "/")).parts if part not in ("..", "/")]
+            made.writestr("/".join((HANDED_IN, f"{number:04} {file.received:%Y-%m-%d}", *inside)), file.content)
         for folder in results.own(student) if results is not None else ():
             within = folder.parent.relative_to(results.folder) if results is not None else Path()
-            for file in sorted(folder.rglob("*")):
-                if file.is_file():
-                    made.write(file, PurePosixPath(within, file.relative_to(folder.parent)).as_posix())
+            for page in filter(Path.is_file, sorted(folder.rglob("*"))):
+                made.write(page, PurePosixPath(within, page.relative_to(folder.parent)).as_posix())
     try:
         files.write(path, packed.getvalue())
     except OSError as error:
@@ -57,7 +56,7 @@ def write(path: Path, book: Gradebook, results: Results | None, student: str) ->
     return len(handed_in)
 
 
-def _plain(value: Any) -> Any:
+def _as_json(value: Any) -> Any:
     if isinstance(value, datetime | date):
         return value.isoformat()
     return bytes(value).decode("utf-8", "replace")  # what a run left is JSON

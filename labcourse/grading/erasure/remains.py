@@ -1,4 +1,4 @@
-"""Where a person who is erased is named still, as far as it can be looked: it is told, and is somebody's to decide."""
+"""Find where a person who is erased is still named, for the instructor to decide."""
 
 from __future__ import annotations
 
@@ -18,16 +18,14 @@ MOST_BYTES = 50_000_000  #: of a file that is looked into; a class's answers in 
 
 
 def in_folder(folder: Path, about: StudentRecord) -> Iterator[str]:
-    """The files of a folder of results that name somebody, and those that cannot be looked into, in words."""
+    """Yield the files of a folder of results that name somebody, and those that cannot be read."""
     person = Person(about, 0)
     for path in sorted(folder.rglob("*")) if folder.is_dir() else ():
         if not path.is_file() or path.name.startswith(GRADEBOOK_FILE):
             continue
         if person.named_in(str(path.relative_to(folder))):
             yield f"{path}: its name"
-        elif path.suffix.lower() in _UNREADABLE:
-            continue  # those of this software go with the folder of their student
-        else:
+        elif path.suffix.lower() not in _UNREADABLE:  # those of this software go with the folder of their student
             try:
                 if _names(path, person):
                     yield str(path)
@@ -41,24 +39,26 @@ def _names(path: Path, person: Person) -> bool:
             raise OSError
         return person.named_in(path.read_bytes())
     with zipfile.ZipFile(path) as packed:
-        if any(one.file_size > MOST_BYTES for one in packed.infolist()):
+        files = packed.infolist()
+        if any(file.file_size > MOST_BYTES for file in files):
             raise OSError
-        return any(person.named_in(one.filename) or person.named_in(packed.read(one)) for one in packed.infolist())
+        return any(person.named_in(file.filename) or person.named_in(packed.read(file)) for file in files)
 
 
 def in_submissions(submissions: Path, book: Gradebook, student: str) -> Iterator[str]:
-    """What a folder of submissions holds that is a person's, in words. The person has to be in the gradebook still."""
-    for one in intake.find(submissions, [about for about in book.students() if about.enrolled]).submissions:
-        if caseless(one.student) == caseless(student):
-            yield from (str(submissions / piece.source) for piece in one.pieces)
-        elif caseless(student) in map(caseless, (one.bench_of, *one.partners)):
-            for piece in one.pieces:
-                yield f"{submissions / piece.source}, which is also {one.student}'s"
+    """Yield what a person handed in of a folder of submissions. The person has to be in the gradebook still."""
+    enrolled = [about for about in book.students() if about.enrolled]
+    for submission in intake.find(submissions, enrolled).submissions:
+        paths = [submissions / piece.source for piece in submission.pieces]
+        if caseless(submission.student) == caseless(student):
+            yield from map(str, paths)
+        elif caseless(student) in map(caseless, (submission.bench_of, *submission.partners)):
+            yield from (f"{path}, which is also {submission.student}'s" for path in paths)
 
 
 def in_settings(course: Course, about: StudentRecord) -> Iterator[str]:
-    """Where the course's settings name somebody, in words."""
-    known_by = {caseless(one) for one in (about.student, *about.aliases)}
-    for one in course.settings.extensions:
-        if known_by & set(map(caseless, one.students)):
-            yield f"course.toml, in an extension until {one.until:%Y-%m-%d}"
+    """Yield where the course's settings name somebody."""
+    names = set(map(caseless, (about.student, *about.aliases)))
+    for extension in course.settings.extensions:
+        if names & set(map(caseless, extension.students)):
+            yield f"course.toml, in an extension until {extension.until:%Y-%m-%d}"

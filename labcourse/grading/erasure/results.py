@@ -1,4 +1,4 @@
-"""The folder of results when a person is erased: what is theirs goes, what is made of the class is written anew."""
+"""Erase a person in the folder of results: delete their own folders, and write the files of the class anew."""
 
 from __future__ import annotations
 
@@ -22,29 +22,29 @@ class Results:
     Parameters
     ----------
     folder : the folder; it need not be there
-    course : whose questions these are
+    course : the course
     """
 
     def __init__(self, folder: Path, course: Course) -> None:
         self.folder, self._course = folder, course
 
     def own(self, student: str) -> list[Path]:
-        """The folders of one student alone."""
-        holders = [one for one in (self.folder, self.folder / sheet_files.FOLDER) if one.is_dir()]
+        """Return the folders of one student alone."""
+        holders = filter(Path.is_dir, (self.folder, self.folder / sheet_files.FOLDER))
         inside = (path for holder in holders for path in sorted(holder.iterdir()) if path.is_dir())
         return [path for path in inside if caseless(path.name) == caseless(student)]
 
     def of_class(self) -> list[Path]:
-        """The files that are made of the whole class, as far as they are there."""
+        """Return the files that are made of the whole class, if they exist."""
         return [self.folder / name for names in self._writers() for name in names if (self.folder / name).is_file()]
 
     def remove(self, student: str) -> None:
-        """Take away what is of one student alone, and what is made of the whole class, until it is written anew.
+        """Delete the folders of one student, and the files of the whole class, until they are written anew.
 
         Raises
         ------
         GradingError
-            If something cannot be taken away.
+            If something cannot be deleted.
         """
         try:
             for folder in self.own(student):
@@ -57,19 +57,19 @@ class Results:
             ) from None
 
     def write(self, book: Gradebook, there: list[Path]) -> list[str]:
-        """Write those of the class's files anew that were there, of who is left; in words, what could not be."""
-        before, untold = {path.name for path in there}, []
+        """Write files of the class anew, without the student; return a sentence on each that could not be written."""
+        before, unwritten = {path.name for path in there}, []
         for names, write in self._writers().items():
             if before & set(names) and book.students():
                 try:
                     write(book)
                 except GradingError as error:
                     missing = ", ".join(sorted(before & set(names)))
-                    untold.append(f"{missing}: taken away, and not written anew. {error}")
-        return untold
+                    unwritten.append(f"{missing}: taken away, and not written anew. {error}")
+        return unwritten
 
     def _writers(self) -> dict[tuple[str, ...], Callable[[Gradebook], object]]:
-        """Files that are written together → what writes them."""
+        """Return the names of files that are written together → what writes them."""
         report = (class_report.PAGE_FILE, class_report.TABLE_FILE, class_report.STUDENTS_FILE)
         return {
             (GRADES_FILE, HINTS_FILE): lambda book: Reports(self.folder, self._course, book).write_all(),
@@ -79,10 +79,9 @@ class Results:
         }
 
     def _write_sheets(self, book: Gradebook) -> None:
-        """Those of the students who have some: there may be sheets of a few only."""
-        there = {caseless(one.name) for one in (self.folder / sheet_files.FOLDER).iterdir() if one.is_dir()}
-        known = {caseless(one.student): one.student for one in book.students()}
-        if left := [known[one] for one in sorted(there) if one in known]:
+        """Write the sheets of students who have some: there may be sheets of a few only."""
+        folders = {caseless(path.name) for path in (self.folder / sheet_files.FOLDER).iterdir() if path.is_dir()}
+        if left := [about.student for about in book.students() if caseless(about.student) in folders]:
             sheet_files.write(self.folder, self._course, book, left)
 
     def _write_class(self, book: Gradebook) -> None:

@@ -6,9 +6,8 @@
 ``database``    SQLite or PostgreSQL behind two kinds of transactions, reading and writing; the version of the tables
 ``storable``    untrusted text and data, as every database accepts them
 ``roster``      the CSV of a class → students
-``marks``       students, marks that count, decisions and the audit trail, inside a transaction
-``persons``     a copy of all data of a person, and erasing it, one transaction a method
-``store``       :class:`Gradebook`, with scoring and requests to look again, one transaction a method
+``persons``     look up students and their records; copy and erase all data of a person
+``store``       :class:`Gradebook`, with marks that count, the audit trail, scoring and requests
 ==============  ======================================================================================================
 
 It is a general package: it knows of students, questions and points, but of no course, and depends on

@@ -21,7 +21,7 @@ _STAYS = "an erasure stays as it is"
 _GONE = "UPDATE erasures SET gone = number WHERE number = OLD.id"
 #: Table that only grows → what a refusal says.
 _GROWING = {"audit": "the audit trail only grows", "scores": "what scorers did only grows"}
-#: Who is being erased just now: the marker that takes the place of each word that names them.
+#: Persons who are being erased: each word that names them, and the marker that replaces it.
 _BEING_ERASED = """
 CREATE VIEW being_erased AS
 SELECT '[erased ' || erasures.number || ']' AS mark, names.word AS word
@@ -39,7 +39,7 @@ def _same(old: str, new: str) -> str:
 
 
 def _struck(old: str, new: str) -> str:
-    """Return the condition that a text is as before, but for names of who is being erased."""
+    """Return the condition that a text is as before, but for names of persons who are being erased."""
     return (
         f"({_same(old, new)} OR EXISTS (SELECT 1 FROM being_erased WHERE replace({new}, mark, '') <> {new} "
         f"AND lower(replace({new}, mark, word)) = lower(replace({old}, mark, word))))"

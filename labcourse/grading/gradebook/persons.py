@@ -1,12 +1,12 @@
-"""All data of a person: a copy of it, and erasing it.
+"""Look up students, add their records, copy all data of a person, and erase it.
 
-Erasing deletes every row of the person, and strikes their name out of what others are told. What others wrote and
-handed in is theirs and stays as it is, also where it names the person; so does the name of who gave a mark. Both are
-reported.
+Erasing deletes every row of the person, and strikes their name out of what persons wrote about others' work. What
+others wrote and handed in themselves stays as it is, even if it names the person, and so does the name of the person
+who gave a mark. Both are reported.
 
-A person is named by their ID, name, e-mail address and the other names by which platforms know them, each as a whole. A
-first name alone, or a misspelt name, is not found. Only the letters A to Z match in either case where something is
-struck out: so the guards of the tables can check it (:mod:`.guards`), on every database.
+A person is named by their ID, name, e-mail address and the other names that platforms use for them, each as a whole. A
+first name alone, or a misspelt name, is not found. Where names are struck out, only the letters A to Z match in either
+case, so that the guards of the tables can check it (:mod:`.guards`) on every database.
 """
 
 from __future__ import annotations
@@ -182,7 +182,7 @@ def _is_long_enough(word: str) -> bool:
 
 @dataclass(frozen=True)
 class OfOthers:
-    """What becomes of others' records that name a person. Each function leaves all other records alone.
+    """How records of others change that name a person. Each function leaves all other records alone.
 
     Attributes
     ----------
@@ -197,7 +197,7 @@ class OfOthers:
 
 
 class Persons:
-    """Persons in a gradebook. Each method is one transaction; GradebookError as the gradebook's.
+    """Persons in a gradebook. Each method is one transaction, and raises GradebookError if the database fails.
 
     Parameters
     ----------
@@ -208,14 +208,14 @@ class Persons:
         self._database = database
 
     def erase(self, student: str, actor: str, of_others: OfOthers | None = None) -> Erased:
-        """Erase a person: every row of theirs, and their name in what others are told.
+        """Erase a person: all their rows, and their name in what persons wrote about others' work.
 
-        The file, or the tables of a server, are written anew after it, so that no deleted byte stays in them.
+        The file, or the tables of a server, are rewritten afterwards, so that no deleted byte stays in them.
 
         Parameters
         ----------
-        student, actor : whom, and who does it
-        of_others : what becomes of others' runs and files that name them; they stay as they are unless it is given
+        student, actor : the person to erase, and the person who does it
+        of_others : how others' runs and files that name the person change; they stay as they are if it is not given
 
         Raises
         ------
@@ -228,8 +228,8 @@ class Persons:
             self._database.rebuild()
         except GradebookError as error:
             raise GradebookError(
-                f"{student!r} is erased from the gradebook's tables, but the space where they stood could not be "
-                f"written anew, as the next erasure will do: {error}"
+                f"{student!r} is erased from the gradebook's tables, but the free space could not be overwritten. The "
+                f"next erasure will do it: {error}"
             ) from error
         return done
 
@@ -311,7 +311,7 @@ _DECIDED = "{} is named as who marked, wrote, published or erased"
 
 
 class _Erasing:
-    """The erasure of one person, inside a transaction."""
+    """The erasure of a person, inside a transaction."""
 
     def __init__(self, session: Session, student: str, of_others: OfOthers) -> None:
         about = known_student(session, student)
@@ -337,7 +337,7 @@ class _Erasing:
         return Erased(self._about, counts, tuple(dict.fromkeys(struck)), left, sources, self._person.unsought)
 
     def _hand_over(self) -> None:
-        """Store files that the person handed in as those of others, too, whose work they are by the person's word."""
+        """Store files that the person handed in for partners, too, if only the person handed them in."""
         session, number = self._session, self._number
         theirs = list(session.scalars(select(Delivery).where(Delivery.student_id == number).order_by(Delivery.id)))
         for run in session.scalars(select(RunRecord).where(RunRecord.current, RunRecord.student_id != number)):

@@ -402,10 +402,10 @@ class Answer:
 
     Attributes
     ----------
-    student, question, part : whose, and which
+    student, question, part : the student, and the answer
     mark : as it counts
     acts : on this very answer, in order; without those that were taken back
-    given : the mark as a person gave it, by an act or by ``labcourse mark``; None while nobody has
+    given : the mark as a person gave it, by an act or by ``labcourse mark``; None if nobody gave one
     """
 
     student: str
@@ -426,7 +426,7 @@ class Answer:
 
     @property
     def decision(self) -> Act | None:
-        """The act that the mark comes from; None while it waits, and where ``labcourse mark`` gave it since."""
+        """The act that the mark comes from; None while it waits, and if ``labcourse mark`` replaced it."""
         last = self.last()
         return last if last is not None and last.points is not None and last.left(self.given) else None
 
@@ -477,7 +477,7 @@ class Publication(Base):
 
 
 class Erasure(Base):
-    """That somebody was erased, and nothing of who it was. This table only grows.
+    """A record that somebody was erased, without a name. This table only grows.
 
     Attributes
     ----------

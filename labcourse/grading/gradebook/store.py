@@ -1,9 +1,9 @@
 """A gradebook in three classes: :class:`Gradebook`, and its parts for scoring and for requests.
 
-Each method is one transaction: it is done, or, after an error or a kill, it never was.
+Each method is one transaction: after an error or a kill, nothing of it is stored.
 
-Nothing that a scorer does is lost: each act stays, also one that was taken back. What counts follows from the acts and
-from the decisions that they wrote.
+Nothing that a scorer does is lost: each act stays, even if it is taken back. The marks that count follow from the
+decisions that acts wrote.
 """
 
 from __future__ import annotations
@@ -316,7 +316,7 @@ class Gradebook:
 
         Parameters
         ----------
-        student, question, part : whose, and which
+        student, question, part : the student, and the answer
         points : to give
         reason, actor : for the student, and for the audit trail
         expected : the mark that this one is to replace, as it was seen last; None for whatever is there
@@ -590,7 +590,7 @@ def changed_since(session: Session, before: Current, mark: MarkRecord) -> Gradeb
 
 
 class Scores:
-    """Scoring in a gradebook. Each method is one transaction; all raise GradebookError where the database fails.
+    """Scoring in a gradebook. Each method is one transaction, and raises GradebookError if the database fails.
 
     Parameters
     ----------
@@ -639,7 +639,7 @@ class Scores:
 
         Parameters
         ----------
-        student, where : whose, and which
+        student, where : the student, and the answer
         points, level : given; the level is stored beside the points
         actor : the scorer
         remark : for the student
@@ -688,7 +688,7 @@ class Scores:
     # --- who reads what -----------------------------------------------------------------------------------------------
 
     def claim(self, order: Sequence[str], where: Where, actor: str, seconds: float) -> str | None:
-        """Claim the next answer for a scorer: of the first student in an order whose answer waits and nobody reads.
+        """Claim the next answer for a scorer: of the first student in an order with an answer that waits unread.
 
         It is theirs for a while; a claim that has run out is anybody's. What they had claimed before is released.
 
@@ -722,7 +722,7 @@ class Scores:
         Returns
         -------
         str or None
-            Who else is reading it; then it stays theirs.
+            The scorer who is reading it already, and keeps it; None if it is claimed now.
         """
         with self._database.writing() as session:
             _let_go(session, actor)
@@ -824,7 +824,7 @@ def _let_go(session: Session, actor: str) -> None:
 
 
 class Requests:
-    """Requests and publications in a gradebook. Each method is one transaction; GradebookError as the gradebook's.
+    """Requests and publications. Each method is one transaction, and raises GradebookError if the database fails.
 
     Parameters
     ----------
@@ -842,7 +842,7 @@ class Requests:
         GradebookError
             If there is no mark for that part, or the request is empty.
         """
-        text = _not_empty(text, "A request says what is to be looked at again; this one is empty.")
+        text = _not_empty(text, "The request is empty: say what is to be looked at again.")
         with self._database.writing() as session:
             now_counts = current(session, student)
             request = Request(NEW, now_counts.student.student, *now_counts.mark(where).where, text, now())
@@ -856,7 +856,7 @@ class Requests:
         GradebookError
             If there is no such request, it was answered before (the message says by whom), or the answer is empty.
         """
-        text = _not_empty(text, "An answer to a request says something; this one is empty.")
+        text = _not_empty(text, "The answer to the request is empty: say what was decided.")
         with self._database.writing() as session:
             requests = read(session, Request, Request.number == number)
             if not requests:

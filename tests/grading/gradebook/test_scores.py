@@ -252,11 +252,11 @@ def test_a_request_is_open_until_it_is_answered(class_of_three):
 @pytest.mark.parametrize(
     "ask, said",
     [
-        (lambda requests: requests.make("ada", COMPARED, " \n"), "this one is empty"),
+        (lambda requests: requests.make("ada", COMPARED, " \n"), "is empty: say what"),
         (lambda requests: requests.make("ada", ("9.9", "x"), "Why?"), "9.9"),
         (lambda requests: requests.make("nobody", COMPARED, "Why?"), "'nobody'"),
         (lambda requests: requests.answer(7, "prof", "Yes."), "request 7"),
-        (lambda requests: requests.answer(1, "prof", ""), "this one is empty"),
+        (lambda requests: requests.answer(1, "prof", ""), "is empty: say what"),
     ],
 )
 def test_requests_that_say_nothing_or_go_nowhere_are_refused(class_of_three, ask, said):
