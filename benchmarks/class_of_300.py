@@ -106,7 +106,7 @@ def main() -> None:
     rows = []
     with tempfile.TemporaryDirectory(prefix="rotflex-benchmark-") as scratch:
         course = small_course(Path(scratch) / "course")
-        count = len(student_course.derived(courses.load(course)))
+        count = len(student_course.derive_notebooks(courses.load(course)))
         for size in (warming, *sizes):  # the first one only to warm up the caches
             folder = Path(scratch) / str(size)
             folder.mkdir()

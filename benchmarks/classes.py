@@ -39,7 +39,7 @@ def small_course(folder: Path) -> Path:
 def hand_in(source: Path, submissions: Path, size: int) -> list[str]:
     """Put so many submissions into a folder, a folder each, and return the students."""
     course = courses.load(source)
-    stubs = student_course.derived(course)
+    stubs = student_course.derive_notebooks(course)
     solved = {path.name: student_notebooks.read(path) for path in course.notebooks}
     students = [f"s{number:03}" for number in range(1, size + 1)]
     for student in students:

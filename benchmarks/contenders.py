@@ -97,7 +97,7 @@ class NbGrader:
         self.command = [str(programs / "nbgrader"), "autograde", ASSIGNMENT]
         self._course = scratch / "nbgrader-course"
         (self._course / "source" / ASSIGNMENT).mkdir(parents=True)
-        for name, text in student_course.derived(courses.load(source)).items():
+        for name, text in student_course.derive_notebooks(courses.load(source)).items():
             (self._course / "source" / ASSIGNMENT / name).write_text(text, encoding="utf-8")
         run([self.command[0], "generate_assignment", ASSIGNMENT], self._course, self.variables)
         for folder in submissions.iterdir():

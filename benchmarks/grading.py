@@ -217,7 +217,7 @@ def main() -> None:
     venv = None if asked.without_nbgrader else asked.venv
     with tempfile.TemporaryDirectory(prefix="rotflex-benchmark-") as scratch:
         source = small_course(Path(scratch) / "course") if asked.smoke else WHOLE
-        notebooks = len(student_course.derived(courses.load(source)))
+        notebooks = len(student_course.derive_notebooks(courses.load(source)))
         print(f"{asked.submissions} submissions of {notebooks} notebooks, {asked.repeats} repeats")
         print(f"{os.cpu_count()} processors; load before: {os.getloadavg()[0]:.1f}", flush=True)
         (Path(scratch) / "contest").mkdir()

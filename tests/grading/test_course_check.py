@@ -237,7 +237,7 @@ def claims(sandbox):
 
 
 def judged(course, claims):
-    return [str(finding) for finding in solutions.judged(course, claims, {})]
+    return [str(finding) for finding in solutions.check_verdicts(course, claims, {})]
 
 
 def test_the_solutions_earn_all_and_wrong_answers_nothing(claims):

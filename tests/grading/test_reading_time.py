@@ -126,9 +126,9 @@ def stating(course, name, minutes):
     notebook = json.loads(path.read_text(encoding="utf-8"))
     for cell in notebook["cells"]:
         source = "".join(cell["source"])
-        cell["source"] = reading_time._ROW.sub(
+        cell["source"] = reading_time._TIME_IN_TABLE.sub(
             lambda row: row[0].replace(f" {row['minutes']} min", f" {minutes} min"),
-            reading_time._TITLE.sub(f"about {minutes} minutes", source) if cell["id"] == "title" else source,
+            reading_time._TIME_IN_TITLE.sub(f"about {minutes} minutes", source) if cell["id"] == "title" else source,
         )
     path.write_text(json.dumps(notebook), encoding="utf-8")
     return [str(finding) for finding in reading_time.check(course)]

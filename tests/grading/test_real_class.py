@@ -210,7 +210,7 @@ def test_at_home_recordings_stand_in_for_the_bench_and_what_was_not_recorded_say
         for cell in notebook["cells"]:
             cell["source"] = cell["source"].replace('bench = "virtual"', f'bench = "{real_class.ADDRESS}"')
         path.write_text(json.dumps(notebook), encoding="utf-8")
-    masters = {name: json.loads(text) for name, text in student_course.derived(made.course).items()}
+    masters = {name: json.loads(text) for name, text in student_course.derive_notebooks(made.course).items()}
     found = check(folder, masters, made.course.catalogue)
     parts = {(part.question, part.name): part for part in found.parts if part.question in MEASURED}
     lacking = {where: part for where, part in parts.items() if part.state in (State.MISSING, State.DIFFERENT)}

@@ -342,7 +342,7 @@ def test_whether_reflect_asks_is_released_as_students_read_it(tmp_path, text, re
 def test_a_page_limit_is_released_where_there_is_one(tmp_path, text, limit):
     decided = read(tmp_path, text)
     (tmp_path / "notebooks").mkdir()
-    about = student_course._about(replace(OURS, settings=decided), tmp_path / "notebooks")
+    about = student_course._course_json(replace(OURS, settings=decided), tmp_path / "notebooks")
     assert {name: value for name, value in about.items() if name == course_file.PAGE_LIMIT} == limit
 
 
@@ -352,8 +352,8 @@ def test_a_page_limit_is_released_where_there_is_one(tmp_path, text, limit):
 )
 def test_the_python_that_grades_is_released_and_no_part_of_the_name(tmp_path, text, python):
     (tmp_path / "notebooks").mkdir()
-    about = student_course._about(replace(OURS, settings=read(tmp_path, text)), tmp_path / "notebooks")
-    usual = student_course._about(replace(OURS, settings=read(tmp_path, "")), tmp_path / "notebooks")
+    about = student_course._course_json(replace(OURS, settings=read(tmp_path, text)), tmp_path / "notebooks")
+    usual = student_course._course_json(replace(OURS, settings=read(tmp_path, "")), tmp_path / "notebooks")
     assert (about["python"], about["release"]) == (python, usual["release"])
 
 

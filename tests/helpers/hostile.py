@@ -210,7 +210,7 @@ def add_cells(notebooks: dict[str, dict[str, Any]], adds: Mapping[str, str], out
 def filled_in(source: Path, writes: Mapping[str, str]) -> dict[str, dict[str, Any]]:
     """The student notebooks with these sources in their answer cells."""
     filled: dict[str, dict[str, Any]] = {
-        name: json.loads(text) for name, text in student_course.derived(courses.load(source)).items()
+        name: json.loads(text) for name, text in student_course.derive_notebooks(courses.load(source)).items()
     }
     for notebook in filled.values():
         for cell in notebook["cells"]:

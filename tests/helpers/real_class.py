@@ -75,8 +75,8 @@ class RealClass:
         course = self.course
         folder = where / student
         folder.mkdir(parents=True)
-        pristine = {name: json.loads(text) for name, text in student_course.derived(course).items()}
-        answered = solutions.handed_in(course, pristine)
+        pristine = {name: json.loads(text) for name, text in student_course.derive_notebooks(course).items()}
+        answered = solutions.solved_cells(course, pristine)
         for name, notebook in pristine.items():
             sources = {cell.id: cell.source for cell in answered[name]} | dict(changes or {})
             for cell in notebook["cells"]:

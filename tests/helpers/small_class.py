@@ -31,7 +31,7 @@ def course(folder: Path) -> Path:
 
 def hand_in(source: Path, submissions: Path, size: int) -> list[str]:
     """So many submissions, right and wrong in turns, no two alike; their students."""
-    ((name, text),) = student_course.derived(courses.load(source)).items()
+    ((name, text),) = student_course.derive_notebooks(courses.load(source)).items()
     students = [f"student-{number:03}" for number in range(size)]
     for number, student in enumerate(students):
         notebook = json.loads(text)

@@ -188,7 +188,7 @@ NOTEBOOKS = {
 def _with_solutions(writes: Mapping[str, str]) -> Notebooks:
     """The student notebooks with these sources in their answer cells, else with the instructor's."""
     course: Notebooks = {}
-    for file, text in student_course.derived(OURS).items():
+    for file, text in student_course.derive_notebooks(OURS).items():
         course[file] = json.loads(text)
         solutions = {cell.id: cell.source for cell in student_notebooks.read(ROOT / "solutions" / file).cells}
         for cell in course[file]["cells"]:

@@ -41,6 +41,6 @@ def check(course: Course, run: bool = True) -> Iterator[Finding]:
     for part in (static.check_numbers, reading_time.check, static.check_imports):
         yield from part(course)
     if run:
-        made = bundle.build(course)
-        yield from solutions.check_empty(course, made)
-        yield from solutions.check_key(course, made)
+        released = bundle.build(course)
+        yield from solutions.check_empty(course, released)
+        yield from solutions.check_key(course, released)

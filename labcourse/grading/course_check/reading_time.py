@@ -35,11 +35,11 @@ FIGURE, ANSWER, IN_WORDS, FUNCTION = 1, 3, 8, 10  # minutes
 STEP = 5  #: minutes to which times are stated
 
 _WORD = re.compile(r"\S*\w\S*")
-_NOT_READ = re.compile(r"<details\b.*?</details>|<!--.*?-->|</?[a-z][^<>]*>", re.DOTALL)
+_HIDDEN_MARKUP = re.compile(r"<details\b.*?</details>|<!--.*?-->|</?[a-z][^<>]*>", re.DOTALL)
 _HEADING = re.compile(r"(#{1,6}) ")
 _PICTURE = re.compile(r"!\[")
-_TITLE = re.compile(r"about (\d+) minutes")
-_ROW = re.compile(r"^\| *`(?P<notebook>\w+)` *\|.*\| *(?P<minutes>\d+) min\b", re.MULTILINE)
+_TIME_IN_TITLE = re.compile(r"about (\d+) minutes")
+_TIME_IN_TABLE = re.compile(r"^\| *`(?P<notebook>\w+)` *\|.*\| *(?P<minutes>\d+) min\b", re.MULTILINE)
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ class ReadingTime:
     ----------
     words, folded : words of text and code that are read at once, and those that have to be opened
     figures : pictures that are not folded
-    answers, in_words, functions : how many there are to give
+    answers, in_words, functions : number of answers in numbers, formulas or plots; in words; and of functions to write
     """
 
     words: int
@@ -86,11 +86,11 @@ def reading_time(notebook: NotebookNode, name: str, catalogue: Catalogue) -> Rea
     GradingError
         If there is no student version of it.
     """
-    pictures = {cell.id: _pictures(cell) for cell in notebook.cells if not student_notebooks.is_answer(cell)}
+    pictures = {cell.id: _count_pictures(cell) for cell in notebook.cells if not student_notebooks.is_answer(cell)}
     all_words = open_words = figures = 0
-    for cell, folded in _before_report(student_notebooks.student_version(notebook, name, catalogue), catalogue):
+    for cell, folded in _cells_before_report(student_notebooks.student_version(notebook, name, catalogue), catalogue):
         all_words += len(_WORD.findall(cell.source))
-        open_words += 0 if folded else _read_at_once(cell)
+        open_words += 0 if folded else _count_open_words(cell)
         figures += 0 if folded else pictures.get(cell.id, 0)
     asked = [question for question in catalogue.everything.values() if question.notebook == name]
     parts = [part for question in asked if question.number not in catalogue.reports for part in question.parts]
@@ -102,7 +102,7 @@ def reading_time(notebook: NotebookNode, name: str, catalogue: Catalogue) -> Rea
 
 
 def check(course: Course) -> Iterator[Finding]:
-    """Find times that a notebook states and the formula gives otherwise."""
+    """Find times that notebooks state in their titles and tables, and that differ from the formula's."""
     notebooks = {path.stem: student_notebooks.read(path) for path in course.notebooks}
     times = {}
     for name, notebook in notebooks.items():
@@ -111,40 +111,40 @@ def check(course: Course) -> Iterator[Finding]:
     for name, notebook in notebooks.items():
         title = next((index for index, cell in enumerate(notebook.cells) if cell.cell_type == "markdown"), -1)
         for index, cell in enumerate(notebook.cells):
-            stated = [(name, match[1]) for match in _TITLE.finditer(cell.source)] if index == title else []
-            stated += [(match["notebook"], match["minutes"]) for match in _ROW.finditer(cell.source)]
+            stated = [(name, match[1]) for match in _TIME_IN_TITLE.finditer(cell.source)] if index == title else []
+            stated += [(match["notebook"], match["minutes"]) for match in _TIME_IN_TABLE.finditer(cell.source)]
             for which, minutes in stated:
                 if which in times and int(minutes) != times[which].stated:
                     time = f"{times[which].stated} minutes by the formula ({times[which].minutes:.1f})"
                     yield Finding(in_cell(f"{name}.ipynb", cell.id), f"{which} takes {time}; this text says {minutes}.")
 
 
-def _pictures(cell: NotebookNode) -> int:
-    """Count the pictures that a cell shows: those of a text, or the stored pictures of a code cell."""
+def _count_pictures(cell: NotebookNode) -> int:
+    """Return the number of pictures that a cell shows: those of a text, or the stored outputs of a code cell."""
     if cell.cell_type == "markdown":
-        return len(_PICTURE.findall(_NOT_READ.sub(" ", cell.source)))
+        return len(_PICTURE.findall(_HIDDEN_MARKUP.sub(" ", cell.source)))
     return sum("image/png" in output.get("data", {}) for output in cell.get("outputs", []))
 
 
-def _read_at_once(cell: NotebookNode) -> int:
-    """Count the words of a cell that are seen without opening anything."""
+def _count_open_words(cell: NotebookNode) -> int:
+    """Return the number of words of a cell that are seen without opening anything."""
     if cell.cell_type == "markdown":
-        return len(_WORD.findall(_NOT_READ.sub(" ", cell.source)))
+        return len(_WORD.findall(_HIDDEN_MARKUP.sub(" ", cell.source)))
     hidden = cell.metadata.get("jupyter", {}).get("source_hidden", False)
     return 0 if hidden else len(_WORD.findall(cell.source))
 
 
-def _before_report(notebook: NotebookNode, catalogue: Catalogue) -> Iterator[tuple[NotebookNode, bool]]:
+def _cells_before_report(notebook: NotebookNode, catalogue: Catalogue) -> Iterator[tuple[NotebookNode, bool]]:
     """Yield the cells before the section in which a report begins, and whether each is below a collapsed heading."""
     cells = notebook.cells
     texts = [i for i, cell in enumerate(cells) if cell.metadata.get(words.KEY, {}).get("question") in catalogue.reports]
     if texts:
         cells = cells[: max(i for i, cell in enumerate(cells[: texts[0]]) if cell.source.startswith("## "))]
-    below = 7  # the level of the collapsed heading; there are six
+    folded_level = 7  # level of the collapsed heading above; 7 for none, as headings have six levels
     for cell in cells:
         heading = _HEADING.match(cell.source) if cell.cell_type == "markdown" else None
         level = len(heading[1]) if heading else 7
-        folded = level > below
+        folded = level > folded_level
         if not folded:
-            below = level if heading and cell.metadata.get(student_notebooks.COLLAPSED) else 7
+            folded_level = level if heading and cell.metadata.get(student_notebooks.COLLAPSED) else 7
         yield cell, folded

@@ -33,36 +33,38 @@ from labcourse.run import reasons
 from labcourse.run.causes import Causes, RunCell, Where
 from labcourse.run.merge import Merged, merged
 
-#: Student for the run of the solutions. No result on this bench is at its limit, where both answers are right.
+#: Student for the run of the solutions: on this bench no result is so near a limit that two answers are right.
 STUDENT = "checks"
 SEED = 20  #: from which the inputs of functions are drawn
-_LIMITS = Limits(cell=300, submission=1800.0)  # they are our own notebooks: they may take their time
+_LIMITS = Limits(cell=300, submission=1800.0)  # generous: these are the course's own notebooks
 
 
-_NO_PYTHON = ("SyntaxError", "IndentationError")
-_UNSET = re.compile(r"name '(\w+)' is not defined")
+_NOT_PYTHON = ("SyntaxError", "IndentationError")
+_UNSET_NAME = re.compile(r"name '(\w+)' is not defined")
 
 
-def check_empty(course: Course, made: Bundle) -> Iterator[Finding]:
-    """Run the student notebooks as handed out. Find cells that stop, but for those that need an earlier answer.
+def check_empty(course: Course, bundle: Bundle) -> Iterator[Finding]:
+    """Run the student notebooks as they are handed out, and find cells that stop.
+
+    A cell that stops because an earlier one did is not reported.
 
     Parameters
     ----------
     course : the course
-    made : its bundle
+    bundle : its bundle
     """
-    notebooks = merged(made.pristine, {}, every_cell=True)
-    run = run_of(made, notebooks)
+    notebooks = merged(bundle.pristine, {}, every_cell=True)
+    run = run_notebooks(bundle, notebooks)
     yield from (Finding("the student notebooks", problem) for problem in run.problems)
     recorded = set(decoding.decode(run.answers, SEED, course.catalogue).values)
-    causes = Causes(made.pristine, notebooks, schema.read_reports(run.reports), recorded, course.catalogue)
+    causes = Causes(bundle.pristine, notebooks, schema.read_reports(run.reports), recorded, course.catalogue)
     unset = set()  # names without a value, each reported once, where it is first used
     for cells in causes.cells.values():
         roots = dict.fromkeys(causes.root(cell) for cell in cells if cell.stopped)
         stopped = {root: _error_type(root) for root in roots if isinstance(root, RunCell)}
-        no_python = [root.place for root, error in stopped.items() if error in _NO_PYTHON]
+        no_python = [root.place for root, error in stopped.items() if error in _NOT_PYTHON]
         for root, error in stopped.items():
-            why = _why(root)
+            why = _stop_reason(root)
             after_no_python = any(place < root.place for place in no_python)  # it might have bound the name
             if error == "NameError" and (after_no_python or why in unset):
                 continue
@@ -71,66 +73,82 @@ def check_empty(course: Course, made: Bundle) -> Iterator[Finding]:
 
 
 def _error_type(cell: RunCell) -> str:
+    """Return the name of the error that stopped a cell; "" if none is known."""
     return cell.report.error.type if cell.report and cell.report.error else ""
 
 
-def _why(cell: RunCell) -> str:
+def _stop_reason(cell: RunCell) -> str:
+    """Return as text why a cell stopped, and for a name without a value, what to do."""
     error = cell.report.error if cell.report else None
     if error is None:
         return "the Python process ended in it."
-    unset = _UNSET.search(error.message)
+    unset = _UNSET_NAME.search(error.message)
     if error.type == "NameError" and unset:
         return f"{unset[1]} has no value; preset it before the solution, as {unset[1]} = None."
     line = f", line {error.line}" if error.line else ""
     return f"{error.type}{line}: {error.message}"
 
 
-def check_key(course: Course, made: Bundle) -> Iterator[Finding]:
-    """Run the solutions. Find answers that the key does not mark as right, or marks as right when they are changed."""
-    claims, missing = answers_of_solutions(course, made)
+def check_key(course: Course, bundle: Bundle) -> Iterator[Finding]:
+    """Run the solutions; find those that the key does not mark as right, and wrong answers that it marks as right."""
+    claims, missing = answers_of_solutions(course, bundle)
     for problem in claims.problems:
         yield Finding("the solutions", problem)
-    yield from judged(course, claims, missing)
+    yield from check_verdicts(course, claims, missing)
 
 
-def judged(course: Course, claims: Claims, missing: Mapping[Where, str]) -> Iterator[Finding]:
+def check_verdicts(course: Course, claims: Claims, missing: Mapping[Where, str]) -> Iterator[Finding]:
     """Mark the solutions' answers, and wrong answers made of them; find verdicts that are not as expected.
 
     Parameters
     ----------
     course : with the key
-    claims, missing : from :func:`answers_of_solutions`
+    claims : answers, from :func:`answers_of_solutions`
+    missing : (question, part) → why there is no answer, from the same
     """
     claims = decoding.with_reports(claims, course.catalogue)
     case = marking.case_of(course, claims, course.true_bench(STUDENT), SEED)
     for number, checks in course.key.items():
         question = course.catalogue.find_marked(number)
         for part in question.parts:
-            own = _Own(case.own, course.catalogue)
+            own = _OwnAnswersOfKnownParts(case.own, course.catalogue)
             why = missing.get((number, part.name), "its cell runs to its end, and leaves it empty.")
-            yield from _judged(question, part, checks[part.name], claims, replace(case, own=own), why)
+            yield from _check_part(question, part, checks[part.name], claims, replace(case, own=own), why)
             for error in own.unknown:
                 yield Finding(in_key(question, part), f"it follows what there is not. {error}")
 
 
-class _Own:
-    """The solutions' own answers, for follow-through; it remembers unknown questions that the key asks for."""
+class _OwnAnswersOfKnownParts:
+    """The solutions' answers as ``own`` of a case, which collects the questions and parts that do not exist.
+
+    A check of the key that asks for one of these has a mistake in it.
+
+    Parameters
+    ----------
+    own : the solutions' answers
+    catalogue : of the course
+
+    Attributes
+    ----------
+    unknown : messages on what was asked for and does not exist, each once
+    """
 
     def __init__(self, own: OwnAnswers, catalogue: Catalogue) -> None:
-        self._own, self._catalogue = own, catalogue
-        self.unknown: dict[str, None] = {}  # messages, each once
+        self._answers, self._catalogue = own, catalogue
+        self.unknown: dict[str, None] = {}  # an ordered set
 
     def __call__(self, question: str, part: str) -> Any:
+        """Return the solution's answer to a part; raise LookupError if there is none or no such part."""
         try:
             self._catalogue.find(question).part(part)
         except AnswerError as error:
             self.unknown[str(error)] = None
             raise LookupError(str(error)) from None
-        return self._own(question, part)
+        return self._answers(question, part)
 
 
-def handed_in(course: Course, pristine: Mapping[str, dict[str, Any]]) -> dict[str, tuple[Cell, ...]]:
-    """Return the cells of a student who answered as the solutions do, and changed nothing else.
+def solved_cells(course: Course, pristine: Mapping[str, dict[str, Any]]) -> dict[str, tuple[Cell, ...]]:
+    """Return file name → cells of a student who answered as the solutions do, and changed nothing else.
 
     Parameters
     ----------
@@ -146,30 +164,37 @@ def handed_in(course: Course, pristine: Mapping[str, dict[str, Any]]) -> dict[st
     }
 
 
-def answers_of_solutions(course: Course, made: Bundle) -> tuple[Claims, Mapping[Where, str]]:
-    """Run the notebooks with solutions; return what they answer, and why answers are missing.
+def answers_of_solutions(course: Course, bundle: Bundle) -> tuple[Claims, Mapping[Where, str]]:
+    """Run the notebooks with solutions.
+
+    Returns
+    -------
+    Claims
+        Their answers, with problems of the run.
+    Mapping
+        (question, part) → why there is no answer, for those that are missing.
 
     Raises
     ------
     GradingError
         If the course cannot be imported.
     """
-    written = merged(made.pristine, handed_in(course, made.pristine))
-    run = run_of(made, written)
+    written = merged(bundle.pristine, solved_cells(course, bundle.pristine))
+    run = run_notebooks(bundle, written)
     claims = decoding.decode(run.answers, SEED, course.catalogue)
     why = reasons.explain(
-        *(made.pristine, written, schema.read_reports(run.reports), claims.values, course.catalogue),
-        handed_in=made.pristine,
+        *(bundle.pristine, written, schema.read_reports(run.reports), claims.values, course.catalogue),
+        handed_in=bundle.pristine,
     )
     claims.problems.extend(run.problems)
     for path in course.notebooks:
-        texts = words.written(made.pristine[path.name]["cells"], Notebook.read(path.read_bytes()).cells)
+        texts = words.written(bundle.pristine[path.name]["cells"], Notebook.read(path.read_bytes()).cells)
         claims = decoding.with_words(claims, texts.words, course.catalogue)
         claims.problems.extend(f"{path.name}: {problem}" for problem in [*texts.problems, *texts.notes])
     return claims, why.missing
 
 
-def run_of(made: Bundle, notebooks: Merged) -> Run:
+def run_notebooks(bundle: Bundle, notebooks: Merged) -> Run:
     """Run notebooks of the course: in the sandbox if there is one on this computer, else without.
 
     Raises
@@ -181,26 +206,32 @@ def run_of(made: Bundle, notebooks: Merged) -> Run:
         student=STUDENT,
         notebooks=notebooks.notebooks,
         probe_seed=SEED,
-        parameters=made.parameters,
-        imports=made.imports,
+        parameters=bundle.parameters,
+        imports=bundle.imports,
         limits=_LIMITS,
         isolated=all(layer.good for layer in selftest.layers() if layer.needed),
     )
-    return runner.run(made.packed, job)
+    return runner.run(bundle.packed, job)
 
 
-def _judged(
-    question: Question, part: Part, check: Check, claims: Claims, case: Case, why_missing: str
+def _check_part(
+    question: Question, part: Part, check: Check, claims: Claims, case: Case, missing_reason: str
 ) -> Iterator[Finding]:
-    """Mark a solution, and a wrong answer made of it."""
+    """Mark the solution of a part, and a wrong answer made of it; find verdicts that are not as expected.
+
+    Parameters
+    ----------
+    claims : the solutions' answers
+    missing_reason : why there is no answer, if there is none
+    """
     where, for_a_person = in_key(question, part), isinstance(check, ForAPerson)
     try:
         mark = marking.mark_part(question, part, check, claims, case)
     except Exception as error:  # whatever a mistake in a key may raise
-        yield Finding(where, _fails(error))
+        yield Finding(where, _failure_text(error))
         return
     if mark.status is Status.MISSING:
-        yield Finding(where, f"the solution records no answer: {why_missing}")
+        yield Finding(where, f"the solution records no answer: {missing_reason}")
         return
     if mark.status is not (Status.FOR_A_PERSON if for_a_person else Status.RIGHT):
         points = f"{mark.points:g} of {mark.out_of:g} points"
@@ -215,12 +246,13 @@ def _judged(
         wrong = wrong_answer(part, value)
         verdict = check.verdict(part, wrong, case)
     except Exception as error:
-        yield Finding(where, f"on a wrong answer, {_fails(error)}")
+        yield Finding(where, f"on a wrong answer, {_failure_text(error)}")
         return
     if verdict.status in (Status.RIGHT, Status.FOLLOW_THROUGH):
         yield Finding(where, f"a wrong answer ({str(wrong)[:60]}) is taken for right: {verdict.reason}")
 
 
-def _fails(error: Exception) -> str:
+def _failure_text(error: Exception) -> str:
+    """Return as text that a check of the key failed by an error."""
     kind = "" if isinstance(error, KeyFault) else f"{type(error).__name__}: "
     return f"it fails: {kind}{error}"

@@ -30,7 +30,13 @@ from labcourse.grading.scoring import rubric
 
 @dataclass(frozen=True)
 class Finding:
-    """Something that is missing, or that contradicts something else: where, and what."""
+    """Something that is missing in a course, or contradicts something else.
+
+    Attributes
+    ----------
+    where : its place, for people
+    what : the fault, as a sentence
+    """
 
     where: str
     what: str
@@ -40,12 +46,12 @@ class Finding:
 
 
 def in_cell(notebook: str, cell: str) -> str:
-    """Name the place of a cell."""
+    """Return the place of a cell for a finding."""
     return f"{notebook}, cell {cell!r}"
 
 
 def in_key(question: Question, part: Part) -> str:
-    """Name the place of a check of the key."""
+    """Return the place of a check of the key for a finding."""
     return f"the key, {question.number} {part.name}"
 
 
@@ -53,7 +59,7 @@ def in_key(question: Question, part: Part) -> str:
 
 
 def check_key(course: Course) -> Iterator[Finding]:
-    """Find questions without a key, and parts that the key marks otherwise than the catalogue says."""
+    """Find questions without a key, and parts that only the key, or only the catalogue, leaves to a person."""
     for number, question in course.catalogue.marked.items():
         if number not in course.key:
             yield Finding("the key", f"question {number} has no entry.")
@@ -65,7 +71,7 @@ def check_key(course: Course) -> Iterator[Finding]:
 
 
 def check_files(course: Course) -> Iterator[Finding]:
-    """Find faults of rubric, outcome codes, map to outcomes and scoring sheets, and modules that there are not."""
+    """Find faults of the rubric, of codes of outcomes, of the map to outcomes, and of the scoring sheets."""
     catalogue = course.catalogue
     yield from (Finding(RUBRIC_FILE, fault) for fault in rubric.examine(course.folder, catalogue)[1])
     for number, question in catalogue.marked.items():
@@ -88,7 +94,7 @@ def check_files(course: Course) -> Iterator[Finding]:
 
 
 def check_imports(course: Course) -> Iterator[Finding]:
-    """Find modules of the course's list that cannot be found."""
+    """Find modules in the course's ``imports`` that are not installed."""
     for name in course.imports:
         try:
             spec = importlib.util.find_spec(name)
@@ -106,7 +112,7 @@ def check_cells(course: Course) -> Iterator[Finding]:
     places: dict[Where, list[str]] = defaultdict(list)
     for path in course.notebooks:
         notebook = student_notebooks.read(path)
-        yield from _check_form(path.name, notebook.cells)
+        yield from _check_tags(path.name, notebook.cells)
         yield from _check_headings(path.name, notebook.cells)
         yield from _check_recorded(course, path, notebook, places)
     names = {path.stem for path in course.notebooks}
@@ -125,7 +131,13 @@ def check_cells(course: Course) -> Iterator[Finding]:
 def _check_recorded(
     course: Course, path: Path, notebook: NotebookNode, places: dict[Where, list[str]]
 ) -> Iterator[Finding]:
-    """Check what the cells of a notebook record, and note the place of each part."""
+    """Check what the cells of a notebook record.
+
+    Parameters
+    ----------
+    path : of the notebook
+    places : (question, part) → cells that record it; those of this notebook are added
+    """
     ids = [cell.id for cell in notebook.cells]
     text_cells = {cell.id for cell in notebook.cells if words.where_of(cell)}
     answered = set()  # indices of answer cells: a text cell records itself, code is recorded by the cell after it
@@ -170,8 +182,8 @@ def _check_headings(name: str, cells: Iterable[Mapping[str, Any]]) -> Iterator[F
             seen[heading] = cell["id"]
 
 
-def _check_form(name: str, cells: Iterable[NotebookNode]) -> Iterator[Finding]:
-    """Find what a run of the notebook, or its student version, would stumble over."""
+def _check_tags(name: str, cells: Iterable[NotebookNode]) -> Iterator[Finding]:
+    """Find a missing or repeated tag "parameters", and solutions in cells that are not answer cells."""
     tagged = sum(PARAMETERS_TAG in cell.metadata.get("tags", []) for cell in cells)
     if tagged != 1:
         yield Finding(name, f"{tagged} cells are tagged 'parameters'; one should be: a run tells its student there.")
@@ -184,7 +196,7 @@ def _check_form(name: str, cells: Iterable[NotebookNode]) -> Iterator[Finding]:
 def check_derived(course: Course) -> Iterator[Finding]:
     """Find stored student notebooks that differ from what would be derived now."""
     try:
-        texts = student_course.derived(course)
+        texts = student_course.derive_notebooks(course)
     except GradingError as error:
         yield Finding("the student notebooks", str(error))
         return
@@ -204,7 +216,7 @@ def check_derived(course: Course) -> Iterator[Finding]:
 
 
 def check_numbers(course: Course) -> Iterator[Finding]:
-    """Find numbers of the course that a text has otherwise, and patterns that are in no text any more."""
+    """Find texts that state another number than the course has, and patterns that no text matches any more."""
     cells = [
         (in_cell(path.name, cell.id), cell.source)
         for path in sorted(course.folder.glob("*.ipynb"))
@@ -225,16 +237,20 @@ def check_numbers(course: Course) -> Iterator[Finding]:
 
 
 def check_starts(course: Course) -> Iterator[Finding]:
-    """Find starts that name what the course does not have, give no value, or leave a cell without an answer."""
+    """Find faults of the starts of classes that begin in the middle.
+
+    A start may name what the course does not have, give an answer no value, or leave a cell without an answer.
+    """
     for start in course.catalogue.starts:
-        faults = [*_unknown_names(course, start)]
+        faults = [*_unknown_name_faults(course, start)]
         if not faults:
-            faults = [*_values(course, start)]
-            yield from _left_without(course, start)
+            faults = [*_given_value_faults(course, start)]
+            yield from _cells_without_answer(course, start)
         yield from (Finding(f"start {start.name}", fault) for fault in faults)
 
 
-def _unknown_names(course: Course, start: Start) -> Iterator[str]:
+def _unknown_name_faults(course: Course, start: Start) -> Iterator[str]:
+    """Yield a fault for each notebook or part of a start that the course does not have, or that is still asked."""
     for name in start.skips:
         if name not in course.catalogue.notebooks:
             yield f"it skips the notebook {name}, and there is no such notebook."
@@ -249,8 +265,8 @@ def _unknown_names(course: Course, start: Start) -> Iterator[str]:
                 yield f"it gives {number}, {part}, which {question.notebook} asks for; that is not skipped."
 
 
-def _values(course: Course, start: Start) -> Iterator[str]:
-    """Find given answers without a usable value, on a bench that is the same for everybody."""
+def _given_value_faults(course: Course, start: Start) -> Iterator[str]:
+    """Yield a fault for each given answer without a usable value, on a bench that is the same for everybody."""
     if course.given is None:
         yield "course.py does not say what is given (Course.given)."
         return
@@ -262,21 +278,21 @@ def _values(course: Course, start: Start) -> Iterator[str]:
             yield f"{number}, {part} has no value that it could have: {error}"
 
 
-def _left_without(course: Course, start: Start) -> Iterator[Finding]:
+def _cells_without_answer(course: Course, start: Start) -> Iterator[Finding]:
     """Find cells that need an answer which a class that begins here does not have."""
     asked = starts.narrowed(course.catalogue, start).everything
     available = {(number, part) for number, question in asked.items() for part in question.names} | set(start.gives)
     for path in course.notebooks:
         cells = student_notebooks.read(path).cells if path.stem not in start.skips else ()
         for cell in cells:
-            for question, part in _needed(cell.source) if cell.cell_type == "code" else ():
+            for question, part in _needed_answers(cell.source) if cell.cell_type == "code" else ():
                 if (question, part) not in available and question in course.catalogue.everything:
                     missing = f"it needs {question}, {part}, which a class that begins with {start.name} has not."
                     yield Finding(f"{path.name}, {cell.id}", missing)
 
 
-def _needed(source: str) -> Iterator[Where]:
-    """List the answers that a cell cannot do without: ``lab.value(question, part)`` without a default."""
+def _needed_answers(source: str) -> Iterator[Where]:
+    """Yield the (question, part) that the code of a cell needs: ``lab.value(question, part)`` without a default."""
     try:
         tree = ast.parse(source)
     except SyntaxError:

@@ -192,10 +192,8 @@ def _error_and_line(error: Exception) -> str:
     frames = traceback.extract_tb(error.__traceback__)
     # The last line that is not of the code that marks is the course's.
     lines = [frame for frame in frames if Path(frame.filename).resolve().parent != marking_folder]
-    text = f"{type(error).__name__}: {error}"
-    if not lines:
-        return text
-    return f"{text} ({Path(lines[-1].filename).name}, line {lines[-1].lineno})"
+    place = f" ({Path(lines[-1].filename).name}, line {lines[-1].lineno})" if lines else ""
+    return f"{type(error).__name__}: {error}{place}"
 
 
 def _as_text(part: Part, claims: Claims, where: tuple[str, str]) -> str:

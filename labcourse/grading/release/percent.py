@@ -35,14 +35,14 @@ from labcourse.grading.release import student_notebooks
 from labcourse.grading.release.student_notebooks import BEGIN, END, OPEN_TAG, PARAMETERS_TAG
 from labcourse.report.front import FRONT
 
-_TEXT = "made of"  # of a notebook's metadata: the file name of its text
-_UNNAMED = "-"  # the id of a cell, for now
+_MADE_OF = "made of"  # of a notebook's metadata: the file name of its text
+_NO_NAME = "-"  # id of a cell until it is named
 _SETUP = "import {module}\n\nlab = {module}.start(student)"
 
 
 def outdated(course: Course) -> list[str]:
     """List the file names of notebooks that differ from what their text gives. (Outputs may differ.)"""
-    return [path.name for path, made in _made(course) if not _same(path, made)]
+    return [path.name for path, made in _made_notebooks(course) if not _has_same_content(path, made)]
 
 
 def write(course: Course) -> None:
@@ -53,22 +53,24 @@ def write(course: Course) -> None:
     GradingError
         If a cell answers what the catalogue does not have.
     """
-    for path, made in _made(course):
-        if not _same(path, made):
+    for path, made in _made_notebooks(course):
+        if not _has_same_content(path, made):
             files.write(path, student_notebooks.text(made))
     for path in course.notebooks:
-        text = student_notebooks.read(path).metadata.get(_TEXT)
+        text = student_notebooks.read(path).metadata.get(_MADE_OF)
         if text and not (course.folder / text).is_file() and path.stem not in course.catalogue.notebooks:
             path.unlink()
 
 
-def _made(course: Course) -> Iterator[tuple[Path, NotebookNode]]:
+def _made_notebooks(course: Course) -> Iterator[tuple[Path, NotebookNode]]:
     """Make the notebooks that are written as text; yield each with its path."""
     for path in sorted(course.folder.glob("[0-9]*.py")):
         yield path.with_suffix(".ipynb"), notebook(path.read_text(encoding="utf-8"), path.name, course)
 
 
-def _same(path: Path, made: NotebookNode) -> bool:
+def _has_same_content(path: Path, made: NotebookNode) -> bool:
+    """Return whether a notebook's file exists and has the cells of one that was made; outputs are not compared."""
+
     def content(notebook: NotebookNode) -> list[Any]:
         return [(cell.id, cell.cell_type, cell.source, cell.metadata.get("tags")) for cell in notebook.cells]
 
@@ -76,12 +78,12 @@ def _same(path: Path, made: NotebookNode) -> bool:
 
 
 def notebook(text: str, name: str, course: Course) -> NotebookNode:
-    """Make a notebook of its text.
+    """Make a notebook from its text.
 
     Parameters
     ----------
-    text : as described above
-    name : of its file, for messages
+    text : in the percent format, as this module describes it
+    name : file name of the text
     course : for its catalogue, its parameters and the first of its imports, which notebooks begin with
 
     Raises
@@ -91,52 +93,70 @@ def notebook(text: str, name: str, course: Course) -> NotebookNode:
     """
     import jupytext
 
-    made: NotebookNode = new_notebook(cells=list(_Cells(course, name).of(jupytext.reads(text, fmt="py:percent").cells)))
+    written = jupytext.reads(text, fmt="py:percent").cells
+    made: NotebookNode = new_notebook(cells=list(_CellMaker(course, name).make(written)))
     student_notebooks.set_points(made, name, course.catalogue)
-    made.metadata[_TEXT] = name
+    made.metadata[_MADE_OF] = name
     return made
 
 
-class _Cells:
-    """The cells of a notebook, made of those of its text."""
+class _CellMaker:
+    """Makes the cells of a notebook from those of its text.
+
+    Parameters
+    ----------
+    course : for its catalogue, its parameters and its imports
+    name : file name of the text, for messages
+    """
 
     def __init__(self, course: Course, name: str) -> None:
         self._course, self._name = course, name
-        self._elsewhere: set[tuple[str, str]] = set()  # question and part of cells that name their part
+        self._separate: set[tuple[str, str]] = set()  # (question, part) of the parts that have cells of their own
 
-    def of(self, written: list[NotebookNode]) -> Iterator[NotebookNode]:
-        """Make the cells, in order. A cell without a name is named after the answer that follows."""
-        titled = [(cell, *self._asked(cell.metadata.get("title", ""))) for cell in written]
-        self._elsewhere = {(question.number, part.name) for _, question, parts in titled if question for part in parts}
-        unnamed: list[NotebookNode] = []
+    def make(self, written: list[NotebookNode]) -> Iterator[NotebookNode]:
+        """Make the cells, in order. A cell without a name waits for the answer that follows, and is named after it.
+
+        Raises
+        ------
+        GradingError
+            If a cell answers what the catalogue does not have, or is not written as it should be.
+        """
+        titled = [(cell, *self._question_and_parts(cell.metadata.get("title", ""))) for cell in written]
+        self._separate = {(question.number, part.name) for _, question, parts in titled if question for part in parts}
+        waiting: list[NotebookNode] = []
         for place, (cell, question, parts) in enumerate(titled):
             if question is None:
-                unnamed.append(_front(cell) or _course_cell(cell))
+                waiting.append(_front_cell(cell) or _course_cell(cell))
                 if place == 0 and cell.cell_type == "markdown":
-                    yield from _named(unnamed, "title")
-                    unnamed.clear()
+                    yield from _with_names(waiting, "title")
+                    waiting.clear()
             else:
-                made = [*self._answer(cell, question, parts)]
-                yield from _named(unnamed, made[0].id)
+                made = [*self._answer_cells(cell, question, parts)]
+                yield from _with_names(waiting, made[0].id)
                 yield from made
-                unnamed.clear()
+                waiting.clear()
             if place == 0:
-                yield from self._beginning()
-        yield from _named(unnamed, "end")
+                yield from self._opening_cells()
+        yield from _with_names(waiting, "end")
 
-    def _asked(self, title: str) -> tuple[Question | None, tuple[Part, ...]]:
-        """Return the question that a cell answers, None for any other cell; and the parts that it names."""
-        kind, _space, about = title.partition(" ")
+    def _question_and_parts(self, title: str) -> tuple[Question | None, tuple[Part, ...]]:
+        """Read the title of a cell, as "answer 1.3 omega": the question that it answers, and the parts that it names.
+
+        For a cell that answers nothing, the question is None. The number of a question may have spaces in it: the
+        longest one with which the rest of the title begins is taken.
+        """
+        kind, _space, rest = title.partition(" ")
         if kind not in ("answer", "words"):
             return None, ()
-        numbers = [number for number in self._course.catalogue.everything if f"{about} ".startswith(f"{number} ")]
+        numbers = [number for number in self._course.catalogue.everything if f"{rest} ".startswith(f"{number} ")]
         try:
-            question = self._course.catalogue.find(max(numbers, key=len, default=about))
-            return question, tuple(map(question.part, about[len(question.number) :].split()))
+            question = self._course.catalogue.find(max(numbers, key=len, default=rest))
+            return question, tuple(map(question.part, rest[len(question.number) :].split()))
         except AnswerError as error:
             raise GradingError(f"{self._name}, cell {title!r}: {error}") from None
 
-    def _answer(self, cell: NotebookNode, question: Question, parts: tuple[Part, ...]) -> Iterator[NotebookNode]:
+    def _answer_cells(self, cell: NotebookNode, question: Question, parts: tuple[Part, ...]) -> Iterator[NotebookNode]:
+        """Make the cell of an answer; and for code, the locked cell after it that records the answer."""
         number = re.sub(r"\W+", "-", question.number).lower()
         name = "-".join([f"q{number}" if number[0].isdigit() else number, *(part.name for part in parts)])
         if cell.metadata.title.startswith("words "):
@@ -144,54 +164,54 @@ class _Cells:
                 raise GradingError(f"{self._name}: begin a cell for words as # %% words 1.4 why [markdown].")
             heading = words.heading(f"Your answer: {question.number}, {parts[0].name}")
             source = f"{heading}\n\n{words.BEGIN}\n{cell.source}\n{words.END}"
-            about = {words.KEY: {"question": question.number, "part": parts[0].name}}
-            yield new_markdown_cell(source, id=name, metadata={**about, **_grading(name, "markdown")})
+            answered = {words.KEY: {"question": question.number, "part": parts[0].name}}
+            yield new_markdown_cell(source, id=name, metadata={**answered, **_nbgrader_metadata(name, "markdown")})
             return
-        asked = parts or [part for part in question.parts if (question.number, part.name) not in self._elsewhere]
+        asked = parts or [part for part in question.parts if (question.number, part.name) not in self._separate]
         source = cell.source
         if BEGIN not in source:
             presets = [f"{part.name} = None{f'  # {part.unit}' if part.unit else ''}" for part in asked]
             source = "\n".join([*presets, BEGIN, source, END])
-        yield new_code_cell(source, id=name, metadata=_grading(name, "code"))
-        given = ", ".join(f"{part.name}={part.name}" for part in asked)
-        yield _locked(f"{name}-answer", f'lab.answer("{question.number}", {given})')
+        yield new_code_cell(source, id=name, metadata=_nbgrader_metadata(name, "code"))
+        arguments = ", ".join(f"{part.name}={part.name}" for part in asked)
+        yield _locked_cell(f"{name}-answer", f'lab.answer("{question.number}", {arguments})')
 
-    def _beginning(self) -> Iterator[NotebookNode]:
+    def _opening_cells(self) -> Iterator[NotebookNode]:
         """Make the cells of the parameters and of the setup."""
         if not self._course.imports:
             raise GradingError("course.py should name the module that notebooks begin with, as imports=(...).")
         parameters = {"student": "", **self._course.parameters}
         source = "\n".join(f"{name} = {value!r}".replace("'", '"') for name, value in parameters.items())
         yield new_code_cell(source, id="parameters", metadata={"tags": [PARAMETERS_TAG]})
-        yield _locked("setup", _SETUP.format(module=self._course.imports[0]))
+        yield _locked_cell("setup", _SETUP.format(module=self._course.imports[0]))
 
 
-def _front(cell: NotebookNode) -> NotebookNode | None:
+def _front_cell(cell: NotebookNode) -> NotebookNode | None:
     """Make the cell of a report's authors, captions and sources, to be filled in; None for any other cell."""
     kind, _space, report = cell.metadata.get("title", "").partition(" ")
     if kind != "front":
         return None
     source = f"{words.heading('Your text: authors, captions and sources')}\n\n{cell.source}"
-    about = {words.KEY: {FRONT: report}, "tags": [OPEN_TAG]}
-    return NotebookNode(new_markdown_cell(source, id=f"{report.lower().replace(' ', '-')}-front", metadata=about))
+    metadata = {words.KEY: {FRONT: report}, "tags": [OPEN_TAG]}
+    return NotebookNode(new_markdown_cell(source, id=f"{report.lower().replace(' ', '-')}-front", metadata=metadata))
 
 
 def _course_cell(cell: NotebookNode) -> NotebookNode:
-    """Make a cell of the course's own text or code; its title becomes its name."""
+    """Make a cell of the course's own text or code; its title, if it has one, becomes its name."""
     tags = {"tags": cell.metadata.tags} if "tags" in cell.metadata else {}
-    name = re.sub(r"[^a-z0-9]+", "-", cell.metadata.get("title", "").lower()).strip("-") or _UNNAMED
+    name = re.sub(r"[^a-z0-9]+", "-", cell.metadata.get("title", "").lower()).strip("-") or _NO_NAME
     if cell.cell_type != "code":
         return NotebookNode(new_markdown_cell(cell.source, id=name, metadata=tags))
-    code = _locked(name, cell.source)
+    code = _locked_cell(name, cell.source)
     code.metadata.update(tags)
     return code
 
 
-def _named(cells: list[NotebookNode], name: str) -> Iterator[NotebookNode]:
-    """Name the cells that have no name: "title", "q1-1-text", "q1-1-text-2", "q1-1-code"."""
+def _with_names(cells: list[NotebookNode], name: str) -> Iterator[NotebookNode]:
+    """Name the cells that have no name after ``name``: "title", "q1-1-text", "q1-1-text-2", "q1-1-code"; yield all."""
     counted = Counter[str]()
     for cell in cells:
-        if cell.id == _UNNAMED:
+        if cell.id == _NO_NAME:
             kind = "text" if cell.cell_type == "markdown" else "code"
             counted[kind] += 1
             stem = name if name == "title" else f"{name}-{kind}"
@@ -201,12 +221,13 @@ def _named(cells: list[NotebookNode], name: str) -> Iterator[NotebookNode]:
         yield cell
 
 
-def _locked(name: str, source: str) -> NotebookNode:
-    return NotebookNode(new_code_cell(source, id=name, metadata=_grading(name, "code", answer=False)))
+def _locked_cell(name: str, source: str) -> NotebookNode:
+    """Make a code cell that is no answer and that students cannot edit."""
+    return NotebookNode(new_code_cell(source, id=name, metadata=_nbgrader_metadata(name, "code", answer=False)))
 
 
-def _grading(name: str, kind: str, answer: bool = True) -> dict[str, Any]:
-    """Return the metadata that mark an answer, or a locked cell, in nbgrader's schema."""
-    about = {"grade": answer, "grade_id": name, "locked": not answer, "schema_version": 3}
-    about |= {"solution": answer, "task": False}
-    return {"nbgrader": about | ({"cell_type": kind} if kind == "markdown" else {})}
+def _nbgrader_metadata(name: str, kind: str, answer: bool = True) -> dict[str, Any]:
+    """Return the metadata that mark an answer, or a locked cell, in nbgrader's schema; kind is "code" or "markdown"."""
+    nbgrader = {"grade": answer, "grade_id": name, "locked": not answer, "schema_version": 3}
+    nbgrader |= {"solution": answer, "task": False}
+    return {"nbgrader": nbgrader | ({"cell_type": kind} if kind == "markdown" else {})}

@@ -26,7 +26,7 @@ from labcourse.files import COURSE_FILE
 from labcourse.grading.course import Course
 
 NOTEBOOKS, DATA = "notebooks", "data"  #: folders of a release, beside those of the packages
-_ABOUT = f"{NOTEBOOKS}/{COURSE_FILE}"
+_COURSE_FILE = f"{NOTEBOOKS}/{COURSE_FILE}"
 _PROJECT = "pyproject.toml"  # it lies in the release's own folder
 
 
@@ -34,7 +34,7 @@ _PROJECT = "pyproject.toml"  # it lies in the release's own folder
 
 
 def digest(contents: Iterable[tuple[str, bytes]]) -> str:
-    """Return 8 hexadecimal digits that stand for files, by name and content: they tell a course's releases apart."""
+    """Return a digest of files, by name and content, of 8 hexadecimal digits: to tell a course's releases apart."""
     whole = hashlib.sha256()
     for name, content in contents:
         whole.update(f"{name} {len(content)}\n".encode() + content)
@@ -51,26 +51,30 @@ def files_in(folder: Path) -> list[Path]:
     return sorted(path for path in folder.rglob("*") if path.is_file())
 
 
-def name_of(stored: Mapping[str, bytes], about: Mapping[str, Any], term: str) -> str:
+def name_of(stored: Mapping[str, bytes], course_json: Mapping[str, Any], term: str) -> str:
     """Make the name of a release, as "2026-autumn-3f2a9c41".
 
     Parameters
     ----------
-    stored : its files; those that do not count are passed over
-    about : the content of its ``course.json``
-    term : to begin the name with
+    stored : relative path → content of its files; those that have no part in the name are left out here
+    course_json : the content of its ``course.json``
+    term : text to begin the name with
     """
-    content = {key: value for key, value in about.items() if key not in (STUDENT, RELEASE)}
-    counting = [(name, data) for name, data in sorted(stored.items()) if _counts(name)]
+    content = {key: value for key, value in course_json.items() if key not in (STUDENT, RELEASE)}
+    counting = [(name, data) for name, data in sorted(stored.items()) if _is_in_name(name)]
     ascii_only = unicodedata.normalize("NFKD", term).encode("ascii", "ignore").decode().lower()
     stem = re.sub(r"[^a-z0-9]+", "-", ascii_only)[:40].strip("-")  # it stands in a file's name
     return f"{stem or 'release'}-{digest([*counting, (COURSE_FILE, json.dumps(content, sort_keys=True).encode())])}"
 
 
-def _counts(name: str) -> bool:
-    """Return whether a file of a release, by its relative path, has a part in its name."""
+def _is_in_name(name: str) -> bool:
+    """Return whether the name of a release depends on a file of it, given by its relative path.
+
+    It does not on files in the release's own folder (how to install it), on data, on ``course.json``, of which the
+    content has a part of its own, and on compiled Python.
+    """
     place = PurePosixPath(name)
-    return len(place.parts) > 1 and place.parts[0] != DATA and name != _ABOUT and place.suffix != ".pyc"
+    return len(place.parts) > 1 and place.parts[0] != DATA and name != _COURSE_FILE and place.suffix != ".pyc"
 
 
 # --- stored zips ------------------------------------------------------------------------------------------------------
@@ -78,11 +82,11 @@ def _counts(name: str) -> bool:
 
 @dataclass(frozen=True)
 class StoredRelease:
-    """A release that was handed out. Made by :func:`read`.
+    """A stored release that was handed out. Made by :func:`read`.
 
     Attributes
     ----------
-    id : its name; of a release from before there were names, what its name would be
+    id : its name; of an old release without a name, the name that it would have
     archive : its zip
     policy : which bench each student has
     packages : import names of the packages that it brings
@@ -101,17 +105,17 @@ class StoredRelease:
         GradingError
             If one of them cannot be read.
         """
-        return _notebooks(self.archive, _contents(self.archive))
+        return _read_notebooks(self.archive, _release_files(self.archive))
 
     def unpack(self, folder: Path) -> None:
-        """Put all that counts of it into a folder.
+        """Write its notebooks, packages and ``course.json`` into a folder.
 
         Raises
         ------
         GradingError
             If the zip cannot be read any more.
         """
-        for name, content in _contents(self.archive).items():
+        for name, content in _release_files(self.archive).items():
             target = folder / name
             target.parent.mkdir(parents=True, exist_ok=True)
             target.write_bytes(content)
@@ -172,26 +176,26 @@ def read(archive: Path) -> StoredRelease:
     Raises
     ------
     GradingError
-        If it is none.
+        If the zip cannot be read or is not a release.
     """
-    found = _contents(archive)
+    entries = _release_files(archive)
     try:
-        about = course_file.parse(found.pop(_ABOUT, b"{}"))
-        policy = benches.policy_of(about)
+        course_json = course_file.parse(entries.pop(_COURSE_FILE, b"{}"))
+        policy = benches.policy_of(course_json)
     except ConfigurationError as error:
         raise _unusable(archive, f"{COURSE_FILE}: {error}") from None
-    _notebooks(archive, found)  # raises if one of them cannot be read
-    packages = sorted({top for name in found if f"{(top := name.partition('/')[0])}/__init__.py" in found})
-    name = about.get(RELEASE)
-    # Releases from before there were names do not say their term, either.
-    return StoredRelease(
-        name if isinstance(name, str) and name else name_of(found, about, "unnamed"), archive, policy, tuple(packages)
-    )
+    _read_notebooks(archive, entries)  # raises if one of them cannot be read
+    packages = sorted({top for name in entries if f"{(top := name.partition('/')[0])}/__init__.py" in entries})
+    named = course_json.get(RELEASE)
+    # Old releases have neither a name nor a term.
+    name = named if isinstance(named, str) and named else name_of(entries, course_json, "unnamed")
+    return StoredRelease(name, archive, policy, tuple(packages))
 
 
-def _notebooks(archive: Path, found: Mapping[str, bytes]) -> dict[str, dict[str, Any]]:
+def _read_notebooks(archive: Path, entries: Mapping[str, bytes]) -> dict[str, dict[str, Any]]:
+    """Return file name → notebook of a release's files; raise GradingError, which names the zip, if one is invalid."""
     notebooks = {}
-    for place, content in sorted((PurePosixPath(name), content) for name, content in found.items()):
+    for place, content in sorted((PurePosixPath(name), content) for name, content in entries.items()):
         if place.parent == PurePosixPath(NOTEBOOKS) and place.suffix == ".ipynb":
             try:
                 Notebook.read(content)
@@ -201,36 +205,43 @@ def _notebooks(archive: Path, found: Mapping[str, bytes]) -> dict[str, dict[str,
     return notebooks
 
 
-def _contents(archive: Path) -> dict[str, bytes]:
-    """Read what counts of a release, and its ``course.json``: relative path → content."""
+def _release_files(archive: Path) -> dict[str, bytes]:
+    """Read the files of a release that its name depends on, and its ``course.json``: relative path → content.
+
+    Raises
+    ------
+    GradingError
+        If the zip cannot be read, or holds no project or no notebooks.
+    """
     try:
         with zipfile.ZipFile(archive) as packed:
-            # Somebody who packed it again may have put other folders around it.
+            # The release is where its pyproject.toml is: the zip may have been packed again with folders around it.
             projects = [place for name in packed.namelist() if (place := PurePosixPath(name)).name == _PROJECT]
             if not projects:
                 raise _unusable(archive, f"it holds no {_PROJECT}")
-            found = dict(_counting(packed, min(projects, key=lambda place: len(place.parts)).parent))
+            entries = dict(_counted_files(packed, min(projects, key=lambda place: len(place.parts)).parent))
     except (OSError, zipfile.BadZipFile, zipfile.LargeZipFile, NotImplementedError, RuntimeError) as error:
         raise _unusable(archive, error) from None
-    if not any(name.startswith(f"{NOTEBOOKS}/") and name.endswith(".ipynb") for name in found):
+    if not any(name.startswith(f"{NOTEBOOKS}/") and name.endswith(".ipynb") for name in entries):
         raise _unusable(archive, "it holds no notebooks")
-    return found
+    return entries
 
 
-def _counting(packed: zipfile.ZipFile, root: PurePosixPath) -> Iterator[tuple[str, bytes]]:
+def _counted_files(packed: zipfile.ZipFile, root: PurePosixPath) -> Iterator[tuple[str, bytes]]:
+    """Yield (path, content) of the files below a folder of a zip that count; those of wheels, too."""
     for entry in packed.infolist():
         place = PurePosixPath(entry.filename)
         if entry.is_dir() or not place.is_relative_to(root) or ".." in place.parts:
             continue
         name = str(place.relative_to(root))
         if place.suffix == ".whl":
-            yield from _of_wheel(packed.read(entry))
-        elif _counts(name) or name == _ABOUT:
+            yield from _package_files(packed.read(entry))
+        elif _is_in_name(name) or name == _COURSE_FILE:
             yield name, packed.read(entry)
 
 
-def _of_wheel(content: bytes) -> Iterator[tuple[str, bytes]]:
-    """Read the package of a wheel, without the notebooks and data that an installed course has in it."""
+def _package_files(content: bytes) -> Iterator[tuple[str, bytes]]:
+    """Yield (path, content) of the package in a wheel, without the notebooks and data in it."""
     with zipfile.ZipFile(io.BytesIO(content)) as wheel:
         for name in wheel.namelist():
             parts = PurePosixPath(name).parts
@@ -239,6 +250,7 @@ def _of_wheel(content: bytes) -> Iterator[tuple[str, bytes]]:
 
 
 def _unusable(archive: Path, why: object) -> GradingError:
+    """Return the error that a zip is not a release, and what to do."""
     return GradingError(
         f"{archive} is not a release of the course: {why}. Replace it by the zip that was handed out, or remove it."
     )

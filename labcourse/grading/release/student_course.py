@@ -28,13 +28,14 @@ from labcourse.grading.course import Course, package_folder
 from labcourse.grading.release import percent, releases, student_notebooks, wheels
 from labcourse.grading.release.releases import DATA, NOTEBOOKS, files_in
 
-ZipTime = tuple[int, int, int, int, int, int]
+ZipTime = tuple[int, int, int, int, int, int]  #: year, month, day, hour, minute, second
 PACKAGE = labcourse.__name__
 WHEELS = "wheels"  #: folder of a release
 _README = Path(__file__).with_name("student_readme.md")
 _GRADING = "grading"  # the folder of labcourse that students do not get
-_NEVER = ("__pycache__", "*.pyc", ".*")
-_FIRST, _LAST = 315_532_800, 4_354_819_198  # s since 1970, UTC: from 1980 to 2107, which a zip can hold
+_UNCOPIED = ("__pycache__", "*.pyc", ".*")
+# The times that a zip can hold, s since 1970, UTC: from 1980 to 2107.
+_FIRST_ZIP_TIME, _LAST_ZIP_TIME = 315_532_800, 4_354_819_198
 _NOT_SOURCES = ("__pycache__", ANSWERS_FILE)  # what a run leaves in a folder of sources
 
 #: The content of a withheld module in a release.
@@ -45,7 +46,7 @@ raise ImportError(
 )
 """
 
-_BENCH = {
+_BENCH_TEXT = {
     OWN: "Your own virtual bench is made from it.",
     SAME: "Everybody in the course has the same virtual bench.",
     PRESET: "Everybody in the course has the same virtual bench.",
@@ -66,13 +67,13 @@ class Release:
     id: str
 
 
-def derived(course: Course) -> dict[str, str]:
+def derive_notebooks(course: Course) -> dict[str, str]:
     """Derive the student notebooks of a course: file name → text, in order.
 
     Raises
     ------
     GradingError
-        If there are none, if one cannot be derived, or if one is not what its text gives.
+        If there are none, if one cannot be derived, or if one differs from what its text (percent format) gives.
     """
     if outdated := percent.outdated(course):
         text = f"{Path(outdated[0]).stem}.py"
@@ -89,8 +90,8 @@ def derived(course: Course) -> dict[str, str]:
 def write_notebooks(course: Course) -> list[Path]:
     """Derive the course's student notebooks anew, and return their paths.
 
-    Those of the course that are written as text are made first. Points are written into the course's, too. Notebooks
-    that were made of a text, or derived, under a name that is gone are removed.
+    Before that, the course's notebooks that are written as text are made. Points are written into the course's
+    notebooks, too. Notebooks that were made or derived earlier are removed if their source is gone.
 
     Raises
     ------
@@ -98,7 +99,7 @@ def write_notebooks(course: Course) -> list[Path]:
         If a notebook cannot be derived.
     """
     percent.write(course)
-    texts = derived(course)
+    texts = derive_notebooks(course)
     folder = course.student_notebooks
     folder.mkdir(exist_ok=True)
     for path in sorted(folder.glob("*.ipynb")):
@@ -114,7 +115,7 @@ def write_notebooks(course: Course) -> list[Path]:
 
 
 def build(course: Course, folder: Path, with_data: bool = False) -> tuple[str, ...]:
-    """Put the contents of a release into a new folder, with packages as folders, and return the notebooks' names.
+    """Put the contents of a release into a new folder, with packages as folders; return the notebooks' file names.
 
     Parameters
     ----------
@@ -129,34 +130,35 @@ def build(course: Course, folder: Path, with_data: bool = False) -> tuple[str, .
     """
     given = course.settings.given
     skipped = starts.find(course.catalogue, given).skips if given else ()  # by a class that begins in the middle
-    texts = {name: text for name, text in derived(course).items() if Path(name).stem not in skipped}
+    texts = {name: text for name, text in derive_notebooks(course).items() if Path(name).stem not in skipped}
     (folder / NOTEBOOKS).mkdir(parents=True)
     for name, content in texts.items():
-        _write(folder / NOTEBOOKS / name, content)
+        _write_text(folder / NOTEBOOKS / name, content)
     for name in (PACKAGE, *course.packages):
         _copy_package(package_folder(name), folder / name)
     for module in course.withheld:
         path = folder / f"{module.replace('.', '/')}.py"
         if not path.is_file():
             raise GradingError(f"The course withholds {module}, and none of its packages has such a module.")
-        _write(path, _STUB.format(module=module))
-    _write(folder / NOTEBOOKS / COURSE_FILE, course_file.text(_about(course, folder)))
+        _write_text(path, _STUB.format(module=module))
+    _write_text(folder / NOTEBOOKS / COURSE_FILE, course_file.text(_course_json(course, folder)))
     if with_data:
         if not course.data.is_dir():
             raise GradingError(f"There is no data to hand out: {course.data} is missing.")
-        shutil.copytree(course.data, folder / DATA, ignore=shutil.ignore_patterns(*_NEVER))
+        shutil.copytree(course.data, folder / DATA, ignore=shutil.ignore_patterns(*_UNCOPIED))
     readme = _README.read_text(encoding="utf-8").format(
         title=course.title,
         python=wheels.python(),
         first=Path(next(iter(texts))).stem,
-        bench=_BENCH[course.settings.bench.which],
+        bench=_BENCH_TEXT[course.settings.bench.which],
         command=course.command,
     )
-    _write(folder / "README.md", readme)
+    _write_text(folder / "README.md", readme)
     return tuple(texts)
 
 
-def _write(path: Path, text: str) -> None:
+def _write_text(path: Path, text: str) -> None:
+    """Write a text with the same line ends on every system."""
     path.write_text(text, encoding="utf-8", newline="\n")
 
 
@@ -182,21 +184,21 @@ def release(course: Course, out: Path, with_data: bool = False, replace: bool = 
     with tempfile.TemporaryDirectory(prefix=".labcourse-release-", dir=out) as scratch:
         built = Path(scratch) / course.name
         names = build(course, built, with_data)
-        about = course_file.read(built / NOTEBOOKS) or {}
-        _pack_wheels(course, built, about[course_file.RELEASE])
+        course_json = course_file.read(built / NOTEBOOKS) or {}
+        _pack_wheels(course, built, course_json[course_file.RELEASE])
         sources = [course.folder, *map(package_folder, (PACKAGE, *course.packages))]
-        _write_archive(built, Path(scratch) / archive.name, date_of(sources))
+        _write_archive(built, Path(scratch) / archive.name, zip_time_of(sources))
         if folder.exists():
             shutil.rmtree(folder)
         built.replace(folder)
         (Path(scratch) / archive.name).replace(archive)
-    return Release(folder, archive, names, about[course_file.RELEASE])
+    return Release(folder, archive, names, course_json[course_file.RELEASE])
 
 
-def _about(course: Course, folder: Path) -> dict[str, Any]:
-    """Make the ``course.json`` of the release in a folder: its name, and the settings that concern students."""
+def _course_json(course: Course, folder: Path) -> dict[str, Any]:
+    """Return the content of ``course.json`` for the release in a folder: its name, and the settings for students."""
     settings = course.settings
-    about = {
+    course_json = {
         course_file.STUDENT: "",
         "title": course.title,
         "term": settings.term,
@@ -204,17 +206,26 @@ def _about(course: Course, folder: Path) -> dict[str, Any]:
         "bench": settings.bench.as_json(),
         course_file.REFLECT: settings.reflect.as_json(),
     }
-    if settings.report.page_limit is not None:  # the names of releases stay as they are where there is none
-        about[course_file.PAGE_LIMIT] = settings.report.page_limit
+    if settings.report.page_limit is not None:  # without one, names of releases stay the same
+        course_json[course_file.PAGE_LIMIT] = settings.report.page_limit
     if settings.given:
-        about[starts.GIVEN] = _given(course)
-    name = releases.name_of(releases.contents(folder), about, settings.term or course.name)
-    python = settings.python or f"{sys.version_info.major}.{sys.version_info.minor}"  # work is the same under another
-    return {**about, course_file.RELEASE: name, course_file.PYTHON: python}
+        course_json[starts.GIVEN] = _given_values(course)
+    name = releases.name_of(releases.contents(folder), course_json, settings.term or course.name)
+    # The version of Python is no part of the name: work under another version is the same.
+    python = settings.python or f"{sys.version_info.major}.{sys.version_info.minor}"
+    return {**course_json, course_file.RELEASE: name, course_file.PYTHON: python}
 
 
-def _given(course: Course) -> dict[str, Any]:
-    """Return what is given; with own benches it has no values, because each student's session works them out."""
+def _given_values(course: Course) -> dict[str, Any]:
+    """Return what is given to a class that begins in the middle, for ``course.json``.
+
+    With own benches it has no values: each student's session works them out.
+
+    Raises
+    ------
+    GradingError
+        If the course has no function ``given``.
+    """
     start, bench = starts.find(course.catalogue, course.settings.given), course.settings.bench
     if bench.which == OWN:
         return starts.as_json(start, None)
@@ -224,27 +235,38 @@ def _given(course: Course) -> dict[str, Any]:
 
 
 def _copy_package(package: Path, target: Path) -> None:
-    """Copy a package as students get it: without what grades, and without notebooks that an installed one has."""
-    everywhere = shutil.ignore_patterns(*_NEVER, *(("LICENSE", "pyproject.toml") if package.name == PACKAGE else ()))
+    """Copy a package as students get it: without the folder that grades, and without the notebooks in it.
+
+    (A course that is installed by pip has its notebooks in its package; a release has them beside it.)
+    """
+    ignored = shutil.ignore_patterns(*_UNCOPIED, *(("LICENSE", "pyproject.toml") if package.name == PACKAGE else ()))
 
     def left_out(folder: str, names: list[str]) -> set[str]:
+        """Return which names in a folder are not copied, as shutil.copytree asks."""
         grading = {_GRADING} if package.name == PACKAGE and Path(folder) == package else set()
         notebooks = {name for name in names if name == NOTEBOOKS and any(Path(folder, name).glob("*.ipynb"))}
-        return everywhere(folder, names) | grading.intersection(names) | notebooks
+        return ignored(folder, names) | grading.intersection(names) | notebooks
 
     shutil.copytree(package, target, ignore=left_out)
 
 
 def _pack_wheels(course: Course, folder: Path, release: str) -> None:
-    """Make wheels of the packages in a release's folder, and what installs them, and remove the packages."""
+    """Replace the packages in a release's folder by wheels, and write the ``pyproject.toml`` that installs these.
+
+    Parameters
+    ----------
+    course : the course
+    folder : of the release; the licences are put into it, too
+    release : its name
+    """
     home = folder.joinpath(*course.package.split("."))
     for name in (NOTEBOOKS, DATA):
         if (folder / name).is_dir():
             shutil.copytree(folder / name, home / name)
-    _write(folder / "LICENSE", wheels.licence())
+    _write_text(folder / "LICENSE", wheels.licence())
     content = releases.digest(releases.contents(folder / PACKAGE).items())
     made = [wheels.build(folder / PACKAGE, f"students.{content}", folder / WHEELS)]
-    (folder / "LICENSE").unlink()  # it is the engine's, and the course has its own, or none
+    (folder / "LICENSE").unlink()  # that was labcourse's, for its wheel; the course has its own, or none
     if (licence := course.folder.parent / "LICENSE").is_file():
         shutil.copy(licence, folder / licence.name)
     for name in course.packages:
@@ -253,30 +275,31 @@ def _pack_wheels(course: Course, folder: Path, release: str) -> None:
         made.append(wheels.build(folder / name, local, folder / WHEELS, brings, course.requires))
     for name in (PACKAGE, *course.packages):
         shutil.rmtree(folder / name)
-    _write(folder / "pyproject.toml", wheels.project_of_all(course.name, course.title, made))
+    _write_text(folder / "pyproject.toml", wheels.release_project(course.name, course.title, made))
 
 
 def _write_archive(folder: Path, archive: Path, date: ZipTime) -> None:
+    """Zip a folder; the same files and date give the same bytes."""
     with zipfile.ZipFile(archive, "w", zipfile.ZIP_DEFLATED) as packed:
         for path in files_in(folder):
             entry = zipfile.ZipInfo(f"{folder.name}/{path.relative_to(folder).as_posix()}", date)
             entry.compress_type = zipfile.ZIP_DEFLATED
-            entry.create_system = 3  # whatever made it: attributes are Unix's
+            entry.create_system = 3  # Unix, on whatever system it is made: the attributes are Unix's
             entry.external_attr = 0o644 << 16
             packed.writestr(entry, path.read_bytes())
 
 
-def date_of(folders: Iterable[Path]) -> ZipTime:
+def zip_time_of(folders: Iterable[Path]) -> ZipTime:
     """Return the time of the last commit that changed something in one of the folders, in UTC, as zips have it.
 
     The same sources give the same bytes. A folder that is in no repository, as that of an installed package, counts by
     its newest file.
     """
-    newest = max((_committed(folder) or _written(folder) for folder in folders), default=_FIRST)
-    return time.gmtime(min(max(newest, _FIRST), _LAST))[:6]
+    newest = max((_commit_time(folder) or _newest_file_time(folder) for folder in folders), default=_FIRST_ZIP_TIME)
+    return time.gmtime(min(max(newest, _FIRST_ZIP_TIME), _LAST_ZIP_TIME))[:6]
 
 
-def _committed(folder: Path) -> int | None:
+def _commit_time(folder: Path) -> int | None:
     """Return when something in a folder was committed last, s since 1970; None if that is not known."""
     command = ["git", "log", "-1", "--format=%ct", "--", "."]
     try:
@@ -286,9 +309,9 @@ def _committed(folder: Path) -> int | None:
         return None
 
 
-def _written(folder: Path) -> int:
+def _newest_file_time(folder: Path) -> int:
     """Return when the newest file in a folder was written, s since 1970."""
-    times = [_FIRST]
+    times = [_FIRST_ZIP_TIME]
     for place, folders, names in os.walk(folder):
         folders[:] = [name for name in folders if name not in _NOT_SOURCES and not name.startswith(".")]
         times += [int(os.stat(os.path.join(place, name)).st_mtime) for name in names if name not in _NOT_SOURCES]

@@ -29,7 +29,7 @@ from labcourse.run.recorders import Recorded
 from labcourse.run.update import STUB_KEY, stub_digest
 
 BEGIN, END = "### BEGIN SOLUTION", "### END SOLUTION"
-_LIKE_A_MARK = re.compile(r"(?<![^\W_])(?:begin|end)[\s_-]*solution", re.IGNORECASE)
+_ALMOST_A_MARKER = re.compile(r"(?<![^\W_])(?:begin|end)[\s_-]*solution", re.IGNORECASE)
 STUB = "# Your code here."
 _WIDTH = 88  # characters of the comment with which a code cell to be filled in begins
 INSTRUCTOR_TAG, OPEN_TAG, PARAMETERS_TAG = words.INSTRUCTOR, "open", "parameters"
@@ -61,33 +61,33 @@ def student_version(notebook: NotebookNode, name: str, catalogue: Catalogue) -> 
     Parameters
     ----------
     notebook : the instructor's
-    name : for messages
+    name : its name, for messages
     catalogue : of the course, for the points
 
     Raises
     ------
     GradingError
         If a solution would stay in it: markers that do not pair, or an answer cell without any. If a cell records what
-        the catalogue does not have, or is for words and does not say of which question.
+        the catalogue does not have, or is for an answer in words and does not name the question.
     """
-    points, asked = points_of(notebook, name, catalogue), _asked_in(notebook)
+    points, asked = points_of(notebook, name, catalogue), _questions_by_cell(notebook)
     cells = []
     for cell in notebook.cells:
         if INSTRUCTOR_TAG in cell.metadata.get("tags", []):
             continue
         source = _released_source(cell, f"{name}, cell {cell.id!r}")
         if questions := ", ".join(asked.get(cell.id, ())):
-            cells.append(_band(cell.id, questions))
+            cells.append(_answer_label_cell(cell.id, questions))
             if not source.startswith("%%"):  # a cell magic must come first
                 source = f"# {words.MARK} Your answer: {questions} ".ljust(_WIDTH, "─") + f"\n{source}"
-        metadata = {key: cell.metadata[key] for key in _KEPT_CELL_METADATA if key in cell.metadata} | _locks(cell)
+        metadata = {key: cell.metadata[key] for key in _KEPT_CELL_METADATA if key in cell.metadata} | _protection(cell)
         if is_answer(cell):  # so that a later release knows whether the student has written in it
             metadata[words.KEY] = {**metadata.get(words.KEY, {}), STUB_KEY: stub_digest(source)}
             metadata["nbgrader"] = {**cell.metadata.nbgrader, "points": points[cell.id]}
         released = NotebookNode(id=cell.id, cell_type=cell.cell_type, metadata=NotebookNode(metadata), source=source)
         if cell.cell_type == "code":
             released.update(execution_count=None, outputs=[])
-        elif pictures := {name: data for name, data in cell.get("attachments", {}).items() if _shows(source, name)}:
+        elif pictures := {name: data for name, data in cell.get("attachments", {}).items() if _is_shown(source, name)}:
             released["attachments"] = pictures
         cells.append(released)
     kernel = {key: value for key, value in notebook.metadata.items() if key == "kernelspec"}
@@ -102,7 +102,13 @@ def is_derived(notebook: NotebookNode) -> bool:
 
 
 def _released_source(cell: NotebookNode, where: str) -> str:
-    """Return the source of a cell as students get it."""
+    """Return the source of a cell as students get it; ``where`` names the cell for messages.
+
+    Raises
+    ------
+    GradingError
+        If a solution would stay in it or is not in an answer cell, or a text cell for an answer names no question.
+    """
     in_words = is_answer(cell) and cell.cell_type == "markdown"
     if in_words and words.where_of(cell) is None:
         raise GradingError(f'{where}: its metadata should have "{words.KEY}": {{"question": ..., "part": ...}}.')
@@ -115,37 +121,46 @@ def _released_source(cell: NotebookNode, where: str) -> str:
     return source
 
 
-def _locks(cell: NotebookNode) -> dict[str, bool]:
-    """Return what JupyterLab lets students do with a cell: answers can be edited, and nothing can be deleted."""
+def _protection(cell: NotebookNode) -> dict[str, bool]:
+    """Return the metadata by which JupyterLab protects a cell: only answers can be edited, and nothing can be deleted.
+
+    Cells with the tags "parameters" and "open" can be edited, too.
+    """
     tags = cell.metadata.get("tags", [])
     if is_answer(cell) or PARAMETERS_TAG in tags or OPEN_TAG in tags:
         return {"deletable": False}
     return {"deletable": False, "editable": False}
 
 
-def _band(answer: str, questions: str) -> NotebookNode:
-    """Make the line in colour above an answer cell with code, which cannot have a colour itself."""
+def _answer_label_cell(answer: str, questions: str) -> NotebookNode:
+    """Make the coloured text cell above an answer cell with code, which cannot be coloured itself.
+
+    Parameters
+    ----------
+    answer : id of the answer cell
+    questions : that it answers
+    """
     label = f"Your answer: {questions} (code, in the next cell)"
     metadata = NotebookNode(deletable=False, editable=False)
     return NotebookNode(id=f"{answer}-here", cell_type="markdown", metadata=metadata, source=words.heading(label))
 
 
-def _shows(source: str, name: str) -> bool:
-    """Return whether a text shows the picture of a name."""
+def _is_shown(source: str, name: str) -> bool:
+    """Return whether the source of a text cell shows the attached picture of this name."""
     return f"attachment:{name}" in source or f"attachment:{quote(name)}" in source
 
 
-def _asked_in(notebook: NotebookNode) -> dict[str, list[str]]:
-    """List the questions whose answers each answer cell with code holds, by the cell's id."""
+def _questions_by_cell(notebook: NotebookNode) -> dict[str, list[str]]:
+    """Return id of each answer cell with code → numbers of the questions that it answers."""
     code, asked = answer_cells(notebook), defaultdict[str, dict[str, None]](dict)
-    for answer, entry in _by_answer(notebook):
+    for answer, entry in _recorded_with_answer_cell(notebook):
         if answer in code:
             asked[answer][entry.question] = None
     return {cell: [*questions] for cell, questions in asked.items()}
 
 
 def text(notebook: NotebookNode) -> str:
-    """Write a notebook as it stands in a file; the same notebook gives the same text."""
+    """Return the text of a notebook's file; the same notebook gives the same text."""
     return str(nbformat.writes(notebook, version=nbformat.NO_CONVERT)).rstrip("\n") + "\n"
 
 
@@ -160,7 +175,7 @@ def answer_cells(notebook: NotebookNode) -> list[str]:
 
 
 def recorded(notebook: NotebookNode) -> Iterator[Recorded]:
-    """List what the cells of a course notebook record, in order; a text cell for an answer is the answer itself."""
+    """Yield what the cells of a course notebook record, in order; a text cell for an answer in words records itself."""
     for cell in notebook.cells:
         where = words.where_of(cell)
         if where is not None and is_answer(cell):
@@ -186,12 +201,12 @@ def set_points(notebook: NotebookNode, name: str, catalogue: Catalogue) -> bool:
 
 
 def points_of(notebook: NotebookNode, name: str, catalogue: Catalogue) -> dict[str, float]:
-    """Sum the points of each answer cell: of its text, or of what is recorded before the next answer cell.
+    """Return the points of each answer cell: of all that is recorded from it until the next answer cell.
 
     Parameters
     ----------
     notebook : the instructor's
-    name : for messages
+    name : its name, for messages
     catalogue : of the course
 
     Returns
@@ -205,7 +220,7 @@ def points_of(notebook: NotebookNode, name: str, catalogue: Catalogue) -> dict[s
         If a cell records what the catalogue does not have.
     """
     points: dict[str, float] = {cell.id: 0 for cell in notebook.cells if is_answer(cell)}
-    for answer, entry in _by_answer(notebook):
+    for answer, entry in _recorded_with_answer_cell(notebook):
         try:
             question = catalogue.find(entry.question)
             earned = sum(question.part(part).points for part in entry.of(question))
@@ -216,8 +231,11 @@ def points_of(notebook: NotebookNode, name: str, catalogue: Catalogue) -> dict[s
     return {cell: int(value) if value == int(value) else value for cell, value in points.items()}
 
 
-def _by_answer(notebook: NotebookNode) -> Iterator[tuple[str, Recorded]]:
-    """List what is recorded, each with its answer cell: the text cell itself, or the last answer cell with code."""
+def _recorded_with_answer_cell(notebook: NotebookNode) -> Iterator[tuple[str, Recorded]]:
+    """Yield what is recorded, each with the id of its answer cell: a text cell itself, or the last code cell.
+
+    The id is "" if no answer cell comes before.
+    """
     entries: dict[str, list[Recorded]] = {}
     for entry in recorded(notebook):
         entries.setdefault(entry.cell, []).append(entry)
@@ -229,17 +247,31 @@ def _by_answer(notebook: NotebookNode) -> Iterator[tuple[str, Recorded]]:
 
 
 def _without_solutions(source: str, where: str, begin: str, end: str, stub: str) -> str:
+    """Return a source with a stub in place of each solution.
+
+    Parameters
+    ----------
+    source : of a cell
+    where : names the cell, for messages
+    begin, end : lines between which a solution stands
+    stub : line to put in its place
+
+    Raises
+    ------
+    GradingError
+        If the lines do not pair, or one is almost such a line.
+    """
     lines, inside = [], False
     for line in source.split("\n"):
-        word = line.strip()
-        if word == (end if inside else begin):
+        marker = line.strip()
+        if marker == (end if inside else begin):
             if not inside:
                 lines.append(line[: len(line) - len(line.lstrip())] + stub)
             inside = not inside
-        elif word in (begin, end):
-            raise GradingError(f"{where}: {word!r} without its {'end' if inside else 'beginning'}.")
-        elif _LIKE_A_MARK.search(line):
-            raise GradingError(f"{where}: {word!r} should be exactly {begin!r} or {end!r}, alone on its line.")
+        elif marker in (begin, end):
+            raise GradingError(f"{where}: {marker!r} without its {'end' if inside else 'beginning'}.")
+        elif _ALMOST_A_MARKER.search(line):
+            raise GradingError(f"{where}: {marker!r} should be exactly {begin!r} or {end!r}, alone on its line.")
         elif not inside:
             lines.append(line)
     if inside:

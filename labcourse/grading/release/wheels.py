@@ -19,8 +19,8 @@ import labcourse
 from labcourse.courses import GROUP
 
 _ENGINE = labcourse.__name__
-_INSTRUCTORS = ("grading", "postgres", "cluster")  # extras of labcourse that students have no use for
-_EXTRA = re.compile(r"\s*(?:;|\band\b)\s*extra == ['\"]([^'\"]+)['\"]$")  # the end of a requirement
+_INSTRUCTORS_EXTRAS = ("grading", "postgres", "cluster")  # extras of labcourse that students have no use for
+_EXTRA_MARKER = re.compile(r"\s*(?:;|\band\b)\s*extra == ['\"]([^'\"]+)['\"]$")  # the end of a requirement
 _PROJECT = """\
 [build-system]
 requires = ["hatchling>=1.24"]
@@ -46,7 +46,7 @@ def build(package: Path, local: str, out: Path, course: str = "", requires: Sequ
 
     Parameters
     ----------
-    package : its folder; of an installed distribution, the metadata is taken from that
+    package : its folder; if it is of an installed distribution, the metadata is taken from that
     local : the local part of the version, as "course.3f2a9c41"
     out : folder for the wheel; made if needed
     course : import name of the course's package, if it is in this one
@@ -63,34 +63,34 @@ def build(package: Path, local: str, out: Path, course: str = "", requires: Sequ
 
     root = str(package.parent)
     tool = {"hatch": {"build": {"ignore-vcs": True, "targets": {"wheel": {"packages": [package.name]}}}}}
-    config = {"project": _project(package.name, local, course, requires), "tool": tool}
+    config = {"project": _wheel_metadata(package.name, local, course, requires), "tool": tool}
     builder = WheelBuilder(root, metadata=ProjectMetadata(root, PluginManager(), config))
     out.mkdir(exist_ok=True)
     return Path(next(iter(builder.build(directory=str(out), versions=["standard"]))))
 
 
-def _project(package: str, local: str, course: str, requires: Sequence[str]) -> dict[str, Any]:
-    """Write the metadata of a wheel, as in the table ``[project]``."""
-    about = _distribution(package)
-    needed, extras = _requirements(about)
-    points: dict[str, dict[str, str]] = defaultdict(dict)
-    for point in about.entry_points if about else ():
-        points[point.group][point.name] = point.value
+def _wheel_metadata(package: str, local: str, course: str, requires: Sequence[str]) -> dict[str, Any]:
+    """Return the metadata of a wheel, as in the table ``[project]``. Parameters as for :func:`build`, by name."""
+    distribution = _installed_distribution(package)
+    needed, extras = _requirements(distribution)
+    entry_points: dict[str, dict[str, str]] = defaultdict(dict)
+    for point in distribution.entry_points if distribution else ():
+        entry_points[point.group][point.name] = point.value
     if course:
-        points[GROUP].setdefault(course.partition(".")[0], course)
+        entry_points[GROUP].setdefault(course.partition(".")[0], course)
     is_engine = package == _ENGINE
     return {
-        "name": about.name if about else package,
-        "version": f"{about.version if about else labcourse.__version__}+{local}",
+        "name": distribution.name if distribution else package,
+        "version": f"{distribution.version if distribution else labcourse.__version__}+{local}",
         "requires-python": f">={python()}",
         "dependencies": needed if is_engine else [*needed, f"{_ENGINE}=={labcourse.__version__}", *requires],
         "optional-dependencies": extras if is_engine else {},
-        "scripts": points["console_scripts"],
-        "entry-points": {GROUP: points[GROUP]} if points[GROUP] else {},
+        "scripts": entry_points["console_scripts"],
+        "entry-points": {GROUP: entry_points[GROUP]} if entry_points[GROUP] else {},
     }
 
 
-def _distribution(package: str) -> Distribution | None:
+def _installed_distribution(package: str) -> Distribution | None:
     """Find the distribution that a package was installed by; None for a package that lies beside a course."""
     names = importlib.metadata.packages_distributions().get(package, [package])
     try:
@@ -99,23 +99,23 @@ def _distribution(package: str) -> Distribution | None:
         return None
 
 
-def _requirements(about: Distribution | None) -> tuple[list[str], dict[str, list[str]]]:
-    """Return what a distribution needs, and what its extras for students need."""
+def _requirements(distribution: Distribution | None) -> tuple[list[str], dict[str, list[str]]]:
+    """Return the requirements of a distribution, and those of its extras for students: extra → requirements."""
     needed: list[str] = []
     extras: dict[str, list[str]] = {}
-    for requirement in (about.requires or []) if about else []:
-        extra = _EXTRA.search(requirement)
+    for requirement in (distribution.requires or []) if distribution else []:
+        extra = _EXTRA_MARKER.search(requirement)
         if extra is None:
             needed.append(requirement)
-        elif extra[1] not in _INSTRUCTORS:
+        elif extra[1] not in _INSTRUCTORS_EXTRAS:
             extras.setdefault(extra[1], []).append(requirement[: extra.start()])
     return needed, extras
 
 
-def project_of_all(name: str, title: str, made: Sequence[Path]) -> str:
+def release_project(name: str, title: str, wheel_files: Sequence[Path]) -> str:
     """Write the ``pyproject.toml`` of a release: a project without files, which needs the wheels beside it."""
-    wheels = [f"{path.name.partition('-')[0]} @ {{root:uri}}/{path.parent.name}/{path.name}" for path in made]
-    texts = {"name": name, "title": title, "dependencies": wheels}  # TOML reads what JSON writes of text and lists
+    wheels = [f"{path.name.partition('-')[0]} @ {{root:uri}}/{path.parent.name}/{path.name}" for path in wheel_files]
+    texts = {"name": name, "title": title, "dependencies": wheels}  # texts and lists in JSON are valid TOML, too
     as_toml = {key: json.dumps(value, ensure_ascii=False) for key, value in texts.items()}
     return _PROJECT.format(python=python(), **as_toml)
 

@@ -33,8 +33,8 @@ def test_it_is_that_of_the_last_commit_of_the_sources_and_of_no_other(tmp_path):
     git(tmp_path, "add", ".")
     git(tmp_path, "commit", "-q", "-m", "elsewhere", when="1800000000 +0000")
     os.utime(source / "a.py", (1.9e9, 1.9e9))  # as a fresh clone has it: written now
-    assert student_course.date_of([source]) == (2023, 11, 14, 22, 13, 20)
-    assert student_course.date_of([tmp_path, source]) == (2027, 1, 15, 8, 0, 0)
+    assert student_course.zip_time_of([source]) == (2023, 11, 14, 22, 13, 20)
+    assert student_course.zip_time_of([tmp_path, source]) == (2027, 1, 15, 8, 0, 0)
 
 
 @pytest.mark.parametrize("path", [None, ""], ids=["no repository", "no git"])
@@ -45,7 +45,7 @@ def test_without_a_commit_it_is_that_of_the_newest_source_and_no_run_changes_it(
         (tmp_path / name).parent.mkdir(exist_ok=True)
         (tmp_path / name).write_text("")
         os.utime(tmp_path / name, (when, when))
-    assert student_course.date_of([tmp_path]) == (2008, 1, 10, 21, 20, 0)
+    assert student_course.zip_time_of([tmp_path]) == (2008, 1, 10, 21, 20, 0)
 
 
 @pytest.mark.parametrize(("when", "year"), [(0, 1980), (9e9, 2107)])
@@ -55,7 +55,7 @@ def test_it_can_stand_in_a_zip(tmp_path, when, year):
     (source / "a.py").write_text("")
     os.utime(source / "a.py", (when, when))
     with zipfile.ZipFile(tmp_path / "made.zip", "w") as packed:
-        packed.writestr(zipfile.ZipInfo("a.py", student_course.date_of([source])), "")
+        packed.writestr(zipfile.ZipInfo("a.py", student_course.zip_time_of([source])), "")
     with zipfile.ZipFile(tmp_path / "made.zip") as packed:
         assert packed.infolist()[0].date_time[0] == year
 
@@ -63,7 +63,7 @@ def test_it_can_stand_in_a_zip(tmp_path, when, year):
 def test_every_file_of_a_release_bears_it(tmp_path):
     course = load(copied(tmp_path / "course", ["00_start.ipynb"]))
     made = student_course.release(course, tmp_path / "out")
-    expected = student_course.date_of([course.folder, ROOT / "labcourse", ROOT / "rotflex"])
+    expected = student_course.zip_time_of([course.folder, ROOT / "labcourse", ROOT / "rotflex"])
     with zipfile.ZipFile(made.archive) as packed:
         # A zip's clock goes in steps of two seconds.
         assert {entry.date_time for entry in packed.infolist()} == {(*expected[:5], expected[5] // 2 * 2)}

@@ -13,7 +13,7 @@ from labcourse.grading.release import student_course
 from labcourse.run import restore, submit, update
 
 NAME = "02_finding_stiffness.ipynb"
-MASTER = json.loads(student_course.derived(OURS)[NAME])
+MASTER = json.loads(student_course.derive_notebooks(OURS)[NAME])
 
 
 def in_format_3(wrote: str = "omega_n = 20.0") -> bytes:

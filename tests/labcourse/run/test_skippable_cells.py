@@ -5,7 +5,7 @@ import json
 from made_courses import OURS
 
 from labcourse.answers.words import where_of
-from labcourse.grading.course_check.solutions import handed_in
+from labcourse.grading.course_check.solutions import solved_cells
 from labcourse.grading.release import student_notebooks
 from labcourse.grading.running import bundle, runner
 from labcourse.run import skippable_cells
@@ -51,7 +51,7 @@ def test_no_answer_cell_and_no_call_of_the_laboratory_is_an_illustration():
 def test_answers_are_the_same_to_the_last_bit_with_and_without_illustrations(sandbox):
     """The whole course, solved. What an illustration draws, or runs on a bench, must leave no trace."""
     made = bundle.build(OURS)
-    solved = handed_in(OURS, made.pristine)
+    solved = solved_cells(OURS, made.pristine)
     settings = {"parameters": made.parameters, "imports": made.imports}
     notebooks = [merged(made.pristine, solved, every_cell).notebooks for every_cell in (True, False)]
     runs = [runner.run(made.packed, runner.Job("ada", one, 5, **settings)) for one in notebooks]
