@@ -1,23 +1,27 @@
-"""The instructor's: what students never get.
+"""Grading, for instructors. Students never get this package.
 
-==================================================  ================================================================
-``model``, ``symbolic``, ``design``                 what this course's questions ask students to build
-``course``, ``verdicts``                            a course as one object; what an answer is judged against
-``release``                                         the student's notebooks, folder and zip
-``running``                                         submissions taken in and run in isolation → ``answers.json``
-``marking``                                         bytes of ``answers.json`` → marks, by the course's key
-``reports``                                         marks for people
-``batch``, ``regrade``, ``commands``                a class, from submissions to the gradebook; the commands
-``isolation``, ``gradebook``                        know of no course at all
-==================================================  ================================================================
+=======================================  ========================================================================
+``course``, ``settings``, ``verdicts``   a course as one object; its settings; how its key judges
+``release``                              the student notebooks, and the folder and zip that are handed out
+``intake``                               submissions, read from what students handed in
+``running``, ``isolation``               submissions run in a sandbox: content of ``answers.json``
+``marking``                              content of ``answers.json`` marked by the course's key
+``batch``, ``graded_run``                a class, from submissions to the gradebook; marking it again
+``gradebook``, ``erasure``               what is stored, and how a person is erased from it
+``scoring``                              answers in words, scored by a person
+``reports``, ``accounts``                feedback and tables of marks; final grades
+``outcomes``, ``overview``               levels of outcomes; a class at a glance
+``platforms``                            marks in the files of learning platforms
+``course_check``, ``new``                whether a course is complete and consistent; a new course
+``commands``                             the commands of the command line
+=======================================  ========================================================================
 
-Whatever comes from a submission is data: it is never imported, evaluated or unpickled in this process, and nothing that
-a kernel prints or sends is read. A submission's ``answers.json`` is an untrusted claim; points need positive
-evidence.
+All content of a submission is data: it is never imported, evaluated or unpickled in this process, and nothing that a
+kernel prints or sends is read. A submission's ``answers.json`` is an untrusted claim: points need positive evidence.
 """
 
 import sys
 
-# jsonschema, behind nbformat, imports a grammar of web addresses where there is one. That takes seconds, and no schema
-# of a notebook needs it.
+# jsonschema, which nbformat uses, imports a grammar of web addresses if it is installed. That takes seconds, and the
+# schema of a notebook does not need it.
 sys.modules.setdefault("rfc3987_syntax", None)  # type: ignore[arg-type]

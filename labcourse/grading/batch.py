@@ -121,8 +121,8 @@ class Batch:
         self._key_digest, self._secret = marking_digest(course), gradebook.secret()
         roster = [student for student in gradebook.students() if student.enrolled]
         partners = partners_named_before(gradebook)
-        found = intake.find(submissions, roster, settings.times, settings.zone, partners, settings.decisions)
-        taken, erased = leave_out_erased(gradebook, found.submissions, settings.again)
+        collected = intake.find(submissions, roster, settings.times, settings.zone, partners, settings.decisions)
+        taken, erased = leave_out_erased(gradebook, collected.submissions, settings.again)
         self._submissions = [*taken, *move_to_decided_owners(gradebook, taken)]
         self._bundles = Bundles(course)
         self._masters = {
@@ -130,9 +130,9 @@ class Batch:
             for name, notebook in self._bundles.current.pristine.items()
         }
         self._reports = list(report_files.names(course.catalogue).values())
-        self.ignored = [*found.ignored, *erased, *self._bundles.releases.problems]
+        self.ignored = [*collected.ignored, *erased, *self._bundles.releases.problems]
         time_matters = course.settings.deadlines and course.settings.late.per_day
-        self.doubts = [doubt for doubt in found.doubts if doubt.about != intake.TIME or time_matters]
+        self.doubts = [doubt for doubt in collected.doubts if doubt.about != intake.TIME or time_matters]
         present = {caseless(student) for student in (*self.students, *gradebook.handed_in())}
         self.absent = [student.student for student in roster if caseless(student.student) not in present]
 

@@ -1,4 +1,4 @@
-"""What the gradebook stores of a run besides its answers, and marking by what is stored.
+"""The facts of a run that the gradebook stores besides its answers, and the marking of a stored run.
 
 All of it is plain data, so that answers can be marked again, and reasons given again, without running anything.
 """

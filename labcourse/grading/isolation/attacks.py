@@ -72,8 +72,8 @@ def read_home(targets: Targets) -> str:
 
 def look_into_processes(targets: Targets) -> str:
     """Find the grader's processes, by number and by a token in their environment or arguments."""
-    named = Path("/proc", str(targets["process"]))
-    for process in (named, *Path("/proc").glob("[0-9]*")):
+    target = Path("/proc", str(targets["process"]))
+    for process in (target, *Path("/proc").glob("[0-9]*")):
         for file in ("environ", "cmdline"):
             with contextlib.suppress(OSError):
                 if targets["token"].encode() in (process / file).read_bytes():

@@ -214,9 +214,9 @@ class FunctionIs:
         """Return whether all outputs are the same, within the tolerance."""
         tuples = [output if isinstance(output, tuple) else (output,) for output in expected]
         return all(
-            len(given) == len(wanted)
-            and all(same_entries(*pair, self.rtol, self.atol) for pair in zip(given, wanted, strict=True))
-            for given, wanted in zip(value, tuples, strict=True)
+            len(answered) == len(wanted)
+            and all(same_entries(*pair, self.rtol, self.atol) for pair in zip(answered, wanted, strict=True))
+            for answered, wanted in zip(value, tuples, strict=True)
         )
 
 
@@ -232,19 +232,19 @@ def same_entries(value: Any, expected: Any, rtol: float, atol: float = 0.0) -> b
     rtol : relative to the entry
     atol : absolute; the larger of the two counts
     """
-    given, wanted = np.ravel(value), np.ravel(np.asarray(expected, dtype=float))
-    return given.shape == wanted.shape and bool(np.all(np.abs(given - wanted) <= _tolerances(wanted, rtol, atol)))
+    answered, wanted = np.ravel(value), np.ravel(np.asarray(expected, dtype=float))
+    return answered.shape == wanted.shape and bool(np.all(np.abs(answered - wanted) <= _tolerances(wanted, rtol, atol)))
 
 
 def same_poles(value: Any, expected: Any, rtol: float, atol: float = 0.0) -> bool:
     """Return whether two sets of poles are the same, in any order; the tolerance is that of :func:`same_entries`."""
     from scipy.optimize import linear_sum_assignment
 
-    given, wanted = np.ravel(value).astype(complex), np.ravel(expected).astype(complex)
-    if given.shape != wanted.shape:
+    answered, wanted = np.ravel(value).astype(complex), np.ravel(expected).astype(complex)
+    if answered.shape != wanted.shape:
         return False
     tolerances = np.maximum(_tolerances(wanted, rtol, atol), np.finfo(float).tiny)
-    distance = np.abs(given[:, None] - wanted[None, :]) / tolerances
+    distance = np.abs(answered[:, None] - wanted[None, :]) / tolerances
     return bool(distance[linear_sum_assignment(distance)].max() <= 1)
 
 
@@ -379,6 +379,6 @@ def claimed_run(metadata: Mapping[str, Any]) -> int:
 
 def misfit(values: NDArray[np.float64], reference: NDArray[np.float64]) -> float:
     """Return the RMS difference of two signals (n,) about their means, relative to the reference's (inf if 0)."""
-    given, wanted = values - values.mean(), reference - reference.mean()
-    ratio = float(np.sqrt(np.mean((given - wanted) ** 2) / np.mean(wanted**2)))
+    signal, wanted = values - values.mean(), reference - reference.mean()
+    ratio = float(np.sqrt(np.mean((signal - wanted) ** 2) / np.mean(wanted**2)))
     return ratio if math.isfinite(ratio) else math.inf

@@ -72,7 +72,7 @@ class Trace:
     Attributes
     ----------
     step : of the grid, s
-    given : number of samples that were given
+    sample_count : number of samples that were given
     duration : of the recording, s
     swing : from the lowest value to the highest
     """
@@ -84,7 +84,7 @@ class Trace:
         if n is not None and n > time.size:
             self.time = np.linspace(0, time[-1], min(n, _MOST_SAMPLES))
             self.values = CubicSpline(time, values)(self.time) if smooth else np.interp(self.time, time, values)
-        self.given, self.duration, self.swing = time.size, float(self.time[-1]), float(np.ptp(self.values))
+        self.sample_count, self.duration, self.swing = time.size, float(self.time[-1]), float(np.ptp(self.values))
         self.step = self.duration / (self.time.size - 1)
 
     def is_covered(self, x: Vector, shift: float) -> NDArray[np.bool_]:

@@ -59,7 +59,7 @@ def _equals_rule(expression: Any, rule: Rule, points: list[dict[str, float]]) ->
         pairs = [(at(expression, point), rule(point)) for point in points]
     except _NO_VALUE:
         return False
-    return all(abs(given - wanted) <= tolerance * max(1e-3, abs(wanted)) for given, wanted in pairs)
+    return all(abs(answered - wanted) <= tolerance * max(1e-3, abs(wanted)) for answered, wanted in pairs)
 
 
 @dataclass(frozen=True)
@@ -153,14 +153,14 @@ class EquationIs(ExpressionIs):
         for parameters in points[: _POINTS // 2]:
             moved = [{**parameters, **{name: point[name] for name in point.keys() & self.motion}} for point in points]
             try:
-                given, wanted = np.array([(at(residual, point), rule(point)) for point in moved]).T
+                answered, wanted = np.array([(at(residual, point), rule(point)) for point in moved]).T
             except _NO_VALUE:
                 return False
             largest = np.argmax(np.abs(wanted))
-            if given[largest] == 0 or wanted[largest] == 0:
+            if answered[largest] == 0 or wanted[largest] == 0:
                 return False
-            off = np.abs(given - given[largest] / wanted[largest] * wanted)
-            if not np.all(off <= tolerance * abs(given[largest])):
+            off = np.abs(answered - answered[largest] / wanted[largest] * wanted)
+            if not np.all(off <= tolerance * abs(answered[largest])):
                 return False
         return True
 
@@ -187,6 +187,7 @@ class SymbolicMatrixIs(ExpressionIs):
         return bool(len(self._right_rows(value, rule, points)) == value.rows)
 
     def _wrong_verdict(self, value: Any, points: list[dict[str, float]], why: str) -> Verdict:
+        """Return a share of the points if most rows are right; the reason names the rows that are not."""
         right_rows = self._right_rows(value, self.expected, points)
         bad = [str(row + 1) for row in range(value.rows) if row not in right_rows]
         share = 1 - len(bad) / value.rows

@@ -182,7 +182,7 @@ class _Spectrum:
         self._f = np.fft.rfftfreq(size, trace.step)
         self._amplitude = 2 * np.abs(np.fft.rfft(swinging, size)) / swinging.size
         self.bin_width = 1 / trace.duration
-        self.fastest = trace.given * self.bin_width / 2
+        self.fastest = trace.sample_count * self.bin_width / 2
 
     def at(self, f: Vector) -> Vector:
         """Return the amplitudes at frequencies (Hz)."""

@@ -186,9 +186,9 @@ def read(archive: Path) -> StoredRelease:
         raise _unusable(archive, f"{COURSE_FILE}: {error}") from None
     _read_notebooks(archive, entries)  # raises if one of them cannot be read
     packages = sorted({top for name in entries if f"{(top := name.partition('/')[0])}/__init__.py" in entries})
-    named = course_json.get(RELEASE)
+    own_name = course_json.get(RELEASE)
     # Old releases have neither a name nor a term.
-    name = named if isinstance(named, str) and named else name_of(entries, course_json, "unnamed")
+    name = own_name if isinstance(own_name, str) and own_name else name_of(entries, course_json, "unnamed")
     return StoredRelease(name, archive, policy, tuple(packages))
 
 

@@ -265,17 +265,17 @@ def _pack_wheels(course: Course, folder: Path, release: str) -> None:
             shutil.copytree(folder / name, home / name)
     _write_text(folder / "LICENSE", wheels.licence())
     content = releases.digest(releases.contents(folder / PACKAGE).items())
-    made = [wheels.build(folder / PACKAGE, f"students.{content}", folder / WHEELS)]
+    wheel_files = [wheels.build(folder / PACKAGE, f"students.{content}", folder / WHEELS)]
     (folder / "LICENSE").unlink()  # that was labcourse's, for its wheel; the course has its own, or none
     if (licence := course.folder.parent / "LICENSE").is_file():
         shutil.copy(licence, folder / licence.name)
     for name in course.packages:
         brings = course.package if course.package.partition(".")[0] == name else ""
         local = f"course.{release.rpartition('-')[2]}"
-        made.append(wheels.build(folder / name, local, folder / WHEELS, brings, course.requires))
+        wheel_files.append(wheels.build(folder / name, local, folder / WHEELS, brings, course.requires))
     for name in (PACKAGE, *course.packages):
         shutil.rmtree(folder / name)
-    _write_text(folder / "pyproject.toml", wheels.release_project(course.name, course.title, made))
+    _write_text(folder / "pyproject.toml", wheels.release_project(course.name, course.title, wheel_files))
 
 
 def _write_archive(folder: Path, archive: Path, date: ZipTime) -> None:

@@ -91,9 +91,9 @@ def student_version(notebook: NotebookNode, name: str, catalogue: Catalogue) -> 
             released["attachments"] = pictures
         cells.append(released)
     kernel = {key: value for key, value in notebook.metadata.items() if key == "kernelspec"}
-    about = {"language_info": {"name": "python"}, **kernel}
+    notebook_metadata = {"language_info": {"name": "python"}, **kernel}
     version = {"nbformat": notebook.nbformat, "nbformat_minor": notebook.nbformat_minor}
-    return NotebookNode(nbformat.from_dict({"cells": cells, "metadata": about, **version}))
+    return NotebookNode(nbformat.from_dict({"cells": cells, "metadata": notebook_metadata, **version}))
 
 
 def is_derived(notebook: NotebookNode) -> bool:

@@ -143,8 +143,8 @@ class Bundles:
             notes.append(f"Run and marked under an earlier release, {release}.")
         bundle = self.built(release)
         if bundle.start is not None:
-            given = ", ".join(f"{question} {part}" for question, part in bundle.start.gives)
-            title = f"{bundle.start.title} ({given})"
+            given_parts = ", ".join(f"{question} {part}" for question, part in bundle.start.gives)
+            title = f"{bundle.start.title} ({given_parts})"
             notes.append(f"Given to this class: {title}. It was not asked; later answers may follow from it.")
         return Chosen(bundle, tuple(problems), tuple(notes))
 
