@@ -111,7 +111,7 @@ class _Numbers:
 
 
 def _tolerance_text(rtol: float, atol: float, unit: str) -> str:
-    """Write a tolerance as "5 %", "0.02 s" or "5 % or 0.02 s"."""
+    """Return a tolerance as text: "5 %", "0.02 s" or "5 % or 0.02 s"."""
     return " or ".join([f"{100 * rtol:g} %"] * bool(rtol) + [f"{atol:g} {unit}".rstrip()] * bool(atol))
 
 
@@ -360,7 +360,7 @@ def refused_recording(part: Part, value: dict[str, Any], case: Case) -> Verdict 
 
 
 def claimed_run(metadata: Mapping[str, Any]) -> int:
-    """Return the number of the run that a recording claims to be, ``metadata["bench"]["run"]``; 1 where there is none.
+    """Return the number of the run that a recording claims to be, ``metadata["bench"]["run"]``; 1 if it has none.
 
     Raises
     ------

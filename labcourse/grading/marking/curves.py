@@ -50,7 +50,7 @@ class Curve:
 
 
 def curves_of(figure: dict[str, Any], fewest: int = FEWEST_POINTS) -> list[Curve]:
-    """Return the lines of a figure that have enough points; of very many lines, those with most points."""
+    """Return the lines of a figure that have enough points as curves; of very many lines, those with most points."""
     curves = [
         Curve(axis, line["x"], line["y"], frozenset([(row, place)]))
         for row, axis in enumerate(figure["axes"])
@@ -210,7 +210,7 @@ class Match:
 
 
 def best_match(seen: Iterable[Match]) -> Match | None:
-    """Return the curve that earns most; of equal ones, the nearest. None if there is none."""
+    """Return the match that earns most; of equal ones, the one with the fewest faults and the least misfit; or None."""
     return min(seen, key=lambda curve: (-curve.share, len(curve.faults), curve.misfit), default=None)
 
 

@@ -197,7 +197,7 @@ def _error_and_line(error: Exception) -> str:
 
 
 def _as_text(part: Part, claims: Claims, where: tuple[str, str]) -> str:
-    """Return a student's answer as text; "" if there is none that can be used."""
+    """Return a student's answer to a part as text, for the marks; "" if there is none that can be used."""
     if where not in claims.values:
         return ""
     content, value = claims.contents[where], claims.values[where]

@@ -114,7 +114,7 @@ def units_in_label(label: str, quantity: Quantity) -> tuple[Unit, ...]:
 
 
 def _unit_of_bare_label(text: str, quantity: Quantity) -> Unit | None:
-    """Return the unit of a label that sets none apart; None if there is none.
+    """Return the unit of a label in which no unit is set apart, for example by brackets; None if it has none.
 
     It is the whole label, or its last word if that is a unit's full name, or the sign for degrees at its end.
     """
