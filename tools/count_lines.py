@@ -63,7 +63,7 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
     "running": (1094, ("labcourse/grading/running/**/*.py",)),
     "intake": (1306, ("labcourse/grading/intake/**/*.py",)),
     "gradebook": (1579, ("labcourse/grading/gradebook/**/*.py",)),
-    "marking": (1209, ("labcourse/grading/marking/**/*.py",)),
+    "marking": (1208, ("labcourse/grading/marking/**/*.py",)),
     "isolation": (1153, ("labcourse/grading/isolation/**/*.py",)),
     "reports, scoring": (2869, ("labcourse/grading/reports/**/*.py", "labcourse/grading/scoring/**/*.py")),
     "outcomes, overview, platforms, accounts": (
