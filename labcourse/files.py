@@ -142,7 +142,7 @@ def from_json(data: bytes, max_depth: int = MAX_DEPTH, **hooks: Any) -> Any:
         if isinstance(value, dict | list) and _depth(value) > max_depth:
             raise RecursionError
     except RecursionError:
-        raise ValueError(f"it is nested too deeply: at most {max_depth} lists and objects within each other") from None
+        raise ValueError(f"it is nested too deeply: more than {max_depth} lists or objects within each other") from None
     text = json.dumps(value, ensure_ascii=False)
     written = text.encode(errors="replace")
     return value if written.decode() == text else json.loads(written, **hooks)

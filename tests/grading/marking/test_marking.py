@@ -100,7 +100,7 @@ def test_an_answer_is_read():
         file({OMEGA: NUMBER}).replace(b"19.9", b"9" * 5000),
         file({OMEGA: NUMBER}).replace(b"19.9", b"[" * 100 + b"]" * 100),
         file({OMEGA: NUMBER}).replace(b"19.9", b"[" * 100_000),
-        file({OMEGA: NUMBER}, format=2),
+        file({OMEGA: NUMBER}, format=3),
         file({OMEGA: NUMBER}, answers=[]),
         file({OMEGA: NUMBER}, extra=1),
         file({OMEGA: NUMBER}) + b" " * 1_000_001,
