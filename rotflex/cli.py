@@ -34,7 +34,7 @@ def doctor(
         str, typer.Option("--bench", help="Look at this bench: bench.toml, or an address, as 'quanser:q2_usb/0'.")
     ] = "",
     seconds: Annotated[float, typer.Option(min=0.1, max=60, help="With --bench: sample it so long at each rate.")] = 3,
-    as_json: Annotated[bool, typer.Option("--json", help="Print JSON for scripts: an object a line.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON for scripts: one object per line.")] = False,
 ) -> None:
     """Check that students' code can be isolated on this computer; with --bench, that a bench works.
 

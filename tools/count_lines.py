@@ -58,16 +58,16 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
             "labcourse/jupyter/**/*.py",
         ),
     ),
-    "run": (2494, ("labcourse/run/**/*.py",)),
+    "run": (2490, ("labcourse/run/**/*.py",)),
     "report": (1918, ("labcourse/report/**/*.py",)),
     "running": (1094, ("labcourse/grading/running/**/*.py",)),
     "intake": (1306, ("labcourse/grading/intake/**/*.py",)),
-    "gradebook": (1579, ("labcourse/grading/gradebook/**/*.py",)),
+    "gradebook": (1459, ("labcourse/grading/gradebook/**/*.py",)),
     "marking": (1208, ("labcourse/grading/marking/**/*.py",)),
     "isolation": (1153, ("labcourse/grading/isolation/**/*.py",)),
     "reports, scoring": (2869, ("labcourse/grading/reports/**/*.py", "labcourse/grading/scoring/**/*.py")),
     "outcomes, overview, platforms, accounts": (
-        2953,
+        2952,
         (
             "labcourse/grading/accounts/**/*.py",
             "labcourse/grading/erasure/**/*.py",
@@ -77,7 +77,7 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
         ),
     ),
     "settings, release, commands, rest": (
-        3815,
+        3802,
         (
             "rotflex/cli.py",
             "labcourse/command_line.py",

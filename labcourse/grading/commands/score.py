@@ -23,7 +23,7 @@ def score(
     course: CourseFolder = None,
     by: Annotated[
         list[str] | None,
-        typer.Option(metavar="NAME", help="Name of a scorer, for the record; once for each scorer."),
+        typer.Option(metavar="NAME", help="Your name, for the record; once for each person who scores."),
     ] = None,
     port: Annotated[int, typer.Option(min=0, max=65535, help="Port of the page; 0: any free port.")] = 0,
     show_names: Annotated[bool, typer.Option("--names", help="Show students' names instead of numbers.")] = False,
