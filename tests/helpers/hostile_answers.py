@@ -87,7 +87,7 @@ open('answers.json', 'w').write(forged)
 """
             + _LEAVE
         },
-        trouble=("should be finite",),
+        trouble=("Malformed: J_l:", "finite"),
     ),
     "twice": raw("open('answers.json','rb').read().replace(b'{\"', b'{\"answers\": {}, \"', 1)", "twice"),
     "nested": raw("b'{\"answers\":' + b'[' * 100_000 + b']' * 100_000 + b'}'", "lists or objects"),
@@ -101,8 +101,8 @@ open('answers.json', 'w').write(forged)
     "a-link-to-the-key": placed("os.symlink(OUTSIDE['secrets'][0], 'answers.json')", "answers.json cannot be read"),
     "another-folder": Attack({"q2-12": ANOTHER_FOLDER + _LEAVE}),
     "odd-parts": changed(ODD_PARTS, "Malformed: V: There is no 'call'", "Malformed: K_s:", earns={}),
-    "odd-shapes": changed(ODD_SHAPES, "Malformed: omega_n should be of kind", "Malformed: J_l should be", earns={}),
-    "steep": changed(STEEP, "Malformed: An exponential within", earns={}),
+    "odd-shapes": changed(ODD_SHAPES, "Malformed: omega_n should be of kind", "Malformed: J_l:", earns={}),
+    "steep": changed(STEEP, "Malformed: V: An exponential within", earns={}),
     "slow": changed(SLOW, "Malformed: It cannot be worked out (TooSlow)", earns={}),
     "many": changed(MANY, "there is no such thing", "more of this sort"),
     "somebody-else": changed(
