@@ -85,7 +85,7 @@ class Notebook:
 
     Attributes
     ----------
-    content : as in the file; without what is no cell, and without unknown entries
+    content : as in the file, but without unknown entries, and without entries in the list of cells that are no cells
     problems : a sentence on each thing that was left out for its size
     python : version of the Python that it was saved with, as "3.12.1"; "" if unknown. :meth:`read` leaves it out.
     """

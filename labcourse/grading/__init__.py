@@ -24,4 +24,4 @@ import sys
 
 # jsonschema, which nbformat uses, imports a grammar of web addresses if it is installed. That takes seconds, and the
 # schema of a notebook does not need it.
-sys.modules.setdefault("rfc3987_syntax", None)  # type: ignore[arg-type]
+sys.modules.setdefault("rfc3987_syntax", None)  # type: ignore[arg-type]  # None: the import fails at once

@@ -138,7 +138,7 @@ class Batch:
 
     @property
     def students(self) -> list[str]:
-        """IDs of the students whose submissions are graded."""
+        """IDs of the students with a submission to grade."""
         return [submission.student for submission in self._submissions]
 
     def __len__(self) -> int:

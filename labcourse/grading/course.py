@@ -250,7 +250,7 @@ def load(folder: Path, entry: str = ENTRY) -> Course:
 def _origin(error: Exception, folder: Path) -> str:
     """Return " (file, line)" of the course's code that an error came from.
 
-    "" if it came from elsewhere, and for a syntax error, whose message names its file and line.
+    Returns "" if the error came from other code. Also for a syntax error: its message names file and line already.
     """
     engine = Path(labcourse.__file__).parent
     paths = [(Path(frame.filename), frame.lineno) for frame in traceback.extract_tb(error.__traceback__)]

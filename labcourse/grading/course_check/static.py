@@ -164,7 +164,7 @@ def _check_recorded(
 
 
 def _check_headings(name: str, cells: Iterable[Mapping[str, Any]]) -> Iterator[Finding]:
-    """Find text cells for answers whose question or heading is missing, or whose heading another cell has, too."""
+    """Find text cells for answers without a question or a heading, and those with the heading of another cell."""
     seen: dict[str, str] = {}
     for cell in cells:
         if cell["cell_type"] != "markdown" or not is_answer(cell):

@@ -119,4 +119,4 @@ def _function_and_trigger(name: str, when: str, code: str) -> Iterator[str]:
 
 for _dialect, _statements in {"sqlite": _sqlite, "postgresql": _postgresql}.items():
     for _statement in _statements():
-        event.listen(Base.metadata, "after_create", DDL(_statement).execute_if(dialect=_dialect))  # type: ignore[no-untyped-call]
+        event.listen(Base.metadata, "after_create", DDL(_statement).execute_if(dialect=_dialect))  # type: ignore[no-untyped-call]  # SQLAlchemy's

@@ -133,7 +133,7 @@ class OfAnswer(MappedAsDataclass):
     Attributes
     ----------
     number : of the row; rows are numbered in the order in which they were written
-    student, question, part : whose answer, and which
+    student, question, part : the answer's student, and its place
     """
 
     number: Mapped[int] = mapped_column("id", primary_key=True)

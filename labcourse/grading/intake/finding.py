@@ -69,7 +69,7 @@ class Piece:
     files : path → entry
     refused : path → reason why it is not read
     trouble : why nothing of it can be read; "" where it can
-    owner : whose it is
+    owner : the student, or students, who made it, and how this is known
     received : time of receipt, UTC
     clock : how the time is known; "" where only the student's computer wrote it
     order : of pieces received at one time, the higher came later: number of the attempt, and when it was saved
@@ -93,7 +93,7 @@ class Submission:
     ----------
     student : ID
     pieces : in order of time
-    bench_of : ID of the student whose bench it is to be run on; a partner's, where several handed in together
+    bench_of : ID of the student with the bench for the run: a partner's, if several handed in together
     partners : IDs of those with whom it was handed in
     claimed_by : ID of the partner whose course.json alone says that it is this student's, too; "" for their own
     problems : contradictions about its owner
@@ -227,7 +227,7 @@ def _together(places: Mapping[str, Place]) -> Place:
 
 @dataclass(frozen=True)
 class _Found(Piece):
-    """A piece whose owner is the one in its name, and whose time is not known yet.
+    """Make a piece that belongs to the student in its name; its time of receipt is not known yet.
 
     Attributes
     ----------
@@ -258,7 +258,7 @@ def find(
     Parameters
     ----------
     folder : holds a folder, a zip or loose files for each student
-    roster : the students, by whose names those that platforms give are recognised
+    roster : the students; names that platforms give are compared with theirs
     times : name of what lies there, or a student's ID or name → time of receipt, from :func:`.platforms.read_times`
     zone : of times in names and in zips, which have none
     earlier : students whom a student named who handed in before; None for a student who did not
@@ -381,7 +381,7 @@ class _Finder:
     # --- what they hold -----------------------------------------------------------------------------------------------
 
     def _take(self, place: Place, label: Label | None, owner: Owner | None = None, name: str = "") -> None:
-        """Take what one student handed in, whose owner its name says unless it is given."""
+        """Take what one student handed in. Its name says who, unless the owner is given."""
         self._shelf.begin_student()
         self._archives_left = MAX_INNER_ARCHIVES
         archived = place.file.modified if place.file else None
@@ -550,7 +550,7 @@ def _submission(student: str, pieces: Iterable[Piece]) -> Submission:
     is_claimed = all(student not in piece.owner.students for piece in own)
     notes = dict.fromkeys(note for piece in own for note in piece.owner.notes)
     if is_claimed:
-        notes[f"Handed in by {newest.students[0]}, whose {COURSE_FILE} says that it was made together."] = None
+        notes[f"Handed in by {newest.students[0]}: their {COURSE_FILE} says that it was made together."] = None
     together = {one for piece in own for one in piece.owner.everybody}
     return Submission(
         student,

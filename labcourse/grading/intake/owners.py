@@ -29,7 +29,7 @@ class Owner:
     ----------
     students : IDs, by its name, or by its course.json where the name is nobody's
     claimed : IDs that only its course.json names beside these
-    bench_of : ID of the student on whose bench it was made
+    bench_of : ID of the student with the bench that was used
     rule : how they were identified
     attempt : number of a copy; the higher, the later
     is_certain : whether the roster has them
@@ -254,7 +254,7 @@ def _checked(owner: Owner, given: str, student: str | None, partners: Sequence[s
         return replace(owner, bench_of=student, claimed=claimed)
     problem = (
         f"{COURSE_FILE} names the student {(student or given)[: student_id.LONGEST]!r}; this counts as "
-        f"{owner.students[0]!r}'s work, under whose name it was handed in. If it is not theirs, rename it."
+        f"{owner.students[0]!r}'s work, because it was handed in under that name. If it is not theirs, rename it."
     )
     return replace(owner, problems=(problem,))
 

@@ -331,7 +331,7 @@ def _memory_file(data: bytes) -> Iterator[int]:
     try:
         descriptor = os.memfd_create("labcourse")
     except OSError as error:
-        message = f"Bubblewrap cannot be told what to do: memfd_create: {error.strerror}."
+        message = f"Arguments cannot be passed to bubblewrap: memfd_create: {error.strerror}."
         raise IsolationError(message, "bubblewrap", bubblewrap.remedy_of_namespaces()) from None
     try:
         os.write(descriptor, data)

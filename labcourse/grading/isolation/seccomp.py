@@ -53,7 +53,7 @@ def program(machine: str) -> bytes | None:
     Returns
     -------
     bytes or None
-        None for a machine whose numbers of system calls are not known here.
+        None for a machine without a table of system call numbers here.
     """
     if machine not in _ARCHITECTURES:
         return None

@@ -35,7 +35,7 @@ class Unisolated:
     Raises
     ------
     IsolationError
-        For root, whose rights no untrusted command may have; and on systems without process groups (Windows).
+        For root, as no untrusted command may have root's rights; and on systems without process groups (Windows).
     """
 
     start_signal = b""  # the command is started at once

@@ -258,7 +258,7 @@ def find_matches(
     ----------
     figure : a decoded figure
     wanted : the channel
-    search : whether to look for curves with any shift, that is whose time begins somewhere in the recording
+    search : whether to look for curves with any shift in time
     origins : curves and their shifts, if known: a curve over the same stretch of the axis has the same shift
 
     Returns

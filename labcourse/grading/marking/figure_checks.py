@@ -79,7 +79,7 @@ class FigureOfSpectrum:
     Parameters
     ----------
     recording : of the student's own bench
-    own : (question, part) of the student's own recording, whose spectrum may be plotted as well
+    own : (question, part) of the student's own recording; its spectrum may be plotted as well
     channel : name of the channel
     band : Hz, in which the peak is sought
     peak_rtol : tolerance of where the peak is, relative

@@ -48,7 +48,7 @@ def _wrong_figure(part: Part, value: Any) -> Any:
 
 
 def _reverse(samples: dict[str, Any], name: str) -> dict[str, Any]:
-    """Return a copy of a channel or a line whose array of this name is reversed and scaled."""
+    """Return a copy of a channel or a line, with the array of this name reversed and scaled."""
     return {**samples, name: samples[name][::-1] * _FACTOR}
 
 

@@ -43,7 +43,7 @@ def read(path: Path) -> NotebookNode:
     Raises
     ------
     GradingError
-        If it is not a valid notebook of format 4.5 or later (whose cells have ids).
+        If it is not a valid notebook of format 4.5 or later (cells have ids from 4.5 on).
     """
     try:
         notebook: NotebookNode = nbformat.read(path, as_version=nbformat.NO_CONVERT)

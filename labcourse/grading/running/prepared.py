@@ -128,7 +128,7 @@ def prepare(
 
 
 def _repeated(master: Sequence[Mapping[str, Any]], cells: Sequence[Cell]) -> Iterator[str]:
-    """Yield a note on each answer cell whose id occurs more than once."""
+    """Yield a note on each id that several answer cells have."""
     times = Counter(cell.id for cell in cells)
     for name in (str(cell["id"]) for cell in master if alignment.role_of(cell) is Role.ANSWER):
         if times[name] > 1:

@@ -29,7 +29,7 @@ MAX_ANSWERS = 2_000_000  #: bytes: twice those of answers.json, for others' form
 MAX_EVIDENCE = 40_000_000  #: bytes: 20 recordings of 30,000 samples in four channels, 13 characters each
 _GIB = 1024**3
 _CONNECT = 15  # s to find a scheduler and a worker; a scheduler answers within one
-_RETRIES = 3  # for a submission whose worker is lost, be it by no fault of its own
+_RETRIES = 3  # of a submission after its worker was lost
 # Copy matplotlib's list of fonts ($0, its folder) to where matplotlib could write it; then become the command ($@).
 _WITH_FONTS = 'mkdir -p "$HOME/.cache" && cp -R "$0" "$HOME/.cache/matplotlib" && exec "$@"'
 
@@ -262,5 +262,8 @@ def cluster(scheduler: str) -> Iterator[Pool]:
             raise GradingError(f"The scheduler at {scheduler} has no workers.") from None
         # Not pure: dask must not take the result of an equal call for that of another student's.
         executor = client.get_executor(pure=False, retries=_RETRIES)
-        run = lambda *call: executor.submit(*call).result()  # noqa: E731
+
+        def run(*call: Any) -> Any:
+            return executor.submit(*call).result()
+
         yield Pool(run, sum(client.nthreads().values()), partial(executor.shutdown, wait=False))

@@ -113,7 +113,7 @@ class Kernel:
     def _take_over(self) -> None:
         """Set the process's standard streams, arguments, path and signals as a kernel has them."""
         nowhere = os.open(os.devnull, os.O_RDWR)
-        sys.stdin = open(nowhere, closefd=False)  # noqa: SIM115
+        sys.stdin = open(nowhere, closefd=False)  # noqa: SIM115 (open as long as the process lives)
         sys.stdout = MutedStream("stdout", nowhere)
         sys.stderr = MutedStream("stderr", nowhere)
         for number in range(3):
@@ -125,7 +125,7 @@ class Kernel:
 
     async def _run_cells(self, cells: Sequence[Source], report_step: Callable[[], None]) -> None:
         """Run the cells in order; raise SystemExit after one that called ``exit()``."""
-        self._kernel.io_loop = _Loop(asyncio.get_running_loop())  # type: ignore[assignment]
+        self._kernel.io_loop = _Loop(asyncio.get_running_loop())  # type: ignore[assignment]  # it has all that is used of a loop
         for source, cell in cells:
             report_step()
             await self._execute(source, cell)

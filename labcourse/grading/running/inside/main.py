@@ -83,7 +83,7 @@ def _prepared_kernel(imports: list[str]) -> Any:
     os.environ["LABCOURSE_PICTURES"] = "off"
     gc.disable()  # nothing of this is garbage
     for name in _NOT_IMPORTED:
-        sys.modules[name] = None  # type: ignore[assignment]
+        sys.modules[name] = None  # type: ignore[assignment]  # the import fails at once
     with interfaces.plain_docstrings():
         for name in (*_ALWAYS_IMPORTED, *imports):
             importlib.import_module(name)
