@@ -13,9 +13,9 @@ from rotflex.specifications import OMEGA_N, P_3, P_4, ZETA
 Array = NDArray[Any]
 
 
-def desired_poles() -> Array:
-    """Desired closed-loop poles (3.4)."""
-    return design.desired_poles(ZETA, OMEGA_N, P_3, P_4)
+def desired_poles(zeta: float = ZETA) -> Array:
+    """Return the desired closed-loop poles (3.4), or what they would be with another damping ratio."""
+    return design.desired_poles(zeta, OMEGA_N, P_3, P_4)
 
 
 def desired_polynomial() -> Array:

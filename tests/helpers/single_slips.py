@@ -292,8 +292,8 @@ SLIPS: tuple[Slip, ...] = (
     Slip(
         ("3.4", "desired_poles"), "in the right half plane", lambda v, own: [-p for p in v], "signs of the real parts"
     ),
-    Slip(("3.4", "desired_poles"), "zeta 0.06", lambda v, own: pair(1.2, 19.96), "damping ratio|sqrt|earlier answers"),
-    Slip(("3.4", "polynomial"), "a zero lost", times([1, 1, 1, 1, 0.1]), "follows from"),
+    Slip(("3.4", "desired_poles"), "zeta 0.06", lambda v, own: pair(1.2, 19.96), "damping ratio"),
+    Slip(("3.4", "polynomial"), "a zero lost", times([1, 1, 1, 1, 0.1]), "factor of ten"),
     Slip(("3.4", "polynomial"), "lowest power first", lambda v, own: v[::-1], "highest power of s first"),
     Slip(("3.5", "K_c"), "reversed", lambda v, own: v[:, ::-1], "lowest power of s comes first"),
     Slip(("3.5", "K_c"), "a zero lost, 48000", times([0.1, 1, 1, 1]), "factor of ten"),
