@@ -97,11 +97,7 @@ NEEDED = (
     Interface(_HISTORY, "HistoryManager.enabled"),
     Interface(_SHELL, "InteractiveShell._tee", ("self", "channel")),
     Interface(_SHELL, "InteractiveShell.enable_matplotlib", ("self", "gui")),
-    Interface(
-        _SHELL,
-        "InteractiveShell._format_exception_for_storage",
-        ("self", "exception", "filename", "running_compiled_code"),
-    ),
+    Interface(_SHELL, "InteractiveShell._format_exception_for_storage", _STORED),
     Interface("IPython.core.ultratb", "AutoFormattedTB.set_mode", ("self", "mode")),
     Interface("IPython.core.formatters", "DisplayFormatter.active_types"),
     Interface("jupyter_client.session", "Session.send", _SEND),
