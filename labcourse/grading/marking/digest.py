@@ -16,7 +16,7 @@ _PACKAGE = Path(labcourse.__file__).parent
 _NOT_MARKING = tuple(
     _PACKAGE / "grading" / name
     for name in (
-        *("accounts", "gradebook", "isolation", "outcomes", "overview", "platforms"),
+        *("accounts", "gradebook", "intake", "isolation", "outcomes", "overview", "platforms"),
         *("release", "reports", "running", "scoring"),
     )
 )

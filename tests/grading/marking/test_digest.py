@@ -75,7 +75,8 @@ def test_what_a_run_leaves_beside_the_key_marks_nothing_again(tree, name):
 
 
 @pytest.mark.parametrize(
-    "name", ["reports/feedback.py", "isolation/sandbox.py", "gradebook/store.py", "accounts/__init__.py"]
+    "name",
+    ["reports/feedback.py", "isolation/sandbox.py", "intake/reading.py", "gradebook/store.py", "accounts/__init__.py"],
 )
 def test_what_has_no_part_in_marking_marks_nothing_again(tree, name):
     before = of(tree)
@@ -84,7 +85,7 @@ def test_what_has_no_part_in_marking_marks_nothing_again(tree, name):
 
 
 #: Folders of ``labcourse/grading`` that have no part in marking; all else has, as far as anybody knows.
-APART = {"accounts", "gradebook", "isolation", "outcomes", "overview", "platforms"}
+APART = {"accounts", "gradebook", "intake", "isolation", "outcomes", "overview", "platforms"}
 APART |= {"release", "reports", "running", "scoring"}
 
 
