@@ -131,9 +131,9 @@ class Trace:
         swinging = spread > _FLAT * x.size * self.values.var()
         ratio = np.full(count, math.inf)
         np.divide((y - y.mean()) @ (y - y.mean()) - 2 * products + spread, spread, out=ratio, where=swinging)
-        best_match = float(np.argmin(np.where(np.isnan(ratio), math.inf, ratio)) * self.step - x.min())
-        is_near: list[float] = [best_match + part * self.step for part in _REFINEMENT.tolist()]
-        return min(is_near, key=lambda shift: self.misfit(x, y, shift))
+        best = float(np.argmin(np.where(np.isnan(ratio), math.inf, ratio)) * self.step - x.min())
+        shifts: list[float] = [best + part * self.step for part in _REFINEMENT.tolist()]
+        return min(shifts, key=lambda shift: self.misfit(x, y, shift))
 
     @cached_property
     def _spectra(self) -> tuple[int, NDArray[np.complex128], NDArray[np.complex128]]:
