@@ -121,7 +121,7 @@ def test_a_time_that_is_stated_otherwise_is_told_with_its_place(copy):
 
 
 def stating(course, name, minutes):
-    """What is found where a notebook states other reading_time."""
+    """What is found where a notebook states other times."""
     path = course.folder / f"{name}.ipynb"
     notebook = json.loads(path.read_text(encoding="utf-8"))
     for cell in notebook["cells"]:
