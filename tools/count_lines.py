@@ -60,7 +60,7 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
     ),
     "run": (2490, ("labcourse/run/**/*.py",)),
     "report": (1918, ("labcourse/report/**/*.py",)),
-    "running": (1094, ("labcourse/grading/running/**/*.py",)),
+    "running": (1083, ("labcourse/grading/running/**/*.py",)),
     "intake": (1306, ("labcourse/grading/intake/**/*.py",)),
     "gradebook": (1459, ("labcourse/grading/gradebook/**/*.py",)),
     "marking": (1208, ("labcourse/grading/marking/**/*.py",)),

@@ -132,8 +132,7 @@ def grade(
         checked.result()
         make_folder(folder)
         decided = intake_table.read(folder / INTAKE_FILE)
-        decisions = {one.key: text for one, text in decided.items() if text}
-        settings = replace(settings, decisions=decisions)
+        settings = replace(settings, decisions={one.key: text for one, text in decided.items() if text})
         with open_or_make(marks) as book:
             batch = Batch(submissions, found, book, settings)
             before = Before(book)
@@ -169,9 +168,10 @@ def _zone(name: str) -> tzinfo:
 
 def _check_isolation(isolated: bool, scheduler: str | None) -> None:
     """Try to break out before any submission can. (On a cluster it is the workers' isolation that counts.)"""
+    from labcourse.grading.isolation import unisolated
     from labcourse.grading.running import isolation_report
 
     if isolated and scheduler is None:
         isolation_report.check()
     elif not isolated:
-        isolation_report.check_unisolated()
+        unisolated.check_allowed()

@@ -42,7 +42,7 @@ class Unisolated:
     layers: tuple[str, ...] = ()
 
     def __init__(self, command: Sequence[str], environment: Mapping[str, str]) -> None:
-        _check_allowed()
+        check_allowed()
         self._command, self._environment = command, environment
         self._token = secrets.token_hex(16)
         self._code: int | None = None
@@ -99,15 +99,15 @@ class Unisolated:
         return self._code
 
 
-def _check_allowed() -> None:
-    """Raise IsolationError for root, and on systems without process groups."""
+def check_allowed() -> None:
+    """Raise IsolationError for root, and on systems without process groups (Windows)."""
     if os.name != "posix":
         raise IsolationError(
             "A run cannot be watched and ended here.", "operating system", bubblewrap.remedy_of_platform()
         )
     if os.geteuid() == 0:
         raise IsolationError(
-            "Root does not run students' code without isolation: with its rights it could do anything at all.",
+            "Running students' code without isolation is not for root: with its rights it could do anything at all.",
             "user",
             "Grade in isolation, or as a user made for it who owns nothing of value.",
         )

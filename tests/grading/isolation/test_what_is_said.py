@@ -250,16 +250,6 @@ def test_breaking_out_is_tried_where_every_needed_layer_is_there(found, tried, m
     assert len(calls) == tried and examined == IsolationState(found, (HELD,) * tried)
 
 
-@pytest.mark.parametrize(("user", "refused"), [(0, True), (1, False), (1000, False)])
-def test_root_does_not_grade_without_isolation(user, refused, monkeypatch):
-    monkeypatch.setattr(os, "geteuid", lambda: user, raising=False)
-    if refused:
-        with pytest.raises(IsolationError, match="not for root"):
-            isolation_report.check_unisolated()
-    else:
-        isolation_report.check_unisolated()
-
-
 def test_a_refusal_names_the_error_and_the_way_on(capsys):
     isolation_report.print_refusal(IsolationError("No sandbox.", "sandbox", "Install one."))
     said = " ".join(capsys.readouterr().err.split())

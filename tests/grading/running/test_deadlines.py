@@ -14,7 +14,7 @@ from typer.testing import CliRunner
 import labcourse
 from labcourse.errors import GradingError
 from labcourse.grading import batch
-from labcourse.grading.isolation import sandbox
+from labcourse.grading.isolation import sandbox, unisolated
 from labcourse.grading.isolation.process import Ending, Outcome
 from labcourse.grading.isolation.process import Limits as SandboxLimits
 from labcourse.grading.running import isolation_report, runner
@@ -56,7 +56,7 @@ def settings_of(tmp_path, monkeypatch):
 
     monkeypatch.setattr(batch, "Batch", Batch)
     monkeypatch.setattr(isolation_report, "check", lambda: None)
-    monkeypatch.setattr(isolation_report, "check_unisolated", lambda: None)
+    monkeypatch.setattr(unisolated, "check_allowed", lambda: None)
 
     def made(*options):
         command = ["grade", str(tmp_path / "out"), str(tmp_path / "in"), "--solutions", str(OURS.folder)]
