@@ -58,12 +58,10 @@ class FigureShows:
         chosen = _one_curve_each(shown)
         reasons = [_missing(channel, best_match(shown[channel])) for channel in self.channels if channel not in chosen]
         if not chosen:
-            told = [reason for reason in reasons if ":" in reason]
+            known = "".join(f"; {reason}" for reason in reasons if ":" in reason)
             return wrong(
-                (
-                    "No curve in the figure follows the recording that it should show over a turn of the command or "
-                    "more{told}."
-                ).format(told="".join(f"; {one}" for one in told))
+                "No curve in the figure follows the recording that it should show over a turn of the command or "
+                f"more{known}."
             )
         if reasons:
             reasons.append("each curve should follow over a turn of the command or more")

@@ -93,8 +93,8 @@ class GainPlaces:
                 if places(gain, *candidate.voltage_model, wanted):
                     if stiffness_is_right and wanted_is_right:
                         return right("With this gain the poles of your model are where they are wanted.")
-                    whose = "right model" if stiffness_is_right else "model that your own stiffness gives"
-                    return follow_through(f"It puts the poles of the {whose} where {where}.")
+                    model = "right model" if stiffness_is_right else "model that your own stiffness gives"
+                    return follow_through(f"It puts the poles of the {model} where {where}.")
             try:
                 if places(gain, *own_voltage_model(case.own, case.bench.servo), wanted):
                     return follow_through(f"It puts the poles of your own model where {where}.")
