@@ -86,7 +86,7 @@ class Reports:
         self.write_all()
 
     def write(self, graded: Graded) -> Result:
-        """Write a student's pages in place of earlier ones. What cannot be written is told by :meth:`write_all`."""
+        """Write a student's pages in place of earlier ones. :meth:`write_all` raises for what cannot be written."""
         about = {caseless(one.student): one for one in self._book.students()}.get(caseless(graded.run.student))
         return self._pages(graded, about)
 
@@ -172,10 +172,8 @@ class Reports:
 
     def _pages(self, graded: Graded, about: StudentRecord | None) -> Result:
         result = result_in(self._book, self._course, graded, about)
-        now = datetime.now(UTC)
-        digest = hashlib.sha256(
-            repr((result, graded.run, self._course.settings.feedback.is_open(now))).encode()
-        ).hexdigest()
+        is_open = self._course.settings.feedback.is_open(datetime.now(UTC))
+        digest = hashlib.sha256(repr((result, graded.run, is_open)).encode()).hexdigest()
         if self._written.get(result.student) == digest:
             return result
         folder = self._out / result.student
