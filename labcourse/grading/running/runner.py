@@ -141,7 +141,7 @@ def run(packed: bytes, job: Job, cancelled: threading.Event | None = None) -> Ru
     if outcome.ending is Ending.CANCELLED:
         raise GradingError("The run was cancelled.")
     if outcome.code == inside.BROKEN and job.notebooks:  # a claim: try the course alone, which raises if it is true
-        run(packed, replace(job, notebooks={}, files={}, evidence=""))
+        run(packed, replace(job, notebooks={}, files={}, evidence=""), cancelled)
     elif outcome.code == inside.BROKEN:
         lines = outcome.output.decode(errors="replace").strip().splitlines()
         raise GradingError(f"The released course cannot be run here: {lines[-1] if lines else 'it printed nothing'}")

@@ -156,19 +156,20 @@ def test_a_worker_of_another_version_runs_nothing(monkeypatch):
 
 @pytest.mark.parametrize("is_broken", [True, False])
 def test_a_submission_that_claims_that_the_course_is_broken_is_not_believed(monkeypatch, is_broken):
-    asked = []
+    asked, cancelled = [], threading.Event()
 
-    def run(packed, job, cancelled):
+    def run(packed, job, given):
         asked.append(job)
+        assert given is cancelled
         return Outcome(Ending.FINISHED, BROKEN if job.notebooks or is_broken else 0, b"{}", "", b"no numpy", 1.0)
 
     monkeypatch.setattr(runner, "_run_in_sandbox", run)
     job = runner.Job("ada", {"a.ipynb": {"cells": []}}, 5, files={"numpy.py": b""}, evidence="m:read")
     if is_broken:
         with pytest.raises(GradingError, match="no numpy"):
-            runner.run(b"", job)
+            runner.run(b"", job, cancelled)
     else:
-        assert runner.run(b"", job).problems == ("The run ended before all notebooks were run.",)
+        assert runner.run(b"", job, cancelled).problems == ("The run ended before all notebooks were run.",)
     assert asked == [job, runner.Job("ada", {}, 5)]
 
 
