@@ -570,6 +570,7 @@ GOOD = {FIGURE.name: encode(FIGURE, labelled(20), SEED).content, SWEEP.name: enc
         (SWEEP, {**GOOD["sweep"], "sample_time": -1}),
         (SWEEP, {**GOOD["sweep"], "metadata": {"x": "y" * 5000}}),
         (SWEEP, {**GOOD["sweep"], "metadata": []}),
+        (SWEEP, {**GOOD["sweep"], "metadata": {"x": [float("inf")]}}),  # as JSON's 1e999 is read
         (SWEEP, {**GOOD["sweep"], "channels": {}}),
         (SWEEP, {**GOOD["sweep"], "channels": {**GOOD["sweep"]["channels"], "x": {"unit": "m", "values": []}}}),
         (SWEEP, {**GOOD["sweep"], "channels": {"alpha": {"unit": "deg", "values": [0.0] * 20}}}),
