@@ -133,9 +133,10 @@ class Notebook:
         sizes = Counter[str]()
         for cell in notebook.cells:
             sizes[cell.kind] += len(cell.source.encode())
-        # Some editors put pictures into the text itself.
-        if any(size > (MAX_PICTURES if kind == TEXT else MAX_NOTEBOOK) for kind, size in sizes.items()):
-            raise NotebookError(f"its cells have more than {MAX_NOTEBOOK} bytes.")
+        for kind, size in sizes.items():
+            most = MAX_PICTURES if kind == TEXT else MAX_NOTEBOOK  # some editors put pictures into the text itself
+            if size > most:
+                raise NotebookError(f"its {kind} cells have more than {most} bytes.")
         notebook._drop_pictures(problems)
         language = max(data.rfind(b'"language_info"'), 0)
         version = _VERSION.search(data, language, language + _LONGEST_LANGUAGE)

@@ -120,6 +120,9 @@ def test_bytes_of_a_notebooks_cells(monkeypatch, fits, kind, name):
     limits = {"MAX_NOTEBOOK": 10_000, "MAX_PICTURES": 20_000}
     data = made(a_cell("x" * (limits[name] + (not fits)), kind=kind, outputs=["x" * 30_000]))
     assert is_read(monkeypatch, data, **limits) == fits
+    if not fits:
+        with pytest.raises(NotebookError, match=f"{kind} cells have more than {limits[name]} bytes"):
+            Notebook.without_outputs(data)
 
 
 @FITS
