@@ -12,6 +12,7 @@ import json
 import re
 import unicodedata
 import zipfile
+import zlib
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
@@ -220,7 +221,7 @@ def _release_files(archive: Path) -> dict[str, bytes]:
             if not projects:
                 raise _unusable(archive, f"it holds no {_PROJECT}")
             entries = dict(_counted_files(packed, min(projects, key=lambda place: len(place.parts)).parent))
-    except (OSError, zipfile.BadZipFile, zipfile.LargeZipFile, NotImplementedError, RuntimeError) as error:
+    except (OSError, EOFError, zipfile.BadZipFile, zlib.error, NotImplementedError, RuntimeError) as error:
         raise _unusable(archive, error) from None
     if not any(name.startswith(f"{NOTEBOOKS}/") and name.endswith(".ipynb") for name in entries):
         raise _unusable(archive, "it holds no notebooks")

@@ -6,6 +6,7 @@ import shutil
 import subprocess
 import sys
 import zipfile
+import zlib
 from dataclasses import replace
 
 import pytest
@@ -218,17 +219,29 @@ def test_a_trial_is_not_kept(two, course, tmp_path):
 WHOLE = {"x/pyproject.toml": "", "x/notebooks/a.ipynb": '{"cells": []}'}
 
 
+def damaged():
+    """Return the zip of a release with a notebook that cannot be decompressed."""
+    packed = io.BytesIO()
+    with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, text in WHOLE.items():
+            archive.writestr(name, text)
+    deflated = zlib.compress(WHOLE["x/notebooks/a.ipynb"].encode(), wbits=-zlib.MAX_WBITS)
+    assert deflated in packed.getvalue()
+    return packed.getvalue().replace(deflated, b"\xff" * len(deflated))
+
+
 @pytest.mark.parametrize(
     ("content", "told"),
     [
         (b"no zip", "File is not a zip file"),
+        (damaged(), "while decompressing data"),
         ({"x/readme.txt": "x"}, "it holds no pyproject.toml"),
         ({"x/pyproject.toml": "", "x/springlab/__init__.py": ""}, "it holds no notebooks"),
         ({"x/pyproject.toml": "", "x/notebooks/a.ipynb": "{"}, "a.ipynb: it is not JSON"),
         ({**WHOLE, "x/notebooks/course.json": "["}, "course.json: "),
         ({**WHOLE, "x/notebooks/course.json": '{"bench": {"which": "x"}}'}, 'course.json: "bench" should be'),
     ],
-    ids=["no zip", "no project", "no notebooks", "no notebook", "no JSON", "no policy"],
+    ids=["no zip", "damaged", "no project", "no notebooks", "no notebook", "no JSON", "no policy"],
 )
 def test_what_is_no_release_is_passed_over_and_told(two, course, content, told):
     archive = course.releases / "zz.zip"
