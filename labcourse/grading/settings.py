@@ -552,7 +552,7 @@ def _refused_entry(details: ErrorDetails, data: Mapping[str, Any]) -> Fault:
     if (place[0], place[-1]) not in _ENTRIES:
         return place[:1], ""  # the table is not one; the fault of _unknown_entries replaces this
     value = _entry_at(data, place)
-    shown = str(value) if isinstance(value, date) else ascii(value)
+    shown = str(value) if isinstance(value, date | time) else ascii(value)
     problem = "it is missing. It" if value is None else f"it is {shown:.80}, and"
     return place, f"{problem} {_expectation(str(place[0]), str(place[-1]))}"
 

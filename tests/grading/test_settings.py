@@ -164,6 +164,7 @@ def test_each_fault_is_reported_with_its_line_table_and_entry(tmp_path, text, fa
         ("[feedbak]\n", ["Did you mean [feedback]?", "[[deadline]]"]),
         ('title = "x"\n', ["[course]"]),
         ("[deadline]\n", ["[[deadline]]"]),
+        ("[feedback]\nfrom = 07:32:00\n", ["it is 07:32:00,"]),
         ("[marks]\ndecimals = 5\n", ["it is 5", "from 0 to 4", "decimals = 2"]),
         ('[bench]\nwhich = "same"\n', ['which = "same"', "seed = 2026"]),
     ],
