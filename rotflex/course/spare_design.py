@@ -136,11 +136,12 @@ def for_bench(bench: Callable[[], Bench], K: ArrayLike | None, feedback: Sequenc
 
 def _what_happens(bench: Callable[[], Bench], K: Gain, feedback: str) -> str:
     """Why a gain is of no use on a bench, in words; nothing if it is."""
-    is_virtual = bool(_VIRTUAL & bench().identity.keys())
-    if is_virtual and not _fails(bench, K, feedback):  # what follows the whole wave follows the small one
-        return ""
-    why = _fails(bench, K, feedback, amplitude=_SMALL, duration=_SHORT)
-    return why or (_fails(bench, K, feedback) if is_virtual else "")
+    whole = ""
+    if _VIRTUAL & bench().identity.keys():
+        whole = _fails(bench, K, feedback)
+        if not whole:  # what follows the whole wave follows the small one
+            return ""
+    return _fails(bench, K, feedback, amplitude=_SMALL, duration=_SHORT) or whole
 
 
 def _fails(bench: Callable[[], Bench], K: Gain, feedback: str, **wave: float) -> str:

@@ -116,6 +116,11 @@ def test_a_virtual_bench_is_tried_with_the_whole_wave_and_a_real_one_gently(monk
     spare_design.for_bench(lambda: hil.open(seed=3), PRINTED)
     assert tried == [None]
     tried.clear()
+    with monkeypatch.context() as context:
+        context.setattr(spare_design, "can_be_measured", lambda run: False)
+        spare_design.for_bench(lambda: hil.open(seed=3), PRINTED)
+    assert tried == [None, pytest.approx(np.deg2rad(2))]  # each once
+    tried.clear()
     monkeypatch.setattr(hil, "Bench", RealBench)
     spare_design.for_bench(lambda: hil.open(seed=3), PRINTED)
     assert tried == [pytest.approx(np.deg2rad(2))]
