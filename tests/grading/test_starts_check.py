@@ -51,4 +51,4 @@ def test_a_cell_that_needs_what_is_skipped_is_told(tmp_path):
     for start, needed in ((GAIN, ["3.10"]), (replace(GAIN, gives=GAIN.gives[:-1]), ["3.8", "3.10"])):
         told = found(start, folder=folder)
         assert [f" {one}, K" in line for one, line in zip(needed, told, strict=True)] == [True] * len(needed)
-        assert all(line.startswith("08_full_state_feedback.ipynb, carried") for line in told)
+        assert all(line.startswith("08_full_state_feedback.ipynb, cell 'carried") for line in told)

@@ -287,8 +287,8 @@ def _cells_without_answer(course: Course, start: Start) -> Iterator[Finding]:
         for cell in cells:
             for question, part in _needed_answers(cell.source) if cell.cell_type == "code" else ():
                 if (question, part) not in available and question in course.catalogue.everything:
-                    missing = f"it needs {question}, {part}, which a class that begins with {start.name} has not."
-                    yield Finding(f"{path.name}, {cell.id}", missing)
+                    missing = f"it needs {question}, {part}; a class that begins with {start.name} does not have it."
+                    yield Finding(in_cell(path.name, cell.id), missing)
 
 
 def _needed_answers(source: str) -> Iterator[Where]:
