@@ -10,6 +10,7 @@ from types import SimpleNamespace
 
 import pytest
 import strangers
+from browser import free_port
 from checkout import ROOT
 from jupyter_client.kernelspec import KernelSpecManager
 from jupyter_client.manager import KernelManager
@@ -186,8 +187,9 @@ def test_the_first_notebook_is_served_and_its_address_is_all_that_is_said(tmp_pa
 @pytest.mark.timeout(120)
 @pytest.mark.parametrize("end", [signal.SIGINT, signal.SIGTERM])
 def test_the_users_options_win(tmp_path, end):
+    port = free_port()
     running, lines = served(
-        tmp_path, "--", "--LabApp.default_url=/tree", "--ServerApp.port=8899", "--IdentityProvider.token=mine"
+        tmp_path, "--", "--LabApp.default_url=/tree", f"--ServerApp.port={port}", "--IdentityProvider.token=mine"
     )
     running.send_signal(end)
-    assert running.wait(60) == 0 and ":8899/tree?token=mine" in lines[-1]
+    assert running.wait(60) == 0 and f":{port}/tree?token=mine" in lines[-1]
