@@ -136,12 +136,10 @@ def for_bench(bench: Callable[[], Bench], K: ArrayLike | None, feedback: Sequenc
 
 def _what_happens(bench: Callable[[], Bench], K: Gain, feedback: str) -> str:
     """Why a gain is of no use on a bench, in words; nothing if it is."""
-    whole = ""
-    if _VIRTUAL & bench().identity.keys():
-        whole = _fails(bench, K, feedback)
-        if not whole:  # what follows the whole wave follows the small one
-            return ""
-    return _fails(bench, K, feedback, amplitude=_SMALL, duration=_SHORT) or whole
+    whole = _fails(bench, K, feedback) if _VIRTUAL & bench().identity.keys() else None
+    if whole == "":  # what follows the whole wave follows the small one
+        return ""
+    return _fails(bench, K, feedback, amplitude=_SMALL, duration=_SHORT) or whole or ""
 
 
 def _fails(bench: Callable[[], Bench], K: Gain, feedback: str, **wave: float) -> str:
