@@ -81,7 +81,7 @@ class HandIn:
 
 @dataclass(frozen=True)
 class Notebook:
-    """A notebook in format 4, but that cells have an id only where the file gives one.
+    """A notebook in format 4, except that a cell has an id only if it has one in the file.
 
     Attributes
     ----------
@@ -134,8 +134,8 @@ class Notebook:
         for cell in notebook.cells:
             sizes[cell.kind] += len(cell.source.encode())
         for kind, size in sizes.items():
-            most = MAX_PICTURES if kind == TEXT else MAX_NOTEBOOK  # some editors put pictures into the text itself
-            if size > most:
+            # Some editors put pictures into the text itself.
+            if size > (most := MAX_PICTURES if kind == TEXT else MAX_NOTEBOOK):
                 raise NotebookError(f"its {kind} cells have more than {most} bytes.")
         notebook._drop_pictures(problems)
         language = max(data.rfind(b'"language_info"'), 0)
