@@ -21,8 +21,8 @@ SETTINGS = {
 _TOKENS = ("JUPYTER_TOKEN", "JUPYTER_TOKEN_FILE")
 
 
-def open_jupyterlab(folder: Path, options: list[str]) -> int:
-    """Run JupyterLab until it ends or is interrupted, and return its exit code.
+def open_jupyterlab(folder: Path, options: list[str]) -> None:
+    """Run JupyterLab until it ends or is interrupted.
 
     Parameters
     ----------
@@ -51,7 +51,6 @@ def open_jupyterlab(folder: Path, options: list[str]) -> int:
         config[section][setting] = value
     CourseServer.instance(config=config, jpserver_extensions={"jupyterlab": True})  # LabApp takes this instance
     LabApp.launch_instance(argv=options)
-    return 0
 
 
 def environment() -> dict[str, str]:

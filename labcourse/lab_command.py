@@ -51,8 +51,8 @@ def lab(
             typer.echo(message)
     if hub.is_here():
         typer.echo(f"JupyterLab runs here already, as the hub's: open {folder} in its file browser.")
-        raise typer.Exit
-    raise typer.Exit(open_jupyterlab(folder, arguments))
+    else:
+        open_jupyterlab(folder, arguments)
 
 
 def _is_home(folder: Path, course: Path) -> bool:

@@ -45,7 +45,7 @@ def course(tmp_path, monkeypatch):
 def opened(monkeypatch):
     """What JupyterLab was opened with, in place of JupyterLab."""
     calls = []
-    monkeypatch.setattr(lab_command, "open_jupyterlab", lambda *arguments: calls.append(arguments) or 0)
+    monkeypatch.setattr(lab_command, "open_jupyterlab", lambda *arguments: calls.append(arguments))
     return calls
 
 

@@ -66,7 +66,7 @@ def test_without_a_course_of_its_own_the_command_asks_which_one(tmp_path, monkey
     (tmp_path / "two-1.dist-info").mkdir()
     (tmp_path / "two-1.dist-info" / "entry_points.txt").write_text(ENTRIES)
     monkeypatch.syspath_prepend(tmp_path)
-    monkeypatch.setattr(lab_command, "open_jupyterlab", lambda *arguments: 0)
+    monkeypatch.setattr(lab_command, "open_jupyterlab", lambda *arguments: None)
     app = command_line.command_line("labcourse", "1.2")
     done = CliRunner().invoke(app, ["lab", "work", "--student", "ada"])
     assert done.exit_code == 2 and "springs, tanks" in " ".join(done.output.split())

@@ -106,7 +106,7 @@ def test_a_link_is_not_restored_and_that_is_said(folder, link):
 
 @needs_links
 def test_nothing_is_written_through_a_link(tmp_path, folder, link, monkeypatch):
-    monkeypatch.setattr("labcourse.lab_command.open_jupyterlab", lambda *given: 0)
+    monkeypatch.setattr("labcourse.lab_command.open_jupyterlab", lambda *given: None)
     link(NAME)
     done = rotflex("lab", folder)
     assert (NAME in done.output) == (folder / NAME).is_symlink() and not (tmp_path / "not-there").exists()
@@ -123,7 +123,7 @@ def test_a_process_that_a_command_starts_imports_nothing_either(tmp_path, folder
 @needs_links
 @pytest.mark.parametrize("words", [["submit", "--no-check", "--student", "ada"], ["lab"], ["restore", "--folder"]])
 def test_a_name_that_steers_a_terminal_is_printed_without_that(folder, words, monkeypatch):
-    monkeypatch.setattr("labcourse.lab_command.open_jupyterlab", lambda *given: 0)
+    monkeypatch.setattr("labcourse.lab_command.open_jupyterlab", lambda *given: None)
     (folder / "a\x1b[2J\u202eb.csv").symlink_to("nowhere")
     (folder / "01\x1b[2J.ipynb").write_text("{")
     (folder / "01_modeling_prelab.ipynb").unlink()

@@ -48,7 +48,7 @@ def labcourse(site, place, *words):
     """What the command prints, typed where both are installed; and its exit code."""
     given = {name: value for name, value in os.environ.items() if not name.startswith("LABCOURSE_")}
     given |= {"PYTHONPATH": str(site), "LABCOURSE_CONFIG_DIR": str(place / "settings"), "COLUMNS": "200"}
-    fill = "from labcourse import lab_command; lab_command.open_jupyterlab = lambda *given: 0; "
+    fill = "from labcourse import lab_command; lab_command.open_jupyterlab = lambda *given: None; "
     fill += "from labcourse.command_line import run; import sys; sys.argv[0] = 'labcourse'; run()"
     done = subprocess.run(
         [sys.executable, "-P", "-c", fill, *words], cwd=place, env=given, capture_output=True, text=True, check=False

@@ -95,7 +95,7 @@ def work(tmp_path, monkeypatch):
 
 @pytest.mark.parametrize("code", ["cp1252", "cp850"])
 def test_no_command_fails_for_a_sign_that_the_output_does_not_have(work, monkeypatch, code):
-    monkeypatch.setattr(lab_command, "open_jupyterlab", lambda *arguments: 0)
+    monkeypatch.setattr(lab_command, "open_jupyterlab", lambda *arguments: None)
     for words in (
         ["--help"],
         ["lab", str(work), "--student", "Ωmega"],
