@@ -68,10 +68,10 @@ def _objections(student: str) -> Iterator[str]:
     if unseen:
         yield f"it should be one line of characters that can be seen. Leave {unseen[0]!a} out."
     if len(student) > LONGEST:
-        yield f"it has {len(student)} characters, of which there may be {LONGEST}. Shorten it."
+        yield f"it has {len(student)} characters, and {LONGEST} is the most. Shorten it."
     size = len(student.encode())
     if size > LONGEST_IN_BYTES:
-        yield f"as a folder's name it takes {size} bytes, of which there may be {LONGEST_IN_BYTES}. Shorten it."
+        yield f"as a folder's name it takes {size} bytes, and {LONGEST_IN_BYTES} is the most. Shorten it."
     if student.startswith("."):
         yield "it begins with a dot, as the names of hidden files do. Leave the dot out."
     if student.endswith("."):

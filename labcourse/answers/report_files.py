@@ -52,9 +52,9 @@ def made_files(pdfs: Iterable[str]) -> list[str]:
 def refusal(data: bytes) -> str | None:
     """Return why a file cannot be a report, by its size and its first bytes; None if it can."""
     if len(data) > MAX_BYTES:
-        return f"it has {megabytes(len(data))}, of which there may be {megabytes(MAX_BYTES)}: save its pictures smaller"
+        return f"it has {megabytes(len(data))}, and {megabytes(MAX_BYTES)} is the most: save its pictures smaller"
     if _MAGIC not in data[:_WITHIN]:
-        return "it is no PDF, whatever its name is: save or export it as PDF"
+        return "it is no PDF: save or export it as PDF"
     return None
 
 

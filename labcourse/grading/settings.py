@@ -585,7 +585,7 @@ def _bench_faults(bench: Mapping[str, Any], presets: Collection[str], benches: M
     if which == PRESET and bench.get("preset", "") not in {*presets, ""}:
         yield ("bench", "preset"), f"the course has no bench {bench['preset']!a}; it has {_name_list(presets)}."
     for name in bench.get("benches", ()):
-        missing = f"of {name!a} the course does not have the truth; it has that of {_name_list(benches)}."
+        missing = f"the course does not have the truth of {name!a}; it has that of {_name_list(benches)}."
         if fault := benches.get(name, missing):
             yield ("bench", "benches"), fault
 
@@ -625,9 +625,9 @@ def _level_faults(levels: LevelSettings) -> Iterator[Fault]:
                 less = f"level {high} has {100 * of_level[high]:g} %, and level {low} has {100 * of_level[low]:g} %"
                 yield ("levels", entry), f"{less}. A higher level should have at least as much. {default}"
     for level, share in levels.shares.items():
-        if share and levels.level_of(share) != level:
-            worth = f"a person's level {level} is worth {100 * share:g} % of the points, and by the thresholds so many"
-            yield ("levels",), f"{worth} points are level {levels.level_of(share)}. Let them agree. {default}"
+        if share and (reached := levels.level_of(share)) != level:
+            worth = f"level {level} is worth {100 * share:g} % of the points, which the thresholds make level {reached}"
+            yield ("levels",), f"{worth}. Let them agree. {default}"
 
 
 def _unknown_names(settings: CourseSettings, catalogue: Catalogue) -> Iterator[Fault]:

@@ -257,7 +257,7 @@ def omega_n(expected, **others):
         (omega_n(lambda bench: bench.omega_n, rtol=0.9), "a wrong answer ("),
         (omega_n(lambda bench: bench.omega_n, slips=lambda bench: {"x": bench.nothing}), "on a wrong answer, it fails"),
         (omega_n(lambda bench: bench.omega_n, follow=lambda own: nobody), "on a wrong answer, it fails: NameError"),  # noqa: F821
-        (omega_n(lambda bench: bench.omega_n, follow=lambda own: own("2.91", "x")), "it follows what there is not"),
+        (omega_n(lambda bench: bench.omega_n, follow=lambda own: own("2.91", "x")), "it uses an answer that"),
     ],
     ids=["expected", "lambda", "too wide", "slip", "follow-through", "no such question"],
 )

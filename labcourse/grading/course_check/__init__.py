@@ -36,9 +36,8 @@ def check(course: Course, run: bool = True) -> Iterator[Finding]:
         for name in outdated:
             yield Finding(name, f"it is not what is made of its text now: say {program.name()} make-notebooks.")
         return
-    for part in (static.check_key, static.check_files, static.check_cells, static.check_derived, static.check_starts):
-        yield from part(course)
-    for part in (static.check_numbers, reading_time.check, static.check_imports):
+    checks = [static.check_key, static.check_files, static.check_cells, static.check_derived, static.check_starts]
+    for part in (*checks, static.check_numbers, reading_time.check, static.check_imports):
         yield from part(course)
     if run:
         released = bundle.build(course)

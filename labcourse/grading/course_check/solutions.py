@@ -115,7 +115,7 @@ def check_verdicts(course: Course, claims: Claims, missing: Mapping[Where, str])
             why = missing.get((number, part.name), "its cell runs to its end, and leaves it empty.")
             yield from _check_part(question, part, checks[part.name], claims, replace(case, own=own), why)
             for error in own.unknown:
-                yield Finding(in_key(question, part), f"it follows what there is not. {error}")
+                yield Finding(in_key(question, part), f"it uses an answer that does not exist. {error}")
 
 
 class _OwnAnswersOfKnownParts:

@@ -186,7 +186,7 @@ def _check_tags(name: str, cells: Iterable[NotebookNode]) -> Iterator[Finding]:
     """Find a missing or repeated tag "parameters", and solutions in cells that are not answer cells."""
     tagged = sum(PARAMETERS_TAG in cell.metadata.get("tags", []) for cell in cells)
     if tagged != 1:
-        yield Finding(name, f"{tagged} cells are tagged 'parameters'; one should be: a run tells its student there.")
+        yield Finding(name, f"{tagged} cells are tagged 'parameters'; one should be: a run sets the student after it.")
     for cell in cells:
         is_solution = BEGIN in cell.source or words.BEGIN in cell.source
         if is_solution and INSTRUCTOR_TAG not in cell.metadata.get("tags", []) and not is_answer(cell):
