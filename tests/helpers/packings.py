@@ -7,6 +7,7 @@ import tarfile
 import zipfile
 from datetime import UTC, datetime
 from pathlib import Path
+from typing import Any
 
 #: The course's notebooks, and the ids of their cells.
 NOTEBOOKS = {
@@ -52,10 +53,10 @@ def zipped(files: dict[str, bytes], when: datetime = datetime(2026, 11, 21, 13, 
     return packed.getvalue()
 
 
-def tarred(files: dict[str, bytes], mode: str = "w:gz") -> bytes:
+def tarred(files: dict[str, bytes], mode: str = "w:gz", **options: Any) -> bytes:
     """A tar of files, compressed as `mode` of tarfile says."""
     packed = io.BytesIO()
-    with tarfile.open(fileobj=packed, mode=mode) as archive:
+    with tarfile.open(fileobj=packed, mode=mode, **options) as archive:
         for name, content in files.items():
             entry = tarfile.TarInfo(name)
             entry.size, entry.mtime = len(content), datetime(2026, 11, 21, 13, 5, 58, tzinfo=UTC).timestamp()

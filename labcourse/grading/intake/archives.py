@@ -37,7 +37,7 @@ MAX_DEPTH = 8  #: folders within folders
 MAX_CLASS_ARCHIVE = 4_000_000_000  #: bytes of a zip of the whole class; 1000 students of 4 MB each
 MAX_ARCHIVE = 200_000_000  #: bytes of one student's zip
 MAX_INNER_ARCHIVE = 100_000_000  #: bytes of a zip within a zip, and of an unpacked tar
-MAX_DIRECTORY = 10_000_000  #: bytes of a zip's table of contents; 100 000 files, with paths of 100 characters
+MAX_DIRECTORY = 10_000_000  #: bytes of a zip's table of contents; 46 of each file, and its path
 
 NOTEBOOKS = (".ipynb.txt", ".ipynb.json", ".ipynb")  #: endings of notebooks, also as browsers write them
 ARCHIVES = (".zip", ".tar.gz", ".tgz", ".tar.bz2", ".tar.xz", ".tar")  #: that Python's library reads
@@ -347,7 +347,7 @@ def _first(size: int, file: IO[bytes]) -> bytes:
 def _tar_as_zip(data: bytes) -> IO[bytes]:
     """Pack a tar as a zip. Links and devices become empty links; what a sparse file leaves out counts as well."""
     packed, left = io.BytesIO(), MAX_INNER_ARCHIVE
-    with tarfile.open(fileobj=io.BytesIO(data), mode="r:") as tar, zipfile.ZipFile(packed, "w") as archive:
+    with tarfile.TarFile(fileobj=io.BytesIO(data), errors="replace") as tar, zipfile.ZipFile(packed, "w") as archive:
         for member in tar:
             if member.isdir():
                 continue

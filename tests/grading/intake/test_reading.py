@@ -175,7 +175,7 @@ def test_a_copy_does_not_count_beside_the_notebook_itself_and_of_copies_the_last
     assert len(result.notes) == 2 and result.hand_in.files == {}
 
 
-def test_a_notebook_renamed_beyond_recognition_is_reported_by_its_cells(taken):
+def test_a_notebook_renamed_beyond_recognition_is_recognised_by_its_cells(taken):
     files = work(names=[A]) | {"my answers.ipynb": notebook(B, "mine = 1"), "own.ipynb": b'{"cells": []}'}
     result = taken(
         files, masters={name: {one: {"id": one, "source": ""} for one in ids} for name, ids in NOTEBOOKS.items()}
@@ -496,6 +496,13 @@ def test_a_tar_that_is_damaged_or_too_large_is_the_students_and_is_reported(tmp_
         lay(tmp_path, {name: content})
         read = Read(tmp_path)
         assert read.notebooks == [] and read.problems
+
+
+def test_a_tar_with_a_name_of_an_old_system_is_read(tmp_path):
+    packed = tarred(work() | {"m\u00fc.csv": b"1"}, encoding="latin-1", format=tarfile.GNU_FORMAT)
+    lay(tmp_path, {"ada.tar.gz": packed})
+    read = Read(tmp_path)
+    assert (read.notebooks, read.problems, read.hand_in.files) == (WANTED, [], {"m\ufffd.csv": b"1"})
 
 
 def test_a_sparse_tar_unpacks_to_no_more_than_the_limit(tmp_path, monkeypatch):
