@@ -148,6 +148,8 @@ class Database:
             yield
         except DBAPIError as error:
             raise GradebookError(f"The gradebook {self.where}: {_message(error)}") from error
+        except OverflowError as error:  # SQLite's driver raises it as it is
+            raise GradebookError(f"The gradebook {self.where}: {error}.") from error
 
 
 def is_address(url: str | Path) -> bool:

@@ -123,6 +123,11 @@ def test_a_writer_waits_for_another(book, url):
         holding.result(30)
 
 
+def test_a_number_that_no_row_can_have_is_an_error_of_the_gradebook(book):
+    with pytest.raises(GradebookError, match=r"too large|out of range"):
+        book.requests.answer(2**70, "prof", "Yes.")
+
+
 def test_a_writer_does_not_wait_for_ever(book, url, monkeypatch):
     monkeypatch.setattr(database_module, "PATIENCE", 0.1)
     with Gradebook(url) as other, closing(Database(url)) as database, database.writing():
