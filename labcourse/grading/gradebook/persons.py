@@ -43,7 +43,7 @@ from labcourse.student_id import caseless
 
 FEWEST_CHARACTERS = 3  #: of a word that is looked for in texts: a shorter one is found in texts that name nobody
 FEWEST_DIGITS = 5  #: of a number: points, years and frequencies have up to four
-#: Tables with rows of one student → what a row is called.
+#: Tables with rows of students, or in which persons are named → what a row is called.
 _CALLED = {
     "deliveries": "file that they handed in",
     "runs": "what their run left",
@@ -55,6 +55,7 @@ _CALLED = {
     "comments": "comment for them",
     "requests": "request to look again",
     "publications": "note on what was given back",
+    "erasures": "erasure",
 }
 _Stored = TypeVar("_Stored", bound=OfAnswer | CommentRecord | Delivery)
 _Named = TypeVar("_Named", bound=OfAnswer | CommentRecord)
@@ -388,7 +389,7 @@ class _Erasing:
     def _left(self) -> Iterator[str]:
         """Yield where the person is still named."""
         runs: dict[Any, int] = dict(self._session.execute(select(RunRecord.id, RunRecord.student_id)).all())
-        for table in (_TABLES[name] for name in (*_CALLED, "erasures") if name != "claims"):  # claims run out
+        for table in (_TABLES[name] for name in _CALLED if name != "claims"):  # claims run out
             for row in self._session.execute(select(table)).mappings():
                 actors = [row.get(name) for name in _ACTORS]
                 yield from (_DECIDED.format(name) for name in actors if self._is_named(name))
