@@ -120,7 +120,7 @@ def grade(
     from labcourse.grading.running.runner import Limits
 
     zone = _zone(time_zone)
-    when, untold = read_times(times, zone) if times else ({}, [])
+    when, problems = read_times(times, zone) if times else ({}, [])
     limits = Limits(cell_timeout, deadline, memory * 2**20, processes)
     try:
         found = courses.find(course)
@@ -136,7 +136,7 @@ def grade(
         with open_or_make(marks) as book:
             batch = Batch(submissions, found, book, settings)
             before = Before(book)
-            progress = (JsonLines if as_json else Screen)(len(batch), [*batch.ignored, *untold], batch.absent)
+            progress = (JsonLines if as_json else Screen)(len(batch), [*batch.ignored, *problems], batch.absent)
             with Reports(folder, found, book, batch.students) as reports, progress:
                 try:
                     for step in batch.grade():

@@ -85,11 +85,8 @@ def _guards(reason: str, rest: str) -> Iterator[tuple[str, str, str, str]]:
     is_gone = "NEW.gone = NEW.number AND NOT EXISTS (SELECT 1 FROM students WHERE id = OLD.number)"
     yield "erasures_no_update", "UPDATE ON erasures", _STAYS, f"{unchanged('erasures', but='gone')} AND {is_gone}"
     yield "students_no_other_number", "UPDATE ON students", "the number of a student stays as it is", "NEW.id = OLD.id"
-    nobodys, free = (
-        "the number of an erased student is never given again",
-        "NEW.id NOT IN (SELECT number FROM erasures)",
-    )
-    yield "students_no_number_again", "INSERT ON students", nobodys, free
+    never, free = "the number of an erased student is never given again", "NEW.id NOT IN (SELECT number FROM erasures)"
+    yield "students_no_number_again", "INSERT ON students", never, free
 
 
 def _sqlite() -> Iterator[str]:

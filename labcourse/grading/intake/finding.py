@@ -227,7 +227,7 @@ def _together(places: Mapping[str, Place]) -> Place:
 
 @dataclass(frozen=True)
 class _Found(Piece):
-    """Make a piece that belongs to the student in its name; its time of receipt is not known yet.
+    """A piece that belongs to the student in its name; its time of receipt is not known yet.
 
     Attributes
     ----------

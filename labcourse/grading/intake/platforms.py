@@ -219,7 +219,7 @@ def read_times(path: Path, zone: tzinfo = UTC) -> tuple[dict[str, datetime], lis
         rows = [*csv.reader(io.StringIO(text, newline=""), delimiter=max(",;\t", key=first.count))]
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         raise GradingError(f"The times {path} cannot be read: {error}. Save them as CSV in UTF-8.") from None
-    heads = ["".join(filter(str.isalnum, cell.casefold())) for cell in rows[0]] if rows else []
+    heads = [*map(letters, rows[0])] if rows else []
     named = [place for place, head in enumerate(heads) if head in _NAMES]
     timed = next((heads.index(head) for head in _TIMES if head in heads), None)
     if not named or timed is None:
