@@ -104,7 +104,7 @@ def test_other_names_are_not_taken_for_a_platforms(name):
         ("ada-2026", None),
     ],
 )
-def test_what_was_handed_in_again_is_reported(name, again):
+def test_the_number_of_a_copy_is_read(name, again):
     assert without_copy_number(name) == again
 
 

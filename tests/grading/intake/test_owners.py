@@ -92,7 +92,7 @@ def test_a_zip_that_does_not_say_that_its_names_are_utf_8_is_read_as_such(tmp_pa
     assert "messung_ü.csv" in names_in(found[COMPOSED])
 
 
-def test_a_name_in_the_code_of_old_windows_is_reported_by_the_roster(tmp_path):
+def test_a_name_in_the_code_of_old_windows_is_understood_by_the_roster(tmp_path):
     (tmp_path / "Jürgen G".encode("cp850").decode("latin-1")).mkdir()
     assert list(found_in(tmp_path, ROSTER)[0]) == [COMPOSED]
 
@@ -219,7 +219,7 @@ def test_a_course_file_may_name_a_partner_who_handed_in_nothing(tmp_path):
     found, _ignored = found_in(tmp_path, ROSTER)
     assert list(found) == ["ada", "bob"]
     assert (found["bob"].claimed_by, found["ada"].claimed_by) == ("ada", "")
-    assert found["bob"].notes[-1] == "Handed in by ada, whose course.json says that it was made together."
+    assert found["bob"].notes[-1] == "Handed in by ada: their course.json says that it was made together."
     assert {one.bench_of for one in found.values()} == {"ada"}
     assert ["'nobody/at/all'" in note for note in found["ada"].notes] == [True, False]
 

@@ -103,7 +103,7 @@ def laid(request, tmp_path):
 
 
 def numbered(student):
-    """A student's files, from which it can be reported whose they are, though nothing in them says so."""
+    """A student's files, without a course.json; each answer names the student."""
     return work(None, f"whose = {student!r}")
 
 
