@@ -81,16 +81,16 @@ def publish(
 
     folder = results_in(marks, out)
     found = courses.find(course)
-    begun = datetime.now(UTC)  # what is changed while pages are written may be in none, and is told the next time
+    begun = datetime.now(UTC)  # what is changed while pages are written may be in none, and is reported the next time
     with open_existing(marks) as book:
         before = book.requests.publications()
         changed = published.changed_since(book.audit(), before[-1].when) if before else []
         count = Reports(folder, found, book).write_all()
-        untold = published.not_ready(book, found.settings, begun)
+        unready = published.not_ready(book, found.settings, begun)
         is_open = found.settings.feedback.is_open(begun)
         done = book.requests.publish(by, note, begun) if is_open else None
     typer.echo(f"Pages of {plural(count, '{count} student', '{count} students')}: {folder}")
-    say(*untold, *_not_renewed(folder))
+    say(*unready, *_not_renewed(folder))
     if done is None:
         raise typer.Exit(SOME_TROUBLE)
     typer.echo(f"Given back on {moment(done.when)}, by {done.actor}.")
@@ -172,9 +172,9 @@ def answer(
 def _lines(there: Sequence[Request]) -> list[str]:
     from labcourse.grading.overview.section import moment
 
-    told = []
+    lines = []
     for one in there:
-        told.append(f"{one.number}  {moment(one.made)}  {one.student}  {one.question} {one.part}: {one.text}")
+        lines.append(f"{one.number}  {moment(one.made)}  {one.student}  {one.question} {one.part}: {one.text}")
         if one.answered is not None:
-            told.append(f"    {moment(one.answered)}  {one.answered_by}: {one.answer}")
-    return told
+            lines.append(f"    {moment(one.answered)}  {one.answered_by}: {one.answer}")
+    return lines

@@ -68,23 +68,23 @@ def regrade(
     with open_existing(marks) as book, ExitStack() as stack:
         reports = None if folder is None else stack.enter_context(Reports(folder, found, book))
         for done in mark_again(book, found, question or (), jobs):
-            told = changes(done.before, done.after)
+            change = changes(done.before, done.after)
             students += 1
-            changed += bool(told.parts)
+            changed += bool(change.parts)
             failed += bool(done.problem)
             faults |= dict.fromkeys(key_faults(done.after))
             if as_json:
                 left = [one.as_data() for one in done.unchanged]
-                typer.echo(json.dumps({**told.as_data(), "left_alone": left, "problem": done.problem}))
+                typer.echo(json.dumps({**change.as_data(), "left_alone": left, "problem": done.problem}))
                 continue
             if done.problem:
                 say(
-                    f"{told.student}: {done.problem} The marks stay as they were.",
+                    f"{change.student}: {done.problem} The marks stay as they were.",
                     err=True,
                 )
-            if told.parts:
-                say(str(told))
-            say(*(f"{told.student}, {one}" for one in done.unchanged))
+            if change.parts:
+                say(str(change))
+            say(*(f"{change.student}, {one}" for one in done.unchanged))
     for line in (*faults, *([reports.hints] if reports and reports.hints else ())):
         say(line, err=True)
     if not as_json:
@@ -159,7 +159,7 @@ def _expected(seen: MarkRecord | None, points: float | None) -> MarkRecord | Non
 
     if seen is None:
         return None
-    if points is not None:  # 1/3 is told as 0.333333
+    if points is not None:  # 1/3 is shown as 0.333333
         return seen if f"{points:g}" == f"{seen.points:g}" else replace(seen, points=points)
     return replace(seen, status=Status.FOR_A_PERSON.value) if seen.status == GIVEN_BY_A_PERSON else seen
 

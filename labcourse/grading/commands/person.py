@@ -63,11 +63,11 @@ def erase(
     results = None if folder is None else Results(folder, found)
     with open_existing(marks) as book:
         others = of_others(book, found, student)
-        told = _known(book, student, lambda: book.persons.would_be_erased(student, others))
-        say(*_what_goes(told, results))
+        erased = _known(book, student, lambda: book.persons.would_be_erased(student, others))
+        say(*_what_goes(erased, results))
         handed_in = [] if submissions is None else [*remains.in_submissions(submissions, book, student)]
         if dry_run:
-            say(*_what_stays(told, []), "Nothing was erased: --dry-run.")
+            say(*_what_stays(erased, []), "Nothing was erased: --dry-run.")
             return
         if not yes and not typer.confirm("Erase all of it? It cannot be taken back."):
             raise GradingError("Nothing was erased.")
@@ -88,7 +88,7 @@ def erase(
 
 
 def _known(book: Gradebook, student: str, look: Callable[[], Erased]) -> Erased:
-    """What there is of a student; of who only scored, it is said that this stays."""
+    """Return what would be erased of a student. Of a person who only scored, the error says that this stays."""
     try:
         return look()
     except GradebookError as error:
@@ -100,8 +100,8 @@ def _known(book: Gradebook, student: str, look: Callable[[], Erased]) -> Erased:
         ) from None
 
 
-def _what_goes(told: Erased, results: Results | None) -> Iterator[str]:
-    about = told.about
+def _what_goes(erased: Erased, results: Results | None) -> Iterator[str]:
+    about = erased.about
     yield "What there is of {who}:".format(who=", ".join(filter(None, (about.student, about.name, about.email))))
     called = {
         "deliveries": "files that were handed in, each version",
@@ -115,27 +115,27 @@ def _what_goes(told: Erased, results: Results | None) -> Iterator[str]:
         "requests": "requests to look again",
     }
     for name, what in called.items():
-        if told.counts[name]:
-            yield f"{told.counts[name]:8}  {what}"
+        if erased.counts[name]:
+            yield f"{erased.counts[name]:8}  {what}"
     if results is None:
         yield "No folder of results is named (--out): what lies in one is not looked at."
     else:
         yield from (f"  folder  {path}" for path in results.own(about.student))
         yield from (f"    anew  {path}" for path in results.of_class())
-    if told.struck:
+    if erased.struck:
         yield "Their name is struck out of what is said of others:"
-        yield from _some(told.struck)
+        yield from _some(erased.struck)
 
 
-def _what_stays(told: Erased, named: Sequence[str]) -> Iterator[str]:
-    if told.left:
+def _what_stays(erased: Erased, named: Sequence[str]) -> Iterator[str]:
+    if erased.left:
         yield "They are named still in what others wrote themselves, or as who decided; this is left as it is:"
-        yield from _some(told.left)
+        yield from _some(erased.left)
     if named:
         yield "They are named still here, and this is yours to delete:"
         yield from _some(named)
-    if told.unsought:
-        yield f"Too short to be looked for in texts of others: {', '.join(map(repr, told.unsought))}."
+    if erased.unsought:
+        yield f"Too short to be looked for in texts of others: {', '.join(map(repr, erased.unsought))}."
 
 
 def _some(lines: Sequence[str]) -> Iterator[str]:

@@ -61,12 +61,12 @@ def _serve(desk: Desk, names: list[str], port: int, browser: bool, title: str) -
     from labcourse.grading.scoring import server
     from labcourse.grading.scoring.guards import Scorer
 
-    told = [name.strip() for name in names]
-    if not told or not all(told):
+    given = [name.strip() for name in names]
+    if not given or not all(given):
         raise GradingError("Say who scores: --by NAME, once for each. The gradebook keeps who gave which points.")
-    if len({name.casefold() for name in told}) < len(told):
+    if len({name.casefold() for name in given}) < len(given):
         raise GradingError("Two of those who score have one name; the gradebook could not tell them apart.")
-    scorers = [Scorer(name) for name in told]
+    scorers = [Scorer(name) for name in given]
     with server.listening(port) as listener:
         listener.listen()
         there = listener.getsockname()[1]
