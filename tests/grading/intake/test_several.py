@@ -84,6 +84,13 @@ def test_two_that_are_not_read_are_both_named_whatever_the_reason(tmp_path):
         assert sum(f"'{name}'" in line for line in reported) == 1
 
 
+def test_problems_of_two_contradictions_are_both_reported(tmp_path):
+    lay(tmp_path / "ada", work("bob"))
+    lay(tmp_path, {"ADA.zip": zipped(work("eve"))})
+    (submission,) = intake.find(tmp_path, ROSTER).submissions
+    assert [("'bob'" in one, "'eve'" in one) for one in sorted(submission.problems)] == [(True, False), (False, True)]
+
+
 @pytest.mark.parametrize(
     "course_file", ["course.json", "work/course.json", "work/deep/course.json", "other/course.json"]
 )
