@@ -65,7 +65,7 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
     "gradebook": (1459, ("labcourse/grading/gradebook/**/*.py",)),
     "marking": (1208, ("labcourse/grading/marking/**/*.py",)),
     "isolation": (1153, ("labcourse/grading/isolation/**/*.py",)),
-    "reports, scoring": (2867, ("labcourse/grading/reports/**/*.py", "labcourse/grading/scoring/**/*.py")),
+    "reports, scoring": (2870, ("labcourse/grading/reports/**/*.py", "labcourse/grading/scoring/**/*.py")),
     "outcomes, overview, platforms, accounts": (
         2952,
         (

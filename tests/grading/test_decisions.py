@@ -82,6 +82,17 @@ def test_a_decision_is_read_as_a_spreadsheet_saves_it_and_stays_on_its_row(tmp_p
     assert intake_table.write(path, [], {DOUBT: ""}) == 0 and not path.exists()
 
 
+def test_a_table_is_read_whole_or_refused(tmp_path, monkeypatch):
+    path = tmp_path / "intake.csv"
+    intake_table.write(path, [DOUBT], {DOUBT: "ada"})
+    size = path.stat().st_size
+    monkeypatch.setattr(intake_table, "_MAX_BYTES", size)
+    assert intake_table.read(path) == {DOUBT: "ada"}
+    monkeypatch.setattr(intake_table, "_MAX_BYTES", size - 1)
+    with pytest.raises(GradingError):
+        intake_table.read(path)
+
+
 def test_a_table_without_its_columns_is_an_error_that_names_one(tmp_path):
     (tmp_path / "intake.csv").write_text("submission,about\n")
     with pytest.raises(GradingError, match="'assumed'"):

@@ -78,11 +78,11 @@ def erase(
             done = book.persons.erase(student, by, others)
         finally:
             unwritten = [] if results is None else results.write(book, there)
+            say(*unwritten, err=True)  # here, as it is also said if erasing failed
     named = [] if folder is None else [*remains.in_folder(folder, done.about)]
     named += [*handed_in, *remains.in_settings(found, done.about)]
     say(f"{done.about.student} is erased.", *_what_stays(done, named))
     say(*_what_cannot_be_seen(done, folder, submissions))
-    say(*unwritten, err=True)
     if named or done.left or unwritten:
         raise typer.Exit(SOME_TROUBLE)
 

@@ -24,13 +24,16 @@ def read(path: Path) -> dict[Doubt, str]:
     Raises
     ------
     GradingError
-        If the file cannot be read, or lacks a column.
+        If the file cannot be read, is too long, or lacks a column.
     """
     if not path.exists():
         return {}
     try:
         with open(path, "rb") as file:
-            text = file.read(_MAX_BYTES).decode("utf-8-sig")
+            data = file.read(_MAX_BYTES + 1)
+        if len(data) > _MAX_BYTES:
+            raise GradingError(f"{path} is too long: more than {_MAX_BYTES} bytes. Delete rows that are decided.")
+        text = data.decode("utf-8-sig")
         first = text.partition("\n")[0]
         table = csv.DictReader(io.StringIO(text, newline=""), delimiter=max(",;\t", key=first.count))
         if missing := [name for name in _COLUMNS if name not in (table.fieldnames or ())]:
