@@ -70,8 +70,13 @@ def answered(answers: Path) -> set[tuple[str, str]]:
 
 
 def environment(scratch: Path, **more: str) -> dict[str, str]:
-    """Environment variables for all that is measured: no progress bars, and nobody's own settings of Jupyter."""
-    plain = {name: value for name, value in os.environ.items() if not name.startswith(("ROTFLEX_", "JUPYTER_"))}
+    """Return the environment variables for all that is measured.
+
+    There are no progress bars and no user's own settings of Jupyter, and Python stores compiled modules, as usual:
+    otherwise each process compiles every library again.
+    """
+    left_out = ("ROTFLEX_", "JUPYTER_", "PYTHONDONTWRITEBYTECODE")
+    plain = {name: value for name, value in os.environ.items() if not name.startswith(left_out)}
     jupyter = {"JUPYTER_CONFIG_DIR": str(scratch / "no-settings"), "JUPYTER_PREFER_ENV_PATH": "1"}
     return {**plain, **jupyter, "TQDM_DISABLE": "1", **more}
 
