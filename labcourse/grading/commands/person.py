@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from labcourse import program
-from labcourse.errors import GradebookError, GradingError
+from labcourse.errors import GradingError
 from labcourse.grading import course as courses
 from labcourse.grading.commands.options import (
     SOME_TROUBLE,
@@ -24,10 +24,12 @@ from labcourse.grading.commands.options import (
     results_beside,
 )
 from labcourse.safe_text import say
+from labcourse.student_id import caseless
 
 if TYPE_CHECKING:
     from labcourse.grading.erasure.results import Results
     from labcourse.grading.gradebook import Erased, Gradebook
+    from labcourse.grading.gradebook.persons import OfOthers
 
 _MOST_TOLD = 30  # places of one sort; they fill a screen
 
@@ -63,7 +65,7 @@ def erase(
     results = None if folder is None else Results(folder, found)
     with open_existing(marks) as book:
         others = of_others(book, found, student)
-        erased = _known(book, student, lambda: book.persons.would_be_erased(student, others))
+        erased = _would_be_erased(book, student, others)
         say(*_what_goes(erased, results))
         handed_in = [] if submissions is None else [*remains.in_submissions(submissions, book, student)]
         if dry_run:
@@ -83,21 +85,19 @@ def erase(
     named += [*handed_in, *remains.in_settings(found, done.about)]
     say(f"{done.about.student} is erased.", *_what_stays(done, named))
     say(*_what_cannot_be_seen(done, folder, submissions))
-    if named or done.left or unwritten:
+    if named or done.still_named or unwritten:
         raise typer.Exit(SOME_TROUBLE)
 
 
-def _known(book: Gradebook, student: str, look: Callable[[], Erased]) -> Erased:
-    """Return what would be erased of a student. Of a person who only scored, the error says that this stays."""
-    try:
-        return look()
-    except GradebookError as error:
-        if not book.scores.acts(actor=student) and student not in {one.actor for one in book.audit()}:
-            raise
+def _would_be_erased(book: Gradebook, student: str, others: OfOthers) -> Erased:
+    """Return what would be erased of a student. For a person who only scored, the error says that this stays."""
+    is_student = caseless(student) in {caseless(about.student) for about in book.students()}
+    if not is_student and (book.scores.acts(actor=student) or student in {entry.actor for entry in book.audit()}):
         raise GradingError(
-            f"{error} {student!r} is named as who scored or marked. That stays: who decided is part of what "
-            "others were given. Nothing was erased."
-        ) from None
+            f"There is no student {student!r} in the gradebook, but a person of that name scored or marked. The name "
+            "stays: who decided is part of what others were given. Nothing was erased."
+        )
+    return book.persons.would_be_erased(student, others)
 
 
 def _what_goes(erased: Erased, results: Results | None) -> Iterator[str]:
@@ -122,20 +122,20 @@ def _what_goes(erased: Erased, results: Results | None) -> Iterator[str]:
     else:
         yield from (f"  folder  {path}" for path in results.own(about.student))
         yield from (f"    anew  {path}" for path in results.of_class())
-    if erased.struck:
+    if erased.redacted:
         yield "Their name is struck out of what is said of others:"
-        yield from _some(erased.struck)
+        yield from _some(erased.redacted)
 
 
 def _what_stays(erased: Erased, named: Sequence[str]) -> Iterator[str]:
-    if erased.left:
+    if erased.still_named:
         yield "They are named still in what others wrote themselves, or as who decided; this is left as it is:"
-        yield from _some(erased.left)
+        yield from _some(erased.still_named)
     if named:
         yield "They are named still here, and this is yours to delete:"
         yield from _some(named)
-    if erased.unsought:
-        yield f"Too short to be looked for in texts of others: {', '.join(map(repr, erased.unsought))}."
+    if erased.too_short:
+        yield f"Too short to be looked for in texts of others: {', '.join(map(repr, erased.too_short))}."
 
 
 def _some(lines: Sequence[str]) -> Iterator[str]:

@@ -41,7 +41,7 @@ def of_others(book: Gradebook, course: Course, student: str) -> OfOthers:
         if new == before and content == record.answers:
             return record
         cells = new.as_json() if record.cells else ()
-        problems, notes = (tuple(map(person.struck, texts)) for texts in (record.problems, record.notes))
+        problems, notes = (tuple(map(person.redacted, texts)) for texts in (record.problems, record.notes))
         return replace(record, answers=content, cells=cells, problems=problems, notes=notes)
 
     return OfOthers(run, _file, lambda record, person: _is(student, facts_of(record).bench_of))
@@ -52,8 +52,8 @@ def _is(student: str, other: str) -> bool:
 
 
 def _struck(facts: Facts, person: Person) -> Facts:
-    messages = {name: tuple(map(person.struck, getattr(facts, name))) for name in ("ended", "problems", "notes")}
-    missing = [(question, part, person.struck(why)) for question, part, why in facts.missing]
+    messages = {name: tuple(map(person.redacted, getattr(facts, name))) for name in ("ended", "problems", "notes")}
+    missing = [(question, part, person.redacted(why)) for question, part, why in facts.missing]
     return facts.model_copy(update={**messages, "missing": missing})
 
 

@@ -1,13 +1,13 @@
-"""The gradebook: what a class handed in, what it earned, and who changed which mark, when and why. Instructor only.
+"""The gradebook: what a class handed in and earned, and who changed which mark, when and why. Instructor only.
 
 ==============  ======================================================================================================
 ``records``     the tables, as dataclasses: what goes in and comes out
-``guards``      what the database itself refuses
-``database``    SQLite or PostgreSQL behind two kinds of transactions, reading and writing; the version of the tables
-``storable``    untrusted text and data, as every database accepts them
-``roster``      the CSV of a class → students
+``guards``      what the database refuses
+``database``    SQLite or PostgreSQL in two kinds of transactions, reading and writing; the version of the tables
+``storable``    clean untrusted text and data, so that every database accepts them
+``roster``      read the students of a class from a CSV
 ``persons``     look up students and their records; copy and erase all data of a person
-``store``       :class:`Gradebook`, with marks that count, the audit trail, scoring and requests
+``store``       :class:`Gradebook`: submissions, marks, the audit trail, scoring and requests
 ==============  ======================================================================================================
 
 It is a general package: it knows of students, questions and points, but of no course, and depends on
@@ -16,47 +16,23 @@ It is a general package: it knows of students, questions and points, but of no c
 
 from __future__ import annotations
 
-from labcourse.grading.gradebook.records import (
-    DECIDED,
-    FOR_A_PERSON,
-    GIVEN_BY_A_PERSON,
-    Act,
-    Answer,
-    Arrival,
-    AuditRecord,
-    CommentRecord,
-    Delivery,
-    Erased,
-    GivenMark,
-    Graded,
-    MarkRecord,
-    MarkState,
-    Publication,
-    Request,
-    RunRecord,
-    StudentRecord,
-)
-from labcourse.grading.gradebook.store import Gradebook, standing
-
-__all__ = [
-    "DECIDED",
-    "FOR_A_PERSON",
-    "GIVEN_BY_A_PERSON",
-    "Act",
-    "Answer",
-    "Arrival",
-    "AuditRecord",
-    "CommentRecord",
-    "Delivery",
-    "Erased",
-    "GivenMark",
-    "Gradebook",
-    "Graded",
-    "MarkRecord",
-    "MarkState",
-    "Publication",
-    "Request",
-    "RunRecord",
-    "StudentRecord",
-    "standing",
-]
+from labcourse.grading.gradebook.records import DECIDED as DECIDED
+from labcourse.grading.gradebook.records import FOR_A_PERSON as FOR_A_PERSON
+from labcourse.grading.gradebook.records import GIVEN_BY_A_PERSON as GIVEN_BY_A_PERSON
+from labcourse.grading.gradebook.records import Act as Act
+from labcourse.grading.gradebook.records import Answer as Answer
+from labcourse.grading.gradebook.records import Arrival as Arrival
+from labcourse.grading.gradebook.records import AuditRecord as AuditRecord
+from labcourse.grading.gradebook.records import CommentRecord as CommentRecord
+from labcourse.grading.gradebook.records import Delivery as Delivery
+from labcourse.grading.gradebook.records import Erased as Erased
+from labcourse.grading.gradebook.records import GivenMark as GivenMark
+from labcourse.grading.gradebook.records import Graded as Graded
+from labcourse.grading.gradebook.records import MarkRecord as MarkRecord
+from labcourse.grading.gradebook.records import MarkState as MarkState
+from labcourse.grading.gradebook.records import Publication as Publication
+from labcourse.grading.gradebook.records import Request as Request
+from labcourse.grading.gradebook.records import RunRecord as RunRecord
+from labcourse.grading.gradebook.records import StudentRecord as StudentRecord
+from labcourse.grading.gradebook.store import Gradebook as Gradebook
+from labcourse.grading.gradebook.store import standing as standing

@@ -1,6 +1,6 @@
-"""SQLite or PostgreSQL behind two kinds of transactions: ``reading`` sees one moment, ``writing`` is alone.
+"""SQLite or PostgreSQL in two kinds of transactions: ``reading`` sees one moment, ``writing`` shuts other writers out.
 
-There is one writer at a time. Others wait for it, up to ``PATIENCE``, so that a writer may first read.
+There is one writer at a time; others wait for it, up to ``PATIENCE``. So a writer can read first and then write.
 
 SQLite keeps its default rollback journal: between transactions a gradebook is one file, which can be copied, and
 which may lie on a network drive. A connection ends with its transaction, so that a forked child inherits none.
@@ -22,19 +22,20 @@ from sqlalchemy.orm import Session
 
 from labcourse import program
 from labcourse.errors import GradebookError
-from labcourse.grading.gradebook import guards  # noqa: F401 - they are made along with the tables
+from labcourse.grading.gradebook import guards  # noqa: F401 - the triggers are made along with the tables
 from labcourse.grading.gradebook.records import About, Base
 from labcourse.messages import FREE_SPACE
 
-PATIENCE = 30.0  #: s; a transaction takes one at most
-VERSION = 6  #: of the tables and guards; raise it when they change
+PATIENCE = 30.0  #: s; a transaction takes 1 s at most
+VERSION = 6  #: of the tables and triggers; raise it when they change
 _SECRET_BYTES = 32  # 256 bits
-_FORMER_VERSION = "gradebook_version"  # a table of gradebooks before version 6
 _WRITERS = 0x726F74666C6578  # the number of the lock that writers take
 _DRIVERS = {"sqlite": "sqlite", **dict.fromkeys(("postgresql", "postgres"), "postgresql+psycopg")}
 _FORMS = "A gradebook is a file, sqlite:///FILE or postgresql://USER@HOST/NAME"
-_SCHEME = re.compile(r"[a-z][\w+.-]+:(?=/)|(postgres|postgresql|sqlite)[\w+]*:", re.IGNORECASE)  # C:/ is a folder
-_SECRET = re.compile(r"password\s*=|:[^/\\]+@", re.IGNORECASE)  # of an address in an unknown form
+#: The scheme of an address (C:/ is a folder), or what may be a password in an address of another form.
+_ADDRESS = re.compile(
+    r"^(?P<scheme>[a-z][\w+.-]+:(?=/)|(postgres|postgresql|sqlite)[\w+]*:)|password\s*=|:[^/\\]+@", re.IGNORECASE
+)
 
 
 class Database:
@@ -77,12 +78,12 @@ class Database:
         self._engine.dispose()
 
     def prepare(self) -> None:
-        """Make the tables of a new gradebook, or check those that are there.
+        """Make the tables of a new gradebook, or check those of an existing one.
 
         Raises
         ------
         GradebookError
-            If the database holds something else, or a gradebook of another version. It is left as it is.
+            If the database holds something else, or a gradebook of another version. Then it is not changed.
         """
         with self.reading() as session:
             if self._is_ready(session):
@@ -93,20 +94,20 @@ class Database:
                 session.add(About(VERSION, secrets.token_bytes(_SECRET_BYTES)))
 
     def _is_ready(self, session: Session) -> bool:
-        """Return whether a gradebook is there; False if the database is empty."""
+        """Return True for a gradebook of this version, and False for an empty database. Refuse anything else."""
         tables = set(inspect(session.connection()).get_table_names())
         if not tables:
             return False
-        if _FORMER_VERSION not in tables and not {About.__tablename__, "students", "audit"} <= tables:
-            raise GradebookError(f"{self.where} is not a gradebook. It is left as it is; choose another.")
-        version = 0 if _FORMER_VERSION in tables else session.scalar(select(About.version)) or 0
+        if not {About.__tablename__, "students", "audit"} <= tables:
+            raise GradebookError(f"{self.where} is not a gradebook. It is not changed; choose another.")
+        version = session.scalar(select(About.version)) or 0
+        name = program.name()
         if version < VERSION:
-            name = program.name()
             raise GradebookError(
-                f"The gradebook {self.where} was made by an earlier labcourse, and this one cannot read it. It is left "
-                f"as it is. Grade the submissions again into a new folder ({name} grade). What persons scored can be "
-                f"taken over: write it with the earlier version ({name} score --write TABLE), and read it with this "
-                f"one ({name} score --read TABLE)."
+                f"The gradebook {self.where} was made by an earlier labcourse, and this one cannot read it. It is not "
+                f"changed. Grade the submissions again into a new folder ({name} grade). To take over what persons "
+                f"scored, write it with the earlier version ({name} score --write TABLE), and read it with this one "
+                f"({name} score --read TABLE)."
             )
         if version > VERSION:
             raise GradebookError(
@@ -124,9 +125,9 @@ class Database:
         return self._transaction(self._start_writing)
 
     def rebuild(self) -> None:
-        """Write all tables anew, and what the database counts of their columns, so that no deleted row is left.
+        """Write all tables and the database's statistics anew, so that nothing of a deleted row is left.
 
-        Until then, deleted rows stay in free pages, and a server's statistics hold common values of each column.
+        Deleted rows stay in free pages until then, and a server's statistics hold common values of each column.
         """
         with self._explained(), self._engine.connect() as connection:
             if connection.dialect.name == "sqlite":
@@ -137,6 +138,7 @@ class Database:
 
     @contextmanager
     def _transaction(self, start: list[str]) -> Iterator[Session]:
+        """Run a block in a transaction that begins with these statements, and commit at its end."""
         with self._explained(), Session(self._engine, expire_on_commit=False) as session, session.begin():
             for statement in start:
                 session.connection().exec_driver_sql(statement)
@@ -144,37 +146,35 @@ class Database:
 
     @contextmanager
     def _explained(self) -> Iterator[None]:
+        """Raise errors of the database as GradebookError."""
         try:
             yield
-        except DBAPIError as error:
+        except (DBAPIError, OverflowError) as error:  # SQLite's driver raises OverflowError itself
             raise GradebookError(f"The gradebook {self.where}: {_message(error)}") from error
-        except OverflowError as error:  # SQLite's driver raises it as it is
-            raise GradebookError(f"The gradebook {self.where}: {error}.") from error
 
 
 def is_address(url: str | Path) -> bool:
-    """Return whether a gradebook is named by an address; else it is a file.
+    """Return whether a gradebook is named by the address of a database; if not, it is a file.
 
     Raises
     ------
     GradebookError
-        If it begins like an address, as in ``postgresql:/...``, but cannot be read as one: it may hold a password,
-        which should stand in no message and in no name of a file.
+        If it looks like an address, as ``postgresql:/...`` does, but cannot be read. It may hold a password, which must
+        not appear in a message or in the name of a file.
     """
-    if isinstance(url, Path):
-        return False
-    scheme = _SCHEME.match(url)
-    if not scheme and not _SECRET.search(url):
+    address = None if isinstance(url, Path) else _ADDRESS.search(url)
+    if address is None:
         return False
     try:
-        make_url(url)
+        make_url(str(url))
     except (ArgumentError, ValueError):
-        begin = scheme[0] if scheme else ""
+        begin = address["scheme"] or ""
         raise GradebookError(f"{begin}... is neither a file nor an address that can be read: {_FORMS}.") from None
     return True
 
 
 def _address(url: str | Path) -> URL:
+    """Return the address of a file or of a database, with the driver that is used for it."""
     if not is_address(url):
         return URL.create("sqlite", database=str(url))
     address = make_url(str(url))
@@ -185,41 +185,42 @@ def _address(url: str | Path) -> URL:
 
 
 def _sqlite(address: URL) -> Engine:
+    """Return the engine for a file, which is made if it does not exist."""
     path = Path(address.database or "")
     if not address.database or address.database == ":memory:":
         raise GradebookError("A gradebook in SQLite needs a file, as in sqlite:///gradebook.sqlite.")
-    try:  # readable by its owner only: there are marks in it, and a secret
+    try:  # readable by its owner only: it holds marks and a secret
         os.close(os.open(path, os.O_RDWR | os.O_CREAT, 0o600))
-    except PermissionError:
-        if not path.is_file():  # a file that is there can perhaps be read
-            raise GradebookError(f"The gradebook {path} cannot be made: permission denied.") from None
     except OSError as error:
-        raise GradebookError(f"The gradebook {path} cannot be opened: {error.strerror}.") from None
+        if not (isinstance(error, PermissionError) and path.is_file()):  # an existing file can perhaps be read
+            raise GradebookError(f"The gradebook {path} cannot be opened: {error.strerror}.") from None
     engine = create_engine(address, poolclass=NullPool, connect_args={"timeout": PATIENCE})
 
     @event.listens_for(engine, "connect")
     def _prepare(connection: Any, _: object) -> None:
-        connection.isolation_level = None  # transactions begin where the statements above say
+        """Set up a new connection."""
+        connection.isolation_level = None  # transactions begin by the statements of Database
         connection.execute("PRAGMA foreign_keys = ON")
-        connection.execute("PRAGMA secure_delete = ON")  # what is deleted is overwritten, and lies in no free page
+        connection.execute("PRAGMA secure_delete = ON")  # overwrite what is deleted
 
     return engine
 
 
 def _postgres(address: URL) -> Engine:
+    """Return the engine for a server."""
     try:
         return create_engine(address, pool_pre_ping=True)
     except (ImportError, NoSuchModuleError):
         raise GradebookError("PostgreSQL needs its driver: pip install 'labcourse[postgres]'.") from None
 
 
-def _message(error: DBAPIError) -> str:
+def _message(error: DBAPIError | OverflowError) -> str:
     """Return the database's message, without the statement and its values, which are untrusted text."""
-    message = str(error.orig).strip()
+    message = str(getattr(error, "orig", error)).strip()
     if "file is not a database" in message:
-        return "this file is not a gradebook. It is left as it is; choose another."
+        return "this file is not a gradebook. It is not changed; choose another."
     if "database is locked" in message or "lock timeout" in message:
         return f"another process has been writing to it for {PATIENCE:g} s. Try again when that has ended."
     if "disk is full" in message:
-        return f"{message}. {FREE_SPACE} What is in the gradebook stays."
+        return f"{message}. {FREE_SPACE} Nothing in the gradebook is lost."
     return f"the database says: {message}"

@@ -1,11 +1,11 @@
-"""What the database itself refuses, whoever writes: triggers for SQLite and PostgreSQL, made along with the tables.
+"""What the database refuses, whichever program writes: triggers for SQLite and PostgreSQL, made along with the tables.
 
-* A row of a table that only grows is deleted only if an erasure names its student.
-* It is changed only while its transaction erases somebody, and only so that the marker of that erasure takes the place
-  of that person's ID, name, e-mail address or other name. Nothing else of the row may change.
-* An erasure is never changed or deleted, and its student's number is never given again. A transaction that makes
-  one cannot end while the student's row is still there: until then ``gone`` refers to an erasure that does not exist,
-  and the foreign key is checked when the transaction ends. So nobody is erased in part.
+* A row of a table that only grows can be deleted only if an erasure names its student.
+* Such a row can be changed only in the transaction that erases a person, and only so that the marker of the erasure
+  replaces the person's ID, name, e-mail address or other name. Nothing else of the row can change.
+* An erasure can be neither changed nor deleted, and no student gets the number of an erased one. A transaction with an
+  erasure cannot end before the student's row is deleted: until then, ``gone`` refers to an erasure that does not exist,
+  and the database checks this foreign key at the end of the transaction. So a person is erased wholly or not at all.
 """
 
 from __future__ import annotations
@@ -17,11 +17,11 @@ from sqlalchemy import DDL, Column, event
 
 from labcourse.grading.gradebook.records import WRITTEN, Base, Text
 
-_STAYS = "an erasure stays as it is"
+_STAYS = "an erasure stays as it is"  # message of a refusal
 _GONE = "UPDATE erasures SET gone = number WHERE number = OLD.id"
-#: Table that only grows → what a refusal says.
+#: Table that only grows → message of a refusal.
 _GROWING = {"audit": "the audit trail only grows", "scores": "what scorers did only grows"}
-#: Persons who are being erased: each word that names them, and the marker that replaces it.
+#: The persons whom the transaction erases: each of their names, and the marker that replaces it.
 _BEING_ERASED = """
 CREATE VIEW being_erased AS
 SELECT '[erased ' || erasures.number || ']' AS mark, names.word AS word
@@ -35,11 +35,12 @@ WHERE names.word <> ''
 
 
 def _same(old: str, new: str) -> str:
+    """Return the condition that a value does not change."""
     return f"coalesce({new} = {old}, {new} IS NULL AND {old} IS NULL)"
 
 
 def _struck(old: str, new: str) -> str:
-    """Return the condition that a text is as before, but for names of persons who are being erased."""
+    """Return the condition that at most names of persons who are being erased change in a text."""
     return (
         f"({_same(old, new)} OR EXISTS (SELECT 1 FROM being_erased WHERE replace({new}, mark, '') <> {new} "
         f"AND lower(replace({new}, mark, word)) = lower(replace({old}, mark, word))))"
@@ -47,12 +48,12 @@ def _struck(old: str, new: str) -> str:
 
 
 def _allowed(column: Column[Any], reason: str, rest: str) -> str:
-    """Return the condition that a column is as before, but for names where persons write.
+    """Return the condition that nothing of a column changes but names of persons, and these only where persons write.
 
     Parameters
     ----------
     column : of a table that only grows, or of erasures
-    reason, rest : how a database writes the ``reason`` of an object in JSON, and the object without it
+    reason, rest : SQL of the database for the ``reason`` of an object in JSON, and for the object without it
     """
     old, new = f"OLD.{column.name}", f"NEW.{column.name}"
     if column.info != WRITTEN:
@@ -65,7 +66,7 @@ def _allowed(column: Column[Any], reason: str, rest: str) -> str:
 
 
 def _guards(reason: str, rest: str) -> Iterator[tuple[str, str, str, str]]:
-    """Yield name and event of each guard, what a refusal says, and the condition without which it refuses.
+    """Yield each trigger: its name, its event, the message of a refusal, and the condition that must hold.
 
     Parameters
     ----------
@@ -73,6 +74,7 @@ def _guards(reason: str, rest: str) -> Iterator[tuple[str, str, str, str]]:
     """
 
     def unchanged(table: str, but: str = "") -> str:
+        """Return the condition that a row changes as :func:`_allowed` says; one column may change freely."""
         columns = Base.metadata.tables[table].columns
         return " AND ".join(_allowed(column, reason, rest) for column in columns if column.name != but)
 
@@ -90,6 +92,7 @@ def _guards(reason: str, rest: str) -> Iterator[tuple[str, str, str, str]]:
 
 
 def _sqlite() -> Iterator[str]:
+    """Yield the statements for SQLite."""
     yield _BEING_ERASED.format(elements="json_each", columns="")
     for name, when, refusal, condition in _guards("json_extract({}, '$.reason')", "json_remove({}, '$.reason')"):
         moment = "AFTER" if when.startswith("INSERT") else "BEFORE"  # before an insertion there is no number yet
@@ -99,6 +102,7 @@ def _sqlite() -> Iterator[str]:
 
 
 def _postgresql() -> Iterator[str]:
+    """Yield the statements for PostgreSQL."""
     yield _BEING_ERASED.format(elements="json_array_elements_text", columns="(value)")
     for name, when, refusal, condition in _guards("({} ->> 'reason')", "(CAST({} AS jsonb) - 'reason')"):
         code = f"IF ({condition}) THEN RETURN coalesce(NEW, OLD); END IF; RAISE EXCEPTION '{refusal}';"
@@ -110,6 +114,7 @@ def _postgresql() -> Iterator[str]:
 
 
 def _function_and_trigger(name: str, when: str, code: str) -> Iterator[str]:
+    """Yield the statements that make a trigger of PostgreSQL, which calls a function."""
     yield f"CREATE FUNCTION {name}() RETURNS trigger LANGUAGE plpgsql AS $$BEGIN {code} END$$"
     yield f"CREATE TRIGGER {name} {when} EXECUTE FUNCTION {name}()"
 

@@ -1,12 +1,12 @@
 """Look up students, add their records, copy all data of a person, and erase it.
 
-Erasing deletes every row of the person, and strikes their name out of what persons wrote about others' work. What
-others wrote and handed in themselves stays as it is, even if it names the person, and so does the name of the person
+Erasing deletes every row of the person, and replaces their names in what persons wrote about others' work by a marker.
+What others wrote and handed in themselves does not change, even if it names the person; nor does the name of the person
 who gave a mark. Both are reported.
 
-A person is named by their ID, name, e-mail address and the other names that platforms use for them, each as a whole. A
-first name alone, or a misspelt name, is not found. Where names are struck out, only the letters A to Z match in either
-case, so that the guards of the tables can check it (:mod:`.guards`) on every database.
+The names of a person are their ID, name, e-mail address and the other names that platforms use for them, each as a
+whole. A first name alone, or a misspelt name, is not recognised. Where names are replaced, only letters from A to Z
+match in either case, so that the triggers of :mod:`.guards` can check it on every database.
 """
 
 from __future__ import annotations
@@ -14,13 +14,13 @@ from __future__ import annotations
 import hmac
 import json
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
 from datetime import UTC, datetime
 from functools import cached_property
 from typing import Any, TypeVar
 
-from sqlalchemy import ColumnElement, Table, delete, func, inspect, select, update
+from sqlalchemy import ColumnElement, ScalarResult, Table, delete, func, inspect, select, update
 from sqlalchemy.orm import Session
 
 from labcourse.errors import GradebookError
@@ -41,9 +41,10 @@ from labcourse.grading.gradebook.records import (
 )
 from labcourse.student_id import caseless
 
-FEWEST_CHARACTERS = 3  #: of a word that is looked for in texts: a shorter one is found in texts that name nobody
+FEWEST_CHARACTERS = 3  #: of a name that is looked for in texts: shorter ones are in texts that name nobody
 FEWEST_DIGITS = 5  #: of a number: points, years and frequencies have up to four
-#: Tables with rows of students, or in which persons are named → what a row is called.
+_AT_ONCE = 16  # rows in memory while all files and runs are read
+#: Tables with rows of students, or in which persons are named → name of a row in messages.
 _CALLED = {
     "deliveries": "file that they handed in",
     "runs": "what their run left",
@@ -59,6 +60,7 @@ _CALLED = {
 }
 _Stored = TypeVar("_Stored", bound=OfAnswer | CommentRecord | Delivery)
 _Named = TypeVar("_Named", bound=OfAnswer | CommentRecord)
+_OfOthers = TypeVar("_OfOthers", RunRecord, Delivery)
 _ACTORS = ("actor", "answered_by")  # columns that name who decided or wrote
 _TABLES = Base.metadata.tables
 _OF_STUDENTS = [table for table in Base.metadata.sorted_tables if {"student_id", "run_id"} & set(table.c.keys())]
@@ -70,7 +72,7 @@ def now() -> datetime:
 
 
 def is_student(student: str) -> ColumnElement[bool]:
-    """Return the condition for a student's row: the ID, without regard to capitals."""
+    """Return the condition that a row is a student's: equal IDs, without regard to capitals."""
     return StudentRecord.folded == caseless(student)
 
 
@@ -103,12 +105,12 @@ def add_student(session: Session, student: StudentRecord) -> StudentRecord:
 
 
 def put(session: Session, student_id: int, record: _Stored, **own: Any) -> _Stored:
-    """Store a student's record, with values for the database's own columns.
+    """Store a record of a student, with values for columns that are no fields of it.
 
     Returns
     -------
     same type as record
-        What was stored: with clean text, and with the number that the database gave it.
+        The stored record: with clean text, and with the number that the database gave it.
     """
     stored = storable.cleaned(record, f"The {type(record).__name__.removesuffix('Record').lower()}")
     for name, value in {"student_id": student_id, **own}.items():
@@ -119,7 +121,7 @@ def put(session: Session, student_id: int, record: _Stored, **own: Any) -> _Stor
 
 
 def read(session: Session, table: type[_Named], *which: Any) -> list[_Named]:
-    """Read records with the ID of their student, in the order in which they were written."""
+    """Read the records for which some conditions hold, with their student's ID, in the order of writing."""
     statement = select(table, StudentRecord.student).join(StudentRecord, StudentRecord.id == table.student_id)
     records = []
     for record, student in session.execute(statement.where(*which).order_by(*inspect(table).primary_key)):
@@ -142,54 +144,51 @@ class Person:
     Attributes
     ----------
     student : the ID
-    words : by which they are named in texts, the longest first
-    unsought : those that are too short to be looked for
-    mark : what stands in the place of each
+    names : that are looked for in texts, the longest first
+    too_short : names that are not looked for
+    marker : what replaces each name
     """
 
     def __init__(self, about: StudentRecord, number: int) -> None:
         names = dict.fromkeys(filter(None, (about.student, about.name, about.email, *about.aliases)))
         self.student = about.student
-        self.words = tuple(sorted(filter(_is_long_enough, names), key=len, reverse=True))
-        self.unsought = tuple(word for word in names if not _is_long_enough(word))
-        self.mark = f"[erased {number}]"
+        self.names = tuple(sorted(filter(_is_long_enough, names), key=len, reverse=True))
+        self.too_short = tuple(name for name in names if not _is_long_enough(name))
+        self.marker = f"[erased {number}]"
 
-    def struck(self, text: str) -> str:
-        """Return a text without what names the person."""
-        for word in self.words:
-            text = self.struck_once(text, word)
+    def redacted(self, text: str, names: Iterable[str] = ()) -> str:
+        """Return a text with the marker in place of the person's names, or of some of them."""
+        for name in names or self.names:
+            text = re.sub(rf"(?<!\w)(?ai:{re.escape(name)})(?!\w)", self.marker, text)
         return text
 
-    def struck_once(self, text: str, word: str) -> str:
-        """Return a text without one of the words."""
-        return re.sub(rf"(?<!\w)(?ai:{re.escape(word)})(?!\w)", lambda _match: self.mark, text)
-
     def named_in(self, content: str | bytes) -> bool:
-        """Return whether a text or a file names the person, in any case; in JSON letters may stand as ``\\u00e9``."""
-        if not self.words:
+        """Return whether a text or a file names the person, in any case, and as text or as JSON (``\\u00e9``)."""
+        if not self.names:
             return False
         text = content if isinstance(content, str) else content.decode("utf-8", "replace")
         return self._anywhere.search(text) is not None
 
     @cached_property
     def _anywhere(self) -> re.Pattern[str]:
-        spelled = dict.fromkeys(form for word in self.words for form in (word, json.dumps(word)[1:-1]))
+        """Return the pattern of all names, as text and as JSON."""
+        spelled = dict.fromkeys(form for name in self.names for form in (name, json.dumps(name)[1:-1]))
         return re.compile("|".join(rf"(?<!\w){re.escape(form)}(?!\w)" for form in spelled), re.IGNORECASE)
 
 
-def _is_long_enough(word: str) -> bool:
-    return len(word) >= (FEWEST_DIGITS if word.isdecimal() else FEWEST_CHARACTERS)
+def _is_long_enough(name: str) -> bool:
+    return len(name) >= (FEWEST_DIGITS if name.isdecimal() else FEWEST_CHARACTERS)
 
 
 @dataclass(frozen=True)
 class OfOthers:
-    """How records of others change that name a person. Each function leaves all other records alone.
+    """How other students' records change when a person is erased. Records that do not name the person stay.
 
     Attributes
     ----------
-    run : a run of another student → the same without the person
-    file : name and content of a file that another handed in → the content without the person
-    shares : whether a run of another is of what the person handed in, and so of their common work
+    run : another student's run → the run without the person
+    file : name and content of a file that another student handed in → the content without the person
+    shares : whether another student's run is of files that the person handed in, as partners' runs are
     """
 
     run: Callable[[RunRecord, Person], RunRecord] = lambda run, person: run
@@ -208,23 +207,23 @@ class Persons:
     def __init__(self, database: Database) -> None:
         self._database = database
 
-    def erase(self, student: str, actor: str, of_others: OfOthers | None = None) -> Erased:
-        """Erase a person: all their rows, and their name in what persons wrote about others' work.
+    def erase(self, student: str, actor: str, of_others: OfOthers = OfOthers()) -> Erased:
+        """Erase a person: all their rows, and their names in what persons wrote about others' work.
 
-        The file, or the tables of a server, are rewritten afterwards, so that no deleted byte stays in them.
+        Then the file, or the tables of a server, are written anew, so that no deleted byte is left in them.
 
         Parameters
         ----------
         student, actor : the person to erase, and the person who does it
-        of_others : how others' runs and files that name the person change; they stay as they are if it is not given
+        of_others : how other students' runs and files change; they do not change if it is not given
 
         Raises
         ------
         GradebookError
-            If there is no such student. If the last step fails, the person is erased; the message says what is left.
+            If there is no such student; or if the last step fails: then the person is erased, and the message says so.
         """
         with self._database.writing() as session:
-            done = _Erasing(session, student, of_others or OfOthers()).erase(actor)
+            done = _Erasing(session, student, of_others).erase(actor)
         try:
             self._database.rebuild()
         except GradebookError as error:
@@ -234,28 +233,20 @@ class Persons:
             ) from error
         return done
 
-    def would_be_erased(self, student: str, of_others: OfOthers | None = None) -> Erased:
+    def would_be_erased(self, student: str, of_others: OfOthers = OfOthers()) -> Erased:
         """Return what :meth:`erase` would do, and change nothing. Raises GradebookError if there is no such student."""
         with self._database.writing() as session:
-            done = _Erasing(session, student, of_others or OfOthers()).erase("")
+            done = _Erasing(session, student, of_others).erase("")
             session.rollback()
         return done
 
     def erased(self, students: Sequence[str]) -> dict[str, datetime]:
-        """Return which of these IDs are of persons who were erased and have not come again, and when."""
+        """Return when each of these students was erased; without those who were not, or were added again."""
         with self._database.reading() as session:
-            erasures = session.scalars(select(Erasure).order_by(Erasure.number))
-            when = {erasure.fingerprint: erasure.erased for erasure in erasures}
-            secret = session.scalars(select(About.secret)).one()
-            known = {student: when.get(_fingerprint(secret, student)) for student in students if when}
-            return {
-                student: erased
-                for student, erased in known.items()
-                if erased is not None and find_student(session, student) is None
-            }
+            return erased_students(session, students)
 
     def everything_of(self, student: str) -> tuple[dict[str, list[dict[str, Any]]], list[Delivery]]:
-        """Return a student's rows, by table, and each version of all that they handed in, in the order it came.
+        """Return a student's rows, by table, and each version of each file that they handed in, in order of arrival.
 
         Raises
         ------
@@ -269,13 +260,23 @@ class Persons:
             return {"students": [{"id": about.id, **asdict(about)}], **rows}, list(session.scalars(statement))
 
 
+def erased_students(session: Session, students: Iterable[str]) -> dict[str, datetime]:
+    """Return when each of these students was erased; without those who were not, or were added again."""
+    secret = session.scalars(select(About.secret)).one()
+    erasures = session.scalars(select(Erasure).order_by(Erasure.number))
+    when = {erasure.fingerprint: erasure.erased for erasure in erasures}
+    prints = {student: _fingerprint(secret, student) for student in students if when}
+    erased = {student: when[fingerprint] for student, fingerprint in prints.items() if fingerprint in when}
+    return {student: moment for student, moment in erased.items() if find_student(session, student) is None}
+
+
 def _fingerprint(secret: bytes, student: str) -> bytes:
-    """Return what identifies a student who was erased; only with the gradebook's secret can it be made of an ID."""
+    """Return what identifies an erased student. Without the gradebook's secret it cannot be made of an ID."""
     return hmac.digest(secret, f"erased: {caseless(student)}".encode(), "sha256")
 
 
 def remove(session: Session, student: str) -> StudentRecord:
-    """Delete a student's row, and return it. Raises GradebookError if there is none, or they have any other row."""
+    """Delete a student's row, and return it. Raises GradebookError if there is no such student, or any other row."""
     about = known_student(session, student)
     if more := [_CALLED[name] for name, count in _counts(session, about.id).items() if count]:
         raise GradebookError(
@@ -300,6 +301,7 @@ def _counts(session: Session, number: int) -> dict[str, int]:
 
 
 def _rows(session: Session, table: Table, number: int) -> list[dict[str, Any]]:
+    """Return a student's rows of a table as plain data."""
     rows = session.execute(select(table).where(_of(table, number)).order_by(*table.primary_key)).mappings()
     return [{name: _as_json(value) for name, value in row.items()} for row in rows]
 
@@ -308,7 +310,7 @@ def _as_json(value: Any) -> Any:
     return vars(value) if isinstance(value, MarkState) else value
 
 
-_DECIDED = "{} is named as who marked, wrote, published or erased"
+_ACTED = "{} is named as who marked, wrote, published or erased"
 
 
 class _Erasing:
@@ -317,13 +319,13 @@ class _Erasing:
     def __init__(self, session: Session, student: str, of_others: OfOthers) -> None:
         about = known_student(session, student)
         self._session, self._of_others, self._number = session, of_others, about.id
-        self._about = replace(about)  # this one outlives the row
+        self._about = replace(about)  # a copy, which outlives the row
         self._person = Person(self._about, self._number)
         rows = session.execute(select(StudentRecord.id, StudentRecord.student))
         self._names: dict[int, str] = {number: name for number, name in rows}
 
     def erase(self, actor: str) -> Erased:
-        """Delete the person's rows, and strike their name out of the others'."""
+        """Delete the person's rows, and replace their names in the rows of others."""
         session, number = self._session, self._number
         counts = _counts(session, number)
         own = Delivery.student_id == number, Delivery.source != ""
@@ -332,77 +334,84 @@ class _Erasing:
         session.add(Erasure(number, -number, fingerprint, actor, sum(counts.values()), now()))
         session.flush()
         self._hand_over()
-        struck = [*self._strike(), *self._rewrite()]
+        redacted = dict.fromkeys([*self._redact(), *self._rewrite()])
         session.execute(delete(StudentRecord).where(StudentRecord.id == number))
-        left = tuple(sorted(set(self._left())))
-        return Erased(self._about, counts, tuple(dict.fromkeys(struck)), left, sources, self._person.unsought)
+        still_named = tuple(sorted(set(self._still_named())))
+        return Erased(self._about, counts, tuple(redacted), still_named, sources, self._person.too_short)
+
+    def _others(self, table: type[_OfOthers]) -> ScalarResult[_OfOthers]:
+        """Return the rows of other students, of which few are in memory at a time."""
+        others = select(table).where(table.student_id != self._number)
+        return self._session.scalars(others.execution_options(yield_per=_AT_ONCE))
 
     def _hand_over(self) -> None:
-        """Store files that the person handed in for partners, too, if only the person handed them in."""
+        """Store the person's files for partners, too, who have no file of that name."""
         session, number = self._session, self._number
-        theirs = list(session.scalars(select(Delivery).where(Delivery.student_id == number).order_by(Delivery.id)))
-        for run in session.scalars(select(RunRecord).where(RunRecord.current, RunRecord.student_id != number)):
-            if self._of_others.shares(run, self._person):
+        files = list(session.scalars(select(Delivery).where(Delivery.student_id == number).order_by(Delivery.id)))
+        for run in self._others(RunRecord):
+            if run.current and self._of_others.shares(run, self._person):
                 own = set(session.scalars(select(Delivery.name).where(Delivery.student_id == run.student_id)))
-                for file in theirs:
+                for file in files:
                     if file.name not in own:
                         put(session, run.student_id, file)
 
-    def _strike(self) -> Iterator[str]:
-        """Strike the person out of what was written about others; yield where."""
+    def _redact(self) -> Iterator[str]:
+        """Replace the person's names in what was written about others; yield where."""
         for table in map(_TABLES.__getitem__, _CALLED):
-            names = [column.name for column in table.columns if column.info == WRITTEN]
+            written = [column.name for column in table.columns if column.info == WRITTEN]
             columns = [column for column in table.columns if column.name != "content"]
             others = [table.c.student_id != self._number] if "student_id" in table.c else []
-            for row in self._session.execute(select(*columns).where(*others)).mappings().all() if names else ():
+            for row in self._session.execute(select(*columns).where(*others)).mappings().all() if written else ():
                 key = [column == row[column.name] for column in table.primary_key]
-                old = {name: row[name] for name in names}
-                for word in self._person.words:  # one at a time, as the guards of the tables look for one
-                    new = {name: self._struck(value, word) for name, value in old.items()}
+                old = {column: row[column] for column in written}
+                for name in self._person.names:  # one at a time, as the triggers of the tables allow
+                    new = {column: self._redacted(value, name) for column, value in old.items()}
                     if new != old:
                         self._session.execute(update(table).where(*key).values(new))
                         yield self._place(table, row)
                     old = new
 
-    def _struck(self, value: Any, word: str) -> Any:
+    def _redacted(self, value: Any, name: str) -> Any:
+        """Return the value of a column with the marker in place of one of the person's names."""
         if isinstance(value, str):
-            return self._person.struck_once(value, word)
+            return self._person.redacted(value, [name])
         if isinstance(value, MarkState):
-            return replace(value, reason=self._struck(value.reason, word))
-        return value and {**value, "reason": self._struck(value["reason"], word)}
+            return replace(value, reason=self._redacted(value.reason, name))
+        return value and {**value, "reason": self._redacted(value["reason"], name)}
 
     def _rewrite(self) -> Iterator[str]:
-        """Take the person out of others' runs and files, as far as the course knows how; yield where."""
-        for run in self._session.scalars(select(RunRecord).where(RunRecord.student_id != self._number)):
+        """Change others' runs and files as :class:`OfOthers` says; yield where."""
+        for run in self._others(RunRecord):
             new = self._of_others.run(run, self._person)
             if new != run:
                 for name in ("problems", "notes", "cells", "answers"):
                     setattr(run, name, getattr(new, name))
-                yield f"{self._names[run.student_id]}: what is said of their run"
-        for file in self._session.scalars(select(Delivery).where(Delivery.student_id != self._number)):
+                yield f"{self._names[run.student_id]}: messages on their run"
+        for file in self._others(Delivery):
             content = self._of_others.file(file.name, file.content, self._person)
             if content != file.content:
                 file.content = content
                 yield f"{self._names[file.student_id]}: {file.name}"
         self._session.flush()
 
-    def _left(self) -> Iterator[str]:
+    def _still_named(self) -> Iterator[str]:
         """Yield where the person is still named."""
         runs: dict[Any, int] = dict(self._session.execute(select(RunRecord.id, RunRecord.student_id)).all())
         for table in (_TABLES[name] for name in _CALLED if name != "claims"):  # claims run out
-            for row in self._session.execute(select(table)).mappings():
+            for row in self._session.execute(select(table).execution_options(yield_per=_AT_ONCE)).mappings():
                 actors = [row.get(name) for name in _ACTORS]
-                yield from (_DECIDED.format(name) for name in actors if self._is_named(name))
+                yield from (_ACTED.format(name) for name in actors if self._is_named(name))
                 if any(self._is_named(value) for name, value in row.items() if name not in _ACTORS):
                     yield self._place(table, {"student_id": runs.get(row.get("run_id"), 0), **row})
 
     def _is_named(self, value: Any) -> bool:
+        """Return whether the value of a column names the person."""
         if isinstance(value, MarkState | dict | tuple):
             value = json.dumps(value, default=vars, ensure_ascii=False)
         return isinstance(value, str | bytes) and self._person.named_in(value)
 
     def _place(self, table: Table, row: Any) -> str:
-        """Say where a row is, for people."""
+        """Return where a row is, as text."""
         if not row.get("student_id"):
             return _CALLED[table.name]
         about = (row.get(name) for name in ("question", "part", "name", "actor"))

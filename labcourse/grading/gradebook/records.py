@@ -1,10 +1,10 @@
 """What a gradebook holds: each table is a dataclass, and its rows are the records that methods take and return.
 
-An attribute with an annotation is a field of the record. A column without one belongs to the database alone: the number
-of a row, and what it refers to. Records outlive the transaction that read them. Those that mirror no table are frozen.
+Attributes with an annotation are the fields of a record. Columns without one are of no use outside the database, as the
+number of a row. Records can be used after the transaction that read them. Dataclasses that are no tables are frozen.
 
-Everything of a student goes with their row (``ON DELETE CASCADE``). What the database itself refuses to change or to
-delete is in :mod:`labcourse.grading.gradebook.guards`.
+When a student's row is deleted, the database deletes all their other rows (``ON DELETE CASCADE``). What it refuses to
+change or to delete is in :mod:`labcourse.grading.gradebook.guards`.
 """
 
 from __future__ import annotations
@@ -20,12 +20,12 @@ from sqlalchemy.orm import DeclarativeBase, Mapped, MappedAsDataclass, composite
 
 from labcourse.grading.gradebook import storable
 
-#: The statuses of marks that a person set, and is to set.
+#: Statuses of marks: set by a person; to be set by a person.
 GIVEN_BY_A_PERSON, FOR_A_PERSON = "given by a person", "for a person"
 DECIDED = "as the instructor decided"  #: how a time of arrival, or an owner, may be known
-NEW: Any = None  #: the number of a record that is not stored yet: the database gives it one
-#: Mark a column in which persons write about others' work. An erasure strikes names out of its text; out of its JSON,
-#: from ``reason``.
+NEW: Any = None  #: number of a record that is not stored yet; the database gives it one
+#: ``info`` of a column in which persons write about others' work. An erasure replaces names in its text; of a column
+#: with JSON, in ``reason``.
 WRITTEN = {"names": True}
 
 Where = tuple[str, str]  #: question and part
@@ -38,10 +38,10 @@ class MarkRecord:
     Attributes
     ----------
     question, part : which
-    status : in a few words, as "right" or "given by a person"
+    status : as "right" or "given by a person"
     points, out_of : earned, and possible
     reason : for the student
-    given : the answer in a few words; the student's own
+    given : the student's answer as a short text
     """
 
     question: str
@@ -60,7 +60,7 @@ class MarkRecord:
 
 @dataclass(frozen=True)
 class MarkState:
-    """What of a mark is worth a line in the audit trail when it changes."""
+    """The fields of a mark that the audit trail stores when one of them changes."""
 
     status: str
     points: float
@@ -69,7 +69,7 @@ class MarkState:
 
 
 class Text(sa.TypeDecorator[str]):
-    """A text, cleaned when it is stored or compared: see :mod:`labcourse.grading.gradebook.storable`."""
+    """A text that is cleaned when it is stored or compared, see :mod:`labcourse.grading.gradebook.storable`."""
 
     impl = sa.Text
     cache_ok = True
@@ -79,7 +79,7 @@ class Text(sa.TypeDecorator[str]):
 
 
 class Instant(sa.TypeDecorator[datetime]):
-    """A moment in UTC, also in a database that stores no time zone (SQLite)."""
+    """A time in UTC, even in a database that stores no time zone (SQLite)."""
 
     impl = sa.DateTime(timezone=True)
     cache_ok = True
@@ -117,23 +117,24 @@ class Base(MappedAsDataclass, DeclarativeBase):
 
 
 def _of_student(**options: Any) -> Any:
+    """Return the column for the number of a student's row."""
     return mapped_column(sa.ForeignKey("students.id", ondelete="CASCADE"), nullable=False, **options)
 
 
 def _mark_columns(**reason: Any) -> list[Any]:
-    """Return the columns of a :class:`MarkRecord`; the reason's with options."""
+    """Return the columns of a :class:`MarkRecord`; the options are for that of the reason."""
     keys = [mapped_column(name, primary_key=True) for name in ("question", "part")]
     numbers = [mapped_column(name) for name in ("status", "points", "out_of")]
     return [*keys, *numbers, mapped_column("reason", **reason), mapped_column("given")]
 
 
 class OfAnswer(MappedAsDataclass):
-    """What the tables of what happened to an answer have in common.
+    """The common fields of the tables of events that concern an answer.
 
     Attributes
     ----------
-    number : of the row; rows are numbered in the order in which they were written
-    student, question, part : the answer's student, and its place
+    number : of the row, in the order of writing
+    student, question, part : the student, and the answer
     """
 
     number: Mapped[int] = mapped_column("id", primary_key=True)
@@ -149,7 +150,7 @@ class OfAnswer(MappedAsDataclass):
 
 
 class About(Base):
-    """What a gradebook knows of itself: the version of its tables, and its secret."""
+    """The version of the tables, and the gradebook's secret; a single row."""
 
     __tablename__ = "gradebook"
 
@@ -158,10 +159,10 @@ class About(Base):
 
 
 class StudentRecord(Base):
-    """A student; all but the ID may be empty.
+    """A student; all fields but the ID may be empty.
 
-    ``aliases`` are other names by which platforms know them; ``enrolled`` says whether they are on the roster, and not
-    only known from what they handed in.
+    ``aliases`` are other names that platforms use for them; ``enrolled`` is whether they are on a roster, and not only
+    known from what they handed in.
     """
 
     __tablename__ = "students"
@@ -182,11 +183,11 @@ class Delivery(Base):
     Attributes
     ----------
     name : a notebook's file name, an own file's path relative to the folder, "answers.json" or "course.json"
-    digest : by which equal content is known
+    digest : equal for equal content
     content : as it was handed in, or what is stored of it
     received : when
-    source : what it came in, for people, as the name of a zip
-    clock : how the time is known; "" where only the student's computer wrote it, None where nothing was recorded of it
+    source : what it came in, as the name of a zip
+    clock : how the time is known; "" if only the student's computer wrote it, None if that was not recorded
     """
 
     __tablename__ = "deliveries"
@@ -203,7 +204,7 @@ class Delivery(Base):
 
 
 class Arrival(NamedTuple):
-    """When a file came, and how that is known: as :class:`Delivery` has them."""
+    """When a file was received, and how that is known; see :class:`Delivery`."""
 
     received: datetime
     clock: str | None = None
@@ -214,24 +215,24 @@ class RunRecord(Base):
 
     Attributes
     ----------
-    key : hash of all that the run depends on, the student included: two runs with one key are the same run
-    student : ID, as the submission spells it
+    key : hash of all that the run depends on, the student too: two runs with the same key are the same run
+    student : ID, as written in the submission
     submission : digest of what was handed in
     master : digest of the notebooks that it was run in
     software : name and version
     probe_seed : from which the inputs of functions were drawn
     isolation : how it was run
-    answers : what it left; None if nothing
+    answers : the file of answers that it wrote; None if it wrote none
     problems : what went wrong
-    notes : what else is worth knowing
+    notes : other messages
     cells : what the cells reported while they ran, in order
-    claim : question → part → id of the cell that recorded it when the student ran it
-    words : question → part → ``{"text": ..., "pictures": {name: PNG in base64}}``: answers read from text cells
+    claim : question → part → id of the cell that recorded the answer when the student ran it
+    words : question → part → ``{"text": ..., "pictures": {name: PNG in base64}}``: answers from text cells
     supplied : values that an instructor gave in place of missing ones: as "1.2.speed" → value
-    release : identity of the release that it was run under; empty where it has none
-    files : names of the student's own files that came along
+    release : identity of the release that it was run under; "" if it has none
+    files : names of the student's own files in the submission
 
-    The last six are plain data as JSON has it: lists, and no tuples; finite numbers.
+    The last six are plain data of JSON: lists, no tuples, and finite numbers.
     """
 
     __tablename__ = "runs"
@@ -264,7 +265,7 @@ sa.Index("uq_runs_one_current", RunRecord.student_id, unique=True, sqlite_where=
 
 
 class Mark(Base):
-    """A mark of a run, as the software made it. A person's mark for the same answer counts more."""
+    """A mark of a run, as the software made it. A person's mark for the same answer counts in its place."""
 
     __tablename__ = "marks"
 
@@ -274,7 +275,7 @@ class Mark(Base):
 
 
 class GivenMark(Base):
-    """A mark that a person gave, who, and when (UTC). It holds while answer and possible points stay the same."""
+    """A mark that a person gave, who, and when (UTC). It holds while answer and possible points do not change."""
 
     __tablename__ = "decisions"
 
@@ -284,12 +285,12 @@ class GivenMark(Base):
     when: Mapped[datetime] = mapped_column("decided")
 
     def as_json(self) -> dict[str, Any]:
-        """Return it as plain data, from which :meth:`from_json` makes it again."""
+        """Return the mark as plain data, for :meth:`from_json`."""
         return {**vars(self.mark), "actor": self.actor, "when": self.when.isoformat()}
 
     @staticmethod
     def from_json(actor: str, when: str, **mark: Any) -> GivenMark:
-        """Make a person's mark from plain data."""
+        """Return a person's mark that was stored as plain data."""
         return GivenMark(MarkRecord(**mark), actor, datetime.fromisoformat(when))
 
 
@@ -300,10 +301,10 @@ class Graded:
     Attributes
     ----------
     run : the run
-    marks : in the order of the key; a person's mark in place of the software's, where it holds
-    key_digest : of the key that they were made with
-    lapsed : marks by persons that do not hold for this run: another answer was given, or it is out of other points. The
-        gradebook returns them, and ignores those that it is given
+    marks : in the order of the key; a person's mark in place of the software's, if it holds
+    key_digest : of the key that the software's marks were made with
+    lapsed : persons' marks that do not hold for this run, because the answer or the possible points are others; they
+        are returned by the gradebook, and ignored when a run is stored
     """
 
     run: RunRecord
@@ -313,7 +314,7 @@ class Graded:
 
 
 class CommentRecord(Base):
-    """A person's comment for a student, on a question or, where that is None, on everything."""
+    """A person's comment for a student, on a question, or on everything if that is None."""
 
     __tablename__ = "comments"
 
@@ -331,7 +332,7 @@ class AuditRecord(OfAnswer, Base):
 
     Attributes
     ----------
-    before, after : the mark; None where there was, or is, none
+    before, after : the mark; None if there was, or is, none
     run : key of the run that counts after the change
     actor, reason, when : who changed it, why, and when (UTC)
     """
@@ -347,24 +348,26 @@ class AuditRecord(OfAnswer, Base):
 
 
 class Act(OfAnswer, Base):
-    """One thing that a scorer did to one answer; it is undone by its number. This table only grows.
+    """One thing that a scorer did to one answer: give points, ask the instructor, or take an act back.
+
+    This table only grows.
 
     Attributes
     ----------
     actor : the scorer
-    level : that was given; None if points were given without one, or the instructor is asked
-    points, out_of : given, and possible; points are None where the instructor is asked
-    remark : for the student; where the instructor is asked, for the instructor
-    given : the answer as it was read
+    level : that was given; None if points were given without a level, or none were given
+    points, out_of : given, and possible; points are None if none were given
+    remark : for the student; if the instructor is asked, for the instructor
+    given : the student's answer as the scorer read it
     asked : whether the instructor is asked; then the answer waits
-    undoes : number of the act that this one takes back
+    undoes : number of the act that this act takes back
     when : UTC
     """
 
     __tablename__ = "scores"
     __table_args__ = (sa.Index("ix_scores_question_part", "question", "part"),)
 
-    # The decision that was there before, for undo; NULL: none.
+    # The decision that this act replaced, for undo; NULL if there was none.
     replaced = mapped_column(sa.JSON(none_as_null=True), info=WRITTEN)
     actor: Mapped[str]
     level: Mapped[int | None]
@@ -377,7 +380,7 @@ class Act(OfAnswer, Base):
     when: Mapped[datetime] = mapped_column("acted")
 
     def left(self, given: GivenMark | None) -> bool:
-        """Return whether this act left a person's mark as it is now; None where the act left none."""
+        """Return whether the decision on the answer (None without one) is still that which this act left."""
         if given is None or self.points is None:
             return given is None and self.points is None
         mark, own = given.mark, (self.actor, self.out_of, self.remark, self.given)
@@ -385,7 +388,7 @@ class Act(OfAnswer, Base):
 
 
 class Claim(Base):
-    """Who is reading which answer, and until when nobody else is given it."""
+    """Who is reading an answer, and until when no other scorer is given it."""
 
     __tablename__ = "claims"
 
@@ -403,9 +406,9 @@ class Answer:
     Attributes
     ----------
     student, question, part : the student, and the answer
-    mark : as it counts
-    acts : on this very answer, in order; without those that were taken back
-    given : the mark as a person gave it, by an act or by ``labcourse mark``; None if nobody gave one
+    mark : that counts
+    acts : on the present answer, in order; without those that were taken back
+    given : the mark that a person gave, by an act or by ``labcourse mark``; None if nobody gave one
     """
 
     student: str
@@ -421,18 +424,18 @@ class Answer:
         return self.mark.where
 
     def last(self) -> Act | None:
-        """Return the last act. :attr:`decision` says whether the mark comes from it."""
+        """Return the last act; None without one."""
         return self.acts[-1] if self.acts else None
 
     @property
     def decision(self) -> Act | None:
-        """The act that the mark comes from; None while it waits, and if ``labcourse mark`` replaced it."""
+        """The act that gave the mark; None if the answer waits, or ``labcourse mark`` gave the mark."""
         last = self.last()
         return last if last is not None and last.points is not None and last.left(self.given) else None
 
     @property
     def asked(self) -> bool:
-        """Whether it waits for the instructor: asked, and decided by nobody since."""
+        """Whether the answer waits for the instructor, who was asked, and nobody decided since."""
         last = self.last()
         return last is not None and last.asked and self.mark.status != GIVEN_BY_A_PERSON
 
@@ -443,12 +446,12 @@ class Answer:
 
 
 class Request(OfAnswer, Base):
-    """A student's wish to have an answer looked at again; it is answered by its number, and open until then.
+    """A student's request to look at an answer again.
 
     Attributes
     ----------
     text, made : what the student asks, and when (UTC)
-    answered_by, answer, answered : by whom, what, and when; None while it is open
+    answered_by, answer, answered : who answered, what, and when (UTC); None while the request is open
     """
 
     __tablename__ = "requests"
@@ -459,14 +462,9 @@ class Request(OfAnswer, Base):
     answer: Mapped[str | None] = mapped_column(default=None, info=WRITTEN)
     answered: Mapped[datetime | None] = mapped_column(default=None)
 
-    @property
-    def is_open(self) -> bool:
-        """Whether nobody has answered."""
-        return self.answered is None
-
 
 class Publication(Base):
-    """Feedback given back to the class: who did it, when (UTC), and a note."""
+    """A publication of feedback to the class: who did it, when (UTC), and a note."""
 
     __tablename__ = "publications"
 
@@ -477,15 +475,15 @@ class Publication(Base):
 
 
 class Erasure(Base):
-    """A record that somebody was erased, without a name. This table only grows.
+    """A record that a person was erased, without their name. This table only grows.
 
     Attributes
     ----------
-    number : that their row had, and nobody's has again
-    gone : the same number; before their row is deleted its negative, which refers to no erasure, so that the
-        transaction cannot end
-    fingerprint : of their ID, by which it is recognised if it comes again
-    actor, lines, erased : who erased them, how many rows, when (UTC)
+    number : of the deleted row of the person, which no other row gets
+    gone : the same number; before the row is deleted its negative, which refers to no erasure, so that the transaction
+        cannot end
+    fingerprint : of the person's ID, to recognise it in a later submission
+    actor, lines, erased : who erased the person, how many rows, when (UTC)
     """
 
     __tablename__ = "erasures"
@@ -500,13 +498,13 @@ class Erasure(Base):
 
 @dataclass(frozen=True)
 class RosterReport:
-    """What became of a roster.
+    """The result of importing a roster.
 
     Attributes
     ----------
     added, changed, unchanged : numbers of students
-    problems : a sentence on each line that was not taken
-    notes : a sentence on all that was replaced, removed, left though its cell is empty, or not read
+    problems : a message on each line that was not taken
+    notes : a message on each value that was replaced or removed or has an empty cell, and on columns that were not read
     """
 
     added: int
@@ -518,21 +516,21 @@ class RosterReport:
 
 @dataclass(frozen=True)
 class Erased:
-    """What became of a person who was erased, or would.
+    """What erasing a person changes, or would change.
 
     Attributes
     ----------
-    about : what was known of them
-    counts : name of a table → how many rows of it were theirs
-    struck : where their name was replaced in what is said of others, in words
-    left : where they are still named, in words: others' own work, and as who decided
-    sources : what their hand-ins came in, as the names of zips
-    unsought : of what names them, what is too short to be looked for
+    about : the person's record
+    counts : name of a table → number of the person's rows in it
+    redacted : where their names are replaced, as text
+    still_named : where they are still named, as text: in others' own work, and as who decided
+    sources : what their files came in, as the names of zips
+    too_short : names that are not looked for in texts
     """
 
     about: StudentRecord
     counts: Mapping[str, int]
-    struck: tuple[str, ...] = ()
-    left: tuple[str, ...] = ()
+    redacted: tuple[str, ...] = ()
+    still_named: tuple[str, ...] = ()
     sources: tuple[str, ...] = ()
-    unsought: tuple[str, ...] = ()
+    too_short: tuple[str, ...] = ()

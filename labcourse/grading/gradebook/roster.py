@@ -1,23 +1,23 @@
-"""The CSV of a class → its students.
+"""Read the students of a class from a CSV.
 
-It has a line of headings, of which these are understood, without regard to capitals, spaces and punctuation; others
-are not read, and are named in a note:
+Its first line has the headings. These are understood, without regard to capitals, spaces and punctuation; a note names
+the columns that are not read:
 
 ===========  =========================================================================================================
-ID           student ID, student number, SIS user ID, SIS ID, OrgDefinedId, ID number, username, SIS login ID, ID,
-             student: the first of these that is there
+ID           the first of these: student ID, student number, SIS user ID, SIS ID, OrgDefinedId, ID number, username,
+             SIS login ID, ID, student
 name         name, full name, student name; or first and last name; or student, where that is not the ID
 email        email, e-mail, email address
 section      section, group, groups
 other names  alias, aliases, other names (several with ; between them), Identifier, user ID, Canvas user ID, and all
-             columns of IDs that are not the ID: by these, platforms name what students hand in
+             columns of IDs that are not the ID: platforms name submissions by these
 ===========  =========================================================================================================
 
 Missing columns and empty cells leave existing values unchanged. A cell of "-" removes the value.
 
 Separators are commas, semicolons or tabs; the file is UTF-8 with or without a byte-order mark, or Excel's UTF-16. Cells
-are text, whatever they begin with; only ``="0042"``, with which Excel preserves the zeros of a number, is 0042, and so
-is ``#0042`` in a file that Brightspace wrote (it has a column OrgDefinedId).
+are text, whatever they begin with, with two exceptions: ``="0042"``, by which Excel preserves the zeros of a number, is
+0042; and so is ``#0042`` in a file that Brightspace wrote (it has a column OrgDefinedId).
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ from labcourse.grading.gradebook.records import StudentRecord
 from labcourse.messages import listed
 from labcourse.student_id import caseless
 
-#: What is read of a student → the headings that it may have, the best first.
+#: Data of a student → headings of the columns that may have it, the best first.
 _HEADINGS = {
     "ID": (
         *("studentid", "studentnumber", "sisuserid", "sisid", "orgdefinedid", "idnumber", "username", "sisloginid"),
@@ -53,26 +53,27 @@ _HEADINGS = {
 }
 _KNOWN = {heading for headings in _HEADINGS.values() for heading in headings}
 _OTHER_NAMES = (*_HEADINGS["ID"], "alias", "aliases", "othernames", "identifier", "userid", "canvasuserid")
-_BRIGHTSPACES, _MARKED = "orgdefinedid", ("orgdefinedid", "username")  # its columns that begin with #
+_BRIGHTSPACES, _MARKED = "orgdefinedid", ("orgdefinedid", "username")  # columns of Brightspace, with # before cells
 _REMOVED = "-"
 _MOST_UNREAD = 12  # columns that are named in the note
 _STAYS = "stays; the roster's cell is empty"
+_EXCELS_SEPARATOR = re.compile(r"\Asep=[^\r\n]*", re.IGNORECASE)  # a line before the headings
 _EXCELS_ZEROS = re.compile(r'="([^"]*)"')
 
 
 @dataclass(frozen=True)
 class Entry:
-    """A student as the roster has them; ``details`` holds what it has a column for: fields of StudentRecord."""
+    """A student in a roster; ``details`` holds the fields of StudentRecord for which the roster has a column."""
 
     student: str
     details: dict[str, Any]
 
     def update(self, record: StudentRecord) -> list[str]:
-        """Write what the roster says into a record; return a note on all that it replaces, removes or leaves.
+        """Update a student's record; return a note on each value that is replaced or removed, or has an empty cell.
 
         Parameters
         ----------
-        record : what is known; a new student's is empty
+        record : as stored; that of a new student is empty
         """
         notes = []
         for field, cell in self.details.items():
@@ -90,36 +91,28 @@ class Entry:
 
 
 def _shown(value: str | Sequence[str]) -> str:
+    """Return the value of a field as text, for messages."""
     return repr(value if isinstance(value, str) else "; ".join(value))
 
 
-@dataclass(frozen=True)
-class Roster:
-    """The content of a file.
+def read(path: Path) -> tuple[list[Entry], list[str], list[str]]:
+    """Read the students of a roster.
 
-    Attributes
-    ----------
-    entries : its students
-    problems : a sentence on each line that was not taken
-    notes : a sentence on the columns that are not understood, if there are any
-    """
-
-    entries: tuple[Entry, ...]
-    problems: tuple[str, ...] = ()
-    notes: tuple[str, ...] = ()
-
-
-def read(path: Path) -> Roster:
-    """Read the students of a roster, and say what was not taken of it.
+    Returns
+    -------
+    list
+        The students.
+    list
+        A message on each line that is not taken.
+    list
+        A message on the columns that are not read, if there are any.
 
     Raises
     ------
     GradebookError
         If the file cannot be read, or has no column of IDs.
     """
-    lines = list(io.StringIO(_text(path), newline=""))
-    skipped = 1 if lines and lines[0].lower().startswith("sep=") else 0  # a line for Excel
-    del lines[:skipped]
+    lines = list(io.StringIO(_EXCELS_SEPARATOR.sub("", _text(path)), newline=""))
     entries: dict[str, tuple[int, Entry]] = {}
     problems = []
     try:
@@ -129,7 +122,7 @@ def read(path: Path) -> Roster:
         table = csv.DictReader(lines, list(headings), delimiter=separator, restval="")
         next(table, None)
         for row in table:
-            line, cells = table.line_num + skipped, {heading: _stripped(row[heading]) for heading in headings}
+            line, cells = table.line_num, {heading: _stripped(row[heading]) for heading in headings}
             if not any(cells.values()):
                 continue
             try:
@@ -146,10 +139,11 @@ def read(path: Path) -> Roster:
         raise GradebookError(f"The roster {path} is not a CSV that can be read: {error}.") from None
     unread = [name for heading, name in headings.items() if name and heading not in chain(*columns.values())]
     notes = [f"Columns that are not read: {listed(unread, _MOST_UNREAD)}."] if unread else []
-    return Roster(tuple(entry for _line, entry in entries.values()), tuple(problems), tuple(notes))
+    return [entry for _line, entry in entries.values()], problems, notes
 
 
 def _text(path: Path) -> str:
+    """Return the text of a file. Raises GradebookError if it cannot be read."""
     try:
         data = path.read_bytes()
         coding = "utf-16" if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)) else "utf-8-sig"
@@ -161,26 +155,27 @@ def _text(path: Path) -> str:
 
 
 def _headings(lines: Sequence[str], separator: str) -> dict[str, str]:
-    """Return letters and digits of each heading → the heading; those that were there before have a number behind."""
+    """Return letters and digits of each heading → the heading. A number is added where two have the same."""
     headings: dict[str, str] = {}
-    for place, name in enumerate(next(csv.reader(lines, delimiter=separator), [])):
+    for place, name in enumerate(next(filter(None, csv.reader(lines, delimiter=separator)), [])):
         heading = "".join(filter(str.isalnum, name.casefold()))
         headings[f"{heading} {place}" if heading in headings else heading] = _on_one_line(name)
     return headings
 
 
 def _stripped(cell: str) -> str:
-    """Return a cell's text without white space around."""
+    """Return a cell's text without white space around it, and without Excel's signs around a number."""
     zeros = _EXCELS_ZEROS.fullmatch(cell.strip())
     return (zeros[1] if zeros else cell).strip()
 
 
 def _on_one_line(cell: str) -> str:
+    """Return a cell's text on one line, with single spaces."""
     return storable.text(" ".join(_stripped(cell).split()))
 
 
 def _columns(path: Path, headings: Collection[str]) -> dict[str, list[str]]:
-    """Return the headings of the columns that each field of a student is read from. An ID is read from one."""
+    """Return field of a student → headings of the columns that it is read from. The ID has one column."""
     student = [heading for heading in _HEADINGS["ID"] if heading in headings][:1]
     if not student:
         raise GradebookError(
@@ -195,7 +190,7 @@ def _columns(path: Path, headings: Collection[str]) -> dict[str, list[str]]:
 
 
 def _entry(cells: Mapping[str, str], columns: Mapping[str, list[str]]) -> Entry:
-    """Return the student of a row. Raises StudentIDError if there is none."""
+    """Return the student of a row. Raises StudentIDError if their ID cannot be one."""
     if _BRIGHTSPACES in cells:
         cells = {heading: cell.removeprefix("#") if heading in _MARKED else cell for heading, cell in cells.items()}
     texts = {field: [cells[heading] for heading in headings] for field, headings in columns.items() if headings}

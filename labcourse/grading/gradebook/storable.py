@@ -1,8 +1,8 @@
-"""Untrusted text and data, in a form that every database accepts and every report can show.
+"""Clean untrusted text and data, so that every database accepts them and every report can show them.
 
-Text stays as it is, but for what PostgreSQL refuses (NUL, halves of surrogate pairs) and what a terminal obeys (control
-characters): these are written out, as ``\\x00`` or ``\\ud800``. Line ends become ``\\n``; tabs stay. Cleaning twice
-gives the same as cleaning once, so that what was read can be recorded again.
+Characters that PostgreSQL refuses (NUL, halves of surrogate pairs) and those that control a terminal are replaced by
+their codes, as ``\\x00`` or ``\\ud800``. Line ends become ``\\n``. All other text stays, tabs too. Cleaning twice gives
+the same as cleaning once, so that what was read can be stored again.
 """
 
 from __future__ import annotations
@@ -31,17 +31,18 @@ _Record = TypeVar("_Record", bound="DataclassInstance")
 
 
 def text(given: str) -> str:
-    """Clean a text. Of an enumeration's string, take its value."""
-    return _UNFIT.sub(_written_out, _LINE_END.sub("\n", str.__str__(given)))
+    """Return a clean text; of a member of a StrEnum, its value."""
+    return _UNFIT.sub(_code_of, _LINE_END.sub("\n", str.__str__(given)))
 
 
-def _written_out(match: re.Match[str]) -> str:
+def _code_of(match: re.Match[str]) -> str:
+    """Return the code of a character, as text."""
     code = ord(match[0])
     return f"\\x{code:02x}" if code < 0x100 else f"\\u{code:04x}"
 
 
 def student(given: str) -> str:
-    """Return a student's ID in the form in which it is stored.
+    """Return a student's ID as it is stored.
 
     Raises
     ------
@@ -55,18 +56,18 @@ def student(given: str) -> str:
 
 
 def cleaned(record: _Record, name: str) -> _Record:
-    """Return a new record with clean text and data, and times in UTC.
+    """Return a copy of a record with clean text and data, and times in UTC.
 
     Parameters
     ----------
     record : a dataclass
-    name : what the record is, for the message
+    name : of the record, for messages
 
     Raises
     ------
     GradebookError
-        If a number is not finite or does not fit into 64 bits, a file is too large, or other data is not plain, is
-        nested too deep, or is too large.
+        If a number is not finite or does not fit into 64 bits, if a file is too large, or if other data cannot be
+        written as JSON, is nested too deep, or is too large.
     """
     values = {}
     for field in fields(record):
@@ -78,6 +79,7 @@ def cleaned(record: _Record, name: str) -> _Record:
 
 
 def _cleaned_value(value: Any) -> Any:
+    """Return the clean value of a field. Raises ValueError if it cannot be stored."""
     if isinstance(value, datetime):
         return value.astimezone(UTC)
     if isinstance(value, bytes):
@@ -89,13 +91,14 @@ def _cleaned_value(value: Any) -> Any:
 
 
 def _bounded(value: Any, size: int, most: int, unit: str) -> Any:
+    """Return a value. Raises ValueError if its size (in ``unit``) is larger than allowed."""
     if size > most:
-        raise ValueError(f"{size} {unit}, of which there may be {most}")
+        raise ValueError(f"{size} {unit}; at most {most} are allowed")
     return value
 
 
 def _plain(given: Any, levels: int) -> Any:
-    """Return data as JSON has it, its text as :func:`text` returns it."""
+    """Return data as JSON has it, with clean text, in at most so many levels. Raises ValueError if it is other data."""
     if isinstance(given, str):
         return text(given)
     if isinstance(given, Mapping) and levels and all(isinstance(key, str) for key in given):

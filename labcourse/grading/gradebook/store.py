@@ -1,9 +1,9 @@
-"""A gradebook in three classes: :class:`Gradebook`, and its parts for scoring and for requests.
+"""The gradebook in three classes: :class:`Gradebook`, and its parts for scoring and for requests.
 
 Each method is one transaction: after an error or a kill, nothing of it is stored.
 
-Nothing that a scorer does is lost: each act stays, even if it is taken back. The marks that count follow from the
-decisions that acts wrote.
+A mark by a person is called a decision. Each act of a scorer is stored and stays, even if it is taken back; it also
+writes the decision that follows from it, and the marks that count follow from decisions.
 """
 
 from __future__ import annotations
@@ -11,7 +11,8 @@ from __future__ import annotations
 import unicodedata
 from collections import defaultdict
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from contextlib import AbstractContextManager
+from dataclasses import dataclass, replace
 from datetime import datetime, timedelta
 from pathlib import Path
 from typing import Any
@@ -25,6 +26,7 @@ from labcourse.grading.gradebook.database import Database
 from labcourse.grading.gradebook.persons import (
     Persons,
     add_student,
+    erased_students,
     is_student,
     known_student,
     now,
@@ -61,34 +63,34 @@ from labcourse.grading.gradebook.records import (
 from labcourse.student_id import caseless
 
 NO_LONGER = "The answer, or the points possible, changed: the mark that a person gave no longer holds."
-_WEAK_CLOCKS = (None, "", DECIDED)  # a time that is known so gives way to another one
+_WEAK_CLOCKS = (None, "", DECIDED)  # another time replaces a time that is known so
 
 
 @dataclass(frozen=True)
 class Current:
-    """A student, their run that counts, and its marks, persons' marks included."""
+    """A student, their run that counts, and the marks that count."""
 
     student: StudentRecord
     run: RunRecord
     marks: Mapping[Where, MarkRecord]
 
     def mark(self, where: Where) -> MarkRecord:
-        """Return the mark for a part. Raises GradebookError if there is none."""
+        """Return the mark of an answer. Raises GradebookError if there is none."""
         if where not in self.marks:
             question, part = where
             raise GradebookError(f"{self.run.student!r} has no mark for question {question}, {part}.")
         return self.marks[where]
 
 
-class Gradebook:
+class Gradebook(AbstractContextManager["Gradebook"]):
     """A class's submissions, runs, answers, marks, comments, and every change of a mark.
 
-    Several processes and several threads may use it at once. Students are told apart without regard to capitals, as
-    :mod:`labcourse.student_id` says; untrusted text is stored as :mod:`labcourse.grading.gradebook.storable` says.
+    Several processes and several threads may use it at once. IDs of students are compared without regard to capitals
+    (:mod:`labcourse.student_id`); untrusted text is cleaned (:mod:`labcourse.grading.gradebook.storable`).
 
     Parameters
     ----------
-    url : a file (SQLite), or ``sqlite:///file``, or ``postgresql://user:password@host/name``; made if it is not there
+    url : a file (SQLite), ``sqlite:///file`` or ``postgresql://user:password@host/name``; made if it does not exist
 
     Attributes
     ----------
@@ -114,9 +116,6 @@ class Gradebook:
         self.requests = Requests(self._database)
         self.persons = Persons(self._database)
 
-    def __enter__(self) -> Gradebook:
-        return self
-
     def __exit__(self, *_: object) -> None:
         self.close()
 
@@ -132,45 +131,45 @@ class Gradebook:
     # --- students -----------------------------------------------------------------------------------------------------
 
     def import_roster(self, path: Path, again: Collection[str] = ()) -> RosterReport:
-        """Take in a class from a CSV, see :mod:`labcourse.grading.gradebook.roster`.
+        """Add and update the students of a class from a CSV, see :mod:`labcourse.grading.gradebook.roster`.
 
         Students who are not in it stay. Missing columns and empty cells leave existing values unchanged. Students who
-        were erased are not taken in, and are reported, unless their ID is in ``again``.
+        were erased are left out and reported, unless their ID is in ``again``.
 
         Raises
         ------
         GradebookError
-            If the file as a whole cannot be read; then nothing is taken in.
+            If the file as a whole cannot be read; then nothing changes.
         """
-        table = roster.read(path)
-        notes = list(table.notes)
-        welcome = set(map(caseless, again))
-        gone = self.persons.erased([entry.student for entry in table.entries if caseless(entry.student) not in welcome])
-        entries = [entry for entry in table.entries if entry.student not in gone]
+        entries, problems, notes = roster.read(path)
+        allowed = set(map(caseless, again))
         added = changed = 0
         with self._database.writing() as session:
-            there = {student.folded: student for student in session.scalars(select(StudentRecord))}
+            doubtful = (entry.student for entry in entries if caseless(entry.student) not in allowed)
+            erased = erased_students(session, doubtful)
+            entries = [entry for entry in entries if entry.student not in erased]
+            stored = {student.folded: student for student in session.scalars(select(StudentRecord))}
             for entry in entries:
-                student = there.get(caseless(entry.student), StudentRecord(entry.student))
+                student = stored.get(caseless(entry.student), StudentRecord(entry.student))
                 notes += entry.update(student)
-                if caseless(entry.student) in there:
+                if caseless(entry.student) in stored:
                     changed += session.is_modified(student)
                 else:
                     add_student(session, student)
                     added += 1
-        problems = [
+        problems += [
             f"{student} was erased on {when:%Y-%m-%d}, and is not taken in. --again {student} takes them in."
-            for student, when in gone.items()
+            for student, when in erased.items()
         ]
-        return RosterReport(added, changed, len(entries) - added - changed, (*table.problems, *problems), tuple(notes))
+        return RosterReport(added, changed, len(entries) - added - changed, tuple(problems), tuple(notes))
 
     def remove(self, student: str) -> StudentRecord:
-        """Remove a student who has nothing but their line of the roster, as after a slip in an ID.
+        """Remove a student of whom only a line of the roster is stored, for example one with a mistyped ID.
 
         Returns
         -------
         StudentRecord
-            What was known of them.
+            The removed record.
 
         Raises
         ------
@@ -189,9 +188,9 @@ class Gradebook:
     # --- what was handed in -------------------------------------------------------------------------------------------
 
     def deliver(self, student: str, files: Sequence[Delivery]) -> int:
-        """Store files that a student handed in, beside all earlier ones; the student is added if needed.
+        """Store files that a student handed in, beside all earlier ones; add the student if needed.
 
-        A file with the name, the digest and the time of a stored one is the same.
+        A file with the name, the digest and the time of a stored file is the same file.
 
         Parameters
         ----------
@@ -201,7 +200,7 @@ class Gradebook:
         Returns
         -------
         int
-            How many are new.
+            Number of new files.
 
         Raises
         ------
@@ -213,8 +212,8 @@ class Gradebook:
             return _put_deliveries(session, about.id, [storable.cleaned(file, file.name) for file in files])
 
     def give_over(self, source: str, received: datetime, student: str) -> list[str]:
-        """Delete what came in a submission from all students but its owner, and return their IDs."""
-        same = (Delivery.source == source) & (Delivery.received == received)  # the name may be another week's, too
+        """Delete the files of a submission of all students but its owner; return the IDs of those who had any."""
+        same = (Delivery.source == source) & (Delivery.received == received)  # the next week's may have this name, too
         with self._database.writing() as session:
             others = same & (Delivery.student_id != student_for(session, student).id)
             students = session.scalars(select(StudentRecord.student).join(Delivery).where(others).distinct()).all()
@@ -222,7 +221,10 @@ class Gradebook:
             return list(students)
 
     def delivered(self, student: str) -> list[Delivery]:
-        """Return the newest of each file that a student handed in, by name: received last, of equals recorded last."""
+        """Return the newest version of each file that a student handed in, by name.
+
+        It is the version that was received last; of equal times, the one that was stored last.
+        """
         order = (Delivery.received, Delivery.id)
         ids = select(Delivery.name, Delivery.id).join(StudentRecord).where(is_student(student)).order_by(*order)
         with self._database.reading() as session:
@@ -231,16 +233,16 @@ class Gradebook:
             return sorted(files, key=lambda file: file.name)
 
     def content(self, student: str, name: str, digest: str) -> bytes | None:
-        """Return what a student handed in under a name, by its digest; None if it is not there."""
+        """Return the content of a file that a student handed in, by name and digest; None if there is none."""
         wanted = select(Delivery.content).join(StudentRecord).where(Delivery.name == name, Delivery.digest == digest)
         with self._database.reading() as session:
             return session.scalar(wanted.where(is_student(student)).limit(1))
 
     def received(self, student: str) -> dict[str, Arrival]:
-        """Return when a student handed in the notebooks that count, by file name: each, when its content came first.
+        """Return when the notebooks of a student that count were received, by file name.
 
-        So handing in the same once more makes nothing late. A time that only the student's computer wrote counts where
-        there is no other.
+        It is the time at which the present content was received first, so that a notebook is not late for being handed
+        in again. A time that only the student's computer wrote counts if there is no other.
         """
         notebooks = Delivery.name.endswith(".ipynb", autoescape=True)
         columns = select(Delivery.name, Delivery.digest, Delivery.received, Delivery.clock)
@@ -263,11 +265,11 @@ class Gradebook:
     # --- runs and marks -----------------------------------------------------------------------------------------------
 
     def record(self, graded: Graded, actor: str, reason: str) -> int:
-        """Record a run, and make its marks the student's. Recording the same again changes nothing.
+        """Store a run, and make its marks the student's. Storing the same again changes nothing.
 
-        A run with the key of a stored one replaces it. A mark that a person set stays as long as the answer (white
-        space aside) and the points possible stay the same; where they do not, the new mark counts, and the audit trail
-        and ``lapsed`` say so. If the same answer comes again, the person's mark counts again.
+        A run with the key of a stored run replaces it. A person's mark holds while the answer (apart from white space)
+        and the possible points stay the same. If they change, the new mark counts, and the audit trail and ``lapsed``
+        say so. If the same answer is handed in again, the person's mark counts again.
 
         Parameters
         ----------
@@ -277,12 +279,12 @@ class Gradebook:
         Returns
         -------
         int
-            How many marks changed: rows in the audit trail.
+            Number of marks that changed: rows in the audit trail.
 
         Raises
         ------
         GradebookError
-            If it cannot be recorded: an impossible ID, marks that are not finite, another student's key.
+            If it cannot be stored: an impossible ID, points that are not finite, another student's key.
         """
         with self._database.writing() as session:
             student = student_for(session, graded.run.student)
@@ -295,7 +297,7 @@ class Gradebook:
             return put_audit(session, Current(student, run, before), actor, reason)
 
     def remark(self, student: str, new: Sequence[MarkRecord], key_digest: str, actor: str, reason: str) -> int:
-        """Replace all marks of the student's run that counts; the rest as for :meth:`record`."""
+        """Replace all marks of the student's run that counts. For the rest see :meth:`record`."""
         with self._database.writing() as session:
             before = current(session, student)
             before.run.key_digest = key_digest
@@ -312,20 +314,20 @@ class Gradebook:
         actor: str,
         expected: MarkRecord | None = None,
     ) -> int:
-        """Set a person's mark for an answer, in place of the software's; :meth:`record` says how long it holds.
+        """Store a person's mark for an answer, which counts in place of the software's; see :meth:`record`.
 
         Parameters
         ----------
         student, question, part : the student, and the answer
         points : to give
         reason, actor : for the student, and for the audit trail
-        expected : the mark that this one is to replace, as it was seen last; None for whatever is there
+        expected : the mark to be replaced, as the person saw it; None for any mark
 
         Raises
         ------
         GradebookError
-            If there is no such mark, there are not so many points for it, or status, points or answer are not the
-            expected ones; the message says who gave what, and when.
+            If there is no such mark, or the points are more than possible; or if status, points or answer are not the
+            expected ones: then the message says who gave the present mark, when and why.
         """
         with self._database.writing() as session:
             before = current(session, student)
@@ -337,19 +339,19 @@ class Gradebook:
             return decide(session, before, new.where, GivenMark(new, actor, now()), actor, reason)
 
     def find(self, key: str) -> Graded | None:
-        """Return the run with a content key, and its marks as they are now; it need not be the one that counts."""
+        """Return the run with a key, and its marks as they are now; None without one. Another run may count."""
         with self._database.reading() as session:
             run = session.scalar(select(RunRecord).where(RunRecord.key == key))
             return None if run is None else _graded(session, run)
 
     def current(self, student: str) -> Graded | None:
-        """Return the run of a student that counts, and its marks."""
+        """Return the run of a student that counts, and its marks; None if nothing was graded."""
         with self._database.reading() as session:
             run = current_run(session, student)
             return None if run is None else _graded(session, run)
 
     def all_current(self) -> Iterator[Graded]:
-        """Yield the runs that count, by student; each is read when it is asked for."""
+        """Yield the runs that count, by student; each is read when the loop comes to it."""
         for student in self.students():
             graded = self.current(student.student)
             if graded is not None:
@@ -380,17 +382,18 @@ class Gradebook:
 
 
 def _put_deliveries(session: Session, student_id: int, new: Sequence[Delivery]) -> int:
-    """Write the files that are not there yet, and return how many.
+    """Store the files that are not stored yet; return how many they are.
 
-    Another content of the same name, time and source is replaced: an instructor decided that another file counts.
-    Another time of the same content and source is replaced where an instructor decided one of the two, or where only
-    the student's computer wrote the old one.
+    A stored file is deleted if the new one has another content but the same name, time and source: an instructor
+    decided that another file counts. It is also deleted if the new one has another time but the same content and
+    source, and an instructor decided one of the two times, or only the student's computer wrote the old one.
     """
     wanted = {(file.name, file.digest, file.received): file for file in new}
     same_time = {(file.name, file.received, file.source) for file in new}
     same_content = {(file.name, file.digest, file.source): (file.received, file.clock) for file in new}
 
     def is_replaced(old: Delivery) -> bool:
+        """Return whether a new file replaces a stored one."""
         received, clock = same_content.get((old.name, old.digest, old.source), (old.received, old.clock))
         if (clock != old.clock and old.clock in _WEAK_CLOCKS) or (clock == DECIDED and received != old.received):
             return True
@@ -410,29 +413,29 @@ def _put_deliveries(session: Session, student_id: int, new: Sequence[Delivery]) 
 
 
 def _put_run(session: Session, student: StudentRecord, graded: Graded) -> RunRecord:
-    """Write a run, unless it is there already."""
+    """Store a run, or update the stored run with its key; return the stored run."""
     run = storable.cleaned(graded.run, f"The run of {student.student}")
     run.student = storable.student(graded.run.student)
-    there = session.scalar(select(RunRecord).where(RunRecord.key == run.key))
-    if there is None:
-        there, run.student_id, run.current = run, student.id, False
-        session.add(run)
-    elif there.student_id != student.id:
+    run.key_digest = graded.key_digest
+    earlier = session.scalar(select(RunRecord).where(RunRecord.key == run.key))
+    if earlier is None:
+        run.student_id, run.current = student.id, False
+    elif earlier.student_id == student.id:
+        run.id = earlier.id
+    else:
         raise GradebookError(
-            f"The run {run.key} of {run.student!r} has the key of a run of {there.student!r}: a key should depend on "
+            f"The run {run.key} of {run.student!r} has the key of a run of {earlier.student!r}: a key should depend on "
             "the student, too."
         )
-    for field in fields(run):
-        setattr(there, field.name, getattr(run, field.name))
-    there.key_digest = graded.key_digest
-    if session.is_modified(there):
-        there.recorded = now()
+    stored = session.merge(run)
+    if session.is_modified(stored):
+        stored.recorded = now()
     session.flush()
-    return there
+    return stored
 
 
 def _put_marks(session: Session, run_id: int, new: Iterable[MarkRecord]) -> None:
-    """Replace a run's marks. A person's mark among them leaves the software's mark beneath it as it is."""
+    """Replace the software's marks of a run. Where the new mark is a person's, the software's stays."""
     stored = [mark for _student, mark, _given in read_marks(session, RunRecord.id == run_id)]
     beneath = {mark.where: mark for mark in stored}
     wanted: dict[Where, MarkRecord] = {}
@@ -464,12 +467,12 @@ def _graded(session: Session, run: RunRecord) -> Graded:
 
 
 def current_run(session: Session, student: str) -> RunRecord | None:
-    """Return the run of a student that counts."""
+    """Return the run of a student that counts; None if nothing was graded."""
     return session.scalar(select(RunRecord).join(StudentRecord).where(is_student(student), RunRecord.current))
 
 
 def current(session: Session, student: str) -> Current:
-    """Return what counts for a student. Raises GradebookError if there is no such student, or no run of theirs."""
+    """Return the run and the marks of a student that count. Raises GradebookError if there are none."""
     about, run = known_student(session, student), current_run(session, student)
     if run is None:
         raise GradebookError(f"Nothing of {student!r} has been graded.")
@@ -483,7 +486,7 @@ def current_marks(session: Session, student_id: int) -> dict[Where, MarkRecord]:
 
 
 def read_marks(session: Session, *which: Any) -> list[tuple[str, MarkRecord, GivenMark | None]]:
-    """Return marks in order, each with its student, and with a person's mark where there is one, lapsed or not."""
+    """Return marks in order, each with its student's ID, and with the decision on it, even one that does not hold."""
     made: Any = Mark
     given: Any = GivenMark
     same = and_(given.student_id == RunRecord.student_id, given.question == made.question, given.part == made.part)
@@ -494,17 +497,17 @@ def read_marks(session: Session, *which: Any) -> list[tuple[str, MarkRecord, Giv
 
 
 def with_decision(mark: MarkRecord, decision: GivenMark | None) -> MarkRecord:
-    """Return a person's mark in place of the software's, if it was for the same answer."""
+    """Return the mark that counts: that of the decision if it holds, else the software's."""
     return replace(decision.mark, given=mark.given) if decision and holds(decision.mark, mark) else mark
 
 
 def holds(decision: MarkRecord | Act, mark: MarkRecord) -> bool:
-    """Return whether a person decided on this answer, white space aside, and for as many points."""
+    """Return whether a decision is on this answer, apart from white space, and out of as many points."""
     return decision.out_of == mark.out_of and same_answer(decision.given, mark.given)
 
 
 def same_answer(first: str, second: str) -> bool:
-    """Return whether two answers differ at most in white space, or in how accents are composed."""
+    """Return whether two answers differ only in white space, or in how accents are composed."""
     left, right = (" ".join(unicodedata.normalize("NFC", text).split()) for text in (first, second))
     return left == right
 
@@ -513,7 +516,7 @@ def same_answer(first: str, second: str) -> bool:
 
 
 def put_audit(session: Session, before: Current, actor: str, reason: str) -> int:
-    """Write a row for each mark that changed; return how many did.
+    """Store a row for each mark that changed; return the number of rows.
 
     Parameters
     ----------
@@ -535,7 +538,7 @@ def put_audit(session: Session, before: Current, actor: str, reason: str) -> int
 
 
 def _states(marks: Mapping[Where, MarkRecord]) -> dict[Where, MarkState]:
-    """Return what of marks is audited."""
+    """Return what the audit trail stores of marks."""
     return {where: MarkState(mark.status, mark.points, mark.out_of, mark.reason) for where, mark in marks.items()}
 
 
@@ -547,7 +550,7 @@ def _is_manual(state: MarkState | None) -> bool:
 
 
 def decided(mark: MarkRecord, points: float, reason: str) -> MarkRecord:
-    """Return a mark with a person's points. Raises GradebookError if there are not so many points for it."""
+    """Return a mark with a person's points. Raises GradebookError if they are less than 0 or more than possible."""
     if not 0 <= points <= mark.out_of:  # not a number is refused, too
         raise GradebookError(
             f"Question {mark.question}, {mark.part}: give 0 to {mark.out_of:g} points, not {points:g}."
@@ -556,7 +559,7 @@ def decided(mark: MarkRecord, points: float, reason: str) -> MarkRecord:
 
 
 def decide(session: Session, before: Current, where: Where, given: GivenMark | None, actor: str, reason: str) -> int:
-    """Write a person's mark in place of an earlier one, and the audit trail; None leaves the software's mark."""
+    """Store the decision on an answer in place of an earlier one (None: delete that), and write the audit trail."""
     key = (before.student.id, *where)
     if given is not None:
         given.student_id = before.student.id
@@ -567,7 +570,7 @@ def decide(session: Session, before: Current, where: Where, given: GivenMark | N
 
 
 def check_expected(session: Session, before: Current, mark: MarkRecord, expected: MarkRecord | None) -> None:
-    """Refuse to replace a mark that changed since it was seen."""
+    """Refuse to replace a mark that is not the expected one. Raises GradebookError."""
     if expected is None:
         return
     same = (mark.status, mark.points) == (expected.status, expected.points)
@@ -576,7 +579,7 @@ def check_expected(session: Session, before: Current, mark: MarkRecord, expected
 
 
 def changed_since(session: Session, before: Current, mark: MarkRecord) -> GradebookError:
-    """Return the error for who would replace a mark that changed since they saw it: who changed it, when, and why."""
+    """Return the error that a mark changed since a person saw it: who changed it, when, and why."""
     which = (AuditRecord.question == mark.question, AuditRecord.part == mark.part)
     last = read(session, AuditRecord, AuditRecord.student_id == before.student.id, *which)[-1]
     return GradebookError(
@@ -603,20 +606,20 @@ class Scores:
     # --- reading ------------------------------------------------------------------------------------------------------
 
     def answers(self, parts: Collection[Where] | None = None) -> list[Answer]:
-        """Return everybody's answers that a person reads or has marked, by student; of these parts, or all.
+        """Return all students' answers that a person reads or has marked, by student; of these parts, or of all.
 
-        Blank answers are not among them: there is nothing to do.
+        Blank answers are left out: there is nothing to read.
         """
         with self._database.reading() as session:
             return _answers(session, parts)
 
     def acts(self, parts: Collection[Where] | None = None, actor: str | None = None) -> list[Act]:
-        """Return what scorers did, in order, with acts that were taken back and the acts that took them back.
+        """Return what scorers did, in order; also acts that were taken back, and the acts that took them back.
 
         Parameters
         ----------
-        parts : of these only; of all where it is None
-        actor : by this scorer only; by all where it is None
+        parts : only of these; of all if it is None
+        actor : only by this scorer; by all if it is None
         """
         by = [] if actor is None else [Act.actor == actor]
         with self._database.reading() as session:
@@ -635,7 +638,7 @@ class Scores:
         remark: str = "",
         expected: MarkRecord | None = None,
     ) -> Act:
-        """Give points for an answer: they are its mark.
+        """Give points for an answer.
 
         Parameters
         ----------
@@ -643,13 +646,12 @@ class Scores:
         points, level : given; the level is stored beside the points
         actor : the scorer
         remark : for the student
-        expected : the mark as the scorer saw it; None for whatever is there
+        expected : the mark as the scorer saw it; None for any mark
 
         Raises
         ------
         GradebookError
-            If there is no such mark, or not so many points for it; or if the mark, or the answer, is not the expected
-            one: the message says who gave what, and when. Then nothing is written.
+            As for :meth:`Gradebook.set_mark`; then nothing is stored.
         """
         with self._database.writing() as session:
             before = current(session, student)
@@ -663,19 +665,19 @@ class Scores:
     def ask(
         self, student: str, where: Where, actor: str, *, remark: str = "", expected: MarkRecord | None = None
     ) -> Act:
-        """Ask the instructor: until somebody decides, the answer waits, also where it was decided before."""
+        """Ask the instructor: the answer waits until somebody decides, even if it was decided before."""
         with self._database.writing() as session:
             before = current(session, student)
             check_expected(session, before, before.mark(where), expected)
             return _act(session, before, None, "the instructor is asked", where, actor, remark=remark, asked=True)
 
     def undo(self, number: int, actor: str) -> Act:
-        """Take an act back: the mark is again what it was before.
+        """Take an act back: the mark that was there before counts again.
 
         Raises
         ------
         GradebookError
-            If there is no such act of this scorer, it was taken back before, or another decided since.
+            If there is no such act of this scorer, it was taken back before, or somebody decided since.
         """
         with self._database.writing() as session:
             act = _own_act(session, number, storable.text(actor))
@@ -688,9 +690,9 @@ class Scores:
     # --- who reads what -----------------------------------------------------------------------------------------------
 
     def claim(self, order: Sequence[str], where: Where, actor: str, seconds: float) -> str | None:
-        """Claim the next answer for a scorer: of the first student in an order with an answer that waits unread.
+        """Claim the next answer for a scorer: that of the first student in an order whose answer nobody reads yet.
 
-        It is theirs for a while; a claim that has run out is anybody's. What they had claimed before is released.
+        Nobody else is given it until the claim runs out. What the scorer had claimed before is released.
 
         Parameters
         ----------
@@ -701,7 +703,7 @@ class Scores:
         Returns
         -------
         str or None
-            The student; None if there is nothing left.
+            The student; None if no answer is left.
         """
         with self._database.writing() as session:
             _let_go(session, actor)
@@ -722,14 +724,14 @@ class Scores:
         Returns
         -------
         str or None
-            The scorer who is reading it already, and keeps it; None if it is claimed now.
+            Another scorer, who is reading it already; None if it is claimed now.
         """
         with self._database.writing() as session:
             _let_go(session, actor)
             return _claim(session, student, where, actor, seconds)
 
     def claimed(self, where: Where) -> dict[str, tuple[str, datetime]]:
-        """Return who is reading an answer, and until when, by student."""
+        """Return student → who is reading their answer, and until when."""
         with self._database.reading() as session:
             return _claimed(session, where)
 
@@ -740,7 +742,7 @@ class Scores:
 
 
 def standing(acts: Sequence[Act]) -> list[Act]:
-    """Leave out acts that were taken back, and those that took them back."""
+    """Return acts without those that were taken back, and those that took them back."""
     undone = {act.undoes for act in acts if act.undoes is not None}
     return [act for act in acts if act.undoes is None and act.number not in undone]
 
@@ -748,7 +750,7 @@ def standing(acts: Sequence[Act]) -> list[Act]:
 def _act(
     session: Session, before: Current, given: GivenMark | None, reason: str, where: Where, actor: str, **more: Any
 ) -> Act:
-    """Write what a scorer did, the decision that follows from it, and the audit trail.
+    """Store what a scorer did, the decision that follows from it, and the audit trail.
 
     Parameters
     ----------
@@ -767,7 +769,7 @@ def _act(
 
 
 def _own_act(session: Session, number: int, actor: str) -> Act:
-    """Return an act that its scorer may take back."""
+    """Return an act of a scorer. Raises GradebookError if they cannot take it back."""
     acts = read(session, Act, (Act.number == number) | (Act.undoes == number))
     if not acts or acts[0].undoes is not None or acts[0].actor != actor:
         raise GradebookError(f"{actor} has no act {number} to take back.")
@@ -780,6 +782,7 @@ def _own_act(session: Session, number: int, actor: str) -> Act:
 
 
 def _answers(session: Session, parts: Collection[Where] | None) -> list[Answer]:
+    """Return the answers that a person reads or has marked, of these parts or of all."""
     done: dict[tuple[str, Where], list[Act]] = defaultdict(list)
     for act in standing(read(session, Act, *_among(Act, parts))):
         done[act.student, act.where].append(act)
@@ -793,6 +796,7 @@ def _answers(session: Session, parts: Collection[Where] | None) -> list[Answer]:
 
 
 def _among(table: Any, parts: Collection[Where] | None) -> list[Any]:
+    """Return the conditions that a row is of one of these parts; none if ``parts`` is None."""
     return [] if parts is None else [tuple_(table.question, table.part).in_([tuple(where) for where in parts])]
 
 
@@ -800,13 +804,14 @@ def _among(table: Any, parts: Collection[Where] | None) -> list[Any]:
 
 
 def _claimed(session: Session, where: Where) -> dict[str, tuple[str, datetime]]:
+    """Return student → who is reading their answer, and until when."""
     claims = select(StudentRecord.student, Claim.actor, Claim.until).join(Claim)
     rows = session.execute(claims.where(*_among(Claim, [where]), Claim.until > now()))
     return {student: (actor, until) for student, actor, until in rows}
 
 
 def _claim(session: Session, student: str, where: Where, actor: str, seconds: float) -> str | None:
-    """Write who reads an answer, unless it is claimed already; return who claimed it."""
+    """Store a claim and return None; if the answer is claimed already, return by whom."""
     about = known_student(session, student)
     claimed = session.get(Claim, (about.id, *where))
     if claimed is not None:
@@ -816,7 +821,7 @@ def _claim(session: Session, student: str, where: Where, actor: str, seconds: fl
 
 
 def _let_go(session: Session, actor: str) -> None:
-    """Delete what an actor has claimed, and all claims that have run out."""
+    """Delete the claims of a scorer, and all that have run out."""
     session.execute(delete(Claim).where((Claim.actor == actor) | (Claim.until <= now())))
 
 
@@ -835,7 +840,7 @@ class Requests:
         self._database = database
 
     def make(self, student: str, where: Where, text: str) -> Request:
-        """Store beside an answer that a student asks to have it looked at again.
+        """Store a student's request to look at an answer again.
 
         Raises
         ------
@@ -849,7 +854,7 @@ class Requests:
             return put(session, now_counts.student.id, request)
 
     def answer(self, number: int, actor: str, text: str) -> Request:
-        """Answer a request, which closes it.
+        """Answer a request; then it is closed.
 
         Raises
         ------
@@ -881,8 +886,8 @@ class Requests:
 
         Parameters
         ----------
-        actor, note : who does it, and for the record
-        when : UTC; what changes after it is not in what was given back. Now, where it is None
+        actor, note : who does it, and a note for the record
+        when : UTC; changes after it are not in what was given back. None for now
         """
         publication = storable.cleaned(Publication(NEW, actor, note, when or now()), "The note")
         with self._database.writing() as session:
@@ -896,6 +901,7 @@ class Requests:
 
 
 def _not_empty(given: str, otherwise: str) -> str:
+    """Return a clean text. Raises GradebookError with the other message if it is empty."""
     text = storable.text(given).strip()
     if not text:
         raise GradebookError(otherwise)

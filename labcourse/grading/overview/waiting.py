@@ -70,7 +70,7 @@ def asked(answers: Sequence[Answer]) -> Section:
 
 def requests(there: Sequence[Request]) -> Section:
     """What students asked to have looked at again."""
-    left = [one for one in there if one.is_open]
+    left = [one for one in there if one.answered is None]
     rows = tuple(
         (str(one.number), one.student, f"{one.question} {one.part}", moment(one.made), _cut(one.text)) for one in left
     )

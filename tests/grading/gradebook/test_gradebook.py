@@ -46,7 +46,7 @@ def changes(book, **which):
     return [(one.part, short(one.before), short(one.after)) for one in book.audit(**which)]
 
 
-def test_what_was_recorded_is_read_again(book, url):
+def test_a_recorded_run_is_read_as_it_was(book, url):
     one = graded(probe_seed=2**48 - 1, problems=("p",), notes=("n", "µ Ω ∞ 学"), answers=bytes(range(256)) * 8192)
     assert record(book, one) == 2
     assert book.current("ada") == book.find("ada first") == one
@@ -54,12 +54,12 @@ def test_what_was_recorded_is_read_again(book, url):
         assert list(again.all_current()) == [one]
 
 
-def test_what_is_not_there_is_none(book):
+def test_an_empty_gradebook_returns_nothing(book):
     assert book.find("?") is None and book.current("?") is None
     assert list(book.all_current()) == book.students() == book.comments("?") == book.audit("?") == []
 
 
-def test_every_change_of_a_mark_leaves_a_trace(book):
+def test_every_change_of_a_mark_is_in_the_audit_trail(book):
     start = datetime.now(UTC)
     record(book, graded("ada", "first", mark(), mark(part="a"), mark(part="b"), mark(part="c", reason="So.")))
     failed = graded("ada", "first", mark(points=0.0, status="missing"), mark(part="b"), mark(part="c", reason="Thus."))
@@ -88,7 +88,7 @@ def test_the_newest_run_counts_and_an_old_one_can_count_again(book):
     assert [one.after.points for one in book.audit()] == [1.0, 2.0, 1.0]
 
 
-def test_students_are_told_apart_without_regard_to_capitals(book):
+def test_ids_are_compared_without_regard_to_capitals(book):
     record(book, graded("Straße", "first"))
     record(book, graded("STRASSE", "second"))
     record(book, graded("adèle"))
@@ -97,7 +97,7 @@ def test_students_are_told_apart_without_regard_to_capitals(book):
     assert [one.run.student for one in book.all_current()] == ["adèle", "STRASSE"]
 
 
-def test_students_are_told_apart_without_regard_to_how_accents_are_put_together(book):
+def test_ids_are_compared_without_regard_to_how_accents_are_composed(book):
     composed, apart = "j\u00fcrgen", "ju\u0308rgen"
     record(book, graded(apart, "first"))
     record(book, graded(f" {composed.upper()} ", "second"))
@@ -147,14 +147,14 @@ def nested(inner, levels):
     ],
 )
 @pytest.mark.parametrize("kind", ["sqlite"])
-def test_what_is_not_fit_is_refused_and_leaves_nothing(book, unfit):
+def test_a_run_that_cannot_be_stored_is_refused_and_nothing_is_stored(book, unfit):
     with pytest.raises(GradebookError):
         record(book, unfit)
     assert dump(book) == {"students": [], "publications": [], "erasures": []}
 
 
 @pytest.mark.parametrize("wrap", [lambda inner: [inner], lambda inner: {"a": inner}], ids=["list", "object"])
-def test_what_is_stored_of_a_run_is_bounded_in_levels_and_characters(monkeypatch, wrap):
+def test_data_of_a_run_has_limits_of_levels_and_characters(monkeypatch, wrap):
     def cleaned(words):
         return storable.cleaned(graded(words=words).run, "It").words
 
@@ -174,7 +174,7 @@ class Status(StrEnum):
     RIGHT = "right"
 
 
-def test_an_enumerations_string_is_its_value_and_nought_has_no_sign(book):
+def test_a_member_of_an_enumeration_is_stored_as_its_value_and_zero_without_a_sign(book):
     record(book, graded("ada", "first", mark(status=Status.RIGHT)))
     assert type(book.current("ada").marks[0].status) is str
     assert book.current("ada").marks[0].status == "right"
@@ -182,7 +182,7 @@ def test_an_enumerations_string_is_its_value_and_nought_has_no_sign(book):
     assert math.copysign(1, kept.points) == math.copysign(1, kept.out_of) == 1
 
 
-def test_new_marks_for_the_same_answers(book):
+def test_remarking_replaces_marks_of_the_same_answers(book):
     record(book, graded())
     with pytest.raises(GradebookError, match="no student"):
         book.remark("bob", [mark()], "key 2", "prof", "")
@@ -200,7 +200,7 @@ def handed_in(name="02.ipynb", content=b"{}", received=MONDAY, source="ada.zip",
     return Delivery(name, hashlib.sha256(content).hexdigest(), content, received, source, clock)
 
 
-def test_the_newest_of_each_file_counts_and_all_are_kept(book, url):
+def test_the_newest_version_of_each_file_counts_and_all_are_stored(book, url):
     first = [handed_in(), handed_in("answers.json", bytes(range(256)) * 64), handed_in("own/helper.py", b"")]
     later = handed_in(content=b"{ }", received=TUESDAY, source="ada (1).zip")
     assert book.deliver("ada", first) == 3
@@ -212,13 +212,13 @@ def test_the_newest_of_each_file_counts_and_all_are_kept(book, url):
     assert [one["source"] for one in kept] == ["ada.zip", "ada (1).zip", "ada.zip", "ada.zip"]
 
 
-def test_the_newest_is_by_its_own_time_and_of_one_time_the_one_recorded_last(book):
+def test_the_newest_version_is_the_one_received_last_and_of_equal_times_the_one_stored_last(book):
     book.deliver("ada", [handed_in(content=content, received=TUESDAY) for content in (b"one", b"other")])
     book.deliver("ada", [handed_in(content=b"earlier, and comes to us later")])
     assert book.delivered("ada") == [handed_in(content=b"other", received=TUESDAY)]
 
 
-def test_the_same_file_of_the_same_time_is_kept_once(book):
+def test_the_same_file_of_the_same_time_is_stored_once(book):
     book.deliver("ada", [handed_in()])
     before = dump(book)
     east = timezone(timedelta(hours=5))
@@ -228,14 +228,14 @@ def test_the_same_file_of_the_same_time_is_kept_once(book):
     assert book.deliver("bob", [handed_in()]) == 1
 
 
-def test_who_has_handed_in_is_known_before_anything_is_graded(book):
+def test_students_who_handed_in_are_listed_before_anything_is_graded(book):
     record(book, graded("zoe"))
     for student in ("bob", "Ada"):
         book.deliver(student, [handed_in()])
     assert book.handed_in() == ["Ada", "bob"]
 
 
-def test_a_notebook_came_when_what_counts_of_it_came_first(book):
+def test_a_notebook_has_the_time_at_which_its_present_content_was_received_first(book):
     """The same once more, later, has the time of the first; so has a version of before that came back."""
     tuesday, later = TUESDAY, TUESDAY + timedelta(days=1)
     book.deliver("ada", [handed_in(), handed_in("03.ipynb"), handed_in("data.csv")])
@@ -262,22 +262,22 @@ NAME = "the time in its name"
         ((MONDAY, ""), (MONDAY, NAME), (MONDAY, NAME)),
     ],
 )
-def test_a_time_that_is_not_to_be_trusted_gives_way(book, earlier, later, counts):
+def test_another_time_replaces_a_time_that_cannot_be_trusted(book, earlier, later, counts):
     for received, clock in (earlier, later):
         book.deliver("ada", [handed_in(received=received, clock=clock)])
     assert book.received("ada") == {"02.ipynb": Arrival(*counts)}
 
 
 @pytest.mark.parametrize("clocks", [("", NAME), (NAME, "")])
-def test_of_the_same_content_from_two_places_the_time_that_can_be_trusted_counts(book, clocks):
+def test_the_time_that_can_be_trusted_counts_for_the_same_content_from_two_places(book, clocks):
     for source, received, clock in zip("ab", (MONDAY, TUESDAY), clocks, strict=True):
         book.deliver("ada", [handed_in(received=received, source=source, clock=clock)])
     assert book.received("ada")["02.ipynb"].clock == NAME
 
 
-def test_hostile_names_of_files_are_kept_as_any_text(book):
+def test_hostile_names_of_files_are_cleaned(book):
     book.deliver("ada", [Delivery(HOSTILE, HOSTILE, b"\0", MONDAY, HOSTILE)])
-    assert book.delivered("ada") == [Delivery(KEPT, KEPT, b"\0", MONDAY, KEPT)]
+    assert book.delivered("ada") == [Delivery(CLEANED, CLEANED, b"\0", MONDAY, CLEANED)]
 
 
 @pytest.mark.parametrize("kind", ["sqlite"])
@@ -289,7 +289,7 @@ def test_a_file_that_is_too_large_is_refused_by_name(book, monkeypatch):
     assert book.deliver("ada", [handed_in(content=b"x" * 10)]) == 1
 
 
-def test_a_persons_mark_holds_while_the_same_is_given(book):
+def test_a_persons_mark_holds_while_the_answer_is_the_same(book):
     record(book, graded())
     assert book.set_mark("ADA", "2.12", "why", 2.5, "Nearly.", "prof") == 1
     given = prose(points=2.5, status=GIVEN_BY_A_PERSON, reason="Nearly.")
@@ -301,7 +301,7 @@ def test_a_persons_mark_holds_while_the_same_is_given(book):
     assert changes(book, question="2.12")[1:] == [("why", ("for a person", 0.0), (GIVEN_BY_A_PERSON, 2.5))]
 
 
-def test_another_answer_waits_again_and_the_trail_says_so(book):
+def test_another_answer_waits_again_and_the_audit_trail_says_so(book):
     record(book, graded())
     book.set_mark("ada", "2.12", "why", 2.5, "Nearly.", "prof")
     record(book, graded("ada", "second", mark(), prose("It does not.")))
@@ -320,7 +320,7 @@ def test_another_answer_waits_again_and_the_trail_says_so(book):
         ("F\u00fcr immer.", "Fu\u0308r immer."),
     ],
 )
-def test_a_persons_mark_holds_when_only_white_space_or_the_make_of_an_accent_changes(book, first, given):
+def test_a_persons_mark_holds_if_only_white_space_or_composition_of_accents_changes(book, first, given):
     record(book, graded("ada", "first", mark(), prose(first)))
     book.set_mark("ada", "2.12", "why", 2.5, "Nearly.", "prof")
     record(book, graded("ada", "second", mark(), prose(given)))
@@ -331,7 +331,7 @@ def test_a_persons_mark_holds_when_only_white_space_or_the_make_of_an_accent_cha
     assert book.set_mark("ada", "2.12", "why", 2.5, "Nearly.", "prof") == 0
 
 
-def test_a_mark_that_no_longer_holds_is_told_with_who_gave_it(book):
+def test_a_lapsed_mark_is_returned_with_who_gave_it_and_when(book):
     record(book, graded())
     before = datetime.now(UTC)
     book.set_mark("ada", "2.12", "why", 2.5, "Nearly.", "prof")
@@ -346,7 +346,7 @@ def test_a_mark_that_no_longer_holds_is_told_with_who_gave_it(book):
     assert book.current("ada").lapsed == ()
 
 
-def test_who_marks_second_is_told_who_was_first_and_changes_nothing(book):
+def test_a_second_marker_learns_who_was_first_and_changes_nothing(book):
     record(book, graded())
     seen = book.current("ada").marks[1]
     assert book.set_mark("ada", "2.12", "why", 2.5, "Nearly.", "anna", expected=seen) == 1
@@ -358,7 +358,7 @@ def test_who_marks_second_is_told_who_was_first_and_changes_nothing(book):
     assert book.set_mark("ada", "2.12", "why", 1.0, "No.", "ben", expected=book.current("ada").marks[1]) == 1
 
 
-def test_who_has_read_another_answer_than_there_is_by_now_is_told(book):
+def test_a_mark_for_an_answer_that_changed_since_is_refused(book):
     record(book, graded())
     seen = book.current("ada").marks[1]
     record(book, graded("ada", "second", mark(), prose("It does not.")), actor="labcourse grade")
@@ -367,7 +367,7 @@ def test_who_has_read_another_answer_than_there_is_by_now_is_told(book):
     assert book.current("ada").marks[1].points == 0
 
 
-def test_of_two_who_mark_at_once_one_is_told(url):
+def test_one_of_two_markers_at_once_is_refused(url):
     with Gradebook(url) as book:
         record(book, graded())
         seen = book.current("ada").marks[1]
@@ -389,14 +389,14 @@ def test_of_two_who_mark_at_once_one_is_told(url):
     assert f"{kept:g} points" in told and f"tutor {kept}" in told
 
 
-def test_when_the_points_that_there_are_change_a_person_looks_again(book):
+def test_a_persons_mark_lapses_when_the_possible_points_change(book):
     record(book, graded())
     book.set_mark("ada", "2.12", "why", 2.5, "Nearly.", "prof")
     book.remark("ada", [mark(), replace(prose(), out_of=1.0)], "key 2", "prof", "Fewer points.")
     assert book.current("ada").marks[1].status == "for a person"
 
 
-def test_a_person_may_overrule_the_software_and_change_their_mind(book):
+def test_a_person_may_replace_the_softwares_mark_and_their_own(book):
     record(book, graded())
     assert book.set_mark("ada", "2.11", "K_s", 0, "Copied.", "prof") == 1
     assert book.set_mark("ada", "2.11", "K_s", 2, "Sorry.", "prof") == 1
@@ -406,7 +406,7 @@ def test_a_person_may_overrule_the_software_and_change_their_mind(book):
 
 @pytest.mark.parametrize("kind", ["sqlite"])
 @pytest.mark.parametrize("points", [-0.1, 3.1, float("nan"), float("inf")])
-def test_a_person_cannot_give_points_that_there_are_not(book, points):
+def test_a_person_cannot_give_impossible_points(book, points):
     record(book, graded())
     with pytest.raises(GradebookError, match="0 to 3"):
         book.set_mark("ada", "2.12", "why", points, "", "prof")
@@ -414,7 +414,7 @@ def test_a_person_cannot_give_points_that_there_are_not(book, points):
 
 
 @pytest.mark.parametrize("kind", ["sqlite"])
-def test_there_is_nothing_to_set_a_mark_for(book, tmp_path):
+def test_a_mark_needs_a_student_a_run_and_a_part(book, tmp_path):
     roster = tmp_path / "roster.csv"
     roster.write_text("student\nbob\n")
     book.import_roster(roster)
@@ -424,7 +424,7 @@ def test_there_is_nothing_to_set_a_mark_for(book, tmp_path):
             book.set_mark(student, "2.12", part, 1, "", "prof")
 
 
-def test_marks_that_were_read_before_a_person_changed_one_do_not_undo_it(book):
+def test_recording_marks_that_were_read_earlier_keeps_a_persons_newer_mark(book):
     record(book, graded())
     book.set_mark("ada", "2.12", "why", 2.5, "Nearly.", "prof")
     read, before = book.current("ada"), dump(book)
@@ -435,7 +435,7 @@ def test_marks_that_were_read_before_a_person_changed_one_do_not_undo_it(book):
     assert [one.points for one in book.current("ada").marks] == [1.0, 3.0]
 
 
-def test_comments_are_kept_in_order(book):
+def test_comments_are_stored_in_order(book):
     record(book, graded())
     book.comment("ada", "Good.", "prof")
     book.comment("Ada", "=1+1", "tutor", "2.12")
@@ -446,25 +446,25 @@ def test_comments_are_kept_in_order(book):
 
 
 HOSTILE = "NUL \0, half a pair \ud800, \x1b[2Jcleared, \x9b, é\r\nand\rmore\t=1+1 <b> '; DROP TABLE marks; -- %s :x {0}"
-KEPT = (
+CLEANED = (
     "NUL \\x00, half a pair \\ud800, \\x1b[2Jcleared, \\x9b, é\nand\nmore\t=1+1 <b> '; DROP TABLE marks; -- %s :x {0}"
 )
 
 
-def test_hostile_text_is_kept_so_that_databases_and_terminals_can_take_it(book):
+def test_hostile_text_is_cleaned_for_databases_and_terminals(book):
     texts = ("master", "software", "isolation", "key_digest", "release")
     run = dict.fromkeys(texts, HOSTILE) | {"notes": (HOSTILE,), "claim": {HOSTILE: [HOSTILE]}, "files": (HOSTILE,)}
     record(book, graded("ada", HOSTILE, mark(HOSTILE, HOSTILE, HOSTILE, reason=HOSTILE, given=HOSTILE), **run))
     kept = book.current("ada")
     book.set_mark("ada", kept.marks[0].question, kept.marks[0].part, 1.0, HOSTILE, HOSTILE)
     book.comment("ada", HOSTILE, HOSTILE, HOSTILE)
-    assert kept.run.claim == {KEPT: [KEPT]} and kept.run.files == (KEPT,) and kept.run.release == KEPT
-    assert kept.marks[0].given == kept.run.notes[0] == book.comments("ada")[0].text == KEPT
-    assert book.audit()[-1].reason == book.audit(question=HOSTILE)[-1].actor == KEPT
+    assert kept.run.claim == {CLEANED: [CLEANED]} and kept.run.files == (CLEANED,) and kept.run.release == CLEANED
+    assert kept.marks[0].given == kept.run.notes[0] == book.comments("ada")[0].text == CLEANED
+    assert book.audit()[-1].reason == book.audit(question=HOSTILE)[-1].actor == CLEANED
     assert book.find(f"ada {HOSTILE}").run == kept.run
 
 
-tame_text = st.text(st.characters(exclude_categories=("Cc", "Cs"), include_characters="\n\t"), max_size=40)
+harmless_text = st.text(st.characters(exclude_categories=("Cc", "Cs"), include_characters="\n\t"), max_size=40)
 points = st.floats(allow_nan=False, allow_infinity=False)
 
 
@@ -501,8 +501,8 @@ def shared(request, tmp_path_factory):
 
 
 @settings(max_examples=15)
-@given(st.builds(Graded, any_runs(tame_text), any_marks(tame_text).map(tuple), tame_text))
-def test_tame_text_and_any_number_are_read_as_they_were_recorded(shared, one):
+@given(st.builds(Graded, any_runs(harmless_text), any_marks(harmless_text).map(tuple), harmless_text))
+def test_harmless_text_and_any_number_are_read_as_they_were_recorded(shared, one):
     assert record(shared, one) == len(one.marks)
     assert shared.current(one.run.student) == shared.find(one.run.key) == one
 
@@ -518,7 +518,7 @@ def test_the_dump_is_the_same_on_every_database_and_holds_no_secret(book, undist
 
 @settings(max_examples=8)
 @given(order=st.permutations(["ada", "bob", "Çelik"]))
-def test_who_was_recorded_first_does_not_show_in_the_dump(order, undisturbed):
+def test_the_order_of_recording_does_not_change_the_dump(order, undisturbed):
     with tempfile.TemporaryDirectory() as folder, Gradebook(Path(folder) / "class.sqlite") as opened:
         for one in sorted(small_class(), key=lambda one: order.index(one.run.student)):
             record(opened, one)

@@ -1,4 +1,4 @@
-"""A class's CSV, as spreadsheets and course systems write it, into the gradebook."""
+"""Import a roster: a class's CSV, as spreadsheets and course systems write it."""
 
 from dataclasses import replace
 
@@ -14,6 +14,7 @@ ADA = StudentRecord("ada", "Ada Lovelace", "ada@example.org", "A", enrolled=True
 @pytest.fixture
 def imported(book, tmp_path):
     def bring_in(content):
+        """Import a roster; return the report, and the students."""
         file = tmp_path / "roster.csv"
         file.write_bytes(content if isinstance(content, bytes) else content.encode())
         return book.import_roster(file), book.students()
@@ -38,7 +39,7 @@ def counts(report):
     ],
     ids=["plain", "mark and semicolons", "tabs", "course system", "Excel", "old Mac", "UTF-16"],
 )
-def test_rosters_of_many_makes_are_understood(imported, content):
+def test_rosters_of_many_forms_are_read(imported, content):
     report, students = imported(content)
     assert counts(report) == (1, 0, 0)
     other_names = ("17",) if ",17," in str(content) else ()  # a course system's own number
@@ -73,19 +74,19 @@ def test_rosters_of_many_makes_are_understood(imported, content):
     ],
     ids=["Canvas", "Moodle", "Blackboard", "Brightspace", "by hand", "none"],
 )
-def test_names_by_which_platforms_know_a_student_are_kept(imported, content, student, aliases):
-    _report, (found,) = imported(content)
-    assert (found.student, found.aliases) == (student, aliases)
+def test_names_that_platforms_use_for_a_student_are_stored(imported, content, student, aliases):
+    _report, (record,) = imported(content)
+    assert (record.student, record.aliases) == (student, aliases)
     assert counts(imported(content)[0]) == (0, 0, 1)
 
 
-def test_a_roster_without_other_names_leaves_those_that_are_known(imported):
+def test_fields_without_a_column_do_not_change(imported):
     imported("student,alias\nada,alovelace\n")
-    _report, (found,) = imported("student,name\nada,Ada\n")
-    assert (found.name, found.aliases) == ("Ada", ("alovelace",))
+    _report, (ada,) = imported("student,name\nada,Ada\n")
+    assert (ada.name, ada.aliases) == ("Ada", ("alovelace",))
 
 
-def test_only_what_the_roster_has_a_column_for_changes(imported):
+def test_a_row_changes_the_fields_of_its_columns(imported):
     imported("student,name,email,section\nada,Ada Lovelace,ada@example.org,A\nbob,Bob,,B\n")
     assert imported("section,id\nC,bob\nA,ADA\nC,eve\n") == (
         RosterReport(added=1, changed=2, unchanged=0, notes=("bob: section 'B' → 'C'.",)),
@@ -98,7 +99,7 @@ def test_only_what_the_roster_has_a_column_for_changes(imported):
     assert imported("student\nbob\n")[0] == RosterReport(added=0, changed=0, unchanged=1)
 
 
-def test_an_empty_cell_leaves_what_is_known_and_says_so(imported):
+def test_an_empty_cell_changes_nothing_and_is_reported(imported):
     imported("student,name,email,section,alias\nada,Ada Lovelace,ada@example.org,A,17\n")
     report, students = imported("student,name,email,section,alias\nada,Ada Lovelace,,,\n")
     assert students == [replace(ADA, aliases=("17",))] and counts(report) == (0, 0, 1)
@@ -109,7 +110,7 @@ def test_an_empty_cell_leaves_what_is_known_and_says_so(imported):
     )
 
 
-def test_what_is_replaced_or_removed_by_a_dash_is_told_with_what_it_was(imported):
+def test_values_that_are_replaced_or_removed_by_a_dash_are_reported(imported):
     imported("student,name,email,section,alias\nada,Ada Lovelace,ada@example.org,A,17;18\nbob,,,,\n")
     report, students = imported("student,name,email,section,alias\nada,Ada King,-,B,-\nbob,Bob,-,,19\neve,-,-,-,-\n")
     assert students == [
@@ -126,7 +127,7 @@ def test_what_is_replaced_or_removed_by_a_dash_is_told_with_what_it_was(imported
     )
 
 
-def test_columns_that_are_not_read_are_told_in_a_line(imported):
+def test_columns_that_are_not_read_are_reported(imported):
     report, _students = imported(
         "student,tutorial,E-Mail,,First name,Name,email,group\nada,T1,a@b.org,,A,Ada,c@d.org,A\n"
     )
@@ -137,7 +138,7 @@ def test_columns_that_are_not_read_are_told_in_a_line(imported):
     assert imported("student,section\nada,A\n")[0].notes == ()
 
 
-def test_those_who_are_graded_already_get_their_names(book, imported):
+def test_a_student_who_is_graded_already_gets_a_name(book, imported):
     run = RunRecord("k", "ada", "s", "m", "rotflex 0", 7, "isolated")
     book.record(Graded(run, (), "key"), "batch", "")
     report, students = imported("Student,Name\nAda,Ada Lovelace\n")
@@ -145,7 +146,7 @@ def test_those_who_are_graded_already_get_their_names(book, imported):
     assert book.current("Ada").run == run
 
 
-def test_doubtful_lines_are_told_and_not_taken(imported):
+def test_lines_without_a_usable_id_are_reported_and_left_out(imported):
     report, students = imported(
         "Student,SIS ID,Section\n    Points Possible,,\nAda,ada,A\nAda,ADA,A\nAda,ada,A\nBob,bob,B\nBob,bob,C\nX,"
         + "x" * 81 + ",\nY,a\x1bb,\n"
@@ -163,7 +164,7 @@ def test_doubtful_lines_are_told_and_not_taken(imported):
     assert students[1].section == "B"
 
 
-def test_an_id_is_kept_as_everywhere_else(imported):
+def test_ids_are_compared_and_checked_as_everywhere(imported):
     report, students = imported("student\nju\u0308rgen\nJ\u00dcRGEN\nada  l\na/b\n")
     assert [one.student for one in students] == ["ada  l", "j\u00fcrgen"]
     assert "is in line 2 already" in report.problems[0] and "'a/b'" in report.problems[1]
@@ -177,7 +178,7 @@ def test_cells_are_text_whatever_they_begin_with(imported):
 
 
 @pytest.mark.parametrize(
-    ("content", "said"),
+    ("content", "why"),
     [
         ("", "no column of IDs"),
         ("ada,Ada Lovelace\nbob,Bob\n", "no column of IDs: call one 'student'"),
@@ -186,20 +187,21 @@ def test_cells_are_text_whatever_they_begin_with(imported):
         ("student\n" + "x" * 200_000, "not a CSV that can be read"),
     ],
 )
-def test_what_is_no_roster_is_refused_as_a_whole(book, imported, content, said):
-    with pytest.raises(GradebookError, match=said):
+def test_a_file_that_is_no_roster_is_refused_as_a_whole(book, imported, content, why):
+    with pytest.raises(GradebookError, match=why):
         imported(content)
     assert book.students() == []
 
 
-def test_a_roster_that_is_not_there(book, tmp_path):
+def test_a_missing_roster(book, tmp_path):
     with pytest.raises(GradebookError, match="No such file"):
         book.import_roster(tmp_path / "none.csv")
 
 
-def test_an_error_amid_the_import_leaves_what_was_before(book, imported, monkeypatch):
-    entries = (roster.Entry("ada", {}), roster.Entry("bob", {"shoe": "42"}))
-    monkeypatch.setattr(roster, "read", lambda _: roster.Roster(entries))
-    with pytest.raises(Exception, match="shoe"):
+def test_an_import_is_one_transaction(book, imported, monkeypatch):
+    entries = [roster.Entry("ada", {}), roster.Entry("bob", {"shoe": "42"})]
+    monkeypatch.setattr(roster, "read", lambda _: (entries, [], []))
+    with monkeypatch.context() as patch, pytest.raises(AttributeError, match="shoe"):
+        patch.setattr(book._database, "reading", None)  # what is read is read in the transaction that writes
         imported("")
     assert book.students() == []

@@ -1,4 +1,4 @@
-"""A student of whom there is nothing can be taken out, and nobody else: on a file and on a real PostgreSQL server."""
+"""A student of whom only a line of the roster is stored can be removed, and nobody else."""
 
 from datetime import UTC, datetime, timedelta
 
@@ -19,7 +19,7 @@ def book(book, tmp_path):
     return book
 
 
-def test_who_has_only_a_line_of_the_roster_is_taken_out_and_may_come_again(book, tmp_path):
+def test_a_student_with_only_a_line_of_the_roster_is_removed_and_may_come_again(book, tmp_path):
     record(book, graded("ada"))
     before = dump(book)
     assert book.remove("BOD") == StudentRecord("bod", "Bob", "b@x.org", "B", enrolled=True)
@@ -61,11 +61,10 @@ def ask(book):
     ],
     ids=["handed in", "graded", "comment", "scored", "being scored", "request"],
 )
-def test_a_student_with_more_than_a_line_of_the_roster_stays_and_the_message_says_why(book, done, tables):
+def test_a_student_with_other_rows_is_not_removed_and_the_message_names_them(book, done, tables):
     done(book)
     before = dump(book)
     with pytest.raises(GradebookError, match="'ada' is not removed") as refused:
         book.remove("Ada")
-    said = str(refused.value)
-    assert {name for name, called in CALLED.items() if called in said} == set(tables)
+    assert {name for name, called in CALLED.items() if called in str(refused.value)} == set(tables)
     assert dump(book) == before

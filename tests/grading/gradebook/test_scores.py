@@ -30,11 +30,11 @@ def mark_now(book, student, where):
     return {one.where: one for one in book.current(student).marks}[where]
 
 
-def test_the_gradebook_knows_the_statuses_of_persons_by_the_names_that_marking_gives_them():
+def test_gradebook_and_marking_have_the_same_names_of_statuses():
     assert (Status.FOR_A_PERSON, Status.BY_A_PERSON) == (FOR_A_PERSON, GIVEN_BY_A_PERSON)
 
 
-def test_what_a_person_reads_is_given_by_student_and_part_and_nothing_else(book):
+def test_answers_are_those_that_a_person_reads_by_student_and_part(book):
     blank = prose(status="missing", given="")
     record(book, graded("bob"), graded("ada", mark(), blank, report_text()))
     found = [(one.student, one.where) for one in book.scores.answers()]
@@ -44,7 +44,7 @@ def test_what_a_person_reads_is_given_by_student_and_part_and_nothing_else(book)
     assert all(one.waiting and not one.asked and one.last() is None for one in book.scores.answers())
 
 
-def test_what_a_person_marked_stays_among_the_answers_also_where_the_machine_had_decided(class_of_three):
+def test_answers_include_those_for_which_a_person_replaced_the_softwares_mark(class_of_three):
     class_of_three.set_mark("ada", *NUMBER, 1, "The unit was in the text.", "prof")
     (answer,) = class_of_three.scores.answers([NUMBER])
     assert (answer.student, answer.mark.points, answer.waiting) == ("ada", 1.0, False)
@@ -70,20 +70,20 @@ def test_without_a_remark_the_audit_trail_says_the_level(class_of_three):
 
 
 @pytest.mark.parametrize("points", [-0.1, 2.1, float("nan"), float("inf")])
-def test_points_that_there_are_not_are_refused(class_of_three, points):
+def test_impossible_points_are_refused(class_of_three, points):
     with pytest.raises(GradebookError, match=r"give 0 to 2 points"):
         class_of_three.scores.give("ada", COMPARED, points, "kim")
     assert class_of_three.scores.acts() == []
 
 
 @pytest.mark.parametrize("student, where, said", [("nobody", COMPARED, "'nobody'"), ("ada", ("9.9", "x"), "9.9, x")])
-def test_who_or_what_is_not_there_is_told(class_of_three, student, where, said):
+def test_an_unknown_student_or_part_is_refused(class_of_three, student, where, said):
     for done in (class_of_three.scores.give, class_of_three.scores.ask):
         with pytest.raises(GradebookError, match=said):
             done(student, where, *((1.0,) if done == class_of_three.scores.give else ()), "kim")
 
 
-def test_of_two_who_score_the_same_answer_the_second_is_told_of_the_first_and_nothing_is_written(class_of_three):
+def test_the_second_of_two_scorers_learns_who_was_first_and_changes_nothing(class_of_three):
     seen = mark_now(class_of_three, "ada", COMPARED)
     class_of_three.scores.give("ada", COMPARED, 2, "kim", level=4, expected=seen)
     for late in (
@@ -96,14 +96,14 @@ def test_of_two_who_score_the_same_answer_the_second_is_told_of_the_first_and_no
     assert len(class_of_three.scores.acts()) == 1
 
 
-def test_an_answer_that_was_handed_in_anew_meanwhile_is_not_scored_unread(class_of_three):
+def test_an_answer_that_changed_since_it_was_read_is_not_scored(class_of_three):
     seen = mark_now(class_of_three, "ada", COMPARED)
     record(class_of_three, graded("ada", report_text(given="Another text."), submission="second"))
     with pytest.raises(GradebookError, match="Nothing was changed"):
         class_of_three.scores.give("ada", COMPARED, 2, "kim", expected=seen)
 
 
-def test_a_score_holds_for_the_same_text_only_and_comes_back_with_it(class_of_three):
+def test_a_score_holds_only_for_the_same_text_and_comes_back_with_it(class_of_three):
     class_of_three.scores.give("ada", COMPARED, 2, "kim", level=4)
     record(class_of_three, graded("ada", report_text(given="Another text."), submission="second"))
     (answer,) = [one for one in class_of_three.scores.answers([COMPARED]) if one.student == "ada"]
@@ -113,7 +113,7 @@ def test_a_score_holds_for_the_same_text_only_and_comes_back_with_it(class_of_th
     assert not answer.waiting and answer.last().level == 4
 
 
-def test_what_is_asked_waits_until_somebody_decides(class_of_three):
+def test_an_answer_on_which_the_instructor_is_asked_waits_until_somebody_decides(class_of_three):
     class_of_three.scores.give("ada", COMPARED, 2, "kim", level=4)
     class_of_three.scores.ask("ada", COMPARED, "kim", remark="Is this a copy?")
     answer = class_of_three.scores.answers([COMPARED])[0]
@@ -124,7 +124,7 @@ def test_what_is_asked_waits_until_somebody_decides(class_of_three):
     assert not answer.asked and not answer.waiting
 
 
-def test_taking_back_restores_what_was_there_and_keeps_that_it_happened(class_of_three):
+def test_taking_an_act_back_restores_the_earlier_mark_and_stores_both_acts(class_of_three):
     class_of_three.set_mark("ada", *COMPARED, 0.5, "By hand.", "prof")
     first = class_of_three.scores.give("ada", COMPARED, 2, "kim", level=4)
     asked = class_of_three.scores.ask("ada", COMPARED, "kim")
@@ -137,14 +137,14 @@ def test_taking_back_restores_what_was_there_and_keeps_that_it_happened(class_of
     assert [one.after.points for one in class_of_three.audit("ada")][-5:] == [0.5, 2, 0, 2, 0.5]
 
 
-def test_taking_back_the_first_score_lets_the_answer_wait_again(class_of_three):
+def test_an_answer_waits_again_when_its_first_score_is_taken_back(class_of_three):
     act = class_of_three.scores.give("ada", COMPARED, 2, "kim", level=4)
     class_of_three.scores.undo(act.number, "kim")
     answer = class_of_three.scores.answers([COMPARED])[0]
     assert answer.waiting and answer.acts == ()
 
 
-def test_what_another_decided_since_is_not_taken_back(class_of_three):
+def test_an_act_cannot_be_taken_back_after_another_decision(class_of_three):
     act = class_of_three.scores.give("ada", COMPARED, 2, "kim", level=4)
     class_of_three.scores.give("ada", COMPARED, 1, "lee", level=2)
     with pytest.raises(GradebookError, match=r"1 points .*from lee"):
@@ -152,7 +152,7 @@ def test_what_another_decided_since_is_not_taken_back(class_of_three):
     assert mark_now(class_of_three, "ada", COMPARED).points == 1
 
 
-def test_only_ones_own_acts_are_taken_back_and_once(class_of_three):
+def test_scorers_take_back_only_their_own_acts_and_only_once(class_of_three):
     act = class_of_three.scores.give("ada", COMPARED, 2, "kim", level=4)
     for number, actor in ((act.number, "lee"), (act.number + 99, "kim")):
         with pytest.raises(GradebookError, match="has no act"):
@@ -166,7 +166,7 @@ def test_only_ones_own_acts_are_taken_back_and_once(class_of_three):
 
 @settings(max_examples=12, deadline=None)
 @given(st.lists(st.tuples(st.sampled_from(["give", "ask", "undo"]), st.integers(0, 4), st.booleans()), max_size=12))
-def test_the_mark_is_always_what_the_acts_that_stand_say(tmp_path_factory, steps):
+def test_the_mark_always_follows_from_the_acts_that_were_not_taken_back(tmp_path_factory, steps):
     with Gradebook(tmp_path_factory.mktemp("scores") / "class.sqlite") as book:
         record(book, graded("ada"))
         stack: list[tuple[int, float | None]] = []
@@ -183,7 +183,7 @@ def test_the_mark_is_always_what_the_acts_that_stand_say(tmp_path_factory, steps
             assert now.points == (decided or 0)
 
 
-def test_two_scorers_are_never_given_the_same_answer(class_of_three):
+def test_two_scorers_never_get_the_same_answer(class_of_three):
     order = ["eve", "ADA", "bob"]
     assert class_of_three.scores.claim(order, WORDS, "kim", HOUR) == "eve"
     assert class_of_three.scores.claim(order, WORDS, "lee", HOUR) == "ada"
@@ -194,7 +194,7 @@ def test_two_scorers_are_never_given_the_same_answer(class_of_three):
     assert class_of_three.scores.claim(order, COMPARED, "sam", HOUR) == "eve"  # another part is another matter
 
 
-def test_many_at_once_are_given_different_answers(book):
+def test_many_scorers_at_once_get_different_answers(book):
     names = [f"s{number}" for number in range(12)]
     record(book, *map(graded, names))
     with ThreadPoolExecutor(6) as threads:
@@ -202,7 +202,7 @@ def test_many_at_once_are_given_different_answers(book):
     assert sorted(given) == sorted(names)
 
 
-def test_what_a_scorer_held_is_let_go_when_they_claim_anew_or_leave(class_of_three):
+def test_a_claim_is_released_when_the_scorer_claims_another_answer_or_leaves(class_of_three):
     class_of_three.scores.claim(["ada"], WORDS, "kim", HOUR)
     assert class_of_three.scores.claim(["ada", "bob"], WORDS, "kim", HOUR) == "ada"  # their own is theirs again
     assert class_of_three.scores.claim(["bob"], WORDS, "kim", HOUR) == "bob"
@@ -211,7 +211,7 @@ def test_what_a_scorer_held_is_let_go_when_they_claim_anew_or_leave(class_of_thr
     assert class_of_three.scores.claimed(WORDS) == {}
 
 
-def test_a_claim_that_has_run_out_is_anybodys(class_of_three, monkeypatch):
+def test_a_claim_runs_out(class_of_three, monkeypatch):
     class_of_three.scores.claim(["ada"], WORDS, "kim", 60)
     assert class_of_three.scores.claim(["ada"], WORDS, "lee", 60) is None
     later = store.now() + timedelta(seconds=61)
@@ -220,12 +220,12 @@ def test_a_claim_that_has_run_out_is_anybodys(class_of_three, monkeypatch):
     assert class_of_three.scores.claim(["ada"], WORDS, "lee", 60) == "ada"
 
 
-def test_what_is_decided_is_claimed_by_nobody(class_of_three):
+def test_a_decided_answer_is_not_claimed(class_of_three):
     class_of_three.scores.give("ada", WORDS, 1, "kim")
     assert class_of_three.scores.claim(["ada"], WORDS, "lee", HOUR) is None
 
 
-def test_what_was_opened_is_held_whatever_became_of_it(class_of_three):
+def test_an_opened_answer_is_held_in_any_state(class_of_three):
     scores = class_of_three.scores
     scores.ask("ada", WORDS, "kim")
     assert scores.claim(["ada"], WORDS, "kim", HOUR) is None  # asked: nobody is given it
@@ -241,9 +241,9 @@ def test_what_was_opened_is_held_whatever_became_of_it(class_of_three):
 def test_a_request_is_open_until_it_is_answered(class_of_three):
     made = class_of_three.requests.make("ADA", COMPARED, " Please read the second paragraph.\r\n")
     assert (made.student, made.where, made.text) == ("ada", COMPARED, "Please read the second paragraph.")
-    assert made.is_open and class_of_three.requests.all(open_only=True) == [made]
+    assert class_of_three.requests.all(open_only=True) == [made]
     answered = class_of_three.requests.answer(made.number, "prof", "I did: 2 points.")
-    assert not answered.is_open and (answered.answered_by, answered.answer) == ("prof", "I did: 2 points.")
+    assert (answered.answered_by, answered.answer) == ("prof", "I did: 2 points.")
     assert class_of_three.requests.all(open_only=True) == [] and class_of_three.requests.all() == [answered]
     with pytest.raises(GradebookError, match=r"was answered by prof on .*I did: 2 points"):
         class_of_three.requests.answer(made.number, "kim", "No.")
@@ -259,20 +259,20 @@ def test_a_request_is_open_until_it_is_answered(class_of_three):
         (lambda requests: requests.answer(1, "prof", ""), "is empty: say what"),
     ],
 )
-def test_requests_that_say_nothing_or_go_nowhere_are_refused(class_of_three, ask, said):
+def test_empty_requests_and_those_on_unknown_answers_are_refused(class_of_three, ask, said):
     with pytest.raises(GradebookError, match=said):
         ask(class_of_three.requests)
     assert class_of_three.requests.all() == []
 
 
-def test_each_publication_is_kept(book):
+def test_each_publication_is_stored(book):
     assert book.requests.publications() == []
     first, second = book.requests.publish("prof"), book.requests.publish("kim", "after the requests")
     assert book.requests.publications() == [first, second]
     assert (second.actor, second.note) == ("kim", "after the requests") and first.when <= second.when
 
 
-def test_acts_are_those_of_parts_and_of_a_scorer(class_of_three):
+def test_acts_can_be_selected_by_part_and_by_scorer(class_of_three):
     give = class_of_three.scores.give
     first, second = give("ada", COMPARED, 2, "kim"), give("ada", WORDS, 1, "kim")
     third = give("bob", COMPARED, 1, "lee")
@@ -282,7 +282,7 @@ def test_acts_are_those_of_parts_and_of_a_scorer(class_of_three):
     assert acts(actor="kim") == [first, second] and acts([COMPARED], "kim") == [first]
 
 
-def test_the_dump_has_what_scorers_did_and_names_what_was_taken_back(class_of_three):
+def test_the_dump_has_what_scorers_did_and_what_was_taken_back(class_of_three):
     act = class_of_three.scores.give("bob", COMPARED, 2, "kim", level=4)
     class_of_three.scores.undo(act.number, "kim")
     class_of_three.requests.make("bob", COMPARED, "Why?")
@@ -293,7 +293,7 @@ def test_the_dump_has_what_scorers_did_and_names_what_was_taken_back(class_of_th
     assert [one["actor"] for one in dump(class_of_three)["publications"]] == ["prof"]
 
 
-def test_untrusted_text_is_kept_as_the_gradebook_keeps_text(class_of_three):
+def test_untrusted_text_is_cleaned(class_of_three):
     act = class_of_three.scores.give("ada", COMPARED, 1, "k\x00im", remark="a\x1b[31mb")
     assert (act.actor, act.remark) == ("k\\x00im", "a\\x1b[31mb")
     assert class_of_three.scores.undo(act.number, "k\x00im").undoes == act.number
