@@ -62,8 +62,8 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
     "report": (1918, ("labcourse/report/**/*.py",)),
     "running": (1083, ("labcourse/grading/running/**/*.py",)),
     "intake": (1306, ("labcourse/grading/intake/**/*.py",)),
-    "gradebook": (1459, ("labcourse/grading/gradebook/**/*.py",)),
-    "marking": (1208, ("labcourse/grading/marking/**/*.py",)),
+    "gradebook": (1423, ("labcourse/grading/gradebook/**/*.py",)),
+    "marking": (1197, ("labcourse/grading/marking/**/*.py",)),
     "isolation": (1153, ("labcourse/grading/isolation/**/*.py",)),
     "reports, scoring": (2870, ("labcourse/grading/reports/**/*.py", "labcourse/grading/scoring/**/*.py")),
     "outcomes, overview, platforms, accounts": (

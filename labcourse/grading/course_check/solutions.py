@@ -189,7 +189,7 @@ def answers_of_solutions(course: Course, bundle: Bundle) -> tuple[Claims, Mappin
     claims.problems.extend(run.problems)
     for path in course.notebooks:
         texts = words.written(bundle.pristine[path.name]["cells"], Notebook.read(path.read_bytes()).cells)
-        claims = decoding.with_words(claims, texts.words, course.catalogue)
+        decoding.add_words(claims, texts.words, course.catalogue)
         claims.problems.extend(f"{path.name}: {problem}" for problem in [*texts.problems, *texts.notes])
     return claims, why.missing
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from copy import copy
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import Any
@@ -107,38 +106,35 @@ def _add_answer(claims: Claims, catalogue: Catalogue, number: str, name: str, an
         claims.malformed[number, name] = f"It cannot be worked out ({type(error).__name__})."
 
 
-def with_words(claims: Claims, written: Mapping[Where, Words], catalogue: Catalogue) -> Claims:
-    """Return claims with the answers in words that the saved notebooks hold; they replace what a run recorded.
+def add_words(claims: Claims, written: Mapping[Where, Words], catalogue: Catalogue) -> None:
+    """Add the texts of the saved notebooks to the claims of a run; they replace what the run recorded.
 
     Parameters
     ----------
-    claims : of a run; they are not changed
-    written : (question, part) → words, see :mod:`labcourse.answers.words`
+    claims : of a run
+    written : (question, part) → text, see :mod:`labcourse.answers.words`
     catalogue : of what can be answered
     """
-    sections = ("values", "contents", "malformed", "problems", "notes")
-    added = replace(claims, **{name: copy(getattr(claims, name)) for name in sections})
     for where, text in written.items():
         part = _find_part(catalogue, *where)
         if part is not None and part.kind == "prose":
-            for claimed in (added.malformed, added.values, added.contents):
+            for claimed in (claims.malformed, claims.values, claims.contents):
                 claimed.pop(where, None)
-            _add_answer(added, catalogue, *where, {"kind": "prose", "value": text.text})
-    return added
+            _add_answer(claims, catalogue, *where, {"kind": "prose", "value": text.text})
 
 
 def with_reports(
     claims: Claims, catalogue: Catalogue, in_pdf: Mapping[str, ReportFile] = MappingProxyType({})
 ) -> Claims:
-    """Return claims with each report as a whole, if anything of it is written: its texts under their headings.
+    """Return claims that also have each report as a whole: its texts under their headings, if any is written.
 
-    So a person who judges it sees all of it, and their mark lapses when one of its texts changes. A PDF that was handed
-    in is part of the report, by its digest. If students wrote the PDF themselves, a text that the notebook
-    lacks may be in the PDF: then the PDF is claimed as the answer, for a person to look at.
+    So a person who judges the report sees all of it, and their mark lapses when one of its texts changes. A PDF that
+    was handed in is part of the report, by its digest. If students wrote the PDF themselves, it may have a text that
+    the notebook lacks: then the PDF is claimed as the answer, for a person to look at.
 
     Parameters
     ----------
-    claims : with the answers in words; they are not changed, but both share the lists of messages
+    claims : with the texts of the notebooks; they do not change, but both share the lists of messages
     catalogue : of what can be answered
     in_pdf : number of a report → the PDF that was handed in
     """

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -28,7 +28,41 @@ _VARIES = 0.5  # least swing of the shown piece of a spectrum, relative to its h
 
 
 @dataclass(frozen=True)
-class FigureFollows:
+class _FigureOfChannel:
+    """The common part of the checks of figures; :class:`FigureFollows` documents the parameters."""
+
+    recording: Callable[[Any], Sampled]
+    own: tuple[str, str]
+    channel: str
+    largest: float = field(default=10.0, kw_only=True)
+    kinds = ("figure",)
+
+    def verdict(self, part: Part, value: Any, case: Case) -> Verdict:
+        """Judge a figure; leave it to a person if the truth of the bench is not known."""
+        if not case.virtual:
+            return verdicts.for_a_person("It does not come from a bench that is known here; a person will look at it.")
+        return self._judge(value, case)
+
+    def _judge(self, figure: dict[str, Any], case: Case) -> Verdict:
+        """Return the verdict on a figure, given that the truth of the bench is known."""
+        raise NotImplementedError
+
+    def _traces(self, case: Case) -> Iterator[tuple[Trace, Callable[[str], Verdict], str]]:
+        """Yield what may be shown: the bench's channel, then that of the student's own recording, if it is usable.
+
+        Each comes with the verdict for a curve that shows it, and a note to add to the reason.
+        """
+        expected = self.recording(case.bench)
+        values = expected.channels[self.channel].values
+        yield Trace(np.arange(values.size, dtype=np.float64) * expected.sample_time, values), verdicts.right, ""
+        trace = curves.own_trace(case, self.own, self.channel, self.largest)
+        if trace is not None:
+            note = " It is that of your own recording, which is not what your bench gives."
+            yield trace, verdicts.follow_through, note
+
+
+@dataclass(frozen=True)
+class FigureFollows(_FigureOfChannel):
     """A figure with a curve that follows a channel over time, over half of the recording or more, with units.
 
     Parameters
@@ -41,22 +75,15 @@ class FigureFollows:
     largest : in the channel's SI unit; what is larger in the student's own recording is from no bench
     """
 
-    recording: Callable[[Any], Sampled]
-    own: tuple[str, str]
-    channel: str
     quantity: Quantity
     rtol: float = 0.1
-    largest: float = 10.0
-    kinds = ("figure",)
 
-    def verdict(self, part: Part, value: Any, case: Case) -> Verdict:
+    def _judge(self, figure: dict[str, Any], case: Case) -> Verdict:
         """Look for a curve that follows, then check the labels of its axes."""
-        if not case.virtual:
-            return verdicts.for_a_person("It does not come from a bench that is known here; a person will look at it.")
         lacking = ""
-        for trace, verdict, note in _traces_to_follow(self.recording, self.own, self.channel, self.largest, case):
+        for trace, verdict, note in self._traces(case):
             wanted = Wanted(trace, self.quantity, self.rtol, _SHORTEST * trace.duration)
-            match = curves.best_match(curves.find_matches(value, wanted))
+            match = curves.best_match(curves.find_matches(figure, wanted))
             if match is None:
                 continue
             if match.faults and not match.lacking:
@@ -71,7 +98,7 @@ class FigureFollows:
 
 
 @dataclass(frozen=True)
-class FigureOfSpectrum:
+class FigureOfSpectrum(_FigureOfChannel):
     """A figure with the amplitude spectrum of a channel of a recording against frequency, with its unit.
 
     Any scale of the amplitude will do, and any padding: a curve passes by its shape, or by where its peak is.
@@ -87,22 +114,15 @@ class FigureOfSpectrum:
     largest : in the channel's SI unit; what is larger in the student's own recording is from no bench
     """
 
-    recording: Callable[[Any], Sampled]
-    own: tuple[str, str]
-    channel: str
     band: tuple[float, float]
     peak_rtol: float = 0.05
     rtol: float = 0.15
-    largest: float = 10.0
-    kinds = ("figure",)
 
-    def verdict(self, part: Part, value: Any, case: Case) -> Verdict:
+    def _judge(self, figure: dict[str, Any], case: Case) -> Verdict:
         """Look for a curve with the right peak, then check the labels of its axes."""
-        if not case.virtual:
-            return verdicts.for_a_person("It does not come from a bench that is known here; a person will look at it.")
         elsewhere = ""
-        for trace, verdict, note in _traces_to_follow(self.recording, self.own, self.channel, self.largest, case):
-            spectra = sorted(self._readings(value, trace), key=lambda m: (bool(m[1].fault), m[1].says_another))
+        for trace, verdict, note in self._traces(case):
+            spectra = sorted(self._readings(figure, trace), key=lambda m: (bool(m[1].fault), m[1].says_another))
             if not spectra:
                 continue
             curve, reading, in_decibels = spectra[0]
@@ -202,19 +222,3 @@ def _amplitudes(curve: Curve) -> Iterator[tuple[Vector, bool]]:
     elif labelled or np.ptp(curve.y) >= _LEAST_DECIBELS:
         decibels_below_peak = curve.y - curve.y.max()
         yield 10 ** (decibels_below_peak / 20), True
-
-
-def _traces_to_follow(
-    recording: Callable[[Any], Sampled], own: tuple[str, str], channel: str, largest: float, case: Case
-) -> Iterator[tuple[Trace, Callable[[str], Verdict], str]]:
-    """Yield what a curve may follow: the bench's channel, then that of the student's own recording, if it is usable.
-
-    Each comes with the verdict for a curve that follows it, and a note to add to the reason.
-    """
-    expected = recording(case.bench)
-    values = expected.channels[channel].values
-    yield Trace(np.arange(values.size, dtype=np.float64) * expected.sample_time, values), verdicts.right, ""
-    trace = curves.own_trace(case, own, channel, largest)
-    if trace is not None:
-        note = " It is that of your own recording, which is not what your bench gives."
-        yield trace, verdicts.follow_through, note

@@ -131,13 +131,8 @@ def _is_asked(course: Course, where: tuple[str, str], context: Context) -> bool:
 
 def case_of(course: Course, claims: Claims, bench: Any, probe_seed: int) -> Case:
     """Return what the answers of a submission are judged against. Parameters as for :func:`mark`."""
-
-    def own(question: str, part: str) -> Any:
-        """Return the student's own answer."""
-        return claims.values[question, part]  # a KeyError is a LookupError
-
     known = course.knows_bench(course.parameters) and getattr(bench, "is_known", True)
-    return Case(bench, own, probe_seed, known)
+    return Case(bench, lambda question, part: claims.values[question, part], probe_seed, known)
 
 
 def mark_part(question: Question, part: Part, check: Check, claims: Claims, case: Case) -> Mark:

@@ -70,7 +70,7 @@ class MarkingJob:
     evidence: bytes = b""
 
 
-class Marker:
+class Marker(contextlib.AbstractContextManager["Marker"]):
     """Marks answers by a course's key.
 
     Parameters
@@ -93,9 +93,6 @@ class Marker:
         return ProcessPoolExecutor(
             processes, mp_context=context, initializer=_start, initargs=(self._course.folder, self._course.entry)
         )
-
-    def __enter__(self) -> Marker:
-        return self
 
     def __exit__(self, *_: object) -> None:
         self._end_pool(self._pool)
@@ -188,7 +185,7 @@ def _mark_answers(job: MarkingJob) -> Marked:
     claims.problems.extend(getattr(bench, "problems", ()))
     claims.notes.extend(getattr(bench, "notes", ()))
     claims.problems.extend(_other_bench(course, bench, claims))
-    claims = decoding.with_words(claims, job.words, course.catalogue)
+    decoding.add_words(claims, job.words, course.catalogue)
     if job.context.start and course.given is not None:
         policy = course.settings.bench if job.policy is None else job.policy
         claims.values.update(course.given(job.context.start, job.student, policy))

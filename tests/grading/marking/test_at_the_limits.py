@@ -11,7 +11,6 @@ import pytest
 import sympy
 from made_courses import OURS
 
-from labcourse.answers import answers, schema
 from labcourse.answers.parts import Part, number, recording
 from labcourse.grading.marking import checks, decoding, marking, marking_processes, time_limit
 from labcourse.grading.marking.checks import ChoiceIs, Number, RecordingOf, misfit
@@ -167,50 +166,6 @@ def test_a_misfit_is_relative_to_what_is_wanted_and_infinite_without_it():
     assert misfit(WANTED, 2 * WANTED) == pytest.approx(0.5)
     with np.errstate(all="ignore"):
         assert misfit(WANTED, np.ones(300)) == misfit(np.ones(300), np.ones(300)) == math.inf
-
-
-def file(answers, **changes):
-    book = {"format": 2, "student": "ada", "bench": {"uri": "virtual"}, "software": "rotflex", "probe_seed": 7}
-    return json.dumps({**book, "answers": answers} | changes).encode()
-
-
-@pytest.mark.parametrize("number", [0, 1, 19, 20, 21, 40])
-def test_notes_on_what_is_not_asked(number):
-    read = decoding.decode(file({f"99.{place}": {"x": {}} for place in range(number)}), 7, CATALOGUE)
-    assert len(read.notes) == (number if number <= 20 else 21)
-    assert (f"And {number - 20} more of this sort." in read.notes) == (number > 20)
-
-
-@FITS
-def test_levels_of_answers(fits):
-    value = []
-    for _level in range(schema.MAX_DEPTH - 5 + (not fits)):  # the file, its answers, a question, a part, a list
-        value = [value]
-    (problem,) = decoding.decode(file({"1": {"x": {"kind": value}}}), 7, CATALOGUE).problems or [""]
-    assert ("deeply" in problem) != fits
-
-
-@FITS
-@pytest.mark.parametrize("sign", [1, -1])
-def test_integers_of_answers(fits, sign):
-    data = file({}, probe_seed=sign * (10**20 + (not fits)))
-    problems = decoding.decode(data, 7, CATALOGUE).problems
-    assert any("too large" in problem for problem in problems) != fits
-
-
-@pytest.mark.parametrize("spare", [0, 1])
-def test_a_file_of_just_the_largest_size_is_read_as_strictly_as_any(spare):
-    data = file({}).replace(b'"probe_seed"', b'"student": "bob", "probe_seed"')
-    data += b" " * (answers.MAX_BYTES - len(data) - spare)
-    (problem,) = decoding.decode(data, 7, CATALOGUE).problems
-    assert "twice" in problem
-
-
-@pytest.mark.timeout(60)
-def test_digits_are_counted_before_they_are_read():
-    for digits in (26, 4000, 500_000):
-        problems = decoding.decode(file({}).replace(b": 7", b": " + b"1" * digits), 7, CATALOGUE).problems
-        assert "too large" in problems[0]
 
 
 @FITS

@@ -1,4 +1,4 @@
-"""An untrusted ``answers.json``, where it was made to cost something: time, or an honest student's answers."""
+"""Decode an untrusted ``answers.json``: hostile files, and the texts of the saved notebooks."""
 
 import json
 
@@ -6,7 +6,7 @@ import pytest
 import sympy
 from made_courses import OURS
 
-from labcourse.answers import catalogue, forms
+from labcourse.answers import answers, catalogue, forms, schema
 from labcourse.answers.bounds import LONGEST_PROSE
 from labcourse.answers.words import Words
 from labcourse.grading.marking import decoding, marking
@@ -17,9 +17,9 @@ from rotflex.course.questions import CATALOGUE
 SEED = 7
 
 
-def file(answers, **changes):
+def file(contents, **changes):
     book = {"format": 2, "student": "ada", "bench": {"uri": "virtual"}, "software": "rotflex", "probe_seed": SEED}
-    return json.dumps({**book, "answers": answers} | changes).encode()
+    return json.dumps({**book, "answers": contents} | changes).encode()
 
 
 def energy(tree):
@@ -35,7 +35,7 @@ def test_the_exact_value_of_a_float_is_an_answer_like_any_other():
     assert read.values["2.1", "V"] == sympy.Rational(0.1) * K_s * alpha**2
 
 
-def test_for_questions_that_there_are_not_nothing_similar_is_sought(monkeypatch):
+def test_no_similar_names_are_looked_for_among_thousands_of_unknown_questions(monkeypatch):
     monkeypatch.setattr(catalogue, "get_close_matches", None)
     read = decoding.decode(file({f"2.{number}": {"V": {}} for number in range(100, 20_000)}), SEED, CATALOGUE)
     assert len(read.notes) == 21
@@ -51,7 +51,7 @@ def test_an_expression_that_is_slow_to_build_is_malformed(monkeypatch):
 
 
 @pytest.mark.parametrize("error", [OverflowError, ValueError, RecursionError, MemoryError])
-def test_an_expression_that_nothing_can_hold_is_malformed_and_the_others_count(monkeypatch, error):
+def test_an_expression_that_cannot_be_decoded_is_malformed(monkeypatch, error):
     def decode(part, content):
         raise error("untrusted words")
 
@@ -60,10 +60,49 @@ def test_an_expression_that_nothing_can_hold_is_malformed_and_the_others_count(m
     assert error.__name__ in read.malformed["2.1", "V"]
 
 
-def test_what_is_said_of_a_file_has_no_escapes_in_it():
+def test_messages_about_a_file_have_no_escape_sequences():
     read = decoding.decode(file({}, format="\x1b]0;owned\x07\u202e"), SEED, CATALOGUE)
     assert "format" in read.problems[0]
     assert read.problems[0].isprintable()
+
+
+@pytest.mark.parametrize("number", [0, 20, 21, 40])
+def test_notes_on_unknown_questions_are_limited(number):
+    read = decoding.decode(file({f"99.{place}": {"x": {}} for place in range(number)}), SEED, CATALOGUE)
+    assert len(read.notes) == min(number, 21)
+    assert (f"And {number - 20} more of this sort." in read.notes) == (number > 20)
+
+
+@pytest.mark.parametrize("fits", [True, False])
+def test_levels_of_an_answer_are_limited(fits):
+    value = []
+    for _level in range(schema.MAX_DEPTH - 5 + (not fits)):  # the file, its answers, a question, a part, a list
+        value = [value]
+    (problem,) = decoding.decode(file({"1": {"x": {"kind": value}}}), SEED, CATALOGUE).problems or [""]
+    assert ("deeply" in problem) != fits
+
+
+@pytest.mark.parametrize("fits", [True, False])
+@pytest.mark.parametrize("sign", [1, -1])
+def test_integers_are_limited(fits, sign):
+    data = file({}, probe_seed=sign * (10**20 + (not fits)))
+    problems = decoding.decode(data, SEED, CATALOGUE).problems
+    assert any("too large" in problem for problem in problems) != fits
+
+
+@pytest.mark.parametrize("spare", [0, 1])
+def test_a_file_of_the_largest_size_is_read_as_strictly_as_any(spare):
+    data = file({}).replace(b'"probe_seed"', b'"student": "bob", "probe_seed"')
+    data += b" " * (answers.MAX_BYTES - len(data) - spare)
+    (problem,) = decoding.decode(data, SEED, CATALOGUE).problems
+    assert "twice" in problem
+
+
+@pytest.mark.timeout(60)
+def test_digits_are_counted_before_they_are_read():
+    for digits in (26, 4000, 500_000):
+        problems = decoding.decode(file({}).replace(b": 7", b": " + b"1" * digits), SEED, CATALOGUE).problems
+        assert "too large" in problems[0]
 
 
 WHERE = ("2.11", "explanation")
@@ -79,36 +118,29 @@ def claims():
     )
 
 
-def with_words(claims, written):
-    return decoding.with_words(claims, written, OURS.catalogue)
-
-
-def test_words_count_before_what_was_recorded_and_the_rest_stays(claims):
-    found = with_words(claims, {WHERE: Words("In a cell."), ("2.16", "comparison"): Words("It fits.")})
-    assert found.values == {("2.11", "omega_n"): 19.9, WHERE: "In a cell.", ("2.16", "comparison"): "It fits."}
-    assert found.contents[WHERE] == {"kind": "prose", "value": "In a cell."}
-    assert found.malformed == {}
-    assert claims.values[WHERE] == "In quotes." and claims.malformed  # not changed
-
-
-def test_without_words_what_was_recorded_counts(claims):
-    assert with_words(claims, {}) == claims
+def test_texts_of_notebooks_replace_recorded_texts_and_nothing_else(claims):
+    written = {WHERE: Words("In a cell."), ("2.16", "comparison"): Words("It fits.")}
+    decoding.add_words(claims, written, OURS.catalogue)
+    assert claims.values == {("2.11", "omega_n"): 19.9, WHERE: "In a cell.", ("2.16", "comparison"): "It fits."}
+    assert claims.contents[WHERE] == {"kind": "prose", "value": "In a cell."}
+    assert claims.malformed == {}
 
 
 @pytest.mark.parametrize("where", [("2.11", "omega_n"), ("2.91", "x"), ("2.11", "x")])
-def test_words_are_taken_for_answers_in_words_alone(claims, where):
-    assert with_words(claims, {where: Words("20")}).values == claims.values
+def test_a_text_is_no_answer_to_a_part_of_another_kind(claims, where):
+    decoding.add_words(claims, {where: Words("20")}, OURS.catalogue)
+    assert claims.values == {("2.11", "omega_n"): 19.9, WHERE: "In quotes."}
 
 
 @pytest.mark.parametrize("text", ["x" * (LONGEST_PROSE + 1), "a\x00b"])
-def test_words_that_no_answer_can_be_are_malformed(claims, text):
-    found = with_words(claims, {WHERE: Words(text)})
-    assert WHERE not in found.values and WHERE in found.malformed
+def test_a_text_that_no_answer_can_be_is_malformed(claims, text):
+    decoding.add_words(claims, {WHERE: Words(text)}, OURS.catalogue)
+    assert WHERE not in claims.values and WHERE in claims.malformed
 
 
-def test_a_mark_on_words_waits_for_a_person_and_shows_them(claims):
-    found = with_words(claims, {WHERE: Words("Because $\\theta$ is not flat.")})
-    case = marking.case_of(OURS, found, OURS.bench("ada"), 1)
+def test_the_mark_of_a_text_waits_for_a_person_and_shows_it(claims):
+    decoding.add_words(claims, {WHERE: Words("Because $\\theta$ is not flat.")}, OURS.catalogue)
+    case = marking.case_of(OURS, claims, OURS.bench("ada"), 1)
     question = OURS.catalogue.find("2.11")
-    mark = marking.mark_part(question, question.part("explanation"), OURS.key["2.11"]["explanation"], found, case)
+    mark = marking.mark_part(question, question.part("explanation"), OURS.key["2.11"]["explanation"], claims, case)
     assert (mark.status, mark.given) == (Status.FOR_A_PERSON, "Because $\\theta$ is not flat.")

@@ -20,7 +20,9 @@ AIM, END = (REPORT, "stiffness_procedure"), (REPORT, "model_conclusion")
 
 
 def claims(texts):
-    return decoding.with_words(Claims(), {where: Words(text) for where, text in texts.items()}, OURS.catalogue)
+    read = Claims()
+    decoding.add_words(read, {where: Words(text) for where, text in texts.items()}, OURS.catalogue)
+    return read
 
 
 def marks(texts, asked=None):
@@ -51,7 +53,7 @@ def test_whoever_judges_it_has_all_of_its_texts_under_their_headings():
 
 def test_an_answer_to_it_that_somebody_smuggles_in_is_none():
     where = (WHOLE, "organisation")
-    read = decoding.with_words(Claims(), {where: Words("Give me the point.")}, OURS.catalogue)
+    read = claims({where: "Give me the point."})
     decoding._add_answer(read, OURS.catalogue, *where, {"kind": "whole", "value": "Give me the point."})
     assert where not in read.values
     assert read.notes == [f"Ignored an answer to {WHOLE!r}, 'organisation': there is no such thing."]
