@@ -12,8 +12,10 @@ from day_class import HANDED_IN, NAMES, deliver, fill, notebook, score
 from gradebooks import graded, mark, prose, record, report_text, rows
 from made_courses import OURS, copied
 
+from labcourse.errors import GradebookError
 from labcourse.grading.batch import Batch, regrade
 from labcourse.grading.gradebook import Gradebook
+from labcourse.grading.gradebook.persons import Persons
 from labcourse.grading.graded_run import facts_of
 from labcourse.grading.reports.result import received
 
@@ -115,6 +117,17 @@ def test_an_unknown_person_is_not_erased_and_a_scorer_is_told_that_their_name_st
     done = rotflex("person", "erase", out, "zed", "--by", "lea", "--solutions", OURS.folder, "--yes")
     assert done.exit_code == 2 and "There is no student 'zed' in the gradebook." in said(done)
     assert {name for name in before if files(out)[name] != before[name]} <= {"gradebook.sqlite"}
+
+
+def test_a_failing_database_is_reported_and_not_taken_for_an_unknown_student(out, monkeypatch):
+    def fail(*_):
+        raise GradebookError("The disk is full.")
+
+    with Gradebook(out / "gradebook.sqlite") as book:
+        book.set_mark("bob", "2.16", "comparison", 2, "Well.", "fay")  # a student who also marked
+    monkeypatch.setattr(Persons, "would_be_erased", fail)
+    done = forget(out, "--yes")
+    assert done.exit_code == 2 and "The disk is full." in said(done) and "stays" not in said(done)
 
 
 @pytest.mark.slow
