@@ -262,7 +262,7 @@ class Batch:
             isolated=settings.isolated,
             evidence=self._course.evidence if bundle.policy.which == REAL else "",
         )
-        result = pool.run(runner.run_on_worker, job, bundle.packed, labcourse.__version__)
+        result = pool.run(runner.run, bundle.packed, job)
         cells = {(name, cell["id"]) for name, notebook in job.notebooks.items() for cell in notebook["cells"]}
         reports = schema.read_reports(result.reports).of(cells)
         facts = Facts(reports=reports, ended=result.problems, evidence=result.evidence)

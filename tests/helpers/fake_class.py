@@ -80,7 +80,7 @@ class FakeClass:
         self.key(1.0)
         self.made = Bundle(b"", {"a.ipynb": {"cells": CELLS}}, {}, (), "0" * 64)
         monkeypatch.setattr(batch, "Bundles", lambda course: OneBundle(self.made))
-        monkeypatch.setattr(batch.runner, "run_on_worker", self.work)
+        monkeypatch.setattr(batch.runner, "run", self.work)
         monkeypatch.setattr(batch, "Marker", InlineMarker)
 
     def key(self, factor):
@@ -93,7 +93,7 @@ class FakeClass:
             cell = {"id": "q1", "cell_type": "code", "source": source, "metadata": {}}
             (self.folder / "in" / student / "a.ipynb").write_text(json.dumps({"cells": [cell]}))
 
-    def work(self, job, packed, version, cancelled=None):
+    def work(self, packed, job, cancelled=None):
         self.runs.append(job.student)
         self.seeds[job.student] = job.probe_seed
         left = self.leaves.get(job.student) or runner.Run(perfect(job.student, job.probe_seed))

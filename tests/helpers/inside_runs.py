@@ -14,7 +14,8 @@ from made_courses import OURS
 
 from labcourse.grading.running.inside import main
 
-PROGRAM = Path(main.__file__)
+#: The command that starts the program, which reads a specification from its standard input.
+PROGRAM = [sys.executable, "-P", "-m", main.__name__]
 #: What a kernel, or the program, is started with besides what this process has.
 ENVIRONMENT = {"TQDM_DISABLE": "1", "PYTHONPATH": str(ROOT), "OMP_NUM_THREADS": "1"}
 
@@ -48,7 +49,7 @@ def specification(
 def run(told: dict[str, Any], folder: Path) -> subprocess.CompletedProcess[str]:
     """Run notebooks in a folder, with the rights of whoever tests: harmless ones only."""
     return subprocess.run(
-        [sys.executable, "-P", str(PROGRAM)],
+        PROGRAM,
         input=json.dumps(told),
         cwd=folder,
         env={**os.environ, **ENVIRONMENT},

@@ -23,7 +23,7 @@ from pathlib import Path
 from typing import Any
 
 from labcourse import course_file
-from labcourse.answers import cell_reports, starts
+from labcourse.answers import starts
 from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.notebooks import HandIn
 from labcourse.answers.starts import Start
@@ -35,9 +35,9 @@ from labcourse.grading.release import student_course, student_notebooks
 from labcourse.grading.release.releases import NOTEBOOKS, Releases, StoredRelease
 from labcourse.run.alignment import source_of
 
-INSIDE, FONTS = "inside", "matplotlib"  #: folders beside the packages: the programs that run notebooks, and fonts
+INSIDE = "labcourse_inside"  #: package beside the course's packages: the programs that run notebooks
+FONTS = "matplotlib"  #: folder beside them, with matplotlib's list of fonts
 _PROGRAMS = Path(__file__).resolve().parent / "inside"
-_REPORTS = Path(cell_reports.__file__)  # put beside the programs: packages of an early release do not have it
 _SHOWN = 60  # characters of a name from a student's file
 
 Cells = frozenset[tuple[str, str]]  # notebook's file name, source
@@ -227,7 +227,7 @@ def _bundle(course: Course, folder: Path, packages: tuple[str, ...], release: st
     paths = sorted((folder / NOTEBOOKS).glob("*.ipynb"))
     texts = {path.name: path.read_text(encoding="utf-8") for path in paths}
     start = _place_course_file(folder, course)
-    packed = _pack([*(folder / name for name in packages), _PROGRAMS])
+    packed = _pack({**{name: folder / name for name in packages}, INSIDE: _PROGRAMS})
     names = ("labcourse.answers.schema", *course.imports)  # a session imports that with its first answer
     imports = tuple(name for name in names if _can_be_imported(name, folder, packages))
     depends = [texts, dict(course.parameters), imports]
@@ -284,16 +284,14 @@ def _asked_parts(notebooks: Iterable[Path], catalogue: Catalogue) -> Iterator[tu
             yield from ((cell.question, part) for part in cell.of(question) if part in question.names)
 
 
-def _pack(folders: Iterable[Path]) -> bytes:
-    """Zip some folders side by side, without times: the same course gives the same bytes."""
-    files = {f"{INSIDE}/{_REPORTS.name}": _REPORTS}
-    for folder in folders:
-        paths = sorted(path for path in folder.rglob("*") if path.is_file() and path.suffix != ".pyc")
-        files |= {f"{folder.name}/{path.relative_to(folder).as_posix()}": path for path in paths}
+def _pack(packages: Mapping[str, Path]) -> bytes:
+    """Zip packages, name → folder, without times: the same course gives the same bytes."""
     packed = io.BytesIO()
     with zipfile.ZipFile(packed, "w") as archive:
-        for name, path in files.items():
-            archive.writestr(zipfile.ZipInfo(name), path.read_bytes(), zipfile.ZIP_DEFLATED)
+        for package, folder in packages.items():
+            for path in sorted(path for path in folder.rglob("*") if path.is_file() and path.suffix != ".pyc"):
+                name = f"{package}/{path.relative_to(folder).as_posix()}"
+                archive.writestr(zipfile.ZipInfo(name), path.read_bytes(), zipfile.ZIP_DEFLATED)
     return packed.getvalue()
 
 

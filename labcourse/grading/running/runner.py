@@ -101,26 +101,6 @@ class Run:
     evidence: bytes = b""
 
 
-def run_on_worker(job: Job, packed: bytes, version: str, cancelled: threading.Event | None = None) -> Run:
-    """Run a submission, if this worker has the version of labcourse that grades. (A cluster's worker calls this.)
-
-    Parameters
-    ----------
-    job, packed, cancelled : as for :func:`run`
-    version : of the labcourse that grades
-
-    Raises
-    ------
-    GradingError
-        If this worker has another version, and as :func:`run` does.
-    IsolationError
-        As :func:`run` does.
-    """
-    if version != labcourse.__version__:
-        raise GradingError(f"This worker has version {labcourse.__version__}; install {version}, which grades.")
-    return run(packed, job, cancelled)
-
-
 def run(packed: bytes, job: Job, cancelled: threading.Event | None = None) -> Run:
     """Run a submission.
 
@@ -172,7 +152,7 @@ def _run_in_sandbox(packed: bytes, job: Job, cancelled: threading.Event | None) 
         **dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1"),
     }
     return sandbox.run(
-        ["sh", "-c", _WITH_FONTS, str(folder / FONTS), str(sandbox.python()), "-P", str(folder / INSIDE / "main.py")],
+        ["sh", "-c", _WITH_FONTS, str(folder / FONTS), str(sandbox.python()), "-P", "-m", f"{INSIDE}.main"],
         visible=[folder],
         wanted=ANSWERS_FILE,
         largest=MAX_ANSWERS,
@@ -242,6 +222,8 @@ def local(jobs: int) -> Iterator[Pool]:
 def cluster(scheduler: str) -> Iterator[Pool]:
     """Run submissions on the workers of a dask.distributed scheduler, such as ``tcp://host:8786``.
 
+    A call raises GradingError on a worker with another version of labcourse.
+
     Raises
     ------
     GradingError
@@ -263,7 +245,20 @@ def cluster(scheduler: str) -> Iterator[Pool]:
         # Not pure: dask must not take the result of an equal call for that of another student's.
         executor = client.get_executor(pure=False, retries=_RETRIES)
 
-        def run(*call: Any) -> Any:
-            return executor.submit(*call).result()
+        def call(function: Callable[..., Any], *arguments: Any) -> Any:
+            return executor.submit(call_on_worker, labcourse.__version__, function, *arguments).result()
 
-        yield Pool(run, sum(client.nthreads().values()), partial(executor.shutdown, wait=False))
+        yield Pool(call, sum(client.nthreads().values()), partial(executor.shutdown, wait=False))
+
+
+def call_on_worker(version: str, function: Callable[..., Any], *arguments: Any) -> Any:
+    """Call a function on a worker of a cluster, if the worker has the version of labcourse that grades.
+
+    Raises
+    ------
+    GradingError
+        If it has another version.
+    """
+    if version != labcourse.__version__:
+        raise GradingError(f"This worker has version {labcourse.__version__}; install {version}, which grades.")
+    return function(*arguments)

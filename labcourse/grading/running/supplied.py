@@ -20,7 +20,7 @@ from labcourse.errors import AnswerError, GradingError, StudentIDError
 from labcourse.run.recorders import recorded
 from labcourse.student_id import caseless, normalised
 
-_KINDS = ("number", "choice", "matrix", "poles")
+_SINGLE, _LISTS = ("number", "choice"), ("matrix", "poles")  # kinds of parts that can be supplied
 _EXAMPLE = "ada:1.2.speed=19.5"
 
 
@@ -48,7 +48,8 @@ class Supplied:
     @property
     def source(self) -> str:
         """Python expression for the value, to be put into a cell."""
-        return f"__import__('numpy').array({_as_numbers(self.value)!r})" if _is_array(self.value) else repr(self.value)
+        value = self.value
+        return f"__import__('numpy').array({_as_numbers(value)!r})" if isinstance(value, list) else repr(value)
 
 
 def read(text: str, catalogue: Catalogue) -> Supplied:
@@ -123,7 +124,7 @@ def code_to_insert(pristine: Mapping[str, dict[str, Any]], supplied: Iterable[Su
 
 def _parse_value(text: str, part: str, kind: str) -> Any:
     """Read a value as plain data from what an instructor wrote; raise ValueError if the kind of part cannot have it."""
-    if kind not in _KINDS:
+    if kind not in _SINGLE + _LISTS:
         raise ValueError(f"{part} is of the kind {kind}; numbers, choices and arrays can be supplied.")
     if kind == "choice":
         return text.strip("\"'")
@@ -138,12 +139,10 @@ def _check_fits(supplied: Supplied, catalogue: Catalogue) -> Supplied:
     """Return the value if it fits its part; raise AnswerError, FormError or ValueError if not."""
     part, value = catalogue.find(supplied.question).part(supplied.part), supplied.value
     if value is not None:
-        forms.encode(part, np.array(_as_numbers(value)) if _is_array(value) else value, 0)
+        if isinstance(value, list) and part.kind in _SINGLE:
+            raise ValueError(f"{part.name} is one value; this is a list.")
+        forms.encode(part, np.array(_as_numbers(value)) if isinstance(value, list) else value, 0)
     return supplied
-
-
-def _is_array(value: Any) -> bool:
-    return isinstance(value, list)
 
 
 def _as_numbers(value: Any) -> Any:

@@ -3,8 +3,6 @@
 import io
 import json
 import shutil
-import subprocess
-import sys
 import zipfile
 import zlib
 from dataclasses import replace
@@ -13,7 +11,6 @@ import pytest
 import two_releases
 from two_releases import NOTEBOOK, SEED, TwoReleases
 
-from labcourse.answers.cell_reports import REPORTS_FILE
 from labcourse.answers.notebooks import HandIn, Notebook
 from labcourse.benches import BenchPolicy
 from labcourse.errors import GradingError
@@ -101,16 +98,6 @@ def test_each_is_run_with_its_own_notebooks_and_packages_and_marked_on_its_own_b
         machine = {part: points for part, points in earned.items() if part[1] != "why"}
         expected = {("1.1", "run"): 1, ("1.2", "k"): 2, ("1.3", "formula"): 3, ("1.3", "omega"): 1}
         assert machine == expected | ({("1.5", "period"): 1} if edition == 2 else {})
-
-
-def test_packages_that_cannot_note_what_stopped_a_cell_are_run_with_what_can(bundles, tmp_path):
-    """As an early release's, which were made before it."""
-    with zipfile.ZipFile(io.BytesIO(bundles.current.packed)) as archive:
-        archive.extractall(tmp_path)
-    (tmp_path / "labcourse" / "answers" / "cell_reports.py").unlink()
-    code = f"from {bundle.INSIDE} import cell_reports; print(cell_reports.REPORTS_FILE)"
-    done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=False)
-    assert done.stdout.strip() == REPORTS_FILE, done.stderr
 
 
 def test_an_older_release_is_told(two, bundles):

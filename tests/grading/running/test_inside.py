@@ -179,7 +179,7 @@ def hostile(sandbox):
     notebooks["honest"] = notebook([NOTE, "note(before='honest')", "note(after='honest')"])
     prefix = Path(sys.prefix).resolve()
     outcome = isolation.run(
-        [sys.executable, "-P", str(PROGRAM)],
+        PROGRAM,
         visible=[ROOT / "labcourse", ROOT / "rotflex", prefix],
         wanted=NOTES,
         largest=10**6,

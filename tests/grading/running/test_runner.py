@@ -126,7 +126,7 @@ def test_one_submission_cannot_change_the_package_of_the_next(course):
 
 
 def test_the_same_course_is_the_same_bytes(course):
-    assert bundle._pack([ROOT / "rotflex"]) == bundle._pack([ROOT / "rotflex"])
+    assert bundle._pack({"rotflex": ROOT / "rotflex"}) == bundle._pack({"rotflex": ROOT / "rotflex"})
     assert len(course.digest) == 64
 
 

@@ -52,6 +52,7 @@ REFUSED = [
     "ada:1.2.why=so",
     "ada:1.2.speed=fast",
     "ada:1.2.speed=[1, 2]",
+    "ada:1.2.speed=[1]",
     "ada:1.2.way=left",
     "ada:1.2.A=[[1, 2]]",
     ":1.2.speed=1",

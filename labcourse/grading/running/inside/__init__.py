@@ -1,20 +1,20 @@
 """The program that runs a submission's notebooks, in whatever sandbox it is started.
 
-It stands alone: beside it are the course's packages as students have them, which have no room for grading. One warm
-process imports what notebooks use, and forks for each notebook. The child runs the cells in its own process, with
-ipykernel's kernel behind it. No kernel is started, and nothing goes over a socket.
+A bundle has it as the package ``labcourse_inside``, beside the course's packages as students have them, in which there
+is no grading. One warm process imports what notebooks use, and forks for each notebook. The child runs the cells in its
+own process, with ipykernel's kernel behind it. No kernel is started, and nothing goes over a socket.
 
-    python -P main.py < SPECIFICATION
+    python -P -m labcourse_inside.main < SPECIFICATION
 
 ``main`` reads the specification and goes through the notebooks, ``watch`` forks and limits the time, ``kernel`` runs
-the cells, and ``private_interfaces`` checks and replaces what the libraries have not promised to keep.
+the cells, and ``private_interfaces`` replaces what the libraries have not promised to keep.
 """
 
 from __future__ import annotations
 
 #: Exit codes, from good to bad; that of the worst notebook counts. They are worth a note, never a mark.
 FINE, TIMED_OUT, DIED = 0, 10, 11
-#: Exit code if nothing was run, because imports of notebooks fail, or a library is not as it was tested.
+#: Exit code if nothing was run, because imports of notebooks fail, or a library has a version that was not tested.
 BROKEN = 12
 #: What the course's own reader found in the student's files: JSON in the working folder. Cells can have changed it.
 EVIDENCE_FILE = ".labcourse-evidence.json"

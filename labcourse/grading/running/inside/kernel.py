@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import asyncio
-import importlib
 import io
-import json
 import logging
 import os
 import random
 import signal
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from typing import Any, cast
 
@@ -20,39 +18,15 @@ from ipykernel.ipkernel import IPythonKernel
 from jupyter_client.session import Session
 from traitlets.config import Config
 
-from . import private_interfaces
+from labcourse.answers import cell_reports
 
-try:
-    from labcourse.answers import cell_reports
-except ImportError:  # of an early release; the bundle brings it along
-    cell_reports = importlib.import_module(f"{__package__}.cell_reports")
+from . import private_interfaces
 
 # What comes after an await is checked as well: IPython runs such cells in another way.
 _TRIAL = "import asyncio\nawait asyncio.sleep(0)\nran = 6 * 7"
-_PARAMETERS_TAG = "parameters"
 
 Message = dict[str, Any]
 Source = tuple[str, str | None]  # of a cell, and the cell's id
-
-
-def sources(notebook: Mapping[str, Any], parameters: Mapping[str, str]) -> list[Source]:
-    """Return the cells to run of a notebook, each as source and id.
-
-    These are its code cells that are not empty, and a cell that sets the parameters: after the cell with the tag
-    "parameters", or first. That one has no id.
-
-    Parameters
-    ----------
-    notebook : as JSON
-    parameters : name → value
-    """
-    cells = [cell for cell in notebook["cells"] if cell["cell_type"] == "code"]
-    tagged = [_PARAMETERS_TAG in cell["metadata"].get("tags", ()) for cell in cells]
-    place = tagged.index(True) + 1 if any(tagged) else 0
-    sources_and_ids: list[Source] = [("".join(cell["source"]), cell["id"]) for cell in cells]
-    lines = [f"{name} = {json.dumps(value, ensure_ascii=False)}\n" for name, value in parameters.items()]
-    sources_and_ids.insert(place, ("".join(["# Parameters\n", *lines]), None))
-    return [(source, cell) for source, cell in sources_and_ids if source.strip()]
 
 
 class Kernel:
@@ -88,7 +62,7 @@ class Kernel:
         Parameters
         ----------
         name : file name of the notebook
-        cells : from :func:`sources`
+        cells : from :func:`.main.sources`
         report_step : called before and after each cell
 
         Raises

@@ -1,6 +1,6 @@
 """Run notebooks, one after the other, each in a process forked from this one.
 
-    python -P main.py < SPECIFICATION
+    python -P -m labcourse_inside.main < SPECIFICATION
 
 The specification is JSON::
 
@@ -12,7 +12,7 @@ Cells work in the current folder, where the files are put. What a cell outputs i
 asked for are not drawn; what stopped a cell is written down (``labcourse.answers.cell_reports``).
 With "evidence", that function of the course's is called with the current folder before any notebook is run, and the
 plain data that it returns is left as JSON: it reads files of the student's that only a sandbox may open.
-The exit code tells how it ended, see the package's constants.
+The exit code says how it ended; the package has its constants.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ import base64
 import contextlib
 import functools
 import gc
-import importlib.util
+import importlib
 import json
 import os
 import sys
@@ -30,7 +30,9 @@ import traceback
 from pathlib import Path
 from typing import Any
 
-PACKAGE = "labcourse_inside"
+from . import BROKEN, EVIDENCE_FILE, FINE, private_interfaces, watch
+
+_PARAMETERS_TAG = "parameters"
 _TRIAL_TIMEOUT = 60.0  # s; as a cell has
 #: What any notebook needs; the specification names what those of a course need besides.
 _ALWAYS_IMPORTED = (
@@ -47,23 +49,6 @@ _ALWAYS_IMPORTED = (
 _NOT_IMPORTED = ("debugpy", "rfc3987_syntax")
 
 
-def _load_package() -> None:
-    """Make the modules beside this file importable, though the package that they belong to is not here."""
-    folder = Path(__file__).resolve().parent
-    spec = importlib.util.spec_from_file_location(
-        PACKAGE, folder / "__init__.py", submodule_search_locations=[str(folder)]
-    )
-    assert spec is not None and spec.loader is not None
-    package = importlib.util.module_from_spec(spec)
-    sys.modules[PACKAGE] = package
-    spec.loader.exec_module(package)
-
-
-def _submodule(name: str) -> Any:
-    """Import a module beside this file."""
-    return importlib.import_module(f"{PACKAGE}.{name}")
-
-
 def _prepared_kernel(imports: list[str]) -> Any:
     """Do all that need not be done for each notebook, and return a kernel that is ready to be forked.
 
@@ -73,27 +58,30 @@ def _prepared_kernel(imports: list[str]) -> Any:
 
     Raises
     ------
-    InterfaceChangedError
-        If a library is not as it was tested.
+    UntestedVersionError
+        If a library has a version that was not tested, or if cells do not run.
     Exception
         Whatever an import raises.
     """
-    interfaces = _submodule("private_interfaces")
     os.environ["MPLBACKEND"] = "module://matplotlib_inline.backend_inline"  # as a kernel sets it
     os.environ["LABCOURSE_PICTURES"] = "off"
     gc.disable()  # nothing of this is garbage
     for name in _NOT_IMPORTED:
         sys.modules[name] = None  # type: ignore[assignment]  # the import fails at once
-    with interfaces.plain_docstrings():
+    private_interfaces.check_versions()
+    with private_interfaces.plain_docstrings():
         for name in (*_ALWAYS_IMPORTED, *imports):
             importlib.import_module(name)
-    interfaces.check()
-    kernel = _submodule("kernel").Kernel()
+    from .kernel import Kernel  # not before its libraries: they compose their docstrings when they are imported
+
+    kernel = Kernel()
     assert threading.active_count() == 1, threading.enumerate()  # else a fork is not safe
     gc.freeze()  # forked processes share the objects so far: their garbage collectors leave these alone
     gc.enable()
-    if _submodule("watch").run(kernel.try_out, steps=1, timeout=_TRIAL_TIMEOUT) != sys.modules[PACKAGE].FINE:
-        raise interfaces.InterfaceChangedError(interfaces.versions_message())
+    if watch.run(kernel.try_out, steps=1, timeout=_TRIAL_TIMEOUT) != FINE:
+        raise private_interfaces.UntestedVersionError(
+            f"Cells do not run with these libraries: {private_interfaces.versions()}."
+        )
     return kernel
 
 
@@ -120,34 +108,52 @@ def _read_evidence(reader: str, report_step: Any) -> None:
     report_step()
     module, _colon, name = reader.partition(":")
     content = getattr(importlib.import_module(module), name)(Path.cwd())
-    Path(sys.modules[PACKAGE].EVIDENCE_FILE).write_text(json.dumps(content, separators=(",", ":")), encoding="utf-8")
+    Path(EVIDENCE_FILE).write_text(json.dumps(content, separators=(",", ":")), encoding="utf-8")
+
+
+def sources(notebook: dict[str, Any], parameters: dict[str, str]) -> list[tuple[str, str | None]]:
+    """Return the cells to run of a notebook, each as source and id.
+
+    These are its code cells that are not empty, and a cell that sets the parameters: after the cell with the tag
+    "parameters", or first. That one has no id.
+
+    Parameters
+    ----------
+    notebook : as JSON
+    parameters : name → value
+    """
+    cells = [cell for cell in notebook["cells"] if cell["cell_type"] == "code"]
+    tagged = [_PARAMETERS_TAG in cell["metadata"].get("tags", ()) for cell in cells]
+    place = tagged.index(True) + 1 if any(tagged) else 0
+    sources_and_ids: list[tuple[str, str | None]] = [("".join(cell["source"]), cell["id"]) for cell in cells]
+    lines = [f"{name} = {json.dumps(value, ensure_ascii=False)}\n" for name, value in parameters.items()]
+    sources_and_ids.insert(place, ("".join(["# Parameters\n", *lines]), None))
+    return [(source, cell) for source, cell in sources_and_ids if source.strip()]
 
 
 def run(specification: dict[str, Any]) -> int:
     """Run all notebooks of a specification, and return the exit code."""
-    inside: Any = sys.modules[PACKAGE]
     try:
         kernel = _prepared_kernel(specification["imports"])
-    except Exception as error:
-        if type(error).__name__ != "InterfaceChangedError":
-            traceback.print_exc()
-        else:
-            print(error, file=sys.stderr)
-        return int(inside.BROKEN)
-    watch = functools.partial(_submodule("watch").run, timeout=specification["cell_timeout"])
+    except private_interfaces.UntestedVersionError as error:
+        print(error, file=sys.stderr)
+        return BROKEN
+    except Exception:
+        traceback.print_exc()
+        return BROKEN
+    timeout = specification["cell_timeout"]
     # Not before: what is imported by now is the course's and the libraries', whatever a file may be called.
     _put_files(specification["files"])
     if specification.get("evidence"):  # if that fails, there is no evidence file
-        watch(functools.partial(_read_evidence, specification["evidence"]), steps=1)
-    worst: int = inside.FINE
+        watch.run(functools.partial(_read_evidence, specification["evidence"]), 1, timeout)
+    worst = FINE
     for name, notebook in specification["notebooks"].items():
-        cells = _submodule("kernel").sources(notebook, specification["parameters"])
-        worst = max(worst, watch(functools.partial(kernel.run, name, cells), steps=len(cells)))
+        cells = sources(notebook, specification["parameters"])
+        worst = max(worst, watch.run(functools.partial(kernel.run, name, cells), len(cells), timeout))
     return worst
 
 
 if __name__ == "__main__":
-    _load_package()
     code = run(json.load(sys.stdin))
     sys.stdout.flush()
     sys.stderr.flush()

@@ -18,7 +18,7 @@ from collections.abc import Callable
 from . import DIED, FINE, TIMED_OUT
 
 GRACE = 5.0  #: s after the interrupt until the end; time to tidy up
-_LONGEST_PAUSE = 0.05  # s between two looks at a child whose reports are not believed
+_PAUSE = 0.002  # s between two looks at a child that cannot report any more
 _LONGEST_TRACEBACK = 2000  # characters
 _STEP = b"+"
 _FINISHED = 99  # exit status of a child that has come to its end; 0 is what a cell's own exit would give
@@ -103,7 +103,6 @@ class _Watch:
     def __init__(self, child: int, pipe: int, reports: int, timeout: float) -> None:
         self.child, self.pipe, self.reports_left, self.timeout = child, pipe, reports, timeout
         self.reports_believed = True
-        self.pause = 0.001
 
     def wait(self) -> int:
         """Wait until the child has ended, or end it; return FINE, TIMED_OUT or DIED."""
@@ -129,8 +128,7 @@ class _Watch:
     def _wait_for_report(self, seconds: float) -> bool:
         """Wait for a report of the child, for so many seconds at most; return whether one came that is believed."""
         if not self.reports_believed:  # the pipe tells nothing any more: only wait
-            time.sleep(min(seconds, self.pause))
-            self.pause = min(2 * self.pause, _LONGEST_PAUSE)
+            time.sleep(min(seconds, _PAUSE))
             return False
         if not select.select([self.pipe], [], [], min(seconds, 1.0))[0]:
             return False
