@@ -1,4 +1,4 @@
-"""Make untrusted text harmless for a terminal and for a spreadsheet."""
+"""Make untrusted text harmless for a terminal and for a spreadsheet; read and write tables."""
 
 from __future__ import annotations
 
@@ -54,3 +54,19 @@ def as_csv(rows: Iterable[Iterable[str]]) -> str:
     cells = ([cell if _NUMBER.fullmatch(cell) else spreadsheet_cell(cell) for cell in row] for row in rows)
     csv.writer(table, quoting=csv.QUOTE_ALL).writerows(cells)
     return table.getvalue()
+
+
+def from_csv(data: bytes) -> list[list[str]]:
+    """Read a table in UTF-8; its separator is the comma, semicolon or tab that is most frequent in the first line.
+
+    Raises
+    ------
+    ValueError
+        If it is not UTF-8, or not CSV.
+    """
+    text = data.decode("utf-8-sig")
+    first = text.partition("\n")[0]
+    try:
+        return list(csv.reader(io.StringIO(text, newline=""), delimiter=max(",;\t", key=first.count)))
+    except csv.Error as error:
+        raise ValueError(error) from None

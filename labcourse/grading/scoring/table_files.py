@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import io
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
@@ -10,7 +9,7 @@ from typing import Any
 
 from labcourse import files, program
 from labcourse.errors import GradingError
-from labcourse.safe_text import as_csv, from_spreadsheet_cell
+from labcourse.safe_text import as_csv, from_csv, from_spreadsheet_cell
 
 COLUMNS = ("key", "question", "part", "who", "answer", "out of", "level", "points", "remark", "state", "check")
 MOST_BYTES = 50_000_000  #: of a table that is read; fifty answers of 5000 characters of each of 200 students
@@ -122,14 +121,10 @@ def _content(path: Path) -> bytes:
 
 def _csv_lines(content: bytes) -> list[list[str]]:
     try:
-        text = content.decode("utf-8-sig")
+        return from_csv(content)
     except UnicodeDecodeError:
         raise GradingError("The table is not UTF-8: save it as “CSV UTF-8”, or as .xlsx.") from None
-    first = text.partition("\n")[0]
-    separator = max(",;\t", key=first.count)
-    try:
-        return list(csv.reader(io.StringIO(text, newline=""), delimiter=separator))
-    except csv.Error as error:
+    except ValueError as error:
         raise GradingError(f"The table cannot be read: {error}.") from None
 
 
