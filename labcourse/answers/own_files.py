@@ -33,7 +33,7 @@ RECEIPTS = "-receipts.txt"  #: at the end of the name of a student's receipts
 
 _MOST_NOTES = 20
 _ENVIRONMENT = "pyvenv.cfg"  # is in each virtual environment
-_SKIPPED = {"__pycache__", "__macosx", "node_modules", "thumbs.db", "desktop.ini", ANSWERS_FILE, COURSE_FILE}
+_LEFTOVERS = {"__pycache__", "__macosx", "node_modules", "thumbs.db", "desktop.ini", "icon\r"}
 _SETTINGS = {
     "matplotlibrc": "it would change matplotlib's settings",
     **{
@@ -144,7 +144,7 @@ def _ordinary_files(folder: Path, within: PurePosixPath, refused: list[str]) -> 
         return
     for entry in entries:
         path = within / entry.name
-        if _is_leftover(entry.name):
+        if is_leftover(entry.name):
             continue
         if entry.is_dir() and not entry.is_symlink():
             if len(path.parts) <= MAX_DEPTH + 1:
@@ -161,7 +161,7 @@ def _is_skipped(path: PurePosixPath, environments: Collection[PurePosixPath], ex
     name = caseless(path.name)
     stem, _dot, ending = ANSWERS_FILE.rpartition(".")
     return (
-        any(map(_is_leftover, path.parts))
+        any(is_leftover(part) or part.casefold() in (ANSWERS_FILE, COURSE_FILE) for part in path.parts)
         or name.endswith((RECEIPTS, f"{KEPT_COPY}.ipynb"))
         or (name.startswith(f"{stem}.") and name.endswith(f".{ending}"))  # set aside, as answers.broken.json
         or (len(path.parts) == 1 and name in excluded)
@@ -169,8 +169,9 @@ def _is_skipped(path: PurePosixPath, environments: Collection[PurePosixPath], ex
     )
 
 
-def _is_leftover(name: str) -> bool:
-    return name.startswith((".", "~$")) or name.casefold() in _SKIPPED
+def is_leftover(name: str) -> bool:
+    """Check whether a system or a program wrote a file or folder of this name for itself."""
+    return name.startswith((".", "~$")) or name.casefold() in _LEFTOVERS
 
 
 def _refusal(path: PurePosixPath, size: int, packages: Collection[str], taken: Collection[str]) -> str | None:

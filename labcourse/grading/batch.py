@@ -25,7 +25,7 @@ from labcourse.errors import AnswerError, CourseError, GradingError, IsolationEr
 from labcourse.files import COURSE_FILE
 from labcourse.grading import graded_run, intake
 from labcourse.grading.course import Course
-from labcourse.grading.gradebook import DECIDED, GIVEN_BY_A_PERSON, Delivery, Gradebook, Graded, MarkRecord, RunRecord
+from labcourse.grading.gradebook import GIVEN_BY_A_PERSON, Delivery, Gradebook, Graded, MarkRecord, RunRecord
 from labcourse.grading.graded_run import Facts, facts_of
 from labcourse.grading.marking import marking
 from labcourse.grading.marking.digest import marking_digest
@@ -417,7 +417,7 @@ def move_to_decided_owners(gradebook: Gradebook, submissions: Sequence[intake.Su
     present = {caseless(submission.student) for submission in submissions}
     emptied: dict[str, intake.Submission] = {}
     for owner, piece in ((submission.student, piece) for submission in submissions for piece in submission.pieces):
-        if piece.owner.rule == DECIDED:
+        if piece.owner.is_decided:
             reason = f"{piece.source} is {owner}'s, as the instructor decided."
             for student in gradebook.give_over(piece.source, piece.received, owner):
                 emptied[student] = intake.Submission(student, problems=(reason,))

@@ -9,7 +9,7 @@ import pytest
 
 from labcourse.errors import GradingError
 from labcourse.grading.gradebook import DECIDED, Arrival, Delivery
-from labcourse.grading.intake import Doubt, find
+from labcourse.grading.intake import Doubt, find, platforms
 from labcourse.grading.reports import intake_table
 
 CELL = {"id": "q1", "cell_type": "code", "metadata": {}}
@@ -86,9 +86,9 @@ def test_a_table_is_read_whole_or_refused(tmp_path, monkeypatch):
     path = tmp_path / "intake.csv"
     intake_table.write(path, [DOUBT], {DOUBT: "ada"})
     size = path.stat().st_size
-    monkeypatch.setattr(intake_table, "_MAX_BYTES", size)
+    monkeypatch.setattr(platforms, "MAX_TABLE", size)
     assert intake_table.read(path) == {DOUBT: "ada"}
-    monkeypatch.setattr(intake_table, "_MAX_BYTES", size - 1)
+    monkeypatch.setattr(platforms, "MAX_TABLE", size - 1)
     with pytest.raises(GradingError):
         intake_table.read(path)
 

@@ -20,12 +20,13 @@ from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from dataclasses import dataclass, field
 from datetime import UTC, datetime, tzinfo
+from functools import partial
 from itertools import islice
 from pathlib import Path
 from typing import IO, Any
 
 from labcourse import messages
-from labcourse.answers.own_files import RECEIPTS
+from labcourse.answers.own_files import RECEIPTS, is_leftover
 from labcourse.files import ANSWERS_FILE, COURSE_FILE
 from labcourse.grading.intake.platforms import in_utc, readable
 
@@ -52,9 +53,6 @@ _USTAR = slice(257, 262)  # where a tar that is not compressed has its mark
 _FIRST_TIME, _LAST_TIME = 315_532_800, 4_294_967_294  # s since 1970: a zip's times lie between 1980 and 2106
 _NO_TIME = datetime(1980, 1, 2)  # an entry with an earlier time has none: 1980-01-01 is the first that a zip can have
 _PIECE = 1_000_000  # bytes that are read at a time
-_UTF8_NAME = 0x800  # flag of a zip's entry
-_HIDDEN = (".", "__MACOSX", "~$")
-_OF_SYSTEMS = {"thumbs.db", "desktop.ini", "icon\r"}
 _LONGEST_SHOWN, _MOST_SHOWN = 120, 5  # characters of a name in a message, and names
 TOO_MANY = "it has more than {} files and folders."
 _TWICE, _TOO_DEEP = "it is there twice; the first is taken", f"it lies deeper than {MAX_DEPTH} folders"
@@ -71,10 +69,10 @@ class Entry:
 
     Attributes
     ----------
-    store : the folder on disk, or the archive
-    key : name by which it is read there
-    size : bytes, as the folder or archive says
-    modified : time, UTC, by the clock of the computer that wrote it; None where it says none
+    store : the folder on disk, or the archive, in which the file lies
+    key : name of the file in the store
+    size : size in bytes, as the store says
+    modified : time when it was saved, UTC, by the clock of the computer that saved it; None if it is not known
     """
 
     store: Path | Entry
@@ -85,7 +83,13 @@ class Entry:
 
 @dataclass(frozen=True)
 class Listing:
-    """Files in a folder or archive: path, with "/" → entry; and paths of what is refused, each with the reason."""
+    """The content of a folder or archive.
+
+    Attributes
+    ----------
+    files : path within it, with "/" → file
+    refused : path of what is not read → reason
+    """
 
     files: dict[str, Entry] = field(default_factory=dict)
     refused: dict[str, str] = field(default_factory=dict)
@@ -118,20 +122,19 @@ def without_ending(name: str) -> str:
     return name[: -len(next(endings, "")) or None]
 
 
-def is_hidden(path: str) -> bool:
-    """Tell whether a system or a program wrote a file for itself."""
-    parts = path.split("/")
-    return any(part.startswith(_HIDDEN) or part.casefold() in _OF_SYSTEMS or part.endswith(RECEIPTS) for part in parts)
-
-
 def is_notebook(path: str) -> bool:
     """Tell whether a file is a notebook, by its name."""
     return path.casefold().endswith(NOTEBOOKS)
 
 
 def is_work(path: str) -> bool:
-    """Tell whether a file is a notebook, or what a notebook of the course leaves."""
-    return not is_hidden(path) and (is_notebook(path) or path.rpartition("/")[2] in (COURSE_FILE, ANSWERS_FILE))
+    """Tell whether a file is a notebook, or a file that belongs to the course's notebooks."""
+    return is_notebook(path) or path.rpartition("/")[2] in (COURSE_FILE, ANSWERS_FILE)
+
+
+def _is_skipped(path: str) -> bool:
+    """Tell whether a file is passed over without a message: a system, a program or a platform wrote it for itself."""
+    return any(is_leftover(part) or part.endswith(RECEIPTS) for part in path.split("/"))
 
 
 def shown(name: str) -> str:
@@ -146,17 +149,17 @@ def listed(names: list[str]) -> str:
 
 
 class Shelf(ExitStack):
-    """Open folders and archives. The last one stays open, with those around it. A context manager.
+    """Reads files in folders and archives. The last archive stays open, with those around it. A context manager.
 
     Parameters
     ----------
-    zone : of times in zips, which have none
+    zone : time zone of the times in zips, which do not say it
     """
 
     def __init__(self, zone: tzinfo = UTC) -> None:
         super().__init__()
         self.zone = zone
-        self._stores: list[tuple[Path | Entry, _Folder | _Zip]] = []  # each within the one before
+        self._archives: list[tuple[Entry, _Zip]] = []  # each lies in the one before it
         self.begin_student()
 
     def begin_student(self) -> None:
@@ -165,8 +168,7 @@ class Shelf(ExitStack):
 
     def read(self, entry: Entry, most: int) -> bytes:
         """Read a file of at most so many bytes; raise Unreadable if that cannot be done."""
-        store = self.open(entry.store)
-        return self.bounded(lambda size: store.read(entry.key, size), most)
+        return self.bounded(partial(self.open(entry.store).read, entry.key), most)
 
     def listing(self, store: Path | Entry, most: int = MAX_ENTRIES) -> Listing:
         """List a folder on disk or an archive; raise Unreadable if it cannot be read or has too many entries."""
@@ -180,23 +182,20 @@ class Shelf(ExitStack):
 
     def open(self, store: Path | Entry) -> _Folder | _Zip:
         """Open a folder on disk or an archive; raise Unreadable if that cannot be done."""
-        known = [place for place, _opened in self._stores]
-        if store in known:
-            del self._stores[known.index(store) + 1 :]
-            return self._stores[-1][1]
-        opened: _Folder | _Zip
-        if isinstance(store, Path) or isinstance(store.store, Path):
-            self.close()
-            self._stores.clear()
         if isinstance(store, Path):
-            opened = _Folder(store)
-        elif isinstance(store.store, Path):
-            opened = _Zip(store, self.enter_context(_open_file(store.store / store.key)), self)
+            return _Folder(store)
+        open_now = [archive for archive, _opened in self._archives]
+        if store in open_now:
+            del self._archives[open_now.index(store) + 1 :]
+            return self._archives[-1][1]
+        if isinstance(store.store, Path):
+            self.close()
+            self._archives.clear()
+            file = self.enter_context(_open_file(store.store / store.key))
         else:
-            outer = self.open(store.store)
-            data = self.bounded(lambda size: outer.read(store.key, size), MAX_INNER_ARCHIVE)
-            opened = _Zip(store, io.BytesIO(data), self)
-        self._stores.append((store, opened))
+            file = io.BytesIO(self.bounded(partial(self.open(store.store).read, store.key), MAX_INNER_ARCHIVE))
+        opened = _Zip(store, file, self)
+        self._archives.append((store, opened))
         return opened
 
     def bounded(self, read: Callable[[int], bytes], most: int) -> bytes:
@@ -226,7 +225,7 @@ def _open_file(path: Path) -> IO[bytes]:
     return open(descriptor, "rb")
 
 
-#: What lies in a folder or archive: path, and the file, the reason why it is refused, or None for a folder.
+#: Path of each thing in a folder or archive, and the file, the reason why it is refused, or None for a folder.
 _Entries = Iterator[tuple[str, Entry | str | None]]
 
 
@@ -257,10 +256,11 @@ class _Folder:
 
 
 def scan(folder: Path) -> list[os.DirEntry[str]]:
-    """Return what lies in a folder on disk, by name; of too much, one more than a class may have."""
+    """Return what lies in a folder on disk, sorted by name; at most one more than a class may have."""
     try:
-        with os.scandir(folder) as entries:
-            return sorted(islice(entries, MAX_CLASS_ENTRIES + 1), key=lambda entry: entry.name)
+        with os.scandir(folder) as items:
+            submitted = (item for item in items if not _is_skipped(item.name))
+            return sorted(islice(submitted, MAX_CLASS_ENTRIES + 1), key=lambda item: item.name)
     except OSError as error:
         raise Unreadable(f"{error.strerror}.") from None
 
@@ -272,7 +272,7 @@ def on_disk(folder: Path, item: os.DirEntry[str] | Path, key: str) -> Entry:
 
 
 class _Bounded:
-    """A file of which no large piece is read: a zip's table of contents is read in one piece."""
+    """A file that refuses to read a large piece: zipfile reads a zip's table of contents in one piece."""
 
     def __init__(self, file: IO[bytes]) -> None:
         self._file = file
@@ -298,7 +298,7 @@ class _Zip:
             if unpack is not None or start[_USTAR] == b"ustar":
                 tar = unpack(file) if unpack else file
                 file = _tar_as_zip(shelf.bounded(lambda size: _first(size, tar), MAX_INNER_ARCHIVE))
-            self._zip = zipfile.ZipFile(_Bounded(file))
+            self._zip = _open_zip(_Bounded(file))
         except _DAMAGED as error:
             raise Unreadable(f"it is not an archive that can be read ({type(error).__name__}).") from None
         self._entries = {entry.filename: entry for entry in reversed(self._zip.infolist()) if entry.filename}
@@ -309,16 +309,18 @@ class _Zip:
             if not entry.filename or entry.is_dir():  # is_dir() fails without a name
                 yield entry.filename, None
                 continue
-            path = _path(entry)
-            why_not = ""
-            if stat.S_IFMT(entry.external_attr >> 16) not in (0, stat.S_IFREG):
-                why_not = _NOT_A_FILE
-            elif not path or ".." in path.split("/"):
-                why_not = "its name leads outside"
+            parts = [part for part in readable(entry.filename.replace("\\", "/")).split("/") if part not in ("", ".")]
+            path = "/".join(parts) or entry.filename
+            if not parts or ".." in parts:
+                yield path, "its name leads outside"
+            elif _is_skipped(path):
+                continue
+            elif stat.S_IFMT(entry.external_attr >> 16) not in (0, stat.S_IFREG):
+                yield path, _NOT_A_FILE
             elif self._entries[entry.filename] is not entry:
-                why_not = _TWICE
-            file = Entry(self._archive, entry.filename, entry.file_size, _modified(entry, self._zone))
-            yield path or entry.filename, why_not or file
+                yield path, _TWICE
+            else:
+                yield path, Entry(self._archive, entry.filename, entry.file_size, _modified(entry, self._zone))
 
     def read(self, key: str, size: int) -> bytes:
         """Read the first bytes of a file."""
@@ -363,22 +365,16 @@ def _tar_as_zip(data: bytes) -> IO[bytes]:
     return packed
 
 
-def unflagged(name: str) -> str:
-    """Return the name of a zip's entry that does not say its encoding: as UTF-8 where it is that."""
+def _open_zip(file: Any) -> zipfile.ZipFile:
+    """Open a zip. Names in it are UTF-8 also where it does not say so, unless they cannot be."""
     try:
-        return name.encode("cp437").decode()
-    except UnicodeError:
-        return name
-
-
-def _path(entry: zipfile.ZipInfo) -> str:
-    """Return an entry's path from the top of the zip."""
-    written = entry.filename.replace("\\", "/")
-    path = readable(written if entry.flag_bits & _UTF8_NAME else unflagged(written))
-    return "/".join(part for part in path.split("/") if part not in ("", "."))
+        return zipfile.ZipFile(file, metadata_encoding="utf-8")
+    except UnicodeDecodeError:
+        return zipfile.ZipFile(file)
 
 
 def _modified(entry: zipfile.ZipInfo, zone: tzinfo) -> datetime | None:
+    """Return when an entry was saved, UTC; None if the zip does not say it."""
     try:
         modified = datetime(*entry.date_time)
     except ValueError:

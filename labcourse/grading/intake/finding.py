@@ -6,7 +6,6 @@ from collections import defaultdict
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime, tzinfo
-from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +14,7 @@ from labcourse.errors import ConfigurationError, GradingError
 from labcourse.files import COURSE_FILE
 from labcourse.grading.gradebook.records import DECIDED, StudentRecord
 from labcourse.grading.intake import archives, owners, platforms
-from labcourse.grading.intake.archives import Entry, Listing, Shelf, Unreadable, is_hidden, is_notebook, is_work, shown
+from labcourse.grading.intake.archives import Entry, Listing, Shelf, Unreadable, is_notebook, is_work, shown
 from labcourse.grading.intake.owners import Owner, Roster, student_in
 from labcourse.grading.intake.platforms import Label, in_utc, label_of, readable
 from labcourse.student_id import LONGEST, caseless
@@ -27,6 +26,7 @@ MAX_COURSE_FILE = 10_000  #: bytes of course.json; a name, a release, and partne
 
 _NEVER = datetime.fromtimestamp(0, UTC)
 _NO_NAME = "it does not say who handed it in."
+_NEITHER = "it is neither a folder nor a zip"
 
 OWNER, TIME = "owner", "time received"  #: what an instructor may decide, besides a file (by its name in the course)
 #: :attr:`Doubt.key` → what was decided.
@@ -65,24 +65,32 @@ class Piece:
 
     Attributes
     ----------
-    source : its name for people, from the class's folder on
-    files : path → entry
+    source : path in the class's folder, which may lead through archives
+    name : name of the folder, archive or file, without the ending of an archive
+    label : what the name says if a platform gave it; None if the student did
+    archived : time of the archive among the submissions, UTC; None without one
+    files : path → file
     refused : path → reason why it is not read
-    trouble : why nothing of it can be read; "" where it can
-    owner : the student, or students, who made it, and how this is known
+    trouble : why nothing of it can be read; "" if it can be read
+    course : content of its course.json
+    owner : the students to whom it belongs
     received : time of receipt, UTC
-    clock : how the time is known; "" where only the student's computer wrote it
-    order : of pieces received at one time, the higher came later: number of the attempt, and when it was saved
+    clock : how the time is known; "" if only the student's computer wrote it
+    saved : when it was saved, UTC, by the student's computer
     """
 
     source: str
+    name: str
+    label: Label | None = None
+    archived: datetime | None = None
     files: Mapping[str, Entry] = field(default_factory=dict)
     refused: Mapping[str, str] = field(default_factory=dict)
     trouble: str = ""
+    course: Mapping[str, Any] = field(default_factory=dict)
     owner: Owner = field(default_factory=Owner)
     received: datetime = _NEVER
     clock: str = ""
-    order: tuple[int, datetime] = (0, _NEVER)
+    saved: datetime = _NEVER
 
 
 @dataclass(frozen=True)
@@ -92,10 +100,10 @@ class Submission:
     Attributes
     ----------
     student : ID
-    pieces : in order of time
+    pieces : all that the student handed in, in order of time
     bench_of : ID of the student with the bench for the run: a partner's, if several handed in together
-    partners : IDs of those with whom it was handed in
-    claimed_by : ID of the partner whose course.json alone says that it is this student's, too; "" for their own
+    partners : IDs of the students with whom it was handed in
+    claimed_by : ID of the partner whose course.json alone names this student; "" for a submission of the student
     problems : contradictions about its owner
     notes : other messages about its owner
     """
@@ -131,8 +139,9 @@ class Place:
 
     Attributes
     ----------
-    source : its name for people, from the class's folder on
-    content : a file; a folder in an archive, or files side by side; a folder on disk; or why it is nothing of these
+    source : path in the class's folder, which may lead through archives
+    content : a file; a listing of a folder in an archive, or of files side by side; the path of a folder on disk; or
+        a text: the reason why it is not read
     """
 
     source: str
@@ -140,17 +149,17 @@ class Place:
 
     @property
     def name(self) -> str:
-        """Its own name."""
+        """The last part of its path."""
         return self.source.rpartition("/")[2]
 
     @property
     def stem(self) -> str:
-        """Its own name, without the ending of an archive."""
+        """Its name, without the ending of an archive."""
         return archives.without_ending(self.name) if self.file else self.name
 
     @property
     def label(self) -> Label | None:
-        """What a platform's name says; None for another name."""
+        """What its name says if a platform gave it; None for another name."""
         return label_of(self.name)
 
     @property
@@ -184,9 +193,9 @@ class Place:
         return shelf.listing(self.content, most)
 
     def children(self, shelf: Shelf) -> list[Place]:
-        """Return what lies in it, by name; nothing if it cannot be read.
+        """Return what lies in it, sorted by name; nothing if it cannot be read.
 
-        Folders on disk are not looked into yet, so none can spoil the others.
+        Folders on disk are not looked into here, so that one that cannot be read does not spoil the others.
         """
         try:
             if isinstance(self.content, Path):
@@ -194,17 +203,17 @@ class Place:
             listing = self.look(shelf, whole_class=True)
         except Unreadable:
             return []
-        inside: list[tuple[str, Entry | Listing | str]] = []
+        places: list[Place] = []
         folders: dict[str, Listing] = defaultdict(Listing)
         contents: list[tuple[str, Entry | str]] = [*listing.files.items(), *listing.refused.items()]
         for path, content in contents:
-            first, slash, rest = path.partition("/")
+            name, slash, rest = path.partition("/")
             if slash:
-                folders[first].add(rest, content)
+                folders[name].add(rest, content)
             else:
-                inside.append((path, f"{content}." if isinstance(content, str) else content))
-        inside += folders.items()
-        return [Place(f"{self.source}/{name}", content) for name, content in sorted(inside, key=itemgetter(0))]
+                places.append(Place(f"{self.source}/{name}", content))
+        places += [Place(f"{self.source}/{name}", folder) for name, folder in folders.items()]
+        return sorted(places, key=lambda place: place.source)
 
 
 def on_disk_in(folder: Path, prefix: str = "") -> Iterator[Place]:
@@ -216,33 +225,13 @@ def on_disk_in(folder: Path, prefix: str = "") -> Iterator[Place]:
         elif item.is_file(follow_symlinks=False):
             yield Place(source, archives.on_disk(folder, item, item.name))
         else:
-            yield Place(source, "it is neither a folder nor a zip.")
+            yield Place(source, _NEITHER)
 
 
 def _together(places: Mapping[str, Place]) -> Place:
-    """Put files that lie side by side into one place, under the names that they have there."""
+    """Make one place of files that lie side by side; the keys are their names in it."""
     source = messages.listed(sorted({place.source for place in places.values()}), 1)
     return Place(source, Listing({name: place.file for name, place in places.items() if place.file}))
-
-
-@dataclass(frozen=True)
-class _Found(Piece):
-    """A piece that belongs to the student in its name; its time of receipt is not known yet.
-
-    Attributes
-    ----------
-    name : of the folder, archive or file, without the ending of an archive
-    label : what a platform's name says
-    archived : when the archive among the submissions was written
-    attempt : number of a copy, as an archive within it says
-    course : content of its course.json
-    """
-
-    name: str = ""
-    label: Label | None = None
-    archived: datetime | None = None
-    attempt: int = 0
-    course: Mapping[str, Any] = field(default_factory=dict)
 
 
 def find(
@@ -261,7 +250,8 @@ def find(
     roster : the students; names that platforms give are compared with theirs
     times : name of what lies there, or a student's ID or name → time of receipt, from :func:`.platforms.read_times`
     zone : of times in names and in zips, which have none
-    earlier : students whom a student named who handed in before; None for a student who did not
+    earlier : function that returns the students whom a student named when they handed in before; None for a student
+        who did not
     decisions : owners and times, by the instructor
 
     Raises
@@ -287,7 +277,7 @@ def find(
 
 
 class _Finder:
-    """Goes through the folders and zips around those of the students."""
+    """Collects the pieces of a class's folder; then determines their owners and their times of receipt."""
 
     def __init__(
         self, roster: Roster, times: Mapping[str, datetime], zone: tzinfo, shelf: Shelf, decisions: Decisions
@@ -295,7 +285,7 @@ class _Finder:
         self.doubts: list[Doubt] = []
         self._roster, self._zone, self._shelf, self._decisions = roster, zone, shelf, decisions
         self._times = {caseless(name): in_utc(time, UTC) for name, time in times.items()}
-        self._found: list[_Found] = []
+        self._pieces: list[Piece] = []
         self._ignored: dict[str, list[str]] = defaultdict(list)
         self._invalid: list[str] = []  # decisions
         self._archives_left = 0
@@ -311,18 +301,17 @@ class _Finder:
         inside = [*on_disk_in(folder)]
         files = [place.name for place in inside if place.file]
         if COURSE_FILE in files and any(map(is_notebook, files)) and not any(place.label for place in inside):
-            self._take(Place(name, folder), None, Owner(why_not=_NO_NAME))
+            self._take(Place(name, folder), None, owners.nobody(_NO_NAME))
         else:
             self._explore(inside, 0)
 
     def _explore(self, places: Sequence[Place], depth: int) -> None:
-        """Take what lies in a class's folder or archive."""
-        places = [place for place in places if not is_hidden(place.name)]
+        """Take the submissions that lie in a class's folder or archive, at a depth of folders around them."""
         loose: dict[tuple[object, ...], list[tuple[Place, Label]]] = defaultdict(list)
         for place in places:
             label = place.label or self._roster.before_underscore(place.name)
             if isinstance(place.content, str):
-                self._ignore(place.source, place.content)
+                self._ignore(place.source, f"{place.content}.")
             elif label is not None and label.is_receipt:
                 self._ignore(place.source, f"{label.platform} itself wrote it.")
             elif label is not None and label.file and place.file:
@@ -330,12 +319,12 @@ class _Finder:
             elif place.is_store:
                 self._look_into(place, label, depth, is_alone=len(places) == 1)
             elif is_notebook(place.name):
-                nobody = Owner(why_not=f"{_NO_NAME} Put it into a folder that is named by the student's ID.")
+                nobody = owners.nobody(f"{_NO_NAME} Put it into a folder that is named by the student's ID.")
                 self._take(_together({place.name: place}), label, nobody)
             elif archives.is_other_archive(place.name):
                 self._take(place, label)
             else:
-                self._ignore(place.source, "it is neither a folder nor a zip.")
+                self._ignore(place.source, f"{_NEITHER}.")
         for files in loose.values():
             self._take_loose(files)
 
@@ -357,7 +346,8 @@ class _Finder:
         self._take(place, label)
 
     def _is_class(self, places: Sequence[Place], depth: int) -> bool:
-        places = [place for place in places if not (is_hidden(place.name) or isinstance(place.content, str))]
+        """Check whether what lies in a folder or an archive are the submissions of a class, and not one student's."""
+        places = [place for place in places if not isinstance(place.content, str)]
         if any(is_work(place.name) and not (place.is_store or place.label) for place in places):
             return False
         if any(map(self._is_a_students, places)):
@@ -367,6 +357,7 @@ class _Finder:
         return is_wrapped and self._is_class(stores[0].children(self._shelf), depth + 1)
 
     def _is_a_students(self, place: Place) -> bool:
+        """Check whether a place is named by a student. Without a roster, the course.json in it must name them, too."""
         if (label := place.label) is not None:
             return place.is_store or is_work(label.file) or bool(self._roster.by_label(label).students)
         owner = self._roster.by_name(place.stem)
@@ -381,23 +372,31 @@ class _Finder:
     # --- what they hold -----------------------------------------------------------------------------------------------
 
     def _take(self, place: Place, label: Label | None, owner: Owner | None = None, name: str = "") -> None:
-        """Take what one student handed in. Its name says who, unless the owner is given."""
+        """Take what one student handed in, and determine its owner by name.
+
+        Parameters
+        ----------
+        place : the folder, the archive, or the loose files
+        label : what its name says if a platform gave it
+        owner : owner of what has no name of a student
+        name : name that says who handed it in, if not the place's
+        """
         self._shelf.begin_student()
         self._archives_left = MAX_INNER_ARCHIVES
         archived = place.file.modified if place.file else None
-        found = _Found(place.source, name=name or place.stem, label=label, archived=archived)
+        whole = Piece(place.source, name or place.stem, label, archived)
         try:
-            pieces = self._pieces(found, place)
+            pieces = self._split(whole, place)
         except Unreadable as error:
-            pieces = [replace(found, trouble=str(error))]
+            pieces = [replace(whole, trouble=str(error))]
         owner = self._roster.by_label(label) if label else owner
         for piece in pieces:
-            by_name = owner or self._roster.by_name(found.name, student_in(piece.course))
-            self._found.append(replace(piece, owner=by_name))
+            by_name = owner or self._roster.by_name(piece.name, student_in(piece.course))
+            self._pieces.append(replace(piece, owner=by_name))
 
     def _take_loose(self, files: Sequence[tuple[Place, Label]]) -> None:
         """Take files of one student that a platform named, side by side."""
-        newest_first = sorted(files, key=lambda one: -one[1].attempt)
+        newest_first = sorted(files, key=lambda file: -file[1].attempt)
         loose: dict[str, Place] = {}
         for place, label in newest_first:
             if place.is_store:
@@ -412,16 +411,21 @@ class _Finder:
                 loose |= platforms.without_canvas_counts(loose)
             self._take(_together(loose), latest, name=min(place.name for place in loose.values()))
 
-    def _pieces(self, found: _Found, place: Place, nesting: int = 0) -> list[_Found]:
-        """Look into a place, and split it: each archive with work in it, and the rest."""
+    def _split(self, whole: Piece, place: Place, nesting: int = 0) -> list[Piece]:
+        """Look into a place, and split it: each archive with work in it is a piece, and so is the rest.
+
+        Parameters
+        ----------
+        whole : the submission before it is split, with its name and the time of its archive
+        place : the folder, the archive, or the loose files
+        nesting : number of archives around the place in this submission
+        """
         listing = place.look(self._shelf)
         files, refused = dict(listing.files), dict(listing.refused)
-        pieces: list[_Found] = []
-        for path, entry in listing.files.items():
-            if is_hidden(path) or not archives.is_archive(path):
-                continue
+        pieces: list[Piece] = []
+        for path in filter(archives.is_archive, listing.files):
             try:
-                inside = self._inside(found, Place(f"{place.source}/{path}", entry), nesting)
+                inside = self._inside(whole, Place(f"{place.source}/{path}", files[path]), nesting)
             except Unreadable as error:
                 refused[path] = str(error).rstrip(".")
                 del files[path]
@@ -429,7 +433,7 @@ class _Finder:
             if any(is_work(name) for piece in inside for name in piece.files):
                 pieces += inside
                 del files[path]
-        if pieces and all(map(is_hidden, files)):
+        if pieces and not files:
             return [replace(pieces[0], refused={**pieces[0].refused, **refused}), *pieces[1:]]
         trouble = ""
         if not pieces and not any(map(is_work, files)):
@@ -438,24 +442,21 @@ class _Finder:
             if packed := [*filter(archives.is_other_archive, files)]:
                 trouble += f"{archives.listed(packed)}: packed in a way that is not read; hand in an ordinary zip."
         course = self._course(files)
-        rest = replace(found, source=place.source, files=files, refused=refused, trouble=trouble, course=course)
+        rest = replace(whole, source=place.source, files=files, refused=refused, trouble=trouble, course=course)
         return [rest, *pieces]
 
-    def _inside(self, found: _Found, place: Place, nesting: int) -> list[_Found]:
-        """Return the pieces of an archive within a piece."""
+    def _inside(self, whole: Piece, place: Place, nesting: int) -> list[Piece]:
+        """Return the pieces of an archive within a submission; parameters as for :meth:`_split`."""
         if nesting == MAX_NESTING or not self._archives_left:
             raise Unreadable(f"of archives in a submission, {MAX_INNER_ARCHIVES} are read, {MAX_NESTING} in each other")
         self._archives_left -= 1
-        archived = found.archived
-        if archived is None and found.label and not nesting and place.file:  # the platform wrote it into its folder
-            archived = place.file.modified
-        copy = platforms.without_copy_number(place.stem)
-        attempt = max(found.attempt, copy[1] if copy else 0)
-        return self._pieces(replace(found, archived=archived, attempt=attempt), place, nesting + 1)
+        if whole.archived is None and whole.label and not nesting and place.file:  # the platform wrote it there
+            whole = replace(whole, archived=place.file.modified)
+        return self._split(whole, place, nesting + 1)
 
     def _course(self, files: Mapping[str, Entry]) -> dict[str, Any]:
         """Read the course.json with the fewest folders above it; nothing without one."""
-        paths = [path for path in files if path.rpartition("/")[2] == COURSE_FILE and is_work(path)]
+        paths = [path for path in files if path.rpartition("/")[2] == COURSE_FILE]
         try:
             path = min(paths, key=lambda path: (path.count("/"), path))
             return course_file.parse(self._shelf.read(files[path], MAX_COURSE_FILE))
@@ -466,71 +467,83 @@ class _Finder:
 
     def submissions(self, earlier: Callable[[str], Collection[str] | None]) -> list[Submission]:
         """Return the submission of each student."""
-        by_name = [found.owner for found in self._found]
+        by_name = [piece.owner for piece in self._pieces]
         present = {student for owner in by_name if owner.is_certain or not self._roster for student in owner.students}
-        owned = [replace(found, owner=self._owner(found, present)) for found in self._found]
-        pieces = [self._received(found) for found in owned if found.owner.students]
+        owned = [replace(piece, owner=self._owner(piece, present)) for piece in self._pieces]
+        pieces = [self._received(piece) for piece in owned if piece.owner.students]
         resolved = owners.resolve_partners([piece.owner for piece in pieces], self._roster, earlier)
         pieces = [replace(piece, owner=owner) for piece, owner in zip(pieces, resolved, strict=True)]
         students = {student for owner in resolved for student in owner.everybody}
         return [_submission(student, pieces) for student in sorted(students, key=caseless)]
 
-    def _owner(self, found: _Found, present: Collection[str]) -> Owner:
-        """Determine an owner, and add a row for the instructor where that is in doubt."""
-        holds_work = any(map(is_work, found.files))
-        owner = owners.owner_of(found.name, found.owner, found.course, self._roster, holds_work, present)
-        given = self._decisions.get((found.source, OWNER))
-        student = self._roster.known(given) if given else None
-        unlisted = any(self._roster.known(one) is None for one in owner.students)
-        if owner.problems or owner.why_not or unlisted or student:
-            why = " ".join((*owner.problems, *owner.notes, owner.why_not)).strip()
-            instead = student_in(found.course)[:LONGEST]
-            self.doubts.append(Doubt(found.source, OWNER, " ".join(owner.students), why, instead))
-        if given and student is None:
-            self._invalid.append(f"intake.csv: {shown(given)}, the owner of {shown(found.source)}, is unknown.")
-        if student:
-            return Owner((student,), (), student, DECIDED)
+    def _owner(self, piece: Piece, present: Collection[str]) -> Owner:
+        """Determine the owner of a piece, and add a row for the instructor if that is in doubt.
+
+        Parameters
+        ----------
+        piece : with its owner by name
+        present : students who handed in under their own names
+        """
+        holds_work = any(map(is_work, piece.files))
+        owner = owners.owner_of(piece.name, piece.owner, piece.course, self._roster, holds_work, present)
+        decision = self._decisions.get((piece.source, OWNER))
+        decided = self._roster.known(decision) if decision else None
+        unlisted = any(self._roster.known(student) is None for student in owner.students)
+        if owner.problems or unlisted or decided:
+            why = " ".join((*owner.problems, *owner.notes))
+            instead = student_in(piece.course)[:LONGEST]
+            self.doubts.append(Doubt(piece.source, OWNER, " ".join(owner.students), why, instead))
+        if decided:
+            return Owner((decided,), bench_of=decided, is_decided=True)
+        if decision:
+            self._invalid.append(f"intake.csv: {shown(decision)}, the owner of {shown(piece.source)}, is unknown.")
         if not owner.students:
             roster = f"put the student on the roster ({program.name()} roster)"
             what_to_do = f"Rename it to the student's ID, {roster}, or write the ID into intake.csv."
-            self._ignore(found.source, " ".join(filter(None, (found.trouble, owner.why_not, what_to_do))))
+            self._ignore(piece.source, " ".join(filter(None, (piece.trouble, *owner.problems, what_to_do))))
         return owner
 
-    def _received(self, found: _Found) -> Piece:
-        """Add the time of receipt, and a row for the instructor where only files say when they were saved."""
-        times = filter(None, (entry.modified for entry in found.files.values()))
-        saved = min(max(times, default=found.archived or _NEVER), datetime.now(UTC))
+    def _received(self, piece: Piece) -> Piece:
+        """Add the time of receipt to a piece, and a row for the instructor if only its files say a time."""
+        times = filter(None, (entry.modified for entry in piece.files.values()))
+        saved = min(max(times, default=piece.archived or _NEVER), datetime.now(UTC))
         # A row that an instructor wrote holds for whatever was saved.
-        is_written = (found.source, TIME) in self._decisions
+        is_written = (piece.source, TIME) in self._decisions
         when = "" if is_written else f"saved {saved:%Y-%m-%d %H:%M:%S} UTC"
-        doubt = Doubt(found.source, TIME, "", "only the student's computer says when it was saved", when)
-        received, clock = self._time_received(found, self._decisions.get(doubt.key))
+        doubt = Doubt(piece.source, TIME, "", "only the student's computer says when it was saved", when)
+        received, clock = self._time_received(piece, self._decisions.get(doubt.key))
         if clock == DECIDED:
             self.doubts.append(replace(doubt, assumed=f"{received:%Y-%m-%d %H:%M} UTC", why=clock))
-        elif not clock and found.files:
+        elif not clock and piece.files:
             self.doubts.append(doubt)
-        order = (max(found.owner.attempt, found.attempt), saved)
-        return replace(found, received=received or saved, clock=clock, order=order)
+        return replace(piece, received=received or saved, clock=clock, saved=saved)
 
-    def _time_received(self, found: _Found, decided: str | None) -> tuple[datetime | None, str]:
-        """Return the time of receipt, and how it is known; None and "" if only files say when they were saved."""
-        label = found.label
+    def _time_received(self, piece: Piece, decided: str | None) -> tuple[datetime | None, str]:
+        """Return the time of receipt, and how it is known; None and "" if only files say when they were saved.
+
+        Parameters
+        ----------
+        piece : with its owner
+        decided : the instructor's decision; None without one
+        """
+        label = piece.label
         if decided:
             if (time := platforms.parse_time(decided, self._zone)) is not None:
                 return time, DECIDED
             self._invalid.append(f"intake.csv: {shown(decided)} is not a time; write it as 2026-11-21 13:05.")
         if label is not None and label.time is not None:
             return in_utc(label.time, self._zone), "the time in its name"
-        names = [found.source.rpartition("/")[2], found.name, *found.owner.students]
+        names = [piece.source.rpartition("/")[2], piece.name, *piece.owner.students]
         if label is not None:
             names += [*label.people, label.number, f"Participant {label.number}"]
         if times := [self._times[caseless(name)] for name in names if caseless(name) in self._times]:
             return times[0], "the list of times"
-        return found.archived, "the time of the archive among the submissions" if found.archived else ""
+        return piece.archived, "the time of the archive among the submissions" if piece.archived else ""
 
     # --- messages -----------------------------------------------------------------------------------------------------
 
     def _ignore(self, source: str, why: str) -> None:
+        """Note that something is not read, and why."""
         self._ignored[why].append(source)
 
     def messages(self) -> list[str]:
@@ -545,13 +558,13 @@ class _Finder:
 def _submission(student: str, pieces: Iterable[Piece]) -> Submission:
     """Collect all pieces of a student."""
     own = [piece for piece in pieces if student in piece.owner.everybody]
-    own.sort(key=lambda piece: (piece.received, piece.order))
+    own.sort(key=lambda piece: (piece.received, piece.owner.attempt, piece.saved))
     newest = own[-1].owner
     is_claimed = all(student not in piece.owner.students for piece in own)
     notes = dict.fromkeys(note for piece in own for note in piece.owner.notes)
     if is_claimed:
         notes[f"Handed in by {newest.students[0]}: their {COURSE_FILE} says that it was made together."] = None
-    together = {one for piece in own for one in piece.owner.everybody}
+    together = {partner for piece in own for partner in piece.owner.everybody}
     return Submission(
         student,
         tuple(own),

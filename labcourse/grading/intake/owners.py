@@ -13,7 +13,7 @@ from labcourse.errors import ConfigurationError, StudentIDError
 from labcourse.files import COURSE_FILE
 from labcourse.grading.gradebook.records import StudentRecord
 from labcourse.grading.intake.archives import is_notebook, shown
-from labcourse.grading.intake.platforms import Label, encodings, letters, plain_letters, without_copy_number
+from labcourse.grading.intake.platforms import Label, plain_letters, without_copy_number
 from labcourse.student_id import caseless
 
 MOST_TOGETHER = 4  #: students of one submission; as many as stand around a bench
@@ -27,30 +27,34 @@ class Owner:
 
     Attributes
     ----------
-    students : IDs, by its name, or by its course.json where the name is nobody's
-    claimed : IDs that only its course.json names beside these
+    students : IDs by its name, or by its course.json if the name is no student's; none if nobody was identified
+    claimed : IDs of further students whom only its course.json names
     bench_of : ID of the student with the bench that was used
-    rule : how they were identified
-    attempt : number of a copy; the higher, the later
-    is_certain : whether the roster has them
-    problems, notes : messages about it
-    why_not : reason, if nobody was identified
+    attempt : number of the attempt, or of the copy; the higher, the later
+    is_certain : whether the students are on the roster
+    is_decided : whether the instructor decided this
+    problems : contradictions about the owner; if nobody was identified, the reason
+    notes : other messages about the owner
     """
 
     students: tuple[str, ...] = ()
     claimed: tuple[str, ...] = ()
     bench_of: str = ""
-    rule: str = ""
     attempt: int = 0
     is_certain: bool = False
+    is_decided: bool = False
     problems: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
-    why_not: str = ""
 
     @property
     def everybody(self) -> tuple[str, ...]:
         """All students, the claimed ones last."""
         return (*self.students, *self.claimed)
+
+
+def nobody(why: str) -> Owner:
+    """Return the owner of a submission of which nobody was identified."""
+    return Owner(problems=(why,))
 
 
 class Roster:
@@ -64,42 +68,40 @@ class Roster:
     def __init__(self, records: Sequence[StudentRecord] = ()) -> None:
         self._records = {caseless(record.student): record for record in records}
         self._spelled = {name: record.student for name, record in self._records.items()}
-        self._aliases, self._names, self._plain_names = (defaultdict[str, set[str]](set) for _kind in range(3))
+        self._aliases, self._names = defaultdict[str, set[str]](set), defaultdict[str, set[str]](set)
         for record in records:
             for alias in map(caseless, filter(None, (record.email, *record.aliases))):
                 # Moodle's grading worksheet has "Participant 1234567", its downloads the number.
                 for name in (alias, _PARTICIPANT.sub("", alias)):
                     self._aliases[name].add(record.student)
             words = record.name.replace(",", " ").split()
-            for name in ("".join([*words[place:], *words[:place]]) for place in range(len(words))):
-                self._names[letters(name)].add(record.student)
-                self._plain_names[plain_letters(name)].add(record.student)
+            for place in range(len(words)):
+                self._names[plain_letters("".join([*words[place:], *words[:place]]))].add(record.student)
 
     def __bool__(self) -> bool:
         return bool(self._records)
 
-    def known(self, given: str) -> str | None:
+    def known(self, text: str) -> str | None:
         """Return an ID as the roster spells it; without a roster, any valid ID; None if it is nobody's."""
-        return self.spelled(given) if not self._records or caseless(given) in self._records else None
+        return self.spelled(text) if not self._records or caseless(text) in self._records else None
 
-    def spelled(self, given: str) -> str | None:
+    def spelled(self, text: str) -> str | None:
         """Return a valid ID as the roster spells it, or else as it was spelled first; None for another text."""
-        if caseless(given) not in self._spelled:
+        if caseless(text) not in self._spelled:
             try:
-                student = student_id.normalised(given)
+                student = student_id.normalised(text)
             except StudentIDError:
                 return None
             return self._spelled.setdefault(caseless(student), student)
-        return self._spelled[caseless(given)]
+        return self._spelled[caseless(text)]
 
     def lookup(self, name: str) -> set[str]:
-        """Return the IDs of students with this ID, or else with this name or other name."""
+        """Return the IDs of students with this ID, or else with this name (accents do not count) or other name."""
         if (record := self._records.get(caseless(name))) is not None:
             return {record.student}
-        if not letters(name):
+        if not (plain := plain_letters(name)):
             return set()
-        students = self._aliases.get(caseless(name), set()) | self._names.get(letters(name), set())
-        return students or set(self._plain_names.get(plain_letters(name), set()))
+        return self._aliases.get(caseless(name), set()) | self._names.get(plain, set())
 
     def by_label(self, label: Label) -> Owner:
         """Identify the student in a platform's name."""
@@ -107,17 +109,18 @@ class Roster:
         by_number = self.lookup(label.number) if label.number else set[str]()
         if len(by_name) == 1 and by_number and not by_name & by_number:
             both = ", ".join(sorted(by_name | by_number))
-            return Owner(why_not=f"its name and its number are of different students ({both}).")
+            return nobody(f"its name and its number are of different students ({both}).")
         students = by_name & by_number or by_name
         if not students:  # a number alone may be another platform's, of somebody else
-            students = {one for one in by_number if not (label.people and self._records[caseless(one)].name)}
+            students = {
+                student for student in by_number if not (label.people and self._records[caseless(student)].name)
+            }
         if len(students) == 1:
-            rule = f"{label.platform}'s name, by the roster" if label.platform else "the ID in its name"
-            return _by_name(tuple(students), rule, label.attempt if label.file else 0, True)
+            return _by_name(tuple(students), label.attempt if label.file else 0, is_certain=True)
         if students:
-            return Owner(why_not=_ambiguous(students))
-        nobody = "nobody on the roster is called so" if self else "there is no roster to say who that is"
-        return Owner(why_not=f"{label.platform} named it, and {nobody}.")
+            return _ambiguous(students)
+        why = "nobody on the roster is called so" if self else "there is no roster to say who that is"
+        return nobody(f"{label.platform} named it, and {why}.")
 
     def by_name(self, name: str, course_student: str = "") -> Owner:
         """Identify the students in the name of a folder or of an archive (without its ending).
@@ -127,51 +130,55 @@ class Roster:
         name : as people read it
         course_student : the student in its course.json, which decides between the meanings of a name
         """
-        for students, attempt in _meanings(name) if self else ():
-            ids = tuple(dict.fromkeys(filter(None, map(self.known, students))))
-            if len(ids) == len(students):
-                return _by_name(ids, f"the ID{'s' if len(ids) > 1 else ''} in its name", attempt, True)
-            found = self.lookup(students[0]) if len(students) == 1 else set()
-            if len(found) == 1:
-                return _by_name(tuple(found), "its name, by the roster", attempt, True)
-            if found:
-                return Owner(why_not=_ambiguous(found))
-        for students, attempt in _meanings(name):
-            ids = tuple(filter(None, map(self.spelled, students)))
-            if len(ids) == len(students) and self.spelled(course_student) in ids:
-                return _by_name(ids, "the ID in its name", attempt)
+        for names, attempt in _meanings(name) if self else ():
+            ids = tuple(dict.fromkeys(filter(None, map(self.known, names))))
+            if len(ids) == len(names):
+                return _by_name(ids, attempt, is_certain=True)
+            called_so = self.lookup(names[0]) if len(names) == 1 else set()
+            if len(called_so) == 1:
+                return _by_name(tuple(called_so), attempt, is_certain=True)
+            if called_so:
+                return _ambiguous(called_so)
+        for names, attempt in _meanings(name):
+            ids = tuple(filter(None, map(self.spelled, names)))
+            if len(ids) == len(names) and self.spelled(course_student) in ids:
+                return _by_name(ids, attempt)
         copy = without_copy_number(name) if name.endswith(")") else None
         base, attempt = copy or (name, 0)
         try:
             student = student_id.normalised(base)
         except StudentIDError as error:
-            return Owner(why_not=f"it is not named by a student's ID. {error}")
-        return _by_name((self.spelled(student) or student,), "the ID in its name", attempt)
+            return nobody(f"it is not named by a student's ID. {error}")
+        return _by_name((self.spelled(student) or student,), attempt)
 
     def before_underscore(self, name: str) -> Label | None:
         """Read the name of a notebook that begins with an ID of the roster, as ``ada_01_x.ipynb``; None for another."""
         start = name[: 2 * student_id.LONGEST] if is_notebook(name) else ""
-        places = [place for place, letter in enumerate(start) if letter in "_- "]
-        known = [place for place in places if caseless(name[:place]) in self._records]
-        return Label("", (name[: known[-1]],), file=name[known[-1] + 1 :]) if known else None
+        ends = [place for place, letter in enumerate(start) if letter in "_- "]
+        known = [name[:end] for end in ends if caseless(name[:end]) in self._records]
+        return Label("", (known[-1],), file=name[len(known[-1]) + 1 :]) if known else None
 
 
-def _by_name(students: tuple[str, ...], rule: str, attempt: int, is_certain: bool = False) -> Owner:
-    return Owner(students, (), students[0], rule, attempt, is_certain)
+def _by_name(students: tuple[str, ...], attempt: int, is_certain: bool = False) -> Owner:
+    return Owner(students, bench_of=students[0], attempt=attempt, is_certain=is_certain)
 
 
-def _ambiguous(students: Collection[str]) -> str:
-    return f"it may be any of {', '.join(sorted(students))}."
+def _ambiguous(students: Collection[str]) -> Owner:
+    return nobody(f"it may be any of {', '.join(sorted(students))}.")
 
 
 def _meanings(name: str) -> Iterator[tuple[tuple[str, ...], int]]:
-    """Return what a name may mean, the likeliest first: the names of its students, and the number of a copy."""
-    for text in dict.fromkeys(encodings(name)):
-        copy = without_copy_number(text)
-        for base, attempt in [(text, 0), *([copy] if copy else [])]:
-            yield (base,), attempt
-            if base.count(_PAIR) in range(1, MOST_TOGETHER):
-                yield tuple(part.strip() for part in base.split(_PAIR)), attempt
+    """Yield what the name of a submission may mean, the likeliest first.
+
+    Yields
+    ------
+    tuple
+        IDs or names of its students; and the number of the copy, as 1 for ``ada (1)``
+    """
+    for base, attempt in filter(None, [(name, 0), without_copy_number(name)]):
+        yield (base,), attempt
+        if base.count(_PAIR) in range(1, MOST_TOGETHER):
+            yield tuple(part.strip() for part in base.split(_PAIR)), attempt
 
 
 # --- what a course.json says ------------------------------------------------------------------------------------------
@@ -192,8 +199,11 @@ def students_in(data: bytes) -> list[str]:
 
 
 def _partners(course: Mapping[str, Any]) -> list[Any]:
-    given = course.get("with")
-    return given[:MOST_TOGETHER] if isinstance(given, list) else [given] if isinstance(given, str) else []
+    """Return the partners whom a course.json names: usually texts, but a student can write any JSON there."""
+    partners = course.get("with")
+    if isinstance(partners, list):
+        return partners[:MOST_TOGETHER]
+    return [partners] if isinstance(partners, str) else []
 
 
 def student_in(course: Mapping[str, Any]) -> str:
@@ -212,48 +222,55 @@ def owner_of(
 
     Parameters
     ----------
-    name : of the folder, archive or file, for messages
-    by_name : whom the name means
+    name : name of the folder, archive or file, for messages
+    by_name : owner by this name
     course : content of its course.json
     roster : the students
     holds_work : whether it holds anything of the course
     present : students who handed in under their own names; no other course.json counts for them
     """
-    given = student_in(course)
-    student = roster.spelled(given) if given else None
+    written = student_in(course)
+    student = roster.spelled(written) if written else None
     is_present = student in present
-    partners = {str(one): roster.known(one) if isinstance(one, str) else None for one in _partners(course)}
-    claimed = tuple(one for one in dict.fromkeys(partners.values()) if one)
-    unknown = (
-        f"{COURSE_FILE} names {shown(one)} as a partner, who is unknown." for one in partners if not partners[one]
-    )
-    notes = tuple(unknown)
+    partners = {str(name): roster.known(name) if isinstance(name, str) else None for name in _partners(course)}
+    claimed = tuple(dict.fromkeys(filter(None, partners.values())))
+    unknown = [partner for partner, known in partners.items() if not known]
+    notes = tuple(f"{COURSE_FILE} names {shown(partner)} as a partner, who is unknown." for partner in unknown)
     if by_name.students and (by_name.is_certain or is_present or not roster):
-        return _checked(replace(by_name, notes=notes), given, student, claimed)
+        return _checked(replace(by_name, notes=notes), written, student, claimed)
     if is_present:
-        return Owner(why_not=f"its {COURSE_FILE} names {student}, who handed in under that name as well.")
+        return nobody(f"its {COURSE_FILE} names {student}, who handed in under that name as well.")
     if student is not None:
         if roster and roster.known(student) is None:
             notes += (f"{student} is not on the roster: by {COURSE_FILE} alone.",)
-        others = tuple(one for one in claimed if one != student)
-        return Owner((student,), others, student, f"the ID in {COURSE_FILE}", by_name.attempt, notes=notes)
+        others = tuple(partner for partner in claimed if partner != student)
+        return Owner((student,), others, student, by_name.attempt, notes=notes)
     if not by_name.students:
-        return Owner(why_not=by_name.why_not)
+        return by_name
     if not holds_work:
-        return Owner(why_not="nobody on the roster is called so, and there is nothing of the course in it.")
+        return nobody("nobody on the roster is called so, and there is nothing of the course in it.")
     note = f"{by_name.students[0]} is not on the roster: by the name of {shown(name)} alone."
     return replace(by_name, notes=(*notes, note))
 
 
-def _checked(owner: Owner, given: str, student: str | None, partners: Sequence[str]) -> Owner:
-    """Compare the owner by name with the student and the partners in its course.json."""
-    if not given:
+def _checked(owner: Owner, written: str, student: str | None, partners: Sequence[str]) -> Owner:
+    """Compare the owner by name with a course.json, and add its partners, or the contradiction as a problem.
+
+    Parameters
+    ----------
+    owner : owner by the name of the submission
+    written : the student as the course.json has it; "" for none
+    student : ID of this student; None if it is no valid ID
+    partners : IDs of the partners in the course.json
+    """
+    if not written:
         return owner
-    claimed = tuple(one for one in dict.fromkeys((student or given, *partners)) if one not in owner.students)
+    in_course = dict.fromkeys((student or written, *partners))
+    claimed = tuple(name for name in in_course if name not in owner.students)
     if student in owner.students or (student and len(owner.students) == 1 and owner.students[0] in partners):
         return replace(owner, bench_of=student, claimed=claimed)
     problem = (
-        f"{COURSE_FILE} names the student {(student or given)[: student_id.LONGEST]!r}; this counts as "
+        f"{COURSE_FILE} names the student {(student or written)[: student_id.LONGEST]!r}; this counts as "
         f"{owner.students[0]!r}'s work, because it was handed in under that name. If it is not theirs, rename it."
     )
     return replace(owner, problems=(problem,))
@@ -269,15 +286,16 @@ def resolve_partners(
 
     Parameters
     ----------
-    owners : of all that is handed in now
+    owners : the owner of each submission
     roster : the students
-    earlier : students whom a student named who handed in before; None for a student who did not
+    earlier : function that returns the students whom a student named when they handed in before; None for a student
+        who did not
     """
     named: dict[str, set[str | None]] = defaultdict(set)
     for owner in owners:
         for student in owner.students:
             named[student].update(owner.everybody)
-    for student in {one for owner in owners for one in owner.claimed} - {*named}:
+    for student in {partner for owner in owners for partner in owner.claimed} - {*named}:
         before = earlier(student)
         if before is not None:
             named[student] = {student, *map(roster.spelled, before)}
@@ -285,7 +303,8 @@ def resolve_partners(
 
 
 def _resolved(owner: Owner, named: Mapping[str, set[str | None]]) -> Owner:
-    refused = [one for one in owner.claimed if one in named and named[one].isdisjoint(owner.students)]
+    """Leave out an owner's partners who do not name the owner. ``named`` is student → whom their submissions name."""
+    refused = [name for name in owner.claimed if name in named and named[name].isdisjoint(owner.students)]
     if not refused:
         return owner
     problem = (
@@ -293,5 +312,5 @@ def _resolved(owner: Owner, named: Mapping[str, set[str | None]]) -> Owner:
         f"so. It counts as {', '.join(owner.students)}'s alone, on their own bench."
     )
     bench_of = owner.students[0] if owner.bench_of in refused else owner.bench_of
-    claimed = tuple(one for one in owner.claimed if one not in refused)
+    claimed = tuple(name for name in owner.claimed if name not in refused)
     return replace(owner, claimed=claimed, bench_of=bench_of, problems=(*owner.problems, problem))

@@ -6,18 +6,17 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import re
 import unicodedata
 from collections import defaultdict
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime, tzinfo
 from pathlib import Path
 from typing import TypeVar
 
 from labcourse.errors import GradingError
+from labcourse.safe_text import from_csv
 from labcourse.student_id import caseless
 
 MOODLE, CANVAS, BLACKBOARD, BRIGHTSPACE, NBGRADER = "Moodle", "Canvas", "Blackboard", "Brightspace", "nbgrader"
@@ -54,7 +53,6 @@ _LONGEST = 300  # characters of a name that a platform writes; a file system's l
 
 _AGAIN = re.compile(r"(?P<name>.+?)(?: ?\((\d{1,3})\)|[-_](\d{1,2})| ?-? ?copy ?(\d*))", re.IGNORECASE)
 _CANVAS_COUNT = re.compile(r"-\d{1,2}(?=\.[^.]+$)")
-_ENCODINGS = [(written, read) for written in ("utf-8", "cp850", "cp1252") for read in ("cp437", "cp1252", "latin-1")]
 
 _TIME = re.compile(
     r"(?:[a-z]+,? )?(?:(?P<day>\d{1,2}) (?P<month>[a-z]{3})[a-z]*\.?|(?P<month_first>[a-z]{3})[a-z]*\.? "
@@ -64,7 +62,7 @@ _TIME = re.compile(
 )
 _NAMES = ("name", "student", "studentid", "id", "file", "folder", "identifier", "fullname", "username", "emailaddress")
 _TIMES = ("time", "submitted", "received", "lastmodifiedsubmission", "date", "datesubmitted", "submittedat")
-_MAX_BYTES = 10_000_000  # of a list of times; 100 000 lines
+MAX_TABLE = 10_000_000  #: bytes of a table that an instructor writes; 100 000 lines
 
 Content = TypeVar("Content")
 
@@ -75,11 +73,11 @@ class Label:
 
     Attributes
     ----------
-    platform : which
+    platform : name of the platform; "" for a name that begins with an ID of the roster
     people : possible names of the student, the likeliest first; none where marking is blind
-    number : by which the platform knows the student; "" without one
-    time : of receipt, by the platform's clock, with a zone if it says so; None without one
-    attempt : the higher, the later
+    number : the platform's number of the student; "" without one
+    time : time of receipt by the platform's clock, with a time zone if the name has one; None without a time
+    attempt : number of the attempt; the higher, the later
     file : the student's own name for it; "" for a folder
     is_receipt : whether the platform itself wrote the file
     """
@@ -98,8 +96,8 @@ def label_of(name: str) -> Label | None:
     for platform, sign, pattern in PLATFORMS if len(name) <= _LONGEST else ():
         if match := pattern.fullmatch(name):
             part = defaultdict(str, match.groupdict(default=""))
-            whole = part["name"]
-            people = [whole, *(whole[place + 1 :] for place, letter in enumerate(whole) if letter == sign)]
+            name = part["name"]
+            people = [name, *(name[place + 1 :] for place, letter in enumerate(name) if letter == sign)]
             return Label(
                 platform,
                 tuple(filter(None, [*people, part["login"]])),
@@ -123,11 +121,11 @@ def without_canvas_counts(files: Mapping[str, Content]) -> dict[str, Content]:
 
     Notebooks are left out, as they are recognised by their names anyway, and names that exist or are of several files.
     """
-    found: dict[str, list[Content]] = {}
+    uncounted: dict[str, list[Content]] = {}
     for name, content in files.items():
         if _CANVAS_COUNT.search(name) and not name.endswith(".ipynb"):
-            found.setdefault(_CANVAS_COUNT.sub("", name), []).append(content)
-    return {name: contents[0] for name, contents in found.items() if len(contents) == 1 and name not in files}
+            uncounted.setdefault(_CANVAS_COUNT.sub("", name), []).append(content)
+    return {name: contents[0] for name, contents in uncounted.items() if len(contents) == 1 and name not in files}
 
 
 # --- names ------------------------------------------------------------------------------------------------------------
@@ -138,16 +136,6 @@ def readable(name: str) -> str:
     return unicodedata.normalize("NFC", name)
 
 
-def encodings(name: str) -> Iterator[str]:
-    """Return what a name may be, itself first: programs that unpack old zips guess their encoding, often wrongly."""
-    yield readable(name)
-    for written, read in _ENCODINGS if not name.isascii() else ():
-        try:
-            yield readable(name.encode(read, "surrogateescape").decode(written))
-        except UnicodeError:
-            continue
-
-
 def letters(text: str) -> str:
     """Return the letters and digits of a text in small letters: what every platform leaves of a name."""
     return "".join(filter(str.isalnum, caseless(text)))
@@ -155,8 +143,8 @@ def letters(text: str) -> str:
 
 def plain_letters(text: str) -> str:
     """Return the letters and digits of a text in small letters and without accents."""
-    apart = unicodedata.normalize("NFKD", text)
-    return letters("".join(character for character in apart if not unicodedata.combining(character)))
+    decomposed = unicodedata.normalize("NFKD", text)
+    return letters("".join(character for character in decomposed if not unicodedata.combining(character)))
 
 
 # --- times ------------------------------------------------------------------------------------------------------------
@@ -169,6 +157,7 @@ def parse_time(text: str, zone: tzinfo = UTC) -> datetime | None:
 
 
 def _parse(text: str) -> datetime | None:
+    """Read a time as :func:`parse_time` does, but leave it in its own zone, or without one."""
     try:
         return datetime.fromisoformat(text.replace(" UTC", "+00:00"))
     except ValueError:
@@ -209,31 +198,44 @@ def read_times(path: Path, zone: tzinfo = UTC) -> tuple[dict[str, datetime], lis
     GradingError
         If it cannot be read, is too long, or has no such columns.
     """
-    try:
-        with open(path, "rb") as file:
-            data = file.read(_MAX_BYTES + 1)
-        if len(data) > _MAX_BYTES:
-            raise GradingError(f"The times {path} are too long: more than {_MAX_BYTES} bytes.")
-        text = data.decode("utf-8-sig")
-        first = text.partition("\n")[0]
-        rows = [*csv.reader(io.StringIO(text, newline=""), delimiter=max(",;\t", key=first.count))]
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise GradingError(f"The times {path} cannot be read: {error}. Save them as CSV in UTF-8.") from None
-    heads = [*map(letters, rows[0])] if rows else []
-    named = [place for place, head in enumerate(heads) if head in _NAMES]
-    timed = next((heads.index(head) for head in _TIMES if head in heads), None)
-    if not named or timed is None:
+    first, *rows = read_table(path) or [[]]
+    headings = [*map(letters, first)]
+    name_columns = [column for column, heading in enumerate(headings) if heading in _NAMES]
+    time_column = next((headings.index(heading) for heading in _TIMES if heading in headings), None)
+    if not name_columns or time_column is None:
         raise GradingError(
             f"The times {path} should have a line of headings, with a column 'name' or 'student' and a column 'time'."
         )
     times: dict[str, datetime] = {}
     problems = []
-    for number, row in enumerate(rows[1:], 2):
-        given = row[timed].strip() if timed < len(row) else ""
-        if given in ("", "-"):
+    for number, row in enumerate(rows, 2):
+        cells = [*map(str.strip, row), *[""] * len(headings)]
+        if cells[time_column] in ("", "-"):
             continue
-        if (time := parse_time(given, zone)) is None:
-            problems.append(f"Line {number}: {given!a:.40} is not a time; write it as 2026-11-21 13:05.")
+        if (time := parse_time(cells[time_column], zone)) is None:
+            problems.append(f"Line {number}: {cells[time_column]!a:.40} is not a time; write it as 2026-11-21 13:05.")
         else:
-            times |= {row[place].strip(): time for place in named if place < len(row) and row[place].strip()}
+            times |= {cells[column]: time for column in name_columns if cells[column]}
     return times, problems
+
+
+def read_table(path: Path) -> list[list[str]]:
+    """Read the rows of a CSV that an instructor wrote.
+
+    Raises
+    ------
+    GradingError
+        If there is no such file, or if it cannot be read or is too long.
+    """
+    try:
+        with open(path, "rb") as file:
+            data = file.read(MAX_TABLE + 1)
+        if len(data) > MAX_TABLE:
+            raise GradingError(f"{path} has more than {MAX_TABLE} bytes. Delete rows that are not needed.")
+        return from_csv(data)
+    except FileNotFoundError:
+        raise GradingError(f"There is no file {path}.") from None
+    except OSError as error:
+        raise GradingError(f"{path} cannot be read: {error.strerror}.") from None
+    except ValueError as error:
+        raise GradingError(f"{path} cannot be read: {error}. Save it as CSV in UTF-8.") from None

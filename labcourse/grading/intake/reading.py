@@ -19,7 +19,7 @@ from labcourse.errors import ConfigurationError
 from labcourse.files import ANSWERS_FILE, COURSE_FILE
 from labcourse.grading.gradebook.records import DECIDED, Delivery
 from labcourse.grading.intake import archives
-from labcourse.grading.intake.archives import Shelf, Unreadable, is_hidden, is_notebook, listed, shown
+from labcourse.grading.intake.archives import Shelf, Unreadable, is_notebook, listed, shown
 from labcourse.grading.intake.finding import MAX_COURSE_FILE, Decisions, Doubt, Piece, Submission
 from labcourse.grading.intake.owners import course_data
 from labcourse.run.alignment import source_of
@@ -47,14 +47,14 @@ class Contents:
 
     Attributes
     ----------
-    items : all that counts, in order of time; notebooks without outputs
+    items : all files that count, in order of time; notebooks without outputs
     notes : messages for the student and the instructor
-    doubts : what an instructor may decide
-    python : newest Python with which a notebook was saved; None where none says so
-    faults : what could not be read as it should
-    unread : file of the course → why it cannot be read, as long as none is read later
-    unreadable : messages on pieces that cannot be read, as long as no later one has notebooks
-    held : names of all files
+    doubts : rows of ``intake.csv``: what an instructor may decide
+    python : newest version of Python with which a notebook was saved; None if no notebook says it
+    faults : problems that nothing that is read later solves
+    unread : name of a file of the course → why it cannot be read; removed when a later one is read
+    unreadable : messages on pieces that cannot be read; moved to the notes when a later piece has notebooks
+    held : names of all files that were handed in
     has_notebooks : whether notebooks of the course are among the items
     """
 
@@ -75,10 +75,10 @@ class Contents:
         ----------
         earlier : names of what was handed in before
         """
-        known = {item.name for item in self.items} | set(earlier)
+        read = {item.name for item in self.items} | set(earlier)
         messages = [*self.faults, *self.unreadable]
         for name, why in self.unread.items():
-            counts = " The one that was handed in before it counts." if name in known else ""
+            counts = " The one that was handed in before it counts." if name in read else ""
             messages.append(_UNREAD.format(name=name, error=why) + counts)
         if not (self.has_notebooks or any(map(is_notebook, [*self.unread, *earlier]))):
             held = f" It holds {listed(sorted(self.held))}." if self.held else ""
@@ -148,9 +148,9 @@ class _Reader:
             self._note_files([path for path, reason in piece.refused.items() if reason == why], f"not read: {why}")
 
     def _read_all(self, piece: Piece) -> None:
+        """Read the files of a piece: notebooks, reports, what was recorded at home, and own files."""
         self._piece, self._used, self._missing = piece, set[str](), list(self.wanted)
-        self._seen = [path for path in piece.files if not is_hidden(path)]
-        fits = _fitting(self._seen, self.wanted, *archives.NOTEBOOKS)
+        fits = _fitting(self._piece.files, self.wanted, *archives.NOTEBOOKS)
         self._base = self._folder_of_most(fits)
         for name, candidates in fits.items():
             self._missing.remove(name)
@@ -161,7 +161,7 @@ class _Reader:
                 self.contents.unread[name] = str(notebook)
         self._by_cells()
         self._in_their_place()
-        for name, candidates in _fitting(self._seen, self.reports, report_files.PDF).items():
+        for name, candidates in _fitting(self._piece.files, self.reports, report_files.PDF).items():
             self._report(name, self._best(name, candidates))
         self._of_the_course(ANSWERS_FILE, answers.MAX_BYTES)
         self._of_the_course(COURSE_FILE, MAX_COURSE_FILE)
@@ -171,6 +171,7 @@ class _Reader:
         return self.shelf.read(self._piece.files[path], most)
 
     def _add(self, name: str, data: bytes) -> None:
+        """Add a file, under its name in the course, to what counts."""
         piece, digest = self._piece, hashlib.sha256(data).hexdigest()
         self.contents.items.append(Delivery(name, digest, data, piece.received, piece.source, piece.clock))
         self.contents.unread.pop(name, None)
@@ -203,11 +204,11 @@ class _Reader:
 
     def _folder_of_most(self, fits: Mapping[str, Sequence[tuple[Fit, str]]]) -> str:
         """Return the folder of most of the course's notebooks; without any, of its other files, or the top."""
-        paths = {(name, path) for name, candidates in fits.items() for _fit, path in candidates}
-        if not paths:
-            others = (path for path in self._seen if path.rpartition("/")[2] in (ANSWERS_FILE, COURSE_FILE))
-            paths = {("", path) for path in others}
-        folders = Counter(folder for _name, folder in {(name, path.rpartition("/")[0]) for name, path in paths})
+        lie_in = {(name, path.rpartition("/")[0]) for name, candidates in fits.items() for _fit, path in candidates}
+        if not lie_in:
+            parts = (path.rpartition("/") for path in self._piece.files)
+            lie_in = {(name, folder) for folder, _slash, name in parts if name in (ANSWERS_FILE, COURSE_FILE)}
+        folders = Counter(folder for _name, folder in lie_in)
         return min(folders, key=lambda folder: (-folders[folder], len(PurePosixPath(folder).parts), folder), default="")
 
     def _nearness(self, path: str) -> tuple[bool, int, str]:
@@ -215,7 +216,13 @@ class _Reader:
         return path.rpartition("/")[0] != self._base, path.count("/"), path
 
     def _best(self, name: str, candidates: Sequence[tuple[Fit, str]]) -> str:
-        """Return the path of the file that counts, and note which others do not; an instructor may decide otherwise."""
+        """Return the path of the file that counts, and note which others do not; an instructor may decide otherwise.
+
+        Parameters
+        ----------
+        name : name of the notebook or report in the course
+        candidates : the files that may be it, from :func:`_fitting`
+        """
         (changes, _copy), path = candidates[0]
         paths = [path for _fit, path in candidates]
         self._used.update(paths)
@@ -231,9 +238,15 @@ class _Reader:
         return path
 
     def _chosen(self, name: str, candidates: Sequence[tuple[Fit, str]]) -> tuple[str, str]:
-        """Choose the newest of the files in which something is written; of one time, the one with the most."""
-        ordered = sorted(candidates, key=lambda one: (one[0][0], self._nearness(one[1])[0], one[0][1], one[1]))
-        paths = [path for _fit, path in ordered]
+        """Choose the newest of the files in which something is written; of equal times, the one with most written.
+
+        Returns
+        -------
+        tuple
+            path of the file, and the reason
+        """
+        ordered = sorted((changes, self._nearness(path)[0], copy, path) for (changes, copy), path in candidates)
+        paths = [path for *_order, path in ordered]
         decided = self.decisions.get((self._piece.source, name))
         if decided in paths:
             return decided, DECIDED
@@ -242,10 +255,10 @@ class _Reader:
         compared = paths[:_MOST_COMPARED]
         written = {path: self._written(name, path) if is_notebook(path) else 0 for path in compared}
         saved = {path: self._piece.files[path].modified or _OLD for path in written}
-        most = max(min(cells, 1) for cells in written.values())
-        begun = [path for path in written if min(written[path], 1) == most]
-        newest = max(saved[path] for path in begun)
-        path = max(begun, key=lambda path: (newest - saved[path] <= _SAME_TIME, written[path]))
+        best = min(max(written.values()), 1)  # 1: something is written; 0: it can be read; -1: it cannot
+        usable = [path for path in written if written[path] >= best]
+        newest = max(saved[path] for path in usable)
+        path = max(usable, key=lambda path: (newest - saved[path] <= _SAME_TIME, written[path]))
         when = f"saved {saved[path]:%Y-%m-%d %H:%M} UTC" if saved[path] > _OLD else "without a time"
         return path, f"{when}, with {max(written[path], 0)} cells written"
 
@@ -257,7 +270,7 @@ class _Reader:
     def _by_cells(self) -> None:
         """Recognise notebooks of other names by their cells."""
         missing = {name for name in self._missing if name in self.masters}
-        others = [path for path in self._seen if path not in self._used and is_notebook(path)] if missing else []
+        others = [path for path in self._piece.files if path not in self._used and is_notebook(path)] if missing else []
         for path in sorted(others, key=self._nearness)[:MAX_STRANGERS]:
             notebook = self._notebook(path)
             if not isinstance(notebook, Notebook):
@@ -274,12 +287,12 @@ class _Reader:
 
     def _in_their_place(self) -> None:
         """Name files in the place of missing notebooks: pages, programs, and archives that are not read."""
-        unused = [path for path in self._seen if path not in self._used]
+        unused = [path for path in self._piece.files if path not in self._used]
         for name in self._missing if self.masters else ():
             stem = name.casefold().removesuffix(".ipynb")
             if instead := [path for path in unused if PurePosixPath(path.casefold()).stem == stem]:
                 self.contents.unread[name] = f"{listed(instead)} is no notebook. Hand in {name}."
-        packed = [*filter(archives.is_other_archive, self._seen)]
+        packed = [*filter(archives.is_other_archive, self._piece.files)]
         if packed and self._missing and not self._piece.trouble:
             self.contents.faults.append(f"{listed(packed)}: packed in a way that is not read; hand it in plain.")
 
@@ -298,7 +311,8 @@ class _Reader:
             self._add(name, data)
 
     def _of_the_course(self, name: str, most: int) -> None:
-        paths = sorted((path for path in self._seen if path.rpartition("/")[2] == name), key=self._nearness)
+        """Read a file that the course's notebooks made, of at most so many bytes: the one nearest to the notebooks."""
+        paths = sorted((path for path in self._piece.files if path.rpartition("/")[2] == name), key=self._nearness)
         self._used.update(paths)
         try:
             for path in paths[:1]:
@@ -315,10 +329,7 @@ class _Reader:
         prefix = f"{self._base}/" if self._base else ""
         others = [path for path in self._piece.files if path not in self._used]
         beside = {path.removeprefix(prefix): path for path in others if path.startswith(prefix)}
-        folders = {str(folder) for path in beside for folder in PurePosixPath(path).parents} & {*beside}
-        sizes = [
-            (PurePosixPath(name), self._piece.files[path].size) for name, path in beside.items() if name not in folders
-        ]
+        sizes = [(PurePosixPath(name), self._piece.files[path].size) for name, path in beside.items()]
         excluded = [*self.wanted, *report_files.made_files(self.reports)]
         choice = own_files.choose(sizes, excluded, self.packages)
         self.contents.notes += choice.notes
@@ -327,11 +338,11 @@ class _Reader:
                 self._add(name, self._read(beside[name], own_files.MAX_FILE))
             except Unreadable as error:
                 self.contents.notes.append(f"{shown(name)} does not come along: {error}")
-        self._note_files(sorted(folders), "not taken along: a file has the name of its folder")
-        outside = [path for path in others if not path.startswith(prefix) and not is_hidden(path)]
+        outside = [path for path in others if not path.startswith(prefix)]
         self._note_files(sorted(outside), "not taken along: not in the notebooks' folder")
 
     def _note_files(self, paths: list[str], why: str) -> None:
+        """Note why some files are not read; nothing without files."""
         if paths:
             self.contents.notes.append(f"{listed(paths)}: {why}.")
 
@@ -341,7 +352,7 @@ def newest(items: Iterable[Delivery], wanted: Sequence[str], reports: Sequence[s
 
     Parameters
     ----------
-    items : in order of arrival, which decides between those of one time
+    items : all files, in order of arrival, which decides between files of one time
     wanted : file names of the course's notebooks
     reports : file names of the course's reports, as PDF
     """
@@ -356,12 +367,11 @@ def newest(items: Iterable[Delivery], wanted: Sequence[str], reports: Sequence[s
         course=course_data(latest[COURSE_FILE].content) if COURSE_FILE in latest else {},
         reports={name: latest[name].content for name in reports if name in latest},
     )
-    came: dict[tuple[datetime, str], list[str]] = {}
+    stages: dict[tuple[datetime, str], list[str]] = {(item.received, item.source): [] for item in in_order}
     for name in (*there, *hand_in.reports):
-        came.setdefault((latest[name].received, latest[name].source), []).append(name)
-    is_in_stages = len({(item.received, item.source) for item in in_order}) > 1
-    stages = sorted(came.items()) if is_in_stages else []
-    notes = [f"Of {time:%Y-%m-%d %H:%M} UTC ({source}): {', '.join(names)}." for (time, source), names in stages]
+        stages[latest[name].received, latest[name].source].append(name)
+    counting = sorted((stage, names) for stage, names in stages.items() if names and len(stages) > 1)
+    notes = [f"Of {time:%Y-%m-%d %H:%M} UTC ({source}): {', '.join(names)}." for (time, source), names in counting]
     return hand_in, notes + [f"{name} was not handed in." for name in wanted if there and name not in latest]
 
 
@@ -386,30 +396,32 @@ def _fitting(paths: Iterable[str], wanted: Sequence[str], *endings: str) -> dict
         wanted name → how well each file's name fits, and its path; the best first
     """
     words = {name: _words(name) for name in wanted}
-    found: dict[str, list[tuple[Fit, str]]] = {}
+    candidates: dict[str, list[tuple[Fit, str]]] = {}
     for path in (path for path in paths if path.casefold().endswith(endings)):
-        given = path.rpartition("/")[2]
-        fits = [(len(words[name]), name, fit) for name in wanted if (fit := _fit(given, name, words[name]))]
-        if fits:  # the longest name that is in it
-            _length, name, fit = max(fits, key=lambda one: (one[0], [-part for part in one[2]]))
-            found.setdefault(name, []).append((fit, path))
-    return {name: sorted(found[name]) for name in wanted if name in found}
+        file_name = path.rpartition("/")[2]
+        fits = {name: fit for name in wanted if (fit := _fit(file_name, name, words[name]))}
+        if fits:  # the longest of the names that the file's name contains
+            name = max(fits, key=lambda name: (len(words[name]), [-part for part in fits[name]]))
+            candidates.setdefault(name, []).append((fits[name], path))
+    return {name: sorted(candidates[name]) for name in wanted if name in candidates}
 
 
 def _words(name: str) -> list[str]:
+    """Return the words and numbers in a file's name, in small letters and without the ending."""
     folded = caseless(name)
     ending = next((ending for ending in (*archives.NOTEBOOKS, report_files.PDF) if folded.endswith(ending)), "")
     return _WORD.findall(folded.removesuffix(ending))
 
 
-def _fit(given: str, wanted: str, words: Sequence[str]) -> Fit | None:
-    if caseless(given) == caseless(wanted):
+def _fit(file_name: str, wanted: str, wanted_words: Sequence[str]) -> Fit | None:
+    """Return how well a file's name fits a name in the course; None unless it contains all words of that name."""
+    if caseless(file_name) == caseless(wanted):
         return 0, 0
-    there, length = _words(given), len(words)
-    place = next((place for place in range(len(there)) if there[place : place + length] == words), None)
-    if not words or place is None:
+    words, length = _words(file_name), len(wanted_words)
+    place = next((place for place in range(len(words)) if words[place : place + length] == wanted_words), None)
+    if not length or place is None:
         return None
-    before, after = there[:place], there[place + length :]
+    before, after = words[:place], words[place + length :]
     numbers = [int(number) for number in re.findall(r"\d+", " ".join(after))[-1:] if len(number) < 4]
     return 1 + len(before) + len(after), -sum(numbers)
 
@@ -418,6 +430,7 @@ def _most_alike(cells: Sequence[Cell], masters: Mapping[str, Master]) -> str | N
     """Return the notebook of the course that holds most of these cells; None for too few, or if two hold as many."""
 
     def alike(master: Master) -> int:
+        """Return how many of the cells a notebook of the course holds, by their ids or their texts."""
         texts = {source_of(cell).strip() for cell in master.values()} - {""}
         return sum(cell.id in master or cell.grade_id in master or cell.source.strip() in texts for cell in cells)
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Iterable
 from dataclasses import asdict, fields
 from pathlib import Path
@@ -11,11 +9,11 @@ from pathlib import Path
 from labcourse import files
 from labcourse.errors import GradingError
 from labcourse.grading.intake import Doubt
+from labcourse.grading.intake.platforms import read_table
 from labcourse.safe_text import as_csv, from_spreadsheet_cell
 
 _DECISION = "decision"
 _COLUMNS = [*(field.name for field in fields(Doubt)), _DECISION]
-_MAX_BYTES = 10_000_000
 
 
 def read(path: Path) -> dict[Doubt, str]:
@@ -28,20 +26,15 @@ def read(path: Path) -> dict[Doubt, str]:
     """
     if not path.exists():
         return {}
-    try:
-        with open(path, "rb") as file:
-            data = file.read(_MAX_BYTES + 1)
-        if len(data) > _MAX_BYTES:
-            raise GradingError(f"{path} is too long: more than {_MAX_BYTES} bytes. Delete rows that are decided.")
-        text = data.decode("utf-8-sig")
-        first = text.partition("\n")[0]
-        table = csv.DictReader(io.StringIO(text, newline=""), delimiter=max(",;\t", key=first.count))
-        if missing := [name for name in _COLUMNS if name not in (table.fieldnames or ())]:
-            raise GradingError(f"{path} has no column {missing[0]!r}. Its columns are: {', '.join(_COLUMNS)}.")
-        rows = [{name: from_spreadsheet_cell((line[name] or "").strip()) for name in _COLUMNS} for line in table]
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise GradingError(f"{path} cannot be read: {error}. Save it as CSV in UTF-8, or delete it.") from None
-    return {Doubt(**{name: text for name, text in row.items() if name != _DECISION}): row[_DECISION] for row in rows}
+    headings, *rows = read_table(path) or [[]]
+    if missing := [name for name in _COLUMNS if name not in headings]:
+        raise GradingError(f"{path} has no column {missing[0]!r}. Its columns are: {', '.join(_COLUMNS)}.")
+    decisions = {}
+    for row in filter(None, rows):
+        cells = dict(zip(headings, [*row, *[""] * len(headings)], strict=False))
+        *doubt, decision = (from_spreadsheet_cell(cells[name].strip()) for name in _COLUMNS)
+        decisions[Doubt(*doubt)] = decision
+    return decisions
 
 
 def write(path: Path, doubts: Iterable[Doubt], earlier: dict[Doubt, str]) -> int:

@@ -239,12 +239,12 @@ def test_a_list_of_times(tmp_path, monkeypatch, fits):
     content = "name,time\nada,2026-11-20 12:00\nJ\u00fcrgen,2026-11-21 12:00".encode()
     path = tmp_path / "times.csv"
     path.write_bytes(content)
-    monkeypatch.setattr(platforms, "_MAX_BYTES", len(content) - (not fits))
+    monkeypatch.setattr(platforms, "MAX_TABLE", len(content) - (not fits))
     if fits:
         assert len(platforms.read_times(path)[0]) == 2
         return
     for most in (len(content) - 1, content.index(b"\xc3") + 1):
-        monkeypatch.setattr(platforms, "_MAX_BYTES", most)
+        monkeypatch.setattr(platforms, "MAX_TABLE", most)
         with pytest.raises(GradingError, match=f"{most} bytes"):
             platforms.read_times(path)
 

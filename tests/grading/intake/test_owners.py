@@ -1,7 +1,5 @@
 """Owners of submissions: by name, by course.json, and where these contradict each other."""
 
-import unicodedata
-
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -10,8 +8,6 @@ from packings import WANTED, before, lay, moodle, under, work, zipped
 from labcourse.errors import GradingError
 from labcourse.grading import intake
 from labcourse.grading.gradebook.records import StudentRecord
-from labcourse.grading.intake.archives import unflagged
-from labcourse.grading.intake.platforms import encodings
 
 COMPOSED, APART = "j\u00fcrgen", "ju\u0308rgen"
 ROSTER = [
@@ -52,12 +48,6 @@ def test_a_name_that_cannot_be_an_id_is_reported_and_not_used(tmp_path, name):
     assert "not named by a student's ID" in ignored[0]
 
 
-def test_but_its_course_file_counts(tmp_path):
-    lay(tmp_path / ("x" * 81), work("ada"))
-    found, ignored = found_in(tmp_path)
-    assert list(found) == ["ada"] and found["ada"].pieces[0].owner.rule == "the ID in course.json" and ignored == []
-
-
 def test_a_name_as_macs_write_it_and_spaces_around_it_are_the_students_own(tmp_path):
     (tmp_path / APART).mkdir()
     (tmp_path / " ada .zip").write_bytes(b"")
@@ -76,31 +66,12 @@ def test_names_that_differ_in_accents_capitals_or_spaces_only_are_one_students(t
     assert len(submission.pieces) == 2 and submission.student.casefold() == COMPOSED
 
 
-@pytest.mark.parametrize("as_read", ["cp437", "cp1252", "latin-1"])
-@pytest.mark.parametrize("roster", [ROSTER, ()], ids=["roster", "no roster"])
-def test_a_name_in_utf_8_that_was_taken_for_something_else_is_put_right(tmp_path, as_read, roster):
-    lay(tmp_path / COMPOSED.encode().decode(as_read), work(None if roster else APART))
-    found, _ignored = found_in(tmp_path, roster)
-    assert list(found) == [COMPOSED] and found[COMPOSED].problems == ()
-
-
 def test_a_zip_that_does_not_say_that_its_names_are_utf_8_is_read_as_such(tmp_path):
     files = moodle("Jürgen G", 7, {"messung_ü.csv": b"1"} | work(None))
     lay(tmp_path, {"class.zip": zipped(files, plain=True)})
     found, _ignored = found_in(tmp_path, ROSTER)
     assert list(found) == [COMPOSED]
     assert "messung_ü.csv" in names_in(found[COMPOSED])
-
-
-def test_a_name_in_the_code_of_old_windows_is_understood_by_the_roster(tmp_path):
-    (tmp_path / "Jürgen G".encode("cp850").decode("latin-1")).mkdir()
-    assert list(found_in(tmp_path, ROSTER)[0]) == [COMPOSED]
-
-
-@given(st.text(max_size=12))
-def test_a_name_is_first_of_all_what_it_is(name):
-    assert next(encodings(name)) == unicodedata.normalize("NFC", name)
-    assert unflagged(name.encode(errors="replace").decode("cp437")).encode() == name.encode(errors="replace")
 
 
 def test_no_folder_and_an_empty_folder_are_errors(tmp_path):

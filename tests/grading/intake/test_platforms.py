@@ -218,10 +218,20 @@ def test_a_list_of_times_may_name_files_or_students(tmp_path, heading):
     assert (only_piece(intake.find(tmp_path / "in", (), when)).received.hour, problems) == (13, [])
 
 
-@pytest.mark.parametrize("content", [b"", b"who,then\n", b"\xff\xfe\xff", b"name\n"])
-def test_what_is_no_list_of_times_is_refused(tmp_path, content):
-    (tmp_path / "t.csv").write_bytes(content)
-    with pytest.raises(GradingError, match="The times"):
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        (None, "There is no file .*t.csv"),
+        (b"", "a column 'time'"),
+        (b"who,then\n", "a column 'time'"),
+        (b"name\n", "a column 'time'"),
+        (b"\xff\xfe\xff", "t.csv cannot be read: .* UTF-8"),
+    ],
+)
+def test_what_is_no_list_of_times_is_refused(tmp_path, content, message):
+    if content is not None:
+        (tmp_path / "t.csv").write_bytes(content)
+    with pytest.raises(GradingError, match=message):
         platforms.read_times(tmp_path / "t.csv")
 
 

@@ -250,13 +250,10 @@ def test_what_is_no_notebook_is_a_problem_and_the_others_are_taken(taken, conten
     assert len(result.problems) == 1 and result.problems[0].startswith(f"{A} cannot be read: it is")
 
 
-def test_a_submission_without_any_notebook_is_a_problem(taken):
-    (said,) = taken({"essay.txt": b"I think that"}).problems
-    assert ".ipynb" in said and ("essay.txt" in said or "x.zip" in said)
-
-
-def test_notebooks_of_ones_own_are_none_of_the_course(taken):
-    assert "no notebook of the course" in taken({"own.ipynb": notebook(A)}).problems[0]
+@pytest.mark.parametrize("files", [{"essay.txt": b"I think that"}, {"own.ipynb": notebook(A)}])
+def test_a_submission_without_any_notebook_of_the_course_is_a_problem(taken, files):
+    (problem,) = taken(files).problems
+    assert "no notebook of the course" in problem and any(name in problem for name in (*files, "x.zip"))
 
 
 def test_a_notebook_that_cannot_be_read_leaves_the_one_before_it(tmp_path):
@@ -362,17 +359,6 @@ def test_a_zip_that_swells_is_read_no_further_than_the_limit(tmp_path, monkeypat
     assert result.notebooks == [B] and "more than 1000000 bytes" in result.problems[0]
 
 
-def test_zips_within_zips_end(tmp_path, monkeypatch):
-    monkeypatch.setattr(archives, "MAX_INNER_ARCHIVE", 500_000)
-    bomb = zipped({A: notebook(A)})
-    for _ in range(10):
-        bomb = zipped({"x.zip": bomb})
-    swelling = zipped({A: notebook(A), "zeros.csv": b"\0" * 400_000_000})
-    as_zip(tmp_path, {B: notebook(B), "bomb.zip": bomb, "large.zip": zipped({"in.zip": swelling + bytes(10**6)})})
-    result = Read(tmp_path)
-    assert result.notebooks == [B]
-
-
 def test_a_hand_in_of_countless_zips_is_looked_into_so_often_and_no_further(tmp_path, monkeypatch):
     looked = []
     look = finding.Place.look
@@ -381,16 +367,6 @@ def test_a_hand_in_of_countless_zips_is_looked_into_so_often_and_no_further(tmp_
     lay(tmp_path, {"ada.zip": zipped({f"{number}.zip": many for number in range(30)} | {B: notebook(B)})})
     assert Read(tmp_path).notebooks == [B]
     assert len(looked) <= finding.MAX_INNER_ARCHIVES + 4
-
-
-def test_a_zip_with_an_endless_table_of_contents_is_not_read(tmp_path):
-    entry = b"PK\1\2" + bytes(42) + b"a"
-    entry = entry[:28] + b"\1" + entry[29:]  # a name of one letter
-    table = entry * (archives.MAX_DIRECTORY // len(entry) + 1)
-    end = struct.pack("<4s4H2LH", b"PK\5\6", 0, 0, 1, 1, len(table), 0, 0)
-    (tmp_path / "ada.zip").write_bytes(table + end)
-    result = Read(tmp_path)
-    assert result.notebooks == [] and f"{archives.MAX_DIRECTORY} bytes" in result.problems[0]
 
 
 @pytest.mark.parametrize("content", [b"", b"PK", b"this is no zip at all", b"PK\x05\x06" + b"\xff" * 18])
@@ -453,14 +429,12 @@ def test_nothing_leads_outside_and_everything_is_taken_or_reported(files, tmp_pa
     taken = set(result.hand_in.files)
     for path in taken:
         assert not path.startswith("/") and not {"..", ".", ""} & set(path.split("/")) and "\\" not in path
-        assert not any(one.startswith(f"{path}/") for one in taken)
     reported = " ".join(result.notes)
     many = re.findall(r" and \d+ more", reported)
     with archives.Shelf() as shelf:
         listing = shelf.listing(archives.Entry(root, "ada.zip", 0))
     for path in {*listing.files, *listing.refused} - taken - {*WANTED, "course.json"}:
-        left_by_programs = any(part.startswith((".", "~$")) for part in path.split("/"))
-        assert left_by_programs or many or repr(path)[1:-1] in reported or path in reported, path
+        assert many or repr(path)[1:-1] in reported or path in reported, path
 
 
 @pytest.mark.parametrize("name", PACKED)
