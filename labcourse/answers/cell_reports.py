@@ -2,7 +2,7 @@
 
 :func:`begin` is called in the process of each notebook before its first cell. Reports remain if that process dies.
 Reports are not trusted, because a student's code can change them: :func:`labcourse.answers.schema.read_reports` reads
-them strictly. This module imports no other module of the package, because a sandbox has no other.
+them strictly.
 """
 
 from __future__ import annotations

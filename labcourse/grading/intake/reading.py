@@ -359,20 +359,20 @@ def newest(items: Iterable[Delivery], wanted: Sequence[str], reports: Sequence[s
     in_order = sorted(items, key=lambda item: item.received)
     latest = {item.name: item for item in in_order}
     own = [name for name in sorted(latest) if name not in (*wanted, *reports, ANSWERS_FILE, COURSE_FILE)]
-    there = [name for name in wanted if name in latest]
+    received = [name for name in wanted if name in latest]
     hand_in = HandIn(
-        notebooks={name: Notebook.read(latest[name].content).cells for name in there},
+        notebooks={name: Notebook.read(latest[name].content).cells for name in received},
         files={name: latest[name].content for name in own},
         claim=latest[ANSWERS_FILE].content if ANSWERS_FILE in latest else None,
         course=course_data(latest[COURSE_FILE].content) if COURSE_FILE in latest else {},
         reports={name: latest[name].content for name in reports if name in latest},
     )
     stages: dict[tuple[datetime, str], list[str]] = {(item.received, item.source): [] for item in in_order}
-    for name in (*there, *hand_in.reports):
+    for name in (*received, *hand_in.reports):
         stages[latest[name].received, latest[name].source].append(name)
     counting = sorted((stage, names) for stage, names in stages.items() if names and len(stages) > 1)
     notes = [f"Of {time:%Y-%m-%d %H:%M} UTC ({source}): {', '.join(names)}." for (time, source), names in counting]
-    return hand_in, notes + [f"{name} was not handed in." for name in wanted if there and name not in latest]
+    return hand_in, notes + [f"{name} was not handed in." for name in wanted if received and name not in latest]
 
 
 # --- which notebook of the course a file is ---------------------------------------------------------------------------
