@@ -39,8 +39,10 @@ def zip_in(folder, files, name="ada.zip"):
 @FITS
 @pytest.mark.parametrize("packed", [True, False], ids=["zip", "folder"])
 def test_files_and_folders(tmp_path, monkeypatch, fits, packed):
+    """What programs leave behind does not count."""
     files = work("ada")
     limited(monkeypatch, archives, "MAX_ENTRIES", len(files), fits)
+    files |= {".git/config": b"", ".DS_Store": b"", "__pycache__/x.pyc": b""}
     lay(tmp_path, {"ada.zip": zipped(files)}) if packed else lay(tmp_path / "ada", files)
     found, reported, _delivered = read(tmp_path)
     assert (found == WANTED, "3 files" in reported) == (fits, not fits)

@@ -403,19 +403,6 @@ def test_a_damaged_zip_never_raises(data, tmp_path_factory):
     assert set(Read(root).notebooks) <= set(WANTED)
 
 
-@given(
-    st.recursive(
-        st.none() | st.booleans() | st.floats() | st.text() | st.sampled_from(["q1", "code"]),
-        lambda inner: st.lists(inner) | st.dictionaries(st.sampled_from(["cells", "id", "source", "metadata"]), inner),
-        max_leaves=20,
-    )
-)
-def test_json_of_any_shape_never_raises(tmp_path_factory, content):
-    root = tmp_path_factory.mktemp("shape")
-    lay(root / "ada", {A: json.dumps(content).encode(), B: notebook(B), "course.json": json.dumps(content).encode()})
-    assert Read(root).first(B) == "x = 1"
-
-
 parts = st.text(st.sampled_from("ab.~/\\ :\u00fc\u202e\x07é*"), min_size=1, max_size=6)
 path_names = st.sampled_from(["x.csv", "a/x.csv", "a", "h.py", "random.py", "so.so", ".git/x", A, f"a/{A}"]) | parts
 
