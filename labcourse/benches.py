@@ -34,6 +34,11 @@ class BenchPolicy:
     preset : name of everybody's bench, where it is a preset
     draw : version of the way in which benches are drawn from seeds
     benches : names of the laboratory's benches, if it is one of these
+
+    Raises
+    ------
+    ConfigurationError
+        If an entry is not valid.
     """
 
     which: str = OWN
@@ -43,7 +48,18 @@ class BenchPolicy:
     benches: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "benches", tuple(self.benches))  # plain data has lists
+        seed_is_valid = type(self.seed) is int and 0 <= self.seed <= MOST_SEED
+        names = self.benches if isinstance(self.benches, list | tuple) else [None]
+        names_are_valid = all(isinstance(name, str) and name.strip() == name != "" for name in names)
+        if not (self.which in WHICH and seed_is_valid and isinstance(self.preset, str) and names_are_valid):
+            raise ConfigurationError(
+                '"bench" should be {"which": "own"}, {"which": "same", "seed": 1}, {"which": "preset", "preset": '
+                f'"NAME"}} or {{"which": "real", "benches": ["NAME"]}}, with a seed from 0 to {MOST_SEED}; it has '
+                f"{vars(self)!r:.120}."
+            )
+        if type(self.draw) is not int:
+            raise ConfigurationError(f'"draw" should be a whole number, not {self.draw!r:.80}.')
+        object.__setattr__(self, "benches", tuple(names))  # JSON has lists
 
     def seed_for(self, student: str, own: Callable[[str], int] = seed_of) -> int:
         """Return the seed of a student's bench. (A preset is not drawn; its seed is used for other random numbers.)
@@ -72,31 +88,7 @@ def policy_of(course: Mapping[str, Any]) -> BenchPolicy:
     ConfigurationError
         If it is not valid.
     """
-    bench, draw = course.get("bench", {}), course.get("draw", FIRST_DRAW)
-    if not _is_policy(bench):
-        raise ConfigurationError(
-            '"bench" should be {"which": "own"}, {"which": "same", "seed": 1}, {"which": "preset", "preset": "NAME"} '
-            f'or {{"which": "real", "benches": ["NAME"]}}, with a seed from 0 to {MOST_SEED}; it is {bench!r:.80}.'
-        )
-    if not _is_integer(draw):
-        raise ConfigurationError(f'"draw" should be a whole number, not {draw!r:.80}.')
-    return BenchPolicy(**{name: bench[name] for name in _ENTRIES if name in bench}, draw=draw)
-
-
-def _is_policy(bench: Any) -> bool:
-    """Check whether a value is the entry "bench" of a ``course.json``. Unknown entries are allowed."""
-    if not isinstance(bench, Mapping):
-        return False
-    seed, names = bench.get("seed", 0), bench.get("benches", [])
-    return (
-        bench.get("which", OWN) in WHICH
-        and _is_integer(seed)
-        and 0 <= seed <= MOST_SEED
-        and isinstance(bench.get("preset", ""), str)
-        and isinstance(names, list)
-        and all(isinstance(name, str) and name.strip() == name != "" for name in names)
-    )
-
-
-def _is_integer(value: object) -> bool:
-    return isinstance(value, int) and not isinstance(value, bool)
+    bench = course.get("bench", {})
+    entries = bench if isinstance(bench, Mapping) else {"which": [bench]}  # which is none
+    known: dict[str, Any] = {name: entries[name] for name in _ENTRIES if name in entries}  # there may be later ones
+    return BenchPolicy(**known, draw=course.get("draw", FIRST_DRAW))

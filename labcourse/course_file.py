@@ -2,7 +2,7 @@
 
 It is ``{"student", "release", "draw", "title", "term", "bench", "reflect", "python"}``; with ``"page_limit"`` if the
 course limits reports, and ``"given"`` if the class begins in the middle (:mod:`labcourse.answers.starts`). A release
-leaves the student empty; old files have the student alone. Unknown entries, which a later release may add, are kept.
+leaves the student empty; old files have the student alone. Unknown entries, which a later release may add, stay.
 """
 
 from __future__ import annotations

@@ -13,9 +13,9 @@ from collections.abc import Collection
 from pathlib import Path
 
 from labcourse import files
+from labcourse.courses import NOTEBOOKS
 from labcourse.files import COURSE_FILE
 
-USUAL = Path("notebooks")  #: the folder's name unless another is given
 SETTINGS = "LABCOURSE_CONFIG_DIR"  #: environment variable: the folder of the user's settings
 _LAST = "lab.json"  # there: {"folder": "..."}
 
@@ -37,8 +37,8 @@ def choose(given: Path | None, notebooks: Collection[str]) -> tuple[Path, list[s
     for folder in given.resolve().parents:
         if is_course(folder, notebooks):
             return folder, [f"{given} is inside the course in {folder}: that one is opened, and no second one begun."]
-    if is_course(given / USUAL, notebooks):
-        return given / USUAL, [f"The course in {given / USUAL} is opened."]
+    if is_course(given / NOTEBOOKS, notebooks):
+        return given / NOTEBOOKS, [f"The course in {given / NOTEBOOKS} is opened."]
     last = remembered()
     if last is not None and last != given.resolve() and is_course(last, notebooks):
         return given, [f"A new course is begun in {given}. The last one is in {last}."]
@@ -46,17 +46,18 @@ def choose(given: Path | None, notebooks: Collection[str]) -> tuple[Path, list[s
 
 
 def _without_name(notebooks: Collection[str]) -> tuple[Path, list[str]]:
+    """Return the folder to work in if the user gave none, and messages about it."""
     here = Path.cwd()
-    if is_course(here / USUAL, notebooks) and not is_course(here, notebooks):
-        return USUAL, []
+    if is_course(here / NOTEBOOKS, notebooks) and not is_course(here, notebooks):
+        return Path(NOTEBOOKS), []
     for place in (here, *here.parents):
-        for folder in (place, place / USUAL):
+        for folder in (place, place / NOTEBOOKS):
             if is_course(folder, notebooks):
                 return folder, [f"The course in {folder} is opened."]
     last = remembered()
     if last is not None and is_course(last, notebooks):
         return last, [f"The course in {last} is opened, as last time."]
-    return USUAL, []
+    return Path(NOTEBOOKS), []
 
 
 def is_course(folder: Path, notebooks: Collection[str]) -> bool:

@@ -121,7 +121,7 @@ def replace(source: Path, target: Path) -> None:
     patiently(lambda: os.replace(source, target))
 
 
-def from_json(data: bytes, max_depth: int = MAX_DEPTH, **hooks: Any) -> Any:
+def from_json(data: bytes, max_depth: int = MAX_DEPTH, *, allow_nan: bool = True, **hooks: Any) -> Any:
     """Parse an untrusted JSON file; the result can always be copied and written again.
 
     Halves of surrogate pairs, which UTF-8 does not have, become question marks.
@@ -130,12 +130,13 @@ def from_json(data: bytes, max_depth: int = MAX_DEPTH, **hooks: Any) -> Any:
     ----------
     data : the file's content
     max_depth : how many lists and objects may lie within each other
+    allow_nan : whether numbers may be NaN or infinite
     hooks : for :func:`json.loads`
 
     Raises
     ------
     ValueError
-        If it is not JSON, or is nested too deeply.
+        If it is not JSON, is nested too deeply, or has a number that is not allowed.
     """
     try:
         value = json.loads(data, **hooks)
@@ -143,7 +144,7 @@ def from_json(data: bytes, max_depth: int = MAX_DEPTH, **hooks: Any) -> Any:
             raise RecursionError
     except RecursionError:
         raise ValueError(f"it is nested too deeply: more than {max_depth} lists or objects within each other") from None
-    text = json.dumps(value, ensure_ascii=False)
+    text = json.dumps(value, ensure_ascii=False, allow_nan=allow_nan)
     written = text.encode(errors="replace")
     return value if written.decode() == text else json.loads(written, **hooks)
 

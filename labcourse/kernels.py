@@ -26,6 +26,7 @@ def watch() -> None:
 def _explain(
     shell: Any, kind: type[BaseException], error: BaseException, traceback: TracebackType, tb_offset: int | None = None
 ) -> None:
+    """Show the error, and what to do where the set-up cell has not run."""
     shell.showtraceback((kind, error, traceback), tb_offset=tb_offset)
     if "lab" not in shell.user_ns:
         print(WHAT_TO_DO)

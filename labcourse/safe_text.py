@@ -12,14 +12,14 @@ _NUMBER = re.compile(r"-?\d+(\.\d+)?(e[+-]?\d+)?", re.IGNORECASE)
 #: The beginning of a formula: at the beginning of a cell; and after a semicolon or a line's end, as spreadsheets that
 #: split at semicolons, which many countries use, read quotes within a line as letters.
 _FORMULA = re.compile(r"(^[ \u3000\xa0]*(?=[=+\-@＝＋－＠\t\r\n])|[;\n][\s\"]*(?=[=+\-@＝＋－＠]))")
-_KEPT = "\n\t\u200c\u200d"  # lines, tabs, and how letters and emoji join
+_HARMLESS = "\n\t\u200c\u200d"  # lines, tabs, and how letters and emoji join
 
 
 def no_escapes(text: str) -> str:
     """Replace characters that control a terminal or the direction of writing by codes as "\\x1b"."""
     if text.replace("\n", "").isprintable():  # as nearly all text is; looking at each character takes time
         return text
-    return "".join(sign if sign in _KEPT or not _steers(sign) else ascii(sign)[1:-1] for sign in text)
+    return "".join(sign if sign in _HARMLESS or not _steers(sign) else ascii(sign)[1:-1] for sign in text)
 
 
 def say(*lines: str, err: bool = False) -> None:

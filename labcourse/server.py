@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import contextlib
-import os
 import signal
 import sys
 import urllib.parse
-import webbrowser
 from typing import Any
 
 from jupyter_client.kernelspec import KernelSpec
@@ -64,7 +62,6 @@ class CourseServer(ServerApp):
         Root, the usual user in a container, may start it without an option if only this machine can connect.
         """
         self.allow_root = self.allow_root or self.ip in _LOCAL
-        self.open_browser = self.open_browser and has_browser()
         super().start_app()
         # An earlier callback of this loop begins to listen.
         self.io_loop.add_callback(print, f"JupyterLab runs at {self.address}  (Ctrl-C ends it.)", flush=True)
@@ -77,18 +74,9 @@ class CourseServer(ServerApp):
         return url._replace(query=f"token={urllib.parse.quote(token)}" if token else "").geturl()
 
     def _end(self, *_: Any) -> None:
+        """Stop the server, once."""
         if not self._ending:  # a second Ctrl-C must not interrupt the end
             self._ending = True
             self.stop(from_signal=True)
             with contextlib.suppress(OSError):  # the terminal may be closed
                 print("Stopping JupyterLab.", flush=True)
-
-
-def has_browser() -> bool:
-    """Check whether a browser that can show JupyterLab can be opened: one in the terminal cannot."""
-    try:
-        webbrowser.get()
-    except webbrowser.Error:
-        return False
-    screens = ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER")
-    return sys.platform in ("win32", "darwin", "cygwin") or any(os.environ.get(name) for name in screens)

@@ -15,13 +15,12 @@ from typing import Any, Self
 from labcourse import course_file, courses, hub, student_id
 from labcourse.answers import cell_reports, forms, predictions, reflection
 from labcourse.answers.answers import AnswerBook
-from labcourse.answers.catalogue import Catalogue, enumeration
+from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.parts import Question
-from labcourse.answers.probes import check_seed
 from labcourse.answers.report_files import ReportFile, own_document
 from labcourse.answers.starts import Beginning
 from labcourse.answers.tables import ResultsTable
-from labcourse.answers.words import SavedWords
+from labcourse.answers.words import SavedTexts
 from labcourse.errors import AnswerError, ConfigurationError, StudentIDError
 from labcourse.files import ANSWERS_FILE, COURSE_FILE
 from labcourse.messages import plural
@@ -68,7 +67,7 @@ class Session:
     beginning : where the class begins, and the values that it is given
     catalogue, questions : what this class is asked; all that can be answered, by number
     book : the answers so far, except those in words
-    saved_words : the answers in words, as the notebooks in the folder hold them
+    saved_texts : the answers in words, as the notebooks in the folder hold them
     """
 
     def __init__(self, student: str, folder: Path, catalogue: Catalogue, bench: Mapping[str, Any], seed: int) -> None:
@@ -78,15 +77,9 @@ class Session:
         self.catalogue = self.beginning.catalogue
         self.questions = self.catalogue.everything
         self._folder = folder
-        given_seed = os.environ.get(PROBE_SEED)
-        self.book = AnswerBook(
-            folder / ANSWERS_FILE,
-            student,
-            bench,
-            seed if given_seed is None else check_seed(given_seed),
-            None if by_program() else time.time,
-        )
-        self.saved_words = SavedWords(folder, self.catalogue)
+        probe_seed, clock = int(os.environ.get(PROBE_SEED, seed)), None if by_program() else time.time
+        self.book = AnswerBook(folder / ANSWERS_FILE, student, bench, probe_seed, clock)
+        self.saved_texts = SavedTexts(folder, self.catalogue)
 
     @classmethod
     def begin(cls, package: str, catalogue: Catalogue, student: str = "") -> Self:
@@ -113,7 +106,7 @@ class Session:
 
     def print_notices(self) -> None:
         """Print messages about the stored answers."""
-        for notices in (self.book.notices, self.saved_words.notices):
+        for notices in (self.book.notices, self.saved_texts.notices):
             for notice in notices:
                 print(f"Note      {notice}")
             notices.clear()
@@ -132,7 +125,7 @@ class Session:
         """
         print(*self.record(question, **parts), sep="\n")
         if not by_program():  # questions about texts are asked while the student remembers them
-            self.saved_words.refresh()
+            self.saved_texts.refresh()
             self.print_notices()
 
     def record(self, question: str, /, **parts: Any) -> list[str]:
@@ -220,7 +213,7 @@ class Session:
             return True
         asked = [number for number in numbers if number in self.catalogue.everything]
         if asked:
-            named = f"question {asked[0]}" if len(asked) == 1 else f"questions {enumeration(asked)}"
+            named = f"question {asked[0]}" if len(asked) == 1 else f"questions {', '.join(asked)}"
             print(f"Answer {named} first; then run this cell again.")
         else:
             print("This cell builds on questions that your class is not asked. Go on below it.")
@@ -228,7 +221,7 @@ class Session:
 
     def content(self, question: str, part: str) -> dict[str, Any] | None:
         """Return an answer as JSON data: a given value, a text of the saved notebook, or a recorded answer; or None."""
-        own = self.saved_words.get(question, part) or self.book.get(question, part)
+        own = self.saved_texts.get(question, part) or self.book.get(question, part)
         return self.beginning.content(question, part) or own
 
     def table(self, number: str) -> ResultsTable:
@@ -251,18 +244,19 @@ class Session:
 
         Answers in words are read from the saved notebooks.
 
+        Parameters
+        ----------
+        notebook : its name, or the beginning of it, as "02"; all unless given
+
         Raises
         ------
         AnswerError
             If there is no such notebook.
         """
-        if notebook and notebook not in self.catalogue.notebooks:
-            raise AnswerError(
-                f"There is no notebook {notebook!r} with questions; there are {', '.join(self.catalogue.notebooks)}."
-            )
+        notebooks = self.catalogue.find_notebooks(*([str(notebook)] if notebook else []))
         self.refresh()
         for question in self.questions.values():
-            if notebook in ("", question.notebook):
+            if question.notebook in notebooks:
                 missing = self._missing(question)
                 state = f"missing: {', '.join(missing)}" if missing else "answered"
                 if own := self.own_document(question.number):
@@ -282,7 +276,7 @@ class Session:
 
     # --- predictions ---------------------------------------------------------------------------------------------
 
-    def predict(self, question: str, /, **said: Any) -> None:
+    def predict(self, question: str, /, **values: Any) -> None:
         """Predict the result of an experiment, before it. A prediction cannot be changed later, and is never marked.
 
         Without a prediction, print what can be predicted, and what was.
@@ -292,7 +286,7 @@ class Session:
         AnswerError
             If nothing can be predicted of this question, or not this.
         """
-        print(*predictions.predict(self.book, self.catalogue.predictions, question, said), sep="\n")
+        print(*predictions.predict(self.book, self.catalogue.predictions, question, values), sep="\n")
 
     def observed(self, question: str, /, why: str = "") -> None:
         """Print what was predicted of an experiment beside what was recorded, and what to think about.
@@ -350,7 +344,9 @@ class Session:
             return
         self.refresh()
         checks = self.beginning.possible(self.checks())
-        print(reflection.reflect(reflection.of_notebooks(checks, self.beginning.whole, notebooks), self._found))
+        print(
+            reflection.reflect(reflection.of_notebooks(checks, self.beginning.whole, map(str, notebooks)), self._found)
+        )
 
     def _found(self, question: str, part: str) -> Any:
         """Return an answer; raises AnswerError if there is none, or none that can be read."""
@@ -407,7 +403,7 @@ class Session:
     def refresh(self) -> None:
         """Read answers and saved notebooks again, where they have changed."""
         self.book.refresh()
-        self.saved_words.refresh()
+        self.saved_texts.refresh()
         self.print_notices()
 
     def own_document(self, report: str) -> ReportFile | None:

@@ -172,12 +172,12 @@ def test_a_file_edited_by_hand_is_told(folder, capsys):
 def test_an_unknown_question_or_part_names_those_that_exist():
     lab = quiet()
     for call, named in (
-        (lambda: lab.answer("2.19", x=1), r"2\.1 to 2\.18"),
+        (lambda: lab.answer("2.19", x=1), r"2\.1, .*2\.18"),
         (lambda: lab.answer("2.12", stiffness=1), "J_l, K_s"),
         (lambda: lab.answer("2.12"), "nothing"),
         (lambda: lab.table("Table 4"), "Table 2, Table 3"),
         (lambda: lab.given("2.91", None), r"2\.91"),
-        (lambda: lab.progress("01"), "01_modeling_prelab"),
+        (lambda: lab.progress("99"), "01_modeling_prelab"),
     ):
         with pytest.raises(AnswerError, match=named):
             call()
@@ -232,9 +232,6 @@ def test_functions_are_tried_on_inputs_of_the_students_seed_or_of_the_environmen
     quiet().answer("2.10", spectrum=spectrum)
     assert np.array_equal(seen[0], COMPOUND_SINES.inputs(987654321)[0][0])
     assert json.loads((folder / "answers.json").read_text())["probe_seed"] == 987654321
-    monkeypatch.setenv("LABCOURSE_PROBE_SEED", "-1")
-    with pytest.raises(AnswerError, match="probe seed"):
-        quiet()
 
 
 def test_a_recording_of_the_virtual_bench_is_an_answer(capsys):
@@ -304,7 +301,7 @@ def test_a_session_with_numbers_alone_never_loads_sympy_or_matplotlib():
 def test_a_cell_that_waits_says_for_which_questions_and_one_that_does_not_says_nothing(capsys):
     assert quiet().given("2.14", np.eye(4), 0.0)
     assert capsys.readouterr().out == ""
-    for questions, said in (("2.14", "2.14"), ("2.12,2.15", "2.12 and 2.15"), ("3.5, 3.7, 3.8", "3.5, 3.7 and 3.8")):
+    for questions, said in (("2.14", "2.14"), ("2.12,2.15", "2.12, 2.15"), ("3.5, 3.7, 3.8", "3.5, 3.7, 3.8")):
         assert not quiet().given(questions, np.eye(4), None)
         assert f"{said} " in capsys.readouterr().out
 

@@ -51,16 +51,16 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
         ),
     ),
     "answers, session, files of a course": (
-        3771,
+        3556,
         (
             "labcourse/*.py",
             "labcourse/answers/**/*.py",
             "labcourse/jupyter/**/*.py",
         ),
     ),
-    "run": (2490, ("labcourse/run/**/*.py",)),
-    "report": (1918, ("labcourse/report/**/*.py",)),
-    "running": (1083, ("labcourse/grading/running/**/*.py",)),
+    "run": (2488, ("labcourse/run/**/*.py",)),
+    "report": (1917, ("labcourse/report/**/*.py",)),
+    "running": (1084, ("labcourse/grading/running/**/*.py",)),
     "intake": (1306, ("labcourse/grading/intake/**/*.py",)),
     "gradebook": (1423, ("labcourse/grading/gradebook/**/*.py",)),
     "marking": (1197, ("labcourse/grading/marking/**/*.py",)),
@@ -77,7 +77,7 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
         ),
     ),
     "settings, release, commands, rest": (
-        3802,
+        3803,
         (
             "rotflex/cli.py",
             "labcourse/command_line.py",

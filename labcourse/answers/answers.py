@@ -7,9 +7,9 @@ temporary name and renamed, so that a crash leaves the old one.
 
 from __future__ import annotations
 
+import errno
 import itertools
 import json
-import os
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -25,7 +25,6 @@ from labcourse.errors import AnswerError
 from labcourse.student_id import caseless
 
 MAX_BYTES = 1_000_000  #: of the whole file; docs/handing_in.md states it
-_AROUND = 500  # bytes around an answer: names, its cell's id and the time
 _Sections = dict[str, dict[str, dict[str, Any]]]  # answers, cells, when, predictions: by question
 
 
@@ -75,15 +74,6 @@ def set_aside(path: Path, why: str) -> str:
     return aside.name
 
 
-def _with(sections: _Sections, question: str, part: str, **values: Any) -> _Sections:
-    """Return the sections with new values, by section, for a part."""
-    changed = dict(sections)
-    for name, value in values.items():
-        section = changed.get(name, {})
-        changed[name] = {**section, question: {**section.get(question, {}), part: value}}
-    return changed
-
-
 class AnswerBook:
     """A student's answers, and the file in which they are stored.
 
@@ -102,13 +92,13 @@ class AnswerBook:
 
     def __init__(
         self,
-        path: str | os.PathLike[str],
+        path: Path,
         student: str,
         bench: Mapping[str, Any],
         probe_seed: int,
         clock: Callable[[], float] | None = None,
     ) -> None:
-        self.path = Path(path)
+        self.path = path
         self.student = student
         self.bench = dict(bench)
         self.probe_seed = probe_seed
@@ -122,7 +112,6 @@ class AnswerBook:
         version = files.version(self.path)
         if version is None or version != self._version:
             self._sections = self._load()
-            self._size = len(self._text(self._sections))
             self._version = version
 
     def cell(self, question: str, part: str) -> str:
@@ -149,18 +138,19 @@ class AnswerBook:
         Raises
         ------
         AnswerError
-            If the question has no such part (nothing is recorded then), or if the file cannot be written.
+            If the question has no such part, or if the file cannot be written, or would be too large. Nothing is
+            recorded then.
         """
         parts = [question.part(name) for name in values]
         if not parts:
             raise AnswerError(f"Question {question.number} takes {', '.join(question.names)}; nothing was given.")
         self.refresh()
-        sections, replies = self._sections, []
+        replies: list[Reply] = []
+        recorded: dict[str, Any] = {}
         for part in parts:
-            earlier = " (the earlier answer is kept)" if self.get(question.number, part.name) else ""
+            earlier = " (the earlier answer stays)" if self.get(question.number, part.name) else ""
             try:
                 encoded = forms.encode(part, values[part.name], self.probe_seed)
-                sections = self._recorded(sections, question.number, part.name, encoded, cell)
             except NotAnswered:
                 text = f"{part.name}  not answered yet{earlier}"
                 replies.append(Reply(question.number, part.name, False, text))
@@ -168,36 +158,29 @@ class AnswerBook:
                 text = f"{part.name}  not recorded: {error}{earlier}"
                 replies.append(Reply(question.number, part.name, False, text, refused=str(error)))
             else:
+                recorded[part.name] = encoded.content
                 text = f"{forms.show(part, encoded.content)}  recorded"
                 replies.append(Reply(question.number, part.name, True, text, encoded.hints))
-        if sections is not self._sections:
-            self._save(sections)
+        if recorded:
+            entries: dict[str, dict[str, Any]] = {"answers": recorded, "cells": dict.fromkeys(recorded, cell)}
+            if self._clock is not None:
+                entries["when"] = dict.fromkeys(recorded, int(self._clock()))
+            for section, entry in entries.items():
+                self._sections.setdefault(section, {}).setdefault(question.number, {}).update(entry)
+            self._save()
         return replies
-
-    def _recorded(self, sections: _Sections, question: str, part: str, encoded: forms.Encoded, cell: str) -> _Sections:
-        """Return the sections with an answer, unless the file would grow too large with it."""
-        values: dict[str, Any] = {"answers": encoded.content, "cells": cell}
-        if self._clock is not None:
-            values["when"] = int(self._clock())
-        changed = _with(sections, question, part, **values)
-        self._size += encoded.size + _AROUND  # at most; mostly this fits, and the whole need not be serialised
-        if self._size > MAX_BYTES:
-            self._size = len(self._text(changed))
-        if self._size > MAX_BYTES:
-            raise FormError(f"with it, {self.path.name} would be larger than {MAX_BYTES} bytes: give smaller figures")
-        return changed
 
     def predicted(self, question: str) -> dict[str, Any]:
         """Return what was predicted of a question's experiment: see :mod:`labcourse.answers.predictions`."""
         return self._sections.get("predictions", {}).get(question, {})
 
-    def predict(self, question: str, said: Mapping[str, dict[str, Any]], why: str | None = None) -> None:
+    def predict(self, question: str, values: Mapping[str, dict[str, Any]], why: str | None = None) -> None:
         """Record predictions, unless there are earlier ones, and a sentence about them, which replaces an earlier one.
 
         Parameters
         ----------
         question : number
-        said : name → plain data of an answer
+        values : name → plain data of an answer
         why : the sentence; None to leave the earlier one
 
         Raises
@@ -206,34 +189,33 @@ class AnswerBook:
             If the file cannot be written.
         """
         self.refresh()
-        before = self.predicted(question)
-        entry = {**before, "said": {**said, **before.get("said", {})}, **({} if why is None else {"why": why})}
-        self._save({**self._sections, "predictions": {**self._sections.get("predictions", {}), question: entry}})
+        entry = self._sections.setdefault("predictions", {}).setdefault(question, {})
+        entry["said"] = {**values, **entry.get("said", {})}
+        entry |= {} if why is None else {"why": why}
+        self._save()
 
     # --- the file ------------------------------------------------------------------------------------------------
 
-    def _text(self, sections: _Sections) -> bytes:
+    def _save(self) -> None:
+        """Write the file. If this fails, the answers are again those of the old file."""
         content = {
             "format": bounds.FORMAT,
             "student": self.student,
             "bench": self.bench,
             "software": f"labcourse {labcourse.__version__}",
             "probe_seed": self.probe_seed,
-            **sections,
+            **self._sections,
         }
-        return (json.dumps(content, allow_nan=False, sort_keys=True) + "\n").encode()
-
-    def _save(self, sections: _Sections) -> None:
-        text = self._text(sections)
-        if len(text) > MAX_BYTES:  # else it could not be read again
-            raise AnswerError(f"{self.path.name} would be larger than {MAX_BYTES} bytes. The answer is not kept.")
+        text = (json.dumps(content, allow_nan=False, sort_keys=True) + "\n").encode()
         try:
+            if len(text) > MAX_BYTES:  # it could not be read again
+                raise OSError(errno.EFBIG, f"it would be larger than {MAX_BYTES} bytes; give smaller figures")
             self._version = files.write(self.path, text)
         except OSError as error:
+            self._sections = self._load()
             raise AnswerError(
-                f"{self.path.name} cannot be written: {error.strerror}. The answer is not kept."
+                f"{self.path.name} cannot be written: {error.strerror}. The answer is not recorded."
             ) from error
-        self._sections, self._size = sections, len(text)
 
     def _load(self) -> _Sections:
         """Read the file. One that is broken, or another student's, is put aside under another name."""
@@ -246,8 +228,7 @@ class AnswerBook:
             raise AnswerError(f"{self.path.name} cannot be read: {error.strerror}.") from error
         try:
             content = parse(data)
-            json.dumps(content, allow_nan=False)  # a number beyond all floats could not be saved again
-        except (AnswerError, ValueError) as error:
+        except AnswerError as error:
             aside = set_aside(self.path, "broken")
             self.notices.append(
                 f"{self.path.name} could not be read, and was put aside as {aside}. {error} A new one is begun: "

@@ -25,9 +25,9 @@ MAX_PIXELS = 60_000_000  #: of one; a telephone's largest photographs have 50 mi
 MAX_PIXELS_TOGETHER = 150_000_000  #: of all that are decoded for a notebook; three of the largest
 MAX_SIDE = 20_000  #: pixels of its height and of its width as it comes; a strip of few pixels takes very long
 LONGEST_SIDE = 1400  #: pixels, as it is stored; handwriting on a page can be read
-KEPT_BYTES = 700_000  #: of a picture as it is stored; six of them are within 5 MB
+MAX_STORED = 700_000  #: of a picture as it is stored; six of them are within 5 MB
 _FORMATS = ("PNG", "JPEG", "GIF", "WEBP", "BMP")
-_SMALLER = (LONGEST_SIDE, 1000, 700, 400)  # until it is within KEPT_BYTES
+_SMALLER = (LONGEST_SIDE, 1000, 700, 400)  # until it is within MAX_STORED
 _TOO_MANY_PIXELS = f"it has more than {MAX_PIXELS // 1_000_000} million pixels"
 _SHOWN = 60  # characters of an untrusted name in a message
 
@@ -67,22 +67,19 @@ class Pictures:
     problems: list[str] = field(default_factory=list)
 
 
-def lifted(text: str) -> tuple[str, dict[str, str]]:
-    """Replace the pictures in the text itself by names, and return the text and name → base64."""
-    pictures: dict[str, str] = {}
+def lifted(text: str) -> tuple[str, dict[str, dict[str, str]]]:
+    """Replace the pictures in the text itself by names; return the text, and the pictures as attachments."""
+    pictures: dict[str, dict[str, str]] = {}
 
     def name(match: re.Match[str]) -> str:
-        pictures[f"in-text-{len(pictures) + 1}"] = match[2]
+        pictures[f"in-text-{len(pictures) + 1}"] = {"image/*": match[2]}
         return f"{match[1]}attachment:in-text-{len(pictures)}"
 
     return _IN_TEXT.sub(name, text), pictures
 
 
 def pictures_of(
-    text: str,
-    attachments: Mapping[str, Mapping[str, str]],
-    files: Mapping[str, bytes] | None = None,
-    budget: Budget | None = None,
+    text: str, attachments: Mapping[str, Mapping[str, str]], files: Mapping[str, bytes], budget: Budget
 ) -> Pictures:
     """Read the pictures that a text shows.
 
@@ -93,7 +90,6 @@ def pictures_of(
     files : the student's own files beside the notebook: relative path → content
     budget : pixels that may still be decoded, for all answers of a notebook
     """
-    budget = budget or Budget()
     text, inside = lifted(text)
     result = Pictures(text)
     targets = dict.fromkeys(match["in"] or match["out"] for match in PICTURE.finditer(text, 0, bounds.LONGEST_PROSE))
@@ -102,32 +98,28 @@ def pictures_of(
             result.problems.append(f"more than {MOST} pictures: the first {MOST} are shown")
             break
         try:
-            result.saved[target] = as_png(_content(target, attachments, inside, files or {}), budget)
+            result.saved[target] = as_png(_content(target, {**attachments, **inside}, files), budget)
         except PictureError as error:
             result.problems.append(f"the picture {target[:_SHOWN]!r}: {error}")
     return result
 
 
-def _content(
-    target: str, attachments: Mapping[str, Mapping[str, str]], inside: Mapping[str, str], files: Mapping[str, bytes]
-) -> bytes:
+def _content(target: str, attachments: Mapping[str, Mapping[str, str]], files: Mapping[str, bytes]) -> bytes:
     """Return the content of the picture that a text names."""
-    kind, _colon, name = target.partition(":")
-    if kind == "attachment" and name in inside:
-        return _decoded(inside[name])
+    kind, _colon, name = unquote(target).partition(":")
     if kind == "attachment":
-        for spelling in (name, unquote(name)):
-            for media, data in attachments.get(spelling, {}).items():
-                if media.startswith("image/"):
-                    return _decoded(data)
+        for media, data in attachments.get(name, {}).items():
+            if media.startswith("image/"):
+                return _decoded(data)
         raise PictureError("it is not in the cell; paste it again")
-    for path in (target.removeprefix("./"), unquote(target).removeprefix("./")):
-        if path in files:
-            return files[path]
-    raise PictureError("it is not in the notebook; paste it into the cell")
+    try:
+        return files[unquote(target).removeprefix("./")]
+    except KeyError:
+        raise PictureError("it is not in the notebook; paste it into the cell") from None
 
 
 def _decoded(data: str) -> bytes:
+    """Decode base64. Raises PictureError if it is too large or damaged."""
     _check_size(len(data) * 3 // 4 - 3)
     try:
         return base64.b64decode(data)
@@ -140,7 +132,7 @@ def _check_size(size: int) -> None:
         raise PictureError(f"it has more than {MAX_BYTES // 1_000_000} million bytes")
 
 
-def as_png(data: bytes, budget: Budget | None = None) -> bytes:
+def as_png(data: bytes, budget: Budget) -> bytes:
     """Write a picture as a PNG of bounded size, with nothing but its pixels.
 
     Raises
@@ -148,7 +140,6 @@ def as_png(data: bytes, budget: Budget | None = None) -> bytes:
     PictureError
         If it is too large, is damaged, or is of a format that is not read.
     """
-    budget = budget or Budget()
     _check_size(len(data))
     try:
         with Image.open(io.BytesIO(data), formats=_FORMATS) as image:
@@ -191,6 +182,6 @@ def _packed(image: Image.Image) -> bytes:
         for candidate in (image, image.quantize(128, Image.Quantize.FASTOCTREE)):
             packed = io.BytesIO()
             candidate.save(packed, format="PNG")
-            if packed.tell() <= KEPT_BYTES:
+            if packed.tell() <= MAX_STORED:
                 return packed.getvalue()
     raise PictureError("it cannot be made small enough")

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from difflib import get_close_matches
 from typing import TYPE_CHECKING, Any
 
-from labcourse.answers.parts import Question, ReportItem, prose, whole
+from labcourse.answers.parts import WHOLE, Part, Question, ReportItem, prose
 from labcourse.answers.predictions import Predictable
 from labcourse.errors import AnswerError
 
@@ -57,30 +57,29 @@ class Catalogue:
         self.questions = _by_number("questions", questions)
         self.tables = _by_number("tables", tables)
         self.report_items = tuple(report_items)
-        self.reports = {number: self._report(number, *about) for number, about in (reports or {}).items()}
+        self.reports: dict[str, Question] = {}
+        self.judged: dict[str, Question] = {}
+        self.report_judged: dict[str, str] = {}
+        for number, about in (reports or {}).items():
+            self._add_report(number, about)
         self.outcomes = dict(outcomes or {})
         self.predictions = dict(predictions or {})
         self.everything = self.warm_up | self.questions | self.tables | self.reports
-        wholes = [(number, self._as_a_whole(report)) for number, report in self.reports.items()]
-        self.judged = {question.number: question for _report, question in wholes if question.parts}
-        self.report_judged = {question.number: report for report, question in wholes if question.parts}
         self.marked = self.everything | self.judged
         self.notebooks = tuple(sorted({question.notebook for question in self.everything.values()}))
 
-    def _report(self, number: str, section: str, notebook: str, title: str) -> Question:
-        """Return the report's text: a prose part for each item that is written rather than shown."""
-        items = self.items(number)
-        written = [prose(item.part, item.outcomes[0], f"{item.heading}. {item.prompt}") for item in items if item.part]
-        outcomes = dict.fromkeys(part.outcome for part in written)
-        return Question(number, section, notebook, title, tuple(outcomes), tuple(written))
-
-    def _as_a_whole(self, report: Question) -> Question:
-        """Return what is judged of a report as a whole: a part for each row that says so."""
-        items = [item for item in self.items(report.number) if item.judged]
-        parts = [whole(item.judged, item.outcomes[0], f"{item.heading}. {item.prompt}") for item in items]
-        outcomes = dict.fromkeys(part.outcome for part in parts)
-        number = f"{report.number}, as a whole"
-        return Question(number, report.section, report.notebook, report.title, tuple(outcomes), tuple(parts))
+    def _add_report(self, report: str, about: tuple[str, str, str]) -> None:
+        """Add a report: a prose part for each row that is written, and what is judged of it as a whole."""
+        texts, sides = [], []
+        for item in self.items(report):
+            prompt = f"{item.heading}. {item.prompt}"
+            texts += [prose(item.part, item.outcomes[0], prompt)] if item.part else []
+            sides += [replace(prose(item.judged, item.outcomes[0], prompt), kind=WHOLE)] if item.judged else []
+        self.reports[report] = _of_parts(report, *about, texts)
+        if sides:
+            number = f"{report}, as a whole"
+            self.judged[number] = _of_parts(number, *about, sides)
+            self.report_judged[number] = report
 
     def items(self, report: str) -> list[ReportItem]:
         """Return the rows of a report's scoring sheet."""
@@ -108,10 +107,24 @@ class Catalogue:
         if number not in self.everything:
             near = get_close_matches(number, self.everything, n=1)
             meant = f" Did you mean {near[0]!r}?" if near else ""
-            others = [repr(name) for name in (*self.tables, *self.reports)]
-            known = enumeration([*spans([*self.warm_up, *self.questions]), *others])
+            known = ", ".join([*self.warm_up, *self.questions, *map(repr, (*self.tables, *self.reports))])
             raise AnswerError(f"There is no question {number!r}.{meant} There are {known}.")
         return self.everything[number]
+
+    def find_notebooks(self, *beginnings: str) -> tuple[str, ...]:
+        """Return the notebooks with questions whose names begin so, as "02"; all unless given.
+
+        Raises
+        ------
+        AnswerError
+            If none begins with one of them.
+        """
+        for beginning in beginnings:
+            if not (beginning and any(name.startswith(beginning) for name in self.notebooks)):
+                raise AnswerError(
+                    f"There is no notebook {beginning!r} with questions; there are {', '.join(self.notebooks)}."
+                )
+        return tuple(name for name in self.notebooks if not beginnings or name.startswith(beginnings))
 
     def find_marked(self, number: Any) -> Question:
         """Return what :meth:`find` does, or a report as a whole: all that gets marks.
@@ -125,6 +138,12 @@ class Catalogue:
         return judged or self.find(number)
 
 
+def _of_parts(number: str, section: str, notebook: str, title: str, parts: list[Part]) -> Question:
+    """Return a question with the outcomes of its parts."""
+    outcomes = dict.fromkeys(part.outcome for part in parts)
+    return Question(number, section, notebook, title, tuple(outcomes), tuple(parts))
+
+
 def _by_number(what: str, given: Iterable[Question]) -> dict[str, Question]:
     """Return questions by number. Raises TypeError if an entry is something else, as a tuple by a comma too many."""
     questions = {}
@@ -133,27 +152,3 @@ def _by_number(what: str, given: Iterable[Question]) -> dict[str, Question]:
             raise TypeError(f"entry {place} of {what} is a {type(question).__name__}, not a Question")
         questions[question.number] = question
     return questions
-
-
-def spans(numbers: Iterable[str]) -> list[str]:
-    """Join numbers to runs: "1.1", "4.1 to 4.3". A run ends where the part before the point changes, or at a gap."""
-    runs: list[list[str]] = []
-    for number in numbers:
-        if runs and _follows(runs[-1][-1], number):
-            runs[-1].append(number)
-        else:
-            runs.append([number])
-    return [run[0] if len(run) == 1 else f"{run[0]} to {run[-1]}" for run in runs]
-
-
-_COUNTED = re.compile(r"(.*?)(\d+)$")
-
-
-def _follows(before: str, number: str) -> bool:
-    first, second = _COUNTED.match(before), _COUNTED.match(number)
-    return bool(first and second and first[1] == second[1] and int(second[2]) == int(first[2]) + 1)
-
-
-def enumeration(items: list[str]) -> str:
-    """Join items, as in "1.1, 4.1 to 4.3 and 'Table 1'"."""
-    return items[0] if len(items) < 2 else f"{', '.join(items[:-1])} and {items[-1]}"

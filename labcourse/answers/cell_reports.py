@@ -10,6 +10,7 @@ from __future__ import annotations
 import contextlib
 import json
 import os
+import traceback
 from collections.abc import Collection, Mapping
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
@@ -98,14 +99,12 @@ def begin(path: str | os.PathLike[str], notebook: str) -> None:
 
 def refused(question: str, part: str, why: str) -> None:
     """Report that an answer was not recorded. Where nobody asked for reports, nothing happens."""
-    if _writing:
-        _write({"event": "refused", "question": question, "part": part, "why": _bounded(why)})
+    _write({"event": "refused", "question": question, "part": part, "why": _bounded(why)})
 
 
 def lacked(question: str, part: str) -> None:
     """Report that an earlier answer was asked for that is not there. As for :func:`refused`."""
-    if _writing:
-        _write({"event": "lacked", "question": question, "part": part})
+    _write({"event": "lacked", "question": question, "part": part})
 
 
 def _starts(info: Any) -> None:
@@ -114,6 +113,7 @@ def _starts(info: Any) -> None:
 
 
 def _ends(result: Any) -> None:
+    """Report the end of a cell, and what stopped it."""
     cell = result.info.cell_id
     if cell is not None:
         error = result.error_before_exec or result.error_in_exec
@@ -130,9 +130,11 @@ def _shell() -> Any:
 
 
 def _write(line: Mapping[str, Any]) -> None:
-    path, notebook = _writing[0]
-    with contextlib.suppress(OSError), path.open("a", encoding="utf-8") as file:  # the run is worth more than its log
-        file.write(json.dumps({"notebook": notebook, **line}) + "\n")
+    """Add a line to the reports, if they were asked for."""
+    for path, notebook in _writing:
+        # The run is worth more than its log.
+        with contextlib.suppress(OSError), path.open("a", encoding="utf-8") as file:
+            file.write(json.dumps({"notebook": notebook, **line}) + "\n")
 
 
 def of_exception(error: BaseException) -> CellError:
@@ -153,13 +155,10 @@ def _line(error: BaseException) -> int | None:
     if isinstance(error, SyntaxError):
         line = error.lineno  # or whatever a cell raised it with
         return line if type(line) is int and 0 < line < MOST_LINES else None
-    trace = error.__traceback__
     cell = line = None
-    while trace is not None:
-        name = trace.tb_frame.f_code.co_filename
-        if cell is None and trace.tb_frame.f_globals.get("__name__") == "__main__":
-            cell = name
-        if name == cell:
-            line = trace.tb_lineno
-        trace = trace.tb_next
+    for frame, number in traceback.walk_tb(error.__traceback__):
+        if cell is None and frame.f_globals.get("__name__") == "__main__":
+            cell = frame.f_code.co_filename
+        if frame.f_code.co_filename == cell:
+            line = number
     return line

@@ -8,6 +8,7 @@ read back from an untrusted file cannot be built into something huge. Nothing is
 
 from __future__ import annotations
 
+import json
 import math
 import re
 import sys
@@ -15,7 +16,7 @@ import unicodedata
 from typing import Any
 
 from labcourse.answers import bounds
-from labcourse.answers.json_values import FormError, NotAnswered, read_number
+from labcourse.answers.json_values import FormError, check_given, read_number
 from labcourse.errors import AnswerError
 
 MAX_NODES = 1000  #: a page of formula
@@ -34,7 +35,7 @@ _GREEK = re.compile(r"GREEK (SMALL|CAPITAL) LETTER (?:FINAL )?([A-Z]+)")
 
 
 def is_symbolic(value: Any) -> bool:
-    """Whether a value is one of sympy's (without importing it where nobody else has)."""
+    """Check whether a value is one of sympy's (without importing it where nobody else has)."""
     sympy = sys.modules.get("sympy")
     return sympy is not None and isinstance(value, sympy.Basic | sympy.MatrixBase)
 
@@ -62,7 +63,7 @@ def encode(value: Any, symbols: tuple[str, ...], name: str = "") -> list[Any]:
     try:
         check(tree, symbols)
     except AnswerError:
-        raise FormError("it is too large to be kept: simplify it first") from None
+        raise FormError("it is too large to be recorded: simplify it first") from None
     return tree
 
 
@@ -99,8 +100,7 @@ def encode_equation(value: Any, symbols: tuple[str, ...]) -> tuple[list[Any], li
 
 def _one_expression(value: Any, name: str, names: Names) -> Any:
     """Return the sympy expression meant by a value, without wrappers that a student's code may leave around it."""
-    if value is None or value is Ellipsis:
-        raise NotAnswered("nothing yet")
+    check_given(value)
     import sympy
 
     if isinstance(value, str):
@@ -144,13 +144,14 @@ def _unwrapped(value: Any, name: str, names: Names) -> Any:
 
 
 def _means(value: Any, name: str, names: Names) -> bool:
-    """Whether a symbol, or a derivative, is the one of a name."""
+    """Check whether a symbol, or a derivative, is the one of a name."""
     import sympy
 
     return bool(name) and isinstance(value, sympy.Expr) and spelling(str(without_time(value, names))) == spelling(name)
 
 
 def _tree(expression: Any, names: Names) -> list[Any]:
+    """Return the tree of a sympy expression. Raises FormError if it contains what is not allowed."""
     import sympy
 
     if not expression.args:
@@ -167,6 +168,7 @@ def _tree(expression: Any, names: Names) -> list[Any]:
 
 
 def _leaf(expression: Any, names: Names) -> list[Any]:
+    """Return the tree of a symbol or a number."""
     import sympy
 
     match expression:
@@ -210,14 +212,8 @@ def decode(tree: Any, symbols: tuple[str, ...] | None = None) -> Any:
     return expression
 
 
-def decode_equation(lhs: Any, rhs: Any, symbols: tuple[str, ...]) -> Any:
-    """Return the ``sympy.Eq`` of the trees of both sides, as it stands. Raises AnswerError as :func:`decode` does."""
-    import sympy
-
-    return sympy.Eq(decode(lhs, symbols), decode(rhs, symbols), evaluate=False)
-
-
 def _build(tree: list[Any]) -> Any:
+    """Return the sympy expression of a tree that was checked."""
     import sympy
 
     match tree:
@@ -246,15 +242,8 @@ def polynomial(value: Any) -> Any:
 
 def describe(noun: str, symbols: tuple[str, ...], data: Any) -> str:
     """Describe trees by their symbols, as in "expression in k, x": the same on every machine."""
-    present: set[str] = set()
-    pending = [data]
-    while pending:
-        item = pending.pop()
-        if isinstance(item, list):
-            if len(item) == 2 and item[0] == "symbol":
-                present.add(item[1])
-            pending.extend(item)
-    used = [symbol for symbol in symbols if symbol in present]
+    text = json.dumps(data)
+    used = [symbol for symbol in symbols if json.dumps(["symbol", symbol]) in text]
     return f"{noun} in {', '.join(used)}" if used else f"{noun} without symbols"
 
 
@@ -307,6 +296,7 @@ class _Check:
                     self.node(argument, depth - 1, power, steep and kind not in ("exp", "sin", "cos"))
 
     def _symbol(self, name: Any) -> None:
+        """Check the name of a symbol."""
         if not isinstance(name, str) or not NAME.fullmatch(name):
             raise AnswerError("A symbol should have a name.")
         if self.symbols is not None and name not in self.symbols:
@@ -343,6 +333,7 @@ def spelling(name: str) -> str:
 
 
 def _in_words(letter: str) -> str:
+    """Return a letter or an accent as a word, if it is Greek or a dot."""
     greek = _GREEK.fullmatch(unicodedata.name(letter, ""))
     if greek:
         return greek[2].capitalize() if greek[1] == "CAPITAL" else greek[2].lower()

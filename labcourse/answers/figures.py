@@ -23,7 +23,7 @@ _SAME_PLACE = 1e-6  # of a figure's width: diagrams above each other
 def encode(value: Any) -> tuple[dict[str, Any], list[str]]:
     """Summarise a figure: its axes with their curves, each thinned to 200 points of 6 significant digits, and hints.
 
-    Where there are many curves, each is thinned out more, so that they do not grow too large to be kept.
+    Where there are many curves, each is thinned out more, so that they do not grow too large to be stored.
 
     Raises
     ------
@@ -32,7 +32,7 @@ def encode(value: Any) -> tuple[dict[str, Any], list[str]]:
     """
     diagrams = seen_diagrams(value)
     if len(diagrams) > bounds.MOST_AXES:
-        raise FormError(f"it has {len(diagrams)} diagrams; {bounds.MOST_AXES} at most are kept")
+        raise FormError(f"it has {len(diagrams)} diagrams; {bounds.MOST_AXES} at most are recorded")
     each = max(_FEWEST_POINTS, _MOST_IN_ALL // sum(min(len(lines), bounds.MOST_LINES) for _axis, lines in diagrams))
     axes: list[dict[str, Any]] = []
     hints: dict[str, list[int]] = {}  # hint -> the diagrams that it is about
@@ -56,8 +56,8 @@ def seen_diagrams(value: Any) -> list[tuple[Any, list[dict[str, Any]]]]:
         If it is no figure, or shows no curve.
     """
     figure = _figure(value)
-    diagrams = [(axis, lines) for axis in figure.axes if axis.get_visible() and (lines := list(_lines(axis)))]
-    diagrams = [(axis, lines) for axis, lines in diagrams if any(_is_curve(line) for line in lines)]
+    diagrams = [(axis, list(_lines(axis))) for axis in figure.axes if axis.get_visible()]
+    diagrams = [(axis, lines) for axis, lines in diagrams if _curves(lines)]
     if not diagrams:
         raise FormError(
             "there is no curve on the figure, within the limits of its axes: plot something first, and give the "
@@ -69,16 +69,9 @@ def seen_diagrams(value: Any) -> list[tuple[Any, list[dict[str, Any]]]]:
 def _figure(value: Any) -> Any:
     """Return the figure meant: a Figure, Axes, what ``plt.subplots`` returns, or what ``plot`` returns."""
     from matplotlib.artist import Artist
-    from matplotlib.figure import Figure
 
-    if isinstance(value, np.ndarray | list | tuple):
-        artists = [item for item in np.asarray(value, dtype=object).ravel() if isinstance(item, Artist)]
-        if not artists:
-            raise FormError("there is no figure in it: give the figure, as in fig, ax = plt.subplots()")
-        value = artists[0]
-    if isinstance(value, Figure):
-        return value
-    figure = value.figure if isinstance(value, Artist) else None
+    values = np.asarray(value, dtype=object).ravel() if isinstance(value, np.ndarray | list | tuple) else [value]
+    figure = next((item.figure for item in values if isinstance(item, Artist)), None)
     if figure is None:
         raise FormError(
             f"it is a {type(value).__name__}, not a figure: give the figure, as in fig, ax = plt.subplots()"
@@ -86,9 +79,9 @@ def _figure(value: Any) -> Any:
     return figure.figure  # of a subfigure, the whole; older versions have no get_figure(root=True)
 
 
-def _is_curve(line: dict[str, Any]) -> bool:
-    """Whether a line is more than a mark across the diagram."""
-    return bool(line["n"] > 2)
+def _curves(lines: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Return the lines that are more than a mark across the diagram."""
+    return [line for line in lines if line["n"] > 2]
 
 
 def most_of(lines: list[dict[str, Any]]) -> list[dict[str, Any]]:
@@ -115,14 +108,12 @@ def _lines(axis: Any) -> Iterator[dict[str, Any]]:
             x = (edges[:-1] + edges[1:]) / 2
         else:
             continue
-        yield _line(axis, artist, _numbers(x), _numbers(y))
+        yield _line(axis, artist, x, y)
 
 
-def _numbers(values: Any) -> NDArray[np.float64]:
-    return np.asarray(np.ma.filled(np.ma.asarray(values, dtype=float), np.nan))
-
-
-def _line(axis: Any, artist: Any, x: NDArray[np.float64], y: NDArray[np.float64]) -> dict[str, Any]:
+def _line(axis: Any, artist: Any, x: Any, y: Any) -> dict[str, Any]:
+    """Return an artist's label and its points within the limits of the axes."""
+    x, y = np.ma.filled(np.ma.stack([x, y]).astype(float), np.nan)
     label = clean(str(artist.get_label()))
     shown = np.isfinite(x) & np.isfinite(y)
     if shown.sum() > 2 and axis.name == "rectilinear":  # a mark across the diagram may end outside of it
@@ -162,7 +153,7 @@ def _label(axis: Any, which: str) -> str:
 
 
 def _same_column(axis: Any, other: Any) -> bool:
-    """Whether another diagram stands above or below, as wide and over the same stretch."""
+    """Check whether another diagram stands above or below, as wide and over the same stretch."""
     places = np.array([diagram.get_position().intervalx for diagram in (axis, other)])
     limits = np.array([diagram.get_xlim() for diagram in (axis, other)])
     return bool(
@@ -171,6 +162,7 @@ def _same_column(axis: Any, other: Any) -> bool:
 
 
 def _hints(x_label: str, y_label: str, lines: list[dict[str, Any]]) -> list[str]:
+    """Return hints on labels, units and the number of curves of a diagram."""
     hints = []
     for name, label in (("x", x_label), ("y", y_label)):
         if not label:
@@ -178,8 +170,7 @@ def _hints(x_label: str, y_label: str, lines: list[dict[str, Any]]) -> list[str]
         elif not unit_places(label):
             hints.append(f"the {name} axis has no unit: write it in brackets after the name")
     if len(lines) > bounds.MOST_LINES:
-        hints.append(f"it has {len(lines)} curves; the {bounds.MOST_LINES} with most points are kept")
-    curves = [line for line in lines if _is_curve(line)]
-    if len(curves) > 1 and not all(line["label"] for line in curves):
+        hints.append(f"it has {len(lines)} curves; the {bounds.MOST_LINES} with most points are recorded")
+    if len(curves := _curves(lines)) > 1 and not all(line["label"] for line in curves):
         hints.append("with more than one curve, say which is which: give each a label, and a legend")
     return hints

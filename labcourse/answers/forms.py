@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from labcourse.answers import bounds, expressions, figures
 from labcourse.answers.expressions import is_symbolic
-from labcourse.answers.json_values import FormError, NotAnswered, clean, rounded, thin
+from labcourse.answers.json_values import FormError, NotAnswered, check_given, clean, rounded, thin
 from labcourse.answers.parts import YES_NO, Part
 from labcourse.errors import AnswerError
 from labcourse.messages import plural
@@ -59,11 +59,10 @@ Hints = list[str]
 
 @dataclass(frozen=True)
 class Encoded:
-    """An answer as plain data (with its kind), hints on what is worth a second look, and its size in bytes of JSON."""
+    """An answer as plain data, with its kind, and hints on what is worth a second look."""
 
     content: dict[str, Any]
     hints: tuple[str, ...]
-    size: int
 
 
 def encode(part: Part, value: Any, probe_seed: int) -> Encoded:
@@ -84,22 +83,22 @@ def encode(part: Part, value: Any, probe_seed: int) -> Encoded:
     """
     from labcourse.answers import schema
 
-    _check_given(value)
+    check_given(value)
     if part.kind == "function":
         fields, hints = _encode_function(part, value, probe_seed)
     else:
         fields, hints = _ENCODERS[part.kind](part, value)
     content = {"kind": part.kind, **fields}
-    text = json.dumps(content, allow_nan=False)
-    if len(text) > MAX_BYTES:
+    size = len(json.dumps(content, allow_nan=False))
+    if size > MAX_BYTES:
         raise FormError(
-            f"it is too large to be kept ({len(text)} of at most {MAX_BYTES} bytes): leave out what is not needed"
+            f"it is too large to be recorded ({size} of at most {MAX_BYTES} bytes): leave out what is not needed"
         )
     try:
         schema.read_answer(part, content)
     except AnswerError as error:
-        raise FormError(f"it cannot be kept. {error}") from None
-    return Encoded(content, tuple(hints), len(text))
+        raise FormError(f"it cannot be recorded. {error}") from None
+    return Encoded(content, tuple(hints))
 
 
 def decode(part: Part, content: Any) -> Any:
@@ -129,11 +128,6 @@ def show(part: Part, content: dict[str, Any]) -> str:
     return f"{part.name}{schema.read_answer(part, content).show(part)}"
 
 
-def _check_given(value: Any) -> None:
-    if value is None or value is Ellipsis:
-        raise NotAnswered("nothing yet")
-
-
 def _entry(place: str, value: Any, read: Callable[[Any], Any]) -> Any:
     """Read an entry of a list or matrix. Its errors name the place."""
     try:
@@ -148,6 +142,7 @@ def _entry(place: str, value: Any, read: Callable[[Any], Any]) -> Any:
 
 
 def _real(value: Any) -> float:
+    """Return one finite real number, as :func:`_complex` does."""
     number = _complex(value)
     if abs(number.imag) > 1e-9 * abs(number):
         raise FormError("it is complex; a real number is asked for")
@@ -156,7 +151,7 @@ def _real(value: Any) -> float:
 
 def _complex(value: Any) -> complex:
     """Return one finite number, real or complex, from whatever a student may have it in."""
-    _check_given(value)
+    check_given(value)
     if isinstance(value, bool | np.bool_):
         raise FormError("it is True or False, not a number")
     if isinstance(value, str | bytes):
@@ -262,6 +257,7 @@ def _coefficients(value: Any) -> Any:
 
 
 def _encode_matrix(part: Part, value: Any) -> tuple[Fields, Hints]:
+    """Encode a matrix or a vector, or the coefficients of a polynomial."""
     if is_symbolic(value):
         value = expressions.polynomial(value)
     numbers = _table(part, value, _real)
@@ -283,6 +279,7 @@ def _unusual(part: Part, numbers: list[float]) -> Iterator[str]:
 
 
 def _encode_poles(part: Part, value: Any) -> tuple[Fields, Hints]:
+    """Encode poles, sorted; hint at those without a conjugate."""
     if isinstance(value, dict):  # sympy's eigenvalues: pole -> how often
         value = [pole for pole, times in value.items() for _repeat in range(times if isinstance(times, int) else 1)]
     if isinstance(value, set | frozenset):
@@ -301,7 +298,7 @@ def _encode_poles(part: Part, value: Any) -> tuple[Fields, Hints]:
 
 
 def _in_pairs(poles: list[complex]) -> bool:
-    """Whether the poles with an imaginary part are their own conjugates, within rounding to three digits."""
+    """Check whether the poles with an imaginary part are their own conjugates, within rounding to three digits."""
     scale = max(map(abs, poles))
     left = [pole for pole in poles if abs(pole.imag) > 1e-6 * scale]
     return all(any(abs(pole.conjugate() - other) <= 5e-3 * scale for other in left) for pole in left)
@@ -315,6 +312,7 @@ def _plain_word(text: str) -> str:
 
 
 def _encode_choice(part: Part, value: Any) -> tuple[Fields, Hints]:
+    """Encode a choice, however it is capitalised and spaced."""
     if isinstance(value, bool | np.bool_) and part.choices == YES_NO:
         value = "yes" if value else "no"
     listed = ", ".join(map(repr, part.choices))
@@ -329,13 +327,14 @@ def _encode_choice(part: Part, value: Any) -> tuple[Fields, Hints]:
 
 
 def _encode_prose(_part: Part, value: Any) -> tuple[Fields, Hints]:
+    """Encode text that was given in quotes."""
     if not isinstance(value, str):
         raise FormError(f"it is a {type(value).__name__}; write text in quotes")
     text = clean(value).strip()
     if text.casefold().rstrip(".") in STUBS or text in STUBS:
         raise NotAnswered("nothing yet")
     if len(text) > bounds.LONGEST_PROSE:
-        raise FormError(f"it has {len(text)} characters; {bounds.LONGEST_PROSE} at most are kept, so shorten it")
+        raise FormError(f"it has {len(text)} characters; {bounds.LONGEST_PROSE} at most are recorded, so shorten it")
     return {"value": text}, [hint for hint in [of_few_words(text)] if hint]
 
 
@@ -349,11 +348,6 @@ def of_few_words(text: str) -> str | None:
 
 
 # --- expressions, functions, recordings ------------------------------------------------------------------------------
-
-
-def _encode_equation(part: Part, value: Any) -> tuple[Fields, Hints]:
-    left, right = expressions.encode_equation(value, part.symbols)
-    return {"lhs": left, "rhs": right}, []
 
 
 def _encode_function(part: Part, value: Any, probe_seed: int) -> tuple[Fields, Hints]:
@@ -423,6 +417,7 @@ def encode_recording(part: Part, value: Any) -> tuple[Fields, Hints]:
 
 
 def _metadata(value: Sampled) -> dict[str, Any]:
+    """Return a recording's metadata as JSON data."""
     from labcourse.answers import schema
 
     try:
@@ -440,7 +435,10 @@ _ENCODERS: dict[str, Callable[[Part, Any], tuple[Fields, Hints]]] = {
     "choice": _encode_choice,
     "prose": _encode_prose,
     "expression": lambda part, value: ({"value": expressions.encode(value, part.symbols, part.name)}, []),
-    "equation": _encode_equation,
+    "equation": lambda part, value: (
+        dict(zip(("lhs", "rhs"), expressions.encode_equation(value, part.symbols), strict=True)),
+        [],
+    ),
     "symbolic_matrix": lambda part, value: (
         {"value": _table(part, value, lambda entry: expressions.encode(entry, part.symbols))},
         [],

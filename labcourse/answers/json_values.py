@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import math
 import re
+import sys
 from typing import Any
 
 import numpy as np
@@ -18,6 +18,12 @@ class FormError(AnswerError):
 
 class NotAnswered(AnswerError):
     """Nothing has been given yet: the preset is still there."""
+
+
+def check_given(value: Any) -> None:
+    """Raise NotAnswered for None and ``...``, which notebooks have in place of an answer."""
+    if value is None or value is Ellipsis:
+        raise NotAnswered("nothing yet")
 
 
 #: Characters that are not stored in texts: control characters, halves of surrogate pairs.
@@ -63,15 +69,9 @@ def read_number(what: str, value: Any) -> float:
     AnswerError
         If it is anything else.
     """
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        raise AnswerError(f"{what} should be a number.")
-    try:
-        number = float(value)
-    except OverflowError:
-        number = math.inf
-    if not math.isfinite(number):
-        raise AnswerError(f"{what} should be finite.")
-    return number
+    if type(value) not in (int, float) or not abs(value) <= sys.float_info.max:
+        raise AnswerError(f"{what} should be a finite number.")
+    return float(value)
 
 
 def read_text(what: str, value: Any, longest: int) -> str:

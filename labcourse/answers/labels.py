@@ -45,6 +45,7 @@ def normalized(label: str) -> str:
 
 
 def _without_tex(text: str) -> str:
+    """Replace commands of TeX by what they stand for."""
     text = _NO_SIGN.sub("", _SPACE.sub(" ", text.replace(r"\{", "(").replace(r"\}", ")")))
     for _time in range(_NESTED):
         text = _FONT.sub(r"\1", text)
@@ -89,6 +90,7 @@ def readable(label: str) -> str:
 
 
 def _sign(name: str) -> str:
+    """Return the sign that a command of TeX stands for."""
     case = "CAPITAL" if name[0].isupper() else "SMALL"
     try:
         return "°" if name == "circ" else unicodedata.lookup(f"GREEK {case} LETTER {name.upper()}")
@@ -115,7 +117,7 @@ def describe(axis: Mapping[str, Any], lines: Sequence[Mapping[str, Any]], low: f
 
 
 def evenly_logarithmic(values: NDArray[np.float64]) -> bool:
-    """Whether points (n,) stand evenly on a logarithmic axis, over a decade at least."""
+    """Check whether points (n,) stand evenly on a logarithmic axis, over a decade at least."""
     if values.size < 5 or values.min() <= 0 or values.max() < 10 * values.min():
         return False
     steps = np.diff(np.log(values))

@@ -1,7 +1,7 @@
 """Read students' notebooks, at home and where they are graded. They are untrusted files, which may hold anything.
 
-Broken cells are repaired as far as possible. A run needs no outputs: :meth:`Notebook.without_outputs` never parses
-them, so that a notebook with a hundred megabytes of outputs takes no more memory than its file.
+Broken cells are repaired as far as possible. A run needs no outputs: :meth:`Notebook.without_outputs` drops those of
+each cell as soon as they are parsed.
 """
 
 from __future__ import annotations
@@ -9,16 +9,16 @@ from __future__ import annotations
 import json
 import re
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
 from labcourse import files
 
-MAX_FILE = 200_000_000  #: bytes of a notebook with its outputs, which are dropped
+MAX_FILE = 100_000_000  #: bytes of a notebook with its outputs, which are dropped
 MAX_NOTEBOOK = 5_000_000  #: bytes of it without outputs and pictures
 MAX_PICTURES = 15_000_000  #: bytes of the pictures pasted into the text cells of one notebook, as they are stored
-MAX_PARTS = 5_000_000  #: brackets, braces and strings in a notebook with large outputs; two seconds of reading
+MAX_PARTS = 10_000_000  #: brackets, braces, commas and quotes in a notebook; each may take a hundred bytes of memory
 MAX_CELLS = 1_000  #: of a notebook; ten times what a long one has
 MAX_SOURCE = 200_000  #: characters of a cell; thousands of lines
 MAX_TEXT = 10_000_000  #: characters of a text cell, which may hold pictures, as Colab writes them
@@ -28,11 +28,7 @@ UNREADABLE = "unreadable"  #: kind of a cell with a source that is too long; the
 _TYPES = {"nbgrader": dict, "labcourse": dict, "tags": list}  # of those entries of a cell's metadata that are used
 _VERSION = re.compile(rb'"version"\s*:\s*"([\d.]+)')
 _LONGEST_LANGUAGE = 2_000  # bytes that Jupyter writes about the language
-_TOKEN = re.compile(rb'("(?:[^"\\]++|\\.)*+"?)([ \t\r\n]*:)?|[\[\]{}]', re.DOTALL)
-_QUOTE = ord('"')
-_CELLS, _ATTACHMENTS = b'"cells"', b'"attachments"'
-#: Depth of an object or a list → the names of those that are read.
-_NEEDED = {2: (_CELLS,), 4: (b'"metadata"', b'"source"', _ATTACHMENTS)}
+_DROPPED = ("outputs", "widgets")  # of cells, and of the notebook's metadata
 
 
 class NotebookError(Exception):
@@ -95,8 +91,13 @@ class Notebook:
     python: str = ""
 
     @classmethod
-    def read(cls, data: bytes) -> Notebook:
+    def read(cls, data: bytes, **hooks: Any) -> Notebook:
         """Read a notebook's file with its outputs, and repair what can be repaired.
+
+        Parameters
+        ----------
+        data : the file's content
+        hooks : for :func:`json.loads`
 
         Raises
         ------
@@ -104,10 +105,10 @@ class Notebook:
             If it is not a notebook with cells.
         """
         try:
-            content = files.from_json(data)
+            content = files.from_json(data, **hooks)
         except ValueError as error:
             raise NotebookError(f"it is not JSON ({error}).") from None
-        cells = _cell_list(content) if isinstance(content, dict) else None
+        cells = content.get("cells") if isinstance(content, dict) else None
         if not isinstance(cells, list):
             raise NotebookError("it is JSON, but not a notebook with cells in format 4: save it in JupyterLab.")
         if len(cells) > MAX_CELLS:
@@ -128,8 +129,10 @@ class Notebook:
         """
         if len(data) > MAX_FILE:
             raise NotebookError(f"it has more than {MAX_FILE} bytes.")
+        if sum(map(data.count, (b"[", b"{", b",", b'"'))) > MAX_PARTS:
+            raise NotebookError(f"it has more than {MAX_PARTS} parts.")
         problems: list[str] = []
-        notebook = cls.read(_reduced(_as_utf8(data), problems) if len(data) > MAX_NOTEBOOK else data)
+        notebook = cls.read(data, object_pairs_hook=_needed)
         sizes = Counter[str]()
         for cell in notebook.cells:
             sizes[cell.kind] += len(cell.source.encode())
@@ -162,6 +165,11 @@ class Notebook:
                     size += added
 
 
+def _needed(pairs: Iterable[tuple[str, Any]]) -> dict[str, Any]:
+    """Return an object of a notebook's file without its outputs."""
+    return {name: value for name, value in pairs if name not in _DROPPED}
+
+
 def as_released(notebook: Mapping[str, Any], answers: Mapping[str, str] | None = None) -> tuple[Cell, ...]:
     """Return the cells of a student who wrote these answers into a notebook of the course, and changed nothing else.
 
@@ -185,81 +193,7 @@ def to_bytes(cells: Sequence[Cell]) -> bytes:
     return json.dumps({"cells": content}, sort_keys=True, separators=(",", ":")).encode()
 
 
-# --- large notebooks --------------------------------------------------------------------------------------------------
-
-
-def _as_utf8(data: bytes) -> bytes:
-    coding = json.detect_encoding(data)
-    try:
-        return data if coding == "utf-8" else data.decode(coding).encode()
-    except UnicodeError:
-        raise NotebookError("it is not JSON (UnicodeError).") from None
-
-
-def _reduced(text: bytes, problems: list[str]) -> bytes:
-    """Replace each list and object that is not needed by null, without parsing it.
-
-    Only strings, brackets and braces are looked at; what is left is parsed, and refused if it is no JSON.
-    """
-    pieces: list[bytes] = []
-    begin = depth = cells = pictures = 0
-    name, opened = b"", {2: (b"", 0), 4: (b"", 0)}
-    for number, token in enumerate(_TOKEN.finditer(text)):
-        if number == MAX_PARTS:
-            raise NotebookError(f"it has more than {MAX_PARTS} parts.")
-        sign = text[token.start()]
-        if sign == _QUOTE:
-            name = token[1] if token.start(2) > 0 else name
-        elif sign in b"[{":
-            depth += 1
-            if depth in opened:
-                opened[depth] = name, token.start()
-            cells += depth == 3 and opened[2][0] == _CELLS
-            if cells > MAX_CELLS:
-                raise NotebookError(f"it has more than {MAX_CELLS} cells.")
-        else:
-            if depth == 2 or (depth == 4 and opened[2][0] == _CELLS):
-                owner, start = opened[depth]
-                size = token.end() - start
-                if too_large := owner == _ATTACHMENTS and pictures + size > MAX_PICTURES:
-                    problems.append(f"the pictures in its cell {cells} are left out: together, they are too large.")
-                elif owner == _ATTACHMENTS:
-                    pictures += size
-                if too_large or owner not in _NEEDED[depth]:
-                    pieces += text[begin:start], b"null"
-                    begin = token.end()
-            depth -= 1
-    pieces.append(text[begin:])
-    if sum(map(len, pieces)) > (most := MAX_NOTEBOOK + MAX_PICTURES):  # text may hold pictures
-        raise NotebookError(f"without its outputs it has more than {most} bytes.")
-    return b"".join(pieces)
-
-
 # --- repair -----------------------------------------------------------------------------------------------------------
-
-
-def _cell_list(notebook: Mapping[str, Any]) -> Any:
-    """Return the cells of a notebook, which are on worksheets in format 3; None if a worksheet is none."""
-    sheets = notebook.get("worksheets")
-    if "cells" in notebook or not isinstance(sheets, list):
-        return notebook.get("cells")
-    lists = [sheet.get("cells", []) if isinstance(sheet, dict) else None for sheet in sheets]
-    if not all(isinstance(cells, list) for cells in lists):
-        return None
-    return [_upgraded(cell) for cells in lists for cell in cells or () if isinstance(cell, dict)]
-
-
-def _upgraded(cell: dict[str, Any]) -> dict[str, Any]:
-    """Upgrade a cell from format 3 to format 4; drop its outputs and metadata if these are broken."""
-    from nbformat import from_dict  # comes with JupyterLab; takes a while to load, and old notebooks are rare
-    from nbformat.v4.convert import upgrade_cell
-
-    for candidate in (cell, {**cell, "outputs": [], "metadata": {}}):
-        try:
-            return {**upgrade_cell(from_dict(candidate)), "id": cell.get("id")}  # instead of a random one
-        except Exception:  # nbformat does not validate here: a broken cell may raise anything
-            continue
-    return cell
 
 
 def _repaired(cell: Mapping[str, Any]) -> dict[str, Any]:
@@ -312,6 +246,7 @@ def _source(source: Any) -> str | list[str]:
 
 
 def _as_cell(cell: Mapping[str, Any]) -> Cell:
+    """Return a repaired cell without its outputs."""
     kind, source = cell["cell_type"], "".join(cell["source"])
     if len(source) > (MAX_TEXT if kind == TEXT else MAX_SOURCE):
         kind, source = UNREADABLE, ""

@@ -13,7 +13,6 @@ import sys
 import sysconfig
 import unicodedata
 from collections.abc import Collection, Iterable, Iterator
-from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
 
 from labcourse import files
@@ -27,7 +26,7 @@ MAX_FILE = 10_000_000  #: bytes of a file
 MAX_TOTAL = 30_000_000  #: bytes of all
 MAX_DEPTH = 8  #: folders within folders; as in what is handed in
 LONGEST_PATH = 240  #: characters; Windows has few more
-KEPT_COPY = ".before-restore"  #: in the name of a notebook's copy, which restoring it leaves behind
+BACKUP = ".before-restore"  #: in the name of a notebook's copy, which restoring it leaves behind
 RECEIPT_FILE = "receipt.json"  #: of a zip; it is different each time, and no run needs it
 RECEIPTS = "-receipts.txt"  #: at the end of the name of a student's receipts
 
@@ -47,31 +46,9 @@ _AT_START = {"sitecustomize", "usercustomize", "__main__", "ipykernel_launcher"}
 _MODULES = (".py", ".pyc", ".pyd", ".so", ".pyw")
 
 
-@dataclass(frozen=True)
-class Choice:
-    """The files that come along.
-
-    Attributes
-    ----------
-    paths : relative to the folder of the notebooks
-    notes : the files that do not, and why
-    """
-
-    paths: tuple[PurePosixPath, ...]
-    notes: tuple[str, ...]
-
-
-@dataclass
-class OwnFiles:
-    """A student's own files: relative path, with "/" → content; and notes on files that do not come along."""
-
-    files: dict[str, bytes] = field(default_factory=dict)
-    notes: list[str] = field(default_factory=list)
-
-
 def choose(
     candidates: Iterable[tuple[PurePosixPath, int]], notebooks: Collection[str], modules: Collection[str] = ()
-) -> Choice:
+) -> tuple[list[PurePosixPath], list[str]]:
     """Choose the student's files that come along to a run.
 
     Parameters
@@ -79,6 +56,11 @@ def choose(
     candidates : all ordinary files, relative to the folder of the notebooks, with their sizes in bytes
     notebooks : file names of the course's notebooks
     modules : names of the course's packages; Python's modules and the installed ones are added
+
+    Returns
+    -------
+    tuple
+        The paths of those that come along; and notes on those that do not, and why.
     """
     everything = sorted(candidates, key=lambda candidate: (len(candidate[0].parts), str(candidate[0])))
     environments = {path.parent for path, _size in everything if path.name == _ENVIRONMENT}
@@ -103,27 +85,32 @@ def choose(
         else:
             paths.append(path)
             total += size
-    return Choice(tuple(paths), _few(notes))
+    return paths, _few(notes)
 
 
-def read(folder: Path, notebooks: Collection[str], modules: Collection[str] = ()) -> OwnFiles:
+def read(folder: Path, notebooks: Collection[str], modules: Collection[str] = ()) -> tuple[dict[str, bytes], list[str]]:
     """Read a student's own files in the folder of the notebooks. Links are not followed.
 
     Parameters
     ----------
     folder : with the notebooks
     notebooks, modules : as for :func:`choose`
+
+    Returns
+    -------
+    tuple
+        Relative path, with "/" → content; and notes on files that do not come along.
     """
     refused: list[str] = []
-    choice = choose(_ordinary_files(folder, PurePosixPath(), refused), notebooks, modules)
-    own = OwnFiles(notes=[*choice.notes, *_few(refused)])
-    for path in choice.paths:
+    paths, notes = choose(_ordinary_files(folder, PurePosixPath(), refused), notebooks, modules)
+    contents, notes = {}, [*notes, *_few(refused)]
+    for path in paths:
         try:
             name = unicodedata.normalize("NFC", str(path))  # as it is named where it is graded
-            own.files[name] = files.read(folder / path)
+            contents[name] = files.read(folder / path)
         except OSError as error:
-            own.notes.append(f"{path} cannot be read: {error.strerror}.")
-    return own
+            notes.append(f"{path} cannot be read: {error.strerror}.")
+    return contents, notes
 
 
 def megabytes(size: int) -> str:
@@ -162,7 +149,7 @@ def _is_skipped(path: PurePosixPath, environments: Collection[PurePosixPath], ex
     stem, _dot, ending = ANSWERS_FILE.rpartition(".")
     return (
         any(is_leftover(part) or part.casefold() in (ANSWERS_FILE, COURSE_FILE) for part in path.parts)
-        or name.endswith((RECEIPTS, f"{KEPT_COPY}.ipynb"))
+        or name.endswith((RECEIPTS, f"{BACKUP}.ipynb"))
         or (name.startswith(f"{stem}.") and name.endswith(f".{ending}"))  # set aside, as answers.broken.json
         or (len(path.parts) == 1 and name in excluded)
         or any(folder in path.parents for folder in environments)
@@ -198,11 +185,12 @@ def _module(name: str) -> str:
     return name.partition(".")[0].casefold()
 
 
-def _few(notes: list[str]) -> tuple[str, ...]:
+def _few(notes: list[str]) -> list[str]:
+    """Shorten a long list of notes; the last one counts the rest."""
     if len(notes) <= _MOST_NOTES:
-        return tuple(notes)
+        return notes
     rest = plural(len(notes) - _MOST_NOTES, "{count} more file", "{count} more files")
-    return (*notes[:_MOST_NOTES], f"{rest} of yours do not come along, either.")
+    return [*notes[:_MOST_NOTES], f"{rest} of yours do not come along, either."]
 
 
 @functools.cache

@@ -26,6 +26,8 @@ from dataclasses import dataclass, field, replace
 from labcourse.answers.probes import Probe
 from labcourse.errors import AnswerError
 
+Where = tuple[str, str]  #: (question, part)
+
 
 @dataclass(frozen=True)
 class Usual:
@@ -62,7 +64,7 @@ class Part:
     choices : the allowed values
     probe : the inputs on which a function is tried
     channels : the channels that a recording must have
-    units : of all channels that are kept of a recording: name → unit
+    units : of all channels that are stored of a recording: name → unit
     settings : (name, value) pairs that are expected in a recording's metadata
     usual : what draws a hint where it is otherwise, and no more
     shows : for the entry of a results table, the (question, part) that it carries over
@@ -85,7 +87,7 @@ class Part:
     units: Mapping[str, str] = field(default_factory=dict)
     settings: tuple[tuple[str, str], ...] = ()
     usual: Usual = Usual()
-    shows: tuple[str, str] | None = None
+    shows: Where | None = None
 
     @property
     def rows_and_columns(self) -> tuple[int, int]:
@@ -159,7 +161,7 @@ class ReportItem:
     heading: str
     prompt: str
     outcomes: tuple[str, ...]
-    shows: tuple[tuple[str, str], ...] = ()
+    shows: tuple[Where, ...] = ()
     part: str = ""
     judged: str = ""
 
@@ -173,11 +175,6 @@ WHOLE = "whole"  #: the kind of what is judged, and not answered
 def prose(name: str, outcome: str, prompt: str, points: float = 1) -> Part:
     """Ask for text, which a person reads."""
     return Part(name, "prose", points, prompt, outcome, marked="person")
-
-
-def whole(name: str, outcome: str, prompt: str, points: float = 1) -> Part:
-    """Name one side of a report that a person judges when they have read all of it."""
-    return Part(name, WHOLE, points, prompt, outcome, marked="person")
 
 
 def number(
@@ -226,17 +223,8 @@ def recording(
     usual: Usual = Usual(),
 ) -> Part:
     """Ask for a recording of an experiment."""
-    return Part(
-        name,
-        "recording",
-        points,
-        prompt,
-        outcome,
-        channels=channels,
-        settings=(*settings.items(),),
-        units=units,
-        usual=usual,
-    )
+    pairs = tuple(settings.items())
+    return Part(name, "recording", points, prompt, outcome, channels=channels, settings=pairs, units=units, usual=usual)
 
 
 def function(name: str, probe: Probe, outcome: str, prompt: str, points: float = 2) -> Part:

@@ -7,7 +7,7 @@ experiment cannot be checked. The functions of a session return the lines to be 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -59,7 +59,7 @@ def of_question(predictions: Predictions, question: Any) -> dict[str, Predictabl
     return {item.part.name: item for item in predictable}
 
 
-def read(predictable: tuple[Predictable, ...], stored: Mapping[str, Any]) -> Iterator[tuple[Predictable, Any, str]]:
+def read(predictable: Iterable[Predictable], stored: Mapping[str, Any]) -> Iterator[tuple[Predictable, Any, str]]:
     """Read stored predictions: what can be predicted, the prediction, and a description. Skip unreadable ones.
 
     Parameters
@@ -67,14 +67,12 @@ def read(predictable: tuple[Predictable, ...], stored: Mapping[str, Any]) -> Ite
     predictable : what can be predicted of the question
     stored : what ``answers.json`` has of it
     """
-    said = stored.get("said", {})
     for item in predictable:
-        if item.part.name in said:
-            try:
-                value = forms.decode(item.part, said[item.part.name])
-            except AnswerError:
-                continue
-            yield item, value, forms.show(item.part, said[item.part.name])
+        content = stored.get("said", {}).get(item.part.name)
+        try:
+            yield item, forms.decode(item.part, content), forms.show(item.part, content)
+        except AnswerError:
+            continue
 
 
 def describe_result(item: Predictable, find: Callable[[str, str], Any]) -> str | None:
@@ -92,54 +90,43 @@ def describe_result(item: Predictable, find: Callable[[str, str], Any]) -> str |
         return None
 
 
-def predict(book: AnswerBook, predictions: Predictions, question: str, said: Mapping[str, Any]) -> list[str]:
+def predict(book: AnswerBook, predictions: Predictions, question: str, values: Mapping[str, Any]) -> list[str]:
     """Record what is predicted of an experiment, unless something was predicted before; that stands.
+
+    Parameters
+    ----------
+    values : name → prediction; without any, it is shown what can be predicted, and what was
 
     Raises
     ------
     AnswerError
         If nothing can be predicted of the question, or not this.
     """
-    known = of_question(predictions, question)
-    strange = [name for name in said if name not in known]
-    if strange:
-        raise AnswerError(f"Of question {question}, you can predict {', '.join(known)}, not {', '.join(strange)}.")
+    items = of_question(predictions, question)
+    unknown = [name for name in values if name not in items]
+    if unknown:
+        raise AnswerError(f"Of question {question}, you can predict {', '.join(items)}, not {', '.join(unknown)}.")
     book.refresh()
-    if not said:
-        before = _descriptions(book, question, known)
-        return [
-            f"{question}  " + (f"predicted: {before[name]}." if name in before else _asked(item))
-            for name, item in known.items()
-        ]
-    return [f"{question}  {_recorded(book, question, known[name].part, value)}" for name, value in said.items()]
+    return [f"{question}  {_reply(book, question, items[name].part, values.get(name))}" for name in values or items]
 
 
-def _descriptions(book: AnswerBook, question: str, known: Mapping[str, Predictable]) -> dict[str, str]:
-    """Describe what was predicted of a question's experiment, by name."""
-    predicted = read(tuple(known.values()), book.predicted(question))
-    return {item.part.name: text for item, _value, text in predicted}
-
-
-def _asked(item: Predictable) -> str:
-    return f"{item.part.name} ({', '.join(map(repr, item.part.choices)) or item.part.unit}): {item.part.prompt}"
-
-
-def _recorded(book: AnswerBook, question: str, part: Part, value: Any) -> str:
+def _reply(book: AnswerBook, question: str, part: Part, value: Any) -> str:
     """Record a prediction that has the form of its part, unless there is an earlier one, and return the reply."""
-    before = book.predicted(question).get("said", {}).get(part.name)
-    earlier = None if before is None else forms.show(part, before)
+    earlier = book.predicted(question).get("said", {}).get(part.name)
     try:
         content = forms.encode(part, value, 0).content
     except NotAnswered:
-        return f"{part.name}  not predicted yet{f' (you said {earlier})' if earlier else ''}: {part.prompt}"
+        content = earlier
     except FormError as error:
-        return f"{part.name}  not kept: {error}"
-    if before is None:
+        return f"{part.name}  not recorded: {error}"
+    if content is None:
+        return f"{part.name} ({', '.join(map(repr, part.choices)) or part.unit}): {part.prompt}"
+    if earlier is None:
         book.predict(question, {part.name: content})
         return f"predicted: {forms.show(part, content)}. It stands now; run the experiment."
-    if before != content:
-        return f"You said {earlier} before, and that stands. Wrong predictions cost nothing."
-    return f"predicted: {earlier}."
+    if earlier != content:
+        return f"You said {forms.show(part, earlier)} before, and that stands. Wrong predictions cost nothing."
+    return f"predicted: {forms.show(part, earlier)}."
 
 
 def observed(
@@ -157,25 +144,26 @@ def observed(
     AnswerError
         If nothing can be predicted of the question, or ``why`` is not a sentence.
     """
-    predictable = of_question(predictions, question)
-    if why is not None and not isinstance(why, str):
+    items = of_question(predictions, question)
+    if not isinstance(why, str | None):
         raise AnswerError(f"why should be a sentence, text between quotes; it is a {type(why).__name__}.")
     sentence = clean(why or "").strip()
     if len(sentence) > bounds.LONGEST_SENTENCE:
         raise AnswerError(f"One sentence is asked for: at most {bounds.LONGEST_SENTENCE} characters.")
-    if sentence and sentence != book.predicted(question).get("why"):
+    if sentence:
         book.predict(question, {}, sentence)
-    said = _descriptions(book, question, predictable)
+    stored = book.predicted(question)
+    predicted = {item.part.name: text for item, _value, text in read(items.values(), stored)}
     lines = []
-    for name, item in predictable.items():
-        lines.append(f"{question}  You predicted {said.get(name, 'nothing here')}.")
-        if seen := describe_result(item, find):
-            lines += [f"      Recorded: {seen}.", f"      {item.ask}"]
+    for name, item in items.items():
+        lines.append(f"{question}  You predicted {predicted.get(name, 'nothing here')}.")
+        if result := describe_result(item, find):
+            lines += [f"      Recorded: {result}.", f"      {item.ask}"]
         else:
-            missing = ", ".join(" ".join(where) for where in item.found_in)
+            missing = ", ".join(map(" ".join, item.found_in))
             lines.append(f"      There is nothing to compare it with yet: answer {missing}.")
-    if why := book.predicted(question).get("why", ""):
-        return [*lines, f"      Your words: {why}"]
+    if sentence := stored.get("why", ""):
+        return [*lines, f"      Your explanation: {sentence}"]
     return [*lines, f'      Keep a sentence on it: lab.observed("{question}", why="...")']
 
 
@@ -187,6 +175,5 @@ def value(book: AnswerBook, predictions: Predictions, question: str, name: str) 
     AnswerError
         If nothing can be predicted of the question.
     """
-    known = tuple(of_question(predictions, question).values())
-    values = {item.part.name: value for item, value, _text in read(known, book.predicted(question))}
-    return values.get(name)
+    predicted = read(of_question(predictions, question).values(), book.predicted(question))
+    return {item.part.name: value for item, value, _text in predicted}.get(name)

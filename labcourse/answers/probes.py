@@ -1,4 +1,4 @@
-"""Probes: the inputs on which a student's function is tried, and what is kept of its outputs.
+"""Probes: the inputs on which a student's function is tried, and what is stored of its outputs.
 
 A function cannot be stored as plain data, so it is called when it is answered, on inputs drawn from a seed. Grading
 draws the same inputs (with a seed that nobody knew before) and compares the outputs outside the sandbox. A course
@@ -15,8 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from labcourse.answers.json_values import FormError, NotAnswered, read_vector, rounded
-from labcourse.errors import AnswerError
+from labcourse.answers.json_values import FormError, check_given, read_vector, rounded
 
 
 @dataclass(frozen=True)
@@ -82,17 +81,15 @@ def pieces(output: Any, names: tuple[str, ...]) -> list[NDArray[np.float64]]:
         If it is anything else; the message is a hint for the student.
     """
     wanted = f"it should return ({', '.join(names)})"
-    if output is None or output is Ellipsis:
-        raise NotAnswered("nothing yet")
+    check_given(output)
     if isinstance(output, np.ndarray) and output.ndim > 1 and len(output) == len(names):  # its rows
         output = list(output)
     if not isinstance(output, tuple | list) or len(output) != len(names):
         length = f" of {len(output)}" if isinstance(output, tuple | list) else ""
         raise FormError(f"{wanted}; it returned a {type(output).__name__}{length}")
-    if any(piece is None or piece is Ellipsis for piece in output):
-        raise NotAnswered("nothing yet")
     arrays = []
     for name, piece in zip(names, output, strict=True):
+        check_given(piece)
         array = _array(piece)
         if array is None:
             raise FormError(f"{wanted}, all numbers; {name} is not")
@@ -113,16 +110,3 @@ def _array(piece: Any) -> NDArray[Any] | None:
     except (TypeError, ValueError):
         return None
     return array if array.dtype.kind in "iufc" else None
-
-
-def check_seed(text: str) -> int:
-    """Return a probe seed from text (an environment variable).
-
-    Raises
-    ------
-    AnswerError
-        If it is not a non-negative integer.
-    """
-    if not text.isascii() or not text.isdigit() or len(text) > 30:
-        raise AnswerError(f"The probe seed should be a non-negative integer; it is {text[:40]!r}.")
-    return int(text)

@@ -13,12 +13,12 @@ from typing import Any
 
 import numpy as np
 
-from labcourse.answers.catalogue import Catalogue, enumeration
+from labcourse.answers.catalogue import Catalogue
+from labcourse.answers.parts import Where
 from labcourse.course_file import OFF, ON, REFLECT
 from labcourse.errors import AnswerError, ConfigurationError, CourseError
 from labcourse.messages import plural
 
-Where = tuple[str, str]  # question, part
 #: What a check may raise for some student's numbers.
 _COMPUTATION_ERRORS = (ArithmeticError, LookupError, TypeError, ValueError, RuntimeError, CourseError)
 
@@ -63,6 +63,7 @@ class Reflection:
         return "\n".join(self._lines())
 
     def _lines(self) -> Iterable[str]:
+        """Describe the result, a line for each question to the student."""
         if self.asked:
             yield plural(
                 len(self.asked),
@@ -76,7 +77,7 @@ class Reflection:
             yield f"Nothing to ask: your answers agree with each other ({compared}). Right or wrong, this cannot say."
         if self.unclear:
             yield (
-                f"Nothing can be computed from your answers to {enumeration(list(self.unclear))}. Are these numbers "
+                f"Nothing can be computed from your answers to {', '.join(self.unclear)}. Are these numbers "
                 "very large or zero?"
             )
         if self.missing:
@@ -99,9 +100,13 @@ def reflect(checks: Iterable[Check], find: Callable[[str, str], Any]) -> Reflect
     unclear: dict[str, None] = {}
     compared = 0
     for check in checks:
-        values, lacking = _values(check.about, find)
-        missing |= dict.fromkeys(lacking)
-        if lacking:
+        values = []
+        for where in check.about:
+            try:
+                values.append(find(*where))
+            except AnswerError:
+                missing[where] = None
+        if len(values) < len(check.about):
             continue
         try:
             with np.errstate(all="ignore"):
@@ -113,16 +118,6 @@ def reflect(checks: Iterable[Check], find: Callable[[str, str], Any]) -> Reflect
         if text:
             asked.append((tuple(check.questions), text))
     return Reflection(tuple(asked), compared, tuple(missing), tuple(unclear))
-
-
-def _values(about: Iterable[Where], find: Callable[[str, str], Any]) -> tuple[list[Any], list[Where]]:
-    values, lacking = [], []
-    for where in about:
-        try:
-            values.append(find(*where))
-        except AnswerError:
-            lacking.append(where)
-    return values, lacking
 
 
 def of_notebooks(checks: Iterable[Check], catalogue: Catalogue, numbers: Iterable[str]) -> list[Check]:
@@ -139,16 +134,11 @@ def of_notebooks(checks: Iterable[Check], catalogue: Catalogue, numbers: Iterabl
     AnswerError
         If there is no such notebook.
     """
-    wanted = tuple(numbers)
-    for number in wanted:
-        if not isinstance(number, str) or not number or not any(n.startswith(number) for n in catalogue.notebooks):
-            raise AnswerError(
-                f"There is no notebook {number!r} with questions; there are {', '.join(catalogue.notebooks)}."
-            )
+    notebooks = catalogue.find_notebooks(*numbers)
     return [
         check
         for check in checks
-        if not wanted or max(catalogue.everything[number].notebook for number in check.questions).startswith(wanted)
+        if max(catalogue.everything[number].notebook for number in check.questions) in notebooks
     ]
 
 
@@ -173,15 +163,11 @@ def silence(course: Mapping[str, Any], now: datetime) -> str | None:
         return None
     if setting == OFF:
         return "Your instructor has switched this off. Everything else works without it."
-    opens = _opening(setting)
-    return None if now >= opens else f"Your instructor allows this from {opens:%Y-%m-%d %H:%M} on."
-
-
-def _opening(setting: Any) -> datetime:
     try:
         opens = datetime.fromisoformat(setting)  # of a date alone: midnight
     except (TypeError, ValueError):
         raise ConfigurationError(
             f'course.json: "{REFLECT}" should be "on", "off" or a date as "2026-12-01"; it is {setting!r:.80}.'
         ) from None
-    return opens if opens.tzinfo else opens.astimezone()
+    opens = opens if opens.tzinfo else opens.astimezone()
+    return None if now >= opens else f"Your instructor allows this from {opens:%Y-%m-%d %H:%M} on."

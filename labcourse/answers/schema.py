@@ -39,29 +39,19 @@ def load(data: bytes, max_depth: int = MAX_DEPTH) -> Any:
     Raises
     ------
     AnswerError
-        If it is not JSON, has a name twice in an object, NaN, an integer beyond the bounds, or more levels.
+        If it is not JSON, has NaN, a number beyond all floats, an integer beyond the bounds, or more levels.
     """
-    hooks = {"parse_constant": _integer, "parse_int": _integer, "object_pairs_hook": _unique}
     try:
-        return files.from_json(data, max_depth, **hooks)
+        return files.from_json(data, max_depth, allow_nan=False, parse_int=_integer)
     except ValueError as error:
         raise AnswerError(f"It is not JSON that can be read: {error}.") from None
 
 
 def _integer(digits: str) -> int:
-    """Return an integer. Raises ValueError if it is too large, or a constant such as NaN."""
-    if not digits.removeprefix("-").isdigit():
-        raise ValueError(f"{digits} is not a number")
+    """Return an integer. Raises ValueError if it is too large."""
     if len(digits) > 25 or abs(int(digits)) > bounds.MAX_INTEGER:
         raise ValueError("an integer is too large")
     return int(digits)
-
-
-def _unique(pairs: Sequence[tuple[str, Any]]) -> dict[str, Any]:
-    content = dict(pairs)
-    if len(content) != len(pairs):
-        raise ValueError("a name is there twice in one object")
-    return content
 
 
 def validated(adapter: TypeAdapter[Any], what: str, content: Any) -> Any:
@@ -87,6 +77,7 @@ def _printable(text: str) -> str:
 
 
 def _small(metadata: dict[str, Any]) -> dict[str, Any]:
+    """Check that JSON data is short, and printable."""
     try:
         text = json.dumps(metadata, allow_nan=False, ensure_ascii=False)
     except RecursionError:
@@ -240,7 +231,10 @@ class EquationAnswer(SymbolicAnswer):
 
     def decode(self, part: Part) -> Any:
         """Return a ``sympy.Eq``."""
-        return expressions.decode_equation(self.lhs, self.rhs, part.symbols)
+        import sympy
+
+        sides = (expressions.decode(side, part.symbols) for side in (self.lhs, self.rhs))
+        return sympy.Eq(*sides, evaluate=False)
 
 
 class SymbolicMatrixAnswer(SymbolicAnswer):
@@ -275,7 +269,7 @@ class FunctionAnswer(Model):
 
 
 class Curve(Model):
-    """A curve of a diagram: how many points it shows, and those that are kept."""
+    """A curve of a diagram: how many points it shows, and those that are stored."""
 
     label: Label
     n: Annotated[int, Field(ge=0, le=_CURVE_SAMPLES)]

@@ -17,12 +17,11 @@ import numpy as np
 
 from labcourse.answers import forms
 from labcourse.answers.catalogue import Catalogue
-from labcourse.answers.parts import Part, Question, ReportItem
+from labcourse.answers.parts import Part, Question, ReportItem, Where
 from labcourse.answers.reflection import Check
 from labcourse.errors import ConfigurationError
 
 GIVEN = "given"  #: in course.json
-Where = tuple[str, str]  # question and part
 Values = Mapping[Where, Any]
 
 
@@ -227,11 +226,9 @@ class Beginning:
             check for check in checks if all(self.is_asked(*where) or self.is_given(*where) for where in check.about)
         ]
 
-    def lines(self) -> Iterable[str]:
+    def lines(self) -> list[str]:
         """Return what a session prints about it when it begins."""
-        if self.start is not None:
-            named = ", ".join(f"{question} {part}" for question, part in self.start.gives)
-            yield (
-                f"Given     {self.start.title} ({named}). Notebooks that your course does not have: "
-                f"{', '.join(self.start.skips)}."
-            )
+        if self.start is None:
+            return []
+        named, skipped = ", ".join(map(" ".join, self.start.gives)), ", ".join(self.start.skips)
+        return [f"Given     {self.start.title} ({named}). Notebooks that your course does not have: {skipped}."]

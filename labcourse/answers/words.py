@@ -3,13 +3,12 @@
 A cell of the course for such an answer carries ``{"question", "part"}`` in its metadata (:data:`KEY`). It begins with
 a heading that says what to write there, and a line to be replaced (:data:`STUB`). Students split cells, renew their
 ids, change their kind, or write in a cell of their own just below: their text is read wherever the question is clear,
-and a note says where it was found.
+and a note says where it was.
 """
 
 from __future__ import annotations
 
 import base64
-import binascii
 import itertools
 import re
 from collections.abc import Iterable, Mapping, Sequence
@@ -24,18 +23,16 @@ from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.forms import STUBS, of_few_words
 from labcourse.answers.json_values import clean
 from labcourse.answers.notebooks import CODE, RAW, TEXT, Cell, Notebook, NotebookError
+from labcourse.answers.parts import Where
 
 KEY = "labcourse"  #: of a cell's metadata: {"question": ..., "part": ...}
 INSTRUCTOR = "instructor"  #: tag of cells that only an instructor's notebook has
 MARK = "✎"  #: begins each place to write, in every notebook
-MAX_BYTES = 100_000_000  #: of a notebook, with all of its outputs
 STUB = (
     "*Double-click here, and write in place of this line. Formulas between `$` signs and pasted pictures are welcome.*"
 )
 #: Lines around a model answer in the instructor's notebooks; rendered Markdown does not show them.
 BEGIN, END = "<!-- BEGIN SOLUTION -->", "<!-- END SOLUTION -->"
-
-Where = tuple[str, str]  # question, part
 
 _IN_ITALICS = re.compile(r"\*[^*\n]+\*")
 _HEADING = re.compile(rf'(?:<div class="[\w -]{{1,60}}"><b>|\*\*){MARK}[^*<>\n]{{1,200}}(?:</b></div>|\*\*)')
@@ -44,7 +41,7 @@ _PROSE = re.compile(r"\s*(?!(?:from|for|if|while|with|not|lambda|assert|del|impo
 
 
 @dataclass(frozen=True)
-class Words:
+class TextAnswer:
     """An answer in words.
 
     Attributes
@@ -64,19 +61,9 @@ class Words:
         }
 
     @classmethod
-    def from_json(cls, content: Mapping[str, Any]) -> Words:
-        """Read what :meth:`as_json` returned.
-
-        Raises
-        ------
-        ValueError
-            If the data have another form.
-        """
-        try:
-            pictures = {name: base64.b64decode(data, validate=True) for name, data in content["pictures"].items()}
-            return cls(str(content["text"]), pictures)
-        except (KeyError, TypeError, AttributeError, binascii.Error) as error:
-            raise ValueError(repr(error)) from None
+    def from_json(cls, content: Mapping[str, Any]) -> TextAnswer:
+        """Read what :meth:`as_json` returned."""
+        return cls(content["text"], {name: base64.b64decode(data) for name, data in content["pictures"].items()})
 
 
 @dataclass
@@ -86,12 +73,12 @@ class Written:
     Attributes
     ----------
     words : (question, part) → the answer; without answers that were not written
-    notes : for people, such as where an answer was found that is not in its cell
+    notes : for people, such as where an answer is that is not in its cell
     problems : what is not read as the student left it
     asked : questions to the student about answers that are read as they are
     """
 
-    words: dict[Where, Words] = field(default_factory=dict)
+    words: dict[Where, TextAnswer] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
     problems: list[str] = field(default_factory=list)
     asked: list[str] = field(default_factory=list)
@@ -99,11 +86,10 @@ class Written:
 
 def where_of(cell: Mapping[str, Any]) -> Where | None:
     """Return the question and part that a text cell of the course answers; None for any other cell."""
-    about = _metadata(cell).get(KEY)
-    if cell.get("cell_type") != TEXT or not isinstance(about, Mapping):
-        return None
+    about = cell.get("metadata", {}).get(KEY, {})
     question, part = about.get("question"), about.get("part")
-    return (question, part) if isinstance(question, str) and isinstance(part, str) else None
+    readable = cell.get("cell_type") == TEXT and isinstance(question, str) and isinstance(part, str)
+    return (question, part) if readable else None
 
 
 def written(
@@ -133,7 +119,7 @@ def written(
             continue
         attachments = {name: content for cell in reversed(cells) for name, content in cell.attachments.items()}
         if with_pictures:
-            shown = attached_pictures.pictures_of(text, attachments, files, budget)
+            shown = attached_pictures.pictures_of(text, attachments, files or {}, budget)
         else:
             shown = Pictures(attached_pictures.lifted(text)[0])
         result.problems += [f"{label}: {problem}" for problem in shown.problems]
@@ -144,7 +130,7 @@ def written(
             )
         if question := of_few_words(text):
             result.asked.append(f"{label}: {question}.")
-        result.words[where] = Words(shown.text[: bounds.LONGEST_PROSE], shown.saved)
+        result.words[where] = TextAnswer(shown.text[: bounds.LONGEST_PROSE], shown.saved)
     return result
 
 
@@ -213,8 +199,9 @@ class _Places:
             (self._runs[-1].pieces if owner else self._runs[-1].added).append(cell)
 
     def cells_for(self, master: Mapping[str, Any]) -> tuple[list[Cell], list[str]]:
-        """Find the cells with an answer, in order; and notes on where they were found."""
+        """Find the cells with an answer, in order; and notes on where they are."""
         own, notes = self._own(master)
+        before = self._before(_id(master))
         filled = [cell for run in own for cell in run.pieces if without_stub(cell.source, master)]
         below = _texts(own[-1].added) if own else []
         if any(cell.kind != TEXT for cell in filled):
@@ -223,13 +210,13 @@ class _Places:
             notes.append("with the text of an added cell just below the answer cell.")
         elif below:
             notes.append("taken from an added cell just below the answer cell, which is empty.")
-        elif not filled and (below := _texts(self._above(_id(master), own))):
+        elif not filled and (below := _texts(self._above(_id(master), own, before))):
             notes.append(
                 "taken from an added cell just above the answer cell, which is empty."
                 if own
                 else "taken from an added cell where the answer cell is missing."
             )
-        elif not filled and any(map(_may_be_words, self._near(_id(master), own))):
+        elif not filled and any(map(_may_be_words, [*before.added, *(own[-1].added if own else [])])):
             notes.append("nothing is written in its cell; an added cell beside it is not read as the answer.")
         return [*filled, *below], notes
 
@@ -247,13 +234,8 @@ class _Places:
         earlier = self._order[: self._order.index(name)]
         return next((runs[other] for other in reversed(earlier) if other in runs), self._runs[0])
 
-    def _near(self, name: str, own: Sequence[_Run]) -> list[Cell]:
-        """Find the student's own cells around an answer cell, or around the place where it is missing."""
-        return [*self._before(name).added, *(own[-1].added if own else [])]
-
-    def _above(self, name: str, own: Sequence[_Run]) -> list[Cell]:
+    def _above(self, name: str, own: Sequence[_Run], before: _Run) -> list[Cell]:
         """Find own cells just above an answer cell, or in its place, unless they may belong to another answer."""
-        before = self._before(name)
         answer = self._answers.get(before.owner)
         if answer is not None and not any(without_stub(cell.source, answer) for cell in before.pieces):
             return []
@@ -305,14 +287,8 @@ def _owners(masters: Sequence[Mapping[str, Any]], cells: Sequence[Cell]) -> list
 
 def grade_id(cell: Mapping[str, Any]) -> str:
     """Return the id in a cell's grading metadata; "" if it has none."""
-    about = _metadata(cell).get("nbgrader")
-    name = about.get("grade_id") if isinstance(about, Mapping) else None
+    name = cell.get("metadata", {}).get("nbgrader", {}).get("grade_id")
     return name if isinstance(name, str) else ""
-
-
-def _metadata(cell: Mapping[str, Any]) -> Mapping[str, Any]:
-    metadata = cell.get("metadata") if isinstance(cell, Mapping) else None
-    return metadata if isinstance(metadata, Mapping) else {}
 
 
 def own_masters(cells: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
@@ -321,10 +297,9 @@ def own_masters(cells: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
     Cells that have been split are returned once. In a notebook with cells for instructors, no cell is a student's.
     """
     masters: dict[str, Mapping[str, Any]] = {}
-    tags = [_metadata(cell).get("tags") for cell in cells]
-    whole = any(isinstance(names, list) and INSTRUCTOR in names for names in tags)
+    whole = any(INSTRUCTOR in cell["metadata"].get("tags", ()) for cell in cells)
     for cell in cells:
-        metadata = _metadata(cell)
+        metadata = cell["metadata"]
         if whole or grade_id(cell) or metadata.get("deletable") is False or metadata.get("editable") is False:
             name = grade_id(cell) or _id(cell)
             kind = TEXT if KEY in metadata else cell.get("cell_type", CODE)
@@ -335,7 +310,7 @@ def own_masters(cells: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
 # --- in a student's folder --------------------------------------------------------------------------------------------
 
 
-class SavedWords:
+class SavedTexts:
     """The answers in words in the notebooks of a folder, read again when a file has changed.
 
     Parameters
@@ -371,8 +346,9 @@ class SavedWords:
         return None
 
     def _read(self, path: Path) -> dict[Where, str]:
+        """Read the answers in words from a notebook, and note what the student should know."""
         try:
-            notebook = Notebook.read(files.read(path, MAX_BYTES))
+            notebook = Notebook.without_outputs(files.read(path))
         except (OSError, NotebookError) as error:
             self.notices.append(f"{path.name} could not be read for answers in words: {files.reason(error)}")
             return {}

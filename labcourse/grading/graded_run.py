@@ -15,8 +15,9 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, PlainSerializer
 
 from labcourse.answers import answers
 from labcourse.answers.cell_reports import Reports
+from labcourse.answers.parts import Where
 from labcourse.answers.report_files import ReportFile
-from labcourse.answers.words import Where, Words
+from labcourse.answers.words import TextAnswer
 from labcourse.benches import BenchPolicy
 from labcourse.errors import AnswerError
 from labcourse.grading.gradebook import Graded, MarkRecord, RunRecord
@@ -77,7 +78,7 @@ def facts_of(run: RunRecord) -> Facts:
     return Facts.model_validate(run.cells[0])
 
 
-def words_as_json(words: Mapping[Where, Words]) -> dict[str, dict[str, Any]]:
+def words_as_json(words: Mapping[Where, TextAnswer]) -> dict[str, dict[str, Any]]:
     """Return answers in words as :attr:`RunRecord.words` stores them."""
     stored: dict[str, dict[str, Any]] = {}
     for (question, part), answer in words.items():
@@ -105,7 +106,7 @@ def marking_job(run: RunRecord) -> MarkingJob:
     missing = {(question, part): reason for question, part, reason in facts.missing}
     context = Context(missing, supplied_parts(run), facts.asked, facts.start, facts.reports_in_pdf)
     words = {
-        (question, part): Words.from_json(content)
+        (question, part): TextAnswer.from_json(content)
         for question, parts in run.words.items()
         for part, content in parts.items()
     }

@@ -12,7 +12,6 @@ from labcourse.answers import forms, own_files, words
 from labcourse.answers.attached_pictures import PICTURE
 from labcourse.answers.notebooks import Notebook, NotebookError
 from labcourse.answers.parts import Question, ReportItem
-from labcourse.answers.words import MAX_BYTES
 from labcourse.errors import AnswerError
 from labcourse.report import counting, entries, fine_curves, front
 from labcourse.report.document import (
@@ -204,7 +203,7 @@ class _Composing:
         targets = [match["in"] or match["out"] for text in texts for match in PICTURE.finditer(text)]
         if all(target.startswith(("attachment:", "data:")) for target in targets):
             return {}
-        return own_files.read(self._folder, [f"{name}.ipynb" for name in self._lab.catalogue.notebooks]).files
+        return own_files.read(self._folder, [f"{name}.ipynb" for name in self._lab.catalogue.notebooks])[0]
 
 
 def _figure_label(question: Question, name: str) -> str:
@@ -224,7 +223,7 @@ def _limit(course: Mapping[str, Any]) -> int | None:
 
 def _read(path: Path) -> Notebook:
     try:
-        return Notebook.read(files.read(path, MAX_BYTES))
+        return Notebook.without_outputs(files.read(path))
     except (OSError, NotebookError) as error:
         raise AnswerError(
             f"The report's texts are in {path.name}, which cannot be read: {files.reason(error)}"

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Mapping
 
 from labcourse.answers.catalogue import Catalogue
+from labcourse.answers.parts import Where
 from labcourse.answers.report_files import ReportFile
-from labcourse.answers.words import Where
 from labcourse.messages import listed
 from labcourse.run.student_folder import Work
 

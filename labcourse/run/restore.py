@@ -225,7 +225,7 @@ def _name_all(cells: list[dict[str, Any]], of_course: set[str]) -> None:
 def _free(path: Path) -> Path:
     """Where a copy of a notebook can be kept."""
     for number in itertools.count(1):
-        kept = path.with_name(f"{path.stem}{f'-{number}' if number > 1 else ''}{own_files.KEPT_COPY}{path.suffix}")
+        kept = path.with_name(f"{path.stem}{f'-{number}' if number > 1 else ''}{own_files.BACKUP}{path.suffix}")
         if not os.path.lexists(kept):
             return kept
     raise AssertionError  # there are always more numbers

@@ -7,15 +7,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from labcourse import course_file, files, hub, program, student_id
+from labcourse import course_file, courses, files, hub, program, student_id
 from labcourse.answers import own_files, report_files
 from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.notebooks import Cell, HandIn, Notebook, NotebookError
 from labcourse.course_file import NOBODY
 from labcourse.errors import CheckError, ConfigurationError, StudentIDError
 from labcourse.files import ANSWERS_FILE, COURSE_FILE
-
-USUAL = "notebooks"  #: the folder that ``labcourse lab`` opens if none is named
 
 
 @dataclass(frozen=True)
@@ -52,7 +50,7 @@ def find(given: Path | None, notebooks: Iterable[str]) -> Path:
         If none of the course's notebooks is there.
     """
     names = list(notebooks)
-    for folder in (Path(), Path(USUAL)) if given is None else (given,):
+    for folder in (Path(), Path(courses.NOTEBOOKS)) if given is None else (given,):
         if any((folder / name).is_file() for name in names):
             return folder.resolve()
     if given is None:
@@ -94,15 +92,14 @@ def read(
         reports, refused = report_files.read_all(folder, catalogue)
         problems += refused
     names = report_files.names(catalogue).values() if catalogue is not None else ()
-    own = own_files.read(folder, [*notebooks, *report_files.made_files(names)], modules)
-    notes = own.notes
+    own, notes = own_files.read(folder, [*notebooks, *report_files.made_files(names)], modules)
     if names and not reports:
         notes += [
             (
                 f"{path} comes along as a file of your own. If it is your report, hand it in as that: "
                 f'lab.report("NAME OF THE REPORT", pdf="{path}").'
             )
-            for path in own.files
+            for path in own
             if path.casefold().endswith(report_files.PDF) and "/" not in path
         ]
     course: dict[str, Any] = {}
@@ -119,7 +116,7 @@ def read(
             course = course_file.parse(data)
         except ConfigurationError as error:
             problems.append(str(error))
-    hand_in = HandIn(cells, own.files, content.get(ANSWERS_FILE), course, reports)
+    hand_in = HandIn(cells, own, content.get(ANSWERS_FILE), course, reports)
     return Work(folder, hand_in, saved, tuple(problems), tuple(notes))
 
 
@@ -146,7 +143,7 @@ def _not_there(folder: Path, name: str) -> str:
     """Words on a notebook that is missing, and on a file that may be it."""
     number = name.partition("_")[0]
     found = sorted(
-        files.shown(path.name) for path in folder.glob(f"{number}*.ipynb") if own_files.KEPT_COPY not in path.name
+        files.shown(path.name) for path in folder.glob(f"{number}*.ipynb") if own_files.BACKUP not in path.name
     )
     if not found:
         return f"{name} is not there. ({program.name()} restore {name} gives a new one.)"

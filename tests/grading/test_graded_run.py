@@ -7,7 +7,7 @@ from gradebooks import graded, record
 
 from labcourse.answers.cell_reports import CellError, CellReport, Refusal, Reports
 from labcourse.answers.report_files import ReportFile
-from labcourse.answers.words import Words
+from labcourse.answers.words import TextAnswer
 from labcourse.benches import BenchPolicy
 from labcourse.grading import graded_run
 from labcourse.grading.gradebook import Gradebook
@@ -62,7 +62,11 @@ def test_a_record_without_facts_has_its_messages():
 
 @pytest.mark.parametrize(("bench_of", "student"), [("", "ada"), ("bob", "bob")])
 def test_marking_is_given_whose_bench_it_was_and_all_that_was_recorded(bench_of, student):
-    words = {("1", "why"): Words("So.", {"a.png": b"1"}), ("1", "how"): Words("Thus."), ("2", "why"): Words("No.")}
+    words = {
+        ("1", "why"): TextAnswer("So.", {"a.png": b"1"}),
+        ("1", "how"): TextAnswer("Thus."),
+        ("2", "why"): TextAnswer("No."),
+    }
     facts = Facts(**PARTS | {"bench_of": bench_of})
     run = run_of(facts, answers=b"{}", words=words_as_json(words), supplied={"1.x": 3, "2.11.omega_n": 4}, probe_seed=5)
     asked = marking_job(run)

@@ -6,7 +6,7 @@ from datetime import UTC, datetime, timedelta, timezone
 import pytest
 
 import labcourse
-from labcourse.answers.words import Words
+from labcourse.answers.words import TextAnswer
 from labcourse.grading.batch import Batch, Settings
 from labcourse.grading.running import runner
 from labcourse.grading.running.prepared import Prepared
@@ -136,7 +136,7 @@ def test_another_student_on_the_same_bench_is_another_run(taken):
     assert batch._identify("bob", one).key != batch._identify("ada", one).key
 
 
-WORDS = Words("A pole lies on the axis.")
+WORDS = TextAnswer("A pole lies on the axis.")
 #: Fields of what was prepared that are not run but marked or shown → another value.
 NOT_RUN = {
     "words": {("2.11", "explanation"): WORDS},

@@ -176,26 +176,6 @@ def written_otherwise(folder: Path, work: Work) -> None:
     as_folder(folder / work.student, files)
 
 
-@WAYS.packed()
-def format_3(folder: Path, work: Work) -> None:
-    """Downloaded one notebook as format 3, for an old program: worksheets, inputs, no ids."""
-    files = work.contents()
-    cells = [
-        {"cell_type": "code", "input": cell["source"], "language": "python", "prompt_number": 1, **common}
-        if cell["cell_type"] == "code"
-        else {"cell_type": "markdown", "source": cell["source"], "metadata": cell["metadata"]}
-        for cell in work.notebook("02")["cells"]
-        for common in [{"metadata": cell["metadata"], "collapsed": False, "outputs": []}]
-    ]
-    old = {
-        "metadata": {"name": ""},
-        "nbformat": 3,
-        "nbformat_minor": 0,
-        "worksheets": [{"cells": cells, "metadata": {}}],
-    }
-    as_folder(folder / work.student, {**files, work.name("02"): written(old)})
-
-
 def installed(version: str = "3.12") -> Files:
     """What of a virtual environment may be taken for something else: the course as installed, with empty notebooks."""
     packages = f".venv/lib/python{version}/site-packages"

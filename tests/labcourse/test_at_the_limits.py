@@ -21,7 +21,6 @@ from labcourse.answers import (
     forms,
     own_files,
     schema,
-    words,
 )
 from labcourse.answers.attached_pictures import Budget, PictureError, as_png, pictures_of
 from labcourse.answers.parts import Question, figure, number, prose, recording
@@ -60,17 +59,13 @@ def test_bytes_of_one_answer(monkeypatch, fits):
 def test_the_file_grows_to_its_limit(tmp_path, monkeypatch, fits):
     question = Question("1", "1", "a", "", (), (WORDS, number("x", "", None, "", "")))
 
-    def reply_in(name):
-        book = answers.AnswerBook(tmp_path / name, "ada", {"uri": "virtual"}, 1)
-        (reply,) = book.answer(question, {"why": "y" * 500})
-        return reply
-
-    assert reply_in("free.json").recorded
-    size = (tmp_path / "free.json").stat().st_size
+    book = answers.AnswerBook(tmp_path / "free.json", "ada", {"uri": "virtual"}, 1)
+    book.answer(question, {"why": "y" * 500})
+    size = book.path.stat().st_size
+    book = answers.AnswerBook(tmp_path / "held.json", "ada", {"uri": "virtual"}, 1)
     monkeypatch.setattr(answers, "MAX_BYTES", size - (not fits))
-    reply = reply_in("held.json")
-    assert reply.recorded == fits
-    assert fits or f"would be larger than {size - 1} bytes" in reply.refused
+    taken(fits, lambda: book.answer(question, {"why": "y" * 500}), AnswerError, f"larger than {size - 1} bytes")
+    assert (book.get("1", "why") is not None) == book.path.exists() == fits
 
 
 @FITS
@@ -172,7 +167,7 @@ def png(width, height):
 def test_bytes_pixels_and_sides_of_a_picture(monkeypatch, fits, size, name, limit, words):
     data = png(*size)
     monkeypatch.setattr(attached_pictures, name, (limit or len(data)) - (not fits))
-    taken(fits, lambda: as_png(data), PictureError, words)
+    taken(fits, lambda: as_png(data, Budget()), PictureError, words)
 
 
 @FITS
@@ -187,14 +182,14 @@ def test_pixels_of_all_pictures_together(fits):
 def test_pictures_of_one_answer(number):
     text = " ".join(f"![a](attachment:{place}.png)" for place in range(number))
     data = base64.b64encode(png(20, 10)).decode()
-    found = pictures_of(text, {f"{place}.png": {"image/png": data} for place in range(number)})
+    found = pictures_of(text, {f"{place}.png": {"image/png": data} for place in range(number)}, {}, Budget())
     assert len(found.saved) == 6
     assert found.problems == ([] if number == 6 else ["more than 6 pictures: the first 6 are shown"])
 
 
 @pytest.mark.parametrize("side", [1399, 1400, 1401, 3000])
 def test_a_picture_is_kept_with_a_side_of_1400_pixels_at_most(side):
-    kept = Image.open(io.BytesIO(as_png(png(side, 10))))
+    kept = Image.open(io.BytesIO(as_png(png(side, 10), Budget())))
     assert kept.width == min(side, 1400)
 
 
@@ -203,9 +198,9 @@ def test_bytes_of_a_picture_as_it_is_kept(monkeypatch, fits):
     noise = np.random.default_rng(1).integers(0, 255, (400, 400, 3), dtype=np.uint8)
     packed = io.BytesIO()
     Image.fromarray(noise).save(packed, format="PNG")
-    whole = as_png(packed.getvalue())
-    monkeypatch.setattr(attached_pictures, "KEPT_BYTES", len(whole) - (not fits))
-    kept = as_png(packed.getvalue())
+    whole = as_png(packed.getvalue(), Budget())
+    monkeypatch.setattr(attached_pictures, "MAX_STORED", len(whole) - (not fits))
+    kept = as_png(packed.getvalue(), Budget())
     assert (kept == whole) == fits and len(kept) <= len(whole)
 
 
@@ -219,16 +214,6 @@ def test_characters_of_an_id_and_its_bytes(fits, letter, most):
 
 def notebook(cells):
     return json.dumps({"cells": cells}).encode()
-
-
-@FITS
-def test_bytes_of_a_notebook_whose_words_are_read(tmp_path, monkeypatch, fits):
-    path = tmp_path / "a.ipynb"
-    path.write_bytes(notebook([]))
-    monkeypatch.setattr(words, "MAX_BYTES", path.stat().st_size - (not fits))
-    book = words.SavedWords.__new__(words.SavedWords)
-    book.notices, book._asked = [], set()
-    assert book._read(path) == {} and bool(book.notices) != fits
 
 
 @FITS
@@ -253,15 +238,15 @@ def test_characters_that_a_cell_shows(monkeypatch, fits):
 )
 def test_bytes_of_own_files(monkeypatch, fits, name, files):
     monkeypatch.setattr(own_files, name, 1000 - (not fits))
-    found = own_files.choose([(PurePosixPath(path), size) for path, size in files], ["a.ipynb"])
-    assert (len(found.paths) == len(files), len(found.notes)) == (fits, not fits)
+    paths, notes = own_files.choose([(PurePosixPath(path), size) for path, size in files], ["a.ipynb"])
+    assert (len(paths) == len(files), len(notes)) == (fits, not fits)
 
 
 @FITS
 def test_number_depth_and_length_of_own_files(monkeypatch, fits):
     def taken_of(*paths):
-        found = own_files.choose([(PurePosixPath(path), 1) for path in paths], ["a.ipynb"])
-        return len(found.paths) == len(paths) and found.notes == ()
+        chosen, notes = own_files.choose([(PurePosixPath(path), 1) for path in paths], ["a.ipynb"])
+        return len(chosen) == len(paths) and notes == []
 
     assert taken_of(*(f"f{place:03}.csv" for place in range(200 + (not fits)))) == fits
     assert taken_of("/".join("d" * (8 + (not fits))) + "/x.csv") == fits
@@ -273,9 +258,9 @@ def test_folders_of_own_files_on_disk(tmp_path, fits):
     deep = tmp_path / "/".join("d" * (own_files.MAX_DEPTH + (not fits)))
     deep.mkdir(parents=True)
     (deep / "x.csv").write_text("1")
-    found = own_files.read(tmp_path, [])
-    assert (len(found.files), len(found.notes)) == (int(fits), int(not fits))
-    assert fits or "more than 8 folders within folders" in found.notes[0]
+    contents, notes = own_files.read(tmp_path, [])
+    assert (len(contents), len(notes)) == (int(fits), int(not fits))
+    assert fits or "more than 8 folders within folders" in notes[0]
 
 
 @pytest.mark.parametrize(("number", "said"), [(20, 20), (21, 21), (30, 21)])

@@ -479,7 +479,7 @@ def test_whatever_cannot_be_an_answer_is_refused():
         (STATE_SPACE, "D is a single number, not 2 × 1", [lambda *p: (np.eye(4), ones, eye, 0)]),
         (FIGURE, "no curve", [Figure(), empty]),
         (FIGURE, "a str", ["figure.png"]),
-        (FIGURE, "no figure", [[1, 2, 3]]),
+        (FIGURE, "not a figure", [[1, 2, 3]]),
         (FIGURE, "9 diagrams; 8 at most", [plotted(9)]),
         (SWEEP, "a ndarray", [np.zeros((10, 2))]),
         (SWEEP, "lacks alpha; it has theta", [Recording.of(np.arange(5) * 0.1, theta=np.ones(5))]),

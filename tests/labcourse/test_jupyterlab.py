@@ -17,35 +17,9 @@ from jupyter_client.manager import KernelManager
 from jupyter_server.auth import IdentityProvider
 from jupyter_server.serverapp import ServerApp
 
-from labcourse import jupyterlab, server
+from labcourse import jupyterlab
 from labcourse.kernels import KERNEL
-from labcourse.server import CourseServer, PromptConnection, SafeKernelSpec, has_browser
-
-
-@pytest.mark.parametrize(
-    ("system", "environment", "known", "there"),
-    [
-        ("linux", {}, True, False),  # a browser in the terminal at best
-        ("linux", {"DISPLAY": ":0"}, True, True),
-        ("linux", {"WAYLAND_DISPLAY": "wayland-0"}, True, True),
-        ("linux", {"BROWSER": "wslview"}, True, True),
-        ("linux", {"DISPLAY": ":0"}, False, False),
-        ("win32", {}, True, True),
-        ("darwin", {}, True, True),
-    ],
-)
-def test_whether_a_browser_can_be_opened(monkeypatch, system, environment, known, there):
-    def get():
-        if not known:
-            raise server.webbrowser.Error
-
-    for name in ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER"):
-        monkeypatch.delenv(name, raising=False)
-    for name, value in environment.items():
-        monkeypatch.setenv(name, value)
-    monkeypatch.setattr(server.sys, "platform", system)
-    monkeypatch.setattr(server.webbrowser, "get", get)
-    assert has_browser() is there
+from labcourse.server import CourseServer, PromptConnection, SafeKernelSpec
 
 
 def test_a_secret_of_the_users_own_is_left(monkeypatch):

@@ -47,65 +47,36 @@ def is_read(monkeypatch, data, **limits):
         return False
 
 
-@pytest.mark.parametrize("large", [False, True])
 @given(given_cells=all_cells, extra=json_values, ascii=st.booleans(), indent=st.sampled_from([None, 1]))
-def test_cells_are_the_same_whatever_stands_beside_them(large, given_cells, extra, ascii, indent):
+def test_cells_are_the_same_whatever_stands_beside_them(given_cells, extra, ascii, indent):
     content = json.loads(notebooks.to_bytes(given_cells))
     for cell in content["cells"]:
         cell.update(outputs=extra, execution_count=3, extra=extra)
     content = {"metadata": extra, **content, "nbformat": 4}
     data = json.dumps(content, ensure_ascii=ascii, indent=indent).encode()
-    if large:
-        data = notebooks._reduced(data, [])
-        assert b'"outputs": [' not in data
     assert Notebook.read(data).cells == Notebook.without_outputs(data).cells == given_cells
 
 
-@given(data=st.data())
-def test_damaged_text_is_refused_by_an_error_of_notebooks(data):
-    text = bytearray(b'{"cells": [{"id": "q1", "source": ["x = 1"], "outputs": [{"a": [1, "]"]}]}], "metadata": {}}')
-    for place in data.draw(st.lists(st.integers(0, len(text) - 1), max_size=4)):
-        text[place] = data.draw(st.sampled_from(b'[]{}",:\\ x1\x00\xff'))
-    try:
-        Notebook.read(notebooks._reduced(bytes(text), []))
-    except NotebookError as error:
-        assert str(error).startswith("it is ") or "cell" in str(error)
-
-
 @pytest.mark.parametrize("coding", ["utf-8", "utf-8-sig", "utf-16"])
-def test_large_outputs_are_passed_over_in_little_memory(coding):
-    outputs = [{"text": ["line\n"] * 100_000}, {"image/png": "A" * 30_000_000}]
-    text = made(a_cell(outputs=outputs)).decode().encode(coding)
+def test_large_outputs_take_no_more_memory_than_the_text_and_those_of_one_cell(coding):
+    outputs = [{"text": ["line\n"] * 100_000}, {"image/png": "A" * 10_000_000}]
+    text = made(*[a_cell(outputs=outputs)] * 4).decode().encode(coding)
     tracemalloc.start()
     notebook = Notebook.without_outputs(text)
     _now, most = tracemalloc.get_traced_memory()
     tracemalloc.stop()
-    assert ([cell.source for cell in notebook.cells], notebook.problems) == (["x = 1"], ())
-    assert most < 20_000_000 or coding != "utf-8"
+    assert ([cell.source for cell in notebook.cells], notebook.problems) == (["x = 1"] * 4, ())
+    assert most < 80_000_000
 
 
-@pytest.mark.timeout(60)
 @pytest.mark.parametrize("where", ["cells", "outputs"])
 @pytest.mark.parametrize("piece", ["[],", "{},", '"",', "1,", "[", '{"a":'])
-def test_countless_parts_are_refused_or_passed_over(monkeypatch, piece, where):
-    many = piece * (notebooks.MAX_NOTEBOOK // 2)
+def test_countless_parts_are_refused(monkeypatch, piece, where):
+    many = piece * 200_000
     text = f"[{many}1]" if piece[-1] == "," else many
     data = made(a_cell(outputs=None)).replace(b"null", text.encode())
     data = f'{{"cells": {text}}}'.encode() if where == "cells" else data
-    assert is_read(monkeypatch, data, MAX_PARTS=100_000) == ((where, piece) == ("outputs", "1,"))
-
-
-@pytest.mark.timeout(60)
-def test_a_string_without_an_end_is_looked_at_once():
-    with pytest.raises(NotebookError, match="not JSON"):
-        Notebook.without_outputs(b'{"cells": [{"outputs": ["' + rb"\"" * notebooks.MAX_NOTEBOOK)
-
-
-def test_a_notebook_of_too_many_cells_is_not_read_to_its_end(monkeypatch):
-    monkeypatch.setattr(notebooks, "MAX_NOTEBOOK", 1000)
-    begin = b'{"cells":[' + b"{}," * (notebooks.MAX_CELLS + 1)
-    with pytest.raises(NotebookError, match=f"{notebooks.MAX_CELLS} cells"):
-        Notebook.without_outputs(begin + b"this is no JSON")
+    assert not is_read(monkeypatch, data, MAX_PARTS=100_000)
 
 
 @FITS
@@ -130,7 +101,7 @@ def test_bytes_of_a_notebooks_cells(monkeypatch, fits, kind, name):
 def test_bytes_of_a_notebooks_pictures(monkeypatch, fits, outputs):
     attachments = {"a.png": {"image/png": "A" * 600}}
     data = made(a_cell("see", outputs, "markdown", attachments=attachments))
-    stored = len(json.dumps(attachments, separators=(",", ":"))) if outputs else len("a.png") + len("image/png") + 600
+    stored = len("a.png") + len("image/png") + 600
     monkeypatch.setattr(notebooks, "MAX_NOTEBOOK", 3000)
     monkeypatch.setattr(notebooks, "MAX_PICTURES", stored - (not fits))
     notebook = Notebook.without_outputs(data)
@@ -159,11 +130,11 @@ def test_a_picture_in_a_text_as_colab_writes_it_costs_nobody_the_notebook():
     assert [cell.source for cell in notebook.cells] == [text]
 
 
-def test_parts_of_a_notebook(monkeypatch):
-    data = made(a_cell(outputs=["x"] * 50 + ["x" * 200]))
-    limits = {"MAX_NOTEBOOK": 100}
-    needed = next(most for most in range(300) if is_read(monkeypatch, data, MAX_PARTS=most, **limits))
-    assert 50 < needed < 100 and not is_read(monkeypatch, data, MAX_PARTS=needed - 1, **limits)
+@FITS
+def test_parts_of_a_notebook(monkeypatch, fits):
+    data = made(a_cell(outputs=["x"] * 50))
+    parts = sum(data.count(sign) for sign in (b"[", b"{", b",", b'"'))
+    assert is_read(monkeypatch, data, MAX_PARTS=parts - (not fits)) == fits
 
 
 @FITS
@@ -182,24 +153,7 @@ def test_characters_of_a_cell(monkeypatch, fits, kind, name):
     assert (cell.source == "x" * size) == fits and (cell.kind == UNREADABLE) != fits
 
 
-OLD = [
-    {"cell_type": "code", "input": ["x = 1\n", "x"], "prompt_number": 1, "metadata": {}, "outputs": []},
-    {"cell_type": "markdown", "source": "text", "metadata": {}},
-]
-FORMAT_3 = json.dumps({"nbformat": 3, "metadata": {"name": ""}, "worksheets": [{"cells": OLD}]}).encode()
-
-
-def test_a_notebook_of_format_3_is_read_and_a_large_one_refused(monkeypatch):
-    found = Notebook.without_outputs(FORMAT_3).cells
-    assert [(cell.kind, cell.source) for cell in found] == [("code", "x = 1\nx"), ("markdown", "text")]
-    monkeypatch.setattr(notebooks, "MAX_NOTEBOOK", 100)
-    with pytest.raises(NotebookError, match="format 4"):
-        Notebook.without_outputs(FORMAT_3)
-
-
-@pytest.mark.parametrize("large", [False, True])
-def test_the_python_that_a_notebook_was_saved_with(monkeypatch, large):
-    monkeypatch.setattr(notebooks, "MAX_NOTEBOOK", 100 if large else 10_000)
+def test_the_python_that_a_notebook_was_saved_with():
     about = {"language_info": {"name": "python", "version": "3.12.1"}, "widgets": {"state": {"version": "2.0"}}}
     data = json.dumps({"cells": [a_cell(outputs=["x" * 200])], "metadata": about}).encode()
     assert Notebook.without_outputs(data).python == "3.12.1"

@@ -59,7 +59,7 @@ def test_a_notebook_has_the_checks_whose_last_answer_is_asked_for_there():
     assert of_notebooks(CHECKS, catalogue, ()) == list(CHECKS)
     assert of_notebooks(CHECKS, catalogue, ["01"]) == [CHECKS[0], CHECKS[2]]
     assert of_notebooks(CHECKS, catalogue, ["02"]) == [CHECKS[1]]
-    for wrong in ("03", "", 2):
+    for wrong in ("03", "", "2"):
         with pytest.raises(AnswerError, match="01_one, 02_two"):
             of_notebooks(CHECKS, catalogue, [wrong])
 

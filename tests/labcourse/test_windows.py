@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 
 from labcourse import course_file, course_place, files, lab_command
 from labcourse.answers import answers, own_files
-from labcourse.answers.words import SavedWords
+from labcourse.answers.words import SavedTexts
 from rotflex import cli
 from rotflex.course.lab import Lab
 
@@ -56,7 +56,7 @@ def test_answers_and_words_are_read_though_they_are_being_replaced(busy, tmp_pat
     lab = Lab("ada", "virtual", tmp_path, quiet=True)
     assert left == [0] and lab.value("0.1", "resolution") == 0.00153
     left[0] = 3
-    found = SavedWords(tmp_path, lab.catalogue)
+    found = SavedTexts(tmp_path, lab.catalogue)
     found.refresh()
     assert left == [0] and found.notices == []
 
@@ -113,7 +113,7 @@ def test_no_command_fails_for_a_sign_that_the_output_does_not_have(work, monkeyp
 def test_a_name_that_a_mac_takes_apart_is_that_of_the_run(tmp_path):
     apart = unicodedata.normalize("NFD", "größe.csv")
     (tmp_path / apart).write_text("1")
-    assert list(own_files.read(tmp_path, [NAME]).files) == ["größe.csv"]
+    assert list(own_files.read(tmp_path, [NAME])[0]) == ["größe.csv"]
 
 
 def test_a_course_file_that_an_editor_of_windows_saved_is_read(tmp_path):

@@ -12,7 +12,7 @@ from PIL import Image
 from labcourse.answers import words
 from labcourse.answers.bounds import LONGEST_PROSE
 from labcourse.answers.notebooks import Cell
-from labcourse.answers.words import STUB, Words
+from labcourse.answers.words import STUB, TextAnswer
 
 HEADING = words.heading("Your answer: 1.1, why")
 OTHER = words.heading("Your answer: 1.2, how")
@@ -98,8 +98,8 @@ LANGUAGES = "Größe: $\\omega_n=\\sqrt{K_s}$\n\n* ¿por qué? — «c'est ça»
 )
 def test_heading_and_stub_are_no_part_of_the_answer_and_all_else_is(source, text):
     found = words.written(MASTER, pristine(why=why(source)))
-    assert (found.words, found.notes) == ({WHY: Words(text)}, [])
-    assert words.written(MASTER, pristine(why=why(source))).words == {WHY: Words(text)}
+    assert (found.words, found.notes) == ({WHY: TextAnswer(text)}, [])
+    assert words.written(MASTER, pristine(why=why(source))).words == {WHY: TextAnswer(text)}
 
 
 @pytest.mark.parametrize(
@@ -115,7 +115,7 @@ def test_an_answer_cell_is_known_by_id_or_grading_metadata_or_heading(changed):
 def test_without_ids_metadata_and_heading_the_place_tells():
     cells = [cell(one.source, kind=one.kind) for one in pristine(why=why("It bends."))]
     found = words.written(MASTER, cells)
-    assert found.words == {WHY: Words("It bends.")}
+    assert found.words == {WHY: TextAnswer("It bends.")}
     assert len(found.notes) == 1
 
 
@@ -155,7 +155,7 @@ def test_a_text_beside_an_empty_answer_cell_is_the_answer_and_one_below_goes_on_
         ([why("It bends."), cell("And how.")], "It bends.\n\nAnd how.", "just below"),
     ):
         found = words.written(MASTER, pristine(why=cells))
-        assert found.words == {WHY: Words(text)}
+        assert found.words == {WHY: TextAnswer(text)}
         assert len(found.notes) == 1 and place in found.notes[0]
 
 
@@ -166,7 +166,7 @@ def test_helper_cells_and_notes_elsewhere_are_no_answers():
         end=[cell("## The end", "end"), cell("My notes.")],
     )
     found = words.written(MASTER, cells)
-    assert (found.words, found.notes) == ({WHY: Words("It bends.")}, [])
+    assert (found.words, found.notes) == ({WHY: TextAnswer("It bends.")}, [])
 
 
 def test_words_in_a_code_cell_beside_an_empty_answer_cell_are_told_and_code_is_not():
@@ -276,7 +276,7 @@ def test_the_largest_picture_takes_bounded_memory_and_time(mode):
         "import io, resource, sys\nfrom PIL import Image\nfrom labcourse.answers import attached_pictures\n"
         f"packed = io.BytesIO()\nImage.new({mode!r}, (7700, 7700)).save(packed, 'PNG')\n"
         "resource.setrlimit(resource.RLIMIT_AS, (2 << 30, 2 << 30))\n"
-        "print(len(attached_pictures.as_png(packed.getvalue())) > 1000)"
+        "print(len(attached_pictures.as_png(packed.getvalue(), attached_pictures.Budget())) > 1000)"
     )
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False, timeout=60)
     assert done.stdout == "True\n", done.stderr
@@ -316,11 +316,8 @@ def test_a_photograph_stands_upright_and_a_transparent_picture_is_on_white():
 
 
 def test_words_as_plain_data_and_back():
-    given = Words("It bends.", {"attachment:a.png": png()})
-    assert Words.from_json(given.as_json()) == given
-    for broken in ({}, {"text": "x", "pictures": {"a": "%"}}, {"text": "x", "pictures": 3}):
-        with pytest.raises(ValueError):
-            Words.from_json(broken)
+    given = TextAnswer("It bends.", {"attachment:a.png": png()})
+    assert TextAnswer.from_json(given.as_json()) == given
 
 
 GERMAN = "*Hier doppelklicken und anstelle dieser Zeile schreiben.*"

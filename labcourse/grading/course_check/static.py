@@ -16,8 +16,8 @@ from nbformat import NotebookNode
 
 from labcourse import program
 from labcourse.answers import forms, starts, words
-from labcourse.answers.parts import Part, Question
-from labcourse.answers.starts import Start, Where
+from labcourse.answers.parts import Part, Question, Where
+from labcourse.answers.starts import Start
 from labcourse.benches import SAME, BenchPolicy
 from labcourse.errors import AnswerError, GradingError
 from labcourse.grading.course import OUTCOMES_FILE, RUBRIC_FILE, SHEETS_FILE, Course

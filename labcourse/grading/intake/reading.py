@@ -331,9 +331,9 @@ class _Reader:
         beside = {path.removeprefix(prefix): path for path in others if path.startswith(prefix)}
         sizes = [(PurePosixPath(name), self._piece.files[path].size) for name, path in beside.items()]
         excluded = [*self.wanted, *report_files.made_files(self.reports)]
-        choice = own_files.choose(sizes, excluded, self.packages)
-        self.contents.notes += choice.notes
-        for name in map(str, choice.paths):
+        paths, notes = own_files.choose(sizes, excluded, self.packages)
+        self.contents.notes += notes
+        for name in map(str, paths):
             try:  # by their sizes, they are few enough together
                 self._add(name, self._read(beside[name], own_files.MAX_FILE))
             except Unreadable as error:

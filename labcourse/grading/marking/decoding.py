@@ -9,9 +9,9 @@ from typing import Any
 
 from labcourse.answers import answers, forms, report_files
 from labcourse.answers.catalogue import Catalogue
-from labcourse.answers.parts import WHOLE, Part
+from labcourse.answers.parts import WHOLE, Part, Where
 from labcourse.answers.report_files import ReportFile
-from labcourse.answers.words import Where, Words
+from labcourse.answers.words import TextAnswer
 from labcourse.errors import AnswerError
 from labcourse.grading.marking.time_limit import time_limited
 
@@ -106,7 +106,7 @@ def _add_answer(claims: Claims, catalogue: Catalogue, number: str, name: str, an
         claims.malformed[number, name] = f"It cannot be worked out ({type(error).__name__})."
 
 
-def add_words(claims: Claims, written: Mapping[Where, Words], catalogue: Catalogue) -> None:
+def add_words(claims: Claims, written: Mapping[Where, TextAnswer], catalogue: Catalogue) -> None:
     """Add the texts of the saved notebooks to the claims of a run; they replace what the run recorded.
 
     Parameters

@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from labcourse import student_id
-from labcourse.answers.words import Words
+from labcourse.answers.words import TextAnswer
 from labcourse.benches import BenchPolicy
 from labcourse.errors import GradingError
 from labcourse.grading import course as courses
@@ -64,7 +64,7 @@ class MarkingJob:
     student: str
     answers: bytes | None
     probe_seed: int
-    words: Mapping[tuple[str, str], Words] = field(default_factory=dict)
+    words: Mapping[tuple[str, str], TextAnswer] = field(default_factory=dict)
     context: Context = field(default_factory=Context)
     policy: BenchPolicy | None = None
     evidence: bytes = b""

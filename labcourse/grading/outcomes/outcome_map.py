@@ -12,7 +12,7 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
-from labcourse.answers.catalogue import Catalogue, enumeration
+from labcourse.answers.catalogue import Catalogue
 from labcourse.grading.course import OUTCOMES_FILE
 from labcourse.grading.settings import are_texts, read_toml, refuse
 
@@ -48,7 +48,7 @@ class OutcomeMap:
         unused = [outcome for outcome in self.outcomes if outcome not in self.criteria()]
         notes = []
         if without:
-            notes.append(f"{enumeration(without)}: no outcome in {OUTCOMES_FILE}, so they are in no outcome's figures.")
+            notes.append(f"{', '.join(without)}: no outcome in {OUTCOMES_FILE}, so they are in no outcome's figures.")
         if unused:
             notes.append(
                 "Of these outcomes the course gives no evidence: {outcomes}.".format(
@@ -90,7 +90,7 @@ def no_map(folder: Path) -> str:
 
 def listed(names: Collection[str]) -> str:
     """What there is, for who named something else."""
-    return enumeration([*names]) if names else "none"
+    return ", ".join(names) or "none"
 
 
 def _misfits(found: Mapping[str, Any]) -> Iterator[str]:

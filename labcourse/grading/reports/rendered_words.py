@@ -15,7 +15,7 @@ from urllib.parse import unquote
 
 from markupsafe import Markup, escape
 
-from labcourse.answers.attached_pictures import KEPT_BYTES
+from labcourse.answers.attached_pictures import MAX_STORED
 from labcourse.grading.reports.formulas import FormulaError, as_mathml
 from labcourse.safe_text import no_escapes
 
@@ -88,7 +88,7 @@ class _Shown:
         """A picture, or words in its place."""
         name = unquote(source)
         data = self._pictures.get(name, b"")
-        if not data.startswith(_PNG) or len(data) > KEPT_BYTES:
+        if not data.startswith(_PNG) or len(data) > MAX_STORED:
             return Markup('<span class="words-note">[{}]</span>').format(f"picture not available: {words or name[:60]}")
         if name in self._seen:
             return Markup('<span class="words-note">[{}]</span>').format(f"picture as above: {words or name[:60]}")

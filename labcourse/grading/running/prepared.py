@@ -12,7 +12,8 @@ from typing import Any
 from labcourse.answers import answers, words
 from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.notebooks import CODE, MAX_SOURCE, UNREADABLE, Cell, HandIn
-from labcourse.answers.words import Where, Words
+from labcourse.answers.parts import Where
+from labcourse.answers.words import TextAnswer
 from labcourse.errors import AnswerError
 from labcourse.grading.running import supplied as supplying
 from labcourse.grading.running.bundle import Bundle
@@ -50,7 +51,7 @@ class Prepared:
     bench_of: str
     merged: Merged
     files: Mapping[str, bytes]
-    words: Mapping[Where, Words]
+    words: Mapping[Where, TextAnswer]
     claim: Claim | None
     handed_in: tuple[str, ...]
     problems: tuple[str, ...]
@@ -104,7 +105,7 @@ def prepare(
     """
     notebooks = {name: cells for name, cells in hand_in.notebooks.items() if name in bundle.pristine}
     merged = merge.merged(bundle.pristine, notebooks, every_cell, supplying.code_to_insert(bundle.pristine, supplied))
-    texts: dict[Where, Words] = {}
+    texts: dict[Where, TextAnswer] = {}
     problems, notes = list[str](), list[str]()
     for name, cells in notebooks.items():
         master = bundle.pristine[name]["cells"]

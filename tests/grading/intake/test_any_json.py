@@ -4,7 +4,6 @@ import json
 import tempfile
 from pathlib import Path
 
-import pytest
 from any_json import damaged
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -17,23 +16,6 @@ from rotflex.course.questions import CATALOGUE
 
 BROKEN = WANTED[1]
 NEW = json.loads(notebook(BROKEN))
-OLD = {
-    "nbformat": 3,
-    "metadata": {"name": ""},
-    "worksheets": [
-        {
-            "cells": [
-                {
-                    "cell_type": "code",
-                    "input": ["x = 1\n", "x"],
-                    "metadata": {},
-                    "outputs": [{"output_type": "pyout", "text": ["1"], "prompt_number": 2}],
-                },
-                {"cell_type": "heading", "level": 2, "source": "Springs", "metadata": {}},
-            ]
-        }
-    ],
-}
 ANSWERS = {
     "format": 2,
     "student": "ada",
@@ -60,7 +42,7 @@ def taken_in(root, files):
 
 @settings(max_examples=300, deadline=None, derandomize=True)
 @given(
-    st.tuples(st.just(BROKEN), damaged(NEW) | damaged(OLD))
+    st.tuples(st.just(BROKEN), damaged(NEW))
     | st.tuples(st.just("answers.json"), damaged(ANSWERS))
     | st.tuples(st.just("course.json"), damaged(COURSE))
 )
@@ -78,9 +60,3 @@ def test_the_other_files_are_read_and_this_one_is_or_is_named(broken):
         assert (prepared.claim is not None) != any("answers.json" in note for note in prepared.notes)
     else:
         assert hand_in.course or content == b"{}" or any("course.json" in line for line in reported)
-
-
-@pytest.mark.parametrize("sheets", [[{"cells": 5}], [5], 5, [{"cells": [{"cell_type": "code"}]}, {"cells": "x"}]])
-def test_an_old_notebook_without_cells_is_named_and_the_others_are_graded(tmp_path, sheets):
-    hand_in, reported = taken_in(tmp_path, {**GOOD, BROKEN: json.dumps({"nbformat": 3, "worksheets": sheets}).encode()})
-    assert sorted(hand_in.notebooks) == [WANTED[0], WANTED[2]] and any(BROKEN in line for line in reported)

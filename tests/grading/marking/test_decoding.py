@@ -8,7 +8,7 @@ from made_courses import OURS
 
 from labcourse.answers import answers, catalogue, forms, schema
 from labcourse.answers.bounds import LONGEST_PROSE
-from labcourse.answers.words import Words
+from labcourse.answers.words import TextAnswer
 from labcourse.grading.marking import decoding, marking
 from labcourse.grading.marking.decoding import Claims
 from labcourse.grading.verdicts import Status
@@ -119,7 +119,7 @@ def claims():
 
 
 def test_texts_of_notebooks_replace_recorded_texts_and_nothing_else(claims):
-    written = {WHERE: Words("In a cell."), ("2.16", "comparison"): Words("It fits.")}
+    written = {WHERE: TextAnswer("In a cell."), ("2.16", "comparison"): TextAnswer("It fits.")}
     decoding.add_words(claims, written, OURS.catalogue)
     assert claims.values == {("2.11", "omega_n"): 19.9, WHERE: "In a cell.", ("2.16", "comparison"): "It fits."}
     assert claims.contents[WHERE] == {"kind": "prose", "value": "In a cell."}
@@ -128,18 +128,18 @@ def test_texts_of_notebooks_replace_recorded_texts_and_nothing_else(claims):
 
 @pytest.mark.parametrize("where", [("2.11", "omega_n"), ("2.91", "x"), ("2.11", "x")])
 def test_a_text_is_no_answer_to_a_part_of_another_kind(claims, where):
-    decoding.add_words(claims, {where: Words("20")}, OURS.catalogue)
+    decoding.add_words(claims, {where: TextAnswer("20")}, OURS.catalogue)
     assert claims.values == {("2.11", "omega_n"): 19.9, WHERE: "In quotes."}
 
 
 @pytest.mark.parametrize("text", ["x" * (LONGEST_PROSE + 1), "a\x00b"])
 def test_a_text_that_no_answer_can_be_is_malformed(claims, text):
-    decoding.add_words(claims, {WHERE: Words(text)}, OURS.catalogue)
+    decoding.add_words(claims, {WHERE: TextAnswer(text)}, OURS.catalogue)
     assert WHERE not in claims.values and WHERE in claims.malformed
 
 
 def test_the_mark_of_a_text_waits_for_a_person_and_shows_it(claims):
-    decoding.add_words(claims, {WHERE: Words("Because $\\theta$ is not flat.")}, OURS.catalogue)
+    decoding.add_words(claims, {WHERE: TextAnswer("Because $\\theta$ is not flat.")}, OURS.catalogue)
     case = marking.case_of(OURS, claims, OURS.bench("ada"), 1)
     question = OURS.catalogue.find("2.11")
     mark = marking.mark_part(question, question.part("explanation"), OURS.key["2.11"]["explanation"], claims, case)

@@ -7,7 +7,7 @@ import pytest
 from gradebooks import graded, record
 from made_courses import OURS
 
-from labcourse.answers.words import Words
+from labcourse.answers.words import TextAnswer
 from labcourse.grading.graded_run import mark_records
 from labcourse.grading.marking import decoding, marking
 from labcourse.grading.marking.decoding import Claims
@@ -21,7 +21,7 @@ AIM, END = (REPORT, "stiffness_procedure"), (REPORT, "model_conclusion")
 
 def claims(texts):
     read = Claims()
-    decoding.add_words(read, {where: Words(text) for where, text in texts.items()}, OURS.catalogue)
+    decoding.add_words(read, {where: TextAnswer(text) for where, text in texts.items()}, OURS.catalogue)
     return read
 
 

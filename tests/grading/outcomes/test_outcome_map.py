@@ -56,7 +56,7 @@ def test_all_faults_are_told_at_once(tmp_path):
 
 def test_codes_without_an_outcome_and_outcomes_without_a_code_are_told(tmp_path):
     notes = " ".join(read(tmp_path, GOOD.replace('["design"]', "[]").replace('"design", ', "")).notes(OURS.catalogue))
-    assert "A-1, A-2" in notes and "K-3 and GS-2: no outcome in outcomes.toml" in notes
+    assert "A-1, A-2" in notes and "K-3, GS-2: no outcome in outcomes.toml" in notes
     assert "no evidence: design (designs things)." in notes and "GS-1" not in notes
 
 

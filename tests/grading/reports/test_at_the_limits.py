@@ -6,7 +6,7 @@ import pytest
 from gradebooks import graded, mark, prose
 from PIL import Image
 
-from labcourse.answers.attached_pictures import KEPT_BYTES
+from labcourse.answers.attached_pictures import MAX_STORED
 from labcourse.grading.reports import formulas, live_report, rendered_words
 from labcourse.grading.reports.changes import changes
 from labcourse.grading.reports.formulas import FormulaError, _depth
@@ -160,6 +160,6 @@ def test_bytes_of_a_page_without_its_pictures(monkeypatch, fits, with_picture):
 
 @FITS
 def test_bytes_of_a_picture(fits):
-    data = picture() + bytes(KEPT_BYTES - len(picture()) + (not fits))
+    data = picture() + bytes(MAX_STORED - len(picture()) + (not fits))
     page = as_html("![a](a.png)", {"a.png": data})
     assert ("<img" in page, "picture not available" in page) == (fits, not fits)

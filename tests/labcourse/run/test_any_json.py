@@ -47,25 +47,6 @@ NEW["cells"][0]["attachments"] = {"a.png": {"image/png": "AAAA"}}
 NEW["cells"][3] |= {"source": ["omega_n = 20.0\n", "omega_n"], "execution_count": 3}
 NEW["cells"][3]["outputs"] = [{"output_type": "stream", "name": "stdout", "text": ["20.0"]}]
 NEW["metadata"]["widgets"] = {"state": {}}
-OLD = {
-    "nbformat": 3,
-    "nbformat_minor": 0,
-    "metadata": {"name": ""},
-    "worksheets": [
-        {
-            "cells": [
-                {"cell_type": "heading", "level": 2, "source": "Swing", "metadata": {}},
-                {
-                    "cell_type": "code",
-                    "input": ["omega_n = 20.0\n", "omega_n"],
-                    "collapsed": False,
-                    "metadata": {"nbgrader": {"grade_id": "q1"}},
-                    "outputs": [{"output_type": "pyout", "text": ["20.0"], "prompt_number": 2}],
-                },
-            ]
-        }
-    ],
-}
 ANSWERS = {
     "format": 2,
     "student": "ada",
@@ -106,7 +87,7 @@ def _nothing_is_run():
 
 @settings(max_examples=300, deadline=None, derandomize=True)
 @given(
-    st.tuples(st.just(BROKEN), damaged(NEW) | damaged(OLD))
+    st.tuples(st.just(BROKEN), damaged(NEW))
     | st.tuples(st.just("answers.json"), damaged(ANSWERS))
     | st.tuples(st.just("course.json"), damaged(COURSE))
 )
@@ -147,7 +128,7 @@ def _session(folder, name):
         assert name == "course.json" and name in str(error)
         return
     lab.refresh()
-    broken = any(BROKEN in notice for notice in lab.saved_words.notices)
+    broken = any(BROKEN in notice for notice in lab.saved_texts.notices)
     assert not broken or name == BROKEN
     lab.print_notices()
     try:
@@ -195,15 +176,6 @@ def test_a_source_that_is_no_text_is_given_back_as_one(source, becomes):
     done, lines = restore.mend(saved(broken), MASTER)
     nbformat.validate(nbformat.from_dict(done))
     assert ("".join(done["cells"][-1]["source"]), len(lines)) == (becomes, 1)
-
-
-def test_a_notebook_of_format_3_is_given_back_in_format_4():
-    done, _lines = restore.mend(json.dumps(OLD).encode(), MASTER)
-    nbformat.validate(nbformat.from_dict(done))
-    cells = {cell["id"]: cell for cell in done["cells"]}
-    assert "".join(cells["q1"]["source"]) == "omega_n = 20.0\nomega_n"
-    assert cells["q1"]["outputs"][0]["data"] == {"text/plain": ["20.0"]}
-    assert "## Swing" in [cell["source"] for cell in done["cells"]]
 
 
 @pytest.mark.parametrize("number", [b"1e999", b"-1e999", b"NaN"])

@@ -17,7 +17,7 @@ def test_what_a_student_put_there_comes_along():
     # Folders of these names hide no module of Python's: they hold data.
     names += ["old/01_springs.ipynb", "test/a.csv", "numpy/a.csv", "code/b.py", "Makefile", "springlab.py"]
     for name in names:
-        assert choice(name) == own_files.Choice((PurePosixPath(name),), ())
+        assert choice(name) == ([PurePosixPath(name)], [])
 
 
 def test_what_is_the_courses_or_a_programs_stays_behind_without_a_word():
@@ -25,23 +25,23 @@ def test_what_is_the_courses_or_a_programs_stays_behind_without_a_word():
     names += ["course.json", ".git/config", ".ipynb_checkpoints/a-checkpoint.ipynb", "tools/.env", "~$report.docx"]
     names += ["__pycache__/helpers.cpython-311.pyc", "__MACOSX/helpers.py", "01_springs.before-restore.ipynb"]
     for name in [*names, "ada-receipts.txt"]:
-        assert choice(name) == own_files.Choice((), ())
+        assert choice(name) == ([], [])
 
 
 def test_a_virtual_environment_stays_behind_whatever_its_name():
-    assert choice("env/pyvenv.cfg", "env/lib/site.py", "env2/a.py").paths == (PurePosixPath("env2/a.py"),)
+    assert choice("env/pyvenv.cfg", "env/lib/site.py", "env2/a.py") == ([PurePosixPath("env2/a.py")], [])
 
 
 def test_size_and_number_are_bounded_and_small_files_are_not_lost_for_a_large_one():
-    found = own_files.choose([(PurePosixPath("a.bin"), own_files.MAX_FILE + 1), (PurePosixPath("b.py"), 1)], COURSE)
-    assert found.paths == (PurePosixPath("b.py"),)
-    assert len(found.notes) == 1 and "a.bin" in found.notes[0] and "10 MB" in found.notes[0]
+    large = (PurePosixPath("a.bin"), own_files.MAX_FILE + 1)
+    paths, (note,) = own_files.choose([large, (PurePosixPath("b.py"), 1)], COURSE)
+    assert paths == [PurePosixPath("b.py")] and "a.bin" in note and "10 MB" in note
     names = [f"f{number:03}" for number in range(own_files.MAX_FILES + 30)]
-    many = choice(*names)
-    assert [str(path) for path in many.paths] == names[: own_files.MAX_FILES]
-    assert len(many.notes) == 21 and "10 more files" in many.notes[-1]
-    heavy = choice("a", "b", "c", "d", size=own_files.MAX_FILE)
-    assert len(heavy.paths) == 3 and "30 MB" in heavy.notes[0]
+    paths, notes = choice(*names)
+    assert [str(path) for path in paths] == names[: own_files.MAX_FILES]
+    assert len(notes) == 21 and "10 more files" in notes[-1]
+    paths, notes = choice("a", "b", "c", "d", size=own_files.MAX_FILE)
+    assert len(paths) == 3 and "30 MB" in notes[0]
 
 
 def test_files_are_read_from_a_folder_and_links_are_not_followed(tmp_path):
@@ -55,9 +55,9 @@ def test_files_are_read_from_a_folder_and_links_are_not_followed(tmp_path):
     (tmp_path / "work" / "link").symlink_to(tmp_path / "secret")
     (tmp_path / "work" / "all").symlink_to(tmp_path)
     (tmp_path / "work" / "u\u0308ber.csv").write_bytes(b"1")  # as macOS names it
-    found = own_files.read(tmp_path / "work", COURSE)
-    assert found.files == {"tools/fits.py": b"a = 1\r\n", "\u00fcber.csv": b"1"}
-    assert [note.split()[0] for note in found.notes] == ["all", "link"]
+    contents, notes = own_files.read(tmp_path / "work", COURSE)
+    assert contents == {"tools/fits.py": b"a = 1\r\n", "\u00fcber.csv": b"1"}
+    assert [note.split()[0] for note in notes] == ["all", "link"]
 
 
 HARMFUL = {
@@ -83,8 +83,6 @@ HARMFUL = {
 def test_what_is_meant_to_harm_or_no_system_takes_does_not_come_along_and_is_told():
     for fragment, names in HARMFUL.items():
         for name in names:
-            chosen = choice(name, modules=["mine"])
-            assert chosen.paths == ()
-            (note,) = chosen.notes
-            assert note.startswith(f"{files.shown(name)} does not come along") and fragment in note
-    assert len(choice("numpy/__init__.py", "numpy/linalg/extra.py").notes) == 2  # all files of such a package
+            paths, (note,) = choice(name, modules=["mine"])
+            assert paths == [] and note.startswith(f"{files.shown(name)} does not come along") and fragment in note
+    assert len(choice("numpy/__init__.py", "numpy/linalg/extra.py")[1]) == 2  # all files of such a package
