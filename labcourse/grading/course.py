@@ -2,8 +2,8 @@
 
 A course's folder holds the notebooks with solutions, ``course.py``, whose ``COURSE`` is the object, and the settings,
 ``course.toml``. Beside the folder lie the student notebooks (``notebooks/``, derived), what may be handed out with them
-(``data/``), and what was handed out before (``releases/``). Each process that needs the course loads it once, by the
-folder and the entry point, and passes it on from there.
+(``data/``), and what was handed out before (``releases/``). Each process that needs the course loads it once from its
+folder, and passes it on from there.
 """
 
 from __future__ import annotations
@@ -29,12 +29,12 @@ if TYPE_CHECKING:  # every command imports this module, and --help should be qui
     from labcourse.grading.settings import CourseSettings
     from labcourse.grading.verdicts import Key
 
-ENTRY = "course:COURSE"  #: module in the course's folder, and the name in it
 SETTING = "LABCOURSE_SOLUTIONS"  #: environment variable with the course's folder, where no option names it
 OUTCOMES_FILE = "outcomes.toml"  #: in the course's folder, optional: the outcomes of its codes
 SHEETS_FILE = "sheets.toml"  #: in the course's folder, optional: the layout of its scoring sheets
 RUBRIC_FILE = "rubric.toml"  #: in the course's folder, optional: what a person looks for in answers in words
 SOLUTIONS = Path("solutions")  #: usual name of the course's folder
+_FILE = "course.py"  # in the course's folder: it defines COURSE
 _FIRST_INSTRUCTOR_NOTEBOOK = "90"  # from this number on, notebooks are for instructors only
 
 
@@ -95,7 +95,7 @@ class Course:
     imports : modules that notebooks use, to be imported once for all of them
     stated : numbers that texts repeat
     settings : decisions for a term
-    folder, entry : where it was loaded from
+    folder : where it was loaded from
     """
 
     name: str
@@ -121,7 +121,6 @@ class Course:
     stated: Sequence[StatedNumber] = ()
     settings: CourseSettings = field(default_factory=_default_settings)
     folder: Path = Path()
-    entry: str = ENTRY
 
     def true_bench(self, student: str, policy: BenchPolicy | None = None, evidence: bytes = b"") -> Any:
         """Return a student's bench as it really is.
@@ -152,8 +151,8 @@ class Course:
 
     @property
     def student_notebooks(self) -> Path:
-        """The folder in which the derived notebooks are kept."""
-        return self.folder.parent / "notebooks"
+        """The folder of the derived notebooks."""
+        return self.folder.parent / courses.NOTEBOOKS
 
     @property
     def data(self) -> Path:
@@ -162,7 +161,7 @@ class Course:
 
     @property
     def releases(self) -> Path:
-        """The folder in which releases are kept."""
+        """The folder in which releases are stored."""
         return self.folder.parent / self.settings.releases
 
 
@@ -171,28 +170,25 @@ def find(option: str | Path | None = None) -> Course:
 
     Parameters
     ----------
-    option : the course's folder, or the one above it; with an entry point after "::" if it is not the usual one. None
-        or "" if no course is named
+    option : the course's folder, or the one above it; None or "" if no course is named
 
     Raises
     ------
     GradingError
         If there is none (the message says how to name one), or as :func:`load` does.
     """
-    folder, _sign, entry = str(option or "").partition("::")
-    file = f"{(entry or ENTRY).partition(':')[0]}.py"
-    course_folder = Path(folder)
-    if not (course_folder / file).is_file() and ((course_folder / SOLUTIONS / file).is_file() or not option):
-        course_folder = course_folder / SOLUTIONS
-    if not (option or course_folder.is_dir()):
-        course_folder = _solutions_beside_installed() or course_folder
-    if not course_folder.is_dir():
+    folder = Path(option or "")
+    if not (folder / _FILE).is_file() and ((folder / SOLUTIONS / _FILE).is_file() or not option):
+        folder = folder / SOLUTIONS
+    if not (option or folder.is_dir()):
+        folder = _solutions_beside_installed() or folder
+    if not folder.is_dir():
         raise GradingError(
-            f"There is no course at {course_folder.resolve()}. Name the course's folder, the one that holds course.py, "
-            f"by --solutions FOLDER or by the environment variable {SETTING}. Or name a course that was installed by "
-            f"pip install -e, by --course NAME or by {courses.SETTING}."
+            f"There is no course at {folder.resolve()}. Name the course's folder, the one that holds {_FILE}, by "
+            f"--solutions FOLDER or by the environment variable {SETTING}. Or name a course that was installed by pip "
+            f"install -e, by --course NAME or by {courses.SETTING}."
         )
-    return load(course_folder, entry or ENTRY)
+    return load(folder)
 
 
 def _solutions_beside_installed() -> Path | None:
@@ -204,16 +200,11 @@ def _solutions_beside_installed() -> Path | None:
         installed = courses.current()
     except ConfigurationError:
         return None
-    return next((above / SOLUTIONS for above in installed.above if (above / SOLUTIONS / "course.py").is_file()), None)
+    return next((above / SOLUTIONS for above in installed.above if (above / SOLUTIONS / _FILE).is_file()), None)
 
 
-def load(folder: Path, entry: str = ENTRY) -> Course:
-    """Load a course. Its code is run.
-
-    Parameters
-    ----------
-    folder : of the course
-    entry : module and name in it, as "course:COURSE"
+def load(folder: Path) -> Course:
+    """Load the course in a folder. Its code is run.
 
     Raises
     ------
@@ -223,28 +214,27 @@ def load(folder: Path, entry: str = ENTRY) -> Course:
     from labcourse.grading import settings
 
     folder = folder.resolve()
-    module_name, _sign, name = entry.partition(":")
-    if not (folder / f"{module_name}.py").is_file():
+    if not (folder / _FILE).is_file():
         raise GradingError(
-            f"{folder} is not a course's folder: it holds no {module_name}.py. Name one by --solutions FOLDER, or "
-            f"by the environment variable {SETTING}."
+            f"{folder} is not a course's folder: it holds no {_FILE}. Name one by --solutions FOLDER, or by the "
+            f"environment variable {SETTING}."
         )
     package = _make_package(folder)
     if str(folder.parent) not in sys.path:
         sys.path.append(str(folder.parent))  # the students' packages may lie beside the course
     try:
-        module = importlib.import_module(f"{package}.{module_name}")
+        module = importlib.import_module(f"{package}.course")
     except Exception as error:
         raise GradingError(
             f"The course in {folder} cannot be loaded: {type(error).__name__}: {error}{_origin(error, folder)}"
         ) from error
-    course = getattr(module, name, None)
+    course = getattr(module, "COURSE", None)
     if not isinstance(course, Course):
-        raise GradingError(f"{folder} should define {name}, a labcourse.grading.course.Course, in {module_name}.py.")
+        raise GradingError(f"{folder} should define COURSE, a labcourse.grading.course.Course, in {_FILE}.")
     _check_key(course)
     course_settings = settings.read(folder, course.presets, course.draw, course.benches, course.catalogue)
     title = course_settings.title or course.title or course.name
-    return replace(course, folder=folder, entry=entry, settings=course_settings, title=title)
+    return replace(course, folder=folder, settings=course_settings, title=title)
 
 
 def _origin(error: Exception, folder: Path) -> str:

@@ -90,9 +90,7 @@ class Marker(contextlib.AbstractContextManager["Marker"]):
             os.environ.setdefault(name, "1")
         # Not forked: this program has threads.
         context = multiprocessing.get_context("spawn")
-        return ProcessPoolExecutor(
-            processes, mp_context=context, initializer=_start, initargs=(self._course.folder, self._course.entry)
-        )
+        return ProcessPoolExecutor(processes, mp_context=context, initializer=_start, initargs=(self._course.folder,))
 
     def __exit__(self, *_: object) -> None:
         self._end_pool(self._pool)
@@ -151,14 +149,14 @@ def _submit(pool: ProcessPoolExecutor, work: Callable[..., _T], *arguments: obje
 _courses: list[Course] = []  # of this process: one, from its start on
 
 
-def _start(folder: Path, entry: str) -> None:
+def _start(folder: Path) -> None:
     """Prepare a marking process: limit its memory, tie it to the program, and load the course."""
     with contextlib.suppress(ImportError):  # Windows has no such limits
         import resource
 
         resource.setrlimit(resource.RLIMIT_AS, (_MEMORY, _MEMORY))
     threading.Thread(target=_end_with_parent, daemon=True).start()
-    _courses[:] = [courses.load(folder, entry)]
+    _courses[:] = [courses.load(folder)]
 
 
 def _import_libraries() -> None:
