@@ -1,7 +1,7 @@
-"""Runs Python under a filter of system calls as containers have it: ``container_filter.py [CALL …] -- WORDS``.
+"""Runs Python under a filter of system calls as containers have it: ``container_filter.py WORDS``.
 
 It refuses what Docker's and Podman's default filters refuse to a process without CAP_SYS_ADMIN, as far as isolation may
-ask for it, and the CALLs. The numbers are those of x86_64.
+ask for it. The numbers are those of x86_64.
 """
 
 import ctypes
@@ -29,7 +29,6 @@ _REFUSED = {
     "fsopen": 430,
     "mount_setattr": 442,
 }
-_MORE = {"memfd_create": 319}
 _NO_NEW_PRIVILEGES, _SECCOMP, _FILTER = 38, 22, 2  # of prctl
 
 
@@ -37,10 +36,10 @@ class _Program(ctypes.Structure):
     _fields_ = (("length", ctypes.c_ushort), ("steps", ctypes.c_void_p))
 
 
-def main(more: list[str], words: list[str]) -> None:
+def main(words: list[str]) -> None:
     """Put the filter on this process, and become Python with the words."""
     steps = [(_LOAD, 0, 0, _NUMBER)]
-    for number in (*_REFUSED.values(), *(_MORE[name] for name in more)):
+    for number in _REFUSED.values():
         steps += [(_JUMP_EQUAL, 0, 1, number), (_RETURN, 0, 0, _ERROR | errno.EPERM)]
     steps += [(_JUMP_EQUAL, 0, 1, _CLONE3), (_RETURN, 0, 0, _ERROR | errno.ENOSYS)]
     steps += [(_JUMP_EQUAL, 0, 3, _CLONE), (_LOAD, 0, 0, _FIRST), (_JUMP_BITS, 0, 1, _NEW_NAMESPACES)]
@@ -55,5 +54,4 @@ def main(more: list[str], words: list[str]) -> None:
 
 
 if __name__ == "__main__":
-    cut = sys.argv.index("--")
-    main(sys.argv[1:cut], sys.argv[cut + 1 :])
+    main(sys.argv[1:])

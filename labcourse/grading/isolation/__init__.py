@@ -1,4 +1,4 @@
-"""Run an untrusted command isolated, within limits, and get one file back.
+"""Run an untrusted command isolated, within limits, and get the files back that it leaves.
 
 A general package: it knows nothing of courses or marks, and depends on :mod:`labcourse.errors` alone.
 

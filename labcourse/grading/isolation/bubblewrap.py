@@ -13,7 +13,6 @@ import secrets
 import sys
 import tempfile
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 from labcourse.errors import IsolationError
@@ -33,27 +32,15 @@ _NEVER_SHOWN = ("/proc", "/sys", "/dev", "/run", "/etc")  # nothing in them is s
 _UNASSIGNED_IDS = range(0x70000000, 0x7FFFFFFF)
 
 
-@dataclass(frozen=True)
-class User:
-    """The user who runs the command.
-
-    Attributes
-    ----------
-    uid : user number inside; root becomes this user, and anybody else stays the same user under this number
-    from_root : whether this program runs as root
-    """
-
-    uid: int
-    from_root: bool
-
-
 def is_root() -> bool:
     """Return whether this program has root's rights."""
     return os.geteuid() == 0
 
 
-def sandbox_user() -> User:
-    """Choose a user to run one command; for root, one with a number that no other run has.
+def sandbox_user() -> int:
+    """Return the number of the user who runs one command inside.
+
+    Root becomes this user, whose number no other run has. Anybody else stays the same user, under this number.
 
     Raises
     ------
@@ -61,7 +48,7 @@ def sandbox_user() -> User:
         If we are root, and have no other user's number (in a container that has root only).
     """
     if not is_root():
-        return User(1000, False)
+        return 1000
     spare = _unassigned_ids(*(Path(f"/proc/self/{kind}_map").read_text("ascii") for kind in ("uid", "gid")))
     if not spare:
         raise IsolationError(
@@ -69,7 +56,7 @@ def sandbox_user() -> User:
             "user",
             "Grade as an ordinary user.",
         )
-    return User(spare[secrets.randbelow(len(spare))], True)
+    return secrets.choice(spare)
 
 
 def _unassigned_ids(*maps: str) -> range:
@@ -87,13 +74,13 @@ def _unassigned_ids(*maps: str) -> range:
 
 
 def arguments(
-    user: User, visible: Iterable[Path], environment: Mapping[str, str], limits: Limits, synthetic: Mapping[str, int]
+    uid: int, visible: Iterable[Path], environment: Mapping[str, str], limits: Limits, synthetic: Mapping[str, int]
 ) -> list[str]:
     """Return bubblewrap's arguments, up to the command.
 
     Parameters
     ----------
-    user : who runs the command
+    uid : of the user who runs the command, from :func:`sandbox_user`
     visible : paths to show besides the system and the Python environment, see :func:`visible_paths`
     environment : all variables
     limits : of which the size of the folder is used
@@ -106,12 +93,12 @@ def arguments(
     """
     args = ["--die-with-parent", "--new-session", "--as-pid-1", "--clearenv", "--hostname", "sandbox"]
     args += ["--unshare-ipc", "--unshare-pid", "--unshare-net", "--unshare-uts", "--unshare-cgroup-try"]
-    if user.from_root:  # the launcher needs these to become somebody else, and drops them, too
+    if is_root():  # the launcher needs these to become somebody else, and drops them, too
         args += ["--cap-drop", "ALL"]
         for capability in ("CAP_SETUID", "CAP_SETGID", "CAP_SETPCAP"):
             args += ["--cap-add", capability]
     else:
-        args += ["--unshare-user", "--disable-userns", "--uid", str(user.uid), "--gid", str(user.uid)]
+        args += ["--unshare-user", "--disable-userns", "--uid", str(uid), "--gid", str(uid)]
     for name, value in environment.items():
         args += ["--setenv", name, value]
     args += ["--proc", "/proc", "--dev", "/dev", *_tmpfs("/dev/shm", _SHARED_MEMORY), "--remount-ro", "/dev"]
@@ -126,21 +113,21 @@ def arguments(
     return [*args, "--remount-ro", "/", "--chdir", WORK]
 
 
-def synthetic_files(user: User) -> dict[str, str]:
+def synthetic_files(uid: int) -> dict[str, str]:
     """Return path → text of the files that replace those of the system."""
     return {
-        "/etc/passwd": f"{USER_NAME}:x:{user.uid}:{user.uid}::{HOME}:/bin/sh\n",
-        "/etc/group": f"{USER_NAME}:x:{user.uid}:\n",
+        "/etc/passwd": f"{USER_NAME}:x:{uid}:{uid}::{HOME}:/bin/sh\n",
+        "/etc/group": f"{USER_NAME}:x:{uid}:\n",
         "/etc/hosts": "127.0.0.1 localhost sandbox\n::1 localhost\n",
         "/etc/nsswitch.conf": "passwd: files\ngroup: files\nhosts: files\n",
     }
 
 
-def setpriv_prefix(user: User) -> list[str]:
-    """Return the words to put before a command so that this user runs it without privileges; none if not from root."""
-    if not user.from_root:
+def setpriv_prefix(uid: int) -> list[str]:
+    """Return the arguments to put before a command so that root runs it as this user; none for an ordinary user."""
+    if not is_root():
         return []
-    ids = ["--reuid", str(user.uid), "--regid", str(user.uid), "--clear-groups"]
+    ids = ["--reuid", str(uid), "--regid", str(uid), "--clear-groups"]
     nothing = ["--inh-caps=-all", "--ambient-caps=-all", "--bounding-set=-all", "--no-new-privs"]
     return ["/usr/bin/setpriv", *ids, *nothing, "--"]
 

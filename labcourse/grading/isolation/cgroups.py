@@ -12,7 +12,7 @@ import os
 import re
 import secrets
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -31,22 +31,6 @@ class ParentGroup:
 
     folder: Path
     version: int
-
-
-@dataclass
-class Groups:
-    """Groups that were made for one sandbox: controller → folder, where the limit was set."""
-
-    limited: dict[str, Path]
-
-    def add(self, pid: int) -> tuple[str, ...]:
-        """Put a process into the groups, with all that it will start. Return the names of the active layers."""
-        active = []
-        for controller, folder in self.limited.items():
-            with contextlib.suppress(OSError):
-                (folder / "cgroup.procs").write_text(str(pid), "ascii")
-                active.append(LAYERS[controller])
-        return tuple(active)
 
 
 def parent_groups(proc_self: Path = Path("/proc/self")) -> dict[str, ParentGroup]:
@@ -98,8 +82,8 @@ def _delegating(mount: Path, current: Path, controller: str) -> Path | None:
 
 
 @contextlib.contextmanager
-def limited_groups(limits: Limits, parents: Mapping[str, ParentGroup]) -> Iterator[Groups]:
-    """Make groups with these limits, where that is possible, for as long as the ``with`` block lasts.
+def limited_groups(limits: Limits, parents: Mapping[str, ParentGroup]) -> Iterator[Collection[Path]]:
+    """Make groups with these limits, where that is possible; yield their folders. They are removed after the block.
 
     Parameters
     ----------
@@ -108,7 +92,7 @@ def limited_groups(limits: Limits, parents: Mapping[str, ParentGroup]) -> Iterat
     """
     name = f"{PREFIX}-{os.getpid()}-{secrets.token_hex(8)}"
     values = {"memory": limits.memory, "pids": limits.processes + 2}  # the launcher's two shells count, too
-    groups, folders = Groups({}), set()
+    folders, limited = set(), set()
     try:
         for controller, parent in parents.items():
             _remove_stale_groups(parent.folder)
@@ -118,15 +102,22 @@ def limited_groups(limits: Limits, parents: Mapping[str, ParentGroup]) -> Iterat
                 folders.add(folder)
                 limit = _LIMIT_FILES.get((controller, parent.version), "pids.max")
                 (folder / limit).write_text(str(values[controller]), "ascii")
-                groups.limited[controller] = folder
+                limited.add(folder)
                 # Memory and swap together (version 1), or swap alone (version 2): nothing is swapped out.
                 for swap, value in (("memory.memsw.limit_in_bytes", limits.memory), ("memory.swap.max", 0)):
                     if (folder / swap).exists():
                         (folder / swap).write_text(str(value), "ascii")
-        yield groups
+        yield limited
     finally:
         for folder in folders:
             _remove_group(folder)
+
+
+def add(pid: int, groups: Iterable[Path]) -> None:
+    """Put a process into groups, with all that it will start, where that is possible."""
+    for folder in groups:
+        with contextlib.suppress(OSError):
+            (folder / "cgroup.procs").write_text(str(pid), "ascii")
 
 
 def _remove_group(folder: Path) -> None:

@@ -3,23 +3,21 @@
 from __future__ import annotations
 
 import contextlib
+import errno
 import os
 import selectors
 import stat
 import subprocess
 import threading
 import time
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from enum import Enum
-from types import MappingProxyType
 from typing import Any
 
 from labcourse.errors import IsolationError
 
 MIB = 2**20
-NO_VARIABLES: Mapping[str, str] = MappingProxyType({})  #: default of an environment
-NO_FILES: Mapping[str, int] = MappingProxyType({})  #: default of the further files to read
 _POLL_INTERVAL = 0.1  # s; how often the clock and the event that cancels the run are checked
 _CHUNK = 65536  # bytes: what a pipe holds
 
@@ -65,22 +63,18 @@ class Outcome:
     ----------
     ending : how the run ended
     code : exit status, or minus the signal that ended it; None if the command was killed from outside
-    file : content of the wanted file; None if it is missing or cannot be read
-    trouble : why the file cannot be read; "" if it was read, or is missing
+    files : name → content of the wanted files that could be read
+    troubles : name → why it could not be read, of those that exist
     output : standard output and standard error, up to the limit; untrusted bytes
     seconds : duration of the run
-    layers : optional isolation layers that were active
-    others : further files that were asked for: name → content, for those that exist and can be read
     """
 
     ending: Ending
     code: int | None
-    file: bytes | None
-    trouble: str
+    files: Mapping[str, bytes]
+    troubles: Mapping[str, str]
     output: bytes
     seconds: float
-    layers: tuple[str, ...] = ()
-    others: Mapping[str, bytes] = field(default_factory=dict)
 
 
 class Cancelled(Exception):
@@ -94,73 +88,58 @@ def start(command: Sequence[str], **options: Any) -> subprocess.Popen[bytes]:
     )
 
 
-def check_names(wanted: str, further: Mapping[str, int]) -> None:
-    """Check that the files to read from the working folder have plain names.
-
-    Parameters
-    ----------
-    wanted : name of the wanted file
-    further : name of each further file → bytes that it may have
-
-    Raises
-    ------
-    IsolationError
-        If a name is empty or leads out of the working folder.
-    """
-    for name in (wanted, *further):
+def check_names(wanted: Iterable[str]) -> None:
+    """Raise IsolationError if the name of a file to read is no plain one: it might lead out of the working folder."""
+    for name in wanted:
         if not name or os.sep in name or "\0" in name or name in (".", ".."):
-            raise IsolationError(f"The wanted file's name must be a plain one, not {name!r}.", "files")
+            raise IsolationError(f"A wanted file's name must be a plain one, not {name!r}.", "files")
 
 
-def read_files(
-    folder: int, wanted: str, largest: int, further: Mapping[str, int]
-) -> tuple[bytes | None, str, dict[str, bytes]]:
+def read_files(folder: int, wanted: Mapping[str, int]) -> tuple[dict[str, bytes], dict[str, str]]:
     """Read the files that a command left. Call it when every process that could change them has ended.
 
     Parameters
     ----------
     folder : descriptor of the working folder
-    wanted, largest : name of the wanted file, and the bytes that it may have
-    further : further files: name → bytes that it may have
+    wanted : name of each file → the bytes that it may have
 
     Returns
     -------
-    bytes or None
-        Content of the wanted file; None if it is missing or cannot be read.
-    str
-        Why it cannot be read; "" if it was read, or is missing.
     dict
-        Further files that can be read: name → content.
+        Name → content of the files that could be read.
+    dict
+        Name → why it could not be read, of those that exist.
     """
-    file, trouble = _read_file(folder, wanted, largest)
-    others = {name: _read_file(folder, name, most)[0] for name, most in further.items()}
-    return file, trouble, {name: data for name, data in others.items() if data is not None}
+    files, troubles = {}, {}
+    for name, most in wanted.items():
+        try:
+            files[name] = _read_file(folder, name, most)
+        except FileNotFoundError:
+            continue
+        except OSError as error:
+            troubles[name] = f"cannot be read: {error.strerror}"
+    return files, troubles
 
 
-def _read_file(folder: int, name: str, largest: int) -> tuple[bytes | None, str]:
-    """Read a file of the working folder; only an ordinary file, as untrusted code may have left a link or a pipe.
+def _read_file(folder: int, name: str, most: int) -> bytes:
+    """Read a file of the working folder; parameters as for :func:`read_files`.
 
-    Returns
-    -------
-    bytes or None
-        Content; None if the file is missing or cannot be read.
-    str
-        Why it cannot be read; "" if it was read, or is missing.
+    Raises
+    ------
+    OSError
+        If it is missing, has too many bytes, or is no ordinary file: untrusted code may have left a link or a pipe.
     """
-    try:
-        descriptor = os.open(name, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_NOCTTY, dir_fd=folder)
-    except FileNotFoundError:
-        return None, ""
-    except OSError as error:
-        return None, f"cannot be read: {error.strerror}"
+    descriptor = os.open(name, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_NOCTTY, dir_fd=folder)
     try:
         if not stat.S_ISREG(os.fstat(descriptor).st_mode):
-            return None, "is not an ordinary file"
+            raise OSError(errno.EINVAL, "it is not an ordinary file")
         with open(descriptor, "rb", closefd=False) as file:
-            data = file.read(largest + 1)
+            data = file.read(most + 1)
     finally:
         os.close(descriptor)
-    return (data, "") if len(data) <= largest else (None, f"has more than {largest} bytes")
+    if len(data) > most:
+        raise OSError(errno.EFBIG, f"it has more than {most} bytes")
+    return data
 
 
 class ProcessPipes:

@@ -1,7 +1,7 @@
-"""Run a command in a sandbox, within limits, and get one file back.
+"""Run a command in a sandbox, within limits, and get the files back that it leaves.
 
 Bubblewrap sets the sandbox up (:mod:`labcourse.grading.isolation.bubblewrap`). The trusted side, here, starts it,
-watches clock and bytes, kills it from outside, and reads the file when everything inside is dead. The order matters:
+watches clock and bytes, kills it from outside, and reads the files when everything inside is dead. The order matters:
 
 1. Bubblewrap starts a launcher, a shell of our own, as the first process of the sandbox. It prints a line, and waits.
 2. From outside we open the working folder, which keeps it when all inside have died, and limit the launcher.
@@ -24,16 +24,17 @@ import shutil
 import signal
 import subprocess
 import sys
+import tempfile
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from pathlib import Path
 from threading import Event
 
 from labcourse.errors import IsolationError
 from labcourse.grading.isolation import bubblewrap, cgroups, process, seccomp
 from labcourse.grading.isolation.bubblewrap import HOME, WORK, python
-from labcourse.grading.isolation.process import NO_FILES, NO_VARIABLES, Ending, Limits, Outcome
-from labcourse.grading.isolation.unisolated import Unisolated
+from labcourse.grading.isolation.process import Ending, Limits, Outcome
+from labcourse.grading.isolation.unisolated import Unisolated, unisolated
 
 __all__ = ["HOME", "WORK", "Ending", "Limits", "Outcome", "python", "run"]
 
@@ -52,16 +53,14 @@ def run(
     command: Sequence[str],
     *,
     visible: Sequence[Path],
-    wanted: str,
-    largest: int,
-    further: Mapping[str, int] = NO_FILES,
+    wanted: Mapping[str, int],
     stdin: bytes = b"",
-    environment: Mapping[str, str] = NO_VARIABLES,
+    environment: Mapping[str, str] | None = None,
     limits: Limits = Limits(),  # noqa: B008 (it cannot be changed)
     cancelled: Event | None = None,
     isolated: bool = True,
 ) -> Outcome:
-    """Run a command isolated, and get a file that it leaves, or several.
+    """Run a command isolated, and get the files that it leaves.
 
     The command starts in an empty working folder (:data:`WORK`), with an empty home (:data:`HOME`). When it ends, all
     processes that it has started are ended.
@@ -71,29 +70,27 @@ def run(
     command : program, by its path or a name to be found in the sandbox, and its arguments
     visible : absolute paths to show read-only, besides the system and the Python environment. Nothing in them may be a
         socket or a pipe of the outside: these can be used through a read-only view.
-    wanted : name of the file in the working folder
-    largest : bytes that it may have
-    further : further such files, which may be missing: name → bytes that it may have
+    wanted : files to get from the working folder, which may be missing: name → bytes that it may have
     stdin : standard input
     environment : variables, besides PATH, HOME, TMPDIR, LANG and USER
     limits : on what the command uses
     cancelled : set from another thread to cancel the run
-    isolated : False for a command that is trusted: it runs with the caller's own rights (:class:`Unisolated`)
+    isolated : False for a command that is trusted: it runs with the rights of the caller
 
     Returns
     -------
     Outcome
-        How the run ended, and the file, however it ended. An exit status of 128 + n is read as signal n, as by shells.
+        How the run ended, and the files, however it ended. An exit status of 128 + n is read as signal n, as by shells.
 
     Raises
     ------
     IsolationError
         If the sandbox cannot be set up (then the command is not run), or if a process in it cannot be ended.
     """
-    process.check_names(wanted, further)
-    cancelled = cancelled or Event()
+    process.check_names(wanted)
+    cancelled, environment = cancelled or Event(), environment or {}
     context: contextlib.AbstractContextManager[_Sandbox | Unisolated] = (
-        _sandboxed(command, visible, environment, limits, cancelled) if isolated else Unisolated(command, environment)
+        _sandboxed(command, visible, environment, limits, cancelled) if isolated else unisolated(command, environment)
     )
     try:
         with context as running:
@@ -103,13 +100,13 @@ def run(
             ending = running.pipes.exchange_until(started + limits.seconds, cancelled)
             seconds = time.monotonic() - started
             code = running.end()
-            file, trouble, others = process.read_files(running.folder, wanted, largest, further)
+            files, troubles = process.read_files(running.folder, wanted)
             output = bytes(running.pipes.output[: limits.output])
     except process.Cancelled:
-        return Outcome(Ending.CANCELLED, None, None, "", b"", 0.0)
+        return Outcome(Ending.CANCELLED, None, {}, {}, b"", 0.0)
     assert ending is not None
     exit_status = code if ending is Ending.FINISHED else None
-    return Outcome(ending, exit_status, file, trouble, output, seconds, running.layers, others)
+    return Outcome(ending, exit_status, files, troubles, output, seconds)
 
 
 @contextlib.contextmanager
@@ -133,28 +130,30 @@ def _sandboxed(
         )
     if any("\0" in word for word in [*command, *map(str, visible), *environment, *environment.values()]):
         raise IsolationError("A variable, a path or the command has a NUL character in it.", "files")
-    user = bubblewrap.sandbox_user()
+    uid = bubblewrap.sandbox_user()
     call_filter = seccomp.program(os.uname().machine)
     inherited: list[int] = []
     with contextlib.ExitStack() as stack:
 
         def file_with(data: bytes) -> int:
-            """Make a file in memory that bubblewrap inherits; return its descriptor."""
-            inherited.append(stack.enter_context(_memory_file(data)))
+            """Make a file without a name that bubblewrap inherits; return its descriptor."""
+            file = stack.enter_context(tempfile.TemporaryFile())
+            file.write(data)
+            file.seek(0)
+            inherited.append(file.fileno())
             return inherited[-1]
 
-        files = {path: file_with(text.encode()) for path, text in bubblewrap.synthetic_files(user).items()}
-        args = bubblewrap.arguments(user, visible, {**bubblewrap.default_environment(), **environment}, limits, files)
+        files = {path: file_with(text.encode()) for path, text in bubblewrap.synthetic_files(uid).items()}
+        args = bubblewrap.arguments(uid, visible, {**bubblewrap.default_environment(), **environment}, limits, files)
         args += ["--seccomp", str(file_with(call_filter))] if call_filter is not None else []
         # Passed in a file: in the list of processes, everybody on this machine could read them.
         hidden = ["--args", str(file_with("\0".join([*args, ""]).encode()))]
-        unprivileged = [*bubblewrap.setpriv_prefix(user), "/bin/sh", "-c", _UNPRIVILEGED_LAUNCHER, "sh", *command]
+        unprivileged = [*bubblewrap.setpriv_prefix(uid), "/bin/sh", "-c", _UNPRIVILEGED_LAUNCHER, "sh", *command]
         groups = stack.enter_context(cgroups.limited_groups(limits, cgroups.parent_groups()))
         running = _Sandbox([*hidden, "--", "/bin/sh", "-c", _LAUNCHER, "sh", *unprivileged], inherited)
         with contextlib.closing(running):
             running.wait_until_ready(cancelled)
             running.limit(limits, groups)
-            running.layers += ("system calls",) if call_filter is not None else ()
             running.drop_privileges(cancelled)
             yield running
 
@@ -171,7 +170,6 @@ class _Sandbox:
     ----------
     pipes : of its processes
     folder : descriptor of the working folder
-    layers : names of the optional layers that are active
     start_signal : what to send before the standard input of the command, so that it is run
 
     Raises
@@ -191,7 +189,6 @@ class _Sandbox:
         except OSError as error:
             raise IsolationError(f"Bubblewrap cannot be started: {error.strerror}.", "bubblewrap") from error
         self.pipes = process.ProcessPipes(self._process, _MAX_STARTUP_OUTPUT)
-        self.layers: tuple[str, ...] = ()
         self.folder = self._init_pidfd = -1
         self._init_pid = 0
 
@@ -229,7 +226,7 @@ class _Sandbox:
                 bubblewrap.remedy_of_namespaces(),
             ) from error
 
-    def limit(self, limits: Limits, groups: cgroups.Groups) -> None:
+    def limit(self, limits: Limits, groups: Collection[Path]) -> None:
         """Limit the first process, and so all processes that it starts; raise IsolationError if that fails."""
         import resource
 
@@ -252,7 +249,7 @@ class _Sandbox:
                 resource.prlimit(self._init_pid, kind, (most, most))
         except (OSError, ValueError) as error:
             raise IsolationError(f"The sandbox cannot be limited: {error}.", "limits") from error
-        self.layers = groups.add(self._init_pid)
+        cgroups.add(self._init_pid, groups)
 
     def drop_privileges(self, cancelled: Event) -> None:
         """Let the launcher become the user that runs the command; raises as :meth:`wait_until_ready` does."""
@@ -300,17 +297,16 @@ class _Sandbox:
 
 
 def _child_of(parent: int) -> int:
-    """Return the process number of the only child of a process; raise ProcessLookupError if there is none.
+    """Return the process number of the only child of a process; raise ValueError if there is none.
 
     Bubblewrap would report it (--info-fd), but can be killed while it does.
     """
     with contextlib.suppress(FileNotFoundError):  # not all kernels have this file
         return int(Path(f"/proc/{parent}/task/{parent}/children").read_text("ascii"))
-    for stat in Path("/proc").glob("[0-9]*/stat"):
-        with contextlib.suppress(OSError):  # some end meanwhile
-            if int(stat.read_text("ascii", "replace").rpartition(")")[2].split()[1]) == parent:
-                return int(stat.parent.name)
-    raise ProcessLookupError("it has no first process")
+    import psutil  # type: ignore[import-untyped]
+
+    (child,) = psutil.Process(parent).children()
+    return int(child.pid)
 
 
 def _namespace(pid: int | str, kind: str) -> str:
@@ -323,19 +319,3 @@ def _has_ended(pidfd: int, seconds: float) -> bool:
     poll = select.poll()
     poll.register(pidfd, select.POLLIN)
     return bool(poll.poll(seconds * 1000))
-
-
-@contextlib.contextmanager
-def _memory_file(data: bytes) -> Iterator[int]:
-    """Yield the descriptor of a file in memory that holds data; raise IsolationError if it cannot be made."""
-    try:
-        descriptor = os.memfd_create("labcourse")
-    except OSError as error:
-        message = f"Arguments cannot be passed to bubblewrap: memfd_create: {error.strerror}."
-        raise IsolationError(message, "bubblewrap", bubblewrap.remedy_of_namespaces()) from None
-    try:
-        os.write(descriptor, data)
-        os.lseek(descriptor, 0, os.SEEK_SET)
-        yield descriptor
-    finally:
-        os.close(descriptor)

@@ -135,22 +135,22 @@ def _bubblewrap_layer() -> Layer:
 def _user_layer() -> Layer:
     """Return whether there is a user without privileges to run a command as."""
     try:
-        user = bubblewrap.sandbox_user()
+        bubblewrap.sandbox_user()
     except IsolationError as error:
         return _layer_of_error(error)
     root, other = "root, who becomes another user for each run", "an ordinary user, in a user namespace"
-    return Layer("user", True, root if user.from_root else other)
+    return Layer("user", True, root if bubblewrap.is_root() else other)
 
 
 def _inside_layers() -> list[Layer]:
     """Return the layers that a trusted program in a sandbox can see: files, network, processes, privileges, limits."""
     limits = Limits(seconds=60)
     try:
-        outcome = sandbox.run(["/bin/sh", "-c", _INSPECTION], visible=[], wanted="seen", largest=5, limits=limits)
+        outcome = sandbox.run(["/bin/sh", "-c", _INSPECTION], visible=[], wanted={"seen": 5}, limits=limits)
     except IsolationError as error:
         return [_layer_of_error(error)]
     output, _, listing = outcome.output.decode(errors="replace").partition("\n=\n")
-    if outcome.file != b"seen\n":
+    if outcome.files.get("seen") != b"seen\n":
         return [Layer("sandbox", False, f"a trusted program does not run in it: {output[-200:]}", _REPORT_IT)]
     interfaces = re.findall(r"^\s*(\w+):(?:\s+\d+){10}", output, re.MULTILINE)
     mounts = re.findall(r"^\S+ (\S+) \S+ (rw|ro),", output, re.MULTILINE)
@@ -159,7 +159,7 @@ def _inside_layers() -> list[Layer]:
     # The last word of the listing is the user's number.
     unprivileged = re.search(r"CapEff:\s*0+\n.*NoNewPrivs:\s*1\n", output, re.DOTALL) and listing.split()[-1] != "0"
     limited = re.search(rf"Max address space\s+{limits.memory}\s", output)
-    filtered = "system calls" in outcome.layers
+    filtered = _has_filter()
     return [
         _seen_layer("file system", read_only, "read-only, but for /tmp"),
         _seen_layer("network", interfaces == ["lo"], f"interfaces: {', '.join(interfaces)}"),
@@ -169,6 +169,11 @@ def _inside_layers() -> list[Layer]:
         _seen_layer("limits", bool(limited), "memory and files of each process, number of processes, time"),
         Layer("system calls", filtered, "filtered" if filtered else "not filtered on this machine", needed=False),
     ]
+
+
+def _has_filter() -> bool:
+    """Return whether sandboxes on this machine have the filter of system calls."""
+    return seccomp.program(os.uname().machine) is not None
 
 
 def _layer_of_error(error: IsolationError) -> Layer:
@@ -228,12 +233,11 @@ def _run_attacks(targets: dict[str, Any]) -> dict[str, tuple[bool, str]]:
     outcome = sandbox.run(
         [str(sandbox.python()), "-I", "-S", "-c", Path(attacks.__file__).read_text("utf-8")],
         visible=[],
-        wanted="attempts.json",
-        largest=65536,
+        wanted={"attempts.json": 65536},
         stdin=json.dumps(targets).encode(),
         limits=_LIMITS,
     )
-    results = json.loads(outcome.file or b"{}")
+    results = json.loads(outcome.files.get("attempts.json", b"{}"))
     if list(results) != list(attacks.ATTACKS):
         message = outcome.output.decode(errors="replace").strip()
         raise IsolationError(f"The self-test did not come to its end: {message or outcome.ending.value}.", "self-test")
@@ -243,7 +247,7 @@ def _run_attacks(targets: dict[str, Any]) -> dict[str, tuple[bool, str]]:
 def _attempt_of(name: str, contained: bool, result: str, seen_outside: str) -> Attempt:
     """Return the attempt of an attack: by its own result, and by what was seen outside ("" if nothing was)."""
     layer, _ = attacks.ATTACKS[name]
-    needed = layer == "" or (layer == attacks.FILTER and seccomp.program(os.uname().machine) is not None)
+    needed = layer == "" or (layer == attacks.FILTER and _has_filter())
     return Attempt(name, contained and not seen_outside, seen_outside or result, needed)
 
 
@@ -259,14 +263,14 @@ def _attempt_to_outlive(name: str, ending: Ending, then: str, seconds: float) ->
     """
     token = secrets.token_hex(16)
     command = ["/bin/sh", "-c", _CHILDREN.format(then=then), token]
-    outcome = sandbox.run(command, visible=[], wanted="left", largest=16, limits=replace(_LIMITS, seconds=seconds))
+    outcome = sandbox.run(command, visible=[], wanted={"left": 16}, limits=replace(_LIMITS, seconds=seconds))
     left = 0
     for process in Path("/proc").glob("[0-9]*"):
         with contextlib.suppress(OSError):  # some end meanwhile
             left += token.encode() in (process / "cmdline").read_bytes()
     if left:
         return Attempt(name, False, f"{left} processes left")
-    if outcome.ending is not ending or outcome.file != b"left\n":
+    if outcome.ending is not ending or outcome.files.get("left") != b"left\n":
         return Attempt(name, False, f"it ended otherwise ({outcome.ending.value}), or its file was lost")
     return Attempt(name, True, "ended; no process left, its file was read")
 

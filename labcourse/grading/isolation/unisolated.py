@@ -13,7 +13,7 @@ import secrets
 import signal
 import subprocess
 import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -25,8 +25,9 @@ _ROUNDS = 100  # a process that forks faster than this needs the sandbox
 _REMOVE = 'chmod -R u+rwX -- "$0"; rm -rf -- "$0"'  # rm copes with any depth and any names
 
 
-class Unisolated:
-    """A command that runs with the rights of the caller (a ``with`` block, with the attributes of a sandbox).
+@contextlib.contextmanager
+def unisolated(command: Sequence[str], environment: Mapping[str, str]) -> Iterator[Unisolated]:
+    """Run a command with the rights of the caller, until the ``with`` block ends.
 
     Parameters
     ----------
@@ -37,39 +38,43 @@ class Unisolated:
     IsolationError
         For root, as no untrusted command may have root's rights; and on systems without process groups (Windows).
     """
+    check_allowed()
+    scratch = Path(tempfile.mkdtemp(prefix="labcourse-run-")).resolve()
+    with contextlib.ExitStack() as stack:
+        remove = ["/bin/sh", "-c", _REMOVE, str(scratch)]
+        stack.callback(subprocess.run, remove, capture_output=True, check=False)
+        work, home = scratch / "work", scratch / "home"
+        work.mkdir()
+        home.mkdir()
+        # Held open: should the command put another folder in its place, the files are still read from this one.
+        folder = os.open(work, os.O_RDONLY | os.O_DIRECTORY)
+        stack.callback(os.close, folder)
+        path, token = os.pathsep.join([str(bubblewrap.python().parent), os.defpath]), secrets.token_hex(16)
+        own_variables = {"PATH": path, "HOME": str(home), "TMPDIR": str(home), "LANG": "C.UTF-8"}
+        variables = {**own_variables, **environment, _TOKEN: token}
+        started = process.start(command, cwd=work, env=variables, start_new_session=True)
+        running = Unisolated(started, folder, token)
+        stack.callback(running.pipes.close)
+        stack.callback(running.end)
+        yield running
+
+
+class Unisolated:
+    """A command that runs with the rights of the caller, with the attributes of a sandbox.
+
+    Parameters
+    ----------
+    started : its process
+    folder : descriptor of its working folder
+    token : in the environment of all its processes
+    """
 
     start_signal = b""  # the command is started at once
-    layers: tuple[str, ...] = ()
 
-    def __init__(self, command: Sequence[str], environment: Mapping[str, str]) -> None:
-        check_allowed()
-        self._command, self._environment = command, environment
-        self._token = secrets.token_hex(16)
+    def __init__(self, started: subprocess.Popen[bytes], folder: int, token: str) -> None:
+        self._process, self.folder, self._token = started, folder, token
+        self.pipes = process.ProcessPipes(started, 0)
         self._code: int | None = None
-
-    def __enter__(self) -> Unisolated:
-        with contextlib.ExitStack() as stack:
-            scratch = Path(tempfile.mkdtemp(prefix="labcourse-run-")).resolve()
-            remove = ["/bin/sh", "-c", _REMOVE, str(scratch)]
-            stack.callback(subprocess.run, remove, capture_output=True, check=False)
-            work, home = scratch / "work", scratch / "home"
-            work.mkdir()
-            home.mkdir()
-            # Held open: should the command put another folder in its place, the files are still read from this one.
-            self.folder = os.open(work, os.O_RDONLY | os.O_DIRECTORY)
-            stack.callback(os.close, self.folder)
-            path = os.pathsep.join([str(bubblewrap.python().parent), os.defpath])
-            own_variables = {"PATH": path, "HOME": str(home), "TMPDIR": str(home), "LANG": "C.UTF-8"}
-            variables = {**own_variables, **self._environment, _TOKEN: self._token}
-            self._process = process.start(self._command, cwd=work, env=variables, start_new_session=True)
-            self.pipes = process.ProcessPipes(self._process, 0)
-            stack.callback(self.pipes.close)
-            stack.callback(self.end)
-            self._stack = stack.pop_all()
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._stack.close()
 
     def end(self) -> int:
         """Kill the process group, and every process that has the token of the run in its environment.

@@ -70,15 +70,14 @@ def describe_pdf(data: bytes, isolated: bool, cancelled: threading.Event | None 
     outcome = sandbox.run(
         [str(sandbox.python()), "-P", "-c", program],
         visible=[],
-        wanted=_RESULT_FILE,
-        largest=_MOST_BYTES,
+        wanted={_RESULT_FILE: _MOST_BYTES},
         stdin=data,
         environment={"PYTHONDONTWRITEBYTECODE": "1", "PYTHONNOUSERSITE": "1"},
         limits=_LIMITS,
         cancelled=cancelled,
         isolated=isolated,
     )
-    return outcome.file if outcome.ending is Ending.FINISHED else None
+    return outcome.files.get(_RESULT_FILE) if outcome.ending is Ending.FINISHED else None
 
 
 def _write_description() -> None:

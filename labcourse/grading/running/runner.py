@@ -125,8 +125,8 @@ def run(packed: bytes, job: Job, cancelled: threading.Event | None = None) -> Ru
     elif outcome.code == inside.BROKEN:
         lines = outcome.output.decode(errors="replace").strip().splitlines()
         raise GradingError(f"The released course cannot be run here: {lines[-1] if lines else 'it printed nothing'}")
-    reports, evidence = (outcome.others.get(name, b"") for name in (REPORTS_FILE, inside.EVIDENCE_FILE))
-    return Run(outcome.file, _problems(outcome, job.limits), reports, evidence)
+    reports, evidence = (outcome.files.get(name, b"") for name in (REPORTS_FILE, inside.EVIDENCE_FILE))
+    return Run(outcome.files.get(ANSWERS_FILE), _problems(outcome, job.limits), reports, evidence)
 
 
 def _run_in_sandbox(packed: bytes, job: Job, cancelled: threading.Event | None) -> Outcome:
@@ -140,6 +140,7 @@ def _run_in_sandbox(packed: bytes, job: Job, cancelled: threading.Event | None) 
         "cell_timeout": limits.cell,
         "evidence": job.evidence,
     }
+    evidence = {inside.EVIDENCE_FILE: MAX_EVIDENCE} if job.evidence else {}
     environment = {
         "LANG": "C.UTF-8",
         "PYTHONPATH": str(folder),  # comes before where this package is installed
@@ -154,9 +155,7 @@ def _run_in_sandbox(packed: bytes, job: Job, cancelled: threading.Event | None) 
     return sandbox.run(
         ["sh", "-c", _WITH_FONTS, str(folder / FONTS), str(sandbox.python()), "-P", "-m", f"{INSIDE}.main"],
         visible=[folder],
-        wanted=ANSWERS_FILE,
-        largest=MAX_ANSWERS,
-        further={REPORTS_FILE: MAX_BYTES, **({inside.EVIDENCE_FILE: MAX_EVIDENCE} if job.evidence else {})},
+        wanted={ANSWERS_FILE: MAX_ANSWERS, REPORTS_FILE: MAX_BYTES, **evidence},
         stdin=json.dumps(specification).encode(),
         environment=environment,
         limits=sandbox.Limits(
@@ -178,7 +177,8 @@ def _problems(outcome: Outcome, limits: Limits) -> tuple[str, ...]:
         Ending.DEADLINE: f"The run took longer than {limits.submission:g} s and was stopped.",
         Ending.OUTPUT: "The run was stopped: it printed too much.",
     }.get(outcome.ending, by_code.get(outcome.code, "The run ended before all notebooks were run."))
-    return tuple(filter(None, (problem, outcome.trouble and f"{ANSWERS_FILE} {outcome.trouble}.")))
+    troubles = [f"{ANSWERS_FILE} {outcome.troubles[ANSWERS_FILE]}."] if ANSWERS_FILE in outcome.troubles else []
+    return tuple(filter(None, (problem, *troubles)))
 
 
 # --- here, or on a cluster --------------------------------------------------------------------------------------------

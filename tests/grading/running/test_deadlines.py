@@ -13,6 +13,7 @@ from typer.testing import CliRunner
 
 import labcourse
 from labcourse.errors import GradingError
+from labcourse.files import ANSWERS_FILE
 from labcourse.grading import batch
 from labcourse.grading.isolation import sandbox, unisolated
 from labcourse.grading.isolation.process import Ending, Outcome
@@ -111,9 +112,8 @@ def test_a_run_is_given_its_limits_and_what_it_depends_on(tmp_path, monkeypatch,
 
     def run(command, **given):
         asked.append((command, given))
-        return Outcome(
-            Ending.FINISHED, 0, b"{}", "", b"", 1.0, (), {runner.REPORTS_FILE: b"reports", EVIDENCE_FILE: b"{}"}
-        )
+        files = {ANSWERS_FILE: b"{}", runner.REPORTS_FILE: b"reports", EVIDENCE_FILE: b"{}"}
+        return Outcome(Ending.FINISHED, 0, files, {}, b"", 1.0)
 
     monkeypatch.setattr(runner, "unpacked", lambda packed: tmp_path)
     monkeypatch.setattr(sandbox, "run", run)
@@ -135,8 +135,7 @@ def test_a_run_is_given_its_limits_and_what_it_depends_on(tmp_path, monkeypatch,
     assert command[-3:] == ["-P", "-m", "labcourse_inside.main"] and given["visible"] == [tmp_path]
     assert given["isolated"] is isolated
     assert given["limits"] == SandboxLimits(seconds=77.5, memory=300 * 2**20, processes=9, folder=12345)
-    further = {runner.REPORTS_FILE: 1_000_000, EVIDENCE_FILE: 40_000_000}
-    assert (given["largest"], given["further"]) == (2_000_000, further)
+    assert given["wanted"] == {ANSWERS_FILE: 2_000_000, runner.REPORTS_FILE: 1_000_000, EVIDENCE_FILE: 40_000_000}
     assert given["cancelled"] is cancelled and given["environment"]["LABCOURSE_PROBE_SEED"] == "5"
     assert json.loads(given["stdin"]) == {
         "notebooks": {"a.ipynb": {"cells": []}},
@@ -161,7 +160,7 @@ def test_a_submission_that_claims_that_the_course_is_broken_is_not_believed(monk
     def run(packed, job, given):
         asked.append(job)
         assert given is cancelled
-        return Outcome(Ending.FINISHED, BROKEN if job.notebooks or is_broken else 0, b"{}", "", b"no numpy", 1.0)
+        return Outcome(Ending.FINISHED, BROKEN if job.notebooks or is_broken else 0, {}, {}, b"no numpy", 1.0)
 
     monkeypatch.setattr(runner, "_run_in_sandbox", run)
     job = runner.Job("ada", {"a.ipynb": {"cells": []}}, 5, files={"numpy.py": b""}, evidence="m:read")
@@ -183,7 +182,7 @@ ENDINGS = [
 
 @pytest.mark.parametrize(("ending", "code", "named"), ENDINGS)
 def test_the_message_on_an_ending_names_its_own_limit(ending, code, named):
-    problems = runner._problems(Outcome(ending, code, None, "", b"", 1.0), LIMITS)
+    problems = runner._problems(Outcome(ending, code, {}, {}, b"", 1.0), LIMITS)
     assert [limit in problem for limit, problem in zip(named, problems, strict=True)] == [True] * len(named)
 
 

@@ -181,14 +181,13 @@ def hostile(sandbox):
     outcome = isolation.run(
         PROGRAM,
         visible=[ROOT / "labcourse", ROOT / "rotflex", prefix],
-        wanted=NOTES,
-        largest=10**6,
+        wanted={NOTES: 10**6},
         stdin=json.dumps(specification(notebooks, cell_timeout=4)).encode(),
         environment=ENVIRONMENT,
         limits=isolation.Limits(seconds=200),
     )
-    assert outcome.file is not None, outcome
-    return outcome, [json.loads(line) for line in outcome.file.splitlines()]
+    assert NOTES in outcome.files, outcome
+    return outcome, [json.loads(line) for line in outcome.files[NOTES].splitlines()]
 
 
 def test_whatever_a_notebook_does_those_after_it_are_run(hostile):
