@@ -1,7 +1,6 @@
 """A class whose runs are made up: what a batch does with what comes in and what runs leave, without a sandbox."""
 
 import json
-from types import SimpleNamespace
 
 from made_courses import loaded
 
@@ -52,7 +51,7 @@ class OneBundle:
 
     def __init__(self, made):
         self.current, self.names = made, tuple(made.pristine)
-        self.releases = SimpleNamespace(problems=[])
+        self.problems = []
 
     def choose(self, hand_in):
         return Chosen(self.current)

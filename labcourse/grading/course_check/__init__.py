@@ -33,8 +33,8 @@ def check(course: Course, run: bool = True) -> Iterator[Finding]:
         as long as grading two submissions
     """
     if outdated := percent.outdated(course):
-        for name in outdated:
-            yield Finding(name, f"it is not what is made of its text now: say {program.name()} make-notebooks.")
+        for path in outdated:
+            yield Finding(path.name, f"it is not what its text gives now: say {program.name()} make-notebooks.")
         return
     checks = [static.check_key, static.check_files, static.check_cells, static.check_derived, static.check_starts]
     for part in (*checks, static.check_numbers, reading_time.check, static.check_imports):

@@ -40,9 +40,26 @@ _NO_NAME = "-"  # id of a cell until it is named
 _SETUP = "import {module}\n\nlab = {module}.start(student)"
 
 
-def outdated(course: Course) -> list[str]:
-    """List the file names of notebooks that differ from what their text gives. (Outputs may differ.)"""
-    return [path.name for path, made in _made_notebooks(course) if not _has_same_content(path, made)]
+def outdated(course: Course) -> dict[Path, NotebookNode]:
+    """Make the notebooks that are written as text, and return those that differ from their files. (Outputs may differ.)
+
+    Returns
+    -------
+    dict
+        Path → notebook as its text gives it now.
+
+    Raises
+    ------
+    GradingError
+        If a cell answers what the catalogue does not have.
+    """
+    texts = sorted(course.folder.glob("[0-9]*.py"))
+    notebooks = {path.with_suffix(".ipynb"): notebook(path.read_text("utf-8"), path.name, course) for path in texts}
+    return {
+        path: made
+        for path, made in notebooks.items()
+        if not path.is_file() or _content(student_notebooks.read(path)) != _content(made)
+    }
 
 
 def write(course: Course) -> None:
@@ -53,28 +70,17 @@ def write(course: Course) -> None:
     GradingError
         If a cell answers what the catalogue does not have.
     """
-    for path, made in _made_notebooks(course):
-        if not _has_same_content(path, made):
-            files.write(path, student_notebooks.text(made))
+    for path, made in outdated(course).items():
+        files.write(path, student_notebooks.text(made))
     for path in course.notebooks:
         text = student_notebooks.read(path).metadata.get(_MADE_OF)
         if text and not (course.folder / text).is_file() and path.stem not in course.catalogue.notebooks:
             path.unlink()
 
 
-def _made_notebooks(course: Course) -> Iterator[tuple[Path, NotebookNode]]:
-    """Make the notebooks that are written as text; yield each with its path."""
-    for path in sorted(course.folder.glob("[0-9]*.py")):
-        yield path.with_suffix(".ipynb"), notebook(path.read_text(encoding="utf-8"), path.name, course)
-
-
-def _has_same_content(path: Path, made: NotebookNode) -> bool:
-    """Return whether a notebook's file exists and has the cells of one that was made; outputs are not compared."""
-
-    def content(notebook: NotebookNode) -> list[Any]:
-        return [(cell.id, cell.cell_type, cell.source, cell.metadata.get("tags")) for cell in notebook.cells]
-
-    return path.is_file() and content(student_notebooks.read(path)) == content(made)
+def _content(notebook: NotebookNode) -> list[Any]:
+    """Return what is compared of a notebook: its cells without their outputs."""
+    return [(cell.id, cell.cell_type, cell.source, cell.metadata.get("tags")) for cell in notebook.cells]
 
 
 def notebook(text: str, name: str, course: Course) -> NotebookNode:

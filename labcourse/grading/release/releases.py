@@ -13,8 +13,9 @@ import re
 import unicodedata
 import zipfile
 import zlib
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from itertools import chain
 from pathlib import Path, PurePosixPath
 from typing import Any
 
@@ -22,60 +23,46 @@ from labcourse import benches, course_file, files
 from labcourse.answers.notebooks import Notebook, NotebookError
 from labcourse.benches import BenchPolicy
 from labcourse.course_file import RELEASE, STUDENT
+from labcourse.courses import NOTEBOOKS
 from labcourse.errors import ConfigurationError, GradingError
 from labcourse.files import COURSE_FILE
 from labcourse.grading.course import Course
 
-NOTEBOOKS, DATA = "notebooks", "data"  #: folders of a release, beside those of the packages
+DATA = "data"  #: folder of a release with the recordings that are handed out
 _COURSE_FILE = f"{NOTEBOOKS}/{COURSE_FILE}"
-_PROJECT = "pyproject.toml"  # it lies in the release's own folder
+_PROJECT = "pyproject.toml"  # in the release's own folder
 
 
 # --- names ------------------------------------------------------------------------------------------------------------
 
 
-def digest(contents: Iterable[tuple[str, bytes]]) -> str:
-    """Return a digest of files, by name and content, of 8 hexadecimal digits: to tell a course's releases apart."""
+def digest(folder: Path, *further: tuple[str, bytes]) -> str:
+    """Return a digest of the files in a folder, and of further ones (name, content), of 8 hexadecimal digits."""
     whole = hashlib.sha256()
-    for name, content in contents:
+    contents = ((name, path.read_bytes()) for name, path in sorted(files_in(folder).items()))
+    for name, content in chain(contents, further):
         whole.update(f"{name} {len(content)}\n".encode() + content)
     return whole.hexdigest()[:8]
 
 
-def contents(folder: Path) -> dict[str, bytes]:
-    """Read all files in a folder: relative path, with "/" → content, in the order of the paths."""
-    return {path.relative_to(folder).as_posix(): path.read_bytes() for path in files_in(folder)}
+def files_in(folder: Path) -> dict[str, Path]:
+    """Find all files in a folder and below it: relative path, with "/" → file, in the order of the paths."""
+    return {path.relative_to(folder).as_posix(): path for path in sorted(folder.rglob("*")) if path.is_file()}
 
 
-def files_in(folder: Path) -> list[Path]:
-    """List all files in a folder and below it, in order."""
-    return sorted(path for path in folder.rglob("*") if path.is_file())
-
-
-def name_of(stored: Mapping[str, bytes], course_json: Mapping[str, Any], term: str) -> str:
+def name_of(folder: Path, course_json: Mapping[str, Any], term: str) -> str:
     """Make the name of a release, as "2026-autumn-3f2a9c41".
 
     Parameters
     ----------
-    stored : relative path → content of its files; those that have no part in the name are left out here
+    folder : with its notebooks and packages, and nothing else yet
     course_json : the content of its ``course.json``
     term : text to begin the name with
     """
-    content = {key: value for key, value in course_json.items() if key not in (STUDENT, RELEASE)}
-    counting = [(name, data) for name, data in sorted(stored.items()) if _is_in_name(name)]
+    content = {key: value for key, value in course_json.items() if key != STUDENT}
     ascii_only = unicodedata.normalize("NFKD", term).encode("ascii", "ignore").decode().lower()
     stem = re.sub(r"[^a-z0-9]+", "-", ascii_only)[:40].strip("-")  # it stands in a file's name
-    return f"{stem or 'release'}-{digest([*counting, (COURSE_FILE, json.dumps(content, sort_keys=True).encode())])}"
-
-
-def _is_in_name(name: str) -> bool:
-    """Return whether the name of a release depends on a file of it, given by its relative path.
-
-    It does not on files in the release's own folder (how to install it), on data, on ``course.json``, of which the
-    content has a part of its own, and on compiled Python.
-    """
-    place = PurePosixPath(name)
-    return len(place.parts) > 1 and place.parts[0] != DATA and name != _COURSE_FILE and place.suffix != ".pyc"
+    return f"{stem or 'release'}-{digest(folder, (COURSE_FILE, json.dumps(content, sort_keys=True).encode()))}"
 
 
 # --- stored zips ------------------------------------------------------------------------------------------------------
@@ -87,66 +74,46 @@ class StoredRelease:
 
     Attributes
     ----------
-    id : its name; of an old release without a name, the name that it would have
-    archive : its zip
+    id : its name
     policy : which bench each student has
     packages : import names of the packages that it brings
+    notebooks : file name → notebook
+    files : relative path → content, of its notebooks, its packages and its ``course.json``
     """
 
     id: str
-    archive: Path
     policy: BenchPolicy
     packages: tuple[str, ...]
-
-    def notebooks(self) -> dict[str, dict[str, Any]]:
-        """Read its notebooks: file name → notebook.
-
-        Raises
-        ------
-        GradingError
-            If one of them cannot be read.
-        """
-        return _read_notebooks(self.archive, _release_files(self.archive))
+    notebooks: Mapping[str, dict[str, Any]]
+    files: Mapping[str, bytes]
 
     def unpack(self, folder: Path) -> None:
-        """Write its notebooks, packages and ``course.json`` into a folder.
-
-        Raises
-        ------
-        GradingError
-            If the zip cannot be read any more.
-        """
-        for name, content in _release_files(self.archive).items():
+        """Write its notebooks, packages and ``course.json`` into a folder."""
+        for name, content in self.files.items():
             target = folder / name
             target.parent.mkdir(parents=True, exist_ok=True)
             target.write_bytes(content)
 
 
-class Releases:
-    """The stored releases of a course.
+def read_all(course: Course) -> tuple[dict[str, StoredRelease], list[str]]:
+    """Read the stored releases of a course.
 
-    Parameters
-    ----------
-    course : the course
-
-    Attributes
-    ----------
-    folder : where they are stored
-    all : the releases, each once, in the order of their files' names
-    problems : messages about files there that cannot be read
+    Returns
+    -------
+    dict
+        Name → release, in the order of the names of their files.
+    list
+        A message about each file that cannot be read.
     """
-
-    def __init__(self, course: Course) -> None:
-        self.folder = course.releases
-        self.problems: list[str] = []
-        by_name: dict[str, StoredRelease] = {}
-        for archive in sorted(self.folder.glob("*.zip")):
-            try:
-                release = read(archive)
-                by_name.setdefault(release.id, release)
-            except GradingError as error:
-                self.problems.append(str(error))
-        self.all = tuple(by_name.values())
+    releases: dict[str, StoredRelease] = {}
+    problems = []
+    for archive in sorted(course.releases.glob("*.zip")):
+        try:
+            release = read(archive)
+            releases.setdefault(release.id, release)
+        except GradingError as error:
+            problems.append(str(error))
+    return releases, problems
 
 
 def store(course: Course, archive: Path, name: str) -> Path:
@@ -165,7 +132,7 @@ def store(course: Course, archive: Path, name: str) -> Path:
         files.write(stored, archive.read_bytes())
     except OSError as error:
         raise GradingError(
-            f"The release is in {archive}, but it cannot be kept in {stored.parent}: {error.strerror}. Put a copy "
+            f"The release is in {archive}, but it cannot be stored in {stored.parent}: {error.strerror}. Put a copy "
             "there, or name another folder in course.toml: grading needs it for work that is begun under this release."
         ) from None
     return stored
@@ -180,17 +147,17 @@ def read(archive: Path) -> StoredRelease:
         If the zip cannot be read or is not a release.
     """
     entries = _release_files(archive)
+    notebooks = _read_notebooks(archive, entries)
     try:
-        course_json = course_file.parse(entries.pop(_COURSE_FILE, b"{}"))
+        course_json = course_file.parse(entries.get(_COURSE_FILE, b"{}"))
         policy = benches.policy_of(course_json)
     except ConfigurationError as error:
         raise _unusable(archive, f"{COURSE_FILE}: {error}") from None
-    _read_notebooks(archive, entries)  # raises if one of them cannot be read
+    name = course_json.get(RELEASE)
+    if not (isinstance(name, str) and name):
+        raise _unusable(archive, f"its {COURSE_FILE} does not name the release")
     packages = sorted({top for name in entries if f"{(top := name.partition('/')[0])}/__init__.py" in entries})
-    own_name = course_json.get(RELEASE)
-    # Old releases have neither a name nor a term.
-    name = own_name if isinstance(own_name, str) and own_name else name_of(entries, course_json, "unnamed")
-    return StoredRelease(name, archive, policy, tuple(packages))
+    return StoredRelease(name, policy, tuple(packages), notebooks, entries)
 
 
 def _read_notebooks(archive: Path, entries: Mapping[str, bytes]) -> dict[str, dict[str, Any]]:
@@ -207,7 +174,7 @@ def _read_notebooks(archive: Path, entries: Mapping[str, bytes]) -> dict[str, di
 
 
 def _release_files(archive: Path) -> dict[str, bytes]:
-    """Read the files of a release that its name depends on, and its ``course.json``: relative path → content.
+    """Read the notebooks, packages and ``course.json`` of a release: relative path → content.
 
     Raises
     ------
@@ -220,7 +187,7 @@ def _release_files(archive: Path) -> dict[str, bytes]:
             projects = [place for name in packed.namelist() if (place := PurePosixPath(name)).name == _PROJECT]
             if not projects:
                 raise _unusable(archive, f"it holds no {_PROJECT}")
-            entries = dict(_counted_files(packed, min(projects, key=lambda place: len(place.parts)).parent))
+            entries = dict(_needed_files(packed, min(projects, key=lambda place: len(place.parts)).parent))
     except (OSError, EOFError, zipfile.BadZipFile, zlib.error, NotImplementedError, RuntimeError) as error:
         raise _unusable(archive, error) from None
     if not any(name.startswith(f"{NOTEBOOKS}/") and name.endswith(".ipynb") for name in entries):
@@ -228,8 +195,8 @@ def _release_files(archive: Path) -> dict[str, bytes]:
     return entries
 
 
-def _counted_files(packed: zipfile.ZipFile, root: PurePosixPath) -> Iterator[tuple[str, bytes]]:
-    """Yield (path, content) of the files below a folder of a zip that count; those of wheels, too."""
+def _needed_files(packed: zipfile.ZipFile, root: PurePosixPath) -> Iterator[tuple[str, bytes]]:
+    """Yield (path, content) of the files in the notebooks' folder and in the wheels, below a folder of a zip."""
     for entry in packed.infolist():
         place = PurePosixPath(entry.filename)
         if entry.is_dir() or not place.is_relative_to(root) or ".." in place.parts:
@@ -237,7 +204,7 @@ def _counted_files(packed: zipfile.ZipFile, root: PurePosixPath) -> Iterator[tup
         name = str(place.relative_to(root))
         if place.suffix == ".whl":
             yield from _package_files(packed.read(entry))
-        elif _is_in_name(name) or name == _COURSE_FILE:
+        elif name.startswith(f"{NOTEBOOKS}/"):
             yield name, packed.read(entry)
 
 

@@ -6,14 +6,16 @@ withholds. The notebooks are in the course's package, too, as an installed cours
 
 from __future__ import annotations
 
-import os
+import contextlib
+import io
+import re
 import shutil
 import subprocess
 import sys
 import tempfile
 import time
 import zipfile
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -22,21 +24,22 @@ import labcourse
 from labcourse import course_file, files, program
 from labcourse.answers import starts
 from labcourse.benches import OWN, PRESET, REAL, SAME
+from labcourse.courses import NOTEBOOKS
 from labcourse.errors import GradingError
 from labcourse.files import ANSWERS_FILE, COURSE_FILE
 from labcourse.grading.course import Course, package_folder
 from labcourse.grading.release import percent, releases, student_notebooks, wheels
-from labcourse.grading.release.releases import DATA, NOTEBOOKS, files_in
+from labcourse.grading.release.releases import DATA, files_in
 
 ZipTime = tuple[int, int, int, int, int, int]  #: year, month, day, hour, minute, second
 PACKAGE = labcourse.__name__
 WHEELS = "wheels"  #: folder of a release
 _README = Path(__file__).with_name("student_readme.md")
-_GRADING = "grading"  # the folder of labcourse that students do not get
+_NOT_FOR_STUDENTS = ("grading", "LICENSE", "pyproject.toml")  # of labcourse
 _UNCOPIED = ("__pycache__", "*.pyc", ".*")
 # The times that a zip can hold, s since 1970, UTC: from 1980 to 2107.
 _FIRST_ZIP_TIME, _LAST_ZIP_TIME = 315_532_800, 4_354_819_198
-_NOT_SOURCES = ("__pycache__", ANSWERS_FILE)  # what a run leaves in a folder of sources
+_NOT_SOURCE = re.compile(rf"/(\.|__pycache__|{re.escape(ANSWERS_FILE)})")  # what is hidden, or left by a run
 
 #: The content of a withheld module in a release.
 _STUB = """\
@@ -75,9 +78,8 @@ def derive_notebooks(course: Course) -> dict[str, str]:
     GradingError
         If there are none, if one cannot be derived, or if one differs from what its text (percent format) gives.
     """
-    if outdated := percent.outdated(course):
-        text = f"{Path(outdated[0]).stem}.py"
-        raise GradingError(f"{outdated[0]} is not what {text} gives: say {program.name()} make-notebooks.")
+    for path in percent.outdated(course):
+        raise GradingError(f"{path.name} is not what {path.stem}.py gives: say {program.name()} make-notebooks.")
     if not course.notebooks:
         raise GradingError(f"There are no notebooks in {course.folder}.")
     notebooks = {path.name: student_notebooks.read(path) for path in course.notebooks}
@@ -187,16 +189,23 @@ def release(course: Course, out: Path, with_data: bool = False, replace: bool = 
         course_json = course_file.read(built / NOTEBOOKS) or {}
         _pack_wheels(course, built, course_json[course_file.RELEASE])
         sources = [course.folder, *map(package_folder, (PACKAGE, *course.packages))]
-        _write_archive(built, Path(scratch) / archive.name, zip_time_of(sources))
+        named = {f"{course.name}/{name}": path for name, path in files_in(built).items()}
+        packed = zip_files(named, zip_time_of(sources))
         if folder.exists():
             shutil.rmtree(folder)
         built.replace(folder)
-        (Path(scratch) / archive.name).replace(archive)
+    files.write(archive, packed)
     return Release(folder, archive, names, course_json[course_file.RELEASE])
 
 
 def _course_json(course: Course, folder: Path) -> dict[str, Any]:
-    """Return the content of ``course.json`` for the release in a folder: its name, and the settings for students."""
+    """Return the content of ``course.json`` for a release: its name, and the settings for students.
+
+    Parameters
+    ----------
+    course : the course
+    folder : of the release, with its notebooks and packages, and nothing else yet
+    """
     settings = course.settings
     course_json = {
         course_file.STUDENT: "",
@@ -210,7 +219,7 @@ def _course_json(course: Course, folder: Path) -> dict[str, Any]:
         course_json[course_file.PAGE_LIMIT] = settings.report.page_limit
     if settings.given:
         course_json[starts.GIVEN] = _given_values(course)
-    name = releases.name_of(releases.contents(folder), course_json, settings.term or course.name)
+    name = releases.name_of(folder, course_json, settings.term or course.name)
     # The version of Python is no part of the name: work under another version is the same.
     python = settings.python or f"{sys.version_info.major}.{sys.version_info.minor}"
     return {**course_json, course_file.RELEASE: name, course_file.PYTHON: python}
@@ -235,19 +244,9 @@ def _given_values(course: Course) -> dict[str, Any]:
 
 
 def _copy_package(package: Path, target: Path) -> None:
-    """Copy a package as students get it: without the folder that grades, and without the notebooks in it.
-
-    (A course that is installed by pip has its notebooks in its package; a release has them beside it.)
-    """
-    ignored = shutil.ignore_patterns(*_UNCOPIED, *(("LICENSE", "pyproject.toml") if package.name == PACKAGE else ()))
-
-    def left_out(folder: str, names: list[str]) -> set[str]:
-        """Return which names in a folder are not copied, as shutil.copytree asks."""
-        grading = {_GRADING} if package.name == PACKAGE and Path(folder) == package else set()
-        notebooks = {name for name in names if name == NOTEBOOKS and any(Path(folder, name).glob("*.ipynb"))}
-        return ignored(folder, names) | grading.intersection(names) | notebooks
-
-    shutil.copytree(package, target, ignore=left_out)
+    """Copy a package as students get it, without notebooks: a release has them beside its packages."""
+    ignored = (*_UNCOPIED, NOTEBOOKS, *(_NOT_FOR_STUDENTS if package.name == PACKAGE else ()))
+    shutil.copytree(package, target, ignore=shutil.ignore_patterns(*ignored))
 
 
 def _pack_wheels(course: Course, folder: Path, release: str) -> None:
@@ -264,8 +263,7 @@ def _pack_wheels(course: Course, folder: Path, release: str) -> None:
         if (folder / name).is_dir():
             shutil.copytree(folder / name, home / name)
     _write_text(folder / "LICENSE", wheels.licence())
-    content = releases.digest(releases.contents(folder / PACKAGE).items())
-    wheel_files = [wheels.build(folder / PACKAGE, f"students.{content}", folder / WHEELS)]
+    wheel_files = [wheels.build(folder / PACKAGE, f"students.{releases.digest(folder / PACKAGE)}", folder / WHEELS)]
     (folder / "LICENSE").unlink()  # that was labcourse's, for its wheel; the course has its own, or none
     if (licence := course.folder.parent / "LICENSE").is_file():
         shutil.copy(licence, folder / licence.name)
@@ -278,15 +276,22 @@ def _pack_wheels(course: Course, folder: Path, release: str) -> None:
     _write_text(folder / "pyproject.toml", wheels.release_project(course.name, course.title, wheel_files))
 
 
-def _write_archive(folder: Path, archive: Path, date: ZipTime) -> None:
-    """Zip a folder; the same files and date give the same bytes."""
-    with zipfile.ZipFile(archive, "w", zipfile.ZIP_DEFLATED) as packed:
-        for path in files_in(folder):
-            entry = zipfile.ZipInfo(f"{folder.name}/{path.relative_to(folder).as_posix()}", date)
-            entry.compress_type = zipfile.ZIP_DEFLATED
+def zip_files(files: Mapping[str, Path], date: ZipTime) -> bytes:
+    """Zip files; the same names, contents and date give the same bytes.
+
+    Parameters
+    ----------
+    files : name in the zip → file
+    date : of all of them
+    """
+    packed = io.BytesIO()
+    with zipfile.ZipFile(packed, "w") as archive:
+        for name, path in files.items():
+            entry = zipfile.ZipInfo(name, date)
             entry.create_system = 3  # Unix, on whatever system it is made: the attributes are Unix's
             entry.external_attr = 0o644 << 16
-            packed.writestr(entry, path.read_bytes())
+            archive.writestr(entry, path.read_bytes(), zipfile.ZIP_DEFLATED)
+    return packed.getvalue()
 
 
 def zip_time_of(folders: Iterable[Path]) -> ZipTime:
@@ -295,24 +300,14 @@ def zip_time_of(folders: Iterable[Path]) -> ZipTime:
     The same sources give the same bytes. A folder that is in no repository, as that of an installed package, counts by
     its newest file.
     """
-    newest = max((_commit_time(folder) or _newest_file_time(folder) for folder in folders), default=_FIRST_ZIP_TIME)
+    newest = max(map(_source_time, folders))
     return time.gmtime(min(max(newest, _FIRST_ZIP_TIME), _LAST_ZIP_TIME))[:6]
 
 
-def _commit_time(folder: Path) -> int | None:
-    """Return when something in a folder was committed last, s since 1970; None if that is not known."""
+def _source_time(folder: Path) -> float:
+    """Return when something in a folder was committed last, or else when its newest file was written, s since 1970."""
     command = ["git", "log", "-1", "--format=%ct", "--", "."]
-    try:
-        done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=20, check=True)
-        return int(done.stdout)
-    except (OSError, subprocess.SubprocessError, ValueError):  # no git, no repository, or no commit
-        return None
-
-
-def _newest_file_time(folder: Path) -> int:
-    """Return when the newest file in a folder was written, s since 1970."""
-    times = [_FIRST_ZIP_TIME]
-    for place, folders, names in os.walk(folder):
-        folders[:] = [name for name in folders if name not in _NOT_SOURCES and not name.startswith(".")]
-        times += [int(os.stat(os.path.join(place, name)).st_mtime) for name in names if name not in _NOT_SOURCES]
-    return max(times)
+    with contextlib.suppress(OSError, subprocess.SubprocessError, ValueError):  # no git, no repository, or no commit
+        return int(subprocess.run(command, cwd=folder, capture_output=True, timeout=20, check=True).stdout)
+    sources = (path for name, path in files_in(folder).items() if not _NOT_SOURCE.search(f"/{name}"))
+    return max(path.stat().st_mtime for path in sources)

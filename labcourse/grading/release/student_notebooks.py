@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import re
 from collections import defaultdict
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 from urllib.parse import quote
@@ -76,7 +76,7 @@ def student_version(notebook: NotebookNode, name: str, catalogue: Catalogue) -> 
         if INSTRUCTOR_TAG in cell.metadata.get("tags", []):
             continue
         source = _released_source(cell, f"{name}, cell {cell.id!r}")
-        if questions := ", ".join(asked.get(cell.id, ())):
+        if cell.cell_type == "code" and (questions := ", ".join(asked[cell.id])):
             cells.append(_answer_label_cell(cell.id, questions))
             if not source.startswith("%%"):  # a cell magic must come first
                 source = f"# {words.MARK} Your answer: {questions} ".ljust(_WIDTH, "─") + f"\n{source}"
@@ -150,13 +150,12 @@ def _is_shown(source: str, name: str) -> bool:
     return f"attachment:{name}" in source or f"attachment:{quote(name)}" in source
 
 
-def _questions_by_cell(notebook: NotebookNode) -> dict[str, list[str]]:
-    """Return id of each answer cell with code → numbers of the questions that it answers."""
-    code, asked = answer_cells(notebook), defaultdict[str, dict[str, None]](dict)
+def _questions_by_cell(notebook: NotebookNode) -> Mapping[str, Iterable[str]]:
+    """Return id of each answer cell → numbers of the questions that it answers, in order; none for other cells."""
+    asked = defaultdict[str, dict[str, None]](dict)
     for answer, entry in _recorded_with_answer_cell(notebook):
-        if answer in code:
-            asked[answer][entry.question] = None
-    return {cell: [*questions] for cell, questions in asked.items()}
+        asked[answer][entry.question] = None
+    return asked
 
 
 def text(notebook: NotebookNode) -> str:
@@ -167,11 +166,6 @@ def text(notebook: NotebookNode) -> str:
 def is_answer(cell: Mapping[str, Any]) -> bool:
     """Return whether a cell of a course notebook is one that students fill in."""
     return bool(cell["metadata"].get("nbgrader", {}).get("solution", False))
-
-
-def answer_cells(notebook: NotebookNode) -> list[str]:
-    """List the ids of a course notebook's answer cells with code, in order."""
-    return [cell.id for cell in notebook.cells if is_answer(cell) and cell.cell_type == "code"]
 
 
 def recorded(notebook: NotebookNode) -> Iterator[Recorded]:

@@ -28,16 +28,18 @@ from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.notebooks import HandIn
 from labcourse.answers.starts import Start
 from labcourse.benches import THEIR_OWN, BenchPolicy
+from labcourse.courses import NOTEBOOKS
 from labcourse.errors import ConfigurationError, GradingError
 from labcourse.files import COURSE_FILE
 from labcourse.grading.course import Course
-from labcourse.grading.release import student_course, student_notebooks
-from labcourse.grading.release.releases import NOTEBOOKS, Releases, StoredRelease
+from labcourse.grading.release import releases, student_course, student_notebooks
+from labcourse.grading.release.releases import StoredRelease
 from labcourse.run.alignment import source_of
 
 INSIDE = "labcourse_inside"  #: package beside the course's packages: the programs that run notebooks
 FONTS = "matplotlib"  #: folder beside them, with matplotlib's list of fonts
 _PROGRAMS = Path(__file__).resolve().parent / "inside"
+_ZIP_DATE = (1980, 1, 1, 0, 0, 0)  # the first that a zip can have
 _SHOWN = 60  # characters of a name from a student's file
 
 Cells = frozenset[tuple[str, str]]  # notebook's file name, source
@@ -90,7 +92,7 @@ class Bundles:
     Attributes
     ----------
     current : the course as it is now
-    releases : the stored releases
+    problems : messages about stored releases that cannot be read
     names : file names of the notebooks of all these releases, in order
 
     Raises
@@ -102,10 +104,10 @@ class Bundles:
     def __init__(self, course: Course) -> None:
         self._course = course
         self.current = build(course)
-        self.releases = Releases(course)
-        self._older = {release.id: release for release in self.releases.all if release.id != self.current.release}
+        self._older, self.problems = releases.read_all(course)
+        self._older.pop(self.current.release, None)
         self._cells = {self.current.release: _course_cells(self.current.pristine)}
-        self._cells |= {name: _course_cells(release.notebooks()) for name, release in self._older.items()}
+        self._cells |= {name: _course_cells(release.notebooks) for name, release in self._older.items()}
         names = {name for cells in self._cells.values() for name, _source in cells}
         self.names = tuple(sorted(names | set(self.current.pristine)))
         self._built = {self.current.release: self.current}
@@ -116,11 +118,6 @@ class Bundles:
 
         It is the release that its ``course.json`` names, unless the notebooks contradict that or there is none: then
         the release with most of the course's own cells in the notebooks.
-
-        Raises
-        ------
-        GradingError
-            If that release cannot be read any more.
         """
         named = hand_in.course.get(course_file.RELEASE)
         cells = frozenset((name, cell.source.strip()) for name, cells in hand_in.notebooks.items() for cell in cells)
@@ -135,8 +132,8 @@ class Bundles:
                 notes.append(f"{COURSE_FILE} names the release {named}, but the notebooks are those of {release}.")
         elif isinstance(named, str) and named:
             problems.append(
-                f"{COURSE_FILE} names the release {named[:_SHOWN]!a}, which is not kept in {self.releases.folder}: put "
-                f"the zip that was handed out there, and grade again. Until then, {closest} counts, which the "
+                f"{COURSE_FILE} names the release {named[:_SHOWN]!a}, which is not stored in {self._course.releases}: "
+                f"put the zip that was handed out there, and grade again. Until then, {closest} counts, which the "
                 "notebooks resemble most."
             )
         if release != self.current.release:
@@ -149,13 +146,7 @@ class Bundles:
         return Chosen(bundle, tuple(problems), tuple(notes))
 
     def built(self, name: str) -> Bundle:
-        """Return the bundle of a release, by the release's name; it is made once.
-
-        Raises
-        ------
-        GradingError
-            If the release cannot be read any more.
-        """
+        """Return the bundle of a release, by the release's name; it is made once."""
         with self._building:
             if name not in self._built:
                 self._built[name] = of_release(self._older[name], self._course)
@@ -201,7 +192,7 @@ def of_release(release: StoredRelease, course: Course) -> Bundle:
     Raises
     ------
     GradingError
-        If the release cannot be read.
+        If it names a start that the course does not have.
     """
     with tempfile.TemporaryDirectory(prefix="labcourse-release-") as scratch:
         release.unpack(Path(scratch))
@@ -250,7 +241,7 @@ def _place_course_file(folder: Path, course: Course) -> Start | None:
     Returns
     -------
     Start or None
-        Where the class begins in the middle, as the file says; None if it begins at the beginning, or without a file.
+        Where the class begins in the middle, as the file says; None if it begins at the beginning.
 
     Raises
     ------
@@ -258,8 +249,6 @@ def _place_course_file(folder: Path, course: Course) -> Start | None:
         If the file names a start that the course does not have.
     """
     file = folder / NOTEBOOKS / COURSE_FILE
-    if not file.exists():
-        return None
     place = folder.joinpath(*course.package.split("."), NOTEBOOKS)
     place.mkdir(parents=True)
     shutil.copyfile(file, place / COURSE_FILE)
@@ -285,14 +274,12 @@ def _asked_parts(notebooks: Iterable[Path], catalogue: Catalogue) -> Iterator[tu
 
 
 def _pack(packages: Mapping[str, Path]) -> bytes:
-    """Zip packages, name → folder, without times: the same course gives the same bytes."""
-    packed = io.BytesIO()
-    with zipfile.ZipFile(packed, "w") as archive:
-        for package, folder in packages.items():
-            for path in sorted(path for path in folder.rglob("*") if path.is_file() and path.suffix != ".pyc"):
-                name = f"{package}/{path.relative_to(folder).as_posix()}"
-                archive.writestr(zipfile.ZipInfo(name), path.read_bytes(), zipfile.ZIP_DEFLATED)
-    return packed.getvalue()
+    """Zip packages, name → folder, with one date: the same course gives the same bytes."""
+    files: dict[str, Path] = {}
+    for package, folder in packages.items():
+        paths = releases.files_in(folder)
+        files |= {f"{package}/{name}": path for name, path in paths.items() if path.suffix != ".pyc"}
+    return student_course.zip_files(files, _ZIP_DATE)
 
 
 # --- where it is run --------------------------------------------------------------------------------------------------

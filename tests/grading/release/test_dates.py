@@ -1,5 +1,6 @@
 """The date that a release's files bear."""
 
+import io
 import os
 import shutil
 import subprocess
@@ -54,10 +55,8 @@ def test_it_can_stand_in_a_zip(tmp_path, when, year):
     source.mkdir()
     (source / "a.py").write_text("")
     os.utime(source / "a.py", (when, when))
-    with zipfile.ZipFile(tmp_path / "made.zip", "w") as packed:
-        packed.writestr(zipfile.ZipInfo("a.py", student_course.zip_time_of([source])), "")
-    with zipfile.ZipFile(tmp_path / "made.zip") as packed:
-        assert packed.infolist()[0].date_time[0] == year
+    packed = student_course.zip_files({"a.py": source / "a.py"}, student_course.zip_time_of([source]))
+    assert zipfile.ZipFile(io.BytesIO(packed)).infolist()[0].date_time[0] == year
 
 
 def test_every_file_of_a_release_bears_it(tmp_path):
