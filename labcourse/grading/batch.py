@@ -9,11 +9,11 @@ of all that it depends on.
 from __future__ import annotations
 
 import hmac
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
-from contextlib import ExitStack
 from dataclasses import asdict, dataclass, field, replace
 from datetime import UTC, datetime, tzinfo
+from functools import partial
 from itertools import islice
 from pathlib import Path
 from typing import Any
@@ -120,7 +120,7 @@ class Batch:
         self._settings = settings = settings or Settings()
         self._key_digest, self._secret = marking_digest(course), gradebook.secret()
         roster = [student for student in gradebook.students() if student.enrolled]
-        partners = partners_named_before(gradebook)
+        partners = partial(partners_named_before, gradebook)
         collected = intake.find(submissions, roster, settings.times, settings.zone, partners, settings.decisions)
         taken, erased = leave_out_erased(gradebook, collected.submissions, settings.again)
         self._submissions = [*taken, *move_to_decided_owners(gradebook, taken)]
@@ -141,9 +141,6 @@ class Batch:
         """IDs of the students with a submission to grade."""
         return [submission.student for submission in self._submissions]
 
-    def __len__(self) -> int:
-        return len(self._submissions)
-
     def grade(self) -> Iterator[GradedSubmission]:
         """Grade all submissions. Yield each as soon as it is in the gradebook.
 
@@ -153,20 +150,23 @@ class Batch:
             If submissions cannot be isolated; what was graded until then stays.
         """
         scheduler = self._settings.scheduler
-        with ExitStack() as stack:
-            place = runner.local(self._settings.jobs) if scheduler is None else runner.cluster(scheduler)
-            pool = stack.enter_context(place)
-            marker = stack.enter_context(Marker(self._course, pool.capacity))
-            threads = stack.enter_context(ThreadPoolExecutor(pool.capacity, thread_name_prefix="labcourse-grade"))
+        place = runner.local(self._settings.jobs) if scheduler is None else runner.cluster(scheduler)
+        with (
+            place as pool,
+            Marker(self._course, pool.capacity) as marker,
+            ThreadPoolExecutor(pool.capacity, thread_name_prefix="labcourse-grade") as threads,
+        ):
             waiting = iter(self._submissions)
             # No more are begun than can run at a time, so that a large class takes no more memory than a small one.
             busy = {threads.submit(self._grade, each, pool, marker) for each in islice(waiting, pool.capacity)}
             try:
                 while busy:
                     done, busy = wait(busy, return_when=FIRST_COMPLETED)
-                    graded = [future.result() for future in done]  # raises IsolationError: then no more are begun
-                    busy |= {threads.submit(self._grade, each, pool, marker) for each in islice(waiting, len(done))}
-                    yield from map(self._store, graded)
+                    failed = {future for future in done if future.exception()}  # by an IsolationError
+                    room = 0 if failed else len(done)
+                    busy |= {threads.submit(self._grade, each, pool, marker) for each in islice(waiting, room)}
+                    for future in (*(done - failed), *failed):  # what is graded is stored before the error is raised
+                        yield self._store(future.result())
             finally:  # on an interrupt, too: end what is running
                 pool.stop()
 
@@ -393,17 +393,12 @@ def store_submission(
     return [delivery.name for delivery in earlier], delivered
 
 
-def partners_named_before(gradebook: Gradebook) -> Callable[[str], list[str] | None]:
-    """Return a function that looks up whom a student named in an earlier hand-in."""
-
-    def named(student: str) -> list[str] | None:
-        """Return the IDs in the course.json that a student handed in last; None if they handed in nothing."""
-        delivered = {delivery.name: delivery for delivery in gradebook.delivered(student)}
-        if not delivered:
-            return None
-        return intake.students_in(delivered[COURSE_FILE].content) if COURSE_FILE in delivered else []
-
-    return named
+def partners_named_before(gradebook: Gradebook, student: str) -> list[str] | None:
+    """Return the IDs in the ``course.json`` that a student handed in last; None if they handed in nothing."""
+    delivered = {delivery.name: delivery for delivery in gradebook.delivered(student)}
+    if not delivered:
+        return None
+    return intake.students_in(delivered[COURSE_FILE].content) if COURSE_FILE in delivered else []
 
 
 def move_to_decided_owners(gradebook: Gradebook, submissions: Sequence[intake.Submission]) -> list[intake.Submission]:

@@ -1,5 +1,6 @@
 """A class through a batch: what is run, what is known already, what a fault costs, what is marked again."""
 
+from concurrent.futures import wait
 from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 
@@ -12,6 +13,7 @@ from labcourse import student_id
 from labcourse.answers import bounds
 from labcourse.benches import BenchPolicy
 from labcourse.errors import GradingError, IsolationError
+from labcourse.grading import batch
 from labcourse.grading import course as courses
 from labcourse.grading.batch import Batch, Settings, _marked_again, regrade
 from labcourse.grading.gradebook import GIVEN_BY_A_PERSON
@@ -42,11 +44,13 @@ def test_a_submission_without_notebooks_is_not_run_and_is_trouble(fake_class):
         assert "no notebook of the course" in problem
 
 
-def test_without_isolation_everything_stops_and_what_was_graded_stays(fake_class):
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_without_isolation_everything_stops_and_what_was_graded_stays(fake_class, monkeypatch, jobs):
+    monkeypatch.setattr(batch, "wait", lambda futures, **_: wait(futures))  # with two jobs, both end together
     fake_class.hand_in("ada", "bob", "cleo")
     fake_class.leaves["bob"] = IsolationError("No sandbox.", "sandbox", "Install one.")
     with pytest.raises(IsolationError, match="Install one"):
-        fake_class.grade()
+        fake_class.grade(jobs=jobs)
     with fake_class.book() as book:
         assert [one.run.student for one in book.all_current()] == ["ada"]
     assert "cleo" not in fake_class.runs

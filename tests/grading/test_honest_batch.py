@@ -3,6 +3,7 @@
 import csv
 import json
 import os
+from functools import partial
 
 import pytest
 from fake_class import perfect
@@ -309,7 +310,7 @@ def stage(tmp_path):
             for path in (folder / name).iterdir():
                 os.utime(path, (FUTURE, FUTURE) if name == "mallory" else None)
         with Gradebook(tmp_path / "book.sqlite") as book:
-            found = intake.find(folder, earlier=batch.partners_named_before(book)).submissions
+            found = intake.find(folder, earlier=partial(batch.partners_named_before, book)).submissions
             return {
                 one.student: _answer(batch.store_submission(book, one, intake.read(one, WANTED))[1]) for one in found
             }

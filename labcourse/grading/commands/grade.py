@@ -136,7 +136,9 @@ def grade(
         with open_or_make(marks) as book:
             batch = Batch(submissions, found, book, settings)
             before = Before(book)
-            progress = (JsonLines if as_json else Screen)(len(batch), [*batch.ignored, *problems], batch.absent)
+            progress = (JsonLines if as_json else Screen)(
+                len(batch.students), [*batch.ignored, *problems], batch.absent
+            )
             with Reports(folder, found, book, batch.students) as reports, progress:
                 try:
                     for step in batch.grade():
