@@ -9,7 +9,7 @@ from labcourse.grading import course
 from labcourse.grading.course_check import reading_time
 from labcourse.grading.release import student_notebooks
 
-HEADINGS = ("words", "folded", "figures", "answers", "in words", "functions", "min")
+HEADINGS = ("words", "figures", "answers", "in words", "functions", "min")
 
 
 def main() -> None:
@@ -20,7 +20,7 @@ def main() -> None:
     for path in ours.notebooks:
         time = reading_time.reading_time(student_notebooks.read(path), path.stem, ours.catalogue)
         total += time.stated
-        made_of = (time.words, time.folded, time.figures, time.answers, time.in_words, time.functions)
+        made_of = (time.words, time.figures, time.answers, time.in_words, time.functions)
         counts = "".join(f"{count:11}" for count in made_of)
         print(f"{path.stem:28}{counts}{time.minutes:11.1f}, stated as {time.stated}")
     print(f"in all, as stated: {total} min, {total / 60:.1f} h")

@@ -22,7 +22,7 @@ from labcourse.benches import BenchPolicy
 from labcourse.errors import AnswerError
 from labcourse.grading.gradebook import Graded, MarkRecord, RunRecord
 from labcourse.grading.marking.marking import KEY_FAILED, Context, Mark
-from labcourse.grading.marking.marking_processes import Marked, Marker, MarkingJob
+from labcourse.grading.marking.marking_processes import Marker, MarkingJob
 from labcourse.grading.verdicts import Status
 
 FAILED = "failed: "  #: beginning of the key of a record that stands for a failed grading, without a run
@@ -115,7 +115,7 @@ def marking_job(run: RunRecord) -> MarkingJob:
 
 
 def mark(run: RunRecord, marker: Marker, key_digest: str) -> Graded:
-    """Mark a stored run by the key. Messages of this marking replace those of an earlier one.
+    """Mark a stored run by the key. Messages of this marking replace those of an earlier one; each is there once.
 
     Parameters
     ----------
@@ -128,16 +128,10 @@ def mark(run: RunRecord, marker: Marker, key_digest: str) -> Graded:
     GradingError
         If the answers cannot be marked.
     """
-    marked = marker.mark(marking_job(run))
-    return Graded(with_messages(run, marked), mark_records(marked.marks), key_digest)
-
-
-def with_messages(run: RunRecord, marked: Marked) -> RunRecord:
-    """Return a copy of a run with the messages of the run and those of its marking, each once."""
-    facts = facts_of(run)
+    facts, marked = facts_of(run), marker.mark(marking_job(run))
     problems = dict.fromkeys((*facts.problems, *marked.problems))
     notes = dict.fromkeys((*facts.notes, *marked.notes))
-    return replace(run, problems=tuple(problems), notes=tuple(notes))
+    return Graded(replace(run, problems=tuple(problems), notes=tuple(notes)), mark_records(marked.marks), key_digest)
 
 
 def mark_records(marks: tuple[Mark, ...]) -> tuple[MarkRecord, ...]:

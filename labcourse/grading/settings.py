@@ -118,12 +118,8 @@ _LINE = "a line of text of at most 120 characters"
 _THIS_PYTHON = f'"3.{sys.version_info.minor}"'
 _PYTHON = _entry("a version of Python, in quotes", _THIS_PYTHON, path=("course", "python"), pattern=r"^3\.[0-9]{1,2}$")
 _GIVEN = _entry("what is given to a class that begins in the middle", '"speed"', path=("given", "from"))
-_RELEASES = _entry("the path of a folder", '"releases"', path=("releases", "folder"))
-_TITLE = _entry(_LINE, '"Control laboratory"', path=("course", "title"))
-_TERM = _entry(_LINE, '"2026 autumn"', path=("course", "term"))
-_WHICH = _entry('"own", "same", "preset" or "real"', '"own"')
-_BENCHES = _entry("names of the laboratory's benches", '["north"]', min_length=1)
 _NOTEBOOKS = _entry("names of the course's notebooks", '["01_first_lab"]', min_length=1)
+_WHICH = _entry('"own", "same", "preset" or "real"', '"own"')
 _SECTION = _entry("the name of a section of the roster", '"B"')
 
 
@@ -319,7 +315,7 @@ class _Bench:
     which: Annotated[Literal["own", "same", "preset", "real"], _WHICH] = "own"
     seed: Annotated[_Whole, _number("2026", 0, MOST_SEED, "a whole number")] = 0
     preset: Annotated[_Name, _entry("the name of a bench", '"workshop"')] = ""
-    benches: Annotated[tuple[_Name, ...], _BENCHES] = ()
+    benches: Annotated[tuple[_Name, ...], _entry("names of the laboratory's benches", '["north"]', min_length=1)] = ()
 
 
 def _bench_schema(_type: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
@@ -349,15 +345,15 @@ class CourseSettings:
     outcomes : when an outcome counts as attained
     """
 
-    title: Annotated[_Name, _TITLE] = ""
-    term: Annotated[_Line, _TERM] = ""
+    title: Annotated[_Name, _entry(_LINE, '"Control laboratory"', path=("course", "title"))] = ""
+    term: Annotated[_Line, _entry(_LINE, '"2026 autumn"', path=("course", "term"))] = ""
     python: Annotated[_Line, _PYTHON] = ""
     bench: Annotated[BenchPolicy, GetPydanticSchema(_bench_schema)] = THEIR_OWN
     given: Annotated[_Name, _GIVEN] = ""
     feedback: FeedbackSettings = FeedbackSettings()
     reflect: ReflectSettings = ReflectSettings()
     report: ReportSettings = ReportSettings()
-    releases: Annotated[_Name, _RELEASES] = "releases"
+    releases: Annotated[_Name, _entry("the path of a folder", '"releases"', path=("releases", "folder"))] = "releases"
     marks: MarkSettings = field(default_factory=MarkSettings)
     levels: LevelSettings = field(default_factory=LevelSettings)
     deadlines: Annotated[tuple[Deadline, ...], Field(validation_alias=AliasPath("deadline"))] = ()

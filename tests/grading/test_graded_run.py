@@ -1,6 +1,7 @@
 """What the gradebook keeps of a run comes back as it was, each part of it by itself, and is what marking is given."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import pytest
 from gradebooks import graded, record
@@ -11,7 +12,7 @@ from labcourse.answers.words import TextAnswer
 from labcourse.benches import BenchPolicy
 from labcourse.grading import graded_run
 from labcourse.grading.gradebook import Gradebook
-from labcourse.grading.graded_run import Facts, facts_of, marking_job, supplied_parts, with_messages, words_as_json
+from labcourse.grading.graded_run import Facts, facts_of, marking_job, supplied_parts, words_as_json
 from labcourse.grading.marking.marking_processes import Marked
 
 REPORTS = Reports(
@@ -79,7 +80,8 @@ def test_marking_is_given_whose_bench_it_was_and_all_that_was_recorded(bench_of,
 
 def test_what_marking_says_is_put_behind_what_was_known_once_and_replaces_what_an_earlier_key_said():
     run = run_of(Facts(problems=("p", "q"), notes=("n",)), problems=("p", "q", "of an earlier key"), notes=("n", "old"))
-    found = with_messages(run, Marked((), ("q", "r", "r"), ("n", "m")))
+    marker = SimpleNamespace(mark=lambda job: Marked((), ("q", "r", "r"), ("n", "m")))
+    found = graded_run.mark(run, marker, "").run
     assert (found.problems, found.notes) == (("p", "q", "r"), ("n", "m"))
 
 

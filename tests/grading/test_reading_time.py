@@ -51,10 +51,9 @@ def test_a_hundred_and_twenty_words_take_a_minute_and_a_figure_another():
     ],
     ids=["details", "hidden source", "collapsed heading"],
 )
-def test_what_has_to_be_opened_is_not_counted_but_told(cells):
+def test_what_has_to_be_opened_is_not_counted(cells):
     found = time_of(*cells)
     assert (found.words, found.figures) == (1 if len(cells) > 1 else 0, 0)
-    assert found.folded >= 10
 
 
 def test_a_collapsed_heading_ends_with_the_next_of_its_level():

@@ -257,34 +257,12 @@ def test_the_examples_in_our_file_are_understood(tmp_path):
     assert (found.late.per_day, found.late.cap, found.late.grace_hours) == (10, 50, 2)
 
 
-#: Table → all its entries.
-ENTRIES = {
-    "course": "title term python",
-    "bench": "which seed preset benches",
-    "given": "from",
-    "feedback": "points reasons from",
-    "reflect": "asks from",
-    "report": "page_limit",
-    "releases": "folder",
-    "marks": "drop weights out_of decimals predictions",
-    "levels": "shares thresholds",
-    "deadline": "due notebooks section",
-    "extension": "until students section notebooks",
-    "late": "per_day cap grace_hours",
-    "outcomes": "level share fewest",
-}
 #: Entry → what else its table needs.
-NEEDS = {
-    "seed": ['which = "same"'],
-    "preset": ['which = "preset"'],
-    "benches": ['which = "real"'],
-}
+NEEDS = {"seed": ['which = "same"'], "preset": ['which = "preset"'], "benches": ['which = "real"']}
 ROWS = {"deadline": {"due": "2026-11-21"}, "extension": {"until": "2026-11-28", "section": '"B"'}}
 
 
-@pytest.mark.parametrize(
-    ("table", "name"), [(table, name) for table, names in ENTRIES.items() for name in names.split()]
-)
+@pytest.mark.parametrize(("table", "name"), settings._ENTRIES)
 def test_the_example_in_the_message_of_an_entry_is_accepted(tmp_path, table, name):
     heading = f"[[{table}]]" if table in ("deadline", "extension") else f"[{table}]"
     with pytest.raises(GradingError) as error:

@@ -48,13 +48,12 @@ class ReadingTime:
 
     Attributes
     ----------
-    words, folded : words of text and code that are read at once, and those that have to be opened
+    words : words of text and code that are not folded
     figures : pictures that are not folded
     answers, in_words, functions : number of answers in numbers, formulas or plots; in words; and of functions to write
     """
 
     words: int
-    folded: int
     figures: int
     answers: int
     in_words: int
@@ -87,18 +86,18 @@ def reading_time(notebook: NotebookNode, name: str, catalogue: Catalogue) -> Rea
         If there is no student version of it.
     """
     pictures = {cell.id: _count_pictures(cell) for cell in notebook.cells if not student_notebooks.is_answer(cell)}
-    all_words = open_words = figures = 0
+    open_words = figures = 0
     for cell, folded in _cells_before_report(student_notebooks.student_version(notebook, name, catalogue), catalogue):
-        all_words += len(_WORD.findall(cell.source))
-        open_words += 0 if folded else _count_open_words(cell)
-        figures += 0 if folded else pictures.get(cell.id, 0)
+        if not folded:
+            open_words += _count_open_words(cell)
+            figures += pictures.get(cell.id, 0)
     asked = [question for question in catalogue.everything.values() if question.notebook == name]
     parts = [part for question in asked if question.number not in catalogue.reports for part in question.parts]
     carried_over = any(part.shows is not None for part in parts)
     kinds = Counter(part.kind for part in parts if part.shows is None)
     in_words, functions = kinds.pop("prose", 0), kinds.pop("function", 0)
     answers = kinds.total() + carried_over
-    return ReadingTime(open_words, all_words - open_words, figures, answers, in_words, functions)
+    return ReadingTime(open_words, figures, answers, in_words, functions)
 
 
 def check(course: Course) -> Iterator[Finding]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import contextlib
 import importlib.util
 import re
 from collections import defaultdict
@@ -96,12 +97,10 @@ def check_files(course: Course) -> Iterator[Finding]:
 def check_imports(course: Course) -> Iterator[Finding]:
     """Find modules in the course's ``imports`` that are not installed."""
     for name in course.imports:
-        try:
-            spec = importlib.util.find_spec(name)
-        except ModuleNotFoundError:
-            spec = None
-        if spec is None:
-            yield Finding("course.py, imports", f"there is no module {name!r}.")
+        with contextlib.suppress(ModuleNotFoundError):
+            if importlib.util.find_spec(name):
+                continue
+        yield Finding("course.py, imports", f"there is no module {name!r}.")
 
 
 # --- cells of the notebooks -------------------------------------------------------------------------------------------
