@@ -305,7 +305,7 @@ def test_a_release_that_cannot_be_kept_is_made_and_it_is_told(tmp_path):
     (tmp_path / "course" / "releases").write_text("in the way")
     done = rotflex("release", tmp_path / "out", "--solutions", course)
     assert done.exit_code == 2
-    assert "cannot be kept" in " ".join(done.output.split())
+    assert "cannot be stored" in " ".join(done.output.split())
     assert (tmp_path / "out" / "rotflex-course.zip").exists()
 
 

@@ -34,7 +34,7 @@ from labcourse.errors import AnswerError, GradingError
 if TYPE_CHECKING:  # commands are quick to say what they can do
     from labcourse.answers.catalogue import Catalogue
 
-SETTINGS_FILE = "course.toml"  #: in the course's folder; there need not be one
+SETTINGS_FILE = "course.toml"  #: in the course's folder, optional
 #: Digits to which shares are compared: sums of floats are off in the last digit, and must still reach a threshold.
 SHARE_DIGITS = 9
 
@@ -99,7 +99,7 @@ def _moment(example: str, *path: str) -> Any:
 _Line = Annotated[str, Strict(), Field(max_length=120), AfterValidator(_check_printable)]
 _Name = Annotated[_Line, Field(min_length=1)]
 _Notebook = Annotated[_Name, AfterValidator(lambda name: name.removesuffix(".ipynb"))]
-_Number = Annotated[int, Strict()] | Annotated[float, Strict()]  # a whole number is shown as one
+_Number = Annotated[int, Strict()] | Annotated[float, Strict()]  # 100 stays an int, and is shown without a point
 _Switch = Annotated[bool, Strict(), _entry("true or false", "true")]
 _Whole = Annotated[int, Strict()]
 _Weight = Annotated[_Number, Field(ge=0.001, le=1000)]

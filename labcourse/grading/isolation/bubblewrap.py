@@ -196,7 +196,7 @@ def _checked_visible(path: Path) -> Path:
             raise IsolationError(
                 f"{path} cannot be shown in the sandbox: it would show too much.",
                 "files",
-                f"{'Use a Python environment' if environment else 'Keep what is to be shown'} in a folder of its own.",
+                f"{'Use a Python environment' if environment else 'Keep what is to be shown'} in a separate folder.",
             )
     needed = 0o5 if real.is_dir() else 0o4  # what others may do: read, and enter a folder
     if is_root() and real.stat().st_mode & needed != needed:

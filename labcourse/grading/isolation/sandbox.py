@@ -44,7 +44,7 @@ _WAIT = 'echo ready; read -r word && [ "$word" = go ] || exit 1; '
 _LAUNCHER = "umask 022; " + _WAIT + '"$@"; exit $?'
 # The second shell has the rights of the user that runs the command, and becomes the command.
 _UNPRIVILEGED_LAUNCHER = _WAIT + 'exec "$@"'
-_NAMESPACES = ("mnt", "pid", "net", "ipc", "uts")  # the sandbox must have these of its own; bubblewrap is not trusted
+_NAMESPACES = ("mnt", "pid", "net", "ipc", "uts")  # must not be shared with the sandbox; bubblewrap is not trusted
 _START_TIMEOUT, _END_TIMEOUT = 60.0, 60.0  # s; more than any working machine should need
 _MAX_STARTUP_OUTPUT = 65536  # bytes of bubblewrap's own messages
 
@@ -96,7 +96,7 @@ def run(
         with context as running:
             started = time.monotonic()
             running.pipes.max_output = limits.output
-            running.pipes.send(running.start_signal + stdin, last=True)
+            running.pipes.send((_GO if isolated else b"") + stdin, last=True)
             ending = running.pipes.exchange_until(started + limits.seconds, cancelled)
             seconds = time.monotonic() - started
             code = running.end()
@@ -113,7 +113,7 @@ def run(
 def _sandboxed(
     command: Sequence[str], visible: Sequence[Path], environment: Mapping[str, str], limits: Limits, cancelled: Event
 ) -> Iterator[_Sandbox]:
-    """Set up a sandbox, with its limits and without privileges, in which a command waits for the start signal.
+    """Set up a sandbox, with its limits and without privileges, in which a command waits for the line ``go``.
 
     Parameters as for :func:`run`.
 
@@ -170,15 +170,12 @@ class _Sandbox:
     ----------
     pipes : of its processes
     folder : descriptor of the working folder
-    start_signal : what to send before the standard input of the command, so that it is run
 
     Raises
     ------
     IsolationError
         If bubblewrap is not installed or cannot be started.
     """
-
-    start_signal = _GO
 
     def __init__(self, args: Sequence[str], inherited: Sequence[int]) -> None:
         program = shutil.which("bwrap")

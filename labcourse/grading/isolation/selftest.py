@@ -38,7 +38,7 @@ echo seen > seen
 """
 _WRITABLE = re.compile(r"/tmp|/dev/.*|/proc")
 _GROUP_REMEDY = (
-    "Grade as root, or in a group of your own where systemd runs: `systemd-run --user --scope …`. "
+    "Grade as root, or in your own group where systemd runs: `systemd-run --user --scope …`. "
     "Without it each process is limited by itself, and the number of small files that a student can make is not."
 )
 _REPORT_IT = "Do not grade here, and report what this shows."

@@ -1,7 +1,7 @@
-"""Run a command without isolation, for those who trust it.
+"""Run a command without isolation, if it is trusted.
 
 Only some limits hold: the deadline, and the bytes that the command writes to its output and leaves in its files. It
-works in a folder of its own, with an environment that holds nothing of the grader's, and the processes that it started
+works in a separate folder, with an environment that has nothing from the grader's, and the processes that it started
 end with it, as far as they can be found. It has the rights of the caller; memory, processes and files are not limited.
 """
 
@@ -68,8 +68,6 @@ class Unisolated:
     folder : descriptor of its working folder
     token : in the environment of all its processes
     """
-
-    start_signal = b""  # the command is started at once
 
     def __init__(self, started: subprocess.Popen[bytes], folder: int, token: str) -> None:
         self._process, self.folder, self._token = started, folder, token

@@ -117,7 +117,7 @@ class _CellMaker:
 
     def __init__(self, course: Course, name: str) -> None:
         self._course, self._name = course, name
-        self._separate: set[tuple[str, str]] = set()  # (question, part) of the parts that have cells of their own
+        self._separate: set[tuple[str, str]] = set()  # (question, part) of the parts that have separate cells
 
     def make(self, written: list[NotebookNode]) -> Iterator[NotebookNode]:
         """Make the cells, in order. A cell without a name waits for the answer that follows, and is named after it.

@@ -34,7 +34,7 @@ STUB = "# Your code here."
 _WIDTH = 88  # characters of the comment with which a code cell to be filled in begins
 INSTRUCTOR_TAG, OPEN_TAG, PARAMETERS_TAG = words.INSTRUCTOR, "open", "parameters"
 COLLAPSED = "jp-MarkdownHeadingCollapsed"  #: JupyterLab's, of a text cell: what is below its heading is folded away
-_KEPT_CELL_METADATA = ("jupyter", COLLAPSED, "nbgrader", "tags", words.KEY)
+_CELL_METADATA = ("jupyter", COLLAPSED, "nbgrader", "tags", words.KEY)  # that students get
 
 
 def read(path: Path) -> NotebookNode:
@@ -80,7 +80,7 @@ def student_version(notebook: NotebookNode, name: str, catalogue: Catalogue) -> 
             cells.append(_answer_label_cell(cell.id, questions))
             if not source.startswith("%%"):  # a cell magic must come first
                 source = f"# {words.MARK} Your answer: {questions} ".ljust(_WIDTH, "─") + f"\n{source}"
-        metadata = {key: cell.metadata[key] for key in _KEPT_CELL_METADATA if key in cell.metadata} | _protection(cell)
+        metadata = {key: cell.metadata[key] for key in _CELL_METADATA if key in cell.metadata} | _protection(cell)
         if is_answer(cell):  # so that a later release knows whether the student has written in it
             metadata[words.KEY] = {**metadata.get(words.KEY, {}), STUB_KEY: stub_digest(source)}
             metadata["nbgrader"] = {**cell.metadata.nbgrader, "points": points[cell.id]}

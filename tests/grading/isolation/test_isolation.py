@@ -399,7 +399,7 @@ def test_what_would_show_too_much_is_refused(path):
 
 def test_an_environment_that_is_all_of_the_home_folder_is_refused(monkeypatch):
     monkeypatch.setattr(sys, "prefix", str(Path.home()))
-    with pytest.raises(IsolationError, match="of its own"):
+    with pytest.raises(IsolationError, match="separate folder"):
         shell("true")
 
 
