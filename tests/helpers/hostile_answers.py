@@ -95,9 +95,14 @@ open('answers.json', 'w').write(forged)
     "not-utf8": raw("b'\\xff\\xfe\\x00\\xd8' + b'{' * 50"),
     "pickled": raw("__import__('pickle').dumps({'format': 1, 'os': os.system})"),
     "too-large": raw("b'{\"a\": \"' + b'x' * 1_500_000 + b'\"}'"),
-    "sparse": placed("f = open('answers.json', 'wb'); f.truncate(60 << 20); f.close()", "answers.json has more than"),
-    "a-pipe": placed("os.mkfifo('answers.json')", "answers.json is not an ordinary file"),
-    "a-folder": placed("os.makedirs('answers.json/answers.json')", "answers.json is not an ordinary file"),
+    "sparse": placed(
+        "f = open('answers.json', 'wb'); f.truncate(60 << 20); f.close()",
+        "answers.json cannot be read: it has more than",
+    ),
+    "a-pipe": placed("os.mkfifo('answers.json')", "answers.json cannot be read: it is not an ordinary file"),
+    "a-folder": placed(
+        "os.makedirs('answers.json/answers.json')", "answers.json cannot be read: it is not an ordinary file"
+    ),
     "a-link-to-the-key": placed("os.symlink(OUTSIDE['secrets'][0], 'answers.json')", "answers.json cannot be read"),
     "another-folder": Attack({"q2-12": ANOTHER_FOLDER + _LEAVE}),
     "odd-parts": changed(ODD_PARTS, "Malformed: V: There is no 'call'", "Malformed: K_s:", earns={}),
