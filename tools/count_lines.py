@@ -51,7 +51,7 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
         ),
     ),
     "answers, session, files of a course": (
-        3556,
+        3563,
         (
             "labcourse/*.py",
             "labcourse/answers/**/*.py",
@@ -60,12 +60,12 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
     ),
     "run": (2488, ("labcourse/run/**/*.py",)),
     "report": (1917, ("labcourse/report/**/*.py",)),
-    "running": (1084, ("labcourse/grading/running/**/*.py",)),
-    "intake": (1306, ("labcourse/grading/intake/**/*.py",)),
+    "running": (1003, ("labcourse/grading/running/**/*.py",)),
+    "intake": (1276, ("labcourse/grading/intake/**/*.py",)),
     "gradebook": (1423, ("labcourse/grading/gradebook/**/*.py",)),
-    "marking": (1197, ("labcourse/grading/marking/**/*.py",)),
-    "isolation": (1153, ("labcourse/grading/isolation/**/*.py",)),
-    "reports, scoring": (2870, ("labcourse/grading/reports/**/*.py", "labcourse/grading/scoring/**/*.py")),
+    "marking": (1195, ("labcourse/grading/marking/**/*.py",)),
+    "isolation": (1120, ("labcourse/grading/isolation/**/*.py",)),
+    "reports, scoring": (2858, ("labcourse/grading/reports/**/*.py", "labcourse/grading/scoring/**/*.py")),
     "outcomes, overview, platforms, accounts": (
         2952,
         (
@@ -77,7 +77,7 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
         ),
     ),
     "settings, release, commands, rest": (
-        3803,
+        3775,
         (
             "rotflex/cli.py",
             "labcourse/command_line.py",
