@@ -135,7 +135,7 @@ def by_intake(given, folder):
     """As a folder's name, also one that no file system would take; a zip's and a folder's are read alike."""
     match = Roster().by_name(given)
     if not match.students:
-        raise StudentIDError(match.why_not)
+        raise StudentIDError(*match.problems)
     return match.students[0]
 
 

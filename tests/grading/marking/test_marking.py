@@ -95,7 +95,7 @@ def test_an_answer_is_read():
         b"[1, 2]",
         file({OMEGA: NUMBER}).replace(b"19.9", b"NaN"),
         file({OMEGA: NUMBER}).replace(b"19.9", b"-Infinity"),
-        file({OMEGA: NUMBER}).replace(b'"kind"', b'"value": 1, "kind"'),
+        file({OMEGA: NUMBER}).replace(b"19.9", b"1e999"),
         file({OMEGA: NUMBER}).replace(b"19.9", b"9" * 21),
         file({OMEGA: NUMBER}).replace(b"19.9", b"9" * 5000),
         file({OMEGA: NUMBER}).replace(b"19.9", b"[" * 100 + b"]" * 100),
@@ -133,11 +133,6 @@ def test_an_answer_of_another_form_is_malformed_and_wrong_and_the_others_count(c
     assert (found[OMEGA].status, found[OMEGA].points) == (WRONG, 0)
     assert found[OMEGA].reason.startswith("Malformed")
     assert found["2.12", "J_l"].points == 1
-
-
-def test_a_number_beyond_all_floats_is_malformed():
-    read = decoding.decode(file({OMEGA: NUMBER}).replace(b"19.9", b"1e999"), SEED, CATALOGUE)
-    assert OMEGA in read.malformed
 
 
 def test_answers_to_unknown_questions_are_noted_and_ignored():
