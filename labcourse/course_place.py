@@ -31,7 +31,7 @@ def choose(given: Path | None, notebooks: Collection[str]) -> tuple[Path, list[s
     notebooks : file names of the course's notebooks
     """
     if given is None:
-        return _without_name(notebooks)
+        return _default_folder(notebooks)
     if is_course(given, notebooks):
         return given, []
     for folder in given.resolve().parents:
@@ -45,7 +45,7 @@ def choose(given: Path | None, notebooks: Collection[str]) -> tuple[Path, list[s
     return given, []
 
 
-def _without_name(notebooks: Collection[str]) -> tuple[Path, list[str]]:
+def _default_folder(notebooks: Collection[str]) -> tuple[Path, list[str]]:
     """Return the folder to work in if the user gave none, and messages about it."""
     here = Path.cwd()
     if is_course(here / NOTEBOOKS, notebooks) and not is_course(here, notebooks):
@@ -67,7 +67,7 @@ def is_course(folder: Path, notebooks: Collection[str]) -> bool:
 
 
 def remember(folder: Path) -> None:
-    """Save a folder for next time."""
+    """Save the folder that the student works in, so that it need not be given next time."""
     place = settings()
     with contextlib.suppress(OSError):  # a home that cannot be written: next time, the folder has to be given
         place.mkdir(parents=True, exist_ok=True)

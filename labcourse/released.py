@@ -94,7 +94,7 @@ def asked_of(notebooks: Mapping[str, Notebook], folder: Path) -> Catalogue:
 
 
 def _modules(notebook: Notebook) -> Iterator[str]:
-    """List the names that a master imports, which may be modules; a course's ``lab`` first."""
+    """List the names that a master imports, which may be modules; a course's ``lab`` first, which has its catalogue."""
     names = []
     for statement in _statements(notebook):
         match statement:

@@ -184,12 +184,12 @@ class Session:
         return default
 
     def has(self, question: str, part: str) -> bool:
-        """Check whether there is an answer to a part.
+        """Check whether a part has an answer: a recorded one, a saved text, or a value that was given to the class.
 
         Raises
         ------
         AnswerError
-            If there is no such question or part.
+            If the course has no such question or part. One that the class is not asked is no error.
         """
         self.beginning.whole.find(question).part(part)
         self.refresh()
@@ -299,7 +299,7 @@ class Session:
         Raises
         ------
         AnswerError
-            If nothing can be predicted of this question, or the sentence is none.
+            If nothing can be predicted of this question, or ``why`` is not text or is too long.
         """
         self.refresh()
         lines = predictions.observed(self.book, self.catalogue.predictions, question, why, self._found)

@@ -225,14 +225,15 @@ def _objects(value: Any, message: str) -> NDArray[Any]:
     return array
 
 
-def _table(part: Part, value: Any, read: Callable[[Any], Any]) -> list[list[Any]]:
+def _matrix_rows(part: Part, value: Any, read: Callable[[Any], Any]) -> list[list[Any]]:
     """Read the entries of a matrix, by rows. A vector may lie or stand."""
     rows, columns = part.rows_and_columns
     value = _coefficients(value)
     if callable(value) and not hasattr(value, "__array__"):  # a polynomial of numpy's is both
         raise FormError("it is a function: call it, and give the result")
     ragged = "its rows differ in length"
-    array = _objects(value if not is_symbolic(value) or hasattr(value, "shape") else [value], ragged)
+    is_one_expression = is_symbolic(value) and not hasattr(value, "shape")  # a symbolic matrix has a shape
+    array = _objects([value] if is_one_expression else value, ragged)
     entries = array.ravel().tolist()
     if any(isinstance(entry, list | tuple | np.ndarray) for entry in entries):
         raise FormError(ragged)
@@ -260,7 +261,7 @@ def _encode_matrix(part: Part, value: Any) -> tuple[Fields, Hints]:
     """Encode a matrix or a vector, or the coefficients of a polynomial."""
     if is_symbolic(value):
         value = expressions.polynomial(value)
-    numbers = _table(part, value, _real)
+    numbers = _matrix_rows(part, value, _real)
     return {"value": numbers}, list(_unusual(part, [number for row in numbers for number in row if number]))
 
 
@@ -440,7 +441,7 @@ _ENCODERS: dict[str, Callable[[Part, Any], tuple[Fields, Hints]]] = {
         [],
     ),
     "symbolic_matrix": lambda part, value: (
-        {"value": _table(part, value, lambda entry: expressions.encode(entry, part.symbols))},
+        {"value": _matrix_rows(part, value, lambda entry: expressions.encode(entry, part.symbols))},
         [],
     ),
     "figure": lambda _part, value: figures.encode(value),

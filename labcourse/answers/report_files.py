@@ -186,7 +186,9 @@ def outline(catalogue: Catalogue, report: str, lab: Session) -> str:
     rows = ["| | item | what it says | rests on | so far |", "|---|---|---|---|---|"]
     for item in catalogue.items(report):
         rests_on = ", ".join(dict.fromkeys(number for number, _part in item.shows))
-        rows.append(f"| {item.number} | {item.heading} | {item.prompt} | {rests_on} | {_state(catalogue, item, lab)} |")
+        rows.append(
+            f"| {item.number} | {item.heading} | {item.prompt} | {rests_on} | {_progress(catalogue, item, lab)} |"
+        )
     return "\n".join(rows)
 
 
@@ -203,8 +205,11 @@ def in_one_piece(items: Iterable[ReportItem], texts: Mapping[str, str]) -> str:
     )
 
 
-def _state(catalogue: Catalogue, item: ReportItem, lab: Session) -> str:
-    """Say whether all that a row shows and says is recorded; nothing for a row on the report as a whole."""
+def _progress(catalogue: Catalogue, item: ReportItem, lab: Session) -> str:
+    """Say which answers of a report's row are missing: those that it shows, and its own text.
+
+    With an own document, the text counts as written. For a row on the report as a whole, return "".
+    """
     wanted = [*item.shows, *([(item.report, item.part)] if item.part else [])]
     parts = [(number, part) for number, name in wanted for part in ([name] if name else catalogue.find(number).names)]
     missing = [f"{number} {part}" for number, part in parts if lab.content(number, part) is None]

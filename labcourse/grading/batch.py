@@ -120,10 +120,10 @@ class Batch:
         self._settings = settings = settings or Settings()
         self._key_digest, self._secret = marking_digest(course), gradebook.secret()
         roster = [student for student in gradebook.students() if student.enrolled]
-        partners = partial(partners_named_before, gradebook)
-        collected = intake.find(submissions, roster, settings.times, settings.zone, partners, settings.decisions)
+        named = partial(students_named_before, gradebook)
+        collected = intake.find(submissions, roster, settings.times, settings.zone, named, settings.decisions)
         taken, erased = leave_out_erased(gradebook, collected.submissions, settings.again)
-        self._submissions = [*taken, *move_to_decided_owners(gradebook, taken)]
+        self._submissions = [*taken, *take_from_earlier_owners(gradebook, taken)]
         self._bundles = Bundles(course)
         self._masters = {
             name: {cell["id"]: cell for cell in notebook["cells"]}
@@ -393,16 +393,21 @@ def store_submission(
     return [delivery.name for delivery in earlier], delivered
 
 
-def partners_named_before(gradebook: Gradebook, student: str) -> list[str] | None:
-    """Return the IDs in the ``course.json`` that a student handed in last; None if they handed in nothing."""
+def students_named_before(gradebook: Gradebook, student: str) -> list[str] | None:
+    """Return the IDs in the ``course.json`` that a student handed in last, their own included; None without files.
+
+    A partner's claim is checked against it.
+    """
     delivered = {delivery.name: delivery for delivery in gradebook.delivered(student)}
     if not delivered:
         return None
     return intake.students_in(delivered[COURSE_FILE].content) if COURSE_FILE in delivered else []
 
 
-def move_to_decided_owners(gradebook: Gradebook, submissions: Sequence[intake.Submission]) -> list[intake.Submission]:
-    """Move stored files to the students whom the instructor decided they belong to.
+def take_from_earlier_owners(gradebook: Gradebook, submissions: Sequence[intake.Submission]) -> list[intake.Submission]:
+    """Delete stored files of students to whom they do not belong, as the instructor decided.
+
+    The owner's are stored with the submission.
 
     Returns
     -------
@@ -414,7 +419,7 @@ def move_to_decided_owners(gradebook: Gradebook, submissions: Sequence[intake.Su
     for owner, piece in ((submission.student, piece) for submission in submissions for piece in submission.pieces):
         if piece.owner.is_decided:
             reason = f"{piece.source} is {owner}'s, as the instructor decided."
-            for student in gradebook.give_over(piece.source, piece.received, owner):
+            for student in gradebook.delete_of_others(piece.source, piece.received, owner):
                 emptied[student] = intake.Submission(student, problems=(reason,))
     return [submission for student, submission in emptied.items() if caseless(student) not in present]
 

@@ -128,7 +128,7 @@ class Course:
         Parameters
         ----------
         student : the ID
-        policy : which bench each student has, by an older release; None for that of the settings
+        policy : of the older release under which the student worked; None for that of the settings
         evidence : what the function ``evidence`` returned in the sandbox, as JSON
         """
         policy = policy or self.settings.bench

@@ -544,9 +544,10 @@ def _suggestion(name: str, known: Mapping[str, str]) -> str:
 
 def _refused_entry(details: ErrorDetails, data: Mapping[str, Any]) -> Fault:
     """Return the fault for an error of pydantic's: the entry as it is, what is expected, and an example."""
-    place: Place = details["loc"][: 3 if details["loc"][0] in _ROWS else 2]
+    length = 3 if details["loc"][0] in _ROWS else 2  # ("deadline", 0, "due") or ("bench", "seed")
+    place: Place = details["loc"][:length]
     if (place[0], place[-1]) not in _ENTRIES:
-        return place[:1], ""  # the table is not one; the fault of _unknown_entries replaces this
+        return place[:1], ""  # the whole table is broken: the fault of _unknown_entries replaces this one
     value = _entry_at(data, place)
     shown = str(value) if isinstance(value, date | time) else ascii(value)
     problem = "it is missing. It" if value is None else f"it is {shown:.80}, and"

@@ -114,5 +114,5 @@ def test_a_submission_that_is_given_over_leaves_one_of_the_same_name_of_another_
     with fake_class.book() as book:
         for student, when in (("ada", MONDAY), ("bob", TUESDAY)):
             book.deliver(student, [Delivery("a.ipynb", student, b"{}", when, "work.zip")])
-        assert book.give_over("work.zip", TUESDAY, "cleo") == ["bob"]
+        assert book.delete_of_others("work.zip", TUESDAY, "cleo") == ["bob"]
         assert book.delivered("ada") and not book.delivered("bob")

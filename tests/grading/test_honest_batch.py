@@ -310,7 +310,7 @@ def stage(tmp_path):
             for path in (folder / name).iterdir():
                 os.utime(path, (FUTURE, FUTURE) if name == "mallory" else None)
         with Gradebook(tmp_path / "book.sqlite") as book:
-            found = intake.find(folder, earlier=partial(batch.partners_named_before, book)).submissions
+            found = intake.find(folder, earlier=partial(batch.students_named_before, book)).submissions
             return {
                 one.student: _answer(batch.store_submission(book, one, intake.read(one, WANTED))[1]) for one in found
             }

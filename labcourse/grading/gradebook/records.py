@@ -379,7 +379,7 @@ class Act(OfAnswer, Base):
     undoes: Mapped[int | None] = mapped_column(sa.ForeignKey("scores.id"))
     when: Mapped[datetime] = mapped_column("acted")
 
-    def left(self, given: GivenMark | None) -> bool:
+    def still_stands(self, given: GivenMark | None) -> bool:
         """Return whether the decision on the answer (None without one) is still that which this act left."""
         if given is None or self.points is None:
             return given is None and self.points is None
@@ -431,7 +431,7 @@ class Answer:
     def decision(self) -> Act | None:
         """The act that gave the mark; None if the answer waits, or ``labcourse mark`` gave the mark."""
         last = self.last()
-        return last if last is not None and last.points is not None and last.left(self.given) else None
+        return last if last is not None and last.points is not None and last.still_stands(self.given) else None
 
     @property
     def asked(self) -> bool:

@@ -211,7 +211,7 @@ class Gradebook(AbstractContextManager["Gradebook"]):
             about = student_for(session, student)
             return _put_deliveries(session, about.id, [storable.cleaned(file, file.name) for file in files])
 
-    def give_over(self, source: str, received: datetime, student: str) -> list[str]:
+    def delete_of_others(self, source: str, received: datetime, student: str) -> list[str]:
         """Delete the files of a submission of all students but its owner; return the IDs of those who had any."""
         same = (Delivery.source == source) & (Delivery.received == received)  # the next week's may have this name, too
         with self._database.writing() as session:
@@ -559,7 +559,13 @@ def decided(mark: MarkRecord, points: float, reason: str) -> MarkRecord:
 
 
 def decide(session: Session, before: Current, where: Where, given: GivenMark | None, actor: str, reason: str) -> int:
-    """Store the decision on an answer in place of an earlier one (None: delete that), and write the audit trail."""
+    """Store a person's mark on an answer; None deletes an earlier one. Write the audit trail.
+
+    Returns
+    -------
+    int
+        How many marks changed.
+    """
     key = (before.student.id, *where)
     if given is not None:
         given.student_id = before.student.id
@@ -575,10 +581,10 @@ def check_expected(session: Session, before: Current, mark: MarkRecord, expected
         return
     same = (mark.status, mark.points) == (expected.status, expected.points)
     if not same or not same_answer(mark.given, expected.given):
-        raise changed_since(session, before, mark)
+        raise _changed_error(session, before, mark)
 
 
-def changed_since(session: Session, before: Current, mark: MarkRecord) -> GradebookError:
+def _changed_error(session: Session, before: Current, mark: MarkRecord) -> GradebookError:
     """Return the error that a mark changed since a person saw it: who changed it, when, and why."""
     which = (AuditRecord.question == mark.question, AuditRecord.part == mark.part)
     last = read(session, AuditRecord, AuditRecord.student_id == before.student.id, *which)[-1]
@@ -682,8 +688,8 @@ class Scores:
         with self._database.writing() as session:
             act = _own_act(session, number, storable.text(actor))
             before = current(session, act.student)
-            if not act.left(session.get(GivenMark, (before.student.id, *act.where))):
-                raise changed_since(session, before, before.mark(act.where))
+            if not act.still_stands(session.get(GivenMark, (before.student.id, *act.where))):
+                raise _changed_error(session, before, before.mark(act.where))
             earlier = act.replaced and GivenMark.from_json(**act.replaced)
             return _act(session, before, earlier, f"taken back: act {number}", act.where, actor, undoes=number)
 

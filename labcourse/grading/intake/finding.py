@@ -470,7 +470,7 @@ class _Finder:
         by_name = [piece.owner for piece in self._pieces]
         present = {student for owner in by_name if owner.is_certain or not self._roster for student in owner.students}
         owned = [replace(piece, owner=self._owner(piece, present)) for piece in self._pieces]
-        pieces = [self._received(piece) for piece in owned if piece.owner.students]
+        pieces = [self._with_time(piece) for piece in owned if piece.owner.students]
         resolved = owners.resolve_partners([piece.owner for piece in pieces], self._roster, earlier)
         pieces = [replace(piece, owner=owner) for piece, owner in zip(pieces, resolved, strict=True)]
         students = {student for owner in resolved for student in owner.everybody}
@@ -503,14 +503,17 @@ class _Finder:
             self._ignore(piece.source, " ".join(filter(None, (piece.trouble, *owner.problems, what_to_do))))
         return owner
 
-    def _received(self, piece: Piece) -> Piece:
-        """Add the time of receipt to a piece, and a row for the instructor if only its files say a time."""
+    def _with_time(self, piece: Piece) -> Piece:
+        """Add the time of receipt to a piece, and a row for the instructor if only files say it, or if it is decided.
+
+        The row's key has the time when the files were saved, so a decision does not hold for files that were saved
+        later, unless the instructor wrote the row without that time.
+        """
         times = filter(None, (entry.modified for entry in piece.files.values()))
         saved = min(max(times, default=piece.archived or _NEVER), datetime.now(UTC))
-        # A row that an instructor wrote holds for whatever was saved.
         is_written = (piece.source, TIME) in self._decisions
-        when = "" if is_written else f"saved {saved:%Y-%m-%d %H:%M:%S} UTC"
-        doubt = Doubt(piece.source, TIME, "", "only the student's computer says when it was saved", when)
+        when_saved = "" if is_written else f"saved {saved:%Y-%m-%d %H:%M:%S} UTC"
+        doubt = Doubt(piece.source, TIME, "", "only the student's computer says when it was saved", when_saved)
         received, clock = self._time_received(piece, self._decisions.get(doubt.key))
         if clock == DECIDED:
             self.doubts.append(replace(doubt, assumed=f"{received:%Y-%m-%d %H:%M} UTC", why=clock))

@@ -216,9 +216,11 @@ def student_in(course: Mapping[str, Any]) -> str:
 
 
 def owner_of(
-    name: str, by_name: Owner, course: Mapping[str, Any], roster: Roster, holds_work: bool, present: Collection[str]
+    name: str, by_name: Owner, course: Mapping[str, Any], roster: Roster, holds_work: bool, own_name: Collection[str]
 ) -> Owner:
-    """Determine the owner of a submission.
+    """Determine the owner of a submission: by its name if that is certain, else by its course.json, else by its name.
+
+    A course.json assigns nothing to a student who handed in under their own name.
 
     Parameters
     ----------
@@ -227,18 +229,18 @@ def owner_of(
     course : content of its course.json
     roster : the students
     holds_work : whether it holds anything of the course
-    present : students who handed in under their own names; no other course.json counts for them
+    own_name : students who handed in under their own names
     """
     written = student_in(course)
     student = roster.spelled(written) if written else None
-    is_present = student in present
-    partners = {str(name): roster.known(name) if isinstance(name, str) else None for name in _partners(course)}
+    has_own = student in own_name
+    partners = {str(one): roster.known(one) if isinstance(one, str) else None for one in _partners(course)}
     claimed = tuple(dict.fromkeys(filter(None, partners.values())))
     unknown = [partner for partner, known in partners.items() if not known]
     notes = tuple(f"{COURSE_FILE} names {shown(partner)} as a partner, who is unknown." for partner in unknown)
-    if by_name.students and (by_name.is_certain or is_present or not roster):
+    if by_name.students and (by_name.is_certain or has_own or not roster):
         return _checked(replace(by_name, notes=notes), written, student, claimed)
-    if is_present:
+    if has_own:
         return nobody(f"its {COURSE_FILE} names {student}, who handed in under that name as well.")
     if student is not None:
         if roster and roster.known(student) is None:

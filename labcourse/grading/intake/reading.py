@@ -299,7 +299,7 @@ class _Reader:
     # --- other files --------------------------------------------------------------------------------------------------
 
     def _report(self, name: str, path: str) -> None:
-        """Read a report's PDF. Only its first bytes and its size are looked at here."""
+        """Read a report's PDF. It is not parsed: its size and its first bytes decide whether it is refused."""
         try:
             data = self._read(path, report_files.MAX_BYTES)
             why = report_files.refusal(data)

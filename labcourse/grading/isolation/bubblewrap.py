@@ -219,7 +219,7 @@ def _bind_mounts(paths: Sequence[Path], hidden: Path) -> list[str]:
     Parameters
     ----------
     paths : to show, parents first
-    hidden : folder that is not shown, but for paths in it that are to be shown
+    hidden : folder to cover, labcourse's own; paths to show that lie in it are shown on top of the cover
     """
     args: list[str] = []
     bound = [Path("/usr")]  # _system_mounts shows it
@@ -227,7 +227,7 @@ def _bind_mounts(paths: Sequence[Path], hidden: Path) -> list[str]:
         if not any(path.is_relative_to(above) for above in [*bound, hidden]):
             args += _bind_read_only(path)
             bound.append(path)
-    # A folder that is shown under two names has ``hidden`` under both.
+    # The hidden folder is covered under each name by which it can be reached: a shown path may be a link.
     real_paths = [(path, path.resolve()) for path in bound]
     masks = [str(path / hidden.relative_to(real)) for path, real in real_paths if hidden.is_relative_to(real)]
     for mask in masks:

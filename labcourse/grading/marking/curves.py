@@ -277,7 +277,7 @@ def find_matches(
 
 
 def _match_curve(curve: Curve, wanted: Wanted, search: bool, origins: Sequence[tuple[Curve, float]]) -> Match | None:
-    """Return the best match of a curve over all readings of its axes; None if it follows by none of them."""
+    """Return the best match of a curve, its axes read in each unit that they may be in; None if it never follows."""
     known = [shift for other, shift in origins if _same_stretch(curve, other)]
     result = []
     for x, y, faults in _possible_readings(curve, wanted):

@@ -146,7 +146,7 @@ class _CellMaker:
         yield from _with_names(waiting, "end")
 
     def _question_and_parts(self, title: str) -> tuple[Question | None, tuple[Part, ...]]:
-        """Read the title of a cell, as "answer 1.3 omega": the question that it answers, and the parts that it names.
+        """Read what stands after ``# %%``, as "answer 1.3 omega": the question that a cell answers, and its parts.
 
         For a cell that answers nothing, the question is None. The number of a question may have spaces in it: the
         longest one with which the rest of the title begins is taken.

@@ -61,7 +61,10 @@ class Prepared:
     python: Version | None = None
 
     def run_content(self) -> list[Any]:
-        """Return all that a run depends on as plain data: bench, bundle, cells and files, but no answers in words."""
+        """Return all that a run depends on as plain data, to find a stored run: whose bench, bundle, cells and files.
+
+        Answers in words are left out, as a run does not depend on them.
+        """
         cells = {
             name: [[cell["id"], cell["source"]] for cell in notebook["cells"]]
             for name, notebook in self.merged.notebooks.items()
