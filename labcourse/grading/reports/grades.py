@@ -49,7 +49,7 @@ def make_folder(out: Path) -> None:
         out.mkdir(parents=True, exist_ok=True)
         probe = out / _PROBE
         files.write(probe, b"")
-        probe.unlink()
+        probe.unlink(missing_ok=True)  # another grader, begun just now, may have done so
     except OSError as error:
         raise GradingError(f"There can be no results in {out}: {error.strerror}.") from None
 

@@ -12,7 +12,7 @@ from labcourse import files
 from labcourse.errors import GradingError
 from labcourse.grading.gradebook import Delivery
 from labcourse.grading.reports import feedback
-from labcourse.grading.reports.grades import Reports
+from labcourse.grading.reports.grades import Reports, make_folder
 from labcourse.grading.reports.grades_table import NOT_GRADED_YET
 
 
@@ -107,6 +107,18 @@ def test_a_place_that_cannot_be_written_to_is_told_before_anything_is_run(book, 
         monkeypatch.setattr(files, "write", refuse)
     with pytest.raises(GradingError, match=r"grades\.csv" if in_the_way == "folder" else "out"):
         Reports(out, OURS, book)
+
+
+def test_a_grader_that_begins_at_the_same_moment_does_not_stop_this_one(out, monkeypatch):
+    written = files.write
+
+    def taken_away_by_the_other(target, content):
+        written(target, content)
+        target.unlink()
+
+    monkeypatch.setattr(files, "write", taken_away_by_the_other)
+    make_folder(out)
+    assert list(out.iterdir()) == []
 
 
 def test_a_folder_of_a_student_that_cannot_be_made_costs_the_others_nothing(book, out):
