@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import errno
-import importlib
 import importlib.util
 import io
 import os
+import shutil
 import sys
 from dataclasses import dataclass
 from typing import Annotated, Any
@@ -38,12 +37,14 @@ class _Commands(typer.core.TyperGroup):
             return super().invoke(ctx)
         except CourseError as error:
             raise _stopped(str(error)) from error
+        except BrokenPipeError:  # who reads our output has gone: typer sees to it
+            raise
         except OSError as error:  # a full disk, a read-only place, a folder where a file should be, ...
-            if error.errno == errno.EPIPE:  # who reads our output has gone: typer sees to it
-                raise
             where = f"{error.filename}: " if error.filename else ""
             todo = f" {FREE_SPACE}" if error.errno in DISK_FULL else ""
-            raise _stopped(f"{where}{error.strerror or error}.{todo}") from error
+            # An error from copying a folder lists all of its files; the reason for the first one is enough.
+            reason = error.args[0][0][-1] if type(error) is shutil.Error else error.strerror or error
+            raise _stopped(f"{where}{reason}.{todo}") from error
         except ModuleNotFoundError as error:
             if (error.name or "").partition(".")[0] == "labcourse" and error.name != _GRADING:
                 raise

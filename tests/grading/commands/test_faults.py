@@ -3,6 +3,7 @@
 import errno
 import importlib
 import os
+import shutil
 import subprocess
 import sys
 
@@ -126,3 +127,14 @@ def test_whatever_the_system_refuses_elsewhere_is_one_line_too(tmp_path, monkeyp
     module = importlib.import_module("labcourse.grading.release.student_course")
     monkeypatch.setattr(module, "write_notebooks", refuse)
     one_line(rotflex("make-notebooks", "--solutions", ROOT), "somewhere/notebooks: Permission denied.")
+
+
+def test_a_folder_that_cannot_be_copied_is_one_short_line(tmp_path, monkeypatch):
+    def full(source, target, **_):
+        why = str(OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(target)))
+        raise shutil.Error([(f"{source}/{number}", f"{target}/{number}", why) for number in range(100)])
+
+    monkeypatch.setattr(shutil, "copytree", full)
+    done = rotflex("release", tmp_path / "out", "--solutions", ROOT)
+    one_line(done, "No space left on device", str(tmp_path / "out"))
+    assert done.output.count("No space left") == 1
