@@ -94,10 +94,10 @@ class Changes:
 
 def changes(before: Graded, after: Graded) -> Changes:
     """What is different between two gradings of a student."""
-    if before.run.key == after.run.key:
-        why = KEY_CHANGED
+    if before.run.submission != after.run.submission:  # other answers in words are not run again
+        why = HANDED_IN_AGAIN
     else:
-        why = RUN_AGAIN if before.run.submission == after.run.submission else HANDED_IN_AGAIN
+        why = KEY_CHANGED if before.run.key == after.run.key else RUN_AGAIN
     return Changes(
         student=after.run.student,
         why=why,

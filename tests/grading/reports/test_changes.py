@@ -59,6 +59,8 @@ def test_the_reason_says_who_did_something():
     again = graded("ada", submission="other notebooks")
     again = replace(again, run=replace(again.run, submission="first"), key_digest="key 1")
     assert changes(one, again).why == RUN_AGAIN
+    other_words = replace(one, run=replace(one.run, submission="second"))  # which are not run: the run is the same
+    assert changes(one, other_words).why == HANDED_IN_AGAIN
 
 
 def test_who_had_no_marks_or_has_the_same_has_no_changes(tmp_path):
