@@ -106,14 +106,16 @@ def pictures_of(
 
 def _content(target: str, attachments: Mapping[str, Mapping[str, str]], files: Mapping[str, bytes]) -> bytes:
     """Return the content of the picture that a text names."""
-    kind, _colon, name = unquote(target).partition(":")
+    kind, _colon, name = target.partition(":")
     if kind == "attachment":
-        for media, data in attachments.get(name, {}).items():
+        # Jupyter Notebook 6 stores "a (1).png" as "a%20%281%29.png".
+        for media, data in (attachments.get(name) or attachments.get(unquote(name), {})).items():
             if media.startswith("image/"):
                 return _decoded(data)
         raise PictureError("it is not in the cell; paste it again")
+    path = target.removeprefix("./")
     try:
-        return files[unquote(target).removeprefix("./")]
+        return files[path if path in files else unquote(path)]
     except KeyError:
         raise PictureError("it is not in the notebook; paste it into the cell") from None
 

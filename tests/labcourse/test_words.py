@@ -212,6 +212,12 @@ def test_a_pasted_picture_comes_along_as_png():
         assert (image.format, image.size) == ("PNG", (80, 60))
 
 
+def test_a_name_that_an_editor_stores_encoded_is_recognised():
+    name = "Bild%20%281%29.png"  # as Jupyter Notebook 6 stores "Bild (1).png"
+    pictures, problems = with_pictures(f"![x](attachment:{name})", attached(png(), name))
+    assert (list(pictures), problems) == ([f"attachment:{name}"], [])
+
+
 def test_pictures_written_into_the_text_count_as_pictures_and_not_as_characters():
     data = base64.b64encode(png((300, 300)) * 1).decode()
     found = words.written(MASTER, pristine(why=why(f"a ![p](data:image/png;base64,{data}) b")))
@@ -222,10 +228,10 @@ def test_pictures_written_into_the_text_count_as_pictures_and_not_as_characters(
 
 
 def test_a_picture_beside_the_notebook_is_taken_from_there():
-    files = {"plots/my plot.png": png()}
-    cells = pristine(why=why("![](plots/my%20plot.png) ![](<./plots/my plot.png>) ![](other.png)"))
+    files = {"plots/my plot.png": png(), "a%20b.png": png()}
+    cells = pristine(why=why("![](plots/my%20plot.png) ![](<./plots/my plot.png>) ![](a%20b.png) ![](other.png)"))
     found = words.written(MASTER, cells, files)
-    assert set(found.words[WHY].pictures) == {"plots/my%20plot.png", "./plots/my plot.png"}
+    assert set(found.words[WHY].pictures) == {"plots/my%20plot.png", "./plots/my plot.png", "a%20b.png"}
     assert len(found.problems) == 1 and "other.png" in found.problems[0]
 
 
