@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import os
 import signal
 import sys
 import urllib.parse
@@ -17,6 +18,7 @@ from labcourse.kernels import KERNEL
 _SIGNALS = ("SIGINT", "SIGTERM", "SIGHUP")  # Windows has no SIGHUP
 _LOCAL = ("localhost", "127.0.0.1", "::1")
 _EVERYWHERE = ("", "0.0.0.0", "::")  # addresses that stand for all of a machine's
+_SCREENS = ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER")  # environment variables; one is set where a browser can be seen
 
 
 class PromptConnection(ZMQChannelsWebsocketConnection):
@@ -62,6 +64,8 @@ class CourseServer(ServerApp):
         Root, the usual user in a container, may start it without an option if only this machine can connect.
         """
         self.allow_root = self.allow_root or self.ip in _LOCAL
+        has_screen = sys.platform in ("win32", "darwin", "cygwin") or any(map(os.environ.get, _SCREENS))
+        self.open_browser = self.open_browser and has_screen  # else a browser for terminals takes over this terminal
         super().start_app()
         # An earlier callback of this loop begins to listen.
         self.io_loop.add_callback(print, f"JupyterLab runs at {self.address}  (Ctrl-C ends it.)", flush=True)

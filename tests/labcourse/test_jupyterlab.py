@@ -17,9 +17,34 @@ from jupyter_client.manager import KernelManager
 from jupyter_server.auth import IdentityProvider
 from jupyter_server.serverapp import ServerApp
 
-from labcourse import jupyterlab
+from labcourse import jupyterlab, server
 from labcourse.kernels import KERNEL
 from labcourse.server import CourseServer, PromptConnection, SafeKernelSpec
+
+
+@pytest.mark.parametrize(
+    ("system", "environment", "opened"),
+    [
+        ("linux", {}, False),  # a browser for terminals at best
+        ("linux", {"DISPLAY": ":0"}, True),
+        ("linux", {"WAYLAND_DISPLAY": "wayland-0"}, True),
+        ("linux", {"BROWSER": "wslview"}, True),
+        ("win32", {}, True),
+        ("darwin", {}, True),
+    ],
+)
+def test_a_browser_is_opened_where_it_has_a_screen(monkeypatch, system, environment, opened):
+    for name in ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER"):
+        monkeypatch.delenv(name, raising=False)
+    for name, value in environment.items():
+        monkeypatch.setenv(name, value)
+    monkeypatch.setattr(ServerApp, "start_app", lambda server: None)
+    course = CourseServer(open_browser=True)
+    course.identity_provider = IdentityProvider(parent=course)
+    course.io_loop = SimpleNamespace(add_callback=lambda *_arguments, **_options: None)
+    monkeypatch.setattr(server.sys, "platform", system)
+    course.start_app()
+    assert course.open_browser is opened
 
 
 def test_a_secret_of_the_users_own_is_left(monkeypatch):
