@@ -223,7 +223,7 @@ def _limit(course: Mapping[str, Any]) -> int | None:
 
 def _read(path: Path) -> Notebook:
     try:
-        return Notebook.without_outputs(files.read(path))
+        return Notebook.read(files.read(path))  # with all pictures: only grading limits their size
     except (OSError, NotebookError) as error:
         raise AnswerError(
             f"The report's texts are in {path.name}, which cannot be read: {files.reason(error)}"

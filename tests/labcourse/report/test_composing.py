@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from report_texts import png
 
-from labcourse.answers import parts
+from labcourse.answers import notebooks, parts
 from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.parts import Question, ReportItem
 from labcourse.errors import AnswerError
@@ -118,6 +118,11 @@ def test_the_front_cell_gives_authors_captions_and_sources(lab, tmp_path):
     assert (table.caption, table.own_caption) == ("Results of the measurement", False)
     assert [(one.key, one.text) for one in document.references] == [("1", "A. Author, *A title*.")]
     assert [what for what, _place in document.told if "'Figure 7' is none" in what]
+
+
+def test_pictures_that_are_too_large_for_grading_are_in_the_report(lab, tmp_path, monkeypatch):
+    monkeypatch.setattr(notebooks, "MAX_PICTURES", 10)
+    assert any(figure.label.startswith("attachment:") for figure in composed(lab, tmp_path).figures)
 
 
 def test_a_front_cell_that_is_gone_is_told(lab, tmp_path):
