@@ -63,15 +63,14 @@ def everything(url: str) -> str:
 
 
 def without_texts(book: Gradebook) -> list:
-    """Return the rows of the others without the texts that persons wrote."""
+    """Return all that is stored about the others without the texts that persons wrote."""
     texts = {"mark_before", "mark_after", "reason", "remark", "text", "answer"}
+    tables = Base.metadata.tables.keys() - {"runs"}
     return [
         {
-            table: [{name: value for name, value in row.items() if name not in texts} for row in rows]
-            for table, rows in student.items()
-            if isinstance(rows, list) and table != "runs"
+            name: [{column: row[column] for column in row.keys() - texts} for row in value] if name in tables else value
+            for name, value in student.items()
         }
-        | {"runs": student["runs"]}
         for student in dump(book)["students"]
         if student["student"] != ID
     ]
