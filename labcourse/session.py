@@ -344,9 +344,8 @@ class Session:
             return
         self.refresh()
         checks = self.beginning.possible(self.checks())
-        print(
-            reflection.reflect(reflection.of_notebooks(checks, self.beginning.whole, map(str, notebooks)), self._found)
-        )
+        checks = reflection.of_notebooks(checks, self.beginning.whole, map(str, notebooks))
+        print(reflection.reflect(checks, self._found))
 
     def _found(self, question: str, part: str) -> Any:
         """Return an answer; raises AnswerError if there is none, or none that can be read."""

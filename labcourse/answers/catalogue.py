@@ -121,9 +121,8 @@ class Catalogue:
         """
         for beginning in beginnings:
             if not (beginning and any(name.startswith(beginning) for name in self.notebooks)):
-                raise AnswerError(
-                    f"There is no notebook {beginning!r} with questions; there are {', '.join(self.notebooks)}."
-                )
+                known = ", ".join(self.notebooks)
+                raise AnswerError(f"There is no notebook {beginning!r} with questions; there are {known}.")
         return tuple(name for name in self.notebooks if not beginnings or name.startswith(beginnings))
 
     def find_marked(self, number: Any) -> Question:

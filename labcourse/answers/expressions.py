@@ -67,8 +67,8 @@ def encode(value: Any, symbols: tuple[str, ...], name: str = "") -> list[Any]:
     return tree
 
 
-def encode_equation(value: Any, symbols: tuple[str, ...]) -> tuple[list[Any], list[Any]]:
-    """Return the trees of both sides of an equation: ``sympy.Eq``, a pair (left, right), or an expression that is 0.
+def encode_equation(value: Any, symbols: tuple[str, ...]) -> dict[str, list[Any]]:
+    """Return the trees ``lhs`` and ``rhs`` of ``sympy.Eq``, of a pair (left, right), or of an expression that is 0.
 
     Raises
     ------
@@ -95,7 +95,7 @@ def encode_equation(value: Any, symbols: tuple[str, ...]) -> tuple[list[Any], li
         left, right = value.lhs, value.rhs
     else:
         left, right = value, 0
-    return encode(left, symbols), encode(right, symbols)
+    return {"lhs": encode(left, symbols), "rhs": encode(right, symbols)}
 
 
 def _one_expression(value: Any, name: str, names: Names) -> Any:

@@ -436,10 +436,7 @@ _ENCODERS: dict[str, Callable[[Part, Any], tuple[Fields, Hints]]] = {
     "choice": _encode_choice,
     "prose": _encode_prose,
     "expression": lambda part, value: ({"value": expressions.encode(value, part.symbols, part.name)}, []),
-    "equation": lambda part, value: (
-        dict(zip(("lhs", "rhs"), expressions.encode_equation(value, part.symbols), strict=True)),
-        [],
-    ),
+    "equation": lambda part, value: (expressions.encode_equation(value, part.symbols), []),
     "symbolic_matrix": lambda part, value: (
         {"value": _matrix_rows(part, value, lambda entry: expressions.encode(entry, part.symbols))},
         [],

@@ -131,7 +131,7 @@ def test_an_equation_may_be_given_in_three_ways():
     left, right = J_l * alpha, tau
     expected = left - right
     for given_form in (sympy.Eq(left, right), (left, right), [left, right], left - right, [sympy.Eq(left, right)]):
-        lhs, rhs = encode_equation(given_form, NAMES)
+        lhs, rhs = encode_equation(given_form, NAMES).values()
         assert sympy.expand(decode(lhs) - decode(rhs) - expected) == 0
 
 
