@@ -128,9 +128,9 @@ class Notebook:
             If it is not a notebook with cells, or too large without its outputs.
         """
         if len(data) > MAX_FILE:
-            raise NotebookError(f"it has more than {MAX_FILE} bytes.")
+            raise NotebookError(f"it has more than {MAX_FILE} bytes. Clear its large outputs, and save it.")
         if sum(map(data.count, (b"[", b"{", b",", b'"'))) > MAX_PARTS:
-            raise NotebookError(f"it has more than {MAX_PARTS} parts.")
+            raise NotebookError(f"it has more than {MAX_PARTS} parts. Clear its large outputs, and save it.")
         problems: list[str] = []
         notebook = cls.read(data, object_pairs_hook=_needed)
         sizes = Counter[str]()
