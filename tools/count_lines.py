@@ -51,7 +51,7 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
         ),
     ),
     "answers, session, files of a course": (
-        3566,
+        3568,
         (
             "labcourse/*.py",
             "labcourse/answers/**/*.py",

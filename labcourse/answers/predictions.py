@@ -107,26 +107,28 @@ def predict(book: AnswerBook, predictions: Predictions, question: str, values: M
     if unknown:
         raise AnswerError(f"Of question {question}, you can predict {', '.join(items)}, not {', '.join(unknown)}.")
     book.refresh()
-    return [f"{question}  {_reply(book, question, items[name].part, values.get(name))}" for name in values or items]
+    return [f"{question}  {_reply(book, question, items[name], values.get(name))}" for name in values or items]
 
 
-def _reply(book: AnswerBook, question: str, part: Part, value: Any) -> str:
+def _reply(book: AnswerBook, question: str, item: Predictable, value: Any) -> str:
     """Record a prediction that has the form of its part, unless there is an earlier one, and return the reply."""
-    earlier = book.predicted(question).get("said", {}).get(part.name)
+    part, stored = item.part, book.predicted(question)
+    earlier = next((text for _item, _value, text in read([item], stored)), None)
+    if earlier is None and part.name in stored.get("said", {}):
+        return f"{part.name}  predicted before, in a form that this release cannot read; it stands."
+    asked = f"{part.name} ({', '.join(map(repr, part.choices)) or part.unit}): {part.prompt}"
     try:
         content = forms.encode(part, value, 0).content
     except NotAnswered:
-        content = earlier
+        return f"predicted: {earlier}." if earlier else asked
     except FormError as error:
         return f"{part.name}  not recorded: {error}"
-    if content is None:
-        return f"{part.name} ({', '.join(map(repr, part.choices)) or part.unit}): {part.prompt}"
     if earlier is None:
         book.predict(question, {part.name: content})
         return f"predicted: {forms.show(part, content)}. It stands now; run the experiment."
-    if earlier != content:
-        return f"You said {forms.show(part, earlier)} before, and that stands. Wrong predictions cost nothing."
-    return f"predicted: {forms.show(part, earlier)}."
+    if stored["said"][part.name] != content:
+        return f"You said {earlier} before, and that stands. Wrong predictions cost nothing."
+    return f"predicted: {earlier}."
 
 
 def observed(

@@ -80,6 +80,15 @@ def test_afterwards_it_stands_beside_what_was_recorded_and_a_sentence_is_kept(la
     assert kept(lab)["2.9"]["why"] == why
 
 
+def test_a_prediction_of_another_release_stands_though_it_cannot_be_read(lab, capsys):
+    lab.book.predict("2.15", {"turns_farther": {"kind": "choice", "value": "neither of them"}})
+    stored = kept(lab)
+    lab.predict("2.15")
+    lab.predict("2.15", turns_farther="bench")
+    assert len(said(capsys)) == 2 and kept(lab) == stored
+    assert lab.predicted("2.15", "turns_farther") is None
+
+
 def test_what_cannot_be_predicted_is_refused_by_name(lab):
     for call, named in (
         (lambda: lab.predict("2.1", V=1), r"'2\.1'.* 2\.9,"),
