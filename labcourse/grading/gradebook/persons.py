@@ -339,17 +339,17 @@ class _Erasing:
         still_named = tuple(sorted(set(self._still_named())))
         return Erased(self._about, counts, tuple(redacted), still_named, sources, self._person.too_short)
 
-    def _others(self, table: type[_OfOthers]) -> ScalarResult[_OfOthers]:
-        """Return the rows of other students, of which few are in memory at a time."""
-        others = select(table).where(table.student_id != self._number)
+    def _others(self, table: type[_OfOthers], *conditions: Any) -> ScalarResult[_OfOthers]:
+        """Return the rows of other students that fulfil SQL conditions; few of them are in memory at a time."""
+        others = select(table).where(table.student_id != self._number, *conditions)
         return self._session.scalars(others.execution_options(yield_per=_AT_ONCE))
 
     def _hand_over(self) -> None:
         """Store the person's files for partners, too, who have no file of that name."""
         session, number = self._session, self._number
         files = list(session.scalars(select(Delivery).where(Delivery.student_id == number).order_by(Delivery.id)))
-        for run in self._others(RunRecord):
-            if run.current and self._of_others.shares(run, self._person):
+        for run in self._others(RunRecord, RunRecord.current):
+            if self._of_others.shares(run, self._person):
                 own = set(session.scalars(select(Delivery.name).where(Delivery.student_id == run.student_id)))
                 for file in files:
                     if file.name not in own:
