@@ -24,7 +24,6 @@ import shutil
 import signal
 import subprocess
 import sys
-import tempfile
 import time
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from pathlib import Path
@@ -105,8 +104,7 @@ def run(
     except process.Cancelled:
         return Outcome(Ending.CANCELLED, None, {}, {}, b"", 0.0)
     assert ending is not None
-    exit_status = code if ending is Ending.FINISHED else None
-    return Outcome(ending, exit_status, files, troubles, output, seconds)
+    return Outcome(ending, code if ending is Ending.FINISHED else None, files, troubles, output, seconds)
 
 
 @contextlib.contextmanager
@@ -136,17 +134,21 @@ def _sandboxed(
     with contextlib.ExitStack() as stack:
 
         def file_with(data: bytes) -> int:
-            """Make a file without a name that bubblewrap inherits; return its descriptor."""
-            file = stack.enter_context(tempfile.TemporaryFile())
-            file.write(data)
-            file.seek(0)
-            inherited.append(file.fileno())
+            """Make a file in memory that bubblewrap inherits; return its descriptor."""
+            try:
+                inherited.append(os.memfd_create("labcourse"))
+                stack.callback(os.close, inherited[-1])
+                os.pwrite(inherited[-1], data, 0)  # is read from its beginning
+            except OSError as error:
+                message, remedy = "Arguments cannot be passed to bubblewrap", bubblewrap.remedy_of_namespaces()
+                raise IsolationError(f"{message}: memfd_create: {error.strerror}.", "bubblewrap", remedy) from None
             return inherited[-1]
 
         files = {path: file_with(text.encode()) for path, text in bubblewrap.synthetic_files(uid).items()}
         args = bubblewrap.arguments(uid, visible, {**bubblewrap.default_environment(), **environment}, limits, files)
         args += ["--seccomp", str(file_with(call_filter))] if call_filter is not None else []
-        # Passed in a file: in the list of processes, everybody on this machine could read them.
+        # Passed in a file: in the list of processes, everybody on this machine could read them. They have the probe's
+        # seed in them, so it is a file in memory: nothing of it is written to a disk, which may also be full.
         hidden = ["--args", str(file_with("\0".join([*args, ""]).encode()))]
         unprivileged = [*bubblewrap.setpriv_prefix(uid), "/bin/sh", "-c", _UNPRIVILEGED_LAUNCHER, "sh", *command]
         groups = stack.enter_context(cgroups.limited_groups(limits, cgroups.parent_groups()))

@@ -52,8 +52,7 @@ def unisolated(command: Sequence[str], environment: Mapping[str, str]) -> Iterat
         path, token = os.pathsep.join([str(bubblewrap.python().parent), os.defpath]), secrets.token_hex(16)
         own_variables = {"PATH": path, "HOME": str(home), "TMPDIR": str(home), "LANG": "C.UTF-8"}
         variables = {**own_variables, **environment, _TOKEN: token}
-        started = process.start(command, cwd=work, env=variables, start_new_session=True)
-        running = Unisolated(started, folder, token)
+        running = Unisolated(process.start(command, cwd=work, env=variables, start_new_session=True), folder, token)
         stack.callback(running.pipes.close)
         stack.callback(running.end)
         yield running

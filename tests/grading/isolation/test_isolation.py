@@ -1,5 +1,6 @@
 """The sandbox: what a command sees and may use in it, what comes back, and that nothing of it stays."""
 
+import errno
 import json
 import math
 import os
@@ -7,6 +8,7 @@ import secrets
 import signal
 import subprocess
 import sys
+import tempfile
 import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
@@ -517,6 +519,20 @@ def test_a_missing_bubblewrap_is_told_with_what_to_do(tmp_path, monkeypatch):
         shell("true")
     layer = selftest.layers()[-1]
     assert (layer.name, layer.good, layer.needed) == (caught.value.layer, False, True) == ("bubblewrap", False, True)
+
+
+def test_arguments_are_passed_in_memory_and_without_it_nothing_is_run(tmp_path, monkeypatch):
+    """They have the probe's seed in them, and a full disk should stop no run."""
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "nowhere"))
+    assert shell("echo here > answer").files == {"answer": b"here\n"}
+
+    def refuse(name):
+        raise PermissionError(errno.EPERM, "Operation not permitted")
+
+    monkeypatch.setattr(os, "memfd_create", refuse)
+    with pytest.raises(IsolationError, match="memfd_create: Operation not permitted") as caught:
+        shell("echo here > answer")
+    assert (caught.value.layer, bool(caught.value.remedy)) == ("bubblewrap", True)
 
 
 @pytest.mark.parametrize(
