@@ -143,8 +143,7 @@ class Roster:
             ids = tuple(filter(None, map(self.spelled, names)))
             if len(ids) == len(names) and self.spelled(course_student) in ids:
                 return _by_name(ids, attempt)
-        copy = without_copy_number(name) if name.endswith(")") else None
-        base, attempt = copy or (name, 0)
+        base, attempt = (without_copy_number(name) if name.endswith(")") else None) or (name, 0)
         try:
             student = student_id.normalised(base)
         except StudentIDError as error:

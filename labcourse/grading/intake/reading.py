@@ -329,9 +329,10 @@ class _Reader:
         prefix = f"{self._base}/" if self._base else ""
         others = [path for path in self._piece.files if path not in self._used]
         beside = {path.removeprefix(prefix): path for path in others if path.startswith(prefix)}
-        sizes = [(PurePosixPath(name), self._piece.files[path].size) for name, path in beside.items()]
-        excluded = [*self.wanted, *report_files.made_files(self.reports)]
-        paths, notes = own_files.choose(sizes, excluded, self.packages)
+        folders = {str(folder) for path in beside for folder in PurePosixPath(path).parents} & {*beside}
+        self._note_files(sorted(folders), "not taken along: a file has the name of its folder")
+        sizes = [(PurePosixPath(name), self._piece.files[beside[name]].size) for name in beside if name not in folders]
+        paths, notes = own_files.choose(sizes, [*self.wanted, *report_files.made_files(self.reports)], self.packages)
         self.contents.notes += notes
         for name in map(str, paths):
             try:  # by their sizes, they are few enough together

@@ -416,6 +416,7 @@ def test_nothing_leads_outside_and_everything_is_taken_or_reported(files, tmp_pa
     taken = set(result.hand_in.files)
     for path in taken:
         assert not path.startswith("/") and not {"..", ".", ""} & set(path.split("/")) and "\\" not in path
+        assert not any(other.startswith(f"{path}/") for other in taken)
     reported = " ".join(result.notes)
     many = re.findall(r" and \d+ more", reported)
     with archives.Shelf() as shelf:
