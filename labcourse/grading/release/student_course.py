@@ -191,10 +191,10 @@ def release(course: Course, out: Path, with_data: bool = False, replace: bool = 
         sources = [course.folder, *map(package_folder, (PACKAGE, *course.packages))]
         named = {f"{course.name}/{name}": path for name, path in files_in(built).items()}
         packed = zip_files(named, zip_time_of(sources))
+        files.write(archive, packed)  # first: if the disk is full, the earlier release stays whole
         if folder.exists():
             shutil.rmtree(folder)
         built.replace(folder)
-    files.write(archive, packed)
     return Release(folder, archive, names, course_json[course_file.RELEASE])
 
 

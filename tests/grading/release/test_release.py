@@ -1,6 +1,7 @@
 """What students get, and what they must not get."""
 
 import ast
+import errno
 import json
 import re
 import shutil
@@ -382,11 +383,18 @@ def _run_in(folder, *arguments):
     return subprocess.run([sys.executable, *arguments], cwd=folder, capture_output=True, text=True, check=False)
 
 
-def test_an_earlier_release_is_only_replaced_when_asked(tmp_path):
+def test_an_earlier_release_is_only_replaced_when_asked_and_if_there_is_room(tmp_path, monkeypatch):
+    def full(target, content):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
     first = student_course.release(OURS, tmp_path)
     (first.folder / "notebooks" / "answers.json").write_text("{}")
     with pytest.raises(GradingError, match="--replace"):
         student_course.release(OURS, tmp_path)
+    with monkeypatch.context() as patch, pytest.raises(OSError, match="No space"):
+        patch.setattr(student_course.files, "write", full)
+        student_course.release(OURS, tmp_path, replace=True)
+    assert (first.folder / "notebooks" / "answers.json").exists()
     student_course.release(OURS, tmp_path, replace=True)
     assert not (first.folder / "notebooks" / "answers.json").exists()
     assert not [path for path in tmp_path.iterdir() if path.name.startswith(".")]
