@@ -69,6 +69,7 @@ class Piece:
     name : name of the folder, archive or file, without the ending of an archive
     label : what the name says if a platform gave it; None if the student did
     archived : time of the archive among the submissions, UTC; None without one
+    copy : number of the copy in the name of an archive within the submission; the higher, the later
     files : path → file
     refused : path → reason why it is not read
     trouble : why nothing of it can be read; "" if it can be read
@@ -83,6 +84,7 @@ class Piece:
     name: str
     label: Label | None = None
     archived: datetime | None = None
+    copy: int = 0
     files: Mapping[str, Entry] = field(default_factory=dict)
     refused: Mapping[str, str] = field(default_factory=dict)
     trouble: str = ""
@@ -452,6 +454,8 @@ class _Finder:
         self._archives_left -= 1
         if whole.archived is None and whole.label and not nesting and place.file:  # the platform wrote it there
             whole = replace(whole, archived=place.file.modified)
+        copy = platforms.without_copy_number(place.stem)
+        whole = replace(whole, copy=max(whole.copy, copy[1] if copy else 0))
         return self._split(whole, place, nesting + 1)
 
     def _course(self, files: Mapping[str, Entry]) -> dict[str, Any]:
@@ -561,7 +565,7 @@ class _Finder:
 def _submission(student: str, pieces: Iterable[Piece]) -> Submission:
     """Collect all pieces of a student."""
     own = [piece for piece in pieces if student in piece.owner.everybody]
-    own.sort(key=lambda piece: (piece.received, piece.owner.attempt, piece.saved))
+    own.sort(key=lambda piece: (piece.received, max(piece.owner.attempt, piece.copy), piece.saved))
     newest = own[-1].owner
     is_claimed = all(student not in piece.owner.students for piece in own)
     notes = dict.fromkeys(note for piece in own for note in piece.owner.notes)

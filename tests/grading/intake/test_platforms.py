@@ -279,6 +279,7 @@ def test_the_newest_of_each_notebook_counts_and_what_came_when_is_reported(tmp_p
         ("ada (1).zip", "ada (2).zip"),
         ("ada (2).zip", "ada (10).zip"),
         ("ada.zip", "ada - Copy.zip"),
+        ("ada/work.zip", "ada/work (1).zip"),
     ],
 )
 @pytest.mark.parametrize("roster", [ROSTER, []], ids=["roster", "no roster"])
