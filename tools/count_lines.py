@@ -61,7 +61,7 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
     "run": (2488, ("labcourse/run/**/*.py",)),
     "report": (1917, ("labcourse/report/**/*.py",)),
     "running": (1003, ("labcourse/grading/running/**/*.py",)),
-    "intake": (1279, ("labcourse/grading/intake/**/*.py",)),
+    "intake": (1282, ("labcourse/grading/intake/**/*.py",)),
     "gradebook": (1423, ("labcourse/grading/gradebook/**/*.py",)),
     "marking": (1195, ("labcourse/grading/marking/**/*.py",)),
     "isolation": (1120, ("labcourse/grading/isolation/**/*.py",)),

@@ -13,7 +13,7 @@ from labcourse.errors import ConfigurationError, StudentIDError
 from labcourse.files import COURSE_FILE
 from labcourse.grading.gradebook.records import StudentRecord
 from labcourse.grading.intake.archives import is_notebook, shown
-from labcourse.grading.intake.platforms import Label, plain_letters, without_copy_number
+from labcourse.grading.intake.platforms import Label, letters, plain_letters, without_copy_number
 from labcourse.student_id import caseless
 
 MOST_TOGETHER = 4  #: students of one submission; as many as stand around a bench
@@ -68,7 +68,7 @@ class Roster:
     def __init__(self, records: Sequence[StudentRecord] = ()) -> None:
         self._records = {caseless(record.student): record for record in records}
         self._spelled = {name: record.student for name, record in self._records.items()}
-        self._aliases, self._names = defaultdict[str, set[str]](set), defaultdict[str, set[str]](set)
+        self._aliases, self._names, self._plain_names = (defaultdict[str, set[str]](set) for _kind in range(3))
         for record in records:
             for alias in map(caseless, filter(None, (record.email, *record.aliases))):
                 # Moodle's grading worksheet has "Participant 1234567", its downloads the number.
@@ -76,7 +76,9 @@ class Roster:
                     self._aliases[name].add(record.student)
             words = record.name.replace(",", " ").split()
             for place in range(len(words)):
-                self._names[plain_letters("".join([*words[place:], *words[:place]]))].add(record.student)
+                name = "".join([*words[place:], *words[:place]])
+                self._names[letters(name)].add(record.student)
+                self._plain_names[plain_letters(name)].add(record.student)
 
     def __bool__(self) -> bool:
         return bool(self._records)
@@ -96,12 +98,16 @@ class Roster:
         return self._spelled[caseless(text)]
 
     def lookup(self, name: str) -> set[str]:
-        """Return the IDs of students with this ID, or else with this name (accents do not count) or other name."""
+        """Return the IDs of students with this ID, or else with this name or other name.
+
+        Accents do not count, unless one of the names has just these.
+        """
         if (record := self._records.get(caseless(name))) is not None:
             return {record.student}
         if not (plain := plain_letters(name)):
             return set()
-        return self._aliases.get(caseless(name), set()) | self._names.get(plain, set())
+        exact = self._aliases.get(caseless(name), set()) | self._names.get(letters(name), set())
+        return exact or self._plain_names.get(plain, set())
 
     def by_label(self, label: Label) -> Owner:
         """Identify the student in a platform's name."""

@@ -66,6 +66,14 @@ def test_names_that_differ_in_accents_capitals_or_spaces_only_are_one_students(t
     assert len(submission.pieces) == 2 and submission.student.casefold() == COMPOSED
 
 
+def test_of_two_names_that_differ_in_an_accent_each_is_its_students(tmp_path):
+    names = {"ada": "José García", "bob": "Jose Garcia"}
+    for name in names.values():
+        lay(tmp_path / name, work(None))
+    found, ignored = found_in(tmp_path, [StudentRecord(student, name) for student, name in names.items()])
+    assert ({student: submission.pieces[0].source for student, submission in found.items()}, ignored) == (names, [])
+
+
 def test_a_zip_that_does_not_say_that_its_names_are_utf_8_is_read_as_such(tmp_path):
     files = moodle("Jürgen G", 7, {"messung_ü.csv": b"1"} | work(None))
     lay(tmp_path, {"class.zip": zipped(files, plain=True)})
