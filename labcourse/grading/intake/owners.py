@@ -13,7 +13,7 @@ from labcourse.errors import ConfigurationError, StudentIDError
 from labcourse.files import COURSE_FILE
 from labcourse.grading.gradebook.records import StudentRecord
 from labcourse.grading.intake.archives import is_notebook, shown
-from labcourse.grading.intake.platforms import Label, letters, plain_letters, without_copy_number
+from labcourse.grading.intake.platforms import Label, encodings, letters, plain_letters, without_copy_number
 from labcourse.student_id import caseless
 
 MOST_TOGETHER = 4  #: students of one submission; as many as stand around a bench
@@ -180,10 +180,11 @@ def _meanings(name: str) -> Iterator[tuple[tuple[str, ...], int]]:
     tuple
         IDs or names of its students; and the number of the copy, as 1 for ``ada (1)``
     """
-    for base, attempt in filter(None, [(name, 0), without_copy_number(name)]):
-        yield (base,), attempt
-        if base.count(_PAIR) in range(1, MOST_TOGETHER):
-            yield tuple(part.strip() for part in base.split(_PAIR)), attempt
+    for text in dict.fromkeys(encodings(name)):
+        for base, attempt in filter(None, [(text, 0), without_copy_number(text)]):
+            yield (base,), attempt
+            if base.count(_PAIR) in range(1, MOST_TOGETHER):
+                yield tuple(part.strip() for part in base.split(_PAIR)), attempt
 
 
 # --- what a course.json says ------------------------------------------------------------------------------------------

@@ -6,10 +6,11 @@
 
 from __future__ import annotations
 
+import contextlib
 import re
 import unicodedata
 from collections import defaultdict
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime, tzinfo
 from pathlib import Path
@@ -53,6 +54,8 @@ _LONGEST = 300  # characters of a name that a platform writes; a file system's l
 
 _AGAIN = re.compile(r"(?P<name>.+?)(?: ?\((\d{1,3})\)|[-_](\d{1,2})| ?-? ?copy ?(\d*))", re.IGNORECASE)
 _CANVAS_COUNT = re.compile(r"-\d{1,2}(?=\.[^.]+$)")
+
+_ENCODINGS = [(written, read) for written in ("utf-8", "cp850", "cp1252") for read in ("cp437", "cp1252", "latin-1")]
 
 _TIME = re.compile(
     r"(?:[a-z]+,? )?(?:(?P<day>\d{1,2}) (?P<month>[a-z]{3})[a-z]*\.?|(?P<month_first>[a-z]{3})[a-z]*\.? "
@@ -134,6 +137,14 @@ def without_canvas_counts(files: Mapping[str, Content]) -> dict[str, Content]:
 def readable(name: str) -> str:
     """Return a name in Unicode's composed form: a Mac takes an ü apart."""
     return unicodedata.normalize("NFC", name)
+
+
+def encodings(name: str) -> Iterator[str]:
+    """Yield what a name may be, itself first: programs that unpack old zips often guess the names' encoding wrongly."""
+    yield readable(name)
+    for written, read in _ENCODINGS if not name.isascii() else ():
+        with contextlib.suppress(UnicodeError):
+            yield readable(name.encode(read, "surrogateescape").decode(written))
 
 
 def letters(text: str) -> str:

@@ -304,7 +304,10 @@ def _child_of(parent: int) -> int:
         return int(Path(f"/proc/{parent}/task/{parent}/children").read_text("ascii"))
     import psutil  # type: ignore[import-untyped]
 
-    (child,) = psutil.Process(parent).children()
+    try:
+        (child,) = psutil.Process(parent).children()
+    except psutil.Error as error:
+        raise ValueError(str(error)) from None
     return int(child.pid)
 
 

@@ -66,6 +66,19 @@ def test_names_that_differ_in_accents_capitals_or_spaces_only_are_one_students(t
     assert len(submission.pieces) == 2 and submission.student.casefold() == COMPOSED
 
 
+@pytest.mark.parametrize("as_read", ["cp437", "cp1252", "latin-1"])
+@pytest.mark.parametrize("roster", [ROSTER, ()], ids=["roster", "no roster"])
+def test_a_name_in_utf_8_that_was_taken_for_something_else_is_put_right(tmp_path, as_read, roster):
+    lay(tmp_path / COMPOSED.encode().decode(as_read), work(None if roster else APART))
+    found, _ignored = found_in(tmp_path, roster)
+    assert list(found) == [COMPOSED] and found[COMPOSED].problems == ()
+
+
+def test_a_name_in_the_code_of_old_windows_is_understood_by_the_roster(tmp_path):
+    (tmp_path / "Jürgen G".encode("cp850").decode("latin-1")).mkdir()
+    assert list(found_in(tmp_path, ROSTER)[0]) == [COMPOSED]
+
+
 def test_of_two_names_that_differ_in_an_accent_each_is_its_students(tmp_path):
     names = {"ada": "José García", "bob": "Jose Garcia"}
     for name in names.values():

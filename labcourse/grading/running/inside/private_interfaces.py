@@ -6,6 +6,7 @@ run, :func:`check_versions` requires the versions with which notebooks were comp
 
 from __future__ import annotations
 
+import re
 import threading
 from collections import defaultdict
 from collections.abc import Callable, Iterator
@@ -47,7 +48,7 @@ def check_versions() -> None:
 
 
 def _minor(version: str) -> list[int]:
-    return [int(number) for number in version.split(".")[:2]]
+    return [int(number) for number in re.findall(r"\d+", version)[:2]]
 
 
 def versions() -> str:
