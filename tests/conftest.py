@@ -107,7 +107,7 @@ def sandbox() -> None:
     lacking = [layer for layer in isolation_report.examine().layers if layer.needed and not layer.good]
     if lacking:
         pytest.skip(
-            f"Students' code cannot be isolated here: {lacking[0].name}: {lacking[0].found}. {lacking[0].remedy}"
+            f"Students' code cannot be isolated here: {lacking[0].name}: {lacking[0].state}. {lacking[0].remedy}"
         )
 
 
