@@ -211,6 +211,12 @@ def test_progress_and_summary_tell_what_is_missing(capsys):
     assert "19.9" in str(lab.table("Table 2"))
 
 
+def test_a_results_table_has_what_another_notebook_recorded():
+    lab, other = quiet(), quiet()
+    other.answer("Table 2", omega_n=19.9)
+    assert "19.9" in str(lab.table("Table 2"))
+
+
 def test_answers_go_into_the_given_folder(tmp_path):
     (tmp_path / "elsewhere").mkdir()
     quiet(folder=tmp_path / "elsewhere").answer("2.12", K_s=1.3)

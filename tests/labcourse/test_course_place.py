@@ -31,6 +31,12 @@ def test_a_courses_folder_is_told_by_its_course_file_or_most_of_its_notebooks(tm
     assert course_place.is_course(tmp_path, NAMES) is is_one
 
 
+@pytest.mark.parametrize("notebooks", [NAMES[:2], []], ids=["half of two", "none"])
+def test_half_of_a_courses_notebooks_or_none_are_not_most_of_them(tmp_path, notebooks):
+    (tmp_path / NAMES[0]).write_text("")
+    assert not course_place.is_course(tmp_path, notebooks)
+
+
 def test_a_folder_that_holds_the_unpacked_course_is_not_filled_beside_it(tmp_path, monkeypatch):
     (tmp_path / "rotflex-course" / "notebooks").mkdir(parents=True)
     (tmp_path / "rotflex-course" / "notebooks" / "course.json").write_text("{}")

@@ -118,3 +118,10 @@ def test_a_row_of_a_report_rests_on_something_that_is_asked(start):
         assert bool(item.shows) == bool(whole.shows)
         assert all(number in asked.everything for number, _part in item.shows)
     assert not {question.notebook for question in asked.everything.values()} & set(start.skips)
+
+
+@pytest.mark.parametrize("start", CATALOGUE.starts, ids=lambda start: start.name)
+def test_what_can_be_predicted_is_that_of_the_notebooks_that_are_handed_out(start):
+    handed_out = [name for name in CATALOGUE.predictions if CATALOGUE.find(name).notebook not in start.skips]
+    assert len(handed_out) < len(CATALOGUE.predictions)
+    assert list(starts.narrowed(CATALOGUE, start).predictions) == handed_out

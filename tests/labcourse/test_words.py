@@ -153,6 +153,7 @@ def test_a_text_beside_an_empty_answer_cell_is_the_answer_and_one_below_goes_on_
         ([stub, beside], "It bends.", "just below"),
         ([beside, stub], "It bends.", "just above"),
         ([why("It bends."), cell("And how.")], "It bends.\n\nAnd how.", "just below"),
+        ([stub, cell("It bends.", kind="raw")], "It bends.", "just below"),
     ):
         found = words.written(MASTER, pristine(why=cells))
         assert found.words == {WHY: TextAnswer(text)}
