@@ -395,6 +395,19 @@ def test_of_several_archives_in_one_folder_the_later_counts(tmp_path):
     assert first_answer(intake.find(tmp_path, ROSTER), "ada") == "new = 1"
 
 
+def test_of_archives_of_one_time_in_one_folder_the_later_copy_counts(tmp_path):
+    copies = {"work.zip": "old = 1", "work (1).zip": "new = 1"}
+    lay(tmp_path / "ada", {name: zipped(work(answer=answer)) for name, answer in copies.items()})
+    assert first_answer(intake.find(tmp_path, ROSTER), "ada") == "new = 1"
+
+
+@pytest.mark.parametrize("name", ["Thumbs.db", "Desktop.ini", ".DS_Store", "~$notes.docx"])
+def test_what_a_system_left_beside_the_zips_is_passed_over(tmp_path, name):
+    lay(tmp_path, {"ada.zip": zipped(work("ada")), name: b"\0"})
+    found = intake.find(tmp_path)
+    assert (students(found), found.ignored) == (["ada"], [])
+
+
 def test_receipts_that_submit_left_beside_the_zips_are_passed_over(tmp_path):
     lay(tmp_path, {"ada.zip": zipped(work("ada")), "ada-receipts.txt": b"Receipt    ada"})
     found = intake.find(tmp_path)

@@ -387,6 +387,15 @@ def test_an_encrypted_zip_and_one_of_another_make_are_problems(tmp_path):
     assert "ordinary zip" in reported["bob"][0] and "ordinary zip" in reported["eve"][0]
 
 
+def test_an_own_file_that_cannot_be_read_is_named_and_the_others_are_taken(tmp_path):
+    packed = bytearray(zipped(work() | {"lost.csv": b"1,2\n", "kept.csv": b"3,4\n"}))
+    packed[packed.rindex(b"PK\1\2", 0, packed.rindex(b"lost.csv")) + 8] |= 1  # encrypted, as its table of contents says
+    lay(tmp_path, {"ada.zip": bytes(packed)})
+    result = Read(tmp_path)
+    assert result.hand_in.files == {"kept.csv": b"3,4\n"} and result.notebooks == WANTED
+    assert ["lost.csv" in note for note in result.notes] == [True]
+
+
 def test_a_file_without_a_name_in_a_zip_is_passed_over(tmp_path):
     packed = zipped({"?name?": b"", B: notebook(B)})
     lay(tmp_path, {"ada.zip": packed.replace(b"?name?", b"\0name?")})
