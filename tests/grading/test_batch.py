@@ -17,6 +17,7 @@ from labcourse.grading import batch
 from labcourse.grading import course as courses
 from labcourse.grading.batch import Batch, Settings, _marked_again, regrade
 from labcourse.grading.gradebook import GIVEN_BY_A_PERSON
+from labcourse.grading.intake import TIME
 from labcourse.grading.reports.grades import GRADES_FILE, Reports
 from labcourse.grading.running import runner
 from labcourse.grading.running.bundle import Bundles
@@ -99,6 +100,16 @@ def test_settings_of_what_marks_come_to_neither_run_nor_mark_anything_again(fake
         same_bench = replace(course, settings=replace(decided, bench=BenchPolicy("same", seed=7)))
         (step, _other) = Batch(fake_class.folder / "in", same_bench, book, Settings()).grade()
         assert step.new  # the digest does look at the settings
+
+
+@pytest.mark.parametrize(("has_deadline", "per_day", "asked"), [(True, 10, 1), (True, 0, 0), (False, 10, 0)])
+def test_a_time_of_receipt_is_in_doubt_where_lateness_costs_something(fake_class, has_deadline, per_day, asked):
+    fake_class.hand_in("ada")
+    deadlines = (Deadline(datetime(2026, 11, 21, tzinfo=UTC)),) * has_deadline
+    settings = replace(fake_class.course.settings, deadlines=deadlines, late=LateSettings(per_day))
+    with fake_class.book() as book:
+        made = Batch(fake_class.folder / "in", replace(fake_class.course, settings=settings), book, Settings())
+    assert [doubt.about for doubt in made.doubts] == [TIME] * asked
 
 
 def test_what_students_work_with_is_the_same_whatever_marks_come_to(tmp_path):

@@ -246,6 +246,12 @@ def test_names_that_it_has_are_taken(tmp_path):
     assert settings.read(tmp_path, catalogue=OURS.catalogue).marks.drop == tuple(names)
 
 
+def test_an_extension_may_end_before_the_deadline_of_others(tmp_path):
+    later = "[[deadline]]\ndue = 2026-12-05\nsection = 'B'\n"
+    found = read(tmp_path, f"{DUE}{later}[[extension]]\nuntil = 2026-11-28\nstudents = ['ada']\n")
+    assert found.deadlines[0].due < found.extensions[0].until < found.deadlines[1].due
+
+
 def test_the_examples_in_our_file_are_understood(tmp_path):
     """All of those after the settings of a term, with their comment signs taken away."""
     text = (ROOT / "solutions" / "course.toml").read_text(encoding="utf-8")
