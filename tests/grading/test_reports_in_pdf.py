@@ -7,13 +7,14 @@ from dataclasses import replace
 from urllib.parse import urlencode
 
 import pytest
-from fake_class import FakeClass
+from fake_class import FakeClass, InlineMarker
 from made_courses import loaded
 from pdfs import blank, composed, typeset
 from scoring_class import LEVELS, clients
 
 from labcourse.answers import report_files
 from labcourse.grading import intake
+from labcourse.grading.batch import _marked_again
 from labcourse.grading.gradebook import Gradebook
 from labcourse.grading.graded_run import facts_of
 from labcourse.grading.reports.feedback import page
@@ -135,8 +136,13 @@ def counted(data, isolated=True):
 @pytest.mark.isolation
 @pytest.mark.parametrize(
     ("data", "pages", "why"),
-    [(blank(3), 3, ""), (blank(password="x"), None, "password"), (b"%PDF-1.4 and no more", None, "damaged")],
-    ids=["sound", "locked", "damaged"],
+    [
+        (blank(3), 3, ""),
+        (blank(2, owner="x"), 2, ""),
+        (blank(password="x"), None, "password"),
+        (b"%PDF-1.4 and no more", None, "damaged"),
+    ],
+    ids=["sound", "not to be changed", "locked", "damaged"],
 )
 def test_pages_are_counted_in_a_sandbox_and_what_goes_wrong_is_told(data, pages, why):
     found = counted(data)
@@ -212,13 +218,16 @@ def test_a_persons_mark_lapses_with_the_document_and_the_notebooks_are_not_run_a
     assert made.runs == ["ada"]
 
 
-def test_a_document_alone_can_be_scored_too(made):
+def test_a_document_alone_can_be_scored_too_and_is_marked_again(made):
     made.hand_in("ada")
     (made.folder / "in" / "ada" / "a.ipynb").unlink()
     (made.folder / "in" / "ada" / NAME).write_bytes(typeset())
     assert made.marks("ada")[WHOLE, PART].status == "for a person"
     with made.book() as book:
-        assert "There is no notebook" in book.current("ada").run.problems[0]
+        graded = book.current("ada")
+    assert "There is no notebook" in graded.run.problems[0]
+    again = _marked_again(replace(graded, marks=()), InlineMarker(made.course, 1), (), "another").after
+    assert again.marks == graded.marks
 
 
 def test_the_feedback_names_it(made):

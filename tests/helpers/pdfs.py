@@ -42,13 +42,13 @@ def composed(words: str = "A report.") -> bytes:
 
 
 @functools.cache
-def blank(pages: int = 1, password: str = "") -> bytes:
-    """A document without text, as a scanner makes it; perhaps locked."""
+def blank(pages: int = 1, password: str = "", owner: str = "") -> bytes:
+    """A document without text, as a scanner makes it; perhaps locked, or open to all but not to be changed."""
     writer = pypdf.PdfWriter()
     for _page in range(pages):
         writer.add_blank_page(595, 842)
-    if password:
-        writer.encrypt(password, algorithm="RC4-128")
+    if password or owner:
+        writer.encrypt(password, owner or None, algorithm="RC4-128")
     made = io.BytesIO()
     writer.write(made)
     return made.getvalue()
