@@ -399,6 +399,14 @@ def test_what_would_show_too_much_is_refused(path):
     assert caught.value.layer == "files"
 
 
+@pytest.mark.parametrize("target", ["~", "/etc", "/var"])
+def test_a_link_to_what_would_show_too_much_is_refused(tmp_path, target):
+    (tmp_path / "link").symlink_to(Path(target).expanduser())
+    with pytest.raises(IsolationError) as caught:
+        shell("true", visible=[tmp_path / "link"])
+    assert caught.value.layer == "files"
+
+
 def test_an_environment_that_is_all_of_the_home_folder_is_refused(monkeypatch):
     monkeypatch.setattr(sys, "prefix", str(Path.home()))
     with pytest.raises(IsolationError, match="separate folder"):
