@@ -1,5 +1,7 @@
 """Figures of a recording and of its spectrum, plotted in the ways that students plot, rightly and wrongly."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
@@ -137,6 +139,14 @@ def test_the_own_recording_plotted_rightly_has_full_marks_too(how):
     assert verdict.status is Status.FOLLOW_THROUGH, verdict.reason
 
 
+@pytest.mark.parametrize(("room", "status"), [(1.01, Status.FOLLOW_THROUGH), (0.99, Status.WRONG)])
+def test_an_own_recording_of_what_no_bench_reaches_is_not_followed(room, status):
+    own = forms.decode(SWEEP_PART, forms.encode(SWEEP_PART, SWEEP, 1).content)
+    largest = room * np.abs(own["channels"]["alpha"]["values"]).max()
+    check = replace(KEY["2.9"]["figure"], largest=largest)
+    assert judged(check, PLOT, plotted(T, DEGREES), own, OTHER).status is status
+
+
 SWEEP_PART = CATALOGUE.find("2.9").part("sweep")
 OTHER = another()
 OTHERS_DEGREES = OTHER.sweep().degrees("alpha")
@@ -201,6 +211,7 @@ SPECTRUM_RIGHTLY = {
 
 SPECTRUM_WRONGLY = {
     "no unit": (lambda: shown(xlabel="frequency"), HALF, "horizontal axis lacks its unit: write a symbol"),
+    "kHz that are not named": (lambda: shown(lambda f: f / 1e3, xlabel="frequency"), HALF, "lacks its unit"),
     "an unknown unit": (lambda: shown(xlabel="f (bins)"), HALF, "names no unit that is known"),
     "no vertical label": (lambda: shown(ylabel=""), HALF, "the vertical axis has no label"),
     "dB that are not named": (lambda: shown(to_y=lambda a: 20 * np.log10(a)), HALF, "write dB"),
