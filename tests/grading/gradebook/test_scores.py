@@ -218,6 +218,8 @@ def test_a_claim_runs_out(class_of_three, monkeypatch):
     monkeypatch.setattr(store, "now", lambda: later)
     assert class_of_three.scores.claimed(WORDS) == {}
     assert class_of_three.scores.claim(["ada"], WORDS, "lee", 60) == "ada"
+    assert class_of_three.scores.claimed(WORDS) == {"ada": ("lee", later + timedelta(seconds=60))}
+    assert class_of_three.scores.hold("ada", WORDS, "kim", 60) == "lee"
 
 
 def test_a_decided_answer_is_not_claimed(class_of_three):
