@@ -64,6 +64,16 @@ def test_a_question_that_was_only_put_into_the_catalogue_is_missed_in_key_and_ce
     assert "question 2.19" in {finding.where for finding in elsewhere}
 
 
+def test_an_outcome_that_the_catalogue_does_not_have_is_missed_in_questions_and_in_parts():
+    of_question, of_part, known = (
+        Question(place, "2.3.1", "02_finding_stiffness", "Period", outcomes, (number("T", "s", None, outcome, ""),))
+        for place, outcomes, outcome in (("2.19", ("x",), ""), ("2.20", (), "x"), ("2.21", ("a",), "a"))
+    )
+    catalogue = Catalogue([of_question, of_part, known], outcomes={"a": "to analyse"})
+    found = [finding.where for finding in static.check_files(replace(OURS, catalogue=catalogue))]
+    assert [where for where in found if where.startswith("question")] == ["question 2.19", "question 2.20"]
+
+
 def test_what_catalogue_key_and_numbers_forget_is_reported_with_its_place():
     without = {one: checks for one, checks in OURS.key.items() if one != "Modeling report, as a whole"}
     key = {number: OURS.key[number] for number in without}
@@ -255,11 +265,15 @@ def omega_n(expected, **others):
         (omega_n(lambda bench: 2 * bench.omega_n), "the solution gets 0 of 2 points"),
         (omega_n(lambda bench: bench.omega), "it fails: AttributeError: 'TrueBench' object has no attribute 'omega'"),
         (omega_n(lambda bench: bench.omega_n, rtol=0.9), "a wrong answer ("),
+        (
+            omega_n(lambda bench: bench.omega_n, follow=lambda own: own("2.11", "omega_n"), follow_rtol=0.9),
+            "a wrong answer (",
+        ),
         (omega_n(lambda bench: bench.omega_n, slips=lambda bench: {"x": bench.nothing}), "on a wrong answer, it fails"),
         (omega_n(lambda bench: bench.omega_n, follow=lambda own: nobody), "on a wrong answer, it fails: NameError"),  # noqa: F821
         (omega_n(lambda bench: bench.omega_n, follow=lambda own: own("2.91", "x")), "it uses an answer that"),
     ],
-    ids=["expected", "lambda", "too wide", "slip", "follow-through", "no such question"],
+    ids=["expected", "lambda", "too wide", "follows too widely", "slip", "follow-through", "no such question"],
 )
 def test_a_slip_in_the_key_is_reported_with_its_question(claims, course, said):
     (found,) = [line for line in judged(course, claims) if "2.11 omega_n" in line]

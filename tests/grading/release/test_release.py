@@ -359,6 +359,7 @@ def test_the_wheels_say_what_they_need_and_bring_the_course(released, installed)
     assert set(ours.requires) == {*original["dependencies"], f"labcourse=={labcourse.__version__}"}
     (engine,) = metadata.distributions(name="labcourse", path=[str(installed)])
     assert not [one for one in engine.requires if "jupytext" in one]
+    assert engine.metadata.get_all("Provides-Extra") == ["report"]
     assert [one.value for one in ours.entry_points if one.group == "labcourse.courses"] == ["rotflex.course"]
     assert {path.name for path in (installed / "rotflex" / "course" / "notebooks").glob("*.ipynb")} == set(
         released.notebooks
