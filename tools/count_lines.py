@@ -51,7 +51,7 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
         ),
     ),
     "answers, session, files of a course": (
-        3568,
+        3577,
         (
             "labcourse/*.py",
             "labcourse/answers/**/*.py",
@@ -77,7 +77,7 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
         ),
     ),
     "settings, release, commands, rest": (
-        3776,
+        3778,
         (
             "rotflex/cli.py",
             "labcourse/command_line.py",

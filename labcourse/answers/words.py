@@ -113,11 +113,9 @@ def written(
         label = f"{where[0]}, {where[1]}"
         cells, notes = places.cells_for(master)
         result.notes += [f"{label}: {note}" for note in notes]
-        pieces = dict.fromkeys(piece for cell in cells if (piece := without_stub(cell.source, master)))
-        text = clean("\n\n".join(pieces)).strip()
+        text, attachments = _joined(cells, master)
         if not text:
             continue
-        attachments = {name: content for cell in reversed(cells) for name, content in cell.attachments.items()}
         if with_pictures:
             shown = attached_pictures.pictures_of(text, attachments, files or {}, budget)
         else:
@@ -132,6 +130,23 @@ def written(
             result.asked.append(f"{label}: {question}.")
         result.words[where] = TextAnswer(shown.text[: bounds.LONGEST_PROSE], shown.saved)
     return result
+
+
+def _joined(cells: Sequence[Cell], master: Mapping[str, Any]) -> tuple[str, dict[str, Mapping[str, str]]]:
+    """Join the texts and the attachments of an answer's cells.
+
+    Some editors name each pasted picture ``image.png``: of two pictures of one name, the second is renamed.
+    """
+    pieces: dict[str, None] = {}
+    attachments: dict[str, Mapping[str, str]] = {}
+    for number, cell in enumerate(cells, start=1):
+        piece = without_stub(cell.source, master)
+        for name, content in cell.attachments.items():
+            if attachments.setdefault(name, content) != content:
+                attachments[f"{number}-{name}"] = content
+                piece = piece.replace(f"(attachment:{name})", f"(attachment:{number}-{name})")
+        pieces[piece] = None
+    return clean("\n\n".join(filter(None, pieces))).strip(), attachments
 
 
 def without_stub(source: str, master: Mapping[str, Any]) -> str:

@@ -87,13 +87,14 @@ def test_a_table_is_one_answer_whatever_it_carries_over():
     assert reading_time.reading_time(new_notebook(), "02_table", catalogue).minutes == 3
 
 
-def test_a_report_is_apart_with_what_leads_to_it():
+@pytest.mark.parametrize("section", ["## 2 The report\n\n", ""])
+def test_a_report_is_apart_with_the_section_that_leads_to_it(section):
     item = ReportItem("Report", "I", "Aim", "What for?", ("a",), part="aim")
     answer = {"labcourse": {"question": "Report", "part": "aim"}, "nbgrader": {"solution": True, "grade_id": "aim"}}
     solution = "<!-- BEGIN SOLUTION -->\nit\n<!-- END SOLUTION -->"
     found = time_of(
         text(TEN),
-        text(f"## 2 The report\n\n{TEN}"),
+        *([text(f"{section}{TEN}")] if section else []),
         text(solution, **answer),
         report_items=[item],
         reports={"Report": ("1", "01_made", "Report")},

@@ -2,6 +2,7 @@
 
 import base64
 import io
+import re
 import subprocess
 import sys
 import zlib
@@ -71,6 +72,16 @@ def with_pictures(source, attachments):
 
 def attached(data, name="image.png", media="image/png"):
     return {name: {media: base64.b64encode(data).decode()}}
+
+
+def test_pictures_of_one_name_in_two_cells_of_an_answer_are_two():
+    red, blue = png(), png(colour="blue")
+    split = [
+        why(f"{name}: ![x](attachment:image.png)", attachments=attached(data))
+        for name, data in (("a", red), ("b", blue))
+    ]
+    found = words.written(MASTER, pristine(why=split)).words[WHY]
+    assert [found.pictures[target] for target in re.findall(r"\((.+?)\)", found.text)] == [red, blue]
 
 
 @pytest.mark.parametrize("source", ["", " \n ", "...", HEADING, STUB, f"{HEADING}\n\n{STUB}", f"{HEADING}\n\n{STUB}\n"])

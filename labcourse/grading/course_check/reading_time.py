@@ -138,7 +138,8 @@ def _cells_before_report(notebook: NotebookNode, catalogue: Catalogue) -> Iterat
     cells = notebook.cells
     texts = [i for i, cell in enumerate(cells) if cell.metadata.get(words.KEY, {}).get("question") in catalogue.reports]
     if texts:
-        cells = cells[: max(i for i, cell in enumerate(cells[: texts[0]]) if cell.source.startswith("## "))]
+        sections = [i for i, cell in enumerate(cells[: texts[0]]) if cell.source.startswith("## ")]
+        cells = cells[: max(sections, default=texts[0])]
     folded_level = 7  # level of the collapsed heading above; 7 for none, as headings have six levels
     for cell in cells:
         heading = _HEADING.match(cell.source) if cell.cell_type == "markdown" else None

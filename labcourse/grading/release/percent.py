@@ -17,6 +17,7 @@ before it.
 
 from __future__ import annotations
 
+import json
 import re
 from collections import Counter
 from collections.abc import Iterator
@@ -187,7 +188,7 @@ class _CellMaker:
         if not self._course.imports:
             raise GradingError("course.py should name the module that notebooks begin with, as imports=(...).")
         parameters = {"student": "", **self._course.parameters}
-        source = "\n".join(f"{name} = {value!r}".replace("'", '"') for name, value in parameters.items())
+        source = "\n".join(f"{name} = {json.dumps(value, ensure_ascii=False)}" for name, value in parameters.items())
         yield new_code_cell(source, id="parameters", metadata={"tags": [PARAMETERS_TAG]})
         yield _locked_cell("setup", _SETUP.format(module=self._course.imports[0]))
 

@@ -180,8 +180,8 @@ def release(course: Course, out: Path, with_data: bool = False, replace: bool = 
         If a part of the course is missing or cannot be derived, or if there is a release in ``out`` already.
     """
     folder, archive = out / course.name, out / f"{course.name}.zip"
-    if folder.exists() and not replace:
-        raise GradingError(f"There is {folder} already: remove it, choose another place, or say --replace.")
+    if not replace and (earlier := [path for path in (folder, archive) if path.exists()]):
+        raise GradingError(f"There is {earlier[0]} already: remove it, choose another place, or say --replace.")
     out.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(prefix=".labcourse-release-", dir=out) as scratch:
         built = Path(scratch) / course.name

@@ -1,5 +1,6 @@
 """A notebook that is written as text: its cells, names, metadata and points."""
 
+from ast import literal_eval
 from dataclasses import replace
 
 import nbformat
@@ -19,7 +20,9 @@ CATALOGUE = Catalogue(
     ],
     tables=[Question("Table 1", "1", "01_tank", "All", (), (number("q_max", "m³/s", None, "", ""),))],
 )
-COURSE = replace(OURS, catalogue=CATALOGUE, imports=("tanklab.lab",), parameters={"bench": "virtual"})
+COURSE = replace(
+    OURS, catalogue=CATALOGUE, imports=("tanklab.lab",), parameters={"bench": "virtual", "room": 'Mach\'s "lab"'}
+)
 TEXT = """\
 # %% [markdown]
 # # A tank
@@ -92,7 +95,8 @@ def test_the_student_gets_what_is_not_solved(made):
     assert students["q1-1"].source.splitlines()[1:] == ["q = None  # m³/s", "# Your code here."]
     assert students["q1-10-a"].source.splitlines()[1:] == ["def twice(x):", "    # Your code here.", "a = twice(2)"]
     assert words.where_of(students["q1-1-why"]) == ("1.1", "why") and "falls" not in students["q1-1-why"].source
-    assert students["parameters"].source == 'student = ""\nbench = "virtual"'
+    assert students["parameters"].source.startswith('student = ""\nbench = "virtual"\n')
+    assert literal_eval(students["parameters"].source.rpartition("= ")[2]) == COURSE.parameters["room"]
     assert students["setup"].source.endswith("lab = tanklab.lab.start(student)")
     code = students["q1-1-why-code"]
     assert code.source.startswith("%matplotlib inline") and code.metadata.tags == ["illustration"]

@@ -392,6 +392,10 @@ def test_an_earlier_release_is_only_replaced_when_asked_and_if_there_is_room(tmp
     (first.folder / "notebooks" / "answers.json").write_text("{}")
     with pytest.raises(GradingError, match="--replace"):
         student_course.release(OURS, tmp_path)
+    aside = first.folder.rename(tmp_path / "aside")
+    with pytest.raises(GradingError, match="--replace"):  # the zip alone is one, too
+        student_course.release(OURS, tmp_path)
+    aside.rename(first.folder)
     with monkeypatch.context() as patch, pytest.raises(OSError, match="No space"):
         patch.setattr(student_course.files, "write", full)
         student_course.release(OURS, tmp_path, replace=True)
