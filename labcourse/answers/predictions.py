@@ -116,7 +116,7 @@ def _reply(book: AnswerBook, question: str, item: Predictable, value: Any) -> st
     earlier = next((text for _item, _value, text in read([item], stored)), None)
     if earlier is None and part.name in stored.get("said", {}):
         return f"{part.name}  predicted before, in a form that this release cannot read; it stands."
-    asked = f"{part.name} ({', '.join(map(repr, part.choices)) or part.unit}): {part.prompt}"
+    asked = f"{part.name}  not predicted yet ({', '.join(map(repr, part.choices)) or part.unit}): {part.prompt}"
     try:
         content = forms.encode(part, value, 0).content
     except NotAnswered:
