@@ -78,18 +78,7 @@ except OSError: pass
 FORGED = {
     "nan": raw("open('answers.json','rb').read().replace(b'\"2.1\"', b'\"2.9\": NaN, \"2.1\"')"),
     "infinity": raw("b'{\"answers\": -Infinity}'"),
-    "beyond-floats": Attack(
-        {
-            "q2-12": """
-beyond = '"2.12": {"J_l": {"kind": "number", "value": 1e999}, "K_s": {"kind": "number", "value": -1e999}}, "2.11": {'
-forged = open('answers.json').read().replace('"2.11": {', beyond, 1)
-open('answers.json', 'w').write(forged)
-"""
-            + _LEAVE
-        },
-        trouble=("Malformed: J_l:", "finite"),
-    ),
-    "twice": raw("open('answers.json','rb').read().replace(b'{\"', b'{\"answers\": {}, \"', 1)", "twice"),
+    "beyond-floats": raw("open('answers.json','rb').read().replace(b'\"2.1\"', b'\"2.9\": 1e999, \"2.1\"')"),
     "nested": raw("b'{\"answers\":' + b'[' * 100_000 + b']' * 100_000 + b'}'", "lists or objects"),
     "huge-integer": raw("b'{\"format\": 1, \"answers\": ' + b'9' * 900_000 + b'}'", "integer"),
     "not-utf8": raw("b'\\xff\\xfe\\x00\\xd8' + b'{' * 50"),
