@@ -89,6 +89,6 @@ def policy_of(course: Mapping[str, Any]) -> BenchPolicy:
         If it is not valid.
     """
     bench = course.get("bench", {})
-    entries = bench if isinstance(bench, Mapping) else {"which": [bench]}  # which is none
+    entries = bench if isinstance(bench, Mapping) else {"which": [bench]}  # refused as no policy
     known: dict[str, Any] = {name: entries[name] for name in _ENTRIES if name in entries}  # there may be later ones
     return BenchPolicy(**known, draw=course.get("draw", FIRST_DRAW))

@@ -246,7 +246,7 @@ class Session:
 
         Parameters
         ----------
-        notebook : its name, or the beginning of it, as "02"; all unless given
+        notebook : its name, or how the name starts, as "02"; "" for all notebooks
 
         Raises
         ------

@@ -112,12 +112,12 @@ class Catalogue:
         return self.everything[number]
 
     def find_notebooks(self, *beginnings: str) -> tuple[str, ...]:
-        """Return the notebooks with questions whose names begin so, as "02"; all unless given.
+        """Return the notebooks with questions; if beginnings are given, as "02", those whose names start with one.
 
         Raises
         ------
         AnswerError
-            If none begins with one of them.
+            If no notebook's name starts with one of the beginnings.
         """
         for beginning in beginnings:
             if not (beginning and any(name.startswith(beginning) for name in self.notebooks)):

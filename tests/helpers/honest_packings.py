@@ -26,7 +26,7 @@ SECOND_HALF = ("05", "06", "07", "08", "09", "10")
 
 
 def only(work: Work, *numbers: str) -> Files:
-    """The files of a hand-in, of notebooks only those whose names begin so."""
+    """The files of a hand-in, without the notebooks whose names start with none of these numbers."""
     return {n: content for n, content in work.contents().items() if n.startswith(numbers) or not n.endswith(".ipynb")}
 
 

@@ -81,7 +81,7 @@ def publish(
 
     folder = results_in(marks, out)
     found = courses.find(course)
-    begun = datetime.now(UTC)  # what is changed while pages are written may be in none, and is reported the next time
+    begun = datetime.now(UTC)  # a change while pages are written may be on none of them; it is reported the next time
     with open_existing(marks) as book:
         before = book.requests.publications()
         changed = published.changed_since(book.audit(), before[-1].when) if before else []

@@ -105,7 +105,7 @@ def add_student(session: Session, student: StudentRecord) -> StudentRecord:
 
 
 def put(session: Session, student_id: int, record: _Stored, **own: Any) -> _Stored:
-    """Store a record of a student, with values for columns that are no fields of it.
+    """Store a record of a student, with values for columns that are not fields of the record.
 
     Returns
     -------
@@ -241,7 +241,7 @@ class Persons:
         return done
 
     def erased(self, students: Sequence[str]) -> dict[str, datetime]:
-        """Return when each of these students was erased; without those who were not, or were added again."""
+        """Return student → when they were erased, for those who were erased and have not been added again."""
         with self._database.reading() as session:
             return erased_students(session, students)
 
@@ -261,7 +261,7 @@ class Persons:
 
 
 def erased_students(session: Session, students: Iterable[str]) -> dict[str, datetime]:
-    """Return when each of these students was erased; without those who were not, or were added again."""
+    """Return student → when they were erased, for those who were erased and have not been added again."""
     secret = session.scalars(select(About.secret)).one()
     erasures = session.scalars(select(Erasure).order_by(Erasure.number))
     when = {erasure.fingerprint: erasure.erased for erasure in erasures}

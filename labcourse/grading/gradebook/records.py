@@ -1,6 +1,6 @@
 """What a gradebook holds: each table is a dataclass, and its rows are the records that methods take and return.
 
-Attributes with an annotation are the fields of a record. Columns without one are of no use outside the database, as the
+Attributes with an annotation are the fields of a record. Only the database uses columns without one, such as the
 number of a row. Records can be used after the transaction that read them. Dataclasses that are no tables are frozen.
 
 When a student's row is deleted, the database deletes all their other rows (``ON DELETE CASCADE``). What it refuses to

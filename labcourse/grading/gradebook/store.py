@@ -164,7 +164,7 @@ class Gradebook(AbstractContextManager["Gradebook"]):
         return RosterReport(added, changed, len(entries) - added - changed, tuple(problems), tuple(notes))
 
     def remove(self, student: str) -> StudentRecord:
-        """Remove a student of whom only a line of the roster is stored, for example one with a mistyped ID.
+        """Remove a student who was only enrolled from a roster, for example with a mistyped ID.
 
         Returns
         -------
@@ -212,7 +212,7 @@ class Gradebook(AbstractContextManager["Gradebook"]):
             return _put_deliveries(session, about.id, [storable.cleaned(file, file.name) for file in files])
 
     def delete_of_others(self, source: str, received: datetime, student: str) -> list[str]:
-        """Delete the files of a submission of all students but its owner; return the IDs of those who had any."""
+        """Delete a submission's files from all students but its owner; return the IDs of students who had some."""
         same = (Delivery.source == source) & (Delivery.received == received)  # the next week's may have this name, too
         with self._database.writing() as session:
             others = same & (Delivery.student_id != student_for(session, student).id)
@@ -696,15 +696,15 @@ class Scores:
     # --- who reads what -----------------------------------------------------------------------------------------------
 
     def claim(self, order: Sequence[str], where: Where, actor: str, seconds: float) -> str | None:
-        """Claim the next answer for a scorer: that of the first student in an order whose answer nobody reads yet.
+        """Claim for a scorer the first answer, in an order of students, that waits for a mark and that nobody reads.
 
         Nobody else is given it until the claim runs out. What the scorer had claimed before is released.
 
         Parameters
         ----------
-        order : students
-        where : which part
-        actor, seconds : for whom, and for how long
+        order : IDs of students
+        where : the question and the part
+        actor, seconds : the scorer, and how long the claim lasts
 
         Returns
         -------

@@ -1,4 +1,4 @@
-"""A student of whom only a line of the roster is stored can be removed, and nobody else."""
+"""Only a student who was enrolled from a roster, and has nothing else in the gradebook, can be removed."""
 
 from datetime import UTC, datetime, timedelta
 
