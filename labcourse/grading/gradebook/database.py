@@ -95,12 +95,12 @@ class Database:
 
     def _is_ready(self, session: Session) -> bool:
         """Return True for a gradebook of this version, and False for an empty database. Refuse anything else."""
-        tables = set(inspect(session.connection()).get_table_names())
-        if not tables:
+        if not (tables := set(inspect(session.connection()).get_table_names())):
             return False
-        if not {About.__tablename__, "students", "audit"} <= tables:
+        is_former = "gradebook_version" in tables  # before version 6
+        if not is_former and not {About.__tablename__, "students", "audit"} <= tables:
             raise GradebookError(f"{self.where} is not a gradebook. It is not changed; choose another.")
-        version = session.scalar(select(About.version)) or 0
+        version = 0 if is_former else session.scalar(select(About.version)) or 0
         name = program.name()
         if version < VERSION:
             raise GradebookError(

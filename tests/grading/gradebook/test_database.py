@@ -137,21 +137,19 @@ def test_a_writer_does_not_wait_for_ever(book, url, monkeypatch):
     assert record(book, graded()) == 2
 
 
-def test_a_database_with_other_tables_is_refused_and_not_changed(url):
+EARLIER = r"earlier labcourse.* Grade the submissions again.* score --write .* score --read"
+
+
+@pytest.mark.parametrize(("table", "why"), [("students", "is not a gradebook"), ("gradebook_version", EARLIER)])
+def test_a_database_with_other_tables_is_refused_and_not_changed(url, table, why):
     with closing(Database(url)) as database, database.writing() as session:
-        session.execute(text("CREATE TABLE students (shoe INTEGER)"))
-    with pytest.raises(GradebookError, match="is not a gradebook"):
+        session.execute(text(f"CREATE TABLE {table} (shoe INTEGER)"))
+    with pytest.raises(GradebookError, match=why):
         Gradebook(url)
-    assert tables(url) == ["students"]
+    assert tables(url) == [table]
 
 
-@pytest.mark.parametrize(
-    ("difference", "why"),
-    [
-        (-1, r"earlier labcourse.* Grade the submissions again.* score --write .* score --read"),
-        (1, "newer labcourse.* upgrade"),
-    ],
-)
+@pytest.mark.parametrize(("difference", "why"), [(-1, EARLIER), (1, "newer labcourse.* upgrade")])
 def test_a_gradebook_of_another_version_is_refused_and_not_changed(url, undisturbed, difference, why):
     def set_version(version):
         with closing(Database(url)) as database, database.writing() as session:
