@@ -51,7 +51,7 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
         ),
     ),
     "answers, session, files of a course": (
-        3577,
+        3584,
         (
             "labcourse/*.py",
             "labcourse/answers/**/*.py",

@@ -138,19 +138,18 @@ class AnswerBook:
         Raises
         ------
         AnswerError
-            If the question has no such part, or if the file cannot be written, or would be too large. Nothing is
-            recorded then.
+            If the question has no such part (nothing is recorded then), or if the file cannot be written.
         """
         parts = [question.part(name) for name in values]
         if not parts:
             raise AnswerError(f"Question {question.number} takes {', '.join(question.names)}; nothing was given.")
         self.refresh()
         replies: list[Reply] = []
-        recorded: dict[str, Any] = {}
         for part in parts:
             earlier = " (the earlier answer stays)" if self.get(question.number, part.name) else ""
             try:
                 encoded = forms.encode(part, values[part.name], self.probe_seed)
+                self._add(question.number, part.name, encoded.content, cell)
             except NotAnswered:
                 text = f"{part.name}  not answered yet{earlier}"
                 replies.append(Reply(question.number, part.name, False, text))
@@ -158,17 +157,24 @@ class AnswerBook:
                 text = f"{part.name}  not recorded: {error}{earlier}"
                 replies.append(Reply(question.number, part.name, False, text, refused=str(error)))
             else:
-                recorded[part.name] = encoded.content
                 text = f"{forms.show(part, encoded.content)}  recorded"
                 replies.append(Reply(question.number, part.name, True, text, encoded.hints))
-        if recorded:
-            entries: dict[str, dict[str, Any]] = {"answers": recorded, "cells": dict.fromkeys(recorded, cell)}
-            if self._clock is not None:
-                entries["when"] = dict.fromkeys(recorded, int(self._clock()))
-            for section, entry in entries.items():
-                self._sections.setdefault(section, {}).setdefault(question.number, {}).update(entry)
+        if any(reply.recorded for reply in replies):
             self._save()
         return replies
+
+    def _add(self, question: str, part: str, content: dict[str, Any], cell: str) -> None:
+        """Add an answer to what is to be written; raise FormError if the file would grow too large with it."""
+        entries: dict[str, Any] = {"answers": content, "cells": cell}
+        if self._clock is not None:
+            entries["when"] = int(self._clock())
+        sections = dict(self._sections)
+        for section, entry in entries.items():
+            earlier = sections.get(section, {})
+            sections[section] = {**earlier, question: {**earlier.get(question, {}), part: entry}}
+        if len(self._as_json(sections)) > MAX_BYTES:
+            raise FormError(f"with it, {self.path.name} would be larger than {MAX_BYTES} bytes: give smaller figures")
+        self._sections = sections
 
     def predicted(self, question: str) -> dict[str, Any]:
         """Return what was predicted of a question's experiment: see :mod:`labcourse.answers.predictions`."""
@@ -196,17 +202,21 @@ class AnswerBook:
 
     # --- the file ------------------------------------------------------------------------------------------------
 
-    def _save(self) -> None:
-        """Write the file. If this fails, the answers are again those of the old file."""
+    def _as_json(self, sections: _Sections) -> bytes:
+        """Return the content of the file."""
         content = {
             "format": bounds.FORMAT,
             "student": self.student,
             "bench": self.bench,
             "software": f"labcourse {labcourse.__version__}",
             "probe_seed": self.probe_seed,
-            **self._sections,
+            **sections,
         }
-        text = (json.dumps(content, allow_nan=False, sort_keys=True) + "\n").encode()
+        return (json.dumps(content, allow_nan=False, sort_keys=True) + "\n").encode()
+
+    def _save(self) -> None:
+        """Write the file. If this fails, the answers are again those of the old file."""
+        text = self._as_json(self._sections)
         try:
             if len(text) > MAX_BYTES:  # it could not be read again
                 raise OSError(errno.EFBIG, f"it would be larger than {MAX_BYTES} bytes; give smaller figures")

@@ -152,7 +152,7 @@ def observed(
     sentence = clean(why or "").strip()
     if len(sentence) > bounds.LONGEST_SENTENCE:
         raise AnswerError(f"One sentence is asked for: at most {bounds.LONGEST_SENTENCE} characters.")
-    if sentence:
+    if sentence and sentence != book.predicted(question).get("why"):
         book.predict(question, {}, sentence)
     stored = book.predicted(question)
     predicted = {item.part.name: text for item, _value, text in read(items.values(), stored)}
