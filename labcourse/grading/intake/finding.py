@@ -9,8 +9,8 @@ from datetime import UTC, datetime, tzinfo
 from pathlib import Path
 from typing import Any
 
-from labcourse import course_file, messages, program
-from labcourse.errors import ConfigurationError, GradingError
+from labcourse import messages, program
+from labcourse.errors import GradingError
 from labcourse.files import COURSE_FILE
 from labcourse.grading.gradebook.records import DECIDED, StudentRecord
 from labcourse.grading.intake import archives, owners, platforms
@@ -105,7 +105,7 @@ class Submission:
     pieces : all that the student handed in, in order of time
     bench_of : ID of the student with the bench for the run: a partner's, if several handed in together
     partners : IDs of the students with whom it was handed in
-    claimed_by : ID of the partner whose course.json alone names this student; "" for a submission of the student
+    claimed_by : ID of the partner who handed in, if nothing but their course.json names this student; "" otherwise
     problems : contradictions about its owner
     notes : other messages about its owner
     """
@@ -463,8 +463,8 @@ class _Finder:
         paths = [path for path in files if path.rpartition("/")[2] == COURSE_FILE]
         try:
             path = min(paths, key=lambda path: (path.count("/"), path))
-            return course_file.parse(self._shelf.read(files[path], MAX_COURSE_FILE))
-        except (ValueError, Unreadable, ConfigurationError):  # there is none, or it cannot be read
+            return owners.course_data(self._shelf.read(files[path], MAX_COURSE_FILE))
+        except (ValueError, Unreadable):  # there is none, or it cannot be read
             return {}
 
     # --- their owners and times ---------------------------------------------------------------------------------------
