@@ -61,9 +61,9 @@ class Prepared:
     python: Version | None = None
 
     def run_content(self) -> list[Any]:
-        """Return all that a run depends on as plain data, to find a stored run: whose bench, bundle, cells and files.
+        """Return what a run depends on, as plain data: the owner of the bench, the bundle, the cells and the files.
 
-        Answers in words are left out, as a run does not depend on them.
+        A stored run with the same content need not be repeated. Answers in words do not count.
         """
         cells = {
             name: [[cell["id"], cell["source"]] for cell in notebook["cells"]]
