@@ -45,7 +45,7 @@ _ALWAYS_IMPORTED = (
     "numpy",
 )
 #: Imported by some library where it is installed, and not needed by a notebook: a debugger, which starts threads; a
-#: grammar of web addresses for jsonschema, which takes seconds.
+#: grammar of web addresses, which takes seconds (``labcourse.grading``, which is not here, keeps it out as well).
 _NOT_IMPORTED = ("debugpy", "rfc3987_syntax")
 
 
@@ -138,7 +138,7 @@ def run(specification: dict[str, Any]) -> int:
     except private_interfaces.UntestedVersionError as error:
         print(error, file=sys.stderr)
         return BROKEN
-    except Exception:
+    except Exception:  # whatever an import raises: the last line says why nothing runs
         traceback.print_exc()
         return BROKEN
     timeout = specification["cell_timeout"]
