@@ -394,9 +394,9 @@ def store_submission(
 
 
 def students_named_before(gradebook: Gradebook, student: str) -> list[str] | None:
-    """Return the IDs in the ``course.json`` that a student handed in last, their own included; None without files.
+    """Return whom the ``course.json`` that a student handed in last names; None if the student handed in nothing.
 
-    A partner's claim is checked against it.
+    Somebody who names this student as a partner should be among them.
     """
     delivered = {delivery.name: delivery for delivery in gradebook.delivered(student)}
     if not delivered:
@@ -405,9 +405,9 @@ def students_named_before(gradebook: Gradebook, student: str) -> list[str] | Non
 
 
 def take_from_earlier_owners(gradebook: Gradebook, submissions: Sequence[intake.Submission]) -> list[intake.Submission]:
-    """Delete stored files of students to whom they do not belong, as the instructor decided.
+    """Delete files that are stored as one student's, and are another's as the instructor decided.
 
-    The owner's are stored with the submission.
+    The owner gets them when the submission is stored.
 
     Returns
     -------

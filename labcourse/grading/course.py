@@ -128,7 +128,7 @@ class Course:
         Parameters
         ----------
         student : the ID
-        policy : of the older release under which the student worked; None for that of the settings
+        policy : of benches, in the older release under which the student worked; None for that of the settings
         evidence : what the function ``evidence`` returned in the sandbox, as JSON
         """
         policy = policy or self.settings.bench
@@ -240,7 +240,7 @@ def load(folder: Path) -> Course:
 def _origin(error: Exception, folder: Path) -> str:
     """Return " (file, line)" of the course's code that an error came from.
 
-    Returns "" if the error came from other code. Also for a syntax error: its message names file and line already.
+    Return "" if it came from other code, and for a syntax error, whose message names file and line already.
     """
     engine = Path(labcourse.__file__).parent
     paths = [(Path(frame.filename), frame.lineno) for frame in traceback.extract_tb(error.__traceback__)]

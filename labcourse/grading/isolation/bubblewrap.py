@@ -40,7 +40,8 @@ def is_root() -> bool:
 def sandbox_user() -> int:
     """Return the number of the user who runs one command inside.
 
-    Root becomes this user, whose number no other run has. Anybody else stays the same user, under this number.
+    If this program runs as root, the command runs as another user, whose number no other run has. Otherwise it runs as
+    the same user, who has this number inside.
 
     Raises
     ------

@@ -64,7 +64,7 @@ class Outcome:
     ending : how the run ended
     code : exit status, or minus the signal that ended it; None if the command was killed from outside
     files : name → content of the wanted files that could be read
-    troubles : name → why it could not be read, of those that exist
+    troubles : name → why it could not be read, of the wanted files that exist and could not
     output : standard output and standard error, up to the limit; untrusted bytes
     seconds : duration of the run
     """

@@ -147,8 +147,8 @@ def _sandboxed(
         files = {path: file_with(text.encode()) for path, text in bubblewrap.synthetic_files(uid).items()}
         args = bubblewrap.arguments(uid, visible, {**bubblewrap.default_environment(), **environment}, limits, files)
         args += ["--seccomp", str(file_with(call_filter))] if call_filter is not None else []
-        # Passed in a file: in the list of processes, everybody on this machine could read them. They have the probe's
-        # seed in them, so it is a file in memory: nothing of it is written to a disk, which may also be full.
+        # Passed in a file: in the list of processes, everybody on this machine could read them. The variables may be
+        # secret, so the file is in memory: nothing is written to a disk, which may also be full.
         hidden = ["--args", str(file_with("\0".join([*args, ""]).encode()))]
         unprivileged = [*bubblewrap.setpriv_prefix(uid), "/bin/sh", "-c", _UNPRIVILEGED_LAUNCHER, "sh", *command]
         groups = stack.enter_context(cgroups.limited_groups(limits, cgroups.parent_groups()))
