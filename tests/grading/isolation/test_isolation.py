@@ -476,8 +476,9 @@ json.dump(done, open("answer", "w"))
 
 
 @pytest.mark.skipif(not cgroups.parent_groups(), reason="no control groups to be had here")
-def test_control_groups_are_removed():
-    shell("echo here > answer")
+def test_control_groups_hold_the_command_and_are_removed():
+    seen = shell("cat /proc/self/cgroup > answer", wanted={"answer": 10_000}).files["answer"].decode()
+    assert f"{cgroups.PREFIX}-{os.getpid()}-" in seen
     for parent in cgroups.parent_groups().values():
         assert list(parent.folder.glob(f"{cgroups.PREFIX}-{os.getpid()}-*")) == []
 
