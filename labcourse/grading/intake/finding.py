@@ -40,7 +40,7 @@ class Doubt:
     Attributes
     ----------
     submission : name of the folder, archive or file, from the class's folder on
-    about : :data:`OWNER`, :data:`TIME`, or the name of the course's file that several files may be
+    about : :data:`OWNER` or :data:`TIME`; or the name of a file of the course, if several of the submission may be it
     assumed : what counts without a decision; "" for nothing
     why : reason
     alternatives : what else it may be

@@ -88,7 +88,7 @@ class Roster:
         return self.spelled(text) if not self._records or caseless(text) in self._records else None
 
     def spelled(self, text: str) -> str | None:
-        """Return a valid ID as the roster spells it, or else as it was spelled first; None for another text."""
+        """Return a valid ID as the roster spells it, or else as it was spelled first; None if it is not valid."""
         if caseless(text) not in self._spelled:
             try:
                 student = student_id.normalised(text)
@@ -98,7 +98,7 @@ class Roster:
         return self._spelled[caseless(text)]
 
     def lookup(self, name: str) -> set[str]:
-        """Return the IDs of students with this ID, or else with this name or other name.
+        """Return the student with this ID, or else all with this name, e-mail address or other alias.
 
         Accents do not count, unless one of the names has just these.
         """
@@ -287,7 +287,7 @@ def _checked(owner: Owner, written: str, student: str | None, partners: Sequence
 def resolve_partners(
     owners: Sequence[Owner], roster: Roster, earlier: Callable[[str], Collection[str] | None]
 ) -> list[Owner]:
-    """Leave out partners whom only a course.json names, and who handed in something else without naming this student.
+    """Leave out partners whom only a course.json names, if they handed in something else without naming its owner.
 
     Anybody can write any ID into a course.json. It replaces nobody's own submission, of now or of an earlier stage, and
     no work is run on the bench of a student who handed in without naming its owner.

@@ -1,7 +1,7 @@
 """Run a command without isolation, if it is trusted.
 
 Only some limits hold: the deadline, and the bytes that the command writes to its output and leaves in its files. It
-works in a separate folder, with an environment that has nothing from the grader's, and the processes that it started
+works in a separate folder, with an environment that has nothing of the grader's, and the processes that it started
 end with it, as far as they can be found. It has the rights of the caller; memory, processes and files are not limited.
 """
 
