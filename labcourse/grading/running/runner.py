@@ -177,8 +177,7 @@ def _problems(outcome: Outcome, limits: Limits) -> tuple[str, ...]:
         Ending.DEADLINE: f"The run took longer than {limits.submission:g} s and was stopped.",
         Ending.OUTPUT: "The run was stopped: it printed too much.",
     }.get(outcome.ending, by_code.get(outcome.code, "The run ended before all notebooks were run."))
-    trouble = outcome.troubles.get(ANSWERS_FILE)
-    return tuple(filter(None, (problem, trouble and f"{ANSWERS_FILE} {trouble}.")))
+    return tuple(filter(None, (problem, *(f"{name} {trouble}." for name, trouble in outcome.troubles.items()))))
 
 
 # --- here, or on a cluster --------------------------------------------------------------------------------------------

@@ -317,3 +317,9 @@ def test_a_scheduler_and_a_worker_are_waited_for_fifteen_seconds_each(monkeypatc
         with pytest.raises(GradingError, match="has no workers"), runner.cluster("tcp://host:8786"):
             pass
         assert waited == [("tcp://host:8786", 15, False), (1, 15), "closed"]
+
+
+def test_every_file_of_a_run_that_cannot_be_read_is_named():
+    troubles = {"answers.json": "cannot be read: a link", EVIDENCE_FILE: "cannot be read: too large"}
+    problems = runner._problems(Outcome(Ending.FINISHED, 0, {}, troubles, b"", 1.0), LIMITS)
+    assert problems == tuple(f"{name} {why}." for name, why in troubles.items())
