@@ -60,7 +60,7 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
     ),
     "run": (2488, ("labcourse/run/**/*.py",)),
     "report": (1917, ("labcourse/report/**/*.py",)),
-    "running": (1004, ("labcourse/grading/running/**/*.py",)),
+    "running": (1003, ("labcourse/grading/running/**/*.py",)),
     "intake": (1290, ("labcourse/grading/intake/**/*.py",)),
     "gradebook": (1423, ("labcourse/grading/gradebook/**/*.py",)),
     "marking": (1195, ("labcourse/grading/marking/**/*.py",)),
