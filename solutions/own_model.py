@@ -71,15 +71,22 @@ def _terms(K_s: float, J_l: float, J_eq: float, B_eq: float) -> list[float]:
 
 
 def _entry(values: Sequence[float], inputs: Sequence[tuple[float, ...]], here: tuple[float, ...]) -> float:
-    """What an entry is for other parameters, from what it is for some."""
+    """Return an entry of a matrix for the parameters `here`, from its values for other parameters.
+
+    The entry is taken for a sum of one or two terms, and of those that fit the values the closest is used.
+    """
     wanted = np.array(values)
     if not np.any(wanted):
         return 0.0
     drawn, there = np.array([_terms(*one) for one in inputs]), np.array(_terms(*here))
     for count in (1, 2):
+        fits = []
         for chosen in combinations(range(len(there)), count):
             columns = list(chosen)
             factors = np.linalg.lstsq(drawn[:, columns], wanted, rcond=None)[0]
-            if np.all(np.abs(drawn[:, columns] @ factors - wanted) <= _EXACT * np.abs(wanted)):
-                return float(there[columns] @ factors)
+            error = np.max(np.abs(drawn[:, columns] @ factors - wanted) - _EXACT * np.abs(wanted))
+            fits.append((error, float(there[columns] @ factors)))
+        error, entry = min(fits)
+        if error <= 0:
+            return entry
     raise LookupError("no sum of terms of a model")
