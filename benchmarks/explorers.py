@@ -229,8 +229,6 @@ def console(address: str, stops: int) -> None:
     with browser.visit(address, "console.ipynb") as seen:
         browser.run_all(seen)
         page = seen.page
-        page.locator(".labcourse-explorer").get_by_role("button", name="Connect", exact=True).click()
-        page.wait_for_selector('[data-name="connect"][aria-disabled="true"]')
         page.locator(".labcourse-explorer").get_by_role("button", name="Start", exact=True).click()
         page.wait_for_timeout(2000)
         page.evaluate(COUNT_VERSIONS)
