@@ -3,8 +3,10 @@
 import contextlib
 import io
 import tempfile
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from made_courses import OURS
@@ -12,6 +14,7 @@ from single_slips import STUDENT, Slip
 from working_through import FULL, Pen, Where, design, modeling, prelab, responses
 
 import rotflex.course.lab
+from labcourse.answers import forms
 from labcourse.grading.marking.decoding import decode
 from labcourse.grading.marking.marking import mark
 from rotflex.hil.student_benches import student_seed
@@ -25,11 +28,33 @@ def _bench() -> TrueBench:
     return TrueBench(STUDENT)
 
 
-def answers_with(slip: Slip | None) -> bytes:
-    """The bytes of the ``answers.json`` of a student with a slip, or with none."""
+@cache
+def right() -> tuple[dict[str, dict[str, Any]], bytes]:
+    """The answers without a slip, as they are given and as they are recorded."""
+    given: dict[str, dict[str, Any]] = {}
+    return given, answers_with(None, given)
+
+
+def alone(slip: Slip) -> tuple[float, str]:
+    """Share of its part's points that a slip loses where all else is right, and the reason."""
+    given, data = right()
+    (question, name), seed = slip.where, student_seed(STUDENT)
+    part, claims = OURS.catalogue.find(question).part(name), decode(data, seed, OURS.catalogue)
+    changed = slip.change(given[question][name], given)
+    claims.contents[slip.where] = forms.encode(part, changed, seed).content
+    claims.values[slip.where] = forms.decode(part, claims.contents[slip.where])
+    marks = mark(replace(OURS, key={question: OURS.key[question]}), claims, _bench(), seed)
+    (one,) = [one for one in marks if one.part == name]
+    return 1 - one.points / one.out_of, one.reason
+
+
+def answers_with(slip: Slip | None, given: dict[str, dict[str, Any]] | None = None) -> bytes:
+    """The bytes of the ``answers.json`` of a student with a slip, or with none. Answers go into ``given``."""
     with tempfile.TemporaryDirectory() as folder, contextlib.redirect_stdout(io.StringIO()):
         lab = rotflex.course.lab.start(STUDENT, folder=Path(folder), quiet=True)
         write = Pen({}, {})
+        if given is not None:
+            write.answers = given
         if slip is not None:
             write.mistakes = {slip.where: lambda right: slip.change(right, write.answers)}
         write("0.1", "resolution", 2 * np.pi / 4096)

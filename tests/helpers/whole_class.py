@@ -2,10 +2,8 @@
 
 Most students are *claims* (here): plain functions work through the course with the package's student side
 (``working_through.py``), give their answers with ``lab.answer``, and the bytes of their ``answers.json`` are decoded
-and marked. That is the same path as grading's but for the notebooks, and takes seconds. Only where the running itself
-matters do students hand in *notebooks* (``whole_class_notebooks.py``): other ways of writing an answer in a cell, a
-mistake that is carried through eleven notebooks by ``lab.value``, and broken files and cells with an endless loop among
-them. What a single slip costs is tried on one perfect file (``whole_class_slips.py``).
+and marked. That is the same path as grading's but for the notebooks (``test_honest_class.py``), and takes seconds. What
+a single slip costs stands in ``single_slips.py``.
 
 The marks were worked out by hand: all points of the parts that are marked automatically, less what a student
 ``loses``, each loss with its reason. Policy and tolerances are those in ``solutions/key.py``.
@@ -14,13 +12,12 @@ The marks were worked out by hand: all points of the parts that are marked autom
 import contextlib
 import io
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import sympy
-from matplotlib.figure import Figure
 from working_through import (
     FULL,
     JUDGED,
@@ -40,7 +37,6 @@ from working_through import (
 
 import rotflex.course.lab
 from rotflex import config, experiments, hil, simulation
-from rotflex.config import joint
 from rotflex.course.questions import CATALOGUE
 from rotflex.hil.student_benches import student_seed
 
@@ -56,7 +52,6 @@ class Student:
     loses : (question, part) → points lost, and why
     leaves_out : whether a part is not answered; its points are lost, too
     follows : parts that are "right, given your own earlier answers"
-    unusable : nothing that is given has the form of an answer
     """
 
     mistakes: Mapping[Where, Change] = field(default_factory=dict)
@@ -64,19 +59,18 @@ class Student:
     loses: Mapping[Where, tuple[float, str]] = field(default_factory=dict)
     leaves_out: Callable[[Where], bool] = lambda where: False
     follows: tuple[Where, ...] = ()
-    unusable: bool = False
 
     def points(self) -> dict[Where, float]:
         """What the parts that are marked automatically should earn."""
         return {
-            where: 0.0 if self.unusable or self.leaves_out(where) else full - self.loses.get(where, (0.0, ""))[0]
+            where: 0.0 if self.leaves_out(where) else full - self.loses.get(where, (0.0, ""))[0]
             for where, full in FULL.items()
             if where[0] != "0.1"
         }
 
     def awaiting(self) -> float:
         """Points that should wait for a person."""
-        written = {where for where in PROSE if not self.unusable and not self.leaves_out(where)}
+        written = {where for where in PROSE if not self.leaves_out(where)}
         reports = {number for number, _part in written}
         wholes = sum(points for report, points in JUDGED.items() if report in reports)
         return sum(PROSE[where] for where in written) + wholes
@@ -114,11 +108,6 @@ def omega_of(name: str) -> float:
     return float(np.sqrt(spec.parameters.K_s / spec.parameters.J_l))
 
 
-def at_another_anchor(name: str) -> float:
-    arm = bench_of(name).joint
-    return replace(arm, d_12=joint(arm.arm_position % 3 + 1).d_12).J_l
-
-
 def of_friend(experiment: Callable[..., Any], *arguments: Any) -> Change:
     """The same experiment on the bench of "ada", with what the recording says it was run with."""
 
@@ -136,46 +125,12 @@ def friends_validation(recording: Any) -> Any:
         return experiments.validation(bench, A, B, progress=False)
 
 
-def friction_drives(K_s: float, J_l: float, J_eq: float, B_eq: float) -> Any:
-    """The model, but for a sign: the servo's friction drives it."""
-    A, *others = state_space(K_s, J_l, J_eq, B_eq)
-    A[2, 2] = B_eq / J_eq
-    return A, *others
-
-
 def no_half(value: Any) -> Any:
     return 2 * value
 
 
 def no_friction(equation: Any) -> Any:
     return sympy.Eq(equation.lhs - B_eq * theta_dot, equation.rhs)
-
-
-JUNK = {
-    "number": ["much", np.array([1.0, 2.0]), float("nan"), -np.inf],
-    "matrix": [np.full((4, 4), np.nan), [["1"] * 4] * 4, np.ones((2, 3)), np.inf, [[1, 2], [3]]],
-    "poles": [[1, 2, 3], [np.nan] * 4, ["a", "b", "c", "d"], 7],
-    "choice": ["perhaps", 1],
-    "expression": [float("nan"), sympy.oo, sympy.Symbol("x")],
-    "equation": [True, (1, 2, 3), "0 = 0"],
-    "symbolic_matrix": [np.full((4, 4), np.inf), sympy.zeros(3, 3), sympy.Symbol("K_s")],
-    "function": [lambda *arguments: None, lambda *arguments: np.nan, 3],
-    "figure": ["a drawing", Figure()],
-    "recording": [[1, 2, 3], {"alpha": 1}],
-}
-
-
-def junk() -> dict[Where, Change]:
-    """Something that has not the form of an answer, for every part: each sort of it in turn."""
-    parts = [(q.number, p) for q in CATALOGUE.everything.values() for p in q.parts]
-    counted: dict[str, int] = {}
-    changes: dict[Where, Change] = {}
-    for number, part in parts:
-        choices = JUNK.get(part.kind, [42, " "])
-        counted[part.kind] = counted.get(part.kind, -1) + 1
-        given = choices[counted[part.kind] % len(choices)]
-        changes[number, part.name] = lambda value, given=given: given
-    return changes
 
 
 def in_radians(value: float) -> float:
@@ -188,10 +143,6 @@ CLASS = {
     "ada": Student(),
     # Whoever copies three digits from the screen into each answer.
     "rounds": Student(written={where: digits(3) for where in number_parts("number", "matrix", "poles")}),
-    # ... and goes on with them: four, since differences of polynomials lose one.
-    "rounds-on": Student(
-        mistakes={where: digits(4) for where in number_parts("number", "matrix", "poles") if where[0][0] in "23"}
-    ),
     # omega_n 1.9 % high, within its 2 %; K_s 3.8 % high. What builds on it is right for that stiffness.
     "rough": Student(mistakes={("2.11", "omega_n"): lambda _: 1.019 * omega_of("rough")}),
     # 30 % low: K_s is half of what it is. All the rest is consistent.
@@ -214,12 +165,6 @@ CLASS = {
             ("Table 3", "K_psf"),
         ),
     ),
-    # The length of the arm taken for that to another anchor. K_s = J_l·omega_n² follows, and so does all that follows.
-    "other-anchor": Student(
-        mistakes={("2.12", "J_l"): lambda _: at_another_anchor("other-anchor")},
-        loses={("2.12", "J_l"): (1, "the top arm is elsewhere")},
-        follows=(("2.12", "K_s"), ("2.14", "A"), ("2.18", "poles"), ("3.7", "T"), ("3.8", "K"), ("Table 2", "A")),
-    ),
     # Energies: no ½ in V. Motion: no friction of the servo. Each costs its own points; both are carried on.
     "paper-slips": Student(
         mistakes={("2.1", "V"): no_half, ("2.4", "equation"): no_friction},
@@ -231,12 +176,6 @@ CLASS = {
             ("2.6", "alpha_ddot"),
             ("2.7", "A"),
         ),
-    ),
-    # A of the code is wrong; A in numbers, poles, design and responses are right for that code.
-    "wrong-code": Student(
-        mistakes={("2.13", "state_space"): lambda _: friction_drives},
-        loses={("2.13", "state_space"): (2, "it gives another A")},
-        follows=(("2.14", "A"), ("2.18", "poles"), ("3.2", "polynomial"), ("3.7", "T"), ("3.8", "K"), ("Table 2", "A")),
     ),
     # A slip in multiplying out costs 2; the companion form and its gain follow from it, and what is made of that gain.
     "polynomial-slip": Student(
@@ -270,7 +209,5 @@ CLASS = {
     "half": Student(leaves_out=lambda where: where[0] not in ONLY_MODELING),
     # Numbers only: nothing in words.
     "silent": Student(leaves_out=lambda where: where in PROSE),
-    # Everything has some value, and no value the form of an answer: nothing is recorded.
-    "nonsense": Student(written=junk(), unusable=True),
     "empty": Student(leaves_out=lambda where: True),
 }

@@ -4,12 +4,14 @@ And whether ``lab.reflect()`` asks about it, before it costs anything.
 """
 
 import re
+from dataclasses import replace
 
 import pytest
+import sympy
 from reflections import asked_of
-from single_slip_marks import answers_with, lost_by
+from single_slip_marks import alone, answers_with, lost_by
 from single_slips import OF_EACH_KIND, SLIPS, STUDENT
-from working_through import FULL
+from working_through import FULL, theta_ddot
 
 pytestmark = pytest.mark.usefixtures("runs_made_once")
 
@@ -22,6 +24,26 @@ BEYOND = {
 
 def test_without_a_slip_nothing_is_lost():
     assert lost_by(answers_with(None)) == {}
+
+
+@pytest.mark.parametrize("slip", SLIPS, ids=lambda slip: slip.name)
+def test_a_slip_beside_right_answers_costs_its_own_points_and_is_told(slip):
+    share, reason = alone(slip)
+    assert share == pytest.approx(slip.costs, abs=0.01)
+    assert re.search(slip.told, reason), reason
+
+
+NAMED = [slip for slip in SLIPS if slip.where[0] in ("2.1", "2.2", "2.3", "2.4", "2.5", "2.6", "2.8")]
+
+
+@pytest.mark.parametrize("slip", NAMED, ids=lambda slip: slip.name)
+def test_another_mistake_on_paper_is_not_called_by_that_name(slip):
+    def other(right, own):
+        given = slip.change(right, own)
+        return sympy.Eq(given.lhs + 7 * theta_ddot, given.rhs) if isinstance(given, sympy.Eq) else 3 * given
+
+    share, reason = alone(replace(slip, change=other))
+    assert share == 1 and not re.search(slip.told, reason)
 
 
 @pytest.mark.parametrize(
