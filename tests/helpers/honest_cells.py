@@ -1,10 +1,8 @@
 """Everything right, but not cell for cell as it was handed out: added, split, merged, moved, renewed, deleted cells."""
 
 import copy
-import json
-from pathlib import Path
 
-from honest_hand_in import Cell, Ways, Work, as_folder, code, is_answer, markdown, text_of, written
+from honest_hand_in import Cell, Ways, Work, code, is_answer, markdown, text_of
 
 WAYS = Ways()
 
@@ -35,16 +33,6 @@ def helper_cell(work: Work) -> None:
     """Wrote a helper function in a cell of their own, above the answer that uses it."""
     work.before("q2-11", code(_PEAK))
     work.write("q2-11", _BY_PEAK)
-
-
-@WAYS.changed()
-def helper_cell_at_the_top(work: Work) -> None:
-    """Keeps all helpers in one cell below the setup cell, and uses them in several answers."""
-    work.after(
-        "setup", markdown("## My helpers"), code(_PEAK + "\n\ndef rod(m, L):\n    return m * L**2 / 3"), number="02"
-    )
-    work.write("q2-11", _BY_PEAK)
-    work.write("q2-12", _ARM.replace("arm.m_1 * arm.L_1**2 / 3", "rod(arm.m_1, arm.L_1)") + "\n" + _STIFFNESS)
 
 
 @WAYS.changed()
@@ -100,24 +88,9 @@ def split_with_the_answer_last(work: Work) -> None:
 
 
 @WAYS.changed()
-def merged_with_a_helper(work: Work) -> None:
-    """Merged a cell of their own with the answer cell below it, in JupyterLab: a new id, the answer cell's metadata."""
-    cell = work.cell("q2-11")
-    cell["id"] = "5d1c9a0e"
-    cell["source"] = (_PEAK + "\n" + _BY_PEAK).splitlines(keepends=True)
-
-
-@WAYS.changed()
 def merged_with_the_locked_cell(work: Work) -> None:
     """Merged an answer cell with the locked one that records it, in an editor that knows no locks."""
     work.write("q3-9", text_of(work.cell("q3-9")) + "\n" + text_of(work.delete("q3-9-answer")))
-
-
-@WAYS.changed()
-def one_id_renewed(work: Work) -> None:
-    """An editor gave an answer cell and a text cell new ids; their grade_id is left."""
-    work.cell("q2-11")["id"] = "a7f3c2d1"
-    work.cell("q2-11-explanation")["id"] = "0be1f6aa"
 
 
 @WAYS.changed()
@@ -291,37 +264,3 @@ def check_left_in(work: Work) -> None:
     for notebook in work.notebooks.values():
         notebook["cells"].append(code("lab.check()"))
         notebook["cells"].append(code("lab.submit()"))
-
-
-@WAYS.packed()
-def checkpoints_beside(folder: Path, work: Work) -> None:
-    """Handed in the folder with JupyterLab's .ipynb_checkpoints, which hold the notebooks as they were half done."""
-    files = work.contents()
-    for name, notebook in work.notebooks.items():
-        half = copy.deepcopy(notebook)
-        for cell in filter(is_answer, half["cells"]):
-            cell["source"] = []
-        files[f".ipynb_checkpoints/{name.replace('.ipynb', '-checkpoint.ipynb')}"] = written(half)
-    files["Untitled.ipynb"] = written({"cells": [code("1 + 1")], "metadata": {}, "nbformat": 4, "nbformat_minor": 5})
-    as_folder(folder / work.student, files)
-
-
-@WAYS.changed()
-def large_outputs(work: Work) -> None:
-    """Printed all samples and drew large pictures: one notebook has ten megabytes of outputs."""
-    numbers = "".join(f"{n * 1e-6:.9f}\n" for n in range(250_000))
-    picture = {"image/png": "iVBORw0KGgo" * 400_000, "text/plain": ["<Figure size 7000x3000>"]}
-    shown = {"output_type": "display_data", "data": picture, "metadata": {}}
-    work.cell("q2-9").update(
-        execution_count=7, outputs=[{"output_type": "stream", "name": "stdout", "text": numbers}, shown]
-    )
-
-
-@WAYS.changed()
-def widget_state_saved(work: Work) -> None:
-    """JupyterLab saved the state of all explorers in the notebooks' metadata, some megabytes of it."""
-    state = {f"{n:032x}": {"model_name": "AnyModel", "state": {"data": "0.125," * 50_000}} for n in range(8)}
-    kind = "application/vnd.jupyter.widget-state+json"
-    for notebook in work.notebooks.values():
-        notebook["metadata"]["widgets"] = {kind: {"version_major": 2, "version_minor": 0, "state": state}}
-    assert len(json.dumps(state)) > 2_000_000

@@ -8,7 +8,6 @@ import honest_cells
 import honest_code
 import honest_files
 import honest_packings
-import honest_platforms
 import honest_slips
 import honest_stops
 import honest_words
@@ -22,7 +21,6 @@ RIGHT: list[Way] = [
     *honest_words.WAYS,
     *honest_files.WAYS,
     *honest_packings.WAYS,
-    *honest_platforms.WAYS,
 ]
 WRONG: list[Way] = [*honest_stops.WAYS, *honest_slips.WAYS]
 WAYS: list[Way] = [*RIGHT, *WRONG]

@@ -52,78 +52,6 @@ def own_names_between(work: Work) -> None:
 
 
 @WAYS.changed()
-def typed(work: Work) -> None:
-    """Annotates everything, and wraps answers in dataclasses and functions."""
-    work.write(
-        "q2-12",
-        """
-from __future__ import annotations
-from dataclasses import dataclass
-
-
-@dataclass(frozen=True)
-class Rod:
-    mass: float
-    length: float
-    offset: float | None = None
-
-    @property
-    def inertia(self) -> float:
-        match self.offset:
-            case None:
-                return self.mass * self.length**2 / 3
-            case d:
-                return self.mass * (self.length**2 / 12 + d**2)
-
-
-rods: list[Rod] = [Rod(lab.joint.m_1, lab.joint.L_1), Rod(lab.joint.m_2, lab.joint.L_2, lab.joint.d_12)]
-J_l: float = sum(rod.inertia for rod in rods)
-K_s: float = J_l * omega_n**2
-""".lstrip(),
-    )
-
-
-@WAYS.changed()
-def asynchronous(work: Work) -> None:
-    """Awaits in cells, as IPython allows."""
-    work.before(
-        "q3-9", code("import asyncio\n\n\nasync def patiently(what):\n    await asyncio.sleep(0.01)\n    return what")
-    )
-    work.write("q3-9", "await asyncio.sleep(0)\n" + text_of(work.cell("q3-9")) + "\npoles = await patiently(poles)")
-
-
-@WAYS.changed()
-def if_main(work: Work) -> None:
-    """Puts answers below if __name__ == "__main__", as in every script."""
-    work.write(
-        "q3-10",
-        "def main():\n    return control.place(A, B, desired_poles)\n\n\n"
-        'if __name__ == "__main__":\n    K_library = main()',
-    )
-
-
-@WAYS.changed()
-def warnings_about(work: Work) -> None:
-    """Raises warnings, and silences others."""
-    work.after("setup", code("import warnings\nwarnings.filterwarnings('ignore')"), number="03")
-    work.write(
-        "q3-7",
-        "import warnings\nwarnings.warn('nearly zero', DeprecationWarning)\nnp.ones(2) / np.zeros(2)\n"
-        + text_of(work.cell("q3-7")),
-    )
-
-
-@WAYS.changed()
-def errors_caught(work: Work) -> None:
-    """Tries first what fails, and catches it."""
-    work.write(
-        "q3-1",
-        "try:\n    import seaborn_is_not_here\nexcept ImportError:\n    pass\nfinally:\n"
-        "    stability = 'marginally stable'",
-    )
-
-
-@WAYS.changed()
 def plot_styles(work: Work) -> None:
     """Has styles, fonts and sizes of their own, shows and closes figures, and saves them as files."""
     style = "plt.style.use('ggplot')\nplt.rcParams.update({'figure.figsize': (12, 5), 'font.family': 'Comic Sans MS'})"
@@ -144,16 +72,6 @@ plt.show()
 """,
     )
     work.write("q2-10", text_of(work.cell("q2-10")) + "\nfigure_spectrum.savefig('spectrum.svg')\nplt.close('all')")
-
-
-@WAYS.changed()
-def pyplot_all_the_way(work: Work) -> None:
-    """Knows only plt.plot, and takes the figure by plt.gcf()."""
-    work.write(
-        "q2-9",
-        _SWEEP + "plt.plot(sweep.time, sweep.degrees('alpha'))\nplt.xlabel('t (s)')\n"
-        "plt.ylabel('alpha (deg)')\nfigure_sweep = plt.gcf()",
-    )
 
 
 @WAYS.changed()
@@ -238,44 +156,10 @@ def tabs_and_blanks(work: Work) -> None:
 
 
 @WAYS.changed()
-def default_lines_removed(work: Work) -> None:
-    """Deleted all that answer cells came with, comments and presets, and wrote their own."""
-    work.write(
-        "q2-4", "equation_theta = sympy.Eq(J_eq * theta_ddot + J_l * (theta_ddot + alpha_ddot) + B_eq * theta_dot, tau)"
-    )
-    work.write(
-        "q2-9",
-        _SWEEP + "figure_sweep, ax = plt.subplots()\nax.plot(sweep.time, sweep.degrees('alpha'))\n"
-        "ax.set(xlabel='t (s)', ylabel='alpha (deg)')",
-    )
-    work.write("q3-1", "stability = 'marginally stable'")
-
-
-@WAYS.changed()
 def old_attempts_as_comments(work: Work) -> None:
     """Keeps whole pages of earlier attempts as comments and strings in the answer cells."""
     junk = "".join(f"# attempt {n}: omega_n = {n}  # Your code here.\n" for n in range(200))
     work.write("q3-8", junk + '"""\nK = 3\n### BEGIN SOLUTION\n"""\n' + text_of(work.cell("q3-8")))
-
-
-@WAYS.changed()
-def threads_and_progress(work: Work) -> None:
-    """Runs things in threads, waits a moment, and draws a progress bar by clearing the output."""
-    work.write(
-        "q2-18",
-        """
-import time
-from concurrent.futures import ThreadPoolExecutor
-from IPython.display import HTML, clear_output, display
-
-with ThreadPoolExecutor(2) as pool:
-    poles, again = pool.map(np.linalg.eigvals, [A_v, A_v])
-for part in range(10):
-    clear_output(wait=True)
-    display(HTML(f"<progress value='{part}' max='10'></progress>"))
-    time.sleep(0.02)
-""".lstrip(),
-    )
 
 
 @WAYS.changed()

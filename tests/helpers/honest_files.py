@@ -20,13 +20,6 @@ _BY_PEAK = "omega_n = 2 * np.pi * peak(f_hz, amplitude_deg)"
 
 
 @WAYS.changed()
-def own_module(work: Work) -> None:
-    """Imports a module of their own from the folder."""
-    work.files["my_peaks.py"] = _PEAK
-    work.write("q2-11", f"from my_peaks import peak\n\n{_BY_PEAK}")
-
-
-@WAYS.changed()
 def own_module_by_star(work: Work) -> None:
     """Imports everything from a helpers.py of their own, in a cell of their own, which itself imports another file."""
     work.files["helpers.py"] = b"from constants_of_mine import *\nfrom peaks_of_mine import peak\n"
@@ -91,15 +84,6 @@ def own_file_between_notebooks(work: Work) -> None:
 
 
 @WAYS.changed()
-def ids_lost_by_an_old_format(work: Work) -> None:
-    """Saved by an old Jupyter, as format 4.4: no cell has an id."""
-    for notebook in work.notebooks.values():
-        notebook["nbformat_minor"] = 4
-        for cell in notebook["cells"]:
-            del cell["id"]
-
-
-@WAYS.changed()
 def everything_lost_as_by_kaggle(work: Work) -> None:
     """Saved by Kaggle: format 4.4, no ids, and its own metadata in place of all others."""
     for notebook in work.notebooks.values():
@@ -140,20 +124,6 @@ def by_colab(work: Work) -> None:
 
 
 @WAYS.changed()
-def by_pycharm(work: Work) -> None:
-    """Worked in PyCharm: its metadata in each cell, sources as one text, and ids of another form."""
-    work.files[".idea/workspace.xml"] = b'<?xml version="1.0"?><project version="4"/>'
-    for notebook in work.notebooks.values():
-        for number, cell in enumerate(notebook["cells"]):
-            cell["metadata"] |= {
-                "pycharm": {"name": "#%%\n"},
-                "collapsed": False,
-                "ExecuteTime": {"end_time": "2026-03-01"},
-            }
-            cell.update(id=f"{number:016x}", source=text_of(cell))
-
-
-@WAYS.changed()
 def by_vs_code(work: Work) -> None:
     """Worked in VS Code: languages in the metadata, another kernel's name, cells added without a thought."""
     for notebook in work.notebooks.values():
@@ -186,12 +156,6 @@ def installed(version: str = "3.12") -> Files:
         ".venv/pyvenv.cfg": b"home = /usr/bin\nversion = 3.12.3\n",
         f"{packages}/lots/huge.so": bytes(12_000_000),
     }
-
-
-@WAYS.packed()
-def virtual_environment_inside(folder: Path, work: Work) -> None:
-    """Made the virtual environment in the folder of the notebooks; it holds the course's notebooks as they were."""
-    as_folder(folder / work.student, {**work.contents(), **installed()})
 
 
 @WAYS.packed()

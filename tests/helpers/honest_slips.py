@@ -1,10 +1,9 @@
 """Something wrong, honestly: wrong numbers, and what was not handed in. ``told`` is what the student must read."""
 
-import re
 from pathlib import Path
 
 from checkout import ROOT
-from honest_hand_in import Row, Ways, Work, as_folder, released_notebooks, text_of, written, zipped
+from honest_hand_in import Row, Ways, Work, as_folder, released_notebooks, text_of, written
 from honest_packings import notebooks_only
 from honest_stops import AFTER_2_11, AFTER_K, AFTER_W
 
@@ -16,31 +15,10 @@ AS_A_WHOLE = ("Modeling report, as a whole", "Control report, as a whole")
 ALL = (*ALL_CODE, "3.1", "3.4", *ALL_WORDS, *AS_A_WHOLE)
 
 
-@WAYS.changed(lost=("2.11",), told=(r"2\.11", r"Hz|rad/s"))
-def frequency_in_hertz(work: Work) -> None:
-    """Gave omega_n in Hz: the stiffness is a fortieth, and with the gain that follows the bench stops at its limit.
-
-    The stiffness and the design follow; on the bench the notebooks go on with the spare gain.
-    """
-    work.replace("q2-11", "omega_n = 2 * np.pi * f_peak", "omega_n = f_peak")
-
-
-@WAYS.changed(lost=("2.13",), told=(r"2\.13", r"row 4 of A, and at the signs"))
-def sign_in_the_model(work: Work) -> None:
-    """Forgot a minus in the last row of A: the model runs away, and so does the bench with a gain for that model."""
-    work.replace("q2-13", "[0, -K_s * (J_eq + J_l)", "[0, K_s * (J_eq + J_l)")
-
-
 @WAYS.changed(lost=("3.5",), told=(r"3\.5", r"open-loop polynomial less the desired one"))
 def sign_of_the_gain(work: Work) -> None:
     """Took the open-loop polynomial minus the desired one: all gains have the wrong sign, and the servo runs away."""
     work.replace("q3-5", "(desired_polynomial - open_loop_polynomial)", "(open_loop_polynomial - desired_polynomial)")
-
-
-@WAYS.changed(lost=("3.14", "Table 3"), told=(r"3\.14", r"alpha|deflection", r"rad|deg"))
-def radians_for_degrees(work: Work) -> None:
-    """Gave the largest deflection in radians."""
-    work.replace("q3-14", "summary.max_alpha / DEG", "summary.max_alpha")
 
 
 @WAYS.changed(lost=("3.10",), told=(r"3\.10", r"empty|not answered|nothing|None"))
@@ -70,15 +48,6 @@ def notebook_in_the_cloud(work: Work) -> None:
     """iCloud had taken 01 off the disk: in its place is a small file that only stands for it."""
     work.files[f".{work.name('01')}.icloud"] = b"bplist00\xd3\x01\x02\x03"
     del work.notebooks[work.name("01")]
-
-
-@WAYS.changed(
-    lost=("3.15", "3.16", "3.17", "Table 3"), told=(r"09_partial_state_feedback", r"read|damaged|broken|JSON")
-)
-def notebook_cut_short(work: Work) -> None:
-    """The disk was full when 09 was saved."""
-    name = work.name("09")
-    work.files[name] = written(work.notebooks[name])[:20_000]
 
 
 @WAYS.changed(lost=PRELAB, told=(r"01_modeling_prelab", r"<<<<<<<|merge|git|read|JSON"))
@@ -123,29 +92,6 @@ def pages_instead_of_notebooks(folder: Path, work: Work) -> None:
     as_folder(
         folder / work.student, {f"{s}.html": b"<html><h1>done</h1></html>" for s in stems} | {"all.pdf": b"%PDF-1.7"}
     )
-
-
-@WAYS.packed(lost=ALL, told=(r"\.rar|\.7z|unpack|zip",))
-def another_archive(folder: Path, work: Work) -> None:
-    """Handed in an archive of another kind."""
-    as_folder(folder / work.student, {"notebooks.rar": b"Rar!\x1a\x07\x01\0" + bytes(5000)})
-
-
-@WAYS.packed(lost=ALL, told=(r"password|encrypted",))
-def zip_with_a_password(folder: Path, work: Work) -> None:
-    """Handed in a zip with a password."""
-    content = bytearray(zipped(work.contents(), "notebooks"))
-    for signature, flags in ((b"PK\x03\x04", 6), (b"PK\x01\x02", 8)):
-        for found in re.finditer(re.escape(signature), bytes(content)):
-            content[found.start() + flags] |= 1
-    (folder / f"{work.student}.zip").write_bytes(content)
-
-
-@WAYS.packed(lost=ALL, told=(r"zip", r"damaged|broken|cut|read"))
-def zip_cut_short(folder: Path, work: Work) -> None:
-    """The upload broke off in the middle of the zip."""
-    content = zipped(work.contents(), "notebooks")
-    (folder / f"{work.student}.zip").write_bytes(content[: len(content) // 2])
 
 
 @WAYS.packed(

@@ -23,30 +23,6 @@ $|H|$ sein Maximum hat.
 
 $$ H(j\\omega)=\\frac{\\omega^2}{\\omega_n^2-\\omega^2+2j\\zeta\\omega_n\\omega} $$
 """
-SPANISH = """
-¿Por qué engaña el máximo? Porque el espectro de $\\alpha$ es el producto $|H|\\cdot|\\theta|$, y con una tensión
-en el motor el ángulo $\\theta$ **no** es igual de grande a todas las frecuencias. Según la ecuación (4):
-
-- el cociente $|\\alpha/\\theta|$ contiene sólo el brazo y la articulación;
-- el servo, en cambio, "se queda quieto" justo donde el brazo oscila más (¡es un absorbedor de vibraciones!).
-
-La señal está bien; lo que está mal es la lectura del año pasado… ¿no? Sí, señor.
-"""
-FRENCH = """
-Le pic du spectre « trompe » parce que la tension laisse le servo libre : près de $\\omega_n$, le bras le retient, et
-$\\theta$ y est minimal. Où $|H|$ est grand, $|\\theta|$ est petit ; leur produit a donc son
-maximum ailleurs qu'à $\\omega_n$.
-
-> Le rapport $|\\alpha/\\theta|$ ne dépend que de $K_s$, de $J_l$ et de l'amortissement.
-
-| grandeur | unité |
-|---|---|
-| $K_s$ | N·m/rad |
-| $J_l$ | kg·m² |
-
-Ça, c'est l'essentiel ; cœur, naïveté, Œuvre, ÿ.
-"""
-LANGUAGES = {"german": GERMAN, "spanish": SPANISH, "french": FRENCH}
 
 
 def png(width: int, height: int, noise: int = 0) -> bytes:
@@ -70,11 +46,6 @@ def texts_of(work: Work) -> list[str]:
     return [cell["id"] for cell in cells if is_answer(cell) and cell["cell_type"] == "markdown"]
 
 
-def in_language(work: Work, language: str) -> None:
-    for number, cell in enumerate(texts_of(work), 1):
-        work.say(cell, f"({number}) {LANGUAGES[language].strip()}")
-
-
 def paste(work: Work, cell: str, content: bytes, key: str = "", reference: str = "") -> None:
     """Paste a picture below the words of a cell: as JupyterLab does it, which invents a name, or under a name."""
     key = key or f"{uuid.UUID(bytes=hashlib.md5(content).digest())}.png"
@@ -86,19 +57,8 @@ def paste(work: Work, cell: str, content: bytes, key: str = "", reference: str =
 @WAYS.changed(student="Jürgen Größl-Weiß")
 def words_in_german(work: Work) -> None:
     """Wrote all answers in words in German, with umlauts, formulas and lists; has umlauts in the ID."""
-    in_language(work, "german")
-
-
-@WAYS.changed(student="María-José Núñez")
-def words_in_spanish(work: Work) -> None:
-    """Wrote all answers in words in Spanish, with question marks upside down."""
-    in_language(work, "spanish")
-
-
-@WAYS.changed(student="Aïcha Lefèvre d'Œuvre")
-def words_in_french(work: Work) -> None:
-    """Wrote all answers in words in French, with quotes, tables and narrow spaces; has an apostrophe in the ID."""
-    in_language(work, "french")
+    for number, cell in enumerate(texts_of(work), 1):
+        work.say(cell, f"({number}) {GERMAN.strip()}")
 
 
 @WAYS.changed()
@@ -123,12 +83,6 @@ def pictures_pasted(work: Work) -> None:
     paste(work, "q2-16-comparison", png(320, 200), "image.png")
     paste(work, "q3-12-conclusion", png(320, 201), quote(screenshot))
     paste(work, "q3-14-conclusion", png(800, 500), screenshot, quote(screenshot))
-
-
-@WAYS.changed()
-def photograph_pasted(work: Work) -> None:
-    """Pasted a photograph of a page of paper, of two megabytes, and deleted nothing of the words."""
-    paste(work, "report-iii-1-stiffness-analysis", png(2000, 1000, noise=1))
 
 
 @WAYS.changed()

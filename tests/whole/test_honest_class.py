@@ -10,7 +10,6 @@ import unicodedata
 from functools import cached_property
 
 import honest_packings
-import honest_platforms
 import honest_words
 import pytest
 from checkout import ROOT
@@ -36,13 +35,11 @@ SOLVED = solved_notebooks(ROOT)
 #: Words and pictures that are marked, and shown in a feedback, all the same.
 _SHOWN = {"pictures-pasted", "every-kind-of-markdown", "words-in-a-split-cell", "text-cell-made-a-code-cell"}
 _ONLY_OF_THE_FILE = {
-    *("one-id-renewed", "ids-and-metadata-lost", "texts-deleted", "checkpoints-beside", "large-outputs"),
-    *("widget-state-saved", "ids-lost-by-an-old-format", "everything-lost-as-by-kaggle", "by-pycharm", "format-3"),
-    *("written-otherwise", "virtual-environment-inside", "whole-course-folder"),
+    *("ids-and-metadata-lost", "texts-deleted", "everything-lost-as-by-kaggle"),
+    *("written-otherwise", "whole-course-folder"),
 }
-PACKED = [*honest_packings.WAYS, *honest_platforms.WAYS]
 READ = [
-    *PACKED,
+    *honest_packings.WAYS,
     *(way for way in honest_words.WAYS if way.name not in _SHOWN),
     *(way for way in RIGHT if way.name in _ONLY_OF_THE_FILE),
 ]
@@ -73,7 +70,9 @@ BUILDS_ON_ALL = {"Table 3"}  # many ways lose points of it, each of them other o
 KEPT_BEFORE_IT_STOPPED = {"endless-loop", "import-in-a-locked-cell"}
 #: Only in `make test-all`: another way of the same kind is graded at a landing.
 ONLY_ALONE = {
-    *("helper-cell", "helper-cell-at-the-top", "merged-with-a-helper", "own-module", "own-module-one-folder-up"),
+    *("helper-cell", "own-module-by-star", "own-module-one-folder-up", "own-script-run", "written-by-a-magic"),
+    *("print-debugging", "own-names-between", "tabs-and-blanks", "uses-what-a-picture-cell-made", "by-vs-code"),
+    *("notebook-left-empty", "kept-by-the-explorers-button", "not-saved", "nothing-returned", "exit-in-a-cell"),
 }
 
 
@@ -212,9 +211,8 @@ def _composed(student):
 SEEN = ("magics", "name-error")
 #: Checked alone in `make test-all`.
 SEEN_ALONE = (
-    *("helper-cell", "split-in-jupyterlab", "own-module", "syntax-error", "module-forgotten", "frequency-in-hertz"),
-    *("all-ids-renewed", "text-cell-made-a-code-cell", "helper-cell-at-the-top", "exit-in-a-cell"),
-    "notebook-left-empty",
+    *("helper-cell", "split-in-jupyterlab", "own-module-by-star", "syntax-error", "module-forgotten"),
+    *("all-ids-renewed", "text-cell-made-a-code-cell", "exit-in-a-cell", "notebook-left-empty"),
 )
 
 
