@@ -1,7 +1,7 @@
 """A class of students who mean harm, graded as an instructor grades it: nothing undeserved is earned, no secret is
 read, nothing outside is touched, nothing survives, and honest neighbours do not notice.
 
-At a landing there is one attack of each mechanism in the class, in `make test-all` there are all.
+At a landing the class has attacks of each kind, in `make test-all` it has all.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ import hostile
 import pytest
 from hostile import CANARY, HONEST
 from hostile_files import NAMES, REFUSED, remove
-from hostile_outside import CLASS, OF_EACH_MECHANISM, Listeners, by_question, grade
+from hostile_outside import CLASS, OF_EACH_KIND, Listeners, by_question, grade
 
 pytestmark = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="isolation needs Linux")
 
@@ -39,7 +39,7 @@ OF_WORDS = re.compile(
 def graded(request):
     """The class, graded by the command as an instructor runs it, after its three honest members were graded alone."""
     here = [item for item in request.session.items if item.path == request.path]
-    attacks = CLASS if any(item.get_closest_marker("scheduled") for item in here) else OF_EACH_MECHANISM
+    attacks = CLASS if any(item.get_closest_marker("scheduled") for item in here) else OF_EACH_KIND
     # Neither where temporary files are, nor below: there, a sandbox has something of its own.
     folder = Path(tempfile.mkdtemp(prefix="rotflex-hostile-", dir="/var/tmp"))
     token = f"token{os.urandom(8).hex()}"
@@ -69,7 +69,7 @@ def test_all_are_graded(graded):
 @pytest.mark.parametrize(
     "student",
     [
-        pytest.param(student, marks=() if student in OF_EACH_MECHANISM else pytest.mark.scheduled, id=student)
+        pytest.param(student, marks=() if student in OF_EACH_KIND else pytest.mark.scheduled, id=student)
         for student in CLASS
     ],
 )
@@ -189,7 +189,7 @@ def test_no_cell_of_the_table_begins_a_formula(graded):
     with (graded.out / "grades.csv").open(encoding="utf-8", newline="") as file:
         cells = [cell for row in csv.reader(file) for cell in row]
     assert not [cell for cell in cells if cell.lstrip().startswith(("=", "+", "-", "@", "\t", "\r"))]
-    assert {f"'{name}" for name in NAMES if name[0] in "=+-@"} <= set(cells)
+    assert {f"'{name}" for name in NAMES if name in graded.attacks and name[0] in "=+-@"} <= set(cells)
 
 
 class _Page(html.parser.HTMLParser):
