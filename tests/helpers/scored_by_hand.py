@@ -270,21 +270,3 @@ def attainment(drawn: Drawn) -> dict[tuple[str, str, str], Attained | None]:
             figures = attained([cells[one][kind, name] for one in those])
             found[group, kind, name] = None if group in hidden else figures
     return found
-
-
-def tally(drawn: Drawn, where: Where) -> dict[str, int]:
-    """What the page says of a part: how many are scored, left and asked, and how many have each level."""
-    persons = [one.persons[where] for one in drawn.students.values() if one.persons[where].text]
-    given = [one.first if one.decided is None else one.decided for one in persons]
-    others = sum(one.points is not None for one in persons)
-    asked = sum(one.asked and one.decided is None for one in persons)
-    levels = {str(level): given.count(level) for level in LEVELS}
-    done = sum(levels.values()) + others
-    return {
-        "scored": done,
-        "of": len(persons),
-        "left": len(persons) - done - asked,
-        "asked": asked,
-        **levels,
-        "other": others,
-    }

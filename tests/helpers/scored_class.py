@@ -5,10 +5,8 @@ errors by a rule. ``scored_book.py`` puts it into a gradebook; what it comes to 
 """
 
 import random
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from datetime import datetime, timedelta, timezone
-from functools import cached_property
 from typing import Any
 
 from made_courses import OURS
@@ -277,16 +275,6 @@ class Drawn:
         rng = self._rng
         after = rng.choices((-rng.uniform(1, 300), rng.uniform(0, 2), rng.uniform(0, 150)), (0.7, 0.1, 0.2))[0]
         return due + timedelta(seconds=round(3600 * after))
-
-    @cached_property
-    def by_number(self) -> Mapping[str, tuple[str, Where]]:
-        """The number in an answer → whose it is, and to what: so whoever reads a text knows what is true of it."""
-        return {
-            person.text.rpartition(" in ")[2].split()[0]: (one.name, where)
-            for one in self.students.values()
-            for where, person in one.persons.items()
-            if person.text
-        }
 
 
 def _off(true: int, rng: random.Random) -> int:

@@ -1,8 +1,7 @@
 """A class of sixty, scored and reported by the commands, against what all of it comes to by hand.
 
-The class is made up (``scored_class.py``, ``scored_book.py``), scored in all the ways that there are
-(``scored_ways.py``), and worked out anew from the documentation (``scored_by_hand.py``); here the files that the
-commands write are held against that.
+The class is made up (``scored_class.py``, ``scored_book.py``), scored (``scored_ways.py``), and worked out anew from
+the documentation (``scored_by_hand.py``); here the files that the commands write are held against that.
 """
 
 from __future__ import annotations
@@ -11,15 +10,13 @@ import csv
 import re
 from dataclasses import dataclass
 from fractions import Fraction
-from html import unescape
 from pathlib import Path
-from urllib.parse import unquote
 
 import pytest
 import scored_by_hand as by_hand
 from scored_book import course, fill, roster
 from scored_class import ABSENT, ASKED_STILL, COPIES, NOTEBOOK, PARTS, WAITING, Drawn
-from scored_ways import BY_TABLE, Scoring, run
+from scored_ways import run, score
 
 from labcourse.grading.gradebook import Gradebook
 
@@ -30,10 +27,9 @@ _SPACE = Fraction(1, 10**9)  # binary numbers
 
 @dataclass(frozen=True)
 class Class:
-    """The class as it is known, how it was scored, and the folder in which the commands left their files."""
+    """The class as it is known, and the folder in which the commands left their files."""
 
     drawn: Drawn
-    scoring: Scoring
     out: Path
     said: dict[str, str]
 
@@ -51,7 +47,7 @@ def scored(tmp_path_factory):
     with Gradebook(out / "gradebook.sqlite") as book:
         fill(book, drawn)
     said = {"roster": run("roster", out, folder / "roster.csv")}
-    scoring = Scoring(drawn, out, source)
+    score(drawn, out)
     for command in ("report", "outcomes report", "outcomes sheets", "status"):
         said[command] = run(*command.split(), out, "--solutions", source)
     (out / "canvas.csv").write_text(canvas(drawn), encoding="utf-8")
@@ -59,7 +55,7 @@ def scored(tmp_path_factory):
     said["export"] = run(
         "export", out, *into, "--solutions", source, code=1
     )  # of some no mark is in, and they are named
-    return Class(drawn, scoring, out, said)
+    return Class(drawn, out, said)
 
 
 def canvas(drawn):
@@ -199,33 +195,6 @@ def test_attainment_of_each_group_and_nothing_of_small_ones(scored):
         assert near(row["attained %"], share, Fraction(1, 20)) and row["reached"] == ("yes" if share >= 65 else "no")
         assert near(row["mean share %"], 100 * figures.mean, Fraction(1, 20)), place
     assert {row["reached"] for row in rows.values()} >= {"yes", "no"}  # or else the target would not be tried
-
-
-def page_rows(page):
-    """The overview's table: part → its cells, as text."""
-    found = {}
-    for row in re.findall(r"<tr>(.*?)</tr>", page.partition("<tbody>")[2], re.S):
-        question, part = re.search(r'question=([^"&]+)&amp;part=(\w+)', row).groups()
-        cells = re.findall(r"<t[dh][^>]*>(.*?)</t[dh]>", row, re.S)
-        found[unquote(unescape(question)), part] = [" ".join(re.sub(r"<[^>]+>", "", cell).split()) for cell in cells]
-    return found
-
-
-def test_tallies_of_levels_on_the_page(scored):
-    rows = page_rows(scored.scoring.page)
-    assert rows.keys() == {where for where, part in PARTS.items() if part.marked == "person"}
-    for where, cells in rows.items():
-        wanted = by_hand.tally(scored.drawn, where)
-        assert cells[1] == f"{wanted.pop('scored')} of {wanted.pop('of')}"
-        assert cells[2:10] == [str(number) for number in wanted.values()], where
-
-
-def test_the_table_took_what_was_changed_and_nothing_else(scored):
-    filled = scored.scoring.filled
-    told = f"{filled['changed']} scored, {filled['same']} as they were, 0 not taken."
-    assert scored.scoring.said["read"].startswith(told)
-    mine = [p for one in scored.drawn.students.values() for w, p in one.persons.items() if w[0] in BY_TABLE and p.text]
-    assert filled["changed"] == sum(one.first is not None or one.points is not None for one in mine) > 300
 
 
 def told(scored):
