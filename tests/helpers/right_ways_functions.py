@@ -1,6 +1,5 @@
 """Other ways of writing the two functions (2.10, 2.13) rightly, and of running the experiments."""
 
-from collections import namedtuple
 from typing import Any
 
 import control
@@ -28,33 +27,9 @@ def _(x, dt):
     return np.fft.rfftfreq(len(x), dt), 2 * np.abs(np.fft.rfft(x)) / len(x)
 
 
-@spectrum("by scipy, with other names of arguments")
-def _(samples, sample_time):
-    M = scipy.fft.next_fast_len(len(samples))
-    return scipy.fft.rfftfreq(M, sample_time), 2 / len(samples) * np.abs(scipy.fft.rfft(samples, M))
-
-
-@spectrum("with eight times the zeros")
-def _(x, dt):
-    M = 8 * 2 ** int(np.ceil(np.log2(x.size)))
-    return np.fft.rfftfreq(M, dt), 2 * np.abs(np.fft.rfft(x, M)) / x.size
-
-
-@spectrum("without the mean")
-def _(x, dt):
-    M = 2 ** int(np.ceil(np.log2(x.size)))
-    return np.arange(M // 2) / (M * dt), 2 * np.abs(np.fft.fft(x - x.mean(), M))[: M // 2] / x.size
-
-
 @spectrum("with a Hann window, its height made up for")
 def _(x, dt):
     w = np.hanning(len(x))
-    return np.fft.rfftfreq(len(x), dt), 2 * np.abs(np.fft.rfft(w * x)) / w.sum()
-
-
-@spectrum("with a flat-top window")
-def _(x, dt):
-    w = scipy.signal.windows.flattop(len(x), sym=False)
     return np.fft.rfftfreq(len(x), dt), 2 * np.abs(np.fft.rfft(w * x)) / w.sum()
 
 
@@ -64,21 +39,9 @@ def _(x, dt):
     return f, np.sqrt(2 * power)
 
 
-@spectrum("as lists")
-def _(x, dt):
-    f, a = np.fft.rfftfreq(len(x), dt), 2 * np.abs(np.fft.rfft(x)) / len(x)
-    return [list(f), list(a)]
-
-
 @spectrum("as one array of two rows")
 def _(x, dt):
     return np.array([np.fft.rfftfreq(len(x), dt), 2 * np.abs(np.fft.rfft(x)) / len(x)])
-
-
-@spectrum("as a named tuple")
-def _(x, dt):
-    Spectrum = namedtuple("Spectrum", "f_hz amplitude")
-    return Spectrum(np.fft.rfftfreq(len(x), dt), 2 * np.abs(np.fft.rfft(x)) / len(x))
 
 
 @spectrum("as columns of tables")
@@ -101,17 +64,6 @@ def _(x, dt):
     return f, [2 / len(x) * abs(np.sum(x * np.exp(-2j * np.pi * one * n * dt))) for one in f]
 
 
-@spectrum("with both halves, the negative frequencies left out by their sign")
-def _(x, dt):
-    f, a = np.fft.fftfreq(len(x), dt), 2 * np.abs(np.fft.fft(x)) / len(x)
-    return f[f >= 0], a[f >= 0]
-
-
-@model("as a list")
-def _(K_s, J_l, J_eq, B_eq):
-    return list(state_space(K_s, J_l, J_eq, B_eq))
-
-
 @model("as lists of lists")
 def _(K_s, J_l, J_eq, B_eq):
     return tuple(np.asarray(m).tolist() for m in state_space(K_s, J_l, J_eq, B_eq))
@@ -122,30 +74,9 @@ def _(K_s, J_l, J_eq, B_eq):
     return control.ss(*state_space(K_s, J_l, J_eq, B_eq))
 
 
-@model("as scipy's")
-def _(K_s, J_l, J_eq, B_eq):
-    return scipy.signal.StateSpace(*state_space(K_s, J_l, J_eq, B_eq))
-
-
-@model("as np.matrix")
-def _(K_s, J_l, J_eq, B_eq):
-    return tuple(np.matrix(m) for m in state_space(K_s, J_l, J_eq, B_eq))
-
-
 @model("as sympy's matrices")
 def _(K_s, J_l, J_eq, B_eq):
     return tuple(sympy.Matrix(np.asarray(m).tolist()) for m in state_space(K_s, J_l, J_eq, B_eq))
-
-
-@model("as tables")
-def _(K_s, J_l, J_eq, B_eq):
-    return tuple(Frame(m) for m in state_space(K_s, J_l, J_eq, B_eq))
-
-
-@model("with B and D in one dimension")
-def _(K_s, J_l, J_eq, B_eq):
-    A, B, C, D = state_space(K_s, J_l, J_eq, B_eq)
-    return A, B.ravel(), C, D.ravel()
 
 
 @model("with B and D as rows, and other names of arguments")
@@ -172,11 +103,3 @@ def _(K_s, J_l, J_eq, B_eq):
     B = [[0], [0], [1 / jeq], [-1 / jeq]]
     matrices = sympy.lambdify([k, jl, jeq, beq], [sympy.Matrix(A), sympy.Matrix(B)])(K_s, J_l, J_eq, B_eq)
     return (*matrices, np.eye(2, 4), np.zeros((2, 1)))
-
-
-@model("by substitution into symbols")
-def _(K_s, J_l, J_eq, B_eq):
-    k, jl, jeq, beq = sympy.symbols("K_s J_l J_eq B_eq")
-    A = sympy.Matrix([[0, 0, 1, 0], [0, 0, 0, 1], [0, k / jeq, -beq / jeq, 0], [0, -k / jeq - k / jl, beq / jeq, 0]])
-    numbers = {k: K_s, jl: J_l, jeq: J_eq, beq: B_eq}
-    return A.subs(numbers), sympy.Matrix([0, 0, 1 / jeq, -1 / jeq]).subs(numbers), sympy.eye(2, 4), sympy.zeros(2, 1)

@@ -5,9 +5,8 @@ from typing import Any
 
 import numpy as np
 from right_ways_types import Ways
-from working_through import FULL, Change, Where, digits, spectrum
+from working_through import FULL, Change, Where, digits
 
-from rotflex import experiments, identification
 from rotflex.course.questions import CATALOGUE
 from rotflex.units import HZ
 
@@ -23,77 +22,6 @@ def to(step: float, unit: float = 1.0) -> Change:
     return lambda value: round(float(value) / unit / step) * step * unit
 
 
-def sweep_of(lab: Any) -> Any:
-    with lab.bench() as bench:
-        return experiments.sweep(bench, progress=False)
-
-
-def frequency(read: Callable[[Any], float]) -> Callable[[Any], dict[Where, Change]]:
-    """omega_n as read otherwise off the student's own sweep."""
-
-    def carried(lab: Any) -> dict[Where, Change]:
-        found = read(sweep_of(lab))
-        return {OMEGA_N: lambda omega_n: found}
-
-    return carried
-
-
-def highest(f: Any, a: Any) -> float:
-    inside = (f >= 1) & (f <= 5)
-    return float(2 * np.pi * f[inside][np.argmax(a[inside])])
-
-
-def of_fft(zeros: float, window: Callable[[int], Any] = np.ones) -> Callable[[Any], float]:
-    def read(sweep: Any) -> float:
-        x, dt = sweep.degrees("alpha"), sweep.sample_time
-        M = int(zeros * x.size)
-        return highest(np.fft.rfftfreq(M, dt), np.abs(np.fft.rfft(window(x.size) * x, M)))
-
-    return read
-
-
-def parabola(sweep: Any) -> float:
-    f, a = spectrum(sweep.degrees("alpha"), sweep.sample_time)
-    inside = np.flatnonzero((f >= 1) & (f <= 5))
-    k = inside[np.argmax(a[inside])]
-    c = np.polyfit(f[k - 1 : k + 2], a[k - 1 : k + 2], 2)
-    return float(-np.pi * c[1] / c[0])
-
-
-def ratio(sweep: Any) -> float:
-    response = identification.frequency_response(sweep)
-    return highest(response.f_hz, np.abs(response.ratio))
-
-
-def ratio_of_spectra(sweep: Any) -> float:
-    f, a = spectrum(sweep.degrees("alpha"), sweep.sample_time)
-    return highest(f, a / spectrum(sweep.degrees("theta"), sweep.sample_time)[1])
-
-
-def by_the_package(sweep: Any) -> float:
-    return float(identification.resonance(identification.frequency_response(sweep)).value)
-
-
-def free_decay(lab: Any) -> dict[Where, Change]:
-    """Counts swings of the link that is let go: times of passing zero upwards."""
-    with lab.bench() as bench:
-        decay = experiments.free_decay(bench, progress=False)
-    x = decay.degrees("alpha")
-    x = x[decay.time > 0.3]
-    up = np.flatnonzero((x[:-1] < 0) & (x[1:] >= 0))
-    period = (up[4] - up[0]) * decay.sample_time / 4
-    return {OMEGA_N: lambda omega_n: 2 * np.pi / period}
-
-
-WAYS.carry("argmax, no zeros appended", frequency(of_fft(1)))
-WAYS.carry("argmax, ten times the samples", frequency(of_fft(10)))
-WAYS.carry("argmax, Hann window", frequency(of_fft(4, np.hanning)))
-WAYS.carry("argmax, Hamming window", frequency(of_fft(1, np.hamming)))
-WAYS.carry("a parabola through the peak", frequency(parabola))
-WAYS.carry("the ratio", frequency(ratio))
-WAYS.carry("the ratio of two spectra", frequency(ratio_of_spectra))
-WAYS.carry("the package's resonance", frequency(by_the_package))
-WAYS.carry("free decay", free_decay)
 WAYS.carry("by eye, 0.05 Hz", lambda lab: {OMEGA_N: to(0.05, HZ)})
 WAYS.carry("by eye, 0.1 Hz", lambda lab: {OMEGA_N: to(0.1, HZ)})
 WAYS.carry("by eye, 3 % high", lambda lab: {OMEGA_N: lambda omega_n: 1.03 * omega_n})

@@ -7,7 +7,7 @@ import pytest
 from reflections import NOTHING, asked_of, said_by
 from right_ways import WAYS, worked
 
-BENCHES = tuple(f"reflects-{number}" for number in range(9))
+BENCHES = tuple(f"reflects-{number}" for number in range(4))
 
 
 @pytest.mark.parametrize("name", BENCHES)
