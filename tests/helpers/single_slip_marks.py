@@ -35,6 +35,12 @@ def right() -> tuple[dict[str, dict[str, Any]], bytes]:
     return given, answers_with(None, given)
 
 
+def secrets() -> list[str]:
+    """What the bench really is, as a reason would say it."""
+    bench = _bench()
+    return [f"{value:#.4g}" for value in (bench.K_s, bench.omega_n, bench.omega_n / (2 * np.pi))]
+
+
 def alone(slip: Slip) -> tuple[float, str]:
     """Share of its part's points that a slip loses where all else is right, and the reason."""
     given, data = right()
@@ -52,7 +58,7 @@ def answers_with(slip: Slip | None, given: dict[str, dict[str, Any]] | None = No
     """The bytes of the ``answers.json`` of a student with a slip, or with none. Answers go into ``given``."""
     with tempfile.TemporaryDirectory() as folder, contextlib.redirect_stdout(io.StringIO()):
         lab = rotflex.course.lab.start(STUDENT, folder=Path(folder), quiet=True)
-        write = Pen({}, {})
+        write = Pen({})
         if given is not None:
             write.answers = given
         if slip is not None:

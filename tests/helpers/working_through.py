@@ -20,9 +20,6 @@ Where = tuple[str, str]  # question, part
 Change = Callable[[Any], Any]
 
 FULL = {(q.number, p.name): p.points for q in CATALOGUE.everything.values() for p in q.parts if p.marked == "auto"}
-PROSE = {(q.number, p.name): p.points for q in CATALOGUE.everything.values() for p in q.parts if p.marked == "person"}
-#: Report → points of it as a whole, which nobody answers.
-JUDGED = {CATALOGUE.report_judged[number]: question.points for number, question in CATALOGUE.judged.items()}
 MEASURED = ("t_s", "PO", "alpha_max_deg", "V_max")
 
 
@@ -37,16 +34,15 @@ def digits(count: int) -> Change:
 
 @dataclass
 class Pen:
-    """Takes answers down. A mistake goes on into all that is built on it; a way of writing does not."""
+    """Takes answers down. A mistake goes on into all that is built on it."""
 
     mistakes: Mapping[Where, Change]
-    written: Mapping[Where, Change]
     answers: dict[str, dict[str, Any]] = field(default_factory=dict)
 
     def __call__(self, question: str, name: str, value: Any) -> Any:
-        found = self.mistakes.get((question, name), lambda value: value)(value)
-        self.answers.setdefault(question, {})[name] = self.written.get((question, name), lambda value: value)(found)
-        return found
+        given = self.mistakes.get((question, name), lambda value: value)(value)
+        self.answers.setdefault(question, {})[name] = given
+        return given
 
 
 STATE = theta, alpha, theta_dot, alpha_dot = sympy.symbols("theta alpha theta_dot alpha_dot")

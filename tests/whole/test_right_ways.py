@@ -11,7 +11,7 @@ import pytest
 from made_courses import OURS
 from packs import assert_faultless, named, packed
 from reflections import NOTHING, asked_of, said_by
-from right_ways import TOLD, WAYS, rewritten, worked
+from right_ways import WAYS, rewritten, worked
 from working_through import FULL
 
 from labcourse.grading.marking.decoding import decode
@@ -104,17 +104,3 @@ def test_another_reading_has_full_marks_in_all_that_builds_on_it(usual, tmp_path
     _own, data = worked(student, tmp_path, way)
     assert lost(marked(data, student, usual(student)[3])) == {}
     assert said_by(asked_of(student, data)) == NOTHING
-
-
-@pytest.mark.parametrize("cases", packed(TOLD, lambda case: [case[0]]), ids=named)
-def test_what_is_not_taken_says_what_to_do(usual, tmp_path_factory, cases):
-    own, data, *_ = usual("ada")
-
-    def faults(tried):
-        given = {where: TOLD[where, what][0] for where, what in tried}
-        _changed, said = rewritten("ada", tmp_path_factory.mktemp("told"), given, own, data)
-        expected = [("not recorded", TOLD[case][1]) for case in tried]
-        told = [all(part in line for part in parts) for line, parts in zip(said, expected, strict=False)]
-        return {} if told == [True] * len(tried) and len(said) == len(tried) else {"said": said}
-
-    assert_faultless(cases, faults)

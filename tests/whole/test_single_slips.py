@@ -9,7 +9,7 @@ from dataclasses import replace
 import pytest
 import sympy
 from reflections import asked_of
-from single_slip_marks import alone, answers_with, lost_by
+from single_slip_marks import alone, answers_with, lost_by, secrets
 from single_slips import OF_EACH_KIND, SLIPS, STUDENT
 from working_through import FULL, theta_ddot
 
@@ -27,10 +27,11 @@ def test_without_a_slip_nothing_is_lost():
 
 
 @pytest.mark.parametrize("slip", SLIPS, ids=lambda slip: slip.name)
-def test_a_slip_beside_right_answers_costs_its_own_points_and_is_told(slip):
+def test_a_slip_beside_right_answers_costs_its_own_points_and_is_told_without_the_answer(slip):
     share, reason = alone(slip)
     assert share == pytest.approx(slip.costs, abs=0.01)
     assert re.search(slip.told, reason), reason
+    assert not [secret for secret in secrets() if secret in reason]
 
 
 NAMED = [slip for slip in SLIPS if slip.where[0] in ("2.1", "2.2", "2.3", "2.4", "2.5", "2.6", "2.8")]
