@@ -83,68 +83,6 @@ def star_imports(work: Work) -> None:
 
 
 @WAYS.changed()
-def scipy_instead(work: Work) -> None:
-    """Uses other functions than the texts suggest: scipy's transform, a lambda, a matrix built from blocks."""
-    work.write(
-        "q2-10",
-        """
-from scipy.fft import rfft
-
-spectrum = lambda x, dt: (
-    np.arange(M := 2 ** int(np.ceil(np.log2(len(x)))))[: M // 2] / (M * dt),
-    2 * abs(rfft(x, M)[: M // 2]) / len(x),
-)
-f_hz, amplitude_deg = spectrum(sweep.degrees("alpha"), sweep.sample_time)
-figure_spectrum, ax = plt.subplots()
-ax.semilogy(f_hz[f_hz <= 10], amplitude_deg[f_hz <= 10])
-ax.set(xlabel="f in Hz", ylabel="amplitude in deg")
-""".lstrip(),
-    )
-    work.write(
-        "q2-13",
-        """
-def state_space(K_s, J_l, J_eq, B_eq):
-    M, K = np.array([[J_eq + J_l, J_l], [J_l, J_l]]), np.diag([0, K_s])
-    D, F = np.diag([B_eq, 0]), np.array([[1], [0]])
-    inverse = np.linalg.inv(M)
-    A = np.block([[np.zeros((2, 2)), np.eye(2)], [-inverse @ K, -inverse @ D]])
-    return [A, np.vstack([np.zeros((2, 1)), inverse @ F]), np.eye(2, 4), np.zeros((2, 1))]
-""".lstrip(),
-    )
-
-
-@WAYS.changed()
-def plain_lists(work: Work) -> None:
-    """Gives matrices as lists of lists, integers for floats, and numpy's own kinds of numbers."""
-    work.write(
-        "q3-3",
-        """
-a = open_loop_polynomial
-A_c = [[0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1], [-a[4], -a[3], -a[2], -a[1]]]
-B_c = [[0], [0], [0], [1]]
-""".lstrip(),
-    )
-    work.write("q3-6", "rank = int(np.linalg.matrix_rank(control.ctrb(A, B)))\ncontrollable = 'yes'")
-    work.write("q3-5", "K_c = [[float(d - a) for d, a in zip(desired_polynomial[:0:-1], open_loop_polynomial[:0:-1])]]")
-    work.write("q3-9", "poles = tuple(complex(p) for p in np.linalg.eigvals(A - B @ K))")
-
-
-@WAYS.changed()
-def other_algebra(work: Work) -> None:
-    """Writes the same formulas otherwise: multiplied out, with fractions, sides of an equation the other way round."""
-    work.write("q2-1", "V = sympy.Rational(1, 2) * alpha * K_s * alpha")
-    work.write(
-        "q2-2", "half = sympy.S.Half\nT = sympy.expand(half * (J_eq * theta_dot**2 + J_l * (theta_dot + alpha_dot)**2))"
-    )
-    work.write(
-        "q2-5",
-        "equation_alpha = sympy.Eq(J_l * theta_ddot + J_l * alpha_ddot + B_l * alpha_dot + K_s * alpha, 0)\n"
-        "display(equation_alpha)",
-    )
-    work.write("q2-8", "J_link = 0.5 * m_1 * L_1**2 * sympy.Rational(2, 3) + m_2 * (L_2**2 / 12 + d_12**2)")
-
-
-@WAYS.changed()
 def tabs_and_blanks(work: Work) -> None:
     """Indents by tabs, ends lines with blanks, begins with empty lines, ends with semicolons and Windows line ends."""
     spectrum = text_of(work.cell("q2-10")).replace("    ", "\t").replace("\n", "   \n")

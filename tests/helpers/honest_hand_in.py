@@ -279,10 +279,6 @@ def as_zip(place: Path, files: Mapping[str, bytes], within: str = "", written_at
     place.write_bytes(zipped(files, within, written_at))
 
 
-def composed(text: str) -> str:
-    return unicodedata.normalize("NFC", text)
-
-
 def decomposed(text: str) -> str:
     """As macOS names its files."""
     return unicodedata.normalize("NFD", text)

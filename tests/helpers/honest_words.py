@@ -1,7 +1,6 @@
 """Answers in words as people write them: in their languages, with formulas, lists, tables and pictures."""
 
 import base64
-import copy
 import hashlib
 import random
 import struct
@@ -9,20 +8,9 @@ import uuid
 import zlib
 from urllib.parse import quote
 
-from honest_hand_in import STUB_OF_WORDS, Ways, Work, is_answer, text_of
+from honest_hand_in import Ways, Work, is_answer, text_of
 
 WAYS = Ways()
-
-GERMAN = """
-Mit einer **Spannung** am Motor ist der Servo frei beweglich, und der Arm wirkt auf ihn zurück. In der Nähe von
-$\\omega_n=\\sqrt{K_s/J_l}$ wirkt er wie ein *Tilger*: Er hält den Servo fest, so daß $\\theta$ dort ein Minimum hat, wo
-$|H|$ sein Maximum hat.
-
-1. Die Spitze liegt zu hoch, bei etwa $1{,}2\\,\\omega_n$ („scheinbare“ Resonanz).
-2. Das Verhältnis $|\\alpha/\\theta|$ hängt nur vom Arm und vom Gelenk ab – Größen der Straße spielen keine Rolle.
-
-$$ H(j\\omega)=\\frac{\\omega^2}{\\omega_n^2-\\omega^2+2j\\zeta\\omega_n\\omega} $$
-"""
 
 
 def png(width: int, height: int, noise: int = 0) -> bytes:
@@ -52,13 +40,6 @@ def paste(work: Work, cell: str, content: bytes, key: str = "", reference: str =
     held = work.cell(cell)
     held.setdefault("attachments", {})[key] = {"image/png": base64.b64encode(content).decode()}
     work.write(cell, text_of(held) + f"\n\n![image.png](attachment:{reference or key})")
-
-
-@WAYS.changed(student="Jürgen Größl-Weiß")
-def words_in_german(work: Work) -> None:
-    """Wrote all answers in words in German, with umlauts, formulas and lists; has umlauts in the ID."""
-    for number, cell in enumerate(texts_of(work), 1):
-        work.say(cell, f"({number}) {GERMAN.strip()}")
 
 
 @WAYS.changed()
@@ -99,13 +80,6 @@ def picture_as_a_file(work: Work) -> None:
 
 
 @WAYS.changed()
-def picture_in_the_text(work: Work) -> None:
-    """Colab wrote a pasted picture into the text itself."""
-    data = base64.b64encode(png(200, 100)).decode()
-    work.write("q2-17-reason", text_of(work.cell("q2-17-reason")) + f"\n\n![image.png](data:image/png;base64,{data})")
-
-
-@WAYS.changed()
 def every_kind_of_markdown(work: Work) -> None:
     """Uses whatever Markdown has: tables, code, lists in lists, quotes, links, equations of several lines, HTML."""
     work.say(
@@ -137,41 +111,6 @@ print("a < b & c")
 
 
 @WAYS.changed()
-def words_from_a_word_processor(work: Work) -> None:
-    """Pasted text from a word processor: curly quotes, soft hyphens, no-break spaces, tabs, Windows line ends."""
-    for cell in texts_of(work):
-        text = text_of(work.cell(cell)).replace(" the ", "\u00a0the ").replace("tion", "\u00adtion").replace("'", "’")
-        work.write(cell, text.replace("\n", "\r\n") + "\r\n\t“so”\u2028…\ufeff\r\n")
-
-
-@WAYS.changed()
-def headings_of_words_deleted(work: Work) -> None:
-    """Deleted the heading of each text cell, with the pencil, before writing."""
-    for cell in texts_of(work):
-        work.write(cell, text_of(work.cell(cell)).split("\n", 2)[2])
-
-
-@WAYS.changed()
-def grey_lines_left(work: Work) -> None:
-    """Left the grey line that says where to write, and wrote below it, or above."""
-    for number, cell in enumerate(texts_of(work)):
-        head, _, words = text_of(work.cell(cell)).partition("\n\n")
-        work.write(cell, "\n\n".join([head, STUB_OF_WORDS, words] if number % 2 else [head, words, STUB_OF_WORDS]))
-
-
-@WAYS.changed()
-def words_in_a_split_cell(work: Work) -> None:
-    """Split a text cell in JupyterLab: both halves have new ids and the metadata of the whole."""
-    cells, index = work.place("q2-16-comparison")
-    old = cells[index]
-    first, second = text_of(old).split(". The servo turns", 1)
-    halves = [copy.deepcopy(old) for _ in range(2)]
-    halves[0].update(id="51ab09ce", source=[first + "."])
-    halves[1].update(id="c2d40f17", source=["The servo turns" + second])
-    cells[index : index + 1] = halves
-
-
-@WAYS.changed()
 def words_that_look_like_code(work: Work) -> None:
     """Wrote words that look like code, formats and stubs: {t_s:.2f}, %d, \\n, $5, # Your code here., BEGIN SOLUTION."""
     work.say(
@@ -179,9 +118,3 @@ def words_that_look_like_code(work: Work) -> None:
         "{t_s:.2f} s, 5 %d, C:\\new\\table, it costs $5 and 7$.\n\n# Your code here.\n\nThat is so. "
         "### BEGIN SOLUTION is what I do not know; None, null, NaN; '''quotes''' and \"\"\"more\"\"\".",
     )
-
-
-@WAYS.changed()
-def text_cell_made_a_code_cell(work: Work) -> None:
-    """Pressed Y on a text cell: it is a code cell now, with the words in it, and Python complains about them."""
-    work.cell("q2-11-explanation").update(cell_type="code", execution_count=None, outputs=[])

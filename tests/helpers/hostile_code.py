@@ -6,7 +6,6 @@ All that is endless here ends after a minute (``END``); what grows, grows to a b
 
 from hostile import Attack
 
-MIB = 2**20
 TOO_LONG, DIED, ENDED_EARLY = "longer than", "died", "ended before all notebooks were run"
 
 

@@ -33,7 +33,7 @@ CELL_TIMEOUT = 45  # s: one of them never ends; a busy machine needs half of it 
 PANDAS = importlib.util.find_spec("pandas") is not None
 SOLVED = solved_notebooks(ROOT)
 #: Words and pictures that are marked, and shown in a feedback, all the same.
-_SHOWN = {"pictures-pasted", "every-kind-of-markdown", "words-in-a-split-cell", "text-cell-made-a-code-cell"}
+_SHOWN = {"pictures-pasted", "every-kind-of-markdown"}
 _ONLY_OF_THE_FILE = {
     *("ids-and-metadata-lost", "texts-deleted", "everything-lost-as-by-kaggle"),
     *("written-otherwise", "whole-course-folder"),
@@ -212,7 +212,7 @@ SEEN = ("magics", "name-error")
 #: Checked alone in `make test-all`.
 SEEN_ALONE = (
     *("helper-cell", "split-in-jupyterlab", "own-module-by-star", "syntax-error", "module-forgotten"),
-    *("all-ids-renewed", "text-cell-made-a-code-cell", "exit-in-a-cell", "notebook-left-empty"),
+    *("all-ids-renewed", "exit-in-a-cell", "notebook-left-empty"),
 )
 
 
