@@ -49,14 +49,6 @@ def test_files_and_folders(tmp_path, monkeypatch, fits, packed):
 
 
 @FITS
-def test_folders_count_as_files_do(tmp_path, monkeypatch, fits):
-    files = under("work", work("ada"))
-    limited(monkeypatch, archives, "MAX_ENTRIES", len(files) + 1, fits)
-    lay(tmp_path / "ada", files)
-    assert (read(tmp_path)[0] == WANTED) == fits
-
-
-@FITS
 @pytest.mark.parametrize("packed", [True, False], ids=["zip", "folder"])
 def test_folders_within_folders(tmp_path, fits, packed):
     depth = archives.MAX_DEPTH + (not fits)
@@ -89,14 +81,6 @@ def test_bytes_of_a_zips_table_of_contents(tmp_path, monkeypatch, fits):
         else:
             with pytest.raises(Unreadable, match=f"{table - 1} bytes"):
                 shelf.listing(Entry(tmp_path, "ada.zip", 0))
-
-
-def test_the_table_of_contents_of_a_zip_within_a_zip_is_limited_too(tmp_path, monkeypatch):
-    monkeypatch.setattr(archives, "MAX_DIRECTORY", archives._PIECE)
-    inner = zipped({f"{number:09}": b"" for number in range(archives._PIECE // 55 + 1)})
-    lay(tmp_path, {"ada.zip": zipped({"many.zip": inner, **work("ada")})})
-    found, reported, _delivered = read(tmp_path)
-    assert found == WANTED and f"more than {archives._PIECE} bytes" in reported and "'many.zip'" in reported
 
 
 @FITS
@@ -227,15 +211,6 @@ def test_partners_whom_a_course_file_names(tmp_path, fits):
 
 
 @FITS
-def test_a_name_that_a_platform_writes(fits):
-    name = "Ada Lovelace_7_assignsubmission_file_"
-    long = "x" * (platforms._LONGEST - len(name) + (not fits)) + name
-    assert (platforms.label_of(long) is not None) == fits
-    again = "x" * (platforms._LONGEST - len(" (2)") + (not fits)) + " (2)"
-    assert (platforms.without_copy_number(again) is not None) == fits
-
-
-@FITS
 def test_a_list_of_times(tmp_path, monkeypatch, fits):
     """It is read as a whole, or not at all: half a line would be another time."""
     content = "name,time\nada,2026-11-20 12:00\nJ\u00fcrgen,2026-11-21 12:00".encode()
@@ -249,31 +224,6 @@ def test_a_list_of_times(tmp_path, monkeypatch, fits):
         monkeypatch.setattr(platforms, "MAX_TABLE", most)
         with pytest.raises(GradingError, match=f"{most} bytes"):
             platforms.read_times(path)
-
-
-@FITS
-def test_what_is_read_of_a_place_has_at_most_so_many_bytes(tmp_path, fits):
-    lay(tmp_path, {"a.csv": b"12345"})
-    lay(tmp_path, {"a.zip": zipped({"a.csv": b"12345"})})
-    for store in (tmp_path, Entry(tmp_path, "a.zip", 0)):
-        with Shelf() as shelf:
-            entry = shelf.listing(store).files["a.csv"]
-            if fits:
-                assert shelf.read(entry, 5) == b"12345"
-            else:
-                with pytest.raises(Unreadable, match="4 bytes"):
-                    shelf.read(entry, 4)
-
-
-def test_a_folder_or_a_file_that_is_gone_or_another_thing_is_reported(tmp_path):
-    folder = lay(tmp_path / "ada", work("ada"))
-    with Shelf() as shelf:
-        assert len(shelf.listing(folder).files) == len(work("ada"))
-        for name in ("gone.csv", "course.json/x"):
-            with pytest.raises(Unreadable, match=r"No such file|Not a directory"):
-                shelf.read(Entry(folder, name, 1), 10)
-        with pytest.raises(Unreadable, match="No such file"):
-            shelf.listing(tmp_path / "nowhere")
 
 
 TEXT = (ROOT / "docs" / "handing_in.md").read_text(encoding="utf-8")

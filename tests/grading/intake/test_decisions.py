@@ -108,21 +108,10 @@ def test_an_empty_notebook_that_came_later_does_not_replace_an_answered_one(tmp_
     assert A in note and "ada (2).zip" in note
 
 
-def test_a_page_in_place_of_a_notebook_is_named(tmp_path):
-    lay(tmp_path / "ada", {A: ANSWERED, B.replace(".ipynb", ".md"): b"# Text", C: notebook(C)})
-    (problem,) = read(tmp_path).problems()
-    assert B.replace(".ipynb", ".md") in problem and B in problem
-
-
 @pytest.mark.parametrize("partner", ["bob", ["bob"]])
 def test_a_partner_may_stand_in_a_list_or_alone(tmp_path, partner):
     lay(tmp_path / "ada", {A: ANSWERED, "course.json": json.dumps({"student": "ada", "with": partner}).encode()})
     assert [one.student for one in intake.find(tmp_path).submissions] == ["ada", "bob"]
-
-
-def test_a_notebook_that_is_packed_by_itself_is_named(tmp_path):
-    lay(tmp_path / "ada", {A: ANSWERED, f"{B}.gz": b"\x1f\x8b", C: notebook(C)})
-    assert any(f"{B}.gz" in problem for problem in read(tmp_path).problems())
 
 
 def test_a_program_in_place_of_a_notebook_is_named_and_comes_along(tmp_path):

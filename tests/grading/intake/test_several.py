@@ -75,22 +75,6 @@ def test_two_students_whose_hand_ins_cannot_be_read_are_both_there(tmp_path):
         assert f"'{submission.student}.zip': it is not an archive" in first and "no notebook of the course" in second
 
 
-def test_two_that_are_not_read_are_both_named_whatever_the_reason(tmp_path):
-    put(tmp_path, "ada", "x = 1", LATE)
-    lay(tmp_path, {"a.rar": b"", "b.7z": b"", "a.txt": b"", "b.txt": b"", "a.ipynb": b"{}", "b.ipynb": b"{}"})
-    reported = intake.find(tmp_path, ROSTER).ignored
-    assert len(reported) == 3
-    for name in ("a.rar", "b.7z", "a.txt", "b.txt", "a.ipynb", "b.ipynb"):
-        assert sum(f"'{name}'" in line for line in reported) == 1
-
-
-def test_problems_of_two_contradictions_are_both_reported(tmp_path):
-    lay(tmp_path / "ada", work("bob"))
-    lay(tmp_path, {"ADA.zip": zipped(work("eve"))})
-    (submission,) = intake.find(tmp_path, ROSTER).submissions
-    assert [("'bob'" in one, "'eve'" in one) for one in sorted(submission.problems)] == [(True, False), (False, True)]
-
-
 @pytest.mark.parametrize(
     "course_file", ["course.json", "work/course.json", "work/deep/course.json", "other/course.json"]
 )
@@ -102,13 +86,6 @@ def test_own_files_are_those_beside_the_notebooks_wherever_the_course_file_lies(
     }
     assert set(WANTED) < set(items) and items["data/x.csv"] == b"1"
     assert items["course.json"] == b'{"student": "ada"}'
-
-
-@pytest.mark.parametrize("folder", ["", "work/"])
-def test_where_there_is_no_notebook_own_files_are_those_beside_the_course_file(tmp_path, folder):
-    lay(tmp_path / "ada", {f"{folder}course.json": b'{"student": "ada"}', f"{folder}x.csv": b"1"})
-    items = intake.read(intake.find(tmp_path, ROSTER).submissions[0], WANTED).items
-    assert {item.name for item in items} == {"x.csv", "course.json"}
 
 
 def test_the_newest_python_of_a_students_notebooks_counts(tmp_path):
