@@ -151,13 +151,6 @@ class TestEverySolutionForStudents:
                 assert "recorded" in text
                 assert "not answered" not in text
 
-    def test_students_cells_use_no_instructor_module(self, path):
-        for cell in cells(path):
-            if cell.cell_type == "code" and "instructor" not in tags(cell):
-                found = set(re.findall(r"rotflex\.(\w+)|from rotflex import ([\w, ]+)", cell.source))
-                words = {word for pair in found for part in pair for word in re.findall(r"\w+", part)}
-                assert "instructor" not in words, cell.id
-
 
 def test_there_is_a_student_notebook_for_each_solution():
     assert [path.name for path in STUDENT_NOTEBOOKS] == [path.name for path in FOR_STUDENTS]

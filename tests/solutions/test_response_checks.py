@@ -93,18 +93,6 @@ def test_a_simulation_of_either_fidelity_with_the_limit_or_without_is_right_and_
     assert check.verdict(SIMULATED, value, own).status is Status.WRONG
 
 
-@pytest.fixture(scope="module")
-def settling_time(run):
-    return response.worst(response.measure(run)).settling_time
-
-
-@pytest.mark.parametrize(("factor", "status"), [(1.0, "RIGHT"), (1.04, "RIGHT"), (0.5, "WRONG"), (1.3, "WRONG")])
-def test_a_settling_time_is_right_within_five_per_cent(bench, run, settling_time, factor, status):
-    check = Measured("t_s", FULL, OWN, rtol=0.05, atol=0.02)
-    verdict = check.verdict(T_S, factor * settling_time, case(bench, response=stored(RESPONSE, run)))
-    assert verdict.status is Status[status]
-
-
 def test_a_number_in_another_unit_or_of_another_reference_is_wrong_and_the_reason_says_so(bench, K, run):
     worst, own = response.worst(response.measure(run)), case(bench, K=np.array([K]))
     verdict = Measured("alpha_max_deg", FULL, OWN).verdict(DEFLECTION, worst.max_alpha, own)

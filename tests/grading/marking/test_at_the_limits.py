@@ -1,22 +1,17 @@
 """Tolerances of checks, and bounds of what is marked, at either side of their values."""
 
-import json
 import math
 import signal
-from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
-import sympy
-from made_courses import OURS
 
 from labcourse.answers.parts import Part, number, recording
-from labcourse.grading.marking import checks, decoding, marking, marking_processes, time_limit
+from labcourse.grading.marking import checks, time_limit
 from labcourse.grading.marking.checks import ChoiceIs, Number, RecordingOf, misfit
 from labcourse.grading.marking.wrong_answers import wrong_answer
 from labcourse.grading.verdicts import Case, Status
-from rotflex.course.questions import CATALOGUE
 from rotflex.recording import Channel, Recording
 
 X = number("x", "", None, "", "A number.")
@@ -80,12 +75,6 @@ def test_a_slip_is_named_up_to_the_tolerance_of_what_it_leads_to(share, named):
 @pytest.mark.parametrize(("given", "follows", "status"), [("a", "b", RIGHT), ("b", "b", FOLLOW), ("c", "b", WRONG)])
 def test_a_choice_is_right_or_follows_or_is_wrong(given, follows, status):
     assert ChoiceIs("a", "so", lambda own, bench: follows, "yours").verdict(X, given, case()).status is status
-
-
-@pytest.mark.parametrize(("bench", "given", "status"), [(1, "a", RIGHT), (1, "b", WRONG), (2, "b", RIGHT)])
-def test_the_right_word_may_depend_on_the_bench(bench, given, status):
-    check = ChoiceIs(lambda bench: "a" if bench == 1 else "b", "so")
-    assert check.verdict(X, given, replace(case(), bench=bench)).status is status
 
 
 @pytest.mark.parametrize("error", checks.EVALUATION_ERRORS)
@@ -166,24 +155,6 @@ def test_a_misfit_is_relative_to_what_is_wanted_and_infinite_without_it():
     assert misfit(WANTED, 2 * WANTED) == pytest.approx(0.5)
     with np.errstate(all="ignore"):
         assert misfit(WANTED, np.ones(300)) == misfit(np.ones(300), np.ones(300)) == math.inf
-
-
-@FITS
-def test_characters_that_are_shown_of_an_expression(fits):
-    part = CATALOGUE.find("2.1").part("V")
-    claims = decoding.Claims(values={("2.1", "V"): sympy.Symbol("x" * (300 + (not fits)))}, contents={("2.1", "V"): {}})
-    given = marking._as_text(part, claims, ("2.1", "V"))
-    assert given == "x" * 300 + ("" if fits else "…")
-
-
-@FITS
-def test_characters_that_are_shown_of_a_bench(fits):
-    bench = type("Bench", (), {"identity": {"uri": "virtual"}})()
-    claims = decoding.Claims(bench={"uri": "x"})
-    size = len(json.dumps(claims.bench))
-    claims.bench["uri"] = "x" * (1 + 200 - size + (not fits))
-    (told,) = marking_processes._other_bench(OURS, bench, claims)
-    assert ('"}. They' in told) == fits
 
 
 def test_the_alarm_is_set_to_the_time_that_is_allowed_and_none_is_left():

@@ -1,7 +1,6 @@
 """Claims and marks: what is read, what it is worth, and why. Expected marks follow from solutions/key.py's policy."""
 
 import json
-import math
 from dataclasses import replace
 
 import matplotlib.figure
@@ -22,7 +21,7 @@ from labcourse.grading.verdicts import Case, Status, right, wrong
 from rotflex import hil, model
 from rotflex.course.questions import CATALOGUE
 from rotflex.experiments import sweep
-from rotflex.hil.student_benches import student_bench, student_seed
+from rotflex.hil.student_benches import student_seed
 from solutions.true_bench import TrueBench
 
 SEED = 2024
@@ -94,18 +93,15 @@ def test_an_answer_is_read():
         b"\xff\xfe\x00",
         b"[1, 2]",
         file({OMEGA: NUMBER}).replace(b"19.9", b"NaN"),
-        file({OMEGA: NUMBER}).replace(b"19.9", b"-Infinity"),
         file({OMEGA: NUMBER}).replace(b"19.9", b"1e999"),
-        file({OMEGA: NUMBER}).replace(b"19.9", b"9" * 21),
         file({OMEGA: NUMBER}).replace(b"19.9", b"9" * 5000),
-        file({OMEGA: NUMBER}).replace(b"19.9", b"[" * 100 + b"]" * 100),
         file({OMEGA: NUMBER}).replace(b"19.9", b"[" * 100_000),
         file({OMEGA: NUMBER}, format=3),
         file({OMEGA: NUMBER}, answers=[]),
         file({OMEGA: NUMBER}, extra=1),
         file({OMEGA: NUMBER}) + b" " * 1_000_001,
     ],
-    ids=range(15),
+    ids=range(12),
 )
 def test_a_file_that_no_answer_writes_is_refused_as_a_whole(data):
     read = decoding.decode(data, SEED, CATALOGUE)
@@ -150,61 +146,6 @@ def test_outputs_on_other_inputs_than_those_drawn_do_not_count():
 def test_no_file_is_no_answer():
     read = decoding.decode(None, SEED, CATALOGUE)
     assert (read.values, read.problems) == ({}, [])
-
-
-def test_the_true_bench_is_the_students_own(bench):
-    drawn = student_bench(student_seed("ADA "))
-    assert bench.omega_n == pytest.approx(math.sqrt(drawn.parameters.K_s / drawn.parameters.J_l))
-    assert bench.joint.arm_position == drawn.joint.arm_position
-
-
-@pytest.mark.parametrize(("factor", "points"), [(1, 2), (1.15, 0), (0.85, 0), (-1, 0), (0, 0)])
-def test_the_natural_frequency_is_right_on_ones_own_bench(marks, bench, factor, points):
-    assert marks({OMEGA: bench.omega_n * factor})[OMEGA].points == points
-
-
-def test_hertz_for_radians_per_second_is_wrong_and_said_so(marks, bench):
-    mark = marks({OMEGA: bench.omega_n / (2 * np.pi)})[OMEGA]
-    assert mark.points == 0 and "Hz" in mark.reason
-
-
-@pytest.mark.parametrize(
-    ("omega_n", "J_l", "K_s", "status"),
-    [
-        (1.0, 1.0, 1.02, RIGHT),  # by a frequency 1 % high
-        (1.2, 1.0, 1.02, RIGHT),  # right is right, though it does not follow from omega_n
-        (1.2, 1.0, 1.2**2, FOLLOWS),
-        (1.0, 3.0, 3.0, FOLLOWS),
-        (1.2, 1.0, 1.2**2 * 1.019, FOLLOWS),
-        (1.2, 1.0, 1.2**2 * 1.021, WRONG),
-        (1.2, None, 1.2**2, WRONG),  # nothing to follow from
-        (1.2, 1.0, 1.2, WRONG),
-        (0.0, 1.0, 0.0, WRONG),  # zero follows from zero, and is no stiffness
-        (1e200, 1e200, 1e300, WRONG),
-    ],
-)
-def test_a_stiffness_is_right_or_follows_from_ones_own_numbers_or_is_wrong(marks, bench, omega_n, J_l, K_s, status):
-    values = {OMEGA: omega_n * bench.omega_n, ("2.12", "K_s"): K_s * bench.K_s}
-    if J_l is not None:
-        values["2.12", "J_l"] = J_l * bench.J_l
-    mark = marks(values)["2.12", "K_s"]
-    assert mark.status is status
-    assert mark.points == (0 if status is WRONG else 2)
-
-
-@pytest.mark.parametrize("turned", [1, 2])
-def test_the_inertia_of_the_own_arm_in_another_position_is_wrong_and_said_so(marks, bench, turned):
-    from rotflex.config import joint
-
-    position = (bench.joint.arm_position + turned - 1) % 3 + 1
-    elsewhere = replace(bench.joint, d_12=joint(position).d_12)
-    mark = marks({("2.12", "J_l"): elsewhere.J_l})["2.12", "J_l"]
-    assert mark.points == 0 and f"not at anchor {position} " in mark.reason
-
-
-def test_prose_waits_for_a_person_and_earns_nothing_yet(marks):
-    mark = marks({("2.11", "explanation"): "Because theta is not flat."})["2.11", "explanation"]
-    assert (mark.status, mark.points, mark.awaiting) == (Status.FOR_A_PERSON, 0, 1)
 
 
 def test_what_is_not_there_is_missing_and_earns_nothing(marks):
@@ -261,24 +202,9 @@ def test_a_recording_of_part_of_the_sweep_is_wrong(marks, own_sweep):
     assert "length" in marks({SWEEP: own_sweep.between(0, 10)})[SWEEP].reason
 
 
-def test_where_notebooks_are_run_on_another_bench_than_a_virtual_one_it_is_for_a_person(marks, key, own_sweep):
-    wired = replace(key, parameters={"bench": "quanser:q2_usb/0"})
-    found = marks({SWEEP: own_sweep, PLOT: drawn(own_sweep.time, own_sweep["alpha"])}, course=wired)
-    assert found[SWEEP].status is found[PLOT].status is Status.FOR_A_PERSON
-
-
 def test_a_bench_that_answers_claim_to_come_from_changes_no_mark(marks, others_sweep):
     """Or wrong numbers would wait for a person."""
     assert marks({SWEEP: others_sweep}, bench={"uri": "quanser:q2_usb/0"})[SWEEP].status is WRONG
-
-
-@pytest.mark.parametrize("most", [10, 250], ids=["to 10 Hz", "all of it"])
-@pytest.mark.parametrize("padded", [7501, 8192, 65536])
-def test_a_figure_of_the_spectrum_is_right_with_any_padding(marks, own_sweep, padded, most):
-    f = np.fft.rfftfreq(padded, 0.002)
-    amplitude = np.abs(np.fft.rfft(own_sweep.degrees("alpha"), padded)) / len(own_sweep) * 2
-    figure = drawn(f[f <= most], amplitude[f <= most], "f (Hz)", "amplitude (deg)")
-    assert marks({SPECTRUM_PLOT: figure})[SPECTRUM_PLOT].status is RIGHT
 
 
 @pytest.mark.parametrize("inside", [2, 4])
@@ -294,66 +220,6 @@ def test_points_at_the_peaks_frequency_alone_are_no_spectrum(marks, own_sweep, i
 def amplitude_spectrum(x, dt, padded=None, factor=2.0):
     f = np.fft.rfftfreq(padded or len(x), dt)
     return f, factor * np.abs(np.fft.rfft(x, padded)) / len(x)
-
-
-def by_sums(x, dt):
-    """The Fourier sum, frequency by frequency, with the highest first."""
-    t = np.arange(len(x)) * dt
-    f = np.arange(0.0, 9.0, 1 / (len(x) * dt))[::-1]
-    return f.tolist(), [2 * abs(np.mean(x * np.exp(-2j * np.pi * one * t))) for one in f]
-
-
-def by_a_window(x, dt):
-    w = np.hanning(len(x))
-    return np.fft.rfftfreq(len(x), dt), 2 * np.abs(np.fft.rfft((x - x.mean()) * w)) / w.sum()
-
-
-def by_periodogram(x, dt):
-    from scipy.signal import periodogram
-
-    f, power = periodogram(x, 1 / dt, scaling="spectrum")
-    return f, np.sqrt(2 * power)
-
-
-@pytest.mark.parametrize(
-    "method",
-    [amplitude_spectrum, lambda x, dt: amplitude_spectrum(x, dt, 2**14), by_sums, by_a_window, by_periodogram],
-    ids=["fft", "padded", "sums", "window", "periodogram"],
-)
-def test_any_method_that_gives_amplitudes_is_right(marks, method):
-    mark = marks({("2.10", "spectrum"): method})["2.10", "spectrum"]
-    assert (mark.status, mark.points) == (RIGHT, 2)
-
-
-@pytest.mark.parametrize(
-    ("method", "words"),
-    [
-        (lambda x, dt: amplitude_spectrum(x, dt, factor=1), "half as high"),
-        (lambda x, dt: amplitude_spectrum(x, dt, factor=2 * len(x)), "number of samples"),
-        (lambda x, dt: amplitude_spectrum(x, dt, factor=len(x)), "half the number of samples"),
-        (lambda x, dt: amplitude_spectrum(x, dt, factor=2.2), "same factor"),
-        (lambda x, dt: (amplitude_spectrum(x, dt)[0], amplitude_spectrum(x, dt)[1] ** 2), "not their amplitudes"),
-    ],
-    ids=["not doubled", "not divided", "neither", "another factor", "power"],
-)
-def test_the_right_places_with_the_wrong_heights_earn_half(marks, method, words):
-    mark = marks({("2.10", "spectrum"): method})["2.10", "spectrum"]
-    assert (mark.status, mark.points) == (PARTLY, 1)
-    assert words in mark.reason
-
-
-@pytest.mark.parametrize(
-    "method",
-    [
-        lambda x, dt: (2 * np.pi * amplitude_spectrum(x, dt)[0], amplitude_spectrum(x, dt)[1]),
-        lambda x, dt: (np.linspace(0, 10, 500), np.ones(500)),
-        lambda x, dt: (np.linspace(0, 10, 500), np.full(500, 1e308)),
-        lambda x, dt: (np.arange(len(x) // 2) / 100, amplitude_spectrum(x, dt)[1][: len(x) // 2]),
-    ],
-    ids=["rad/s", "flat", "enormous", "other frequencies"],
-)
-def test_peaks_in_the_wrong_places_are_wrong(marks, method):
-    assert marks({("2.10", "spectrum"): method})["2.10", "spectrum"].status is WRONG
 
 
 def test_a_check_that_fails_on_an_odd_claim_leaves_it_to_a_person_and_the_others_count(bench):
