@@ -137,10 +137,6 @@ def test_only_an_ordinary_file_of_bounded_size_is_read(left, trouble):
     assert outcome.troubles.get("answer", "").startswith(trouble) and bool(outcome.troubles) == bool(trouble)
 
 
-def test_a_file_of_just_the_largest_size_is_read():
-    assert shell("head -c 100 /dev/zero > answer").files == {"answer": bytes(100)}
-
-
 @pytest.mark.parametrize("name", ["", ".", "..", "../answer", "/etc/passwd", "a/b", "a\0b"])
 def test_the_wanted_file_must_have_a_plain_name(name):
     with pytest.raises(IsolationError, match="plain"):
@@ -210,13 +206,6 @@ def test_a_sandbox_that_is_given_up_while_it_is_put_up_leaves_nothing():
         assert processes_with(token) == []
 
 
-def test_a_run_that_was_given_up_before_is_not_made():
-    given_up = threading.Event()
-    given_up.set()
-    outcome = shell("echo ran > answer", cancelled=given_up)
-    assert (outcome.ending, outcome.files.get("answer")) == (Ending.CANCELLED, None)
-
-
 GRADER = """
 import sys
 from labcourse.grading.isolation import sandbox
@@ -226,7 +215,10 @@ sandbox.run(["/bin/sh", "-c", script, sys.argv[1]], visible=[], wanted={})
 """
 
 
-@pytest.mark.parametrize("moment", [0.0, 0.002, 0.004, 0.006, 0.008, 0.010, 0.015, "running"])
+MOMENTS = [pytest.param(moment, marks=pytest.mark.scheduled) for moment in (0.0, 0.004, 0.008, 0.010, 0.015)]
+
+
+@pytest.mark.parametrize("moment", [0.002, 0.006, "running", *MOMENTS])
 def test_nothing_outlives_a_grader_that_is_killed(moment):
     token = secrets.token_hex(8)
     grader = subprocess.Popen([sys.executable, "-c", GRADER, token], stdout=subprocess.PIPE, cwd=ROOT)

@@ -2,14 +2,11 @@
 
 import errno
 import os
-import platform
 import struct
 import subprocess
-import sys
 from pathlib import Path
 
 import pytest
-from checkout import ROOT
 
 from labcourse.errors import IsolationError
 from labcourse.grading.isolation import bubblewrap, cgroups, sandbox, seccomp, selftest
@@ -262,23 +259,6 @@ def test_containers_are_told_of_least_privilege(tmp_path, monkeypatch):
     assert bubblewrap.in_container(tmp_path)
     monkeypatch.setattr(bubblewrap, "in_container", lambda: True)
     assert "do not use --privileged" in bubblewrap.remedy_of_namespaces(tmp_path)
-
-
-@pytest.mark.isolation
-@pytest.mark.skipif(platform.machine() != "x86_64", reason="the filter has this machine's numbers of system calls")
-def test_where_a_containers_filter_refuses_namespaces_the_doctor_refuses_to_grade_and_says_what_to_do():
-    """As on a hub that is made of containers: with the refusals of their usual filter, the command itself."""
-    program = str(ROOT / "tests" / "helpers" / "container_filter.py")
-    done = subprocess.run(
-        [sys.executable, program, "-m", "rotflex.cli", "doctor"],
-        env={**os.environ, "PYTHONPATH": str(ROOT), "COLUMNS": "300", "KUBERNETES_SERVICE_HOST": "10.0.0.1"},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 3, done.stderr
-    assert "namespaces: This seems to be a container" in done.stdout
-    assert "do not use --privileged" in done.stdout and "nothing is graded" in done.stdout
 
 
 @pytest.mark.isolation
