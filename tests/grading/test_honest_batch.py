@@ -10,7 +10,6 @@ from fake_class import perfect
 from made_courses import loaded
 from packings import WANTED, lay, work
 
-from labcourse.answers import schema
 from labcourse.grading import batch, intake
 from labcourse.grading.batch import regrade
 from labcourse.grading.gradebook import Gradebook
@@ -22,7 +21,6 @@ from labcourse.grading.reports.changes import Before
 from labcourse.grading.reports.grades import Reports
 from labcourse.grading.reports.result import result_of
 from labcourse.grading.running import runner, supplied
-from labcourse.grading.verdicts import Status
 
 FAULTY = """
 from labcourse.grading.marking.checks import ForAPerson, Number
@@ -74,14 +72,6 @@ def test_where_grading_fails_what_was_there_stays(fake_class, monkeypatch):
     with fake_class.book() as book:
         assert book.current("ada").run.problems == ()
     assert fake_class.runs == ["ada", "ada", "ada"]
-
-
-def test_where_grading_fails_at_first_nothing_is_marked_yet(fake_class):
-    fake_class.hand_in("ada")
-    fake_class.leaves["ada"] = OSError("the disk is full")
-    fake_class.grade()
-    with fake_class.book() as book:
-        assert {one.status for one in book.current("ada").marks} == {Status.NOT_MARKED.value}
 
 
 def test_where_grading_fails_nothing_shows_a_number(fake_class, tmp_path, capsys):
@@ -142,17 +132,6 @@ def test_own_files_go_into_the_run_and_change_it(fake_class):
     (folder / "helpers.py").write_text("x = 2\n")
     fake_class.grade()
     assert fake_class.runs == ["ada", "ada"]
-
-
-def test_an_added_cell_is_run_where_it_stands(fake_class):
-    fake_class.hand_in("ada")
-    path = fake_class.folder / "in" / "ada" / "a.ipynb"
-    content = json.loads(path.read_text())
-    content["cells"].insert(0, {"id": "mine", "cell_type": "code", "source": "helper = 1", "metadata": {}})
-    path.write_text(json.dumps(content))
-    fake_class.grade()
-    (notebook,) = fake_class.asked["ada"].notebooks.values()
-    assert [cell["source"] for cell in notebook["cells"]][:2] == ["helper = 1", "omega_n = 1"]
 
 
 def test_what_is_handed_in_later_is_put_together_with_what_came_before(fake_class):
@@ -275,13 +254,6 @@ def test_who_handed_in_before_is_not_named_as_absent(fake_class):
     (fake_class.folder / "in" / "ada").rmdir()
     with fake_class.book() as book:
         assert batch.Batch(fake_class.folder / "in", fake_class.course, book).absent == ["cleo"]
-
-
-def test_reports_that_are_no_reports_cost_nobody_anything(fake_class):
-    fake_class.hand_in("ada")
-    fake_class.leaves["ada"] = runner.Run(perfect("ada", 7), reports=b"\xff{[" * 1000)
-    assert fake_class.grade(probe_seed=7) == {"ada": 2}
-    assert schema.read_reports(b"\xff{[" * 1000).cells == ()
 
 
 def test_a_regrade_by_a_faulty_key_says_where_the_fault_is(fake_class):

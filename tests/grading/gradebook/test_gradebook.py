@@ -1,22 +1,14 @@
 """The gradebook: the same promises on a file and on a real PostgreSQL server, which is started here."""
 
 import hashlib
-import itertools
 import json
-import math
-import tempfile
 import threading
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from datetime import UTC, datetime, timedelta, timezone
-from enum import StrEnum
-from pathlib import Path
 
 import pytest
-from gradebook_databases import KINDS, new_schema
 from gradebook_dump import dump
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from made_runs import graded, mark, prose, record, small_class
 
 from labcourse.errors import GradebookError
@@ -26,15 +18,10 @@ from labcourse.grading.gradebook import (
     Arrival,
     Delivery,
     Gradebook,
-    Graded,
-    MarkRecord,
     MarkState,
-    RunRecord,
     storable,
     store,
 )
-
-_keys = itertools.count()  # of runs
 
 
 def changes(book, **which):
@@ -86,15 +73,6 @@ def test_the_newest_run_counts_and_an_old_one_can_count_again(book):
     assert record(book, first) == 1
     assert list(book.all_current()) == [first] and book.find("ada second") == second
     assert [one.after.points for one in book.audit()] == [1.0, 2.0, 1.0]
-
-
-def test_ids_are_compared_without_regard_to_capitals(book):
-    record(book, graded("Straße", "first"))
-    record(book, graded("STRASSE", "second"))
-    record(book, graded("adèle"))
-    assert [one.student for one in book.students()] == ["adèle", "Straße"]
-    assert book.current("strasse").run.student == "STRASSE"
-    assert [one.run.student for one in book.all_current()] == ["adèle", "STRASSE"]
 
 
 def test_ids_are_compared_without_regard_to_how_accents_are_composed(book):
@@ -151,35 +129,6 @@ def test_a_run_that_cannot_be_stored_is_refused_and_nothing_is_stored(book, unfi
     with pytest.raises(GradebookError):
         record(book, unfit)
     assert dump(book) == {"students": [], "publications": [], "erasures": []}
-
-
-@pytest.mark.parametrize("wrap", [lambda inner: [inner], lambda inner: {"a": inner}], ids=["list", "object"])
-def test_data_of_a_run_has_limits_of_levels_and_characters(monkeypatch, wrap):
-    def cleaned(words):
-        return storable.cleaned(graded(words=words).run, "It").words
-
-    data = {"a": 1}
-    for _level in range(storable._DEEPEST - 2):
-        data = wrap(data)
-    assert cleaned({"a": data}) == {"a": data}
-    with pytest.raises(GradebookError, match=r"words.* too deep"):
-        cleaned({"a": wrap(data)})
-    monkeypatch.setattr(storable, "MOST_CHARACTERS", 58)
-    assert cleaned({"a": "x" * 49}) == {"a": "x" * 49}
-    with pytest.raises(GradebookError, match=r"words has 59 characters.* 58"):
-        cleaned({"a": "x" * 50})
-
-
-class Status(StrEnum):
-    RIGHT = "right"
-
-
-def test_a_member_of_an_enumeration_is_stored_as_its_value_and_zero_without_a_sign(book):
-    record(book, graded("ada", "first", mark(status=Status.RIGHT)))
-    assert type(book.current("ada").marks[0].status) is str
-    assert book.current("ada").marks[0].status == "right"
-    kept = storable.cleaned(mark(points=-0.0, out_of=-0.0), "It")
-    assert math.copysign(1, kept.points) == math.copysign(1, kept.out_of) == 1
 
 
 def test_remarking_replaces_marks_of_the_same_answers(book):
@@ -273,11 +222,6 @@ def test_the_time_that_can_be_trusted_counts_for_the_same_content_from_two_place
     for source, received, clock in zip("ab", (MONDAY, TUESDAY), clocks, strict=True):
         book.deliver("ada", [handed_in(received=received, source=source, clock=clock)])
     assert book.received("ada")["02.ipynb"].clock == NAME
-
-
-def test_hostile_names_of_files_are_cleaned(book):
-    book.deliver("ada", [Delivery(HOSTILE, HOSTILE, b"\0", MONDAY, HOSTILE)])
-    assert book.delivered("ada") == [Delivery(CLEANED, CLEANED, b"\0", MONDAY, CLEANED)]
 
 
 @pytest.mark.parametrize("kind", ["sqlite"])
@@ -464,49 +408,6 @@ def test_hostile_text_is_cleaned_for_databases_and_terminals(book):
     assert book.find(f"ada {HOSTILE}").run == kept.run
 
 
-harmless_text = st.text(st.characters(exclude_categories=("Cc", "Cs"), include_characters="\n\t"), max_size=40)
-points = st.floats(allow_nan=False, allow_infinity=False)
-
-
-def any_marks(words):
-    statuses = words.filter(lambda status: status != GIVEN_BY_A_PERSON)
-    one = st.builds(MarkRecord, words, words, statuses, points, points, words, words)
-    return st.lists(one, max_size=4, unique_by=lambda mark: mark.where)
-
-
-def any_runs(words):
-    leaves = st.none() | st.booleans() | st.integers(-(2**63), 2**63 - 1) | points | words
-    plain = st.recursive(leaves, lambda inner: st.lists(inner, max_size=3) | st.dictionaries(words, inner, max_size=3))
-    values = {
-        **dict.fromkeys(("claim", "words", "supplied"), st.dictionaries(words, plain, max_size=2)),
-        "cells": st.lists(st.dictionaries(words, plain, max_size=2), max_size=2).map(tuple),
-        "files": st.lists(words, max_size=2).map(tuple),
-        "probe_seed": st.integers(-(2**63), 2**63 - 1),
-        "answers": st.none() | st.binary(max_size=200),
-        "problems": st.lists(words, max_size=3).map(tuple),
-        **dict.fromkeys(("submission", "master", "software", "isolation", "release"), words),
-    }
-    numbered = st.integers(0, 2**64).map(lambda number: f"{number} {next(_keys)}")
-    return st.builds(RunRecord, key=numbered, student=numbered, **values)
-
-
-@pytest.fixture(scope="module", params=KINDS)
-def shared(request, tmp_path_factory):
-    if request.param == "sqlite":
-        address = str(tmp_path_factory.mktemp("shared") / "class.sqlite")
-    else:
-        address = new_schema(request.getfixturevalue("server"))
-    with Gradebook(address) as opened:
-        yield opened
-
-
-@settings(max_examples=15)
-@given(st.builds(Graded, any_runs(harmless_text), any_marks(harmless_text).map(tuple), harmless_text))
-def test_harmless_text_and_any_number_are_read_as_they_were_recorded(shared, one):
-    assert record(shared, one) == len(one.marks)
-    assert shared.current(one.run.student) == shared.find(one.run.key) == one
-
-
 def test_the_dump_is_the_same_on_every_database_and_holds_no_secret(book, undisturbed):
     for one in small_class():
         record(book, one)
@@ -514,38 +415,6 @@ def test_the_dump_is_the_same_on_every_database_and_holds_no_secret(book, undist
     assert [run["key"] for run in undisturbed["students"][1]["runs"]] == ["another key", "bob first"]
     written = json.dumps(dump(book), ensure_ascii=False, allow_nan=False)
     assert book.secret().hex() not in written and str(datetime.now(UTC).year) not in written
-
-
-@settings(max_examples=8)
-@given(order=st.permutations(["ada", "bob", "Çelik"]))
-def test_the_order_of_recording_does_not_change_the_dump(order, undisturbed):
-    with tempfile.TemporaryDirectory() as folder, Gradebook(Path(folder) / "class.sqlite") as opened:
-        for one in sorted(small_class(), key=lambda one: order.index(one.run.student)):
-            record(opened, one)
-        assert dump(opened) == undisturbed
-
-
-@pytest.mark.parametrize("kind", ["sqlite"])
-@pytest.mark.parametrize(
-    "other",
-    [
-        graded(notes=("n",)),
-        graded(answers=b"{ }"),
-        graded(answers=None),
-        graded(key_digest="key 2"),
-        graded(claim={"2.11": {"K_s": "q2-11"}}),
-        graded(words={"2.12": {"why": {"text": "So.", "pictures": {}}}}),
-        graded("ada", "first", mark(given="1.4"), prose()),
-        graded("Ada"),
-    ],
-)
-def test_other_content_is_another_dump(new_url, other):
-    dumps = []
-    for one in (graded(), other):
-        with Gradebook(new_url()) as opened:
-            record(opened, one)
-            dumps.append(dump(opened))
-    assert dumps[0] != dumps[1]
 
 
 def test_the_secret_is_drawn_once(new_url):

@@ -64,11 +64,6 @@ def test_a_level_becomes_the_mark_with_its_remark_and_a_line_in_the_audit_trail(
     assert not answer.waiting and answer.last() == act
 
 
-def test_without_a_remark_the_audit_trail_says_the_level(class_of_three):
-    class_of_three.scores.give("ada", COMPARED, 1.5, "kim", level=3)
-    assert class_of_three.audit("ada")[-1].reason == "level 3"
-
-
 @pytest.mark.parametrize("points", [-0.1, 2.1, float("nan"), float("inf")])
 def test_impossible_points_are_refused(class_of_three, points):
     with pytest.raises(GradebookError, match=r"give 0 to 2 points"):
@@ -135,13 +130,6 @@ def test_taking_an_act_back_restores_the_earlier_mark_and_stores_both_acts(class
     assert (now.points, now.reason) == (0.5, "By hand.")
     assert [one.undoes for one in class_of_three.scores.acts()] == [None, None, asked.number, first.number]
     assert [one.after.points for one in class_of_three.audit("ada")][-5:] == [0.5, 2, 0, 2, 0.5]
-
-
-def test_an_answer_waits_again_when_its_first_score_is_taken_back(class_of_three):
-    act = class_of_three.scores.give("ada", COMPARED, 2, "kim", level=4)
-    class_of_three.scores.undo(act.number, "kim")
-    answer = class_of_three.scores.answers([COMPARED])[0]
-    assert answer.waiting and answer.acts == ()
 
 
 def test_an_act_cannot_be_taken_back_after_another_decision(class_of_three):
