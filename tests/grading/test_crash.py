@@ -9,7 +9,7 @@ import pytest
 import small_class
 
 pytestmark = pytest.mark.usefixtures("sandbox")
-SIZE, KILLS = 6, 4
+SIZE, KILLS = 4, 2
 
 
 @pytest.fixture(scope="module")

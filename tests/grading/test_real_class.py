@@ -6,7 +6,6 @@ recordings kept as they are made, the check at home, the zip, the command that g
 
 import html
 import json
-import pickle
 import re
 import shutil
 import subprocess
@@ -73,17 +72,12 @@ def graded(school, sandbox):
     """The class as the command grades it: honest Ada, her bench's partner Bob, and those who have something to hear."""
     made, ada, base = school
     homes, hand_ins = base / "homes", base / "hand-ins"
-    bob, carl, dora, eve, jon, leo = (
-        made.copy(ada, homes, one) for one in ("bob", "carl", "dora", "eve", "jon", "leo")
-    )
+    bob, carl, dora = (made.copy(ada, homes, one) for one in ("bob", "carl", "dora"))
     lose_the_partial(carl)
     edit(dora, "*-validation.mat", {"alpha": 1.5})
-    edit(eve, "*.mat", bench={"name": "east", "run": 1})
-    edit(jon, "*-tracking.mat", {"vm": 1.05})
-    (leo / "recordings/020-tracking.mat").write_bytes(pickle.dumps({"K": [1.0]}))
     fay = made.folder(homes, "fay", {"q3-8": RUNAWAY})
     made.at_the_bench(fay, "fay", ["06_control_design.ipynb", "08_full_state_feedback.ipynb"])
-    for folder in (ada, bob, carl, dora, eve, jon, leo, fay):
+    for folder in (ada, bob, carl, dora, fay):
         made.hand_in(folder, hand_ins)
     made.hand_in(a_pairs(made, ada, homes), hand_ins, ["hal"])
     for path in hand_ins.glob("*.txt"):
@@ -155,19 +149,9 @@ def test_a_recording_that_is_not_there_costs_what_builds_on_it_and_says_so(grade
     )
 
 
-@pytest.mark.parametrize(
-    ("student", "why"),
-    [
-        ("dora", "002-validation does not count until a person has looked at it: its arm does not move as the arm of"),
-        (
-            "eve",
-            "001-sweep does not count until a person has looked at it: it says that it was made at the bench 'east'",
-        ),
-        ("eve", "No recording could be read that names a bench of the course's: what was measured is for a person."),
-        ("jon", "004-tracking does not count until a person has looked at it: its voltage is up to "),
-    ],
-)
-def test_a_recording_that_cannot_be_of_its_bench_is_for_a_person_and_both_are_told_why(graded, student, why):
+def test_a_recording_that_cannot_be_of_its_bench_is_for_a_person_and_both_are_told_why(graded):
+    student = "dora"
+    why = "002-validation does not count until a person has looked at it: its arm does not move as the arm of"
     assert lost(graded, student) == {}  # not a silent mark
     waiting = [
         mark
@@ -181,15 +165,6 @@ def test_a_recording_that_cannot_be_of_its_bench_is_for_a_person_and_both_are_to
     assert any(problem.startswith(why) for problem in result(graded, student)["problems"])
     assert why in page(graded, student)
     assert why[:40] in " ".join(graded[1].stdout.split())
-
-
-def test_a_file_that_is_no_recording_costs_nothing_else_and_is_named(graded):
-    (problem,) = result(graded, "leo")["problems"]
-    assert problem.startswith("The run says of the recordings: 020-tracking.mat cannot be read as a .mat file")
-    assert problem in page(graded, "leo")
-    assert lost(graded, "leo") == {}
-    points = [sum(mark["points"] for mark in result(graded, one)["marks"]) for one in ("ada", "leo")]
-    assert points[0] == points[1]
 
 
 def test_a_gain_that_passed_a_limit_at_the_bench_leaves_the_spare_one_with_full_marks(school, graded):

@@ -1,11 +1,8 @@
 """Each deadline is the one that was asked for, from the command to the clock that ends a run; the clocks are ours."""
 
 import json
-import signal
 import subprocess
-import sys
 import threading
-from types import SimpleNamespace
 
 import pytest
 from made_courses import OURS
@@ -19,28 +16,9 @@ from labcourse.grading.isolation import sandbox, unisolated
 from labcourse.grading.isolation.process import Ending, Outcome
 from labcourse.grading.isolation.process import Limits as SandboxLimits
 from labcourse.grading.running import isolation_report, runner
-from labcourse.grading.running.inside import BROKEN, EVIDENCE_FILE, watch
-from labcourse.grading.running.inside import main as inside_main
+from labcourse.grading.running.inside import BROKEN, EVIDENCE_FILE
 from labcourse.run import from_notebook
 from rotflex.cli import app
-
-
-class Clock:
-    """Time that passes while somebody waits, and not otherwise."""
-
-    def __init__(self, now=1000.0):
-        self.begun = self.now = now
-
-    def monotonic(self):
-        return self.now
-
-    def pass_by(self, seconds):
-        self.now += seconds
-
-    @property
-    def passed(self):
-        return round(self.now - self.begun, 3)
-
 
 USUAL = runner.Limits()
 
@@ -186,76 +164,6 @@ def test_the_message_on_an_ending_names_its_own_limit(ending, code, named):
     assert [limit in problem for limit, problem in zip(named, problems, strict=True)] == [True] * len(named)
 
 
-@pytest.fixture
-def watched(monkeypatch):
-    """A child that reports at some times, and is ended by a signal or never."""
-
-    def made(reports, timeout, ended_by=None, ends_at=None, number=100):
-        clock, told = Clock(), []
-        coming = sorted(reports)
-        monkeypatch.setattr(watch.time, "monotonic", clock.monotonic)
-
-        def select(reading, writing, errors, seconds):
-            if coming and clock.passed + seconds >= coming[0]:
-                clock.now = clock.begun + coming.pop(0)
-                return reading, [], []
-            clock.pass_by(max(seconds, 0.001))
-            return [], [], []
-
-        def killpg(child, signal_number):
-            told.append((signal_number, clock.passed))
-
-        def waitpid(child, how):
-            over = any(number == ended_by for number, _when in told) or (
-                ends_at is not None and clock.passed >= ends_at
-            )
-            return (child, 99 << 8) if over or how == 0 else (0, 0)
-
-        monkeypatch.setattr(watch.select, "select", select)
-        monkeypatch.setattr(watch.os, "read", lambda pipe, most: b".")
-        monkeypatch.setattr(watch.os, "killpg", killpg)
-        monkeypatch.setattr(watch.os, "waitpid", waitpid)
-        return watch._Watch(7, 8, number, timeout).wait(), told
-
-    return made
-
-
-def test_a_cell_is_interrupted_at_its_timeout_and_killed_five_seconds_later(watched):
-    assert watched([], 60) == (watch.TIMED_OUT, [(signal.SIGINT, 60.0), (signal.SIGKILL, 65.0)])
-
-
-def test_each_report_begins_the_time_anew(watched):
-    ended, told = watched([10.0, 50.0], 60)
-    assert told == [(signal.SIGINT, 110.0), (signal.SIGKILL, 115.0)] and ended == watch.TIMED_OUT
-
-
-def test_a_cell_that_heard_the_interrupt_goes_on_and_the_next_has_all_of_its_time(watched):
-    ended, told = watched([62.0], 60, ends_at=120.0)
-    assert (ended, [number for number, _when in told]) == (watch.TIMED_OUT, [signal.SIGINT, signal.SIGKILL])
-    assert told[0][1] == 60.0 and told[1][1] >= 120.0
-
-
-def test_what_ends_by_itself_is_not_interrupted(watched):
-    ended, told = watched([10.0, 20.0], 60, ends_at=25.0)
-    assert ended == watch.FINE and [number for number, _when in told] == [signal.SIGKILL]
-
-
-def test_each_notebook_is_run_with_the_time_that_was_asked_for(monkeypatch, tmp_path):
-    asked = []
-    job = SimpleNamespace(run=lambda name, notebook: None)
-    monkeypatch.setattr(inside_main, "_prepared_kernel", lambda imports: job)
-    codes = iter([0, 10, 11, 0])
-    monkeypatch.setattr(
-        watch, "run", lambda work, steps, timeout: asked.append((work.args[0], steps, timeout)) or next(codes)
-    )
-    monkeypatch.chdir(tmp_path)
-    cell = {"cell_type": "code", "id": "x", "metadata": {}, "source": "1"}
-    notebooks = {name: {"cells": [cell] * number} for name, number in (("a", 3), ("b", 0), ("c", 1), ("d", 2))}
-    specification = {"parameters": {}, "imports": [], "files": {}, "cell_timeout": 7, "notebooks": notebooks}
-    assert inside_main.run(specification) == 11
-    assert asked == [("a", 4, 7), ("b", 1, 7), ("c", 2, 7), ("d", 3, 7)]
-
-
 @pytest.mark.parametrize("hears", [0, 1, 2])
 def test_a_program_in_a_cell_is_waited_for_then_asked_and_then_ended(hears):
     done = []
@@ -279,44 +187,6 @@ def test_a_program_in_a_cell_is_waited_for_then_asked_and_then_ended(hears):
     waits = [one for one in done if isinstance(one, int | float)]
     assert waits[0] == 5 and (hears == 0 or waits[1] == 15)
     assert ("terminate" in done, "kill" in done) == (hears > 0, hears > 1)
-
-
-@pytest.mark.parametrize("workers", [True, False])
-def test_a_scheduler_and_a_worker_are_waited_for_fifteen_seconds_each(monkeypatch, workers):
-    waited = []
-
-    def submit(function, *arguments):
-        assert function is runner.call_on_worker
-        return SimpleNamespace(result=lambda: function(*arguments))
-
-    class Client:
-        def __init__(self, address, timeout, set_as_default):
-            waited.append((address, timeout, set_as_default))
-
-        def wait_for_workers(self, number, timeout):
-            waited.append((number, timeout))
-            if not workers:
-                raise TimeoutError
-
-        def nthreads(self):
-            return {"one": 3, "two": 4}
-
-        def get_executor(self, pure, retries):
-            waited.append((pure, retries))
-            return SimpleNamespace(shutdown=lambda wait: None, submit=submit)
-
-        def close(self):
-            waited.append("closed")
-
-    monkeypatch.setitem(sys.modules, "distributed", SimpleNamespace(Client=Client))
-    if workers:
-        with runner.cluster("tcp://host:8786") as pool:
-            assert pool.capacity == 7 and pool.run(max, 2, 3) == 3
-        assert waited == [("tcp://host:8786", 15, False), (1, 15), (False, 3), "closed"]
-    else:
-        with pytest.raises(GradingError, match="has no workers"), runner.cluster("tcp://host:8786"):
-            pass
-        assert waited == [("tcp://host:8786", 15, False), (1, 15), "closed"]
 
 
 def test_every_file_of_a_run_that_cannot_be_read_is_named():

@@ -1,13 +1,10 @@
 """The program that runs notebooks inside: what it leaves, how it ends; and nothing in a notebook stops the rest."""
 
 import json
-import sys
-from pathlib import Path
 
 import pytest
-from inside_runs import ENVIRONMENT, PROGRAM, ROOT, notebook, run, specification
+from inside_runs import ENVIRONMENT, notebook, run, specification
 
-from labcourse.grading.isolation import sandbox as isolation
 from labcourse.grading.running.inside import BROKEN, DIED, FINE, TIMED_OUT
 
 pytestmark = pytest.mark.slow
@@ -127,84 +124,3 @@ def test_where_the_package_cannot_be_imported_nothing_is_run(tmp_path, monkeypat
     assert done.returncode == BROKEN
     assert "half a package" in done.stderr
     assert not (tmp_path / NOTES).exists()
-
-
-#: The first line of each attack. Should there be no sandbox, nothing happens.
-SANDBOXED = f"""
-import os, signal, sys, threading, time
-assert os.getcwd() == {isolation.WORK!r} and not os.path.exists({str(ROOT / "tests")!r})
-"""
-HARMFUL = {
-    "exits": "os._exit(0)",
-    "segfault": "import ctypes\nctypes.string_at(0)",
-    "kills-itself": "os.kill(os.getpid(), signal.SIGKILL)",
-    "kills-its-group": "os.killpg(0, signal.SIGKILL)",
-    "aborts": "os.abort()",
-    "deep": "sys.setrecursionlimit(10**9)\ndef deep(n): return [deep(n + 1)]\ndeep(0)",
-    "uninterruptible": "sum(__import__('itertools').repeat(0))",
-}
-HARMLESS = {
-    "threads": """
-started = []
-for _ in range(300):
-    thread = threading.Thread(target=time.sleep, args=(60,))
-    try: thread.start()
-    except RuntimeError: break
-""",
-    "closes": "os.closerange(0, 3)",
-    "closes-all": "os.closerange(0, 256)",
-    "forks": "os.fork()",
-    "at-exit": "import atexit\natexit.register(time.sleep, 60)",
-    "tracing": "sys.settrace(lambda *args: None)\nsys.setprofile(lambda *args: None)",
-    "streams": "sys.stdout = sys.stderr = sys.__stdout__ = 3",
-    "patches": """
-import json, asyncio, select
-from IPython.core.interactiveshell import InteractiveShell
-json.dumps = json.loads = os.write = os.read = os.waitpid = select.select = print
-signal.signal = asyncio.run = os._exit = os.getpid = print
-InteractiveShell.run_cell = InteractiveShell.run_cell_async = print
-""",
-    "memory": "[bytearray(2**30) for _ in range(64)]",
-    "output": "for _ in range(200): os.write(1, bytes(10**6)); os.write(2, bytes(10**6))",
-    "interrupts": "signal.raise_signal(signal.SIGINT)",
-}
-
-
-@pytest.fixture(scope="module")
-def hostile(sandbox):
-    notebooks = {}
-    for name, attack in {**HARMLESS, **HARMFUL}.items():
-        cells = [NOTE, f"note(before={name!r})", f"{SANDBOXED}{attack}", f"note(after={name!r})"]
-        notebooks[name] = notebook(cells)
-    notebooks["honest"] = notebook([NOTE, "note(before='honest')", "note(after='honest')"])
-    prefix = Path(sys.prefix).resolve()
-    outcome = isolation.run(
-        PROGRAM,
-        visible=[ROOT / "labcourse", ROOT / "rotflex", prefix],
-        wanted={NOTES: 10**6},
-        stdin=json.dumps(specification(notebooks, cell_timeout=4)).encode(),
-        environment=ENVIRONMENT,
-        limits=isolation.Limits(seconds=200),
-    )
-    assert NOTES in outcome.files, outcome
-    return outcome, [json.loads(line) for line in outcome.files[NOTES].splitlines()]
-
-
-def test_whatever_a_notebook_does_those_after_it_are_run(hostile):
-    outcome, notes = hostile
-    assert noted(notes, "before") == [*HARMLESS, *HARMFUL, "honest"]
-    assert outcome.code == DIED
-    assert b"assert" not in outcome.output
-
-
-@pytest.mark.parametrize("name", [*HARMLESS, "honest"])
-def test_what_does_not_end_its_process_does_not_end_its_notebook(hostile, name):
-    _, notes = hostile
-    expected = 1 if name != "patches" else 0  # its own cells are lost
-    assert noted(notes, "after").count(name) == expected
-
-
-@pytest.mark.parametrize("name", HARMFUL)
-def test_what_ends_its_process_ends_its_notebook_alone(hostile, name):
-    _, notes = hostile
-    assert name not in noted(notes, "after")

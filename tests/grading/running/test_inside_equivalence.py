@@ -99,10 +99,9 @@ def test_what_is_not_made_inside_is_what_is_known_not_to_be(tmp_path):
     assert {source: (real[source]["result"], ours[source]["result"]) for source in MUTED} == MUTED
 
 
-@pytest.mark.parametrize("leaving", ["exit()", "quit()", "get_ipython().ask_exit()"])
-def test_a_cell_that_leaves_ends_the_notebook_as_in_a_real_kernel(tmp_path, leaving):
+def test_a_cell_that_leaves_ends_the_notebook_as_in_a_real_kernel(tmp_path):
     """A kernel ends a moment after it; what comes after a wait is not run."""
-    cells = ["before = 1", f"{leaving}\nleft = 1", "import asyncio\nawait asyncio.sleep(20)", "after = 1"]
+    cells = ["before = 1", "exit()\nleft = 1", "import asyncio\nawait asyncio.sleep(20)", "after = 1"]
     made = {"n.ipynb": observed(notebook(cells))}
     for folder in (tmp_path / "real", tmp_path / "ours"):
         folder.mkdir()
@@ -133,24 +132,27 @@ def test_what_is_done_within_an_output_widget_is_done(tmp_path):
 
 
 SOLUTIONS = sorted((ROOT / "solutions").glob("*.ipynb"))
+#: At a landing the first four notebooks are run, in `make test-all` all.
+RUNS = [4, pytest.param(len(SOLUTIONS), marks=pytest.mark.scheduled)]
 
 
-@pytest.fixture(scope="module")
-def solved(tmp_path_factory):
-    """All solution notebooks, one after the other: folders of a real kernel's run, and of ours."""
-    notebooks = {path.name: observed(json.loads(path.read_text(encoding="utf-8"))) for path in SOLUTIONS}
+@pytest.fixture(scope="module", params=RUNS, ids=lambda count: f"{count} notebooks")
+def solved(request, tmp_path_factory):
+    """Solution notebooks, one after the other: they, and the folders of a real kernel's run and of ours."""
+    chosen = SOLUTIONS[: request.param]
+    notebooks = {path.name: observed(json.loads(path.read_text(encoding="utf-8"))) for path in chosen}
     real, ours = tmp_path_factory.mktemp("real"), tmp_path_factory.mktemp("ours")
     with_kernels(notebooks, real, student="")
     assert inside(notebooks, ours, student="") == FINE
-    return real, ours
+    return chosen, real, ours
 
 
 def test_solutions_answer_the_same_to_the_last_bit(solved):
-    real, ours = (json.loads((folder / "answers.json").read_bytes()) for folder in solved)
-    assert len(real["answers"]) >= 35
+    chosen, *folders = solved
+    real, ours = (json.loads((folder / "answers.json").read_bytes()) for folder in folders)
     # Inside, as in JupyterLab, a cell is known by its id; the kernel's client here does not send it.
     cells = {cell for parts in ours.pop("cells").values() for cell in parts.values()}
-    every = [cell for path in SOLUTIONS for cell in json.loads(path.read_text(encoding="utf-8"))["cells"]]
+    every = [cell for path in chosen for cell in json.loads(path.read_text(encoding="utf-8"))["cells"]]
     code = [cell for cell in every if cell["cell_type"] == "code"]
     assert cells == {cell["id"] for cell in code if "lab.answer(" in "".join(cell["source"])}
     assert {cell for parts in real.pop("cells").values() for cell in parts.values()} == {""}
@@ -160,12 +162,12 @@ def test_solutions_answer_the_same_to_the_last_bit(solved):
 
 
 def test_the_cells_of_solutions_have_the_same_results_and_leave_the_same_names(solved):
-    real, ours = map(facts, solved)
-    assert len(real) > 200
+    real, ours = map(facts, solved[1:])
+    assert len(real) > 50
     assert all(fact["success"] for fact in real if "source" in fact)
     assert ours == real
 
 
 def test_the_files_that_solutions_leave_are_the_same(solved):
-    real, ours = map(files, solved)
+    real, ours = map(files, solved[1:])
     assert ours.keys() == real.keys()

@@ -155,17 +155,17 @@ def test_what_runs_in_the_sandbox_is_known_by_its_content(course, tmp_path, monk
 
 
 def test_an_endless_cell_is_stopped_and_the_rest_is_run(course):
-    limits = runner.Limits(cell=10, submission=200)
+    limits = runner.Limits(cell=5, submission=200)
     answers, problems = run(course, "answers = {'x': 1}", "while True:\n    pass", "answers = {'y': 2}", limits)
     assert answers == {"x": 1, "y": 2}
-    assert problems == ("A cell took longer than 10 s and was stopped; later cells were run if possible.",)
+    assert problems == ("A cell took longer than 5 s and was stopped; later cells were run if possible.",)
 
 
 def test_a_submission_that_will_not_stop_is_stopped_at_the_deadline_and_keeps_what_it_had(course):
     stubborn = "import time\nwhile True:\n    try:\n        time.sleep(1)\n    except KeyboardInterrupt:\n        pass"
-    answers, problems = run(course, "answers = {'x': 1}", stubborn, limits=runner.Limits(cell=1000, submission=25))
+    answers, problems = run(course, "answers = {'x': 1}", stubborn, limits=runner.Limits(cell=1000, submission=15))
     assert answers == {"x": 1}
-    assert problems == ("The run took longer than 25 s and was stopped.",)
+    assert problems == ("The run took longer than 15 s and was stopped.",)
 
 
 def test_a_kernel_that_dies_costs_the_rest_of_its_notebook_only(course):
