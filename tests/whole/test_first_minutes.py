@@ -18,7 +18,10 @@ _NOW = """() => {
 }"""
 
 
-@pytest.mark.parametrize("size", [(1280, 720), (1440, 900), (1920, 1080)])
+LARGER = [pytest.param(size, marks=pytest.mark.scheduled) for size in ((1440, 900), (1920, 1080))]
+
+
+@pytest.mark.parametrize("size", [(1280, 720), *LARGER])
 def test_one_press_shows_arm_start_and_curve_and_start_moves_the_arm(jupyterlab, size):
     address = jupyterlab.address
     with browser.visit(address, "00_start.ipynb") as seen:
@@ -60,7 +63,7 @@ def busy(processes):
             one.wait()
 
 
-@pytest.mark.parametrize("starts", [3, pytest.param(20, marks=pytest.mark.scheduled)])
+@pytest.mark.parametrize("starts", [2, pytest.param(20, marks=pytest.mark.scheduled)])
 def test_however_busy_the_computer_is_each_start_records_the_same_to_the_last_bit(jupyterlab, starts):
     course = jupyterlab.course(f"busy-{starts}")
     saved = course / "console_free_decay.mat"

@@ -48,7 +48,11 @@ def outside(page, selectors):
     return found
 
 
-@pytest.mark.parametrize("opened", CHANGES, indirect=True)
+@pytest.mark.parametrize(
+    "opened",
+    ["poles", "console", *(pytest.param(name, marks=pytest.mark.scheduled) for name in ("sweep", "validation"))],
+    indirect=True,
+)
 def test_all_that_changes_is_in_view_together_with_what_is_moved(opened):
     page, name = opened
     if name == "console":  # as high as it gets: the bench reports, and a recording can be played
@@ -116,7 +120,9 @@ def test_beside_the_explorer_the_same_keys_act_on_the_notebook(opened):
 SAVE = "() => window.jupyterapp.shell.currentWidget.context.save()"
 
 
-@pytest.mark.parametrize("name", ["poles", "console", "results"])
+@pytest.mark.parametrize(
+    "name", ["poles", *(pytest.param(name, marks=pytest.mark.scheduled) for name in ("console", "results"))]
+)
 def test_a_notebook_that_is_opened_again_shows_the_picture_and_what_to_do(served, name):
     """Not "Loading widget..." for ever; and the page that it was saved from keeps its explorer."""
     with browser.visit(served, f"small/{name}.ipynb") as seen:
