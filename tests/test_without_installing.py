@@ -6,12 +6,9 @@ import json
 import re
 import tomllib
 
-import pytest
 from checkout import ROOT
 
 from labcourse import jupyterlab
-
-PAGES = ("jupyterhub.md", "without_installing.md")
 
 
 def page(name: str) -> str:
@@ -30,21 +27,6 @@ def test_binders_settings_are_among_those_of_rotflex_lab():
     assert len(told) == 2 and told.items() <= jupyterlab.SETTINGS.items()
     # repo2docker takes a dot alone for the name of a package, and installs before the folder is there.
     assert (ROOT / "binder" / "requirements.txt").read_text(encoding="utf-8") == "./\n"
-
-
-@pytest.mark.parametrize("name", PAGES)
-def test_what_a_page_names_of_the_repository_is_there(name):
-    named = re.findall(r"`((?:tests|binder|\.devcontainer)(?:/[\w./]+)?)`", page(name))
-    assert not [path for path in named if not (ROOT / path).exists()]
-    linked = [link.partition("#") for link in re.findall(r"\]\(([^):]*)\)", page(name))]
-    for target, _hash, heading in linked:
-        assert heading in headings(target or name), (target, heading)
-
-
-def headings(name: str) -> set[str]:
-    """What links to a page's headings say; the page by itself is ""."""
-    found = re.findall(r"^#+ (.*)$", page(name), re.MULTILINE)
-    return {"", *(re.sub(r"[^\w -]", "", one).lower().replace(" ", "-") for one in found)}
 
 
 def test_the_versions_of_python_that_the_package_names_are_those_that_the_page_says_were_tried():

@@ -29,10 +29,6 @@ def fences(page: Path | str, language: str) -> list[str]:
     return [re.sub(rf"^{indent}", "", body, flags=re.MULTILINE) for indent, body in found]
 
 
-def languages(page: Path | str) -> list[str]:
-    return [kind for _, kind, _ in _FENCE.findall(text(page))]
-
-
 def spans(page: Path | str) -> list[str]:
     """What is set as code within sentences."""
     return _SPAN.findall(without_fences(page))
@@ -58,9 +54,3 @@ def rows(page: Path | str, heading: str) -> list[list[str]]:
     assert table, (page, heading)
     cells = [[cell.strip() for cell in line.strip("|").split("|")] for line in table[0].strip().split("\n")]
     return cells[2:]
-
-
-def commands(page: Path | str) -> list[str]:
-    """Lines of terminal blocks that call rotflex, without their comments."""
-    lines = "\n".join(fences(page, "sh")).split("\n")
-    return [line.partition("  #")[0].strip() for line in lines if line.startswith("rotflex ")]

@@ -8,7 +8,6 @@ from pathlib import PurePosixPath
 
 import numpy as np
 import pytest
-from matplotlib.figure import Figure
 from PIL import Image
 
 from labcourse import files, student_id
@@ -23,7 +22,7 @@ from labcourse.answers import (
     schema,
 )
 from labcourse.answers.attached_pictures import Budget, PictureError, as_png, pictures_of
-from labcourse.answers.parts import Question, figure, number, prose, recording
+from labcourse.answers.parts import Question, number, prose, recording
 from labcourse.errors import AnswerError, StudentIDError
 from labcourse.run import check, student_folder, submit
 from rotflex.recording import Channel, Recording
@@ -73,43 +72,6 @@ def test_the_file_grows_to_its_limit(tmp_path, monkeypatch, fits):
     assert fits or f"would be larger than {size - 1} bytes" in reply.refused
 
 
-@FITS
-def test_characters_of_words(monkeypatch, fits):
-    text = "x" * (bounds.LONGEST_PROSE + (not fits))
-    assert len(text) in (5000, 5001)
-    taken(fits, lambda: forms.encode(WORDS, text, 1), AnswerError, "5001 characters")
-    taken(fits, lambda: forms.decode(WORDS, {"kind": "prose", "value": text}), AnswerError)
-
-
-@FITS
-def test_diagrams_of_a_figure(fits):
-    made = Figure()
-    for axes in made.subplots(bounds.MOST_AXES + (not fits), 1):
-        axes.plot(range(30), range(30))
-    taken(fits, lambda: forms.encode(figure("f", "", ""), made, 1), AnswerError, "9 diagrams")
-
-
-@FITS
-def test_curves_of_a_diagram(fits):
-    made = Figure()
-    axes = made.subplots()
-    for place in range(bounds.MOST_LINES + (not fits)):
-        axes.plot(range(30), np.arange(30) + place)
-    encoded = forms.encode(figure("f", "", ""), made, 1)
-    assert len(encoded.content["axes"][0]["lines"]) == bounds.MOST_LINES == 24
-    assert any("25 curves" in hint for hint in encoded.hints) is not fits
-
-
-@pytest.mark.parametrize("size", [199, 200, 201, 5000])
-def test_points_of_a_curve(size):
-    made = Figure()
-    made.subplots().plot(range(size), range(size))
-    (axes,) = forms.encode(figure("f", "", ""), made, 1).content["axes"]
-    (line,) = axes["lines"]
-    assert len(line["x"]) == len(line["y"]) <= 200 and len(line["x"]) >= min(size, 100)
-    assert (line["x"][0], line["x"][-1]) == (0, size - 1)
-
-
 def run_of(samples, metadata=None):
     return Recording(0.01 * np.arange(samples), {"theta": Channel(np.zeros(samples), "rad")}, metadata or {})
 
@@ -129,13 +91,6 @@ def test_characters_of_a_recordings_metadata(monkeypatch, fits):
     size = len(json.dumps(metadata))
     monkeypatch.setattr(bounds, "LONGEST_METADATA", size - (not fits))
     taken(fits, lambda: forms.encode(PART, run_of(100, metadata), 1), AnswerError, "metadata")
-
-
-@pytest.mark.parametrize("samples", [399, 400, 401, 9000])
-def test_points_of_a_recording(samples):
-    content = forms.encode(PART, run_of(samples), 1).content
-    kept = len(content["channels"]["theta"]["values"])
-    assert kept <= 400 and kept >= min(samples, 200) and content["n"] == samples
 
 
 X = ["symbol", "x"]

@@ -4,8 +4,6 @@ import os
 import subprocess
 import sys
 import tempfile
-import threading
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
@@ -94,30 +92,6 @@ def test_a_folder_that_must_not_be_written_to():
         target.parent.chmod(0o755)
         assert done.stdout == "Permission denied\n"
         assert target.read_text() == "old" and os.listdir(name) == ["a.txt"]
-
-
-def contents(number):
-    return str(number) * 100_000
-
-
-def test_threads_that_write_the_same_file_never_mix(tmp_path):
-    target = tmp_path / "a.txt"
-    files.write(target, contents(0))
-    done = threading.Event()
-    seen = set()
-
-    def look():
-        while not done.is_set():
-            seen.add(target.read_text())
-
-    watcher = threading.Thread(target=look)
-    watcher.start()
-    with ThreadPoolExecutor(4) as writers:
-        list(writers.map(lambda number: files.write(target, contents(number % 10)), range(200)))
-    done.set()
-    watcher.join()
-    assert seen | {target.read_text()} <= {contents(number) for number in range(10)}
-    assert os.listdir(tmp_path) == ["a.txt"]
 
 
 def test_programs_that_write_the_same_file_never_mix(tmp_path):

@@ -12,12 +12,11 @@ import scipy.fft
 import sympy
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from matplotlib.artist import Artist
 from matplotlib.figure import Figure
 
 from labcourse.answers.bounds import LONGEST_PROSE
 from labcourse.answers.forms import FormError, NotAnswered, decode, encode, show
-from labcourse.answers.json_values import rounded, thin
+from labcourse.answers.json_values import thin
 from labcourse.answers.parts import Part
 from labcourse.errors import AnswerError
 from rotflex.course.probes import COMPOUND_SINES, PLANT_PARAMETERS
@@ -130,34 +129,6 @@ def test_a_matrix_is_taken_in_whatever_type_it_comes():
         assert show(A, encoded.content) == "A: 4 × 4 matrix"
 
 
-@pytest.mark.parametrize(("wanted", "shape"), [(B, (4, 1)), (K, (1, 4))])
-def test_a_vector_may_lie_or_stand_and_comes_back_in_its_shape(wanted, shape):
-    values = [[1, 2, 3, 4], (1, 2, 3, 4), [[1, 2, 3, 4]], [[1], [2], [3], [4]], np.arange(1, 5)]
-    values += [np.arange(1, 5).reshape(4, 1), sympy.Matrix([1, 2, 3, 4]), sympy.Matrix([[1, 2, 3, 4]])]
-    for value in values:
-        back, encoded = through_json(wanted, value)
-        assert back.shape == shape
-        assert back.ravel().tolist() == [1, 2, 3, 4]
-        assert show(wanted, encoded.content) == f"{wanted.name} = [1, 2, 3, 4]"
-
-
-def test_polynomials_of_numpy_and_sympy_are_their_coefficients():
-    s = sympy.Symbol("s")
-    for value in (
-        np.poly([-1, -2, -3, -4]),
-        np.poly1d([1, 10, 35, 50, 24]),
-        np.polynomial.Polynomial([24, 50, 35, 10, 1]),
-        np.polynomial.Polynomial.fromroots([-1, -2, -3, -4]),
-        np.polynomial.Polynomial([24, 50, 35, 10, 1]).convert(domain=[0, 1], kind=np.polynomial.Chebyshev),
-        sympy.Poly(s**4 + 10 * s**3 + 35 * s**2 + 50 * s + 24),
-        s**4 + 10 * s**3 + 35 * s**2 + 50 * s + 24,
-        (s + 1) * (s + 2) * (s + 3) * (s + 4),
-    ):
-        back, _ = through_json(POLYNOMIAL, value)
-        assert back.shape == (5,)
-        assert back == pytest.approx([1, 10, 35, 50, 24])
-
-
 def test_tables_of_pandas_are_their_entries():
     pandas = pytest.importorskip("pandas", reason="pandas is nothing that the course needs; some students have it")
     columns = ["theta", "alpha", "theta_dot", "alpha_dot"]
@@ -174,16 +145,6 @@ def test_tables_of_pandas_are_their_entries():
 FOUND = [0, -18.9, -8.09 + 27j, -8.09 - 27j]
 
 
-@given(st.permutations(FOUND))
-def test_poles_may_come_in_any_order_and_in_whatever_type(order):
-    as_sympy = [sympy.Float(pole.real) + sympy.Float(pole.imag) * sympy.I for pole in map(complex, order)]
-    kept = encode(POLES, FOUND, SEED)
-    assert kept.hints == ()
-    for value in (order, np.array(order).reshape(4, 1), set(order), tuple(order), as_sympy, dict.fromkeys(order, 1)):
-        assert encode(POLES, value, SEED) == kept
-    assert set(decode(POLES, kept.content)) == set(FOUND)
-
-
 def test_multiple_poles_of_sympys_eigenvalues_count_as_often_as_they_occur():
     back, _ = through_json(POLES, sympy.diag(-1, -1, -1, -2).eigenvals())
     assert sorted(back.real) == [-2, -1, -1, -1]
@@ -194,16 +155,6 @@ def test_values_are_shown_without_noise_from_rounding():
     assert show(POLES, encode(POLES, noisy, SEED).content) == "poles = -18.9, -8.09 - 27j, -8.09 + 27j, 0"
     for value in ([-0.0, 0.0, -0.0, 0.0], [-1e-20, 0.0, -1e-20, 3.0]):
         assert show(K, encode(K, np.array([value]), SEED).content) == f"K = [0, 0, 0, {value[3]:g}]"
-
-
-def test_a_choice_is_taken_however_it_is_written():
-    for value in ("marginally stable", "Marginally Stable", "marginally_stable", " marginally-stable. "):
-        assert through_json(part("3.1", "stability"), value)[0] == "marginally stable"
-
-
-def test_a_truth_value_answers_yes_or_no():
-    assert through_json(part("3.6", "controllable"), np.linalg.matrix_rank(np.eye(4)) == 4)[0] == "yes"
-    assert through_json(part("3.6", "controllable"), False)[0] == "no"
 
 
 def test_prose_is_kept_as_it_is_and_counted():
@@ -234,24 +185,6 @@ def spectrum(x, dt):
     """Single-sided amplitudes by scipy, zero-padded to a power of two."""
     size = 2 ** int(np.ceil(np.log2(len(x))))
     return scipy.fft.rfftfreq(size, dt), 2 * np.abs(scipy.fft.rfft(x, size)) / len(x)
-
-
-def test_a_probe_draws_the_same_inputs_from_a_seed_and_others_from_another():
-    same, again, other = (COMPOUND_SINES.inputs(seed) for seed in (3, 3, 4))
-    assert all(np.array_equal(a[0], b[0]) and a[1] == b[1] for a, b in zip(same, again, strict=True))
-    assert not np.array_equal(same[0][0], other[0][0])
-
-
-@given(st.integers(0, 2**40))
-@settings(max_examples=15, deadline=None)
-def test_compound_sines_are_free_of_dc_and_show_as_three_lines_where_their_length_is_a_power_of_two(seed):
-    *on_bins, last = COMPOUND_SINES.inputs(seed)
-    for x, dt in on_bins:
-        _, amplitude = spectrum(x, dt)
-        assert np.sum(amplitude > 0.29) == 3
-        assert np.sum(amplitude > 1e-9) == 3
-    assert (len(last[0]), last[1]) == (7500, 0.002)
-    assert all(len(x) == size for (x, _), size in zip(on_bins, (2048, 4096, 1024), strict=True))
 
 
 def test_the_outputs_of_a_spectrum_are_kept_up_to_10_hz():
@@ -331,14 +264,7 @@ def test_axes_lines_and_what_subplots_returns_stand_for_their_figure():
         assert encode(FIGURE, value, SEED) == expected
 
 
-class OlderArtist(Artist):
-    """Part of a figure as before matplotlib 3.10."""
-
-    def get_figure(self):
-        return super().get_figure()
-
-
-def test_a_part_of_a_subfigure_stands_for_the_whole_figure_with_older_matplotlib_too():
+def test_a_part_of_a_subfigure_stands_for_the_whole_figure():
     figure = Figure()
     left, _ = figure.subfigures(1, 2)
     ax = left.subplots()
@@ -346,9 +272,7 @@ def test_a_part_of_a_subfigure_stands_for_the_whole_figure_with_older_matplotlib
     figure.supxlabel("time (s)")
     expected = encode(FIGURE, figure, SEED)
     assert expected.content["axes"][0]["xlabel"] == "time (s)"
-    older = OlderArtist()
-    older.set_figure(left)
-    for value in (left, ax, ax.lines[0], older):
+    for value in (left, ax, ax.lines[0]):
         assert encode(FIGURE, value, SEED) == expected
 
 
@@ -579,12 +503,6 @@ GOOD = {FIGURE.name: encode(FIGURE, labelled(20), SEED).content, SWEEP.name: enc
 def test_what_could_not_have_been_written_is_not_read(wanted, content):
     with pytest.raises(AnswerError):
         decode(wanted, content)
-
-
-def test_rounding_keeps_significant_digits_and_thinning_keeps_both_ends():
-    assert rounded(np.array([123456789.0, -1.23456789e-9])) == [123457000.0, -1.23457e-9]
-    assert thin(5, 10).tolist() == [0, 1, 2, 3, 4]
-    assert thin(101, 5).tolist() == [0, 25, 50, 75, 100]
 
 
 def test_a_number_without_a_plausible_range_draws_no_hint():

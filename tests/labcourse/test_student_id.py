@@ -111,26 +111,6 @@ def test_an_id_can_name_a_folder_and_a_zip_on_every_system(typed, tmp_path_facto
     assert sorted(path.name for path in place.iterdir()) == sorted([student, f"{student}.zip"])
 
 
-def test_what_windows_reserves_is_refused():
-    devices = [
-        "CON",
-        "prn",
-        "AUX",
-        "nul",
-        "CONIN$",
-        "conout$",
-        "com1",
-        "COM9",
-        "LPT1",
-        "lpt9",
-        "COM\u00b9",
-        "lpt\u00b3",
-    ]
-    for name in [device + ending for device in devices for ending in ("", ".ada", " .ada")]:
-        assert is_reserved_on_windows(name)
-        assert kept(name) is None
-
-
 def by_intake(given, folder):
     """As a folder's name, also one that no file system would take; a zip's and a folder's are read alike."""
     match = Roster().by_name(given)

@@ -275,24 +275,11 @@ def test_a_picture_that_is_not_read_is_left_out_and_told(data, told):
 
 
 @pytest.mark.slow
-def test_pictures_are_bounded_in_number_and_all_together():
-    large = attached(png((8000, 7000), kind="GIF"))["image.png"]
-    shown = "".join(f"![](attachment:{n}.png)" for n in range(7))
-    kept, problems = with_pictures(shown[:69], {f"{n}.png": large for n in range(3)})
-    assert len(kept) == 2 and "too many pixels" in problems[0]
-    assert all(max(Image.open(io.BytesIO(data)).size) == 1400 for data in kept.values())
-    small = {f"{n}.png": attached(png(), f"{n}.png")[f"{n}.png"] for n in range(7)}
-    kept, problems = with_pictures(shown, small)
-    assert len(kept) == 6 and "6 pictures" in problems[0]
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("mode", ["RGBA", "L", "P"])
-def test_the_largest_picture_takes_bounded_memory_and_time(mode):
+def test_the_largest_picture_takes_bounded_memory_and_time():
     """In a process of its own, as its memory would not be told from that of others."""
     program = (
         "import io, resource, sys\nfrom PIL import Image\nfrom labcourse.answers import attached_pictures\n"
-        f"packed = io.BytesIO()\nImage.new({mode!r}, (7700, 7700)).save(packed, 'PNG')\n"
+        "packed = io.BytesIO()\nImage.new('RGBA', (7700, 7700)).save(packed, 'PNG')\n"
         "resource.setrlimit(resource.RLIMIT_AS, (2 << 30, 2 << 30))\n"
         "print(len(attached_pictures.as_png(packed.getvalue(), attached_pictures.Budget())) > 1000)"
     )
@@ -308,15 +295,6 @@ def test_animated_pictures_are_their_first_frame():
     (data,) = pictures.values()
     with Image.open(io.BytesIO(data)) as image:
         assert (image.format, getattr(image, "n_frames", 1)) == ("PNG", 1)
-
-
-def test_a_noisy_picture_is_made_small_enough():
-    noise = Image.effect_noise((3000, 2000), 90).convert("RGB")
-    packed = io.BytesIO()
-    noise.save(packed, "JPEG")
-    pictures, _problems = with_pictures("![](attachment:image.png)", attached(packed.getvalue()))
-    (data,) = pictures.values()
-    assert len(data) <= 700_000
 
 
 def test_a_photograph_stands_upright_and_a_transparent_picture_is_on_white():
@@ -336,21 +314,3 @@ def test_a_photograph_stands_upright_and_a_transparent_picture_is_on_white():
 def test_words_as_plain_data_and_back():
     given = TextAnswer("It bends.", {"attachment:a.png": png()})
     assert TextAnswer.from_json(given.as_json()) == given
-
-
-GERMAN = "*Hier doppelklicken und anstelle dieser Zeile schreiben.*"
-
-
-@pytest.mark.parametrize(
-    ("source", "found"),
-    [
-        (f"{words.heading('Deine Antwort: 1.1, why')}\n\n{GERMAN}", None),
-        (f"{words.heading('Deine Antwort: 1.1, why')}\n\n{GERMAN} Es biegt sich.", "Es biegt sich."),
-        (f"{words.heading('Deine Antwort: 1.1, why')}\n\nEs *biegt* sich.", "Es *biegt* sich."),
-    ],
-)
-def test_words_are_read_from_a_cell_that_was_released_in_another_language(source, found):
-    """Whatever language is spoken where they are read: the line to be written over is the course's own."""
-    released = [master("why", f"{words.heading('Deine Antwort: 1.1, why')}\n\n{GERMAN}", where=WHY)]
-    read = words.written(released, [cell(source, "why")]).words.get(WHY)
-    assert (read and read.text) == found
