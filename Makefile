@@ -1,5 +1,5 @@
 # make lab    open JupyterLab on the course, in the folder work/
-# make check  the inner loop, in a minute and a half: style, types, imports, size, house rules, scripts, quick tests; it says what it leaves out
+# make check  the inner loop, in a minute: style, types, imports, size, house rules, scripts, quick tests; it says what it leaves out
 # make test   install what tests need and run everything
 # make test-all  the same, the tests too long for each landing, random examples, contrib/, and nbgrader, installed for its tests
 # make test-lowest, make test-newest  quick tests and solution notebooks with the lowest or newest versions that students may install
@@ -14,15 +14,19 @@ ARGS ?=
 
 PROJECTS := pyproject.toml labcourse/pyproject.toml
 
-$(VENV)/.lab: $(PROJECTS)
+$(VENV)/.pip:
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --upgrade pip
+	touch $@
+
+$(VENV)/.lab: $(PROJECTS) | $(VENV)/.pip
 	$(BIN)/python -m pip install --quiet --editable "./labcourse[grading]" --editable ".[course]"
 	touch $@
 
-$(VENV)/.test: $(PROJECTS) $(VENV)/.lab
+# With all that `make lab` needs, so that it is installed once.
+$(VENV)/.test: $(PROJECTS) | $(VENV)/.pip
 	$(BIN)/python -m pip install --quiet --editable "./labcourse[grading,report,postgres,cluster]" --editable ".[course,test,site]"
-	touch $@
+	touch $(VENV)/.lab $@
 
 # Beside the environment: in it, nbgrader would put its extensions into every JupyterLab that tests start. All that it
 # needs of other packages, for what the test does with it, is in the environment.

@@ -23,7 +23,7 @@ BROWSER = "browser"
 #: s, as recorded by ``--record-seconds``: of each test function above LONG, all its cases together, and of what is left
 #: of each file. Files that take longest begin first.
 DURATIONS = ROOT / "tests" / "durations.json"
-LONG = 0.4  #: s: a quick run leaves out test functions that took more
+LONG = 0.25  #: s: a quick run leaves out test functions that took more
 LARGEST = 20  #: files in the list of seconds
 _STARTS_A_BROWSER = re.compile(r"^(import|from) (browser|explorer_notebooks|explorer_page)\b|[(, ]chromium[,)]", re.M)
 _seconds: Counter[str] = Counter()

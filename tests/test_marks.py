@@ -48,22 +48,15 @@ def ran(folder, durations, *options):
 
 
 @pytest.mark.slow
-def test_processes_share_groups_and_begin_with_the_longest(tmp_path, shared):
+def test_processes_share_groups_begin_with_the_longest_and_a_quick_run_leaves_out_what_takes_long(tmp_path, shared):
     """Use pytest-xdist as it is installed: its own groups were lost with another version of pytest."""
-    passed = ran(tmp_path, {"solutions/test_d.py": 9, "tests/test_b.py::test": 5})
-    assert len(passed) == 24
-    assert {shared.group(file) for _, file in passed[:2]} <= {"solutions", "tests/test_b.py"}
+    passed = ran(tmp_path, {"solutions/test_d.py": 9, "tests/test_b.py::test": 5, "tests/test_a.py": 1}, "--quick")
+    assert len(passed) == 18
+    assert {shared.group(file) for _, file in passed[:2]} <= {"solutions", "tests/test_a.py"}
     processes = defaultdict(set)
     for process, file in passed:
         processes[shared.group(file)].add(process)
     assert {group: len(used) for group, used in processes.items()} == {
         "solutions": 1,
         "tests/test_a.py": 1,
-        "tests/test_b.py": 1,
     }
-
-
-@pytest.mark.slow
-def test_a_quick_run_leaves_out_functions_that_took_long(tmp_path):
-    passed = ran(tmp_path, {"solutions/test_d.py": 9, "tests/test_b.py::test": 5}, "--quick")
-    assert {file for _, file in passed} == {"solutions/test_c.py", "solutions/test_d.py", "tests/test_a.py"}
