@@ -64,34 +64,6 @@ def with_functions(theta_t: Any, alpha_t: Any) -> Callable[[Any], Any]:
     return each(lambda expression: expression.xreplace(meant))
 
 
-def rates_as_functions(value: Any) -> Any:
-    """Angles and rates as functions of time of their own, accelerations as derivatives of rates."""
-    functions = {one: sympy.Function(one.name)(t) for one in STATE}
-    functions |= {theta_ddot: functions[theta_dot].diff(t), alpha_ddot: functions[alpha_dot].diff(t)}
-    return each(lambda expression: expression.xreplace(functions))(value)
-
-
-def derivatives_of_symbols(value: Any) -> Any:
-    """Derivatives by time of what are plain symbols."""
-    meant = {theta_dot: sympy.Derivative(theta, t), theta_ddot: sympy.Derivative(theta, (t, 2))}
-    meant |= {alpha_dot: sympy.Derivative(alpha, t), alpha_ddot: sympy.Derivative(alpha, (t, 2))}
-    return each(lambda expression: expression.xreplace(meant))(value)
-
-
-_GREEK = {"theta": "θ", "alpha": "α", "tau": "τ"}
-_DOTS = {"": "{0}", "dot": r"\dot{{{0}}}", "ddot": r"\ddot{{{0}}}"}
-
-
-def greek(name: str) -> str:
-    letter, _, rest = name.partition("_")
-    return f"{_GREEK.get(letter, letter)}_{rest}".rstrip("_")
-
-
-def latex(name: str) -> str:
-    letter, _, rest = name.partition("_")
-    return _DOTS[rest].format(f"\\{letter}") if letter in _GREEK else f"{letter}_{{{rest}}}"
-
-
 def not_tidied_up(expression: Any) -> Any:
     some = sorted(expression.free_symbols, key=str)[:1]
     return sympy.Add(expression, *some, *(-one for one in some), evaluate=False)
@@ -103,12 +75,8 @@ WAYS.each_of(
         "symbols that are real": renamed(str, real=True),
         "symbols that are positive": renamed(str, positive=True),
         "symbols without underscores": renamed(lambda name: name.replace("_", "")),
-        "symbols with Greek letters": renamed(greek),
-        "symbols named in LaTeX": renamed(latex),
         "functions of time": with_functions(sympy.Function("theta")(t), sympy.Function("alpha")(t)),
         "dynamicsymbols": with_functions(*mechanics.dynamicsymbols("theta alpha")),
-        "rates that are functions themselves": rates_as_functions,
-        "derivatives of plain symbols": derivatives_of_symbols,
         "dummies": each(lambda e: e.xreplace({one: sympy.Dummy(one.name) for one in e.free_symbols})),
         "decimals for fractions": each(lambda e: e.evalf()),
         "decimals of three digits": each(lambda e: e.evalf(3)),

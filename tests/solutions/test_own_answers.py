@@ -1,11 +1,8 @@
 """What follows from the student's own answers, link by link; and that nothing follows from what holds nothing."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 import sympy
-from made_courses import OURS
 from working_through import (
     B_eq,
     J_eq,
@@ -23,8 +20,6 @@ from working_through import (
 )
 
 from labcourse.answers import forms
-from labcourse.grading.marking.decoding import Claims
-from labcourse.grading.marking.marking import mark
 from labcourse.grading.verdicts import Case, NothingFollows, Status
 from rotflex.course.questions import CATALOGUE
 from solutions.design_checks import Design
@@ -280,26 +275,3 @@ RIGHT = {
 def test_what_is_right_is_something_to_build_on(where):
     known = {at: stored(at, value) for at, value in RIGHT.items()}
     assert usable(lambda q, p: known[q, p], *where) is known[where]
-
-
-#: The chain of nothing that once earned 12.75 points.
-NOTHING = dict.fromkeys([("2.1", "V"), ("2.2", "T"), ("2.3", "L")], ZERO)
-NOTHING |= {("2.4", "equation"): sympy.Eq(0, tau - B_eq * theta_dot), ("2.5", "equation"): sympy.Eq(0, -alpha_dot)}
-NOTHING |= {("3.2", "polynomial"): WISHED, ("3.3", "A_c"): companion(WISHED)}
-NOTHING |= {("3.7", "T_c"): ctrb(companion(WISHED), np.array([0, 0, 0, 1.0]))}
-NOTHING |= dict.fromkeys([("3.7", "W"), ("Table 3", "W")], np.eye(4))
-NOTHING |= dict.fromkeys([("3.5", "K_c"), ("3.8", "K")], NO_GAIN)
-NOTHING |= dict.fromkeys([("Table 3", name) for name in ("K_c", "K", "K_fsf", "K_psf")], NO_GAIN)
-
-
-def test_a_chain_of_nothing_earns_nothing():
-    given = {**NOTHING, ("3.4", "polynomial"): WISHED, ("3.4", "desired_poles"): DESIRED}
-    contents, values = {}, {}
-    for where, value in given.items():
-        part = CATALOGUE.find(where[0]).part(where[1])
-        contents[where] = forms.encode(part, value, SEED).content
-        values[where] = forms.decode(part, contents[where])
-    key = {number: KEY[number] for number in dict.fromkeys(number for number, _part in NOTHING)}
-    marks = mark(replace(OURS, key=key), Claims(contents=contents, values=values), BENCH, SEED)
-    earned = {(one.question, one.part): one.points for one in marks}
-    assert {where: earned[where] for where in NOTHING} == dict.fromkeys(NOTHING, 0.0)

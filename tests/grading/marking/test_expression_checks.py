@@ -63,12 +63,6 @@ def status(check, part, value, seed=1, **own):
 
 
 @settings(max_examples=15)
-@given(seeds, st.sampled_from(REWRITINGS), st.sampled_from(REWRITINGS))
-def test_rewritten_expressions_agree(seed, first, second):
-    assert status(ExpressionIs(rule(ENERGY)), V, second(first(ENERGY)), seed) is Status.RIGHT
-
-
-@settings(max_examples=15)
 @given(seeds, perturbations, st.sampled_from(TERMS), st.sampled_from(REWRITINGS))
 def test_perturbed_expressions_never_agree(seed, by, term, rewritten):
     assert status(ExpressionIs(rule(ENERGY)), V, rewritten(ENERGY + by * term), seed) is Status.WRONG
