@@ -40,7 +40,7 @@ OF_EACH_KIND: dict[str, Attack] = {
         # it takes too much: memory, processes, output
         *("memory", "children", "output"),
         # it patches, lies, plants
-        *("patches-lab", "liars", "plants-modules"),
+        *("patches-lab", "patches-the-shell", "liars", "plants-modules"),
         # cells of its own: before all others; reports of cells; odd ones
         *("before-the-first-cell", "forged-reports", "reports-are-the-key", "odd-cell-names"),
         # it reaches for secrets, accounts, memories, files and the network outside

@@ -187,6 +187,12 @@ def spectrum(x, dt):
     return scipy.fft.rfftfreq(size, dt), 2 * np.abs(scipy.fft.rfft(x, size)) / len(x)
 
 
+def test_a_probe_draws_the_same_inputs_from_a_seed_and_others_from_another():
+    same, again, other = (COMPOUND_SINES.inputs(seed) for seed in (3, 3, 4))
+    assert all(np.array_equal(a[0], b[0]) and a[1] == b[1] for a, b in zip(same, again, strict=True))
+    assert not np.array_equal(same[0][0], other[0][0])
+
+
 def test_the_outputs_of_a_spectrum_are_kept_up_to_10_hz():
     outputs, encoded = through_json(SPECTRUM, spectrum)
     assert len(outputs) == 4

@@ -17,9 +17,9 @@ from jupyter_client.manager import KernelManager
 from jupyter_server.auth import IdentityProvider
 from jupyter_server.serverapp import ServerApp
 
-from labcourse import server
+from labcourse import jupyterlab, server
 from labcourse.kernels import KERNEL
-from labcourse.server import CourseServer, SafeKernelSpec
+from labcourse.server import CourseServer, PromptConnection, SafeKernelSpec
 
 
 @pytest.mark.parametrize(
@@ -45,6 +45,24 @@ def test_a_browser_is_opened_where_it_has_a_screen(monkeypatch, system, environm
     monkeypatch.setattr(server.sys, "platform", system)
     course.start_app()
     assert course.open_browser is opened
+
+
+def test_a_secret_of_the_users_own_is_left(monkeypatch):
+    monkeypatch.delenv("JUPYTER_TOKEN", raising=False)
+    monkeypatch.delenv("JUPYTER_TOKEN_FILE", raising=False)
+    first, second = (jupyterlab.environment()["JUPYTER_TOKEN"] for _ in range(2))
+    assert len(first) >= 32 and first != second
+    monkeypatch.setenv("JUPYTER_TOKEN", "mine")
+    assert "JUPYTER_TOKEN" not in jupyterlab.environment()
+
+
+def test_messages_are_not_gathered(monkeypatch):
+    said = []
+    connection = SimpleNamespace(websocket_handler=SimpleNamespace(set_nodelay=said.append))
+    parent = SimpleNamespace(connect=lambda: said.append("connected"))
+    monkeypatch.setattr("labcourse.server.super", lambda: parent, raising=False)
+    PromptConnection.connect(connection)
+    assert said == [True, "connected"]
 
 
 @pytest.mark.parametrize(

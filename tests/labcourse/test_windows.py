@@ -12,7 +12,7 @@ from made_notebooks import answer, locked, notebook, saved
 from typer.testing import CliRunner
 
 from labcourse import course_file, course_place, files, lab_command
-from labcourse.answers import own_files
+from labcourse.answers import answers, own_files
 from labcourse.answers.words import SavedTexts
 from rotflex import cli
 from rotflex.course.lab import Lab
@@ -59,6 +59,12 @@ def test_answers_and_words_are_read_though_they_are_being_replaced(busy, tmp_pat
     found = SavedTexts(tmp_path, lab.catalogue)
     found.refresh()
     assert left == [0] and found.notices == []
+
+
+def test_answers_are_set_aside_though_they_are_open_for_a_moment(busy, tmp_path):
+    (tmp_path / "answers.json").write_text("{}")
+    left = busy(os, "replace", 2)
+    assert answers.set_aside(tmp_path / "answers.json", "ada") == "answers.ada.json" and left == [0]
 
 
 def test_a_file_that_stays_in_use_is_an_error_after_a_while_and_at_once_elsewhere(busy, tmp_path, monkeypatch):

@@ -7,6 +7,7 @@ import pytest
 from labcourse.grading.verdicts import Case, Status
 from rotflex import simulation
 from rotflex.course.questions import CATALOGUE
+from solutions import tolerances
 from solutions.design_checks import ArrayFrom, PolesFrom, StateSpaceFunction
 from solutions.loop_checks import GainPlaces
 from solutions.true_bench import TrueBench
@@ -46,6 +47,24 @@ def status(check, part, value, **own):
 MODEL = ArrayFrom("the matrix A", lambda d: d.torque_model[0])
 OPEN_LOOP = PolesFrom("the open-loop poles", lambda d: d.poles)
 GAIN = GainPlaces()
+
+
+@pytest.mark.parametrize("off", [1.001 - tolerances.K_S, 0.999 + tolerances.K_S])
+def test_what_follows_from_a_stiffness_in_tolerance_is_right(off):
+    K_s = off * BENCH.K_s
+    assert status(MODEL, A_PART, model(K_s)[0], K_s=K_s) is Status.RIGHT
+    assert status(OPEN_LOOP, POLES_PART, np.linalg.eigvals(voltage_model(K_s)[0]), K_s=K_s) is Status.RIGHT
+    assert status(GAIN, K_PART, gain(K_s), K_s=K_s) is Status.RIGHT
+
+
+@pytest.mark.parametrize("off", [0.5, 0.8, 1.25, 2.5])
+def test_what_follows_from_a_stiffness_beyond_it_follows_and_without_that_stiffness_is_wrong(off):
+    K_s = off * BENCH.K_s
+    poles = np.linalg.eigvals(voltage_model(K_s)[0])
+    answers = ((MODEL, A_PART, model(K_s)[0]), (OPEN_LOOP, POLES_PART, poles), (GAIN, K_PART, gain(K_s)))
+    for check, part, value in answers:
+        assert status(check, part, value, K_s=K_s) is Status.FOLLOW_THROUGH
+        assert status(check, part, value) is Status.WRONG
 
 
 def test_a_stiffness_that_was_not_answered_is_taken_from_the_own_matrix_if_it_is_right():

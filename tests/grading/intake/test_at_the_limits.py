@@ -49,6 +49,14 @@ def test_files_and_folders(tmp_path, monkeypatch, fits, packed):
 
 
 @FITS
+def test_folders_count_as_files_do(tmp_path, monkeypatch, fits):
+    files = under("work", work("ada"))
+    limited(monkeypatch, archives, "MAX_ENTRIES", len(files) + 1, fits)
+    lay(tmp_path / "ada", files)
+    assert (read(tmp_path)[0] == WANTED) == fits
+
+
+@FITS
 @pytest.mark.parametrize("packed", [True, False], ids=["zip", "folder"])
 def test_folders_within_folders(tmp_path, fits, packed):
     depth = archives.MAX_DEPTH + (not fits)
@@ -81,6 +89,14 @@ def test_bytes_of_a_zips_table_of_contents(tmp_path, monkeypatch, fits):
         else:
             with pytest.raises(Unreadable, match=f"{table - 1} bytes"):
                 shelf.listing(Entry(tmp_path, "ada.zip", 0))
+
+
+def test_the_table_of_contents_of_a_zip_within_a_zip_is_limited_too(tmp_path, monkeypatch):
+    monkeypatch.setattr(archives, "MAX_DIRECTORY", archives._PIECE)
+    inner = zipped({f"{number:09}": b"" for number in range(archives._PIECE // 55 + 1)})
+    lay(tmp_path, {"ada.zip": zipped({"many.zip": inner, **work("ada")})})
+    found, reported, _delivered = read(tmp_path)
+    assert found == WANTED and f"more than {archives._PIECE} bytes" in reported and "'many.zip'" in reported
 
 
 @FITS

@@ -79,6 +79,14 @@ def test_a_name_in_the_code_of_old_windows_is_understood_by_the_roster(tmp_path)
     assert list(found_in(tmp_path, ROSTER)[0]) == [COMPOSED]
 
 
+def test_of_two_names_that_differ_in_an_accent_each_is_its_students(tmp_path):
+    names = {"ada": "José García", "bob": "Jose Garcia"}
+    for name in names.values():
+        lay(tmp_path / name, work(None))
+    found, ignored = found_in(tmp_path, [StudentRecord(student, name) for student, name in names.items()])
+    assert ({student: submission.pieces[0].source for student, submission in found.items()}, ignored) == (names, [])
+
+
 def test_a_zip_that_does_not_say_that_its_names_are_utf_8_is_read_as_such(tmp_path):
     files = moodle("Jürgen G", 7, {"messung_ü.csv": b"1"} | work(None))
     lay(tmp_path, {"class.zip": zipped(files, plain=True)})
@@ -290,3 +298,10 @@ def test_every_entry_is_taken_or_reported(tmp_path_factory, given_names, course,
         reported = str(error)
     for name in given_names:
         assert name.startswith(".") or name in reported or name.split("_")[-1] in reported, name
+
+
+def test_a_pair_is_two_ids_and_no_other_names(tmp_path):
+    """An address with a plus may end as that of somebody else."""
+    lay(tmp_path, {"ada+lab@example.org.zip": zipped(work(None)), "ada.zip": zipped(work(None))})
+    found, _ignored = found_in(tmp_path, [*ROSTER, StudentRecord("eve", email="lab@example.org")])
+    assert list(found) == ["ada", "ada+lab@example.org"]

@@ -1,6 +1,6 @@
 """What learning platforms hand over is understood: their packings, their names, and what they say of time."""
 
-from datetime import UTC, datetime
+from datetime import UTC, datetime, timedelta, timezone
 
 import packings
 import pytest
@@ -340,6 +340,16 @@ def test_a_name_that_two_students_have_is_nobodys(tmp_path, ada, bob):
     assert students(intake.find(tmp_path, roster)) == ["eve"]
 
 
+@pytest.mark.parametrize("about", [{"aliases": ("bob",)}, {"name": "Bob"}, {"email": "BOB"}])
+def test_an_id_means_its_own_student_where_another_is_called_so_too(about):
+    for order in (
+        [StudentRecord("ada", **about), StudentRecord("bob")],
+        [StudentRecord("bob"), StudentRecord("ada", **about)],
+    ):
+        known = Roster(order)
+        assert known.by_name("bob").students == ("bob",) == known.by_label(Label("Moodle", ("bob",))).students
+
+
 @pytest.mark.parametrize(
     ("names", "added"),
     [
@@ -360,6 +370,14 @@ def test_own_files_that_differ_in_a_number_only_are_both_had_under_their_own_nam
     delivered = intake.read(submission, WANTED)
     hand_in, _notes = intake.newest(delivered.items, WANTED)
     assert hand_in.files == own | {"data.csv": b"3\n"}
+
+
+def test_a_time_without_a_zone_is_of_the_one_where_it_is_read():
+    east = timezone(timedelta(hours=5, minutes=30))
+    assert platforms.in_utc(datetime(2026, 11, 21, 13, 5), east) == datetime(2026, 11, 21, 7, 35, tzinfo=UTC)
+    assert platforms.in_utc(datetime(2026, 11, 21, 13, 5, tzinfo=UTC), east) == datetime(
+        2026, 11, 21, 13, 5, tzinfo=UTC
+    )
 
 
 def test_of_several_archives_in_one_folder_the_later_counts(tmp_path):

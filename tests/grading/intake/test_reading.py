@@ -5,6 +5,7 @@ import json
 import os
 import random
 import re
+import struct
 import tarfile
 from datetime import datetime
 
@@ -13,9 +14,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from packings import NOTEBOOKS, WANTED, lay, notebook, renamed, tarred, under, work, zipped
 
-from labcourse.answers import notebooks
+from labcourse.answers import notebooks, own_files
 from labcourse.grading import intake
-from labcourse.grading.intake import archives
+from labcourse.grading.intake import archives, finding
 from labcourse.run import student_folder, submit
 
 A, B, C = WANTED
@@ -268,6 +269,16 @@ def test_nor_one_named_like_a_package_of_the_course(taken):
     assert taken(work() | {"springlab.py": b""}, packages=["springlab"]).hand_in.files == {}
 
 
+def test_own_files_may_be_shorter_than_the_zip_says_but_never_longer(tmp_path, monkeypatch):
+    monkeypatch.setattr(own_files, "MAX_FILE", 100)
+    packed = zipped(work() | {"a.csv": b" " * 200})
+    said = struct.pack("<L", 200)
+    place = packed.rindex(said)
+    lay(tmp_path, {"ada.zip": packed[:place] + struct.pack("<L", 50) + packed[place + 4 :]})
+    result = Read(tmp_path)
+    assert "a.csv" not in result.hand_in.files or len(result.hand_in.files["a.csv"]) <= 100
+
+
 def test_links_and_pipes_in_a_folder_are_not_followed(tmp_path):
     secret = lay(tmp_path / "secret", work(None))
     folder = lay(tmp_path / "in" / "ada", work(names=[B]))
@@ -306,6 +317,16 @@ def test_a_zip_that_swells_is_read_no_further_than_the_limit(tmp_path, monkeypat
     assert (tmp_path / "ada.zip").stat().st_size < 200_000
     result = Read(tmp_path)
     assert result.notebooks == [B] and "more than 1000000 bytes" in result.problems[0]
+
+
+def test_a_hand_in_of_countless_zips_is_looked_into_so_often_and_no_further(tmp_path, monkeypatch):
+    looked = []
+    look = finding.Place.look
+    monkeypatch.setattr(finding.Place, "look", lambda *args, **more: looked.append(args) or look(*args, **more))
+    many = zipped({f"{number}.zip": zipped({"x.csv": b""}) for number in range(30)})
+    lay(tmp_path, {"ada.zip": zipped({f"{number}.zip": many for number in range(30)} | {B: notebook(B)})})
+    assert Read(tmp_path).notebooks == [B]
+    assert len(looked) <= finding.MAX_INNER_ARCHIVES + 4
 
 
 @pytest.mark.parametrize("content", [b"", b"PK", b"this is no zip at all", b"PK\x05\x06" + b"\xff" * 18])

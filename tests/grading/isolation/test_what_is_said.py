@@ -1,6 +1,8 @@
 """What is said of isolation is so: of each layer by itself, of the system calls' filter, and of all together."""
 
 import os
+import sys
+from dataclasses import replace
 from types import SimpleNamespace
 
 import pytest
@@ -171,6 +173,23 @@ def test_grading_begins_where_all_holds_that_is_needed_and_not_otherwise(found, 
     assert caught.value.layer == layer
 
 
+@pytest.mark.parametrize(("found", "tried"), [((GOOD,), 1), ((GOOD, OPTIONAL), 1), ((GOOD, LACKING), 0)])
+def test_breaking_out_is_tried_where_every_needed_layer_is_there(found, tried, monkeypatch):
+    calls = []
+    monkeypatch.setattr(selftest, "layers", lambda: list(found))
+    monkeypatch.setattr(selftest, "attempts", lambda: calls.append(1) or [HELD])
+    examined = isolation_report.examine()
+    assert len(calls) == tried and examined == IsolationState(found, (HELD,) * tried)
+
+
+@pytest.mark.parametrize("contained", [True, False])
+@pytest.mark.parametrize("outside", ["", "it was heard outside"])
+def test_what_the_outside_saw_counts_against_what_was_said_inside(contained, outside):
+    attempt = selftest._attempt_of("reach a UDP listener", contained, "refused", outside)
+    assert attempt.contained == (contained and not outside)
+    assert attempt.result == (outside or "refused") and attempt.needed
+
+
 @pytest.mark.parametrize("filtering", [True, False])
 def test_what_only_a_filter_holds_is_needed_where_there_is_one(filtering, monkeypatch):
     monkeypatch.setattr(seccomp, "program", lambda machine: b"..." if filtering else None)
@@ -180,3 +199,26 @@ def test_what_only_a_filter_holds_is_needed_where_there_is_one(filtering, monkey
         assert selftest._attempt_of(name, True, "", "").needed == filtering
     assert selftest._attempt_of("write outside", True, "", "").needed
     assert not selftest._attempt_of("take too much memory together", True, "", "").needed
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="looks for processes in /proc")
+@pytest.mark.parametrize(
+    ("ending", "file", "contained"),
+    [(Ending.DEADLINE, b"left\n", True), (Ending.FINISHED, b"left\n", False), (Ending.DEADLINE, b"", False)],
+)
+def test_what_was_left_behind_is_judged_by_its_ending_and_its_file(ending, file, contained, monkeypatch):
+    outcome = Outcome(ending, None, {"left": file}, {}, b"", 1.0)
+    monkeypatch.setattr(sandbox, "run", lambda command, **more: outcome)
+    attempt = selftest._attempt_to_outlive("outlive the deadline", Ending.DEADLINE, "exec sleep 60", 0.3)
+    assert attempt.contained == contained
+    assert attempt.result.startswith("ended; no process left" if contained else "it ended otherwise")
+
+
+def test_a_self_test_that_did_not_come_to_its_end_is_no_good_one(monkeypatch):
+    outcome = Outcome(Ending.DEADLINE, None, {"attempts.json": b"{}"}, {}, b"stuck", 1.0)
+    monkeypatch.setattr(sandbox, "run", lambda command, **more: outcome)
+    with pytest.raises(IsolationError, match="end: stuck"):
+        selftest._run_attacks({})
+    monkeypatch.setattr(sandbox, "run", lambda command, **more: replace(outcome, files={}, output=b""))
+    with pytest.raises(IsolationError, match=f"end: {Ending.DEADLINE.value}"):
+        selftest._run_attacks({})

@@ -2,7 +2,9 @@
 
 import json
 import subprocess
+import sys
 import threading
+from types import SimpleNamespace
 
 import pytest
 from made_courses import OURS
@@ -187,6 +189,44 @@ def test_a_program_in_a_cell_is_waited_for_then_asked_and_then_ended(hears):
     waits = [one for one in done if isinstance(one, int | float)]
     assert waits[0] == 5 and (hears == 0 or waits[1] == 15)
     assert ("terminate" in done, "kill" in done) == (hears > 0, hears > 1)
+
+
+@pytest.mark.parametrize("workers", [True, False])
+def test_a_scheduler_and_a_worker_are_waited_for_fifteen_seconds_each(monkeypatch, workers):
+    waited = []
+
+    def submit(function, *arguments):
+        assert function is runner.call_on_worker
+        return SimpleNamespace(result=lambda: function(*arguments))
+
+    class Client:
+        def __init__(self, address, timeout, set_as_default):
+            waited.append((address, timeout, set_as_default))
+
+        def wait_for_workers(self, number, timeout):
+            waited.append((number, timeout))
+            if not workers:
+                raise TimeoutError
+
+        def nthreads(self):
+            return {"one": 3, "two": 4}
+
+        def get_executor(self, pure, retries):
+            waited.append((pure, retries))
+            return SimpleNamespace(shutdown=lambda wait: None, submit=submit)
+
+        def close(self):
+            waited.append("closed")
+
+    monkeypatch.setitem(sys.modules, "distributed", SimpleNamespace(Client=Client))
+    if workers:
+        with runner.cluster("tcp://host:8786") as pool:
+            assert pool.capacity == 7 and pool.run(max, 2, 3) == 3
+        assert waited == [("tcp://host:8786", 15, False), (1, 15), (False, 3), "closed"]
+    else:
+        with pytest.raises(GradingError, match="has no workers"), runner.cluster("tcp://host:8786"):
+            pass
+        assert waited == [("tcp://host:8786", 15, False), (1, 15), "closed"]
 
 
 def test_every_file_of_a_run_that_cannot_be_read_is_named():
