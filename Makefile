@@ -10,7 +10,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 ARGS ?=
 
-.PHONY: lab check test test-all test-whole test-lowest test-newest site site-instructor notebooks solutions data bench clean
+.PHONY: lab check test system-packages test-all test-whole test-lowest test-newest site site-instructor notebooks solutions data bench clean
 
 PROJECTS := pyproject.toml labcourse/pyproject.toml
 
@@ -43,9 +43,11 @@ lab: $(VENV)/.lab
 check: $(VENV)/.test
 	$(BIN)/python tools/run_tests.py --quick $(ARGS)
 
-test: $(VENV)/.test
-	sh tools/system_packages.sh
+test: $(VENV)/.test system-packages
 	$(BIN)/python tools/run_tests.py $(ARGS)
+
+system-packages:
+	sh tools/system_packages.sh
 
 # A library that came out yesterday must not keep the whole from running: with --keep-going, each is run.
 test-all:
