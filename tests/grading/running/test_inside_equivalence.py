@@ -132,8 +132,8 @@ def test_what_is_done_within_an_output_widget_is_done(tmp_path):
 
 
 SOLUTIONS = sorted((ROOT / "solutions").glob("*.ipynb"))
-#: At a landing the first four notebooks are run, in `make test-all` all.
-RUNS = [4, pytest.param(len(SOLUTIONS), marks=pytest.mark.scheduled)]
+#: At a landing the first three notebooks are run, in `make test-all` all.
+RUNS = [3, pytest.param(len(SOLUTIONS), marks=pytest.mark.scheduled)]
 
 
 @pytest.fixture(scope="module", params=RUNS, ids=lambda count: f"{count} notebooks")
@@ -163,7 +163,7 @@ def test_solutions_answer_the_same_to_the_last_bit(solved):
 
 def test_the_cells_of_solutions_have_the_same_results_and_leave_the_same_names(solved):
     real, ours = map(facts, solved[1:])
-    assert len(real) > 50
+    assert len(real) > 40
     assert all(fact["success"] for fact in real if "source" in fact)
     assert ours == real
 
