@@ -1,4 +1,4 @@
-"""A student's own PDF as the report: looked at, and put beside the notebooks under the report's fixed name."""
+"""A student's own PDF as the report: looked through, and copied beside the notebooks under the report's name."""
 
 from __future__ import annotations
 
@@ -11,14 +11,12 @@ from labcourse import course_file, files
 from labcourse.answers import report_files
 from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.own_files import megabytes
-from labcourse.answers.report_files import ReportFile
 from labcourse.errors import AnswerError
 from labcourse.messages import plural
 from labcourse.report import checklist
 
 MOST_PAGES = 150  #: of a document that is looked through; a report has a tenth
 _READER = "pypdf"  # pure Python, and small
-_INSTALL = "%pip install pypdf"
 
 
 def attach(folder: Path, catalogue: Catalogue, report: str, pdf: str | os.PathLike[str]) -> None:
@@ -47,15 +45,21 @@ def attach(folder: Path, catalogue: Catalogue, report: str, pdf: str | os.PathLi
     target = folder / report_files.file_name(report)
     if not (target.exists() and path.samefile(target)):
         files.write(target, data)
-    about = report_files.of_data(report, data)
-    print(*_lines(about, path, texts), sep="\n")
+    length = megabytes(len(data)) if texts is None else plural(len(texts), "{count} page", "{count} pages")
+    if report_files.is_composed(data):
+        print(f"{path.name} was made of the notebook’s texts, and is handed in as that, as {target.name} ({length}).")
+    else:
+        print(f"Your report is now {path.name} ({length}). It lies beside the notebooks as {target.name};")
+        print("lab.submit() packs it. After each change of it, run this cell again.")
+        print(f"To go back to the notebook’s texts, delete {target.name}.")
+        print("A text that is not in its cell is looked for in it, by its heading. What is in a cell, is read there.")
     if texts is None:
-        print(f"What may be missing in it was not looked at: that needs the library {_READER}. {_INSTALL}")
+        print(f"What may be missing in it was not looked at: that needs the library {_READER}. %pip install {_READER}")
         return
     limit = (course_file.of(folder) or {}).get(course_file.PAGE_LIMIT)
     titles = list(dict.fromkeys(item.heading.partition(":")[0] for item in catalogue.items(report) if not item.judged))
-    found = checklist.faults_of_pdf(texts, target.name, titles, limit if isinstance(limit, int) else None)
-    messages = [f"  * {fault.message}" for fault in found] or ["Nothing is missing, as far as its text tells."]
+    faults = checklist.faults_of_pdf(texts, target.name, titles, limit if isinstance(limit, int) else None)
+    messages = [f"  * {fault.message}" for fault in faults] or ["Nothing is missing, as far as its text tells."]
     print("", *messages, checklist.NOT_CHECKED_OF_PDF, sep="\n")
 
 
@@ -66,18 +70,13 @@ def _data(path: Path) -> bytes:
         raise AnswerError(
             f"{path} cannot be read: {error.strerror}. Give the file’s name as it is in this folder, or its whole path."
         ) from None
-    if len(data) > report_files.MAX_BYTES:
-        raise AnswerError(
-            f"{path.name} is not taken: it has more than {megabytes(report_files.MAX_BYTES)}. Save its pictures "
-            "smaller."
-        )
     if why := report_files.refusal(data):
         raise AnswerError(f"{path.name} is not taken: {why}.")
     return data
 
 
 def read(data: bytes, name: str) -> list[str]:
-    """The text of each page of a PDF.
+    """Return the text of each page of a PDF.
 
     Raises
     ------
@@ -92,27 +91,12 @@ def read(data: bytes, name: str) -> list[str]:
             raise AnswerError(f"{name} is not taken: it asks for a password. Export it without one.")
         if len(reader.pages) > MOST_PAGES:
             raise AnswerError(
-                "{name} is not taken: it has {pages}; a report has {most} at most.".format(
-                    name=name, pages=plural(len(reader.pages), "{count} page", "{count} pages"), most=MOST_PAGES
-                )
+                f"{name} is not taken: it has {len(reader.pages)} pages; a report has {MOST_PAGES} at most."
             )
         return [page.extract_text() for page in reader.pages]
     except AnswerError:
         raise
-    except Exception as error:  # whatever a broken file leads to, in a library that was made for sound ones
+    except Exception as error:  # whatever a broken file leads to, in a library that was made for sound files
         raise AnswerError(
             f"{name} is not taken: it cannot be read as a PDF ({type(error).__name__}). Export it anew."
         ) from None
-
-
-def _lines(about: ReportFile, path: Path, texts: list[str] | None) -> list[str]:
-    length = plural(len(texts), "{count} page", "{count} pages") if texts is not None else megabytes(about.size)
-    if not about.own:
-        return [f"{path.name} was made of the notebook’s texts, and is handed in as that, as {about.name} ({length})."]
-    now = "Your report is now {file} ({length}). It lies beside the notebooks as {name}; lab.submit() packs it."
-    again = "After each change of it, run this cell again. To go back to the notebook’s texts, delete {name}."
-    return [
-        now.format(file=path.name, length=length, name=about.name),
-        again.format(name=about.name),
-        "A text that is not in its cell is looked for in it, by its heading. What is in a cell, is read there.",
-    ]

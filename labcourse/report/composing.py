@@ -2,30 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+import re
+from collections.abc import Iterator
 from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from labcourse import course_file, files
 from labcourse.answers import forms, own_files, words
-from labcourse.answers.attached_pictures import PICTURE
 from labcourse.answers.notebooks import Notebook, NotebookError
 from labcourse.answers.parts import Question, ReportItem
 from labcourse.errors import AnswerError
-from labcourse.report import counting, entries, fine_curves, front
-from labcourse.report.document import (
-    Axes,
-    Block,
-    Document,
-    Equation,
-    Figure,
-    Place,
-    Prose,
-    Section,
-    Table,
-)
-from labcourse.report.front import Front
+from labcourse.report import entries, fine_curves, front
+from labcourse.report.document import Document, Notice, Place, Recorded, Section, Text
 
 if TYPE_CHECKING:
     from labcourse.session import Session
@@ -33,8 +22,8 @@ if TYPE_CHECKING:
 FIGURE = "figure"  #: kind of a part
 
 
-def composed(lab: Session, folder: Path, report: str, now: datetime) -> Document:
-    """A student's report as it stands now.
+def compose(lab: Session, folder: Path, report: str, now: datetime) -> Document:
+    """Compose a student's report as it stands now.
 
     Parameters
     ----------
@@ -49,176 +38,125 @@ def composed(lab: Session, folder: Path, report: str, now: datetime) -> Document
         If the notebook with the report's texts cannot be read.
     """
     lab.refresh()
-    return _Composing(lab, folder, report).document(now)
+    return _Composer(lab, folder, report).document(now)
 
 
-class _Composing:
+class _Composer:
     def __init__(self, lab: Session, folder: Path, report: str) -> None:
         self._lab, self._folder, self._report = lab, folder, report
-        self._about: Question = lab.catalogue.reports[report]
+        self._catalogue = lab.catalogue
         self._items = [item for item in lab.catalogue.items(report) if not item.judged]
-        self._notebook = f"{self._about.notebook}.ipynb"
+        self._notebook = f"{lab.catalogue.reports[report].notebook}.ipynb"
         notebook = _read(folder / self._notebook)
         cells = notebook.content["cells"]
         masters = words.own_masters(cells)
-        self._cells = {where[1]: str(master.get("id", "")) for master in masters if (where := words.where_of(master))}
-        self._written = words.written(masters, notebook.cells, self._files(cells))
-        labels = dict(named for item in self._items for named in self._labels(item))
-        self._front: Front = front.read(cells, self._notebook, report, labels)
-        self._numbers = {kind: 0 for kind in (Figure, Table, Equation)}
+        self._cells = {where: str(master.get("id", "")) for master in masters if (where := words.where_of(master))}
+        own, _problems = own_files.read(folder, [f"{name}.ipynb" for name in lab.catalogue.notebooks])
+        self._written = words.written(masters, notebook.cells, own)
+        shown = [pair for item in self._items if not item.part for pair in self._shown(item)]
+        labels = [self._label(question, name) for question, name in shown if self._has_caption(question, name)]
+        self._front = front.read(cells, self._notebook, report, list(dict.fromkeys(labels)))
 
     def document(self, now: datetime) -> Document:
-        """All of it."""
+        """Return the report."""
         course = course_file.of(self._folder) or {}
-        sections = tuple(self._section(item) for item in self._items)
-        problems = ((problem, Place(self._notebook)) for problem in self._written.problems)
+        sections = tuple(map(self._section, self._items))
+        lines = {name: " ".join(text.split()) for name, text in self._front.lines.items() if name != "Authors"}
+        authors = re.split(r"[;,\n]", self._front.lines.get("Authors", ""))
+        limit = course.get(course_file.PAGE_LIMIT)
+        problems = [Notice(problem, Place(self._notebook)) for problem in self._written.problems]
         return Document(
-            title=self._front.title or self._about.title,
-            course=self._front.course or str(course.get("title") or ""),
+            title=lines.get("Title") or self._catalogue.reports[self._report].title,
+            course=lines.get("Course") or str(course.get("title") or ""),
             term=str(course.get("term") or ""),
             student=self._lab.student,
-            authors=self._front.authors,
-            date=self._front.date or f"{now:%Y-%m-%d}",
-            page_limit=_limit(course),
+            authors=tuple(author.strip() for author in authors if author.strip()),
+            date=lines.get("Date") or f"{now:%Y-%m-%d}",
+            page_limit=limit if isinstance(limit, int) and limit > 0 else None,
             sections=sections,
-            references=self._front.references,
+            sources=self._front.sources,
             front=self._front.place,
-            told=(*self._front.told, *problems),
+            notices=(*self._front.notices, *problems),
         )
 
-    # --- sections --------------------------------------------------------------------------------------------------
+    def _shown(self, item: ReportItem) -> Iterator[tuple[Question, str]]:
+        """Yield the questions and parts that a row shows; a table as a whole has the part ""."""
+        for number, name in item.shows:
+            question = self._catalogue.find(number)
+            names = [""] if number in self._catalogue.tables else [name] if name else question.names
+            yield from ((question, part) for part in names)
+
+    def _has_caption(self, question: Question, name: str) -> bool:
+        return not name or question.part(name).kind == FIGURE
+
+    def _label(self, question: Question, name: str) -> str:
+        """Return how texts refer to a figure or a table: by its question, and by its part if there are several."""
+        if not name:
+            return question.number
+        several = sum(part.kind == FIGURE for part in question.parts) > 1
+        return f"Figure {question.number} {name}" if several else f"Figure {question.number}"
+
+    def _place(self, question: Question, name: str) -> Place:
+        names = [name] if name else question.names
+        cell = next((cell for part in names if (cell := self._lab.book.cell(question.number, part))), "")
+        return Place(f"{question.notebook}.ipynb", cell)
 
     def _section(self, item: ReportItem) -> Section:
-        heading = item.heading
         if item.part:
-            place = Place(self._notebook, self._cells.get(item.part, ""))
-            return Section(item.number, heading, tuple(self._text(item.part, place)), place)
-        blocks = tuple(block for number, name in item.shows for block in self._shown(number, name))
-        missing = dict(self._missing(item))
-        place = next(iter([*missing.values(), *(block.place for block in blocks)]), Place(self._notebook))
-        return Section(item.number, heading, blocks, place, tuple(missing))
+            where = (self._report, item.part)
+            place = Place(self._notebook, self._cells.get(where, ""))
+            answer = self._written.words.get(where)
+            text = Text(answer.text, place, answer.pictures) if answer else Text("", place)
+            return Section(item.number, item.heading, (text,), place)
+        shown = list(self._shown(item))
+        pieces = tuple(piece for question, name in shown for piece in self._pieces(question, name))
+        missing = {
+            name: self._place(question, name)
+            for question, name in shown
+            if not self._has_caption(question, name) and not self._lab.content(question.number, name)
+        }
+        places = [*missing.values(), *(piece.place for piece in pieces), Place(self._notebook)]
+        return Section(item.number, item.heading, pieces, places[0], tuple(missing))
 
-    def _missing(self, item: ReportItem) -> Iterator[tuple[str, Place]]:
-        """Yield the results that a row shows as equations and that are not recorded, each with its cell."""
-        for number, name in item.shows:
-            question = self._lab.catalogue.find(number)
-            for part in question.parts if number not in self._lab.catalogue.tables else ():
-                if name in ("", part.name) and part.kind != FIGURE and not self._lab.content(number, part.name):
-                    yield part.name, Place(f"{question.notebook}.ipynb", self._lab.book.cell(number, part.name))
+    def _pieces(self, question: Question, name: str) -> Iterator[Text | Recorded]:
+        place = self._place(question, name)
+        if self._has_caption(question, name):
+            label = self._label(question, name)
+            own = self._front.captions.get(label, "")
+            caption = own or (question.part(name).prompt if name else "") or question.title
+            content = self._figure(question, name, label, place) if name else self._table(question)
+            yield Recorded(label, Text(caption, self._front.place), bool(own), place, **content)
+        elif latex := entries.equation(question.part(name), self._lab.content(question.number, name)):
+            yield Text(f"$$ {latex} $$", place)
 
-    def _text(self, part: str, place: Place) -> Iterator[Block]:
-        found = self._written.words.get((self._report, part))
-        text, pictures = (found.text, found.pictures) if found else ("", {})
-        yield Prose(text, place, pictures)
-        for one in counting.counted(text):
-            if one.kind == counting.EQUATION:
-                yield Equation(self._next(Equation), one.content, one.name, place)
-            elif one.kind == counting.TABLE:
-                head, *rows = one.rows
-                yield Table("", self._next(Table), one.content, bool(one.content), head, tuple(rows), place, place)
-            elif one.name in pictures:
-                yield Figure(
-                    one.name, self._next(Figure), one.content, bool(one.content), "", one.content, (), place, place
-                )
+    def _table(self, question: Question) -> dict[str, Any]:
+        """Return the table and what is missing in it."""
+        contents = {part: self._lab.content(question.number, part) for part in question.names}
+        rows = list(entries.rows(question, contents))
+        lines = [entries.HEADINGS, ("---",) * len(entries.HEADINGS), *rows]
+        missing = tuple(row[0] for row in rows if not row[2])
+        return {"table": "\n".join(f"| {' | '.join(line)} |" for line in lines), "missing": missing}
 
-    def _shown(self, number: str, name: str) -> Iterator[Block]:
-        """What a row shows of a question: figures, a results table, or results as equations."""
-        question = self._lab.catalogue.find(number)
-        names = [name] if name else list(question.names)
-        contents = {one: content for one in names if (content := self._lab.content(number, one))}
-        place = Place(f"{question.notebook}.ipynb", next((self._lab.book.cell(number, one) for one in names), ""))
-        if number in self._lab.catalogue.tables:
-            yield self._table(question, contents, place)
-            return
-        for one in names:
-            if question.part(one).kind == FIGURE:
-                cell = Place(place.notebook, self._lab.book.cell(number, one))
-                yield self._figure(question, one, contents.get(one), cell)
-        for latex in entries.equations(question, names, contents):
-            yield Equation(self._next(Equation), latex, "", place)
-
-    def _figure(self, question: Question, name: str, content: dict[str, Any] | None, place: Place) -> Figure:
-        part = question.part(name)
-        label = _figure_label(question, name)
-        own = self._front.captions.get(label, "")
+    def _figure(self, question: Question, name: str, label: str, place: Place) -> dict[str, Any]:
+        """Return the drawing of a figure, its description, and the labels of its axes."""
+        content = self._lab.content(question.number, name)
         try:
-            axes = forms.decode(part, content)["axes"] if content else []
+            axes = forms.decode(question.part(name), content)["axes"] if content else []
         except AnswerError:
             axes = []
-        svg, alt = "", "This figure is not recorded yet."
-        if axes and content:
-            from labcourse.report import drawing  # matplotlib loads where it is used
+        if not axes or not content:
+            return {"alt": "This figure is not recorded yet.", "missing": (label,)}
+        from labcourse.report import drawing  # it loads matplotlib
 
-            fine = fine_curves.find(self._folder, question.number, name, content)
-            svg, alt = drawing.drawn(axes, fine)
-            if fine is None and any(line["n"] > line["x"].size for axis in axes for line in axis["lines"]):
-                self._front.told.append(
-                    (
-                        (
-                            f"{label} is drawn from the points that your answer keeps of each curve, which are few. "
-                            "For a finer picture, run the cell that records it again."
-                        ),
-                        place,
-                    )
-                )
-        return Figure(
-            label=label,
-            number=self._next(Figure),
-            caption=own or part.prompt or question.title,
-            own_caption=bool(own),
-            svg=svg,
-            alt=alt,
-            axes=tuple(Axes(axis["xlabel"], axis["ylabel"]) for axis in axes),
-            place=place,
-            written=self._front.place,
-        )
-
-    def _table(self, table: Question, contents: dict[str, Any], place: Place) -> Table:
-        own = self._front.captions.get(table.number, "")
-        rows = tuple(entries.rows(table, contents))
-        caption = own or table.title
-        written = self._front.place
-        return Table(table.number, self._next(Table), caption, bool(own), entries.head(), rows, place, written)
-
-    def _labels(self, item: ReportItem) -> Iterator[tuple[str, str]]:
-        """What a row shows that has a caption: what its caption may be written behind → what it is called by."""
-        if item.part:
-            return
-        for number, name in item.shows:
-            question = self._lab.catalogue.find(number)
-            if number in self._lab.catalogue.tables:
-                yield number, number
-                continue
-            for one in [name] if name else question.names:
-                if question.part(one).kind == FIGURE:
-                    yield _figure_label(question, one), _figure_label(question, one)
-
-    def _next(self, kind: type[Figure | Table | Equation]) -> int:
-        self._numbers[kind] += 1
-        return self._numbers[kind]
-
-    def _files(self, cells: list[Any]) -> Mapping[str, bytes]:
-        """The student's own files, where a text shows a picture from there."""
-        texts = [words.source_of(cell) for cell in cells if isinstance(cell, dict) and words.where_of(cell)]
-        targets = [match["in"] or match["out"] for text in texts for match in PICTURE.finditer(text)]
-        if all(target.startswith(("attachment:", "data:")) for target in targets):
-            return {}
-        return own_files.read(self._folder, [f"{name}.ipynb" for name in self._lab.catalogue.notebooks])[0]
-
-
-def _figure_label(question: Question, name: str) -> str:
-    """What a figure is called by: after its question, and its part where a question has several."""
-    return f"Figure {_figure_number(question, name)}"
-
-
-def _figure_number(question: Question, name: str) -> str:
-    several = sum(part.kind == FIGURE for part in question.parts) > 1
-    return f"{question.number} {name}" if several else question.number
-
-
-def _limit(course: Mapping[str, Any]) -> int | None:
-    limit = course.get(course_file.PAGE_LIMIT)
-    return limit if isinstance(limit, int) and not isinstance(limit, bool) and limit > 0 else None
+        axes, all_points = fine_curves.refined(self._folder, question.number, name, content, axes)
+        if not all_points:
+            message = (
+                f"{label} is drawn from the points that your answer keeps of each curve, which are few. "
+                "For a finer picture, run the cell that records it again."
+            )
+            self._front.notices.append(Notice(message, place))
+        svg, alt = drawing.draw(axes)
+        return {"svg": svg, "alt": alt, "axes": tuple((axis["xlabel"], axis["ylabel"]) for axis in axes)}
 
 
 def _read(path: Path) -> Notebook:

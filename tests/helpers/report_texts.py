@@ -1,28 +1,20 @@
-"""Documents of a few blocks, to be set: what a report does with one text."""
+"""Documents of a few pieces, to be written: what a report does with one text."""
 
 import io
 from collections.abc import Mapping
 
 from PIL import Image
 
-from labcourse.report import counting
-from labcourse.report.document import (
-    Block,
-    Document,
-    Equation,
-    Figure,
-    Place,
-    Prose,
-    Reference,
-    Section,
-    Table,
-)
+from labcourse.report.document import Document, Place, Recorded, Section, Text
 
 HERE = Place("04_results.ipynb", "text")
 FRONT = Place("04_results.ipynb", "front")
 RECORDED = Place("02_measuring.ipynb", "figure")
 SVG = '<svg xmlns="http://www.w3.org/2000/svg" width="20" height="10"><rect width="20" height="10"/></svg>'
-ROW = ("The mass", "$m$", r"$\begin{bmatrix}1&2\\3&4\end{bmatrix}$", "kg")
+TABLE = (
+    "| What | Symbol | Value | Unit |\n|---|---|---|---|\n| The mass | $m$ | "
+    r"$\begin{bmatrix}1&2\\3&4\end{bmatrix}$ | kg |"
+)
 
 
 def png(colour: str = "red") -> bytes:
@@ -34,11 +26,9 @@ def png(colour: str = "red") -> bytes:
 
 def of_text(text: str, pictures: Mapping[str, bytes] | None = None) -> Document:
     """A document with a figure, a table, one text, and a source."""
-    shown: tuple[Block, ...] = (
-        Figure("Figure 1.2", 1, "The speed $v$.", True, SVG, "A black box.", (), RECORDED, FRONT),
-        Table("Table 3", 1, "Results.", True, ("What", "Symbol", "Value", "Unit"), (ROW,), RECORDED, FRONT),
-    )
-    prose = Prose(text, HERE, pictures or {})
+    caption = Text("The speed $v$.", FRONT)
+    figure = Recorded("Figure 1.2", caption, True, RECORDED, svg=SVG, alt="A black box.")
+    table = Recorded("Table 3", Text("Results.", FRONT), True, RECORDED, table=TABLE)
     return Document(
         title="The first <report>",
         course="A course",
@@ -48,26 +38,9 @@ def of_text(text: str, pictures: Mapping[str, bytes] | None = None) -> Document:
         date="2026-11-23",
         page_limit=None,
         sections=(
-            Section("I.1", "Results: Table 3", shown, RECORDED),
-            Section("II.1", "Analysis: what follows", (prose, *counted(prose)), HERE),
+            Section("I.1", "Results: Table 3", (figure, table), RECORDED),
+            Section("II.1", "Analysis: what follows", (Text(text, HERE, pictures or {}),), HERE),
         ),
-        references=(Reference("1", "A. Author, *A title*.", FRONT),),
+        sources={"1": Text("A. Author, *A title*.", FRONT)},
         front=FRONT,
     )
-
-
-def counted(prose: Prose) -> tuple[Block, ...]:
-    """What of a text gets a number, after one figure and one table."""
-    numbers = {counting.EQUATION: 0, counting.TABLE: 1, counting.PICTURE_ALONE: 1}
-    found: list[Block] = []
-    for one in counting.counted(prose.text):
-        numbers[one.kind] += 1
-        number = numbers[one.kind]
-        if one.kind == counting.EQUATION:
-            found.append(Equation(number, one.content, one.name, HERE))
-        elif one.kind == counting.TABLE:
-            head, *rows = one.rows
-            found.append(Table("", number, one.content, bool(one.content), head, tuple(rows), HERE, HERE))
-        else:
-            found.append(Figure(one.name, number, one.content, bool(one.content), "", "", (), HERE, HERE))
-    return tuple(found)

@@ -140,7 +140,7 @@ def test_a_report_that_is_made_of_empty_cells_is_no_document_of_ones_own(lab, fo
     (folder / NAME).write_bytes(composed())
     assert lab.own_document("First report") is None
     assert "missing: First report Procedure" in report_files.outline(CATALOGUE, "First report", lab)
-    assert report_files.is_composed(writing.written(of_text("Words.")).pdf)
+    assert report_files.is_composed(writing.write(of_text("Words.")).pdf)
     assert not report_files.is_composed(typeset())
 
 

@@ -1,0 +1,453 @@
+"""A report as pandoc's document: texts as pandoc reads them, with numbers, captions and links.
+
+Others open a report. So a student's text brings in only words, formulas, tables, lists, code, links to web addresses
+and attached pictures: no attributes, no HTML, no other files. A notice says what is left out.
+"""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Collection, Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from labcourse.report import pandoc
+from labcourse.report.document import Document, Notice, Place, Recorded, Section, Text
+from labcourse.report.pandoc import Node
+
+_NO_ATTRIBUTES: list[Any] = ["", [], []]
+_WIDTHS = (0.32, 0.14, 0.43, 0.11)  # of the columns of a results table: shares of the page's width
+_TEXT_HEADING = 3  # level of headings in a student's text
+_SHOWN = 60  # characters of a student's text in a message
+_SPACES = {"Space": " ", "SoftBreak": "\n", "LineBreak": " "}
+#: Nodes that are copied, with their contents.
+_COPIED = {"Para", "Plain", "BlockQuote", "BulletList", "OrderedList", "Note", "Str", "Emph", "Strong", "Strikeout"}
+_WEB = re.compile(r"(?:https?://|mailto:)", re.IGNORECASE)
+_BREAK = re.compile(r"\s*<br\s*/?>\s*", re.IGNORECASE)
+
+_TAG = re.compile(r"\\(?:tag\*?|label)\s*\{([^{}]{0,60})\}")
+_LINES = re.compile(r"\\[hc]line\b|\\begin\s*\{array\}\s*\{[^{}]*\|")
+_COMMAND = re.compile(r"\\(?:[A-Za-z]+\*?|.)", re.DOTALL)
+#: Spaces that pandoc does not know, or writes with a wrong width for typst → a similar space.
+_REPLACED = {r"\;": r"\:", r"\!": "", r"\negthinspace": "", r"\thinspace": r"\, ", r"\enspace": r"\ "}
+_BARE_COLUMNS = re.compile(r"\\begin\s*\{(array|matrix|smallmatrix)\}.*?\\end\s*\{\1\}", re.DOTALL)
+
+_NUMBER = r"\d+(?:\.\d+)*"
+_REFERENCE = (
+    rf"(?<!\w)(?P<kind>fig(?:ures?|s?\.)|tables?)\s+"
+    rf"(?P<numbers>{_NUMBER}(?:(?:,\s*|,?\s+(?:and|or|to)\s+|\s*[-–]\s*){_NUMBER})*)"
+    r"|\((?P<tag>TAGS)\)|(?<!\w)(?P<equation>equations?|eqs?\.)\s+\((?P<unknown>[^()]{1,60})\)"
+    r"|\\(?:eq)?ref\{(?P<ref>[^{}]{1,60})\}"
+    r"|\[(?P<keys>[\w.:-]{1,30}(?:\s*,\s*[\w.:-]{1,30})*)(?P<pages>,\s*pp?\.[^\[\]]{1,40})?\]"
+)
+_OF_A_SOURCE = re.compile(r"\s*,?\s+(?:of|in|from)\s+\[")  # "Figure 2 of [1]" is not a figure of this report
+
+
+@dataclass(frozen=True)
+class Numbered:
+    """A figure or a table in a report.
+
+    Attributes
+    ----------
+    kind : "figure" or "table"
+    number : in the report, from 1
+    recorded : None if it is in a text of the student's
+    captioned : whether the student wrote its caption
+    place, caption_place : the cells that have it, and its caption
+    entries : texts of the cells of a table
+    """
+
+    kind: str
+    number: int
+    recorded: Recorded | None
+    captioned: bool
+    place: Place
+    caption_place: Place
+    entries: tuple[str, ...] = ()
+
+    def __str__(self) -> str:
+        name = f"{self.kind.title()} {self.number}"
+        return name if self.recorded is None or self.recorded.label == name else f"{name} ({self.recorded.label})"
+
+
+class Markup:
+    """A report as pandoc's document.
+
+    Parameters
+    ----------
+    document : the report
+
+    Attributes
+    ----------
+    blocks : pandoc's nodes
+    pictures : name of a picture's file → its content
+    formulas : name of a formula → its LaTeX and its cell
+    alt : name of a picture or a formula → its description
+    numbered : number of a section → the figures and tables in it
+    mentioned : names that the student's texts refer to, as in "figure-2"
+    notices : what was left out, each once
+
+    Raises
+    ------
+    ReportError
+        If pandoc is missing or cannot read the texts.
+    """
+
+    def __init__(self, document: Document) -> None:
+        self.blocks: list[Node] = []
+        self.pictures: dict[str, bytes] = {}
+        self.formulas: dict[str, tuple[str, Place]] = {}
+        self.alt: dict[str, str] = {}
+        self.numbered: dict[str, list[Numbered]] = {section.number: [] for section in document.sections}
+        self.mentioned: set[str] = set()
+        self.notices: dict[Notice, None] = dict.fromkeys(document.notices)
+        self._document = document
+        self._count: Counter[str] = Counter()
+        self._names: dict[str, str] = {}  # label of a figure or a table, as in "figure 1.2" → its name
+        self._tags: dict[str, dict[Place, str]] = {}  # tag of an equation → cell → its name
+        self._texts: list[_Cleaned] = []
+        self._prefixes: list[tuple[list[Node], Node]] = []
+        texts = list(dict.fromkeys(_markdown(document)))
+        self._read = dict(zip(texts, pandoc.read(texts), strict=True))
+        self._add_sections()
+        self._add_sources()
+        self._add_links()
+
+    def note(self, message: str, place: Place, section: str = "") -> None:
+        """Add a notice about a cell."""
+        self.notices[Notice(f"Section {section}: {message}" if section else message, place)] = None
+
+    # --- sections and what they show -------------------------------------------------------------------------------
+
+    def _add_sections(self) -> None:
+        parts: dict[str, list[Section]] = {}
+        for section in self._document.sections:
+            parts.setdefault(section.number.partition(".")[0], []).append(section)
+        for number, sections in parts.items():
+            # "Procedure: measuring" and "Procedure: modelling" are in the part "Procedure".
+            titles = {section.heading.partition(": ")[0] for section in sections}
+            grouped = len(titles) == 1 and all(": " in section.heading for section in sections)
+            if grouped:
+                self._add_heading(1, f"part-{number}", f"{number} {titles.pop()}")
+            for section in sections:
+                heading = section.heading.partition(": ")[2] if grouped else section.heading
+                self._add_heading(
+                    2, f"section-{section.number}", f"{section.number} {heading[:1].upper()}{heading[1:]}"
+                )
+                blocks = [block for piece in section.pieces for block in self._piece(piece, section.number)]
+                self.blocks += blocks or [_paragraph("Nothing is written or recorded yet.")]
+
+    def _add_heading(self, level: int, name: str, text: str) -> None:
+        self.blocks.append({"t": "Header", "c": [level, [name, [], []], _words(text)]})
+
+    def _piece(self, piece: Text | Recorded, section: str) -> list[Node]:
+        if isinstance(piece, Text):
+            return self._text(piece, section).nodes
+        about = Numbered("", 0, piece, piece.own_caption, piece.place, piece.caption.place)
+        caption = self._line(piece.caption)
+        if piece.table:
+            content = self._read[piece.table][0]["c"]
+            content[2] = [[{"t": "AlignLeft"}, {"t": "ColWidth", "c": width}] for width in _WIDTHS]
+            rows = _Cleaned(self, piece.place, section, in_results=True).copied(content[3:])
+            return [self.table([*content[:3], *rows], caption, about, section)]
+        picture = (
+            self.picture(piece.svg.encode(), "figure.svg", piece.alt) if piece.svg else _paragraph(piece.alt)["c"][0]
+        )
+        return [self.figure(picture, caption, about, section)]
+
+    def _text(self, text: Text, section: str = "") -> _Cleaned:
+        cleaned = _Cleaned(self, text.place, section, text.pictures)
+        cleaned.nodes += cleaned.copied(self._read[text.markdown])
+        self._texts.append(cleaned)
+        return cleaned
+
+    def _line(self, text: Text) -> list[Node]:
+        """Return the contents of the first paragraph of a text."""
+        return next((block["c"] for block in self._text(text).nodes if block["t"] in ("Para", "Plain")), [])
+
+    def _add_sources(self) -> None:
+        if sources := self._document.sources:
+            self._add_heading(1, "sources", "References")
+            for key, text in sources.items():
+                line = self._line(text)
+                self._prefixes.append((line, _span(f"source-{key}", [{"t": "Str", "c": f"[{key}]"}])))
+                self.blocks.append({"t": "Para", "c": line})
+
+    # --- what has a name or a number -------------------------------------------------------------------------------
+
+    def figure(self, picture: Node, caption: list[Node], about: Numbered, section: str) -> Node:
+        """Return a figure with its number and caption."""
+        attributes = self._numbered("figure", caption, about, section)
+        return {"t": "Figure", "c": [*attributes, [{"t": "Plain", "c": [picture]}]]}
+
+    def table(self, content: list[Any], caption: list[Node], about: Numbered, section: str) -> Node:
+        """Return a table with its number and caption."""
+        return {"t": "Table", "c": [*self._numbered("table", caption, about, section), *content[2:]]}
+
+    def _numbered(self, kind: str, caption: list[Node], about: Numbered, section: str) -> list[Any]:
+        self._count[kind] += 1
+        number = self._count[kind]
+        name = f"{kind}-{number}"
+        self._names.setdefault(f"{kind} {number}", name)
+        if about.recorded:
+            self._names[about.recorded.label.casefold()] = name
+        self.numbered[section].append(replace(about, kind=kind, number=number))
+        self._prefixes.append((caption, _span("", [{"t": "Strong", "c": _words(f"{kind.title()} {number}.")}])))
+        return [[name, [], []], [None, [{"t": "Plain", "c": caption}]]]
+
+    def picture(self, content: bytes, suffix: str, alt: str) -> Node:
+        """Return a picture. The template knows its size by the suffix of its name."""
+        name = f"{len(self.pictures) + 1}-{suffix}"
+        self.pictures[name], self.alt[name] = content, alt
+        return {"t": "Image", "c": [_NO_ATTRIBUTES, _words(alt), [name, ""]]}
+
+    def formula(self, kind: str, latex: str, place: Place) -> Node:
+        """Return a formula with a name: an "equation", which has a number, a "formula", or an "entry" of a table."""
+        self._count[kind] += 1
+        name = f"{kind}-{self._count[kind]}"
+        for tag in _TAG.findall(latex):
+            self._tags.setdefault(tag.strip(), {}).setdefault(place, name)
+        latex = _COMMAND.sub(lambda match: _REPLACED.get(match[0], match[0]), _TAG.sub("", latex).strip())
+        latex = _BARE_COLUMNS.sub(lambda match: re.sub(r"(?<!\\)&", r"\\quad &", match[0]), latex)
+        self.formulas[name], self.alt[name] = (latex, place), latex
+        math = {"t": "Math", "c": [{"t": "InlineMath" if kind == "formula" else "DisplayMath"}, latex]}
+        return _span(name, [math], {"number": str(self._count[kind])} if kind == "equation" else {})
+
+    # --- references ------------------------------------------------------------------------------------------------
+
+    def _add_links(self) -> None:
+        self._pattern = _references(self._tags)
+        for text in self._texts:
+            self._link(text.nodes, text)
+        heading = _Cleaned(self, self._document.front)
+        notices = dict(self.notices)
+        for block in self.blocks:
+            if block["t"] == "Header":
+                self._link(block["c"][2], heading)
+                block["c"][2] = _words(plain(block["c"][2]))
+        self.notices = notices
+        for nodes, prefix in self._prefixes:
+            nodes[:0] = [prefix, {"t": "Space"}]
+
+    def _link(self, item: Any, text: _Cleaned) -> None:
+        """Replace references by links in all lists of inline nodes, in place."""
+        if isinstance(item, dict):
+            if item["t"] not in ("Link", "Image", "Span", "Code", "CodeBlock", "Header" if text.section else ""):
+                self._link(item.get("c"), text)
+        elif isinstance(item, list):
+            for child in item:
+                self._link(child, text)
+            if any(isinstance(child, dict) and child["t"] == "Str" for child in item):
+                item[:] = self._linked(item, text)
+
+    def _linked(self, nodes: list[Node], text: _Cleaned) -> list[Node]:
+        linked: list[Node] = []
+        run = ""
+        for node in [*nodes, None]:
+            if node and node["t"] in ("Str", "Space", "SoftBreak"):
+                run += plain(node)
+                continue
+            at = 0
+            for match in self._pattern.finditer(run):
+                linked += _words(run[at : match.start()]) + self._reference(match, text)
+                at = match.end()
+            linked += _words(run[at:]) + ([node] if node else [])
+            run = ""
+        return linked
+
+    def _reference(self, match: re.Match[str], text: _Cleaned) -> list[Node]:
+        if match["numbers"] and not _OF_A_SOURCE.match(match.string, match.end()):
+            return self._numbers(match, text)
+        if tag := match["tag"] or match["unknown"] or match["ref"]:
+            return self._equation(match["equation"], tag, text)
+        return self._cited(match, text) if match["keys"] else _words(match[0])
+
+    def _numbers(self, match: re.Match[str], text: _Cleaned) -> list[Node]:
+        kind = "figure" if match["kind"].casefold().startswith("f") else "table"
+        nodes: list[Node] = []
+        before = f"{match['kind']}\N{NO-BREAK SPACE}"
+        for separator, label in re.findall(rf"(\D*)({_NUMBER})", match["numbers"]):
+            name = self._names.get(f"{kind} {label}")
+            number = name.rpartition("-")[2] if name else label
+            nodes += [*_words(separator), *text.link(before + number, name, f"no {kind.title()} {label}")]
+            before = ""
+        return nodes
+
+    def _equation(self, word: str | None, tag: str, text: _Cleaned) -> list[Node]:
+        names = self._tags.get(tag, {})
+        name = names.get(text.place) or next(iter(names.values()), None)
+        number = name.rpartition("-")[2] if name else tag
+        before = _words(f"{word}\N{NO-BREAK SPACE}") if word else []
+        return [*before, *text.link(f"({number})", name, f"no equation ({tag})")]
+
+    def _cited(self, match: re.Match[str], text: _Cleaned) -> list[Node]:
+        sources = self._document.sources
+        keys = re.split(r"\s*,\s*", match["keys"])
+        if not any(key in sources or (sources and key.isdecimal()) for key in keys):
+            return _words(match[0])  # brackets with something else
+        nodes: list[Node] = []
+        for key in keys:
+            name = f"source-{key}" if key in sources else None
+            nodes += [*_words(", " if nodes else "["), *text.link(key, name, f"no source [{key}]")]
+        return [*nodes, *_words(f"{match['pages'] or ''}]")]
+
+
+@dataclass
+class _Cleaned:
+    """What may stand in a report of a text as pandoc has read it.
+
+    Attributes
+    ----------
+    markup : of the report
+    place : the text's cell
+    section : its number; "" for captions and sources
+    pictures : name → PNG
+    in_results : whether it is a results table, whose formulas are as large as its cells allow
+    nodes : the result
+    """
+
+    markup: Markup
+    place: Place
+    section: str = ""
+    pictures: Mapping[str, bytes] = field(default_factory=dict)
+    in_results: bool = False
+    nodes: list[Node] = field(default_factory=list)
+
+    def note(self, message: str) -> None:
+        """Add a notice about the text."""
+        self.markup.note(message, self.place, self.section)
+
+    def link(self, shown: str, name: str | None, missing: str) -> list[Node]:
+        """Return a link to what has a name in the report; without a name, plain text, with a notice."""
+        if name is None:
+            self.note(f"There is {missing} in this report.")
+            return _words(shown)
+        if self.section:
+            self.markup.mentioned.add(name)
+        return [{"t": "Link", "c": [_NO_ATTRIBUTES, _words(shown), [f"#{name}", ""]]}]
+
+    def copied(self, content: Any) -> Any:
+        """Return what may stand in a report of nodes, or of lists with nodes in them."""
+        if not isinstance(content, list):
+            return content
+        if content and isinstance(content[0], dict):
+            return [new for node in _with_captions(content) for new in self._node(node["t"], node.get("c"))]
+        return [self.copied(item) for item in content]
+
+    def _node(self, kind: str, content: Any) -> list[Node]:
+        if kind == "Plain" and self.in_results and [node["t"] for node in content] == ["Math"]:
+            return [{"t": kind, "c": [self.markup.formula("entry", content[0]["c"][1], self.place)]}]
+        if kind in _COPIED:
+            return [{"t": kind, "c": self.copied(content)}]
+        if kind in (*_SPACES, "HorizontalRule"):
+            return [{"t": kind}]
+        if kind in ("Code", "CodeBlock"):
+            return [{"t": kind, "c": [_NO_ATTRIBUTES, content[1]]}]
+        if kind == "Header":
+            return [{"t": kind, "c": [_TEXT_HEADING, _NO_ATTRIBUTES, self.copied(content[2])]}]
+        known = {"Math": self._math, "Link": self._link, "Image": self._image, "Figure": self._figure}
+        known |= {"Table": self._table, "RawInline": self._html, "RawBlock": self._html}
+        return list(known[kind](content))
+
+    def _math(self, content: Any) -> Iterator[Node]:
+        if _LINES.search(content[1]):
+            self.note("Lines between rows and columns of a formula (\\hline, |) are not drawn; a table has such lines.")
+        kind = "equation" if content[0]["t"] == "DisplayMath" else "formula"
+        yield self.markup.formula(kind, content[1], self.place)
+
+    def _link(self, content: Any) -> Iterator[Node]:
+        shown, target = self.copied(content[1]), content[2][0]
+        if _WEB.match(target):
+            yield {"t": "Link", "c": [_NO_ATTRIBUTES, shown, [target, ""]]}
+            return
+        self.note(f"The link to {target[:_SHOWN]!r} is left out: only web addresses stay.")
+        yield from shown
+
+    def _image(self, content: Any, suffix: str = "in-line.png") -> Iterator[Node]:
+        name = content[2][0]
+        if name in self.pictures:
+            yield self.markup.picture(self.pictures[name], suffix, plain(content[1]))
+        elif not any(repr(name[:_SHOWN]) in notice.message for notice in self.markup.notices):  # with its reason
+            self.note(f"The picture {name[:_SHOWN]!r} is left out: paste it into the cell.")
+
+    def _figure(self, content: Any) -> Iterator[Node]:
+        image = content[2][0]["c"][0]["c"]
+        about = Numbered("", 0, None, bool(image[1]), self.place, self.place)
+        for picture in self._image(image, "figure.png"):
+            yield self.markup.figure(picture, self.copied(image[1]), about, self.section)
+
+    def _table(self, content: Any) -> Iterator[Node]:
+        rows = [row for part in (content[3], *content[4]) for row in part[-1]]
+        entries = tuple(plain(cell[4]) for row in rows for cell in row[1])
+        caption = self.copied(content[1][1])
+        about = Numbered("", 0, None, bool(caption), self.place, self.place, entries)
+        yield self.markup.table([*content[:3], *self.copied(content[3:])], caption, about, self.section)
+
+    def _html(self, content: Any) -> Iterator[Node]:
+        if _BREAK.fullmatch(content[1]):
+            yield {"t": "LineBreak"}
+        elif not content[1].lstrip().startswith(("<!--", "</")):  # a closing tag has an opening one
+            self.note(f"HTML is left out: {content[1].strip()[:_SHOWN]}")
+
+
+def _with_captions(nodes: list[Node]) -> list[Node]:
+    """Move the paragraph "Table: …" above or below each table into its caption."""
+    result: list[Node] = []
+    for node in nodes:
+        before = result[-1] if result else {"t": ""}
+        table, paragraph = (node, before) if node["t"] == "Table" else (before, node)
+        is_caption = paragraph["t"] == "Para" and plain(paragraph["c"][:1]) in ("Table:", "Caption:")
+        if table["t"] == "Table" and is_caption and not table["c"][1][1]:
+            content = table["c"]
+            result[-1] = {"t": "Table", "c": [content[0], [None, paragraph["c"][2:]], *content[2:]]}
+        else:
+            result.append(node)
+    return result
+
+
+def _markdown(document: Document) -> Iterator[str]:
+    """Yield all Markdown in a document."""
+    for section in document.sections:
+        for piece in section.pieces:
+            yield from (piece.markdown,) if isinstance(piece, Text) else (piece.caption.markdown, piece.table)
+    yield from (text.markdown for text in document.sources.values())
+
+
+def _references(tags: Collection[str] = ()) -> re.Pattern[str]:
+    """Return a pattern for references, given the tags of all equations."""
+    known = "|".join(map(re.escape, sorted(tags, key=len, reverse=True))) or "(?!)"
+    return re.compile(_REFERENCE.replace("TAGS", known), re.IGNORECASE)
+
+
+def mentioned_figures(text: str) -> set[str]:
+    """Return the numbers of the figures that a text refers to."""
+    matches = (match for match in _references().finditer(text) if (match["kind"] or "").casefold().startswith("f"))
+    return {number for match in matches for number in re.findall(_NUMBER, match["numbers"])}
+
+
+def plain(nodes: Any) -> str:
+    """Return the text of nodes."""
+    if isinstance(nodes, list):
+        return "".join(map(plain, nodes))
+    if not isinstance(nodes, dict):
+        return ""
+    kind = nodes["t"]
+    content: Any = nodes.get("c")
+    if kind in ("Str", *_SPACES):
+        return str(_SPACES.get(kind, content))
+    return str(content[1]) if kind in ("Code", "Math") else plain(content)
+
+
+def _words(text: str) -> list[Node]:
+    names = {" ": "Space", "\n": "SoftBreak"}
+    pieces = filter(None, re.split(r"([ \n])", text))
+    return [{"t": names[piece]} if piece in names else {"t": "Str", "c": piece} for piece in pieces]
+
+
+def _paragraph(text: str) -> Node:
+    return {"t": "Para", "c": [{"t": "Emph", "c": _words(text)}]}
+
+
+def _span(name: str, nodes: list[Node], values: Mapping[str, str] | None = None) -> Node:
+    return {"t": "Span", "c": [[name, [], list(map(list, (values or {}).items()))], nodes]}
