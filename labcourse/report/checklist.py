@@ -75,7 +75,7 @@ def _recorded(item: Numbered, recorded: Recorded, mentioned: Collection[str]) ->
         yield Notice(message, item.place, "answer")
     if not item.captioned:
         how = "Write it into the cell of authors, captions and sources: what is shown, and what to look at."
-        yield Notice(f"{item} has no caption of yours. {how}", item.caption_place, "caption")
+        yield Notice(f"{item} has no caption of yours. {how}", recorded.caption.place, "caption")
     labels = [(axis, label) for pair in recorded.axes for axis, label in zip("xy", pair, strict=True)]
     for axis, label in dict.fromkeys(labels):
         if not _has_unit(label):

@@ -111,10 +111,7 @@ class Document:
 
     Attributes
     ----------
-    title, course, term : for the cover; course and term may be ""
-    student : ID of the folder's owner
-    authors : names for the cover, as the student wrote them
-    date : for the cover
+    cover : "title", "course", "term", "authors", "student" (ID of the folder's owner), "date" → text; it may be ""
     page_limit : pages that the course allows, cover and contents included; None for no limit
     sections : in order
     sources : key, as in "1" for [1] → its text
@@ -122,12 +119,7 @@ class Document:
     notices : what was left out of the student's cells, and why
     """
 
-    title: str
-    course: str
-    term: str
-    student: str
-    authors: tuple[str, ...]
-    date: str
+    cover: Mapping[str, str]
     page_limit: int | None
     sections: tuple[Section, ...]
     sources: Mapping[str, Text]

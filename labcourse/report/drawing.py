@@ -99,17 +99,18 @@ def _in_lines(label: str, height: float) -> str:
 
 def _svg(figure: Figure) -> str:
     """Return the figure's SVG, always the same. Labels are plain text if one is a formula that matplotlib refuses."""
-    drawing = io.StringIO()
     # With paths for letters, no font of the reader's computer is needed.
     with mpl.rc_context({"svg.hashsalt": "report", "svg.fonttype": "path"}):
-        for last in (False, True):
-            try:
-                figure.savefig(drawing, format="svg", metadata={"Date": None, "Creator": None})
-                break
-            except ValueError:
-                if last:
-                    raise
-            drawing = io.StringIO()
+        try:
+            return _saved(figure)
+        except ValueError:
             for text in figure.findobj(mpl.text.Text):
-                text.set_text(readable(text.get_text()).replace("$", r"\$"))
+                text.set_text(readable(text.get_text()))
+                text.set_parse_math(False)
+            return _saved(figure)
+
+
+def _saved(figure: Figure) -> str:
+    drawing = io.StringIO()
+    figure.savefig(drawing, format="svg", metadata={"Date": None, "Creator": None})
     return drawing.getvalue()

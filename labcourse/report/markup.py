@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Collection, Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any
 
 from labcourse.report import pandoc
@@ -37,7 +37,7 @@ _NUMBER = r"\d+(?:\.\d+)*"
 _REFERENCE = (
     rf"(?<!\w)(?P<kind>fig(?:ures?|s?\.)|tables?)\s+"
     rf"(?P<numbers>{_NUMBER}(?:(?:,\s*|,?\s+(?:and|or|to)\s+|\s*[-–]\s*){_NUMBER})*)"
-    r"|\((?P<tag>TAGS)\)|(?<!\w)(?P<equation>equations?|eqs?\.)\s+\((?P<unknown>[^()]{1,60})\)"
+    r"|\((?P<tag>(?-i:TAGS))\)|(?<!\w)(?P<equation>equations?|eqs?\.)\s+\((?P<unknown>[^()]{1,60})\)"
     r"|\\(?:eq)?ref\{(?P<ref>[^{}]{1,60})\}"
     r"|\[(?P<keys>[\w.:-]{1,30}(?:\s*,\s*[\w.:-]{1,30})*)(?P<pages>,\s*pp?\.[^\[\]]{1,40})?\]"
 )
@@ -52,18 +52,17 @@ class Numbered:
     ----------
     kind : "figure" or "table"
     number : in the report, from 1
-    recorded : None if it is in a text of the student's
+    place : the cell that has it
     captioned : whether the student wrote its caption
-    place, caption_place : the cells that have it, and its caption
-    entries : texts of the cells of a table
+    recorded : None if it is in a text of the student's
+    entries : texts of the cells of a table in a text
     """
 
     kind: str
     number: int
-    recorded: Recorded | None
-    captioned: bool
     place: Place
-    caption_place: Place
+    captioned: bool
+    recorded: Recorded | None = None
     entries: tuple[str, ...] = ()
 
     def __str__(self) -> str:
@@ -104,10 +103,10 @@ class Markup:
         self.notices: dict[Notice, None] = dict.fromkeys(document.notices)
         self._document = document
         self._count: Counter[str] = Counter()
-        self._names: dict[str, str] = {}  # label of a figure or a table, as in "figure 1.2" → its name
+        self._labels: dict[str, str] = {}  # label of a recorded figure or table, as in "figure 1.2" → its name
+        self._names: dict[str, str] = {}  # kind and number of a figure or a table, as in "figure 2" → its name
         self._tags: dict[str, dict[Place, str]] = {}  # tag of an equation → cell → its name
         self._texts: list[_Cleaned] = []
-        self._prefixes: list[tuple[list[Node], Node]] = []
         texts = list(dict.fromkeys(_markdown(document)))
         self._read = dict(zip(texts, pandoc.read(texts), strict=True))
         self._add_sections()
@@ -131,30 +130,30 @@ class Markup:
             if grouped:
                 self._add_heading(1, f"part-{number}", f"{number} {titles.pop()}")
             for section in sections:
-                heading = section.heading.partition(": ")[2] if grouped else section.heading
-                self._add_heading(
-                    2, f"section-{section.number}", f"{section.number} {heading[:1].upper()}{heading[1:]}"
-                )
+                text = section.heading.partition(": ")[2] if grouped else section.heading
+                text = f"{section.number} {text[:1].upper()}{text[1:]}"
+                self._add_heading(2, f"section-{section.number}", text)
                 blocks = [block for piece in section.pieces for block in self._piece(piece, section.number)]
-                self.blocks += blocks or [_paragraph("Nothing is written or recorded yet.")]
+                self.blocks += blocks or [{"t": "Para", "c": [_emphasised("Nothing is written or recorded yet.")]}]
 
     def _add_heading(self, level: int, name: str, text: str) -> None:
-        self.blocks.append({"t": "Header", "c": [level, [name, [], []], _words(text)]})
+        words = _words(text)
+        self._texts.append(_Cleaned(self, self._document.front, nodes=words))
+        self.blocks.append({"t": "Header", "c": [level, [name, [], []], words]})
 
     def _piece(self, piece: Text | Recorded, section: str) -> list[Node]:
         if isinstance(piece, Text):
             return self._text(piece, section).nodes
-        about = Numbered("", 0, piece, piece.own_caption, piece.place, piece.caption.place)
+        text = _Cleaned(self, piece.place, section, in_results=True)
         caption = self._line(piece.caption)
         if piece.table:
             content = self._read[piece.table][0]["c"]
             content[2] = [[{"t": "AlignLeft"}, {"t": "ColWidth", "c": width}] for width in _WIDTHS]
-            rows = _Cleaned(self, piece.place, section, in_results=True).copied(content[3:])
-            return [self.table([*content[:3], *rows], caption, about, section)]
-        picture = (
-            self.picture(piece.svg.encode(), "figure.svg", piece.alt) if piece.svg else _paragraph(piece.alt)["c"][0]
-        )
-        return [self.figure(picture, caption, about, section)]
+            return [text.table(content, caption, recorded=piece, captioned=piece.own_caption)]
+        picture = _emphasised(piece.alt)
+        if piece.svg:
+            picture = self.picture(piece.svg.encode(), "figure.svg", piece.alt)
+        return [text.figure(picture, caption, recorded=piece, captioned=piece.own_caption)]
 
     def _text(self, text: Text, section: str = "") -> _Cleaned:
         cleaned = _Cleaned(self, text.place, section, text.pictures)
@@ -171,30 +170,20 @@ class Markup:
             self._add_heading(1, "sources", "References")
             for key, text in sources.items():
                 line = self._line(text)
-                self._prefixes.append((line, _span(f"source-{key}", [{"t": "Str", "c": f"[{key}]"}])))
+                line[:0] = [_span(f"source-{key}", [{"t": "Str", "c": f"[{key}]"}]), {"t": "Space"}]
                 self.blocks.append({"t": "Para", "c": line})
 
     # --- what has a name or a number -------------------------------------------------------------------------------
 
-    def figure(self, picture: Node, caption: list[Node], about: Numbered, section: str) -> Node:
-        """Return a figure with its number and caption."""
-        attributes = self._numbered("figure", caption, about, section)
-        return {"t": "Figure", "c": [*attributes, [{"t": "Plain", "c": [picture]}]]}
-
-    def table(self, content: list[Any], caption: list[Node], about: Numbered, section: str) -> Node:
-        """Return a table with its number and caption."""
-        return {"t": "Table", "c": [*self._numbered("table", caption, about, section), *content[2:]]}
-
-    def _numbered(self, kind: str, caption: list[Node], about: Numbered, section: str) -> list[Any]:
+    def add_numbered(self, kind: str, section: str, place: Place, about: Mapping[str, Any]) -> Numbered:
+        """Add a figure or a table, with the next number."""
         self._count[kind] += 1
-        number = self._count[kind]
-        name = f"{kind}-{number}"
-        self._names.setdefault(f"{kind} {number}", name)
-        if about.recorded:
-            self._names[about.recorded.label.casefold()] = name
-        self.numbered[section].append(replace(about, kind=kind, number=number))
-        self._prefixes.append((caption, _span("", [{"t": "Strong", "c": _words(f"{kind.title()} {number}.")}])))
-        return [[name, [], []], [None, [{"t": "Plain", "c": caption}]]]
+        item = Numbered(kind, self._count[kind], place, **about)
+        self.numbered[section].append(item)
+        self._names[f"{kind} {item.number}"] = f"{kind}-{item.number}"
+        if item.recorded:
+            self._labels.setdefault(item.recorded.label.casefold(), f"{kind}-{item.number}")
+        return item
 
     def picture(self, content: bytes, suffix: str, alt: str) -> Node:
         """Return a picture. The template knows its size by the suffix of its name."""
@@ -220,21 +209,11 @@ class Markup:
         self._pattern = _references(self._tags)
         for text in self._texts:
             self._link(text.nodes, text)
-        heading = _Cleaned(self, self._document.front)
-        notices = dict(self.notices)
-        for block in self.blocks:
-            if block["t"] == "Header":
-                self._link(block["c"][2], heading)
-                block["c"][2] = _words(plain(block["c"][2]))
-        self.notices = notices
-        for nodes, prefix in self._prefixes:
-            nodes[:0] = [prefix, {"t": "Space"}]
 
     def _link(self, item: Any, text: _Cleaned) -> None:
-        """Replace references by links in all lists of inline nodes, in place."""
-        if isinstance(item, dict):
-            if item["t"] not in ("Link", "Image", "Span", "Code", "CodeBlock", "Header" if text.section else ""):
-                self._link(item.get("c"), text)
+        """Replace references by links in all lists of inline nodes, in place. Spans have names and numbers."""
+        if isinstance(item, dict) and item["t"] not in ("Link", "Image", "Span", "Code", "CodeBlock"):
+            self._link(item.get("c"), text)
         elif isinstance(item, list):
             for child in item:
                 self._link(child, text)
@@ -268,7 +247,7 @@ class Markup:
         nodes: list[Node] = []
         before = f"{match['kind']}\N{NO-BREAK SPACE}"
         for separator, label in re.findall(rf"(\D*)({_NUMBER})", match["numbers"]):
-            name = self._names.get(f"{kind} {label}")
+            name = self._labels.get(f"{kind} {label}") or self._names.get(f"{kind} {label}")
             number = name.rpartition("-")[2] if name else label
             nodes += [*_words(separator), *text.link(before + number, name, f"no {kind.title()} {label}")]
             before = ""
@@ -284,7 +263,7 @@ class Markup:
     def _cited(self, match: re.Match[str], text: _Cleaned) -> list[Node]:
         sources = self._document.sources
         keys = re.split(r"\s*,\s*", match["keys"])
-        if not any(key in sources or (sources and key.isdecimal()) for key in keys):
+        if not any(key in sources for key in keys) and not (sources and all(map(str.isdecimal, keys))):
             return _words(match[0])  # brackets with something else
         nodes: list[Node] = []
         for key in keys:
@@ -348,7 +327,9 @@ class _Cleaned:
             return [{"t": kind, "c": [_TEXT_HEADING, _NO_ATTRIBUTES, self.copied(content[2])]}]
         known = {"Math": self._math, "Link": self._link, "Image": self._image, "Figure": self._figure}
         known |= {"Table": self._table, "RawInline": self._html, "RawBlock": self._html}
-        return list(known[kind](content))
+        if kind not in known:
+            self.note(f"Something is left out: {kind}.")
+        return list(known[kind](content)) if kind in known else []
 
     def _math(self, content: Any) -> Iterator[Node]:
         if _LINES.search(content[1]):
@@ -373,16 +354,27 @@ class _Cleaned:
 
     def _figure(self, content: Any) -> Iterator[Node]:
         image = content[2][0]["c"][0]["c"]
-        about = Numbered("", 0, None, bool(image[1]), self.place, self.place)
         for picture in self._image(image, "figure.png"):
-            yield self.markup.figure(picture, self.copied(image[1]), about, self.section)
+            yield self.figure(picture, self.copied(image[1]), captioned=bool(image[1]))
 
     def _table(self, content: Any) -> Iterator[Node]:
-        rows = [row for part in (content[3], *content[4]) for row in part[-1]]
-        entries = tuple(plain(cell[4]) for row in rows for cell in row[1])
+        entries = tuple(plain(cell[4]) for part in (content[3], *content[4]) for row in part[-1] for cell in row[1])
         caption = self.copied(content[1][1])
-        about = Numbered("", 0, None, bool(caption), self.place, self.place, entries)
-        yield self.markup.table([*content[:3], *self.copied(content[3:])], caption, about, self.section)
+        yield self.table(content, caption, captioned=bool(caption), entries=entries)
+
+    def figure(self, picture: Node, caption: list[Node], **about: Any) -> Node:
+        """Return a figure with its number and caption."""
+        return {"t": "Figure", "c": [*self._numbered("figure", caption, about), [{"t": "Plain", "c": [picture]}]]}
+
+    def table(self, content: Any, caption: list[Node], **about: Any) -> Node:
+        """Return a table with its number and caption."""
+        return {"t": "Table", "c": [*self._numbered("table", caption, about), content[2], *self.copied(content[3:])]}
+
+    def _numbered(self, kind: str, caption: list[Node], about: Mapping[str, Any]) -> list[Any]:
+        """Return name and caption of a figure or a table, with the next number."""
+        item = self.markup.add_numbered(kind, self.section, self.place, about)
+        caption[:0] = [_span("", [{"t": "Strong", "c": _words(f"{kind.title()} {item.number}.")}]), {"t": "Space"}]
+        return [[f"{kind}-{item.number}", [], []], [None, [{"t": "Plain", "c": caption}]]]
 
     def _html(self, content: Any) -> Iterator[Node]:
         if _BREAK.fullmatch(content[1]):
@@ -445,8 +437,8 @@ def _words(text: str) -> list[Node]:
     return [{"t": names[piece]} if piece in names else {"t": "Str", "c": piece} for piece in pieces]
 
 
-def _paragraph(text: str) -> Node:
-    return {"t": "Para", "c": [{"t": "Emph", "c": _words(text)}]}
+def _emphasised(text: str) -> Node:
+    return {"t": "Emph", "c": _words(text)}
 
 
 def _span(name: str, nodes: list[Node], values: Mapping[str, str] | None = None) -> Node:

@@ -66,14 +66,12 @@ def write(document: Document) -> Report:
 class _Writing:
     def __init__(self, document: Document) -> None:
         self._markup = Markup(document)
-        self._front = document.front
+        self._document = document
         self._verbatim: set[str] = set()  # LaTeX of formulas that cannot be set
-        self._cover = {"title": document.title, "course": document.course, "term": document.term}
-        self._cover |= {"authors": ", ".join(document.authors), "student": document.student, "date": document.date}
 
     def report(self) -> Report:
         options = ["--mathml", "--shift-heading-level-by=1", "--toc", "--toc-depth=3"]
-        page = self._written("html5", options, self._cover, _resource("page.html"))
+        page = self._written("html5", options, self._document.cover, _resource("page.html"))
         pdf = self._pdf()
         return Report(page, pdf, len(_PAGE.findall(pdf)), self._markup)
 
@@ -108,7 +106,7 @@ class _Writing:
 
     def _pdf(self) -> bytes:
         template = _resource("template.typ")
-        data = {**self._cover, "keyword": COMPOSED, "alt": self._markup.alt}
+        data = {**self._document.cover, "keyword": COMPOSED, "alt": self._markup.alt}
         inputs = {**self._markup.pictures, "report.json": json.dumps(data).encode()}
         while True:
             text = template + self._written("typst")
@@ -116,7 +114,7 @@ class _Writing:
                 pdf, shrunk, missing = _compiled({**inputs, "main.typ": text.encode()})
             except typst.TypstError as error:
                 name = _formula_at(text, len(template), error.diagnostic)
-                if name is None:
+                if name not in self._markup.formulas:
                     raise ReportError(f"typst could not set the report: {str(error)[:_LONGEST]}") from None
                 self._refuse(*self._markup.formulas[name], str(error))
                 continue
@@ -136,7 +134,7 @@ class _Writing:
             self._markup.note(
                 f"No font on this computer has {' '.join(missing[:_MOST_CHARACTERS])}: the PDF has an empty box there. "
                 "The web page has them. Write them in Latin letters, as a name in your passport, or take them out.",
-                Place(self._front.notebook),
+                Place(self._document.front.notebook),
             )
 
 
@@ -179,8 +177,8 @@ def _compiled(inputs: Mapping[str, bytes]) -> tuple[bytes, dict[str, float], str
     return pdf, dict(shrunk), "" if standards else missing
 
 
-def _formula_at(text: str, start: int, diagnostic: str) -> str | None:
-    """Return the name of the formula that an error is about; None if it is about something else.
+def _formula_at(text: str, start: int, diagnostic: str) -> str:
+    """Return the name of the formula that an error is about; "" if it is about something else.
 
     Parameters
     ----------
@@ -190,8 +188,8 @@ def _formula_at(text: str, start: int, diagnostic: str) -> str | None:
     """
     match = _POSITION.search(diagnostic)
     if match is None:
-        return None
+        return ""
     lines = text.splitlines(keepends=True)
     position = sum(map(len, lines[: int(match[1]) - 1])) + int(match[2])
     label = _FORMULA.search(text, position) if position >= start else None
-    return label[1] if label else None
+    return label[1] if label else ""

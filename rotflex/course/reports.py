@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from labcourse.answers import report_files
-from labcourse.report.button import button
+from labcourse.report.making import button
 from labcourse.session import Session
 
 __all__ = ["button", "outline"]

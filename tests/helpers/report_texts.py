@@ -30,12 +30,14 @@ def of_text(text: str, pictures: Mapping[str, bytes] | None = None) -> Document:
     figure = Recorded("Figure 1.2", caption, True, RECORDED, svg=SVG, alt="A black box.")
     table = Recorded("Table 3", Text("Results.", FRONT), True, RECORDED, table=TABLE)
     return Document(
-        title="The first <report>",
-        course="A course",
-        term="2026",
-        student="ada",
-        authors=("Ada Lovelace", "Charles Babbage"),
-        date="2026-11-23",
+        cover={
+            "title": "The first <report>",
+            "course": "A course",
+            "term": "2026",
+            "authors": "Ada Lovelace, Charles Babbage",
+            "student": "ada",
+            "date": "2026-11-23",
+        },
         page_limit=None,
         sections=(
             Section("I.1", "Results: Table 3", (figure, table), RECORDED),

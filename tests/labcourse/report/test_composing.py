@@ -14,7 +14,6 @@ from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.parts import Question, ReportItem
 from labcourse.errors import AnswerError
 from labcourse.report import checklist, composing, fine_curves, making, writing
-from labcourse.report.button import button
 from labcourse.report.document import Place, Recorded
 from labcourse.report.markup import Markup
 from labcourse.run import RUNNING
@@ -120,7 +119,8 @@ def test_sections_follow_the_items_without_those_that_are_judged(lab, tmp_path):
 
 def test_the_front_cell_gives_authors_captions_and_sources(lab, tmp_path):
     document = composed(lab, tmp_path)
-    assert (document.authors, document.date) == (("Ada Lovelace", "Charles Babbage", "C. Third"), "2026-11-23")
+    assert document.cover["authors"] == "Ada Lovelace, Charles Babbage, C. Third"
+    assert (document.cover["student"], document.cover["date"]) == ("ada", "2026-11-23")
     figure, table = recorded(document, "Figure 1.2"), recorded(document, "Table 3")
     assert (figure.caption.markdown, figure.own_caption) == ("The speed $v$\nafter the step.", True)
     assert (table.caption.markdown, table.own_caption) == ("Results of the measurement", False)
@@ -128,7 +128,7 @@ def test_the_front_cell_gives_authors_captions_and_sources(lab, tmp_path):
     assert [message for message in messages(document) if "'Figure 7' is none" in message]
     for front in ("Nothing.", None):  # changed, or gone
         save(tmp_path, front=front)
-        assert composed(lab, tmp_path).authors == ()
+        assert composed(lab, tmp_path).cover["authors"] == ""
     assert "is missing: lab.restore() gives it back" in messages(composed(lab, tmp_path))[0]
 
 
@@ -218,7 +218,7 @@ def test_a_course_sets_title_term_and_limit(lab, tmp_path):
     about = {"student": "ada", "title": "Mechanics", "term": "2026", "page_limit": 2}
     (tmp_path / "course.json").write_text(json.dumps(about), encoding="utf-8")
     document = composed(lab, tmp_path)
-    assert (document.course, document.term, document.page_limit) == ("Mechanics", "2026", 2)
+    assert (document.cover["course"], document.cover["term"], document.page_limit) == ("Mechanics", "2026", 2)
 
 
 def test_a_report_is_written_beside_the_notebooks(lab, tmp_path, capsys):
@@ -247,9 +247,8 @@ def test_without_libraries_or_if_typst_fails_nothing_is_written(lab, tmp_path, c
 
 def test_where_a_program_runs_the_notebook_nothing_is_made_or_needed(lab, tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(making, "by_program", lambda: True)
-    monkeypatch.setattr("labcourse.report.button.by_program", lambda: True)
     monkeypatch.setattr(making, "find_spec", lambda name: None)
-    button(REPORT, lab)
+    making.button(REPORT, lab)
     assert capsys.readouterr().out.startswith("lab.report() ")
     assert not list(tmp_path.glob("*report*"))
 

@@ -13,7 +13,7 @@ from labcourse.answers import report_files
 from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.parts import Question, ReportItem, number
 from labcourse.errors import AnswerError
-from labcourse.report import attaching, checklist, writing
+from labcourse.report import checklist, making, writing
 from labcourse.run import reports_along, student_folder
 from labcourse.run.asked import Asked
 from labcourse.run.check import GOOD, State, _Home, _part
@@ -74,7 +74,7 @@ def test_the_file_of_another_report_is_not_taken_for_this_one(lab, folder, capsy
         (b"", "no PDF"),
         (b"%PDF-1.7\n nothing more", "cannot be read as a PDF"),
         (blank(password="x"), "asks for a password"),
-        (blank(attaching.MOST_PAGES + 1), "150 at most"),
+        (blank(making.MOST_PAGES + 1), "150 at most"),
         (b"%PDF-1.7" + bytes(report_files.MAX_BYTES), "20 MB"),
     ],
     ids=["other", "empty", "damaged", "locked", "long", "large"],
@@ -86,7 +86,7 @@ def test_what_cannot_be_handed_in_is_refused_and_nothing_is_written(lab, folder,
 
 
 def test_without_the_library_it_is_taken_and_that_nothing_was_looked_at_is_said(lab, folder, capsys, monkeypatch):
-    monkeypatch.setattr(attaching, "find_spec", lambda name: None)
+    monkeypatch.setattr(making, "find_spec", lambda name: None)
     said = attach(lab, capsys, typeset())
     assert (folder / NAME).exists()
     assert "not looked at" in said and "%pip install pypdf" in said  # a student's package has no extra of that name
@@ -101,7 +101,7 @@ def test_the_notebooks_report_does_not_write_over_it(lab, folder, capsys):
 
 @functools.cache
 def texts():
-    return tuple(attaching.read(typeset(), "x"))
+    return tuple(making.read(typeset(), "x"))
 
 
 @pytest.mark.parametrize(

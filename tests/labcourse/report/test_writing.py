@@ -251,7 +251,8 @@ def test_a_formula_that_typst_refuses_is_shown_as_typed_with_a_notice(monkeypatc
 
 def test_a_character_without_a_font_stops_no_report():
     """Whether a computer has a font for Chinese is not known; for private use, there is none."""
-    made = writing.write(replace(of_text("Before \U0010fffd after 😀."), authors=("王丽",)))
+    document = of_text("Before \U0010fffd after 😀.")
+    made = writing.write(replace(document, cover=document.cover | {"authors": "王丽"}))
     (notice,) = made.markup.notices
     assert "\U0010fffd" in notice.message and notice.place == Place(FRONT.notebook)
     text = of_pdf(made.pdf)

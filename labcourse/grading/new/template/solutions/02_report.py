@@ -4,7 +4,7 @@
 # Run `01_first_lab` first: this notebook takes your answers from there.
 
 # %% imports
-from labcourse.report.button import button
+from labcourse.report.making import button
 
 # %% [markdown]
 # ## Table 1
