@@ -15,19 +15,18 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from labcourse import files
 from labcourse.answers import figures
-from labcourse.answers.json_values import rounded
+from labcourse.answers.json_values import rounded, thin
 from labcourse.answers.parts import Question
 
 if TYPE_CHECKING:
     from labcourse.answers.answers import AnswerBook
 
 FOLDER = ".labcourse-figures"  #: beside the notebooks
-_POINTS = 2000  # of a curve: a dozen to each millimetre of a page's width
-_MAX_BYTES = 20_000_000  # of a file: 8 diagrams of 24 curves, 13 characters a number
+_POINTS = 10_000  # of a curve: 20 s of 500 samples per second
+_MAX_BYTES = 50_000_000  # of a file: 8 diagrams of 24 curves, 13 characters a number
 
 
 def keep_recorded(folder: Path, question: Question, recorded: Mapping[str, Any], book: AnswerBook) -> None:
@@ -88,14 +87,5 @@ def _digest(content: Mapping[str, Any]) -> str:
 
 
 def _thinned(line: Mapping[str, Any]) -> dict[str, list[float]]:
-    places = envelope(line["y"], _POINTS)
+    places = thin(line["n"], _POINTS)
     return {name: rounded(line[name][places]) for name in ("x", "y")}
-
-
-def envelope(values: NDArray[np.float64], most: int) -> NDArray[np.intp]:
-    """Return indices of at most ``most`` values (n,) that look like all: extremes of each stretch, and both ends."""
-    if values.size <= most:
-        return np.arange(values.size)
-    stretches = np.array_split(np.arange(values.size), most // 2 - 1)
-    extremes = [stretch[[values[stretch].argmin(), values[stretch].argmax()]] for stretch in stretches]
-    return np.unique(np.concatenate([[0], *extremes, [values.size - 1]]))

@@ -161,21 +161,15 @@ def button(report: str, lab: Session) -> None:
     import ipywidgets
     from IPython.display import display
 
-    label = "Make the report (PDF and web page)"
-    pressed = ipywidgets.Button(
-        description=label, icon="file-pdf-o", button_style="primary", layout={"width": "max-content"}
-    )
+    label, layout = "Make the report (PDF and web page)", {"width": "max-content"}
+    pressed = ipywidgets.Button(description=label, icon="file-pdf-o", button_style="primary", layout=layout)
     shown = ipywidgets.Output()
 
     def make(_button: Any) -> None:
-        pressed.disabled = True
         shown.clear_output()
-        try:
-            with shown:
-                print("Making the report …")
-                lab.report(report)
-        finally:
-            pressed.disabled = False
+        with shown:
+            print("Making the report …")
+            lab.report(report)
 
     pressed.on_click(make)
     display(ipywidgets.VBox([pressed, shown]))

@@ -33,12 +33,11 @@ def test_curves_differ_in_dash_and_mark_as_well_as_in_colour():
     assert svg.count('style="fill: #ffffff; stroke: #d55e00') > 5  # its marks
 
 
-def test_it_is_always_the_same_asks_for_no_font_and_is_described():
+def test_a_drawing_is_always_the_same_without_fonts_and_described():
     svg, alt = draw([TWO, TWO])
     assert draw([TWO, TWO]) == (svg, alt)
     assert "<text" not in svg and "<dc:date>" not in svg
-    assert alt.count("speed μ (rad/s)") == alt.count("0 to 10") == 2
-    assert "-1 to 1" in alt
+    assert alt.count("speed μ (rad/s)") == alt.count("0 to 10") == 2 and "-1 to 1" in alt
 
 
 def test_odd_figures_are_drawn_all_the_same():
@@ -62,9 +61,7 @@ def test_a_logarithmic_axis_stays_one():
 
 
 def test_a_unit_goes_to_a_line_of_its_own_where_its_axis_is_short():
-    long = {"ylabel": "the angle of the servo (rad)"}
-    three, one = draw([axis(("", T, T), **long)] * 3)[0], draw([axis(("", T, T), **long)])[0]
-    lines = [len(re.findall(r"<!-- ([^\n]*) -->", svg)) for svg in (three, one)]
-    assert "<!-- the angle of the servo" in three
+    long = axis(("", T, T), ylabel="the angle of the servo (rad)")
+    three, one = draw([long] * 3)[0], draw([long])[0]
     assert "<!-- the angle of the servo (rad) -->" in one and "<!-- the angle of the servo (rad) -->" not in three
-    assert lines[0] > lines[1]
+    assert "<!-- the angle of the servo" in three

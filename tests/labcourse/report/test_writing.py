@@ -1,6 +1,7 @@
 """What a report makes of a student's text, in both formats: each trap of the way through pandoc and typst."""
 
 import html
+import json
 import re
 from dataclasses import replace
 
@@ -65,11 +66,6 @@ def made():
 
 
 @pytest.fixture(scope="module")
-def hostile():
-    return writing.write(of_text(HOSTILE))
-
-
-@pytest.fixture(scope="module")
 def paper(made):
     return pypdfium2.PdfDocument(made.pdf)
 
@@ -99,13 +95,19 @@ def test_the_cover_names_the_report_and_pages_after_it_have_numbers(made, paper)
     assert made.pages == len(paper)
 
 
-def test_references_have_the_numbers_of_the_report(made, paper):
+def test_references_and_captions_have_the_numbers_of_the_report(made, paper):
     text = "By (1) in Figure 1, and Figures 1 and 2, Table 1 and Table 2, also (1) and [1, p. 3]:"
     main, words = of_page(made.page)
     assert text in of_pdf(paper) and text in words
     targets = {"equation-1", "figure-1", "figure-2", "table-1", "table-2", "source-1"}
     assert set(re.findall(r'href="#([^"]+)"', main)) == targets
     assert all(f'id="{target}"' in main for target in targets)
+    assert "#panic() #panic() @nobody" in of_pdf(paper)
+    assert re.search(r"<ul>\s*<li>an item</li>\s*<li>another one</li>\s*</ul>", main)  # without a blank line before
+    for shown in (of_pdf(paper), words):
+        for caption in ("Figure 1. The speed", "Table 1. Results.", "Table 2. Masses of the", "Figure 2. A picture of"):
+            assert caption in shown
+    assert 'data-number="2"' in main and "(2)" in of_pdf(paper)
 
 
 @pytest.mark.parametrize(
@@ -122,13 +124,6 @@ def test_ways_to_refer(text, shown):
     made = writing.write(of_text(f"{text}\n\n$$ v = 1 \\tag{{speed}} $$\n"))
     assert shown in of_page(made.page)[1] and shown in of_pdf(made.pdf)
     assert not messages(made)
-
-
-def test_figures_tables_and_equations_have_numbers_and_captions(made, paper):
-    for text in (of_pdf(paper), of_page(made.page)[1]):
-        for caption in ("Figure 1. The speed", "Table 1. Results.", "Table 2. Masses of the", "Figure 2. A picture of"):
-            assert caption in text
-    assert 'data-number="2"' in made.page and "(2)" in of_pdf(paper)
 
 
 def test_a_table_has_the_caption_above_or_below_it():
@@ -149,19 +144,17 @@ def test_nothing_reaches_over_the_margin_or_its_number(paper):
             assert max(box[2] for box in row) <= number[0]
 
 
-def test_everything_that_is_not_text_has_a_description(made):
+def test_everything_that_is_not_text_has_a_description_and_the_same_report_is_the_same_file(made):
     assert b"pdfuaid" in made.pdf
     assert all(re.search(r'alt="[^"]+"', image) for image in re.findall(r"<img[^>]*>", made.page))
     assert made.page.count("<img") == 3
     assert set(made.markup.alt) == {*made.markup.pictures, *made.markup.formulas}
-
-
-def test_the_same_report_is_the_same_file(made):
     again = writing.write(of_text(TEXT, {"attachment:mine.png": png()}))
     assert (again.pdf, again.page) == (made.pdf, made.page)
 
 
-def test_hostile_text_brings_in_nothing(hostile):
+def test_hostile_text_brings_in_nothing():
+    hostile = writing.write(of_text(HOSTILE))
     assert "default-src 'none'" in hostile.page
     main, text = of_page(hostile.page)
     assert not re.search(r"<script|<[^>]*\s(?:on\w+=|href=\"(?:javascript|file):|src=\"(?!data:))", main)
@@ -173,34 +166,14 @@ def test_hostile_text_brings_in_nothing(hostile):
     assert all(fragment in message for fragment, message in zip(LEFT_OUT, messages(hostile), strict=True))
 
 
-def test_pandoc_writes_no_raw_markup_and_no_other_nodes():
-    """Whatever pandoc may read in a text, what it writes is known."""
-    kinds = set()
-
-    def collect(item):
-        if isinstance(item, dict):
-            kinds.add(item.get("t"))
-        for child in item.values() if isinstance(item, dict) else item if isinstance(item, list) else ():
-            collect(child)
-
-    for text in (TEXT, HOSTILE, "> quoted[^1]\n\n---\n\n1. one\n\n[^1]: A *note*.\n\n~~out~~ **in**\n\n    code\n"):
-        collect(Markup(of_text(text, {"attachment:mine.png": png()})).blocks)
-    assert not {kind for kind in kinds if kind and kind.startswith("Raw")}
+def test_no_raw_markup_is_written():
+    texts = (TEXT, HOSTILE, "> quoted[^1]\n\n---\n\n1. one\n\n[^1]: A *note*.\n\n~~out~~ **in**\n\n    code\n")
+    assert not [text for text in texts if '"Raw' in json.dumps(Markup(of_text(text)).blocks)]
 
 
-def test_markup_of_typst_in_a_text_is_text(made, paper):
-    assert "#panic() #panic() @nobody" in of_pdf(paper)
-    assert re.search(r"<ul>\s*<li>an item</li>\s*<li>another one</li>\s*</ul>", made.page)  # without a blank line
-    ((notice),) = made.markup.notices
+def test_an_equation_that_is_shrunk_too_much_gives_a_notice(made, paper):
+    (notice,) = made.markup.notices
     assert notice.place == HERE and re.search(r"Equation \(2\).*\d\d %", notice.message)
-
-
-def test_quotes_within_each_other_many_times_stop_the_report_with_a_message():
-    with pytest.raises(pandoc.ReportError, match="within each other"):
-        writing.write(of_text(">" * 3000 + " deep"))
-
-
-def test_a_wide_equation_in_lines_gives_no_notice():
     wide = " + ".join(f"a_{{{index}}}" for index in range(18))
     lines = r"\begin{aligned} x &= " + r" \\ &+ ".join([wide] * 3) + r"\end{aligned}"
     assert messages(writing.write(of_text(f"$$ x = {wide} $$\n\n$$ {lines} $$\n"))) == []
@@ -259,7 +232,9 @@ def test_a_character_without_a_font_stops_no_report():
     assert "Before" in text and ("王丽" in text or "王" in notice.message) and "王丽" in made.page
 
 
-def test_a_report_that_typst_refuses_for_another_reason_is_not_made(monkeypatch):
+def test_a_report_that_cannot_be_written_is_not_made(monkeypatch):
+    with pytest.raises(pandoc.ReportError, match="within each other"):
+        writing.write(of_text(">" * 3000 + " deep"))
     monkeypatch.setattr(writing, "_resource", lambda name: "#panic()" if name.endswith("typ") else "$body$")
     with pytest.raises(pandoc.ReportError, match="typst"):
         writing.write(of_text("Words $x$."))
