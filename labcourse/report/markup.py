@@ -80,8 +80,8 @@ class Markup:
     Attributes
     ----------
     blocks : pandoc's nodes
-    pictures : name of a picture's file → its content
-    formulas : name of a formula → its LaTeX and its cell
+    pictures : name of a picture's file → its node and its content
+    formulas : name of a formula → its node and its cell
     alt : name of a picture or a formula → its description
     numbered : number of a section → the figures and tables in it
     mentioned : names that the student's texts refer to, as in "figure-2"
@@ -95,8 +95,8 @@ class Markup:
 
     def __init__(self, document: Document) -> None:
         self.blocks: list[Node] = []
-        self.pictures: dict[str, bytes] = {}
-        self.formulas: dict[str, tuple[str, Place]] = {}
+        self.pictures: dict[str, tuple[Node, bytes]] = {}
+        self.formulas: dict[str, tuple[Node, Place]] = {}
         self.alt: dict[str, str] = {}
         self.numbered: dict[str, list[Numbered]] = {section.number: [] for section in document.sections}
         self.mentioned: set[str] = set()
@@ -188,8 +188,9 @@ class Markup:
     def picture(self, content: bytes, suffix: str, alt: str) -> Node:
         """Return a picture. The template knows its size by the suffix of its name."""
         name = f"{len(self.pictures) + 1}-{suffix}"
-        self.pictures[name], self.alt[name] = content, alt
-        return {"t": "Image", "c": [_NO_ATTRIBUTES, _words(alt), [name, ""]]}
+        image = {"t": "Image", "c": [_NO_ATTRIBUTES, _words(alt), [name, ""]]}
+        self.pictures[name], self.alt[name] = (image, content), alt
+        return image
 
     def formula(self, kind: str, latex: str, place: Place) -> Node:
         """Return a formula with a name: an "equation", which has a number, a "formula", or an "entry" of a table."""
@@ -199,8 +200,8 @@ class Markup:
             self._tags.setdefault(tag.strip(), {}).setdefault(place, name)
         latex = _COMMAND.sub(lambda match: _REPLACED.get(match[0], match[0]), _TAG.sub("", latex).strip())
         latex = _BARE_COLUMNS.sub(lambda match: re.sub(r"(?<!\\)&", r"\\quad &", match[0]), latex)
-        self.formulas[name], self.alt[name] = (latex, place), latex
         math = {"t": "Math", "c": [{"t": "InlineMath" if kind == "formula" else "DisplayMath"}, latex]}
+        self.formulas[name], self.alt[name] = (math, place), latex
         return _span(name, [math], {"number": str(self._count[kind])} if kind == "equation" else {})
 
     # --- references ------------------------------------------------------------------------------------------------

@@ -75,7 +75,7 @@ def write(
     document = {"pandoc-api-version": [1, 23, 1, 1], "meta": values, "blocks": list(blocks)}
     inputs = {"document.json": json.dumps(document), "template": template}
     options = [*options, *(["--template=template"] if template else [])]
-    output, log = _run(["-f", "json", "-t", to, "--wrap=none", *options, "document.json"], inputs)
+    output, log = _run(["-f", "json", "-t", to, "--wrap=none", "--eol=lf", *options, "document.json"], inputs)
     refused = {entry["contents"]: entry["message"] for entry in log if entry["type"] == "CouldNotConvertTeXMath"}
     return output, refused
 

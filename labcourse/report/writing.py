@@ -6,7 +6,7 @@ import base64
 import json
 import re
 import tempfile
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib.resources import files as resources
 from pathlib import Path
@@ -18,7 +18,7 @@ from labcourse.answers.report_files import COMPOSED
 from labcourse.report import pandoc
 from labcourse.report.document import Document, Place
 from labcourse.report.markup import Markup
-from labcourse.report.pandoc import Node, ReportError
+from labcourse.report.pandoc import ReportError
 
 _ACCESSIBLE: Any = ["ua-1"]  # standard of the PDF: a screen reader can read it aloud
 _PAGE = re.compile(rb"/Type\s*/Page(?![A-Za-z])")
@@ -67,47 +67,40 @@ class _Writing:
     def __init__(self, document: Document) -> None:
         self._markup = Markup(document)
         self._document = document
-        self._verbatim: set[str] = set()  # LaTeX of formulas that cannot be set
 
     def report(self) -> Report:
+        for name, (image, content) in self._markup.pictures.items():
+            media = "svg+xml" if name.endswith(".svg") else "png"
+            image["c"][2][0] = f"data:image/{media};base64,{base64.b64encode(content).decode('ascii')}"
         options = ["--mathml", "--shift-heading-level-by=1", "--toc", "--toc-depth=3"]
         page = self._written("html5", options, self._document.cover, _resource("page.html"))
+        for name, (image, _content) in self._markup.pictures.items():
+            image["c"][2][0] = name
         pdf = self._pdf()
         return Report(page, pdf, len(_PAGE.findall(pdf)), self._markup)
 
     def _written(self, to: str, *how: Any) -> str:
         """Write the document. What pandoc does not understand of a formula stands there as it is typed."""
-        text, refused = pandoc.write(_changed(self._markup.blocks, lambda node: self._for_format(to, node)), to, *how)
-        places = dict(self._markup.formulas.values())
-        new = {latex: reason for latex, reason in refused.items() if latex in places.keys() - self._verbatim}
-        for latex, reason in new.items():
-            self._refuse(latex, places[latex], reason)
-        return self._written(to, *how) if new else text
+        text, refused = pandoc.write(self._markup.blocks, to, *how)
+        for latex, reason in refused.items():
+            self._refuse(latex, reason)
+        return self._written(to, *how) if refused else text
 
-    def _for_format(self, to: str, node: Node) -> Node | None:
-        """Return what stands for a node in a format; None for the node itself."""
-        content: Any = node.get("c")
-        if node["t"] == "Image" and to == "html5":
-            name = content[2][0]
-            media = "svg+xml" if name.endswith(".svg") else "png"
-            data = base64.b64encode(self._markup.pictures[name]).decode("ascii")
-            return {"t": "Image", "c": [*content[:2], [f"data:image/{media};base64,{data}", ""]]}
-        if node["t"] == "Math" and content[1] in self._verbatim:
-            return {"t": "Code", "c": [["", [], []], content[1]]}
-        return None
-
-    def _refuse(self, latex: str, place: Place, reason: str) -> None:
+    def _refuse(self, latex: str, reason: str) -> None:
         """Show a formula as it is typed from now on, and say so."""
-        self._verbatim.add(latex)
         lines = [line.strip() for line in reason.strip().split("\n")]  # of pandoc: the formula, a mark, the reason
         reason = next((line for line in lines if line.startswith("unexpected")), lines[0])
         message = "This formula is not understood, and stands in the report as it is typed:"
-        self._markup.note(f"{message} {latex[:_LONGEST]} ({reason[:_LONGEST]})", place)
+        for node, place in self._markup.formulas.values():
+            if node["c"][-1] == latex:
+                node |= {"t": "Code", "c": [["", [], []], latex]}
+                self._markup.note(f"{message} {latex[:_LONGEST]} ({reason[:_LONGEST]})", place)
 
     def _pdf(self) -> bytes:
         template = _resource("template.typ")
         data = {**self._document.cover, "keyword": COMPOSED, "alt": self._markup.alt}
-        inputs = {**self._markup.pictures, "report.json": json.dumps(data).encode()}
+        pictures = {name: content for name, (_image, content) in self._markup.pictures.items()}
+        inputs = {**pictures, "report.json": json.dumps(data).encode()}
         while True:
             text = template + self._written("typst")
             try:
@@ -116,7 +109,7 @@ class _Writing:
                 name = _formula_at(text, len(template), error.diagnostic)
                 if name not in self._markup.formulas:
                     raise ReportError(f"typst could not set the report: {str(error)[:_LONGEST]}") from None
-                self._refuse(*self._markup.formulas[name], str(error))
+                self._refuse(self._markup.formulas[name][0]["c"][-1], str(error))
                 continue
             self._note(shrunk, missing)
             return pdf
@@ -136,15 +129,6 @@ class _Writing:
                 "The web page has them. Write them in Latin letters, as a name in your passport, or take them out.",
                 Place(self._document.front.notebook),
             )
-
-
-def _changed(item: Any, change: Callable[[Node], Node | None]) -> Any:
-    """Return a copy of nodes, with other nodes in the place of some."""
-    if isinstance(item, list):
-        return [_changed(child, change) for child in item]
-    if isinstance(item, dict):
-        return ("t" in item and change(item)) or {name: _changed(child, change) for name, child in item.items()}
-    return item
 
 
 def _resource(name: str) -> str:

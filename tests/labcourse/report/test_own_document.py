@@ -201,13 +201,6 @@ def test_what_is_no_pdf_or_a_link_is_not_handed_in_and_that_is_told(folder, tmp_
     assert work.hand_in.reports == {} and "it is a link" in work.problems[0]
 
 
-def test_while_a_program_runs_the_notebook_nothing_is_taken(lab, folder, capsys, monkeypatch):
-    (folder / "mine.pdf").write_bytes(typeset())
-    monkeypatch.setattr("labcourse.report.making.by_program", lambda: True)
-    lab.report("first", pdf="mine.pdf")
-    assert not (folder / NAME).exists() and "lab.report()" in capsys.readouterr().out
-
-
 def test_a_name_says_which_of_two_files_a_mark_was_given_for():
     one, other = (report_files.of_data("First report", data) for data in (blank(1), blank(2)))
     assert one.given != other.given

@@ -203,7 +203,7 @@ def test_a_long_word_of_a_table_covers_no_value():
 )
 def test_spaces_that_pandoc_would_lose_are_replaced(latex, meant):
     made = Markup(of_text(f"${latex}$"))
-    assert made.formulas["formula-2"] == (meant, HERE)  # the first is in the caption
+    assert made.alt["formula-2"] == meant  # the first is in the caption
     assert "#h(" not in pandoc.write(made.blocks, "typst")[0]
 
 
