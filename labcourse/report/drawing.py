@@ -9,22 +9,23 @@ from typing import Any
 
 import matplotlib as mpl
 import numpy as np
+from cycler import cycler
 from matplotlib.figure import Figure
 
 from labcourse import pictures
 from labcourse.answers.labels import describe, evenly_logarithmic, readable
 
 _WIDTH, _HEIGHTS = 6.3, (2.5, 1.6, 1.25)  # inches: as wide as the text; of one diagram, of each of two, of each of more
-_SIZES: Any = {"font.size": 9.0, "axes.labelsize": 9.5} | dict.fromkeys(
-    ("legend.fontsize", "xtick.labelsize", "ytick.labelsize"), 9.0
-)
 #: A colour, a dash and a mark for each curve, in turn: what one reader does not see, another does.
-_LOOKS = (
-    {"color": pictures.BLACK, "linestyle": "-", "marker": ""},
-    {"color": pictures.VERMILLION, "linestyle": (0, (5, 2)), "marker": "o"},
-    {"color": pictures.BLUE, "linestyle": (0, (1, 1.2)), "marker": "s"},
-    {"color": pictures.GREEN, "linestyle": (0, (6, 1.5, 1.5, 1.5)), "marker": "^"},
-    {"color": pictures.PURPLE, "linestyle": "-", "marker": "D"},
+_LOOKS = cycler(
+    color=[pictures.BLACK, pictures.VERMILLION, pictures.BLUE, pictures.GREEN, pictures.PURPLE],
+    linestyle=["-", (0, (5, 2)), (0, (1, 1.2)), (0, (6, 1.5, 1.5, 1.5)), "-"],
+    marker=["None", "o", "s", "^", "D"],
+)
+#: Letters are drawn as paths, so no font of the reader's computer is needed.
+_STYLE: Any = {"axes.prop_cycle": _LOOKS, "svg.hashsalt": "report", "svg.fonttype": "path"}
+_STYLE |= {"axes.labelsize": 9.5, "axes.titlesize": 9.5} | dict.fromkeys(
+    ("font.size", "legend.fontsize", "xtick.labelsize", "ytick.labelsize"), 9.0
 )
 _BELOW, _LETTER = 0.25, 0.068  # inches: of a diagram's height that its axis lacks, and of a letter's width on average
 _MARKS = 12  # on a curve
@@ -42,7 +43,7 @@ def draw(axes: Sequence[Mapping[str, Any]]) -> tuple[str, str]:
     names = [[line["label"] for line in axis["lines"]] for axis in axes]
     height = _HEIGHTS[min(len(axes), len(_HEIGHTS)) - 1]
     shared = len(axes) > 1 and len({axis["xlabel"] for axis in axes}) == 1 and len(set(spans)) == 1
-    with pictures.style(), mpl.rc_context(_SIZES):
+    with pictures.style(), mpl.rc_context(_STYLE):
         figure = Figure(figsize=(_WIDTH, height * len(axes) + 0.3), layout="constrained")
         diagrams = figure.subplots(len(axes), squeeze=False)[:, 0]
         for place, (ax, axis) in enumerate(zip(diagrams, axes, strict=True)):
@@ -68,19 +69,17 @@ def _span(lines: Sequence[Mapping[str, Any]]) -> tuple[float, float]:
 
 
 def _draw(ax: Any, axis: Mapping[str, Any], span: tuple[float, float]) -> None:
-    for place, line in enumerate(axis["lines"]):
-        look: dict[str, Any] = dict(_LOOKS[place % len(_LOOKS)])
+    for line in axis["lines"]:
         size = line["x"].size
-        if size <= 2:  # a point is a mark, and a mark across the diagram has none
-            look["marker"] = "x" if size == 1 else ""
+        few = {0: {"marker": ""}, 1: {"marker": "x"}, 2: {"marker": ""}}  # a point, and a mark across the diagram
         ax.plot(
             *(np.clip(line[name], -_LARGEST, _LARGEST) for name in ("x", "y")),
-            **look,
             label=line["label"] or None,
             linewidth=1.0 if size > 400 else 1.3,
             markersize=4,
-            markevery=max(1, math.ceil(size / _MARKS)),
             markerfacecolor="white",
+            markevery=max(1, math.ceil(size / _MARKS)),
+            **few.get(size, {}),
         )
     longest = max((line["x"] for line in axis["lines"]), key=len)
     x_scale, y_scale = axis.get("scales") or ("log" if evenly_logarithmic(longest) else "linear", "linear")
@@ -99,15 +98,13 @@ def _in_lines(label: str, height: float) -> str:
 
 def _svg(figure: Figure) -> str:
     """Return the figure's SVG, always the same. Labels are plain text if one is a formula that matplotlib refuses."""
-    # With paths for letters, no font of the reader's computer is needed.
-    with mpl.rc_context({"svg.hashsalt": "report", "svg.fonttype": "path"}):
-        try:
-            return _saved(figure)
-        except ValueError:
-            for text in figure.findobj(mpl.text.Text):
-                text.set_text(readable(text.get_text()))
-                text.set_parse_math(False)
-            return _saved(figure)
+    try:
+        return _saved(figure)
+    except ValueError:
+        for text in figure.findobj(mpl.text.Text):
+            text.set_text(readable(text.get_text()))
+            text.set_parse_math(False)
+        return _saved(figure)
 
 
 def _saved(figure: Figure) -> str:

@@ -54,6 +54,10 @@ HOSTILE = """
 See figure 9, Table 7, Equation (nothing), [4], $\\foo{x}$.
 
 $$ \\begin{array}{c|c} a & b \\\\ \\hline c & d \\end{array} $$
+
+$$ \\text{"]; #panic(); ["} \\tag{"] #panic()} $$
+
+`<equation-1>` @equation-1 ] $]$ #panic() [x]{#y}
 """
 LEFT_OUT = ["<script>alert(1)</script>", '<b onclick="x()">', "'javascript:alert(1)'", "'file:///etc/passwd'"]
 LEFT_OUT += ["'/etc/passwd'", "'https://example.org/a.png'", "\\hline", "no Figure 9", "no Table 7"]
