@@ -17,6 +17,8 @@ _MARKDOWN = (
     "commonmark-raw_attribute-attributes+tex_math_dollars+pipe_tables+strikeout+footnotes+autolink_bare_uris"
     "+implicit_figures"
 )
+#: The page's title is the heading of level 1; its contents have parts and sections.
+_OPTIONS = {"html5": ["--mathml", "--shift-heading-level-by=1", "--toc", "--toc-depth=3"], "typst": []}
 _TIMEOUT = 60  # s; a report takes a tenth of a second
 _MEMORY = "1G"  # of pandoc's own
 
@@ -48,21 +50,15 @@ def read(texts: Sequence[str]) -> list[list[Node]]:
     return blocks[: len(texts)]
 
 
-def write(
-    blocks: Sequence[Node],
-    to: str,
-    options: Sequence[str] = (),
-    meta: Mapping[str, str] | None = None,
-    template: str = "",
-) -> tuple[str, dict[str, str]]:
+def write(blocks: Sequence[Node], to: str, template: str = "", **values: str) -> tuple[str, dict[str, str]]:
     """Write blocks in another format.
 
     Parameters
     ----------
     blocks : of pandoc's document
     to : "typst" or "html5"
-    options : of pandoc
-    meta, template : values and text of a template; "" for none
+    template : text of a template; "" for none
+    values : for the template
 
     Returns
     -------
@@ -71,10 +67,10 @@ def write(
     dict
         LaTeX of each formula that pandoc does not understand → the reason.
     """
-    values = {name: {"t": "MetaString", "c": value} for name, value in (meta or {}).items()}  # are escaped
-    document = {"pandoc-api-version": [1, 23, 1, 1], "meta": values, "blocks": list(blocks)}
-    inputs = {"document.json": json.dumps(document), "template": template}
-    options = [*options, *(["--template=template"] if template else [])]
+    meta = {name: {"t": "MetaString", "c": value} for name, value in values.items()}  # which are escaped
+    document = {"pandoc-api-version": [1, 23, 1, 1], "meta": meta, "blocks": list(blocks)}
+    inputs = {"document.json": json.dumps(document), "template.html": template}
+    options = [*_OPTIONS[to], *(["--template=template.html"] if template else [])]
     output, log = _run(["-f", "json", "-t", to, "--wrap=none", "--eol=lf", *options, "document.json"], inputs)
     refused = {entry["contents"]: entry["message"] for entry in log if entry["type"] == "CouldNotConvertTeXMath"}
     return output, refused

@@ -72,19 +72,18 @@ class _Writing:
         for name, (image, content) in self._markup.pictures.items():
             media = "svg+xml" if name.endswith(".svg") else "png"
             image["c"][2][0] = f"data:image/{media};base64,{base64.b64encode(content).decode('ascii')}"
-        options = ["--mathml", "--shift-heading-level-by=1", "--toc", "--toc-depth=3"]
-        page = self._written("html5", options, self._document.cover, _resource("page.html"))
+        page = self._written("html5", _resource("page.html"), **self._document.cover)
         for name, (image, _content) in self._markup.pictures.items():
             image["c"][2][0] = name
         pdf = self._pdf()
         return Report(page, pdf, len(_PAGE.findall(pdf)), self._markup)
 
-    def _written(self, to: str, *how: Any) -> str:
+    def _written(self, to: str, template: str = "", **values: str) -> str:
         """Write the document. What pandoc does not understand of a formula stands there as it is typed."""
-        text, refused = pandoc.write(self._markup.blocks, to, *how)
+        text, refused = pandoc.write(self._markup.blocks, to, template, **values)
         for latex, reason in refused.items():
             self._refuse(latex, reason)
-        return self._written(to, *how) if refused else text
+        return self._written(to, template, **values) if refused else text
 
     def _refuse(self, latex: str, reason: str) -> None:
         """Show a formula as it is typed from now on, and say so."""
@@ -106,10 +105,11 @@ class _Writing:
             try:
                 pdf, shrunk, missing = _compiled({**inputs, "main.typ": text.encode()})
             except typst.TypstError as error:
+                left = {name: node["c"][1] for name, (node, _) in self._markup.formulas.items() if node["t"] == "Math"}
                 name = _formula_at(text, len(template), error.diagnostic)
-                if name not in self._markup.formulas:
+                if name not in left:
                     raise ReportError(f"typst could not set the report: {str(error)[:_LONGEST]}") from None
-                self._refuse(self._markup.formulas[name][0]["c"][-1], str(error))
+                self._refuse(left[name], str(error))
                 continue
             self._note(shrunk, missing)
             return pdf

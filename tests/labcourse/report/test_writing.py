@@ -215,8 +215,8 @@ def test_a_formula_that_typst_refuses_is_shown_as_typed_with_a_notice(monkeypatc
     """As pandoc may write what typst does not know: here, another name."""
     real = pandoc.write
 
-    def with_a_slip(blocks, to, *options):
-        text, refused = real(blocks, to, *options)
+    def with_a_slip(blocks, to, template="", **values):
+        text, refused = real(blocks, to, template, **values)
         return (re.sub(r"(?<!\\)Omega", "nosuchsymbol", text) if to == "typst" else text), refused
 
     monkeypatch.setattr(pandoc, "write", with_a_slip)
@@ -242,3 +242,8 @@ def test_a_report_that_cannot_be_written_is_not_made(monkeypatch):
     monkeypatch.setattr(writing, "_resource", lambda name: "#panic()" if name.endswith("typ") else "$body$")
     with pytest.raises(pandoc.ReportError, match="typst"):
         writing.write(of_text("Words $x$."))
+    real = pandoc.write
+    monkeypatch.undo()
+    monkeypatch.setattr(pandoc, "write", lambda *what, **how: (real(*what, **how)[0].replace("Words", "#nothing"), {}))
+    with pytest.raises(pandoc.ReportError, match="typst"):
+        writing.write(of_text("Words $x$."))  # no formula is to blame
