@@ -59,7 +59,7 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
         ),
     ),
     "run": (2488, ("labcourse/run/**/*.py",)),
-    "report": (1155, ("labcourse/report/**/*.py",)),
+    "report": (1153, ("labcourse/report/**/*.py",)),
     "running": (1003, ("labcourse/grading/running/**/*.py",)),
     "intake": (1290, ("labcourse/grading/intake/**/*.py",)),
     "gradebook": (1423, ("labcourse/grading/gradebook/**/*.py",)),

@@ -95,10 +95,8 @@ class _Composer:
         about = {name: str(course.get(name) or "") for name in ("title", "term")}
         cover = {"title": self._catalogue.reports[self._report].title, "course": about["title"], "term": about["term"]}
         cover |= {"authors": "", "student": self._lab.student, "date": f"{now:%Y-%m-%d}"}
-        for name in _COVER:
-            if name in self._entries:
-                lines = re.split(r"[;,\n]" if name == "Authors" else r"\n", self._entries[name].markdown)
-                cover[name.casefold()] = (", " if name == "Authors" else " ").join(map(str.strip, lines))
+        written = {name.casefold(): self._entries[name].markdown for name in _COVER if name in self._entries}
+        cover |= {name: " ".join(text.split()) for name, text in written.items()}
         sections = tuple(map(self._section, self._items))
         return Document(
             cover=cover,

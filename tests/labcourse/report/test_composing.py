@@ -42,7 +42,8 @@ CATALOGUE = Catalogue(
 )
 FRONT = """<div><b>✎ Your text: captions</b></div>
 
-* **Authors:** Ada Lovelace, Charles Babbage; C. Third
+* **Authors:** Ada Lovelace, Charles Babbage,
+  C. Third
 * **Figure 1.2:** The speed $v$
   after the step.
 * **Table 3:**
