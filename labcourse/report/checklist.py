@@ -41,12 +41,12 @@ def faults(document: Document, markup: Markup, pages: int) -> list[Notice]:
     markup : made of it
     pages : how many it has as PDF
     """
-    found = list(_too_long(pages, document.page_limit, document.front))
+    notices = list(_too_long(pages, document.page_limit, document.front))
     for section in document.sections:
-        found += _empty(section)
+        notices += _empty(section)
         for item in markup.numbered[section.number]:
-            found += _in_text(item) if item.recorded is None else _recorded(item, item.recorded, markup.mentioned)
-    return found
+            notices += _in_text(item) if item.recorded is None else _recorded(item, item.recorded, markup.mentioned)
+    return notices
 
 
 def _too_long(pages: int, limit: int | None, place: Place) -> Iterator[Notice]:
@@ -117,20 +117,20 @@ def faults_of_pdf(pages: Sequence[str], name: str, titles: Collection[str], limi
     limit : pages that the course allows; None for no limit
     """
     place, text = Place(name), "\n".join(pages)
-    found = list(_too_long(len(pages), limit, place))
+    notices = list(_too_long(len(pages), limit, place))
     if not text.strip():
         message = "There is no text in it: its pages are pictures, of which nothing else can be looked at."
-        return [*found, Notice(message, place, "scanned")]
+        return [*notices, Notice(message, place, "scanned")]
     lines = [line.casefold() for line in text.split("\n") if len(line.strip()) <= _LONGEST_HEADING]
     missing = [title for title in titles if not any(title.casefold()[:_HEADING_BEGINS] in line for line in lines)]
     if missing:
         message = (
             f"No heading is found for {', '.join(missing)}. Give each part the heading that the course has for it."
         )
-        found.append(Notice(message, place, "headings"))
+        notices.append(Notice(message, place, "headings"))
     mentioned = mentioned_figures(_CAPTION.sub("", text))
     for number in dict.fromkeys(_CAPTION.findall(text)):
         if number not in mentioned:
             message = f"Figure {number}: no text mentions it by its number. Name it where you use it."
-            found.append(Notice(message, place, "mention"))
-    return found
+            notices.append(Notice(message, place, "mention"))
+    return notices
