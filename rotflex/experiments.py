@@ -22,7 +22,7 @@ from rotflex.errors import BenchError, DesignError
 from rotflex.hil.bench import Bench
 from rotflex.hil.controllers import OpenLoop, PositionServo, StateFeedback
 from rotflex.hil.loop import listen, run
-from rotflex.hil.recorded_runs import RecordedRuns
+from rotflex.hil.replay import RecordedRuns
 from rotflex.recording import Channel, Recording
 from rotflex.signals import chirp, smooth_square_wave, square_wave, step, time_axis
 from rotflex.simulation import takes_systems

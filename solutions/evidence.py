@@ -23,7 +23,7 @@ from rotflex.course import plausible
 from rotflex.course.recordings_folder import CHANNELS, LONGEST, MOST_RECORDINGS, MOST_SAMPLES
 from rotflex.errors import RotflexError
 from rotflex.hil.bench_file import LONGEST_NAME
-from rotflex.hil.recorded_runs import SETTINGS, TOLD, VOLTAGE_LIMIT
+from rotflex.hil.replay import SETTINGS, TOLD, VOLTAGE_LIMIT
 from rotflex.recording import Recording
 from rotflex.unanswered import HELD, LOST, MOST_NOTED, TIMING
 

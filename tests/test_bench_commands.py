@@ -18,10 +18,9 @@ from scipy.io import savemat
 from typer.testing import CliRunner
 
 from rotflex import commissioning, hil
-from rotflex.bench_commands import fits
 from rotflex.cli import app
 from rotflex.errors import BenchError, HILError, RecordingError
-from rotflex.hil import bench_file, commissioned
+from rotflex.hil import bench_file, real
 from rotflex.hil.student_benches import preset
 from rotflex.hil.virtual import VirtualBoard
 from rotflex.recording import Recording
@@ -130,7 +129,7 @@ def test_a_run_that_cannot_be_saved_after_all_says_where_it_is(command, monkeypa
     """As on a disk that is full by then."""
     package(monkeypatch, lambda: VirtualBoard(preset("real_bench").parameters))
     told = bench_file.BenchFile(SIMULATOR)
-    bench_file.save("bench.toml", replace(told, record=commissioned.record(told.identity(), {"stiffness": 1.6})))
+    bench_file.save("bench.toml", replace(told, record=real.record(told.identity(), {"stiffness": 1.6})))
     really = Recording.save
 
     def save(recording: Recording, path: Path) -> Path:
@@ -203,11 +202,6 @@ def test_a_bench_is_set_up_and_used(monkeypatch):
 def test_who_looks_for_the_doctor_among_the_commands_of_a_bench_is_told_where_it_is():
     assert "bench --help" in said("doctor", code=2)
     assert "rotflex doctor --bench bench.toml" in re.sub(r"[\s│]+", " ", said("--help"))
-
-
-def test_recordings_are_named_by_their_files_and_by_their_folders_where_these_are_alike():
-    assert fits.names([Path("a/1.mat"), Path("b/2.mat")]) == ["1.mat", "2.mat"]
-    assert fits.names([Path("a/1.mat"), Path("b/1.mat")]) == [str(Path("a/1.mat")), str(Path("b/1.mat"))]
 
 
 def test_a_twin_is_fitted_and_moves_as_its_bench():
@@ -317,7 +311,7 @@ def test_a_twin_that_is_none_is_told(text, expected, tmp_path):
         (["run", "validation", "--model", "only_a.mat"], "only_a.mat has no B"),
         (["fit", "one.mat", "--J_l", "0"], "--J_l 0: give a positive inertia"),
         (["fit", "one.mat", "--J_l", "0.003", "--free", "K_s,J_l"], "leave J_l out of --free"),
-        (["fit", "one.mat", "two.mat"], "two.mat is one.mat once more: name recordings of different runs"),
+        (["fit", "one.mat", "two.mat"], "The same recording is named twice: name recordings of different runs"),
     ],
 )
 def test_what_cannot_be_is_said_before_anything_runs(words, told, tmp_path):

@@ -15,22 +15,21 @@ from quanser_double import VARIANTS
 from typer.testing import CliRunner
 
 from rotflex import bench_doctor, experiments, hil
-from rotflex.bench_doctor import Finding, Level, on_the_board
+from rotflex.bench_doctor import Finding, Level
 from rotflex.cli import app
 from rotflex.errors import HILError
-from rotflex.hil import bench_file, commissioned, real
+from rotflex.hil import bench_file, real
 from rotflex.hil.bench_file import BenchFile
-from rotflex.hil.clock import WallClock
 from rotflex.hil.real import Setup
 from rotflex.hil.student_benches import preset
 from rotflex.hil.unfinished import Unfinished
-from rotflex.hil.virtual import VirtualBoard
+from rotflex.hil.virtual import VirtualBoard, WallClock
 
 SIMULATOR = "quanser:q2_usb/0@tcpip://localhost:18000?nagle='off'"
 VIRTUAL = "virtual:?preset=real_bench"
 PARAMETERS = preset("real_bench").parameters
 #: What is looked at, in this order, where nothing fails.
-ALL = ["bench", "software", "board", "encoders", "samples at 500 Hz", "samples at 1000 Hz", *["watchdog's time"] * 2]
+ALL = ["bench", "software", "board", "encoders", "samples at 500 Hz", "samples at 1000 Hz", "watchdog's time"]
 ALL += ["commissioned", "limits", "unfinished runs"]
 
 
@@ -91,9 +90,9 @@ def test_on_a_virtual_bench_all_is_well(uri):
     found = asked(uri)
     assert [one.what for ones in found.values() for one in ones] == ALL
     assert {one.level for ones in found.values() for one in ones} == {Level.OK}
-    assert "time waits for the program" in found["samples at 500 Hz"][0].said
-    assert found["limits"][0].said == "10 V, theta ±180 deg, alpha ±30 deg."
-    assert found["commissioned"][0].said == "This bench is asked for none."
+    assert "time waits for the program" in found["samples at 500 Hz"][0].message
+    assert found["limits"][0].message == "10 V, theta ±180 deg, alpha ±30 deg."
+    assert found["commissioned"][0].message == "This bench is asked for none."
 
 
 def test_people_get_a_line_each_and_what_to_do_below():
@@ -107,7 +106,7 @@ def test_in_wall_time_the_period_is_told():
     """How steady it is depends on what else the computer does: that is not held against it here."""
     done = CliRunner().invoke(app, ["doctor", "--bench", f"{VIRTUAL}&clock=wall", "--seconds", "0.3", "--json"])
     found = json.loads(done.output)["findings"]
-    (said,) = [one["said"] for one in found if one["what"] == "samples at 500 Hz"]
+    (said,) = [one["message"] for one in found if one["what"] == "samples at 500 Hz"]
     assert "by a hardware clock; of 150 samples" in said and "ms (p50)" in said and "ms (p99)" in said
 
 
@@ -116,7 +115,7 @@ def test_of_a_replay_it_is_said_that_there_is_no_board(tmp_path):
         experiments.tracking(bench, [18.24, -17.15, 1.59, 0.63], duration=0.5, progress=False).save("run.mat")
     found = asked("replay:run.mat")
     assert list(found) == ["bench", "software", "board"]
-    assert "no board" in found["board"][0].said
+    assert "no board" in found["board"][0].message
 
 
 @pytest.mark.parametrize("variant", VARIANTS)
@@ -125,10 +124,10 @@ def test_the_makers_board_is_looked_at_whatever_its_watchdog_does_and_its_motor_
     found = asked(SIMULATOR)
     assert [one for one in found if one != "watchdog"] == list(dict.fromkeys(ALL))
     assert found["watchdog"][0].level is Level.WARN  # there is no cable: nobody saw 0 V
-    assert "the maker's package" in found["software"][0].said
-    assert found["watchdog's time"][0].said.endswith("; no voltage is taken then.")
+    assert "the maker's package" in found["software"][0].message
+    assert found["watchdog's time"][0].message.endswith("; no voltage is taken then.")
     narrow = "1 V, theta ±40 deg, alpha ±25 deg, 8 rad/s, 60 s a run, until it is commissioned."
-    assert found["limits"][0].said == narrow
+    assert found["limits"][0].message == narrow
     (card,) = cards
     assert card._inner.largest == [0.0, 0.0] and not card.is_valid()
 
@@ -145,22 +144,22 @@ def test_a_bench_that_was_not_commissioned_or_changed_since_is_told_to_be(instal
     told = BenchFile(SIMULATOR)
     bench_file.save("bench.toml", told)
     (one,) = asked("bench.toml")["commissioned"]
-    assert (one.level, one.to_do) == (Level.WARN, "rotflex bench setup")
-    told = replace(told, record=commissioned.record(told.identity(), {"stiffness": 1.6})).with_signs(link_sign=1)
+    assert (one.level, one.advice) == (Level.WARN, "rotflex bench setup")
+    told = replace(told, record=real.record(told.identity(), {"stiffness": 1.6})).with_signs(link_sign=1)
     bench_file.save("bench.toml", told)
     (one,) = asked("bench.toml")["commissioned"]
-    assert one.level is Level.WARN and "link_sign was -1 and is 1" in one.said
+    assert one.level is Level.WARN and "link_sign was -1 and is 1" in one.message
 
 
 def test_a_bench_that_was_commissioned_says_when_and_how_it_is_wired(installed):
     installed()
     told = BenchFile(SIMULATOR, parts={"cable_gain": 3}, wiring={"motor_sign": -1})
-    told = replace(told, record=commissioned.record(told.identity(), {"stiffness": 1.6}))
+    told = replace(told, record=real.record(told.identity(), {"stiffness": 1.6}))
     bench_file.save("bench.toml", told)
     found = asked("bench.toml")
-    assert found["commissioned"][0].said == f"On {told.record['date']}, as it is wired now."
-    assert found["limits"][0].said == "10 V, theta ±180 deg, alpha ±30 deg, 25 rad/s, 120 s a run."
-    assert "amplifier VoltPAQ-X1, cable_gain 3, motor_sign -1, servo_sign 1, link_sign -1." in found["bench"][0].said
+    assert found["commissioned"][0].message == f"On {told.record['date']}, as it is wired now."
+    assert found["limits"][0].message == "10 V, theta ±180 deg, alpha ±30 deg, 25 rad/s, 120 s a run."
+    assert "amplifier VoltPAQ-X1, cable_gain 3, motor_sign -1, servo_sign 1, link_sign -1." in found["bench"][0].message
 
 
 def test_recordings_that_wait_are_told_and_nothing_else_is_printed(installed, settings):
@@ -169,8 +168,10 @@ def test_recordings_that_wait_are_told_and_nothing_else_is_printed(installed, se
     kept.signals[:, :50] = 1.0
     kept.broken_off("for a test", {})
     (one,) = asked(SIMULATOR)["unfinished runs"]
-    assert one.level is Level.WARN and one.said.startswith("1 recording of runs that did not end as they should, the")
-    assert one.to_do == "rotflex bench unfinished --out FOLDER"
+    assert one.level is Level.WARN and one.message.startswith(
+        "1 recording of runs that did not end as they should, the"
+    )
+    assert one.advice == "rotflex bench unfinished --out FOLDER"
 
 
 @pytest.mark.parametrize(
@@ -185,13 +186,13 @@ def test_recordings_that_wait_are_told_and_nothing_else_is_printed(installed, se
 def test_what_is_not_there_is_a_fault(installed, uri, what, said):
     installed()
     (one,) = asked(uri, code=1)[what]
-    assert one.level is Level.FAIL and said in one.said and one.to_do
+    assert one.level is Level.FAIL and said in one.message and one.advice
 
 
 def test_a_package_that_is_missing_is_a_fault_and_the_board_is_not_tried(monkeypatch):
     monkeypatch.setitem(sys.modules, "quanser.hardware", None)
     found = asked("quanser:q2_usb/0", code=1)
-    assert found["software"][0].level is Level.FAIL and "Quanser SDK" in found["software"][0].said
+    assert found["software"][0].level is Level.FAIL and "Quanser SDK" in found["software"][0].message
     assert "board" not in found and "commissioned" in found
 
 
@@ -202,7 +203,7 @@ def test_one_thing_that_fails_does_not_keep_the_others_from_being_looked_at(inst
 
     installed(lambda: NoEncoders(PARAMETERS))
     found = asked(SIMULATOR, code=1)
-    assert found["encoders"][0].level is Level.FAIL and "The counters do not answer" in found["encoders"][0].said
+    assert found["encoders"][0].level is Level.FAIL and "The counters do not answer" in found["encoders"][0].message
     assert found["watchdog's time"][0].level is Level.OK
 
 
@@ -218,7 +219,7 @@ def test_samples_that_end_in_the_middle_leave_no_recording_behind(installed, set
 
     installed(lambda: Failing(PARAMETERS))
     found = asked(SIMULATOR, code=1)
-    assert any("the board refused" in one.said for looked in found.values() for one in looked)
+    assert any("the board refused" in one.message for looked in found.values() for one in looked)
     assert not list(settings.rglob("*.npy"))
 
 
@@ -244,7 +245,7 @@ LOOPED = BenchFile("usual:board", wiring={"loopback_output": 1, "loopback_input"
 
 def watchdog_of(board: VirtualBoard, told: BenchFile = LOOPED) -> list[Finding]:
     with real.bench("test", lambda: board, Setup(simulated=True)) as bench:
-        found = list(on_the_board.watchdog(bench, told))
+        found = list(bench_doctor._watchdog(bench, told, 0.2))
     assert board.terminals.commanded == [0.0, 0.0]
     return found
 
@@ -260,7 +261,7 @@ def watchdog_of(board: VirtualBoard, told: BenchFile = LOOPED) -> list[Finding]:
 )
 def test_a_watchdog_that_does_not_do_what_it_is_for(kind, level, said):
     (one,) = [one for one in watchdog_of(kind(PARAMETERS), BenchFile("usual:board")) if one.level is level][-1:]
-    assert one.level is level and one.said.endswith(said) and one.to_do
+    assert one.level is level and one.message.endswith(said) and one.advice
 
 
 def test_where_a_cable_joins_an_output_and_an_input_it_is_seen_that_the_watchdog_takes_a_voltage_away():
@@ -268,19 +269,19 @@ def test_where_a_cable_joins_an_output_and_an_input_it_is_seen_that_the_watchdog
     assert watchdog_of(board)[0] == Finding("watchdog", Level.OK, "Of 2 V on the loopback's output it left 0.00 V.")
     assert board.largest == [0.0, 2.0]
     one = watchdog_of(STUCK(PARAMETERS))[0]
-    assert one.level is Level.FAIL and one.said == "Of 2 V on the loopback's output it left 2.00 V."
+    assert one.level is Level.FAIL and one.message == "Of 2 V on the loopback's output it left 2.00 V."
 
 
 def test_the_loopback_is_looked_at_where_bench_toml_names_it(installed):
     cards = installed(lambda: Joined(PARAMETERS))
     bench_file.save("bench.toml", BenchFile(SIMULATOR, wiring=dict(LOOPED.wiring)))
-    assert asked("bench.toml")["loopback"][0].said == "what is written comes in, within 0.1 V."
+    assert asked("bench.toml")["loopback"][0].message == "what is written comes in, within 0.1 V."
     assert cards[0]._inner.largest == [0.0, 2.0]
 
 
 def test_a_pause_of_the_computer_is_told_from_a_watchdog_in_haste():
-    one = on_the_board._expired_early("watchdog", 0.31)
-    assert one.level is Level.WARN and one.said.endswith("This computer had paused meanwhile.")
+    one = bench_doctor._expired_early("watchdog", 0.31)
+    assert one.level is Level.WARN and one.message.endswith("This computer had paused meanwhile.")
 
 
 @pytest.mark.parametrize(
@@ -296,11 +297,11 @@ def test_a_pause_of_the_computer_is_told_from_a_watchdog_in_haste():
 def test_what_a_report_on_samples_means(late, missed, period, sample_time, level):
     percentiles = {"p50": period, "p99": 1.5 * period, "max": 3 * period}
     timing = {"clock": "hardware", "late": late, "missed": missed, "period": percentiles, "drift": -0.002}
-    one = on_the_board.judged("samples", timing, sample_time, 1500)
-    assert one.level is level and bool(one.to_do) == (level is not Level.OK)
-    assert f"of 1500 samples {late} were late and {missed} missed." in one.said
-    assert "0.200% faster" in one.said
-    assert (" (The course samples at 500 Hz.)" in one.said) == (sample_time < 0.002 and level is Level.WARN)
+    one = bench_doctor.judge_samples("samples", timing, sample_time, 1500)
+    assert one.level is level and bool(one.advice) == (level is not Level.OK)
+    assert f"of 1500 samples {late} were late and {missed} missed." in one.message
+    assert "0.200% faster" in one.message
+    assert (" (The course samples at 500 Hz.)" in one.message) == (sample_time < 0.002 and level is Level.WARN)
 
 
 def test_counts_are_those_of_the_channels_that_bench_toml_names(installed):
@@ -310,5 +311,5 @@ def test_counts_are_those_of_the_channels_that_bench_toml_names(installed):
 
     installed(lambda: Swapped(PARAMETERS))
     bench_file.save("bench.toml", BenchFile(SIMULATOR, wiring={"servo_encoder": 1, "link_encoder": 0}))
-    said = asked("bench.toml")["encoders"][0].said
+    said = asked("bench.toml")["encoders"][0].message
     assert said == "Servo (encoder 1) at -4 counts, link (encoder 0) at 17."

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import io
 import json
 import math
@@ -16,18 +15,17 @@ import quanser_double
 from fault_board import Stopwatch
 
 from rotflex import experiments, hil
-from rotflex.commissioning import Terminal, commission, dialogue, driven
+from rotflex.commissioning import Terminal, commission, steps
 from rotflex.config import joint, srv02
 from rotflex.errors import BenchError
 from rotflex.hil import bench_file, real
 from rotflex.hil.bench import Bench
 from rotflex.hil.bench_file import BenchFile
 from rotflex.hil.student_benches import preset, student_bench
-from rotflex.hil.terminals import Timing
 from rotflex.hil.virtual import VirtualBoard
 from rotflex.units import DEG, HZ
 
-TOLD = BenchFile("virtual:miswired", wiring={"potentiometer": 0})
+TOLD = BenchFile("virtual:miswired")
 SIMULATOR = "quanser:q2_usb/0@tcpip://localhost:18000?nagle='off'"
 GAIN = [18.24, -17.15, 1.59, 0.63]
 SIGNS = ("motor_sign", "servo_sign", "link_sign")
@@ -51,14 +49,13 @@ def test_each_combination_of_signs_is_found_on_the_makers_package_and_its_file_c
     modules, opened = quanser_double.package(laboratory)
     for name, module in modules.items():
         monkeypatch.setitem(sys.modules, name, module)
-    told = BenchFile(SIMULATOR, wiring={"potentiometer": 0, "motor_sign": -1})  # as found another time
+    told = BenchFile(SIMULATOR, wiring={"motor_sign": -1})  # as found another time
     done = commission(told, lambda told, setup: hil.open(told.address, setup=setup), miswired.Person(laboratory))
     assert tuple(done.wiring[name] for name in SIGNS) == signs
     assert laboratory.moved < 30 * DEG
     assert not done.record["provisional"]
     measured, true = done.record["measured"], laboratory.spec.parameters
     assert measured["counts_per_turn"] == 4096
-    assert measured["potentiometer_gap_deg"] == pytest.approx(170, abs=3)
     assert measured["natural_frequency_Hz"] * HZ == pytest.approx(math.sqrt(true.K_s / true.J_l), rel=0.01)
     assert all(board.terminals.commanded == [0.0, 0.0] for board in laboratory.made)
     bench_file.save(tmp_path / "bench.toml", done)
@@ -78,7 +75,6 @@ def test_a_stiff_joint_is_commissioned_and_the_guard_is_told_how_stiff_it_is(see
     assert done.record["measured"]["natural_frequency_Hz"] * HZ == pytest.approx(omega, rel=0.01)
     nominal = joint(spec.joint.arm_position).J_l
     assert done.setup().stiffness == pytest.approx(nominal * omega**2, rel=0.02)
-    assert done.record["measured"]["delay_s"] == pytest.approx(spec.timing.delay, abs=0.0008)
     bench_file.save(tmp_path / "bench.toml", done)
     setup = bench_file.load(tmp_path / "bench.toml").setup()
     with connected(laboratory)(done, setup) as bench:
@@ -123,25 +119,18 @@ def test_what_is_wrong_with_the_bench_is_named(spec, wiring, person, named):
         commission(told, connected(laboratory), miswired.Person(laboratory, **person))
 
 
-@contextlib.contextmanager
-def unguarded(laboratory):
-    """A bench on which what is measured by driving can be measured alone."""
-    with connected(laboratory)(TOLD, replace(TOLD.setup(), commissioned=lambda: "")) as bench:
-        bench.safety = replace(bench.safety, guard=None)
-        yield bench
-
-
-@pytest.mark.parametrize("delay", [0.0, 0.001, 0.002, 0.004])
-def test_the_delay_is_found(delay):
-    spec = replace(preset("real_bench"), timing=Timing(delay=delay))
-    with unguarded(miswired.Laboratory(1, 1, -1, spec)) as bench:
-        assert driven.loop_delay(bench, spec.parameters.K_s) == pytest.approx(delay, abs=0.0008)
+def alone(laboratory: miswired.Laboratory, step, person: miswired.Person) -> steps.Work:
+    """What one step found."""
+    connect = laboratory.connect if isinstance(laboratory, Paused) else connected(laboratory)
+    work = steps.Work(TOLD, connect, person)
+    with steps.driven(work) as bench:
+        step(work, bench)
+    return work
 
 
 def test_breakaway_is_the_friction_of_each_way():
-    friction = preset("real_bench").parameters
-    with unguarded(miswired.Laboratory(1, 1, -1)) as bench:
-        found = driven.breakaway(bench)
+    friction, laboratory = preset("real_bench").parameters, miswired.Laboratory(1, 1, -1)
+    found = alone(laboratory, steps.breakaway, miswired.Person(laboratory)).measured["breakaway_V"]
     for volts, torque in zip(found, friction.servo_friction, strict=True):
         assert 0 <= volts - torque / friction.torque_per_volt < 0.06
 
@@ -168,27 +157,13 @@ def test_whoever_says_no_has_no_motor_driven_and_nothing_recorded():
     assert laboratory.moved < 1e-9
 
 
-def test_the_rising_voltage_ends_at_the_limit_however_late_the_last_sample_comes(monkeypatch):
-    """Beyond it the bench refuses, and says of a motor without power that more was asked for than is allowed."""
-    asked = []
-
-    def drive(bench, voltage, until, longest):
-        asked.append([voltage(longest + late) for late in (0, 1)])
-
-    monkeypatch.setattr(driven, "_drive", drive)
-    with connected(miswired.Laboratory(1, 1, -1))(TOLD, TOLD.setup()) as bench:
-        with pytest.raises(BenchError, match="1 V"):
-            driven.motor_sign(bench)
-        assert asked == [[bench.limits.voltage] * 2]
-
-
 class Paused(miswired.Laboratory):
     """Its boards run in time that does not wait, and the computer pauses for 5 ms now and then."""
 
     every = 0  # reads between two pauses; none unless given
 
-    def __init__(self, *signs: int) -> None:
-        super().__init__(*signs)
+    def __init__(self, *wired: Any) -> None:
+        super().__init__(*wired)
         self.time, self.reads = Stopwatch(), 0
 
     def __call__(self) -> VirtualBoard:
@@ -217,36 +192,34 @@ def test_where_time_does_not_wait_it_goes_as_well_and_the_record_says_how_sample
     done = commission(TOLD, laboratory.connect, miswired.Person(laboratory))
     assert [done.wiring[name] for name in SIGNS] == [-1, 1, 1]
     measured = done.record["measured"]
-    assert measured["delay_s"] == pytest.approx(0.001, abs=0.001)
     assert (measured["late"] > 0) == (every > 0) and measured["missed"] == 0
 
 
-def test_a_computer_that_is_too_busy_for_the_delay_says_so():
-    laboratory = Paused(1, 1, -1)
-    with laboratory.connect(TOLD, replace(TOLD.setup(), commissioned=lambda: "")) as bench:
-        bench.safety = replace(bench.safety, guard=None)
-        laboratory.every = 5
-        with pytest.raises(BenchError, match=r"late.*steps"):
-            driven.loop_delay(bench, 1.6)
+def test_of_a_motor_without_power_the_rising_voltage_ends_at_the_limit_however_late_the_last_sample_comes():
+    laboratory = Paused(1, 1, -1, altered(I_max=0.0))
+    laboratory.every = 500
+    with pytest.raises(BenchError, match="amplifier"):
+        alone(laboratory, steps.motor_sign, miswired.Person(laboratory))
 
 
 @pytest.mark.parametrize("busy_for", [1, 3])
 def test_a_sweep_in_which_too_many_samples_came_late_comes_again_and_at_last_ends_the_commissioning(busy_for):
-    laboratory, told = Paused(1, 1, -1), []
+    laboratory = Paused(1, 1, -1)
     laboratory.every = 20
+    heard: list[str] = []
 
-    def say(text: str) -> None:
-        told.append(text)
-        laboratory.every = 20 if len(told) < busy_for else 0
+    class Busy(miswired.Person):
+        def say(self, text: str) -> None:
+            if "came late" in text:
+                heard.append(text)
+                laboratory.every = 20 if len(heard) < busy_for else 0
 
-    with laboratory.connect(TOLD, TOLD.setup()) as bench:
-        bench.safety = replace(bench.safety, guard=None)
-        if busy_for < 3:
-            assert 2 < driven.link(bench, say) / HZ < 6
-        else:
-            with pytest.raises(BenchError, match=r"came late.*in 3 sweeps"):
-                driven.link(bench, say)
-    assert len(told) == busy_for and "close other programs" in told[0]
+    if busy_for < 3:
+        assert 2 < alone(laboratory, steps.link, Busy(laboratory)).measured["natural_frequency_Hz"] < 6
+    else:
+        with pytest.raises(BenchError, match=r"came late.*in 3 sweeps"):
+            alone(laboratory, steps.link, Busy(laboratory))
+    assert len(heard) == busy_for and "close other programs" in heard[0]
 
 
 def test_ctrl_c_says_what_is_kept_and_leaves_no_recording_behind(tmp_path):
@@ -263,7 +236,7 @@ def test_ctrl_c_says_what_is_kept_and_leaves_no_recording_behind(tmp_path):
         return bench
 
     laboratory = Paused(1, 1, -1)
-    with pytest.raises(BenchError, match="The mark is kept"):
+    with pytest.raises(BenchError, match="mark that you set"):
         commission(TOLD, connect, miswired.Person(laboratory))
     assert laboratory.board.terminals.commanded == [0.0, 0.0] and not laboratory.board.is_valid()
     assert [path.parent.name for path in tmp_path.rglob("*.*")] == ["marks"]
@@ -288,8 +261,8 @@ def test_a_question_is_asked_until_the_answer_is_yes_or_no(typed, capsys):
 
 def test_a_turn_by_hand_has_its_time_from_enter_on(typed, capsys, monkeypatch):
     clock = Stopwatch()
-    monkeypatch.setattr(dialogue.time, "monotonic", clock.now)
-    monkeypatch.setattr(dialogue.time, "sleep", clock.pass_by)
+    monkeypatch.setattr(steps.time, "monotonic", clock.now)
+    monkeypatch.setattr(steps.time, "sleep", clock.pass_by)
     typed("")
     looks = sum(1 for _each in Terminal(turn=2.0).turning("Turn it."))
     assert clock.now() == pytest.approx(2.0, abs=0.01)
@@ -300,6 +273,6 @@ def test_a_turn_by_hand_has_its_time_from_enter_on(typed, capsys, monkeypatch):
 def test_whoever_closes_the_terminal_ends_it_with_the_motor_at_0_V(typed):
     laboratory = miswired.Laboratory(1, 1, -1)
     typed()
-    with pytest.raises(BenchError, match="Nothing of it is kept"):
+    with pytest.raises(BenchError, match="Nothing is saved"):
         commission(TOLD, connected(laboratory), Terminal())
     assert laboratory.board.terminals.commanded == [0.0, 0.0] and not laboratory.board.is_valid()

@@ -121,7 +121,7 @@ def test_the_notebook_commissions_a_bench_from_top_to_bottom(notebook, kernel, t
     assert "counts_per_turn         4096" in said["found"] and "motor_sign              -1" in said["found"]
     told = bench_file.load(tmp_path / "bench.toml")
     assert [told.wiring[name] for name in ("motor_sign", "servo_sign", "link_sign")] == [-1, 1, 1]
-    assert told.setup().commissioned() == ""
+    assert told.setup().commissioned() is None
     assert Recording.load(tmp_path / "sweep.mat").metadata["experiment"] == "sweep"
 
 

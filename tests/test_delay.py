@@ -11,8 +11,7 @@ from rotflex.config import srv02
 from rotflex.hil.bench import Bench
 from rotflex.hil.controllers import DERIVATIVE_CUTOFF
 from rotflex.hil.student_benches import preset, student_bench
-from rotflex.hil.terminals import TICK, Timing
-from rotflex.hil.virtual import VirtualBoard
+from rotflex.hil.virtual import TICK, Timing, VirtualBoard
 from solutions.design_checks import Design
 
 DESIGNED_FOR = 4e-3  # s

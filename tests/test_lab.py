@@ -16,7 +16,7 @@ from rotflex.config import srv02
 from rotflex.course.probes import COMPOUND_SINES
 from rotflex.course.questions import CATALOGUE
 from rotflex.errors import BenchError
-from rotflex.hil import twin
+from rotflex.hil import bench_file
 from rotflex.hil.student_benches import DRAW, preset, student_bench, student_seed
 
 
@@ -318,7 +318,7 @@ def test_a_course_of_the_laboratorys_benches_is_rehearsed_with_a_twin_and_other_
     monkeypatch.delenv("LABCOURSE_RUNNING", raising=False)
     said = {"student": "ada", "bench": {"which": "real", "benches": ["north"]}}
     (folder / "course.json").write_text(json.dumps(said))
-    twin.save(folder / "twin.toml", twin.Twin(preset("real_bench"), srv02()), {})
+    bench_file.save_twin(folder / "twin.toml", bench_file.Twin(preset("real_bench"), srv02()), {})
     (folder / "twin.toml").write_text('name = "north"\n' + (folder / "twin.toml").read_text())
     lab = rotflex.course.lab.start("ada", f"virtual:{folder / 'twin.toml'}")
     assert "on the laboratory's own benches" in capsys.readouterr().out

@@ -15,16 +15,16 @@ from typer.testing import CliRunner
 
 from rotflex import hil
 from rotflex.cli import app
-from rotflex.commissioning import add_watchdog_test, commission, watchdog
+from rotflex.commissioning import add_watchdog_test, commission, steps
 from rotflex.errors import BenchError, HILError
-from rotflex.hil import bench_file, commissioned, quanser
+from rotflex.hil import bench_file, quanser, real
 from rotflex.hil.bench_file import BenchFile
 from rotflex.hil.board import Board
-from rotflex.hil.clock import WallClock
 from rotflex.hil.controllers import StateFeedback
 from rotflex.hil.loop import run
 from rotflex.hil.real import Setup
 from rotflex.hil.student_benches import preset
+from rotflex.hil.virtual import WallClock
 from rotflex.units import DEG
 
 DIGITAL = "watchdog_set_digital_expiration_state"
@@ -34,7 +34,7 @@ Q8 = BenchFile("quanser:q8_usb/0", board={"filter": 1e5})
 
 def before(told: BenchFile) -> BenchFile:
     """A bench that was commissioned before there was the test."""
-    return replace(told, record=commissioned.record(told.identity(), {"stiffness": 1.6, "serial_number": "1001"}))
+    return replace(told, record=real.record(told.identity(), {"stiffness": 1.6, "serial_number": "1001"}))
 
 
 class Laboratory(miswired.Laboratory):
@@ -67,7 +67,7 @@ def installed(monkeypatch, tmp_path):
         for name, module in modules.items():
             monkeypatch.setitem(sys.modules, name, module)
         if isinstance(laboratory, Laboratory):
-            monkeypatch.setattr(watchdog.time, "sleep", laboratory.time.pass_by)
+            monkeypatch.setattr(steps.time, "sleep", laboratory.time.pass_by)
         return laboratory, cards
 
     return install
@@ -108,7 +108,7 @@ def test_the_test_finds_whether_the_board_stops_the_motor_and_a_loop_follows_fro
     again = bench_file.load("bench.toml")
     assert again == replace(done, name="bench")
     with laboratory.connect(again, again.setup()) as bench:
-        assert (bench.limits.voltage, again.setup().commissioned() == "") == ((10.0, True) if stops else (1.0, False))
+        assert (bench.limits.voltage, again.setup().commissioned() is None) == ((10.0, True) if stops else (1.0, False))
 
 
 def test_a_board_that_refuses_all_that_is_optional_is_commissioned_where_its_watchdog_stops_the_motor(installed):
@@ -181,7 +181,7 @@ def test_another_board_of_the_same_kind_is_noticed_and_one_that_does_not_tell_is
 
 
 def test_the_makers_simulator_needs_no_test():
-    assert before(BenchFile("quanser:q8_usb/0@tcpip://localhost:18000")).setup().commissioned() == ""
+    assert before(BenchFile("quanser:q8_usb/0@tcpip://localhost:18000")).setup().commissioned() is None
 
 
 def test_the_command_adds_the_test_to_the_record(installed):
@@ -197,7 +197,7 @@ def test_the_command_adds_the_test_to_the_record(installed):
         done = CliRunner().invoke(app, ["bench", "setup", "--watchdog", named], input="yes\n")
         assert done.exit_code == 0, done.output
         told = bench_file.load("bench.toml")
-        assert told.record["watchdog"]["passed"] and told.setup().commissioned() == ""
+        assert told.record["watchdog"]["passed"] and told.setup().commissioned() is None
     assert CliRunner().invoke(app, ["bench", "setup", "--watchdog", "quanser:q2_usb/0"]).exit_code == 2
     assert output(cards[-1]) == 0.0
 

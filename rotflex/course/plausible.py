@@ -16,9 +16,9 @@ from rotflex import experiments, link
 from rotflex.config import Servo
 from rotflex.controller import Controller
 from rotflex.errors import RotflexError
-from rotflex.hil import answered
+from rotflex.hil import replay
 from rotflex.hil.controllers import StateFeedback
-from rotflex.hil.recorded_runs import voltage_limit, voltages
+from rotflex.hil.replay import voltage_limit, voltages
 from rotflex.plant import PlantParameters
 from rotflex.recording import Recording
 from rotflex.units import DEG
@@ -39,7 +39,7 @@ def doubts(recording: Recording, servo: Servo, bench: PlantParameters) -> list[s
     servo : as the student was told it
     bench : the bench as it is known
     """
-    found = [why] if (why := answered.why_not(recording)) else []
+    found = [why] if (why := replay.implausible_timing(recording)) else []
     if not (volts := beside_controller(recording, servo)) <= _VOLTS:
         found.append(f"its voltage is up to {volts:.2g} V beside what its controller sets on its angles")
     if not (left := left_of_link(recording, bench)) <= _LINK:
@@ -53,7 +53,7 @@ def beside_controller(recording: Recording, servo: Servo) -> float:
     if controller is None or "theta_ref" not in recording:
         return 0.0
     anew = voltages(recording, controller, recording["theta_ref"], voltage_limit(recording, servo.V_max))
-    return float(answered.apart(recording, anew).max())
+    return float(replay.voltage_errors(recording, anew).max())
 
 
 def _controller(recording: Recording) -> Controller | None:
@@ -79,5 +79,5 @@ def left_of_link(recording: Recording, bench: PlantParameters) -> float:
     theta, alpha = recording["theta"], recording["alpha"]
     if theta.size < _FEWEST or float(np.std(alpha)) < _STILL or not recording["vm"].any():
         return 0.0
-    came = ~answered.lost(recording)
+    came = ~replay.lost_samples(recording)
     return link.residual(theta, alpha, recording.sample_time, bench.K_s / bench.J_l, bench.B_l / bench.J_l, came)

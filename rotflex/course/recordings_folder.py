@@ -16,12 +16,10 @@ from typing import Any
 from labcourse import files
 from rotflex.config import Joint, Servo, joint, srv02
 from rotflex.errors import RecordingError
-from rotflex.hil import waiting
-from rotflex.hil.answered import why_not
+from rotflex.hil import unfinished
 from rotflex.hil.bench import Bench, Limits
-from rotflex.hil.clock import SimulatedClock
-from rotflex.hil.recorded_runs import SETTINGS, TOLD, VOLTAGE_LIMIT, RecordedRuns, described, run_of
-from rotflex.hil.virtual import VirtualBoard
+from rotflex.hil.replay import SETTINGS, TOLD, VOLTAGE_LIMIT, RecordedRuns, described, implausible_timing, run_of
+from rotflex.hil.virtual import SimulatedClock, VirtualBoard
 from rotflex.recording import Recording
 from rotflex.unanswered import HELD, LOST, TIMING
 
@@ -105,7 +103,7 @@ class RecordingsFolder:
                 self.keep(recording, told)
             except RecordingError as error:
                 bench.kept = replace(recording, metadata={**recording.metadata, TOLD: told})
-                where = waiting.put_by(bench.kept, bench.safety.folder)
+                where = unfinished.save_whole(bench.kept, bench.safety.folder)
                 raise RecordingError(f"{error} {where}") from error
 
         bench.on_recorded = keep
@@ -135,7 +133,7 @@ class RecordingsFolder:
         path = self.folder / f"{number:03d}-{name}.mat"
         replace(recording, metadata={**recording.metadata, TOLD: dict(told)}).save(path)
         print(f"Kept      {FOLDER}/{path.name}")
-        if why := why_not(recording):
+        if why := implausible_timing(recording):
             print(
                 f"Note      {path.name} will not count by itself: {why}. Close what else keeps this computer busy, and "
                 "run it again."

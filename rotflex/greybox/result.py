@@ -18,7 +18,7 @@ from rotflex.greybox.record import rms
 from rotflex.greybox.solving import search, student
 from rotflex.hil.bench import Bench
 from rotflex.hil.student_benches import FIRST_RUN, VirtualPlantSpec
-from rotflex.hil.terminals import Timing
+from rotflex.hil.virtual import Timing
 from rotflex.identification import Estimate
 from rotflex.plant import PlantParameters
 from rotflex.recording import Recording

@@ -29,17 +29,13 @@ from typing import Any
 
 from rotflex.config import Joint, Servo, joint, one_of, srv02
 from rotflex.errors import BenchError
-from rotflex.hil import drivers
+from rotflex.hil import bench_file, drivers
 from rotflex.hil.bench import Bench, Limits
-from rotflex.hil.bench_file import load as load_bench_file
-from rotflex.hil.clock import SimulatedClock, TimeSource, WallClock
-from rotflex.hil.own_plant import OwnPlant
 from rotflex.hil.real import Setup
 from rotflex.hil.replay import RecordedPlant
 from rotflex.hil.student_benches import DRAW, DRAWS, FIRST_RUN, VirtualPlantSpec, student_bench
 from rotflex.hil.student_benches import preset as named_bench
-from rotflex.hil.twin import load as load_twin
-from rotflex.hil.virtual import VirtualBoard
+from rotflex.hil.virtual import OwnPlant, SimulatedClock, TimeSource, VirtualBoard, WallClock
 from rotflex.plant import Moving, PlantParameters
 from rotflex.recording import Recording
 
@@ -87,144 +83,128 @@ def open(
         If a value in it does not exist.
     """
     scheme, _colon, rest = uri.partition(":")
+    path, mark, query = rest.partition("?")
     given = {"plant": plant, "servo": servo, "setup": setup}
     if uri.endswith(".toml") and scheme not in ("virtual", "replay"):
-        _take(uri, given, why="the file says what is known of the bench.")
-        return _of_file(uri)
-    if scheme == "virtual" and rest.partition("?")[0].endswith(".toml"):
-        _take(uri, given, why="the file has the plant and its servo.")
-        return _twin(uri, rest, run)
+        _refuse(uri, given, "the file says what is known of the bench.")
+        file = bench_file.load(uri)
+        bench = open(file.address, setup=file.setup())
+        bench.identity["name"] = file.name
+        return bench
+    if scheme == "virtual" and path.endswith(".toml"):
+        _refuse(uri, given, "the file has the plant and its servo.")
+        return _twin(uri, path, mark + query, run)
     if scheme == "replay":
-        _take(uri, given, why="a recording is in the plant's place, and says what it is of.")
-        return _replay(uri, rest)
+        _refuse(uri, given, "a recording is in the plant's place, and says what it is of.")
+        return _replay(uri, path, mark + query)
     if scheme != "virtual":
         driver = drivers.find(uri)
         if driver is None:
             raise drivers.unknown(uri)
-        why = "a real bench has its own plant; its parts stand in setup=Setup(servo=…, joint=…)."
-        _take(uri, given, "setup", why=why)
+        parts = "a real bench has its own plant; its parts stand in setup=Setup(servo=…, joint=…)."
+        _refuse(uri, given | {"setup": None}, parts)
         return driver.bench(uri, setup)
-    _take(uri, given, "plant", "servo", why="a setup is of a real bench.")
+    _refuse(uri, {"setup": setup}, "a setup is of a real bench.")
     options = drivers.options(uri, rest, _OPTIONS, "virtual:?seed=7")
     clock = one_of("clock", options.get("clock", "simulated"), _CLOCKS)
+    fitted = servo or srv02(encoder=options.get("encoder", "E"))
     identity: dict[str, Any] = {"uri": uri}
-    name = options.get("preset", None if "seed" in options else preset)
     if plant is not None and not isinstance(plant, VirtualPlantSpec | PlantParameters):
         OwnPlant(plant)  # what is wrong with it is said now
         _refuse_draw(uri, options, "seed", "preset", "arm_position", "run")
-        parts = servo or srv02(encoder=options.get("encoder", "E"))
-        identity |= {"plant": type(plant).__name__, "encoder": parts.encoder, "clock": clock}
-        return Bench(
-            connect=lambda: VirtualBoard(OwnPlant(plant), parts, clock=_CLOCKS[clock]()),
-            servo=parts,
-            joint=joint(1),
-            identity=identity,
-            virtual=True,
+        identity |= {"plant": type(plant).__name__, "encoder": fitted.encoder, "clock": clock}
+        return _virtual(
+            lambda: VirtualBoard(OwnPlant(plant), fitted, clock=_CLOCKS[clock]()), fitted, joint(1), identity
         )
-    if plant is not None:
-        spec, about = _own(uri, options, plant)
-    elif name is not None:
-        if "seed" in options or "arm_position" in options:
-            raise BenchError(f"The address {uri!r} names a preset and a draw; a preset has its own parameters.")
-        spec, about = named_bench(name), {"preset": name}
-    else:
-        chosen = _integer("seed", options.get("seed", seed if seed is not None else 0))
-        position = options.get("arm_position")
-        spec = student_bench(chosen, None if position is None else _integer("arm_position", position), draw)
-        about = {"seed": chosen, "draw": draw}
+    spec, about = _spec(uri, options, seed, preset, draw, plant)
     number = _integer("run", options.get("run", run))
     spec = spec.run(number)
-    parts = servo or srv02(encoder=options.get("encoder", "E"))
     identity |= about
-    identity |= {"run": number, "arm_position": spec.joint.arm_position, "encoder": parts.encoder, "clock": clock}
-    return Bench(
-        connect=lambda: VirtualBoard(spec.parameters, parts, clock=_CLOCKS[clock](), timing=spec.timing),
-        servo=parts,
-        joint=spec.joint,
-        identity=identity,
-        virtual=True,
+    identity |= {"run": number, "arm_position": spec.joint.arm_position, "encoder": fitted.encoder, "clock": clock}
+    return _virtual(
+        lambda: VirtualBoard(spec.parameters, fitted, clock=_CLOCKS[clock](), timing=spec.timing),
+        fitted,
+        spec.joint,
+        identity,
     )
 
 
-def _take(uri: str, given: Mapping[str, object], *taken: str, why: str) -> None:
-    """That nothing was given that this address has no use for."""
-    for name, value in given.items():
-        if value is not None and name not in taken:
-            raise BenchError(f"The address {uri!r} takes no {name}=: {why}")
+def _virtual(
+    connect: Callable[[], VirtualBoard], servo: Servo, arm: Joint, identity: Mapping[str, Any], **more: Any
+) -> Bench:
+    return Bench(connect=connect, servo=servo, joint=arm, identity=identity, virtual=True, **more)
 
 
-def _of_file(path: str) -> Bench:
-    told = load_bench_file(path)
-    bench = open(told.address, setup=told.setup())
-    bench.identity["name"] = told.name
-    return bench
-
-
-def _twin(uri: str, rest: str, run: int) -> Bench:
-    path, mark, query = rest.partition("?")
-    options = drivers.options(uri, mark + query, ("run", "clock"), "virtual:twin.toml?clock=wall")
-    known = load_twin(path)
-    number = _integer("run", options.get("run", run))
-    bench = open("virtual:" + mark + query, plant=known.spec, servo=known.servo, run=number)
-    bench.identity["uri"] = uri
-    if known.name:
-        bench.identity["name"] = known.name
-    return bench
-
-
-def _own(
-    uri: str, options: Mapping[str, str], plant: VirtualPlantSpec | PlantParameters
+def _spec(
+    uri: str,
+    options: Mapping[str, str],
+    seed: int | None,
+    preset: str | None,
+    draw: int,
+    plant: VirtualPlantSpec | PlantParameters | None,
 ) -> tuple[VirtualPlantSpec, dict[str, Any]]:
-    """A bench of one's own, and how it is known."""
-    _refuse_draw(uri, options, "seed", "preset", "arm_position")
-    spec = VirtualPlantSpec(joint(1), plant) if isinstance(plant, PlantParameters) else plant
-    return spec, {"plant": {**asdict(spec.parameters), "delay": spec.timing.delay}}
+    """Return what a virtual bench is made of, and how it is known."""
+    name = options.get("preset", None if "seed" in options else preset)
+    if plant is not None:
+        _refuse_draw(uri, options, "seed", "preset", "arm_position")
+        spec = VirtualPlantSpec(joint(1), plant) if isinstance(plant, PlantParameters) else plant
+        return spec, {"plant": {**asdict(spec.parameters), "delay": spec.timing.delay}}
+    if name is not None:
+        if "seed" in options or "arm_position" in options:
+            raise BenchError(f"The address {uri!r} names a preset and a draw; a preset has its own parameters.")
+        return named_bench(name), {"preset": name}
+    chosen = _integer("seed", options.get("seed", seed if seed is not None else 0))
+    position = options.get("arm_position")
+    spec = student_bench(chosen, None if position is None else _integer("arm_position", position), draw)
+    return spec, {"seed": chosen, "draw": draw}
+
+
+def _refuse(uri: str, given: Mapping[str, object], why: str) -> None:
+    """Raise BenchError where something was given that this address has no use for."""
+    for name, value in given.items():
+        if value is not None:
+            raise BenchError(f"The address {uri!r} takes no {name}=: {why}")
 
 
 def _refuse_draw(uri: str, options: Mapping[str, str], *drawn: str) -> None:
     """Raise BenchError where an address says how to draw a plant, and one was given."""
-    for name in drawn:
-        if name in options:
-            raise BenchError(
-                f"The address {uri!r} says {name}=, and a plant was given as well, which has its own parameters: "
-                "leave one of them out."
-            )
+    _refuse(
+        uri, {name: options.get(name) for name in drawn}, "a plant was given as well, which has its own parameters."
+    )
 
 
-def _replay(uri: str, rest: str) -> Bench:
-    path, mark, query = rest.partition("?")
-    options = drivers.options(uri, mark + query, ("clock",), "replay:file.mat?clock=wall")
+def _twin(uri: str, path: str, query: str, run: int) -> Bench:
+    options = drivers.options(uri, query, ("run", "clock"), "virtual:twin.toml?clock=wall")
+    twin = bench_file.load_twin(path)
+    number = _integer("run", options.get("run", run))
+    bench = open("virtual:" + query, plant=twin.spec, servo=twin.servo, run=number)
+    bench.identity["uri"] = uri
+    if twin.name:
+        bench.identity["name"] = twin.name
+    return bench
+
+
+def _replay(uri: str, path: str, query: str) -> Bench:
+    options = drivers.options(uri, query, ("clock",), "replay:file.mat?clock=wall")
     clock = one_of("clock", options.get("clock", "simulated"), _CLOCKS)
     recording = Recording.load(path)
     known = recording.metadata.get("bench")
     about: dict[str, Any] = known if isinstance(known, dict) else {}
-    encoder = about.get("encoder", "E")
-    position = about.get("arm_position", 1)
+    encoder, position = about.get("encoder", "E"), about.get("arm_position", 1)
     if encoder not in ("E", "EHR") or position not in (1, 2, 3):
         raise BenchError(f"{path} says of its bench what cannot be: encoder {encoder!r}, arm position {position!r}.")
+    arm, seed, draw = joint(position), about.get("seed"), about.get("draw")
+    if isinstance(seed, int) and seed >= 0 and isinstance(draw, int) and draw in DRAWS:
+        arm = student_bench(seed, position, draw).joint
     servo, plant = srv02(encoder=encoder), RecordedPlant(recording, Path(path).name)
 
     def connect() -> VirtualBoard:
         plant.rewind()
         return VirtualBoard(plant, servo, clock=_CLOCKS[clock]())
 
-    return Bench(
-        connect=connect,
-        servo=servo,
-        joint=_arm(about, position),
-        identity={"uri": uri, "recording": plant.name, "clock": clock},
-        limits=Limits(theta=math.inf, alpha=math.inf),  # there is nothing to come to harm
-        recorded=plant,
-        virtual=True,
-    )
-
-
-def _arm(about: Mapping[str, Any], position: int) -> Joint:
-    """The arm of the bench that a recording says it is of: the drawn one, where it names a draw."""
-    seed, draw = about.get("seed"), about.get("draw")
-    if isinstance(seed, int) and seed >= 0 and isinstance(draw, int) and draw in DRAWS:
-        return student_bench(seed, position, draw).joint
-    return joint(position)
+    identity = {"uri": uri, "recording": plant.name, "clock": clock}
+    limits = Limits(theta=math.inf, alpha=math.inf)  # there is nothing to come to harm
+    return _virtual(connect, servo, arm, identity, limits=limits, recorded=plant)
 
 
 def _integer(name: str, value: str | int) -> int:

@@ -14,40 +14,35 @@ Where time does not wait for the program, a read gives the newest sample: those 
 
 from __future__ import annotations
 
+import json
 import threading
 import time
+import uuid
 from collections.abc import Callable, Mapping
 from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, NoReturn, Self
 
 import numpy as np
 
+from rotflex import files
 from rotflex.config import Joint, Servo, check_mounted
-from rotflex.errors import BenchError, HILError, LimitExceeded, WatchdogExpired
+from rotflex.errors import BenchError, ConfigurationError, HILError, LimitExceeded, WatchdogExpired
 from rotflex.hil.board import Board, BufferOverflowMode, Clock, Counts, DigitalState
+from rotflex.hil.guard import Guard, Limits, Measurement, Supervision, at
 from rotflex.hil.halt import WATCHDOG_TIMEOUT, Ending, halt, uninterrupted
 from rotflex.hil.pace import Pace
-from rotflex.hil.parts import Limits, Measurement, Safety, Wiring
 from rotflex.hil.replay import RecordedPlant
-from rotflex.hil.supervision import Supervision, at
 from rotflex.recording import Recording
 from rotflex.unanswered import TIMING
 
 _FOREVER = 2**32 - 1
-_EXPIRED = (
-    "The program did not show for {timeout:g} s that it was alive, so the board's watchdog expired. Close what "
-    "else keeps this computer busy, and run it again."
-)
-_TOO_SLOW = (
-    "A sample comes every {period:.3g} ms, and each answer takes {answer:.3g} ms: the controller is too slow for its "
-    "sample time."
-)
 _NO_MARK = (
     "It is not known how far the arm is from its mark: the servo's counter does not read what it read when this bench "
     "was closed last, as after power-off, or after somebody turned the arm. With the amplifier off, turn the arm back "
     "to its mark, where theta was set to zero in the commissioning, and look that no cable is twisted."
 )
-_THEN = "Then call set_zero() of the open bench; or in a terminal: rotflex bench zero bench.toml."
 _TESTED = "rotflex bench setup tests with the motor whether the watchdog still sets 0 V."
 #: What the user does about a board that refuses a verb which it need not have.
 _TO_DO = {
@@ -58,8 +53,110 @@ _TO_DO = {
     "set_encoder_filter_frequency": "The board keeps its own filter: set filter = 0 in bench.toml.",
 }
 _REST, _REST_TRIES = 0.1, 20  # s without a count, after which the servo is at rest, and how often that is awaited
+_A_FEW = 5  # counts, half a degree
+_THIS_PROGRAM = uuid.uuid4().hex
 
-__all__ = ["WATCHDOG_TIMEOUT", "Bench", "Limits", "Measurement", "Safety", "Wiring"]
+__all__ = ["WATCHDOG_TIMEOUT", "Bench", "Limits", "Mark", "Measurement", "Safety", "Wiring"]
+
+
+@dataclass(frozen=True)
+class Wiring:
+    """Which channels the bench is wired to, and which way.
+
+    A positive voltage turns the servo the positive way, and a positive turn counts up, where a sign is 1. By default
+    it is as on the virtual bench, where the link's encoder counts the other way. How a real bench is wired is found
+    there, never assumed.
+
+    digital_outputs : how many digital outputs the board has that an expired watchdog must let go
+
+    Raises
+    ------
+    ConfigurationError
+        If a sign is neither 1 nor -1.
+    """
+
+    motor: int = 0
+    servo_encoder: int = 0
+    link_encoder: int = 1
+    link_sign: int = -1
+    motor_sign: int = 1
+    servo_sign: int = 1
+    digital_outputs: int = 0
+
+    def __post_init__(self) -> None:
+        for name in ("motor_sign", "servo_sign", "link_sign"):
+            if getattr(self, name) not in (1, -1):
+                raise ConfigurationError(f"{name} must be 1 or -1; it is {getattr(self, name)!r}.")
+
+
+class Mark:
+    """Where theta is zero on a real bench: at the mark of its commissioning, however often the arm was turned since.
+
+    Cables twist, so the limit of theta is about one place. A counter goes on counting while its board is powered. A
+    small file has what it read last and what it reads at the mark; where it reads something else now, nobody knows
+    where the arm stands. The file is away while the bench is open: a program that was killed leaves none.
+
+    Parameters
+    ----------
+    path : of its file
+    needed : whether the arm must be put at the mark where it is not known; else zero is where it stands then
+
+    Attributes
+    ----------
+    zero : what the servo's counter reads at the mark; None if it is not known
+    """
+
+    def __init__(self, path: Path, needed: bool) -> None:
+        self._path, self._needed = path, needed
+        self.zero: int | None = None
+        self._set_by = ""  # the program in which the arm merely stood there; none for a mark that a person set
+
+    def find(self, counts: int) -> None:
+        """Find the zero of a bench that was just opened; ``counts`` is what the servo's counter reads."""
+        self.zero = None
+        try:
+            saved = json.loads(self._path.read_text(encoding="utf-8"))
+            last, zero, set_by = int(saved["counts"]), int(saved["zero"]), str(saved["set_by"])
+            files.patiently(self._path.unlink)
+        except (OSError, ValueError, TypeError, LookupError):
+            last, zero, set_by = counts, counts, "nobody"
+        if abs(counts - last) <= _A_FEW and set_by in ("", "" if self._needed else _THIS_PROGRAM):
+            self.zero, self._set_by = zero, set_by
+        elif not self._needed:
+            self.zero, self._set_by = counts, _THIS_PROGRAM
+
+    def set(self, counts: int) -> None:
+        """Take where the arm stands now."""
+        self.zero, self._set_by = counts, ""
+
+    def save(self, counts: int) -> None:
+        """Save the zero of a bench that is closed; ``counts`` is what the servo's counter reads at rest.
+
+        Raises
+        ------
+        OSError
+            If it cannot be written.
+        """
+        self._path.parent.mkdir(parents=True, exist_ok=True)
+        files.write(self._path, json.dumps({"counts": counts, "zero": self.zero, "set_by": self._set_by}) + "\n")
+
+
+@dataclass(frozen=True)
+class Safety:
+    """What a bench has that can come to harm.
+
+    Attributes
+    ----------
+    guard : watches every run for motion that cannot be
+    commissioned : asked before each closed loop; returns why there is none yet on this bench, None if there may be
+    folder : where samples are stored while they come, so that they outlive the program
+    mark : from which the servo's angle is limited; without one it is from where each run begins
+    """
+
+    guard: Guard | None = None
+    commissioned: Callable[[], str | None] | None = None
+    folder: Path | None = None
+    mark: Mark | None = None
 
 
 class Bench:
@@ -82,12 +179,13 @@ class Bench:
     ----------
     late : the samples that waited before the one that was read last, where time does not wait
     kept : what the last run recorded that did not end as it should, with the reason in its metadata
+    kept_in : the file with its samples, where they were stored as they came
     running : held by whoever runs something, until what it recorded is kept
     on_sample : called once a sample, with what was measured and the voltage that is about to be set, or was held where
         the sample came late; None for nobody.
         What it raises ends the experiment before that voltage is set: so a run is watched, and stopped from elsewhere.
     is_left_alone : whether reads leave the watchdog to expire, as its test does; not so any more from the next start on
-    refused : what the board refused that it need not have, by verb, in words
+    refused : what the board refused that it need not have, by verb, with what to do
     on_recorded : called with the recording of each experiment, once it is whole; None for nobody
     """
 
@@ -121,6 +219,7 @@ class Bench:
         self.is_left_alone = False
         self.late: list[Measurement] = []
         self.kept: Recording | None = None
+        self.kept_in: Path | None = None
         self.latest = Measurement(0.0, 0.0, 0.0)
         self.running = threading.RLock()
         self._ending = Ending(self._is_sampling_here, self._close_after_run)
@@ -202,7 +301,7 @@ class Bench:
             self.ask("watchdog_set_digital_expiration_state", channels, lines, states)
 
     def ask(self, verb: str, *arguments: Any) -> None:
-        """Ask the board for what it need not have; a refusal is kept in words, with what to do, and ends nothing."""
+        """Ask the board for what it need not have; a refusal is noted in ``refused``, and ends nothing."""
         try:
             getattr(self.board, verb)(*arguments)
         except HILError as error:
@@ -220,7 +319,7 @@ class Bench:
                     return
                 try:
                     self._halt(board)
-                    self._keep_mark(board)
+                    self._save_mark(board)
                 finally:
                     board.close()
         finally:
@@ -250,9 +349,9 @@ class Bench:
             self.safety.mark.set(self.counts()[0])
 
     @property
-    def mark_unknown(self) -> str:
-        """Why the arm must be put at its mark before the motor drives; empty text if it need not be."""
-        return _NO_MARK if self.safety.mark is not None and self.safety.mark.zero is None else ""
+    def mark_unknown(self) -> str | None:
+        """Why the arm must be put at its mark before the motor drives; None if it need not be."""
+        return _NO_MARK if self.safety.mark is not None and self.safety.mark.zero is None else None
 
     @property
     def begun(self) -> float:
@@ -261,19 +360,14 @@ class Bench:
         return 0.0 if mark is None or mark.zero is None else (self._begun[0] - mark.zero) * self._K_theta
 
     def require_mark(self) -> None:
-        """That it is known how far the arm is from its mark.
-
-        Raises
-        ------
-        BenchError
-            If it is not; the motor is at 0 V then.
-        """
+        """Raise :class:`BenchError` unless it is known how far the arm is from its mark; the motor is at 0 V then."""
         if self.mark_unknown:
             self.stop()
-            raise BenchError(f"{self.mark_unknown} {_THEN}")
+            then = "Then call set_zero() of the open bench; or in a terminal: rotflex bench zero bench.toml."
+            raise BenchError(f"{self.mark_unknown} {then}")
 
-    def _keep_mark(self, board: Board) -> None:
-        """Keep what the servo's counter reads, once the servo has come to rest. What fails here is asked next time."""
+    def _save_mark(self, board: Board) -> None:
+        """Save what the servo's counter reads, once the servo has come to rest. What fails here is asked next time."""
         mark = self.safety.mark
         with suppress(HILError, OSError):
             if mark is not None and mark.zero is not None:
@@ -281,7 +375,7 @@ class Bench:
                 while read[-1:] != read[-2:-1] and len(read) <= _REST_TRIES:
                     time.sleep(_REST)
                     read.append(self.counts(board)[0])
-                mark.keep(read[-1])
+                mark.save(read[-1])
 
     def _halt(self, board: Board) -> None:
         with uninterrupted():
@@ -365,7 +459,7 @@ class Bench:
     def _show_alive(self, board: Board) -> None:
         if not self.is_left_alone and not board.watchdog_reload():
             self.stop()
-            raise WatchdogExpired(_EXPIRED.format(timeout=WATCHDOG_TIMEOUT))
+            raise _expired()
 
     def _drop_stale(self, board: Board, pace: Pace) -> None:
         """A run begins with a sample of now: older ones are read, for flushing has no effect on readers."""
@@ -392,7 +486,10 @@ class Bench:
         self._drop_stale(board, pace)
         came, lost, behind = [self._counts.tolist()], 0, pace.arrived(self._sample)
         if behind and pace.too_slow and self.safety.guard is not None:  # a virtual bench may be on a busy computer
-            slow = _TOO_SLOW.format(period=self._sample_time * 1e3, answer=pace.answer * 1e3)
+            slow = (
+                f"A sample comes every {self._sample_time * 1e3:.3g} ms, and each answer takes {pace.answer * 1e3:.3g} "
+                "ms: the controller is too slow for its sample time."
+            )
             self._end(at(slow, self.latest.time))
         if behind:
             self._show_alive(board)
@@ -429,8 +526,12 @@ class Bench:
             self.on_sample(self.latest, applied)
         try:
             self._set_motor(applied)
-        except HILError:
-            self._explain_expiry()
+        except HILError as error:
+            expired = False
+            with suppress(HILError):
+                expired = self.board.watchdog_is_expired()
+            if expired:
+                raise _expired() from error
             raise
         if self._pace is not None:
             self._pace.answered()
@@ -444,17 +545,8 @@ class Bench:
             self.stop()
             raise BenchError(f"The controller asked for {voltage} V. The motor is at 0 V; check the gain.")
         if self.limits.why:
-            text = "The controller asked for {voltage:.1f} V, and the limit is ±{limit:g} V."
-            self._end(at(text.format(voltage=voltage, limit=self._v_max), self.latest.time, self.limits.why))
-
-    def _explain_expiry(self) -> None:
-        """A board refuses a voltage mostly because its watchdog has expired: then that is said."""
-        try:
-            expired = self.board.watchdog_is_expired()
-        except HILError:
-            return
-        if expired:
-            raise WatchdogExpired(_EXPIRED.format(timeout=WATCHDOG_TIMEOUT))
+            why = f"The controller asked for {voltage:.1f} V, and the limit is ±{self._v_max:g} V."
+            self._end(at(why, self.latest.time, self.limits.why))
 
     @property
     def sample(self) -> int:
@@ -472,15 +564,8 @@ class Bench:
         return {} if self._pace is None else {TIMING: self._pace.report()}
 
     def require_commissioned(self) -> None:
-        """That a loop may be closed on this bench.
-
-        Raises
-        ------
-        BenchError
-            If it was not commissioned as it is wired now.
-        """
-        why = self.safety.commissioned() if self.safety.commissioned is not None else ""
-        if why:
+        """Raise :class:`BenchError` unless this bench was commissioned as it is wired now."""
+        if self.safety.commissioned is not None and (why := self.safety.commissioned()):
             raise BenchError(why)
 
     def stop(self) -> None:
@@ -499,3 +584,10 @@ class Bench:
         """End a run for a limit: 0 V first, and then the reason."""
         self.stop()
         raise LimitExceeded(f"{why} The motor is at 0 V.")
+
+
+def _expired() -> WatchdogExpired:
+    return WatchdogExpired(
+        f"The program did not show for {WATCHDOG_TIMEOUT:g} s that it was alive, so the board's watchdog expired. "
+        "Close what else keeps this computer busy, and run it again."
+    )

@@ -80,11 +80,7 @@ class StateFeedback:
     """
 
     def __init__(
-        self,
-        K: ArrayLike,
-        feedback: str = "full",
-        sample_time: float = 0.002,
-        cutoff: float = DERIVATIVE_CUTOFF,
+        self, K: ArrayLike, feedback: str = "full", sample_time: float = 0.002, cutoff: float = DERIVATIVE_CUTOFF
     ) -> None:
         one_of("feedback", feedback, FEEDBACK)
         try:

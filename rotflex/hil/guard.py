@@ -1,23 +1,26 @@
-"""The runaway guard: the servo must go where voltage and spring drive it, or the motor is stopped.
+"""What ends a run: an angle, the servo's rate or the time past its limit, or motion that cannot be.
 
-A sign that is wrong somewhere (motor, an encoder), a counter that stands still, jumps or turns round: each makes the
-servo move as it could not. The guard follows, sample by sample, how quickly the applied voltage and the measured
-deflection would drive a nominal servo, and compares that with how quickly the encoder says it moves. Both are summed up
-over the last moments: R, by how much they differ, and A, by how much either moves. With right signs R is a fraction of
-A; with a wrong sign, or a counter that stands still, it is all of it. Only what is driven is judged: an arm that
-is moved by hand at 0 V is not.
+The runaway guard: the servo must go where voltage and spring drive it, or the motor is stopped. A sign that is wrong
+somewhere (motor, an encoder), a counter that stands still, jumps or turns round: each makes the servo move as it could
+not. The guard follows, sample by sample, how quickly the applied voltage and the measured deflection would drive a
+nominal servo, and compares that with how quickly the encoder says it moves. Both are summed up over the last moments:
+R, by how much they differ, and A, by how much either moves. With right signs R is a fraction of A; with a wrong sign,
+or a counter that stands still, it is all of it. Only what is driven is judged: an arm that is moved by hand at 0 V is
+not.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from rotflex.config import Servo
 from rotflex.units import DEG
 
 _LIGHTEST_LINK = 1e-3  # kg·m²; a third of the lightest arm there is
 _A_FEW_COUNTS = 0.5 * DEG  # rad; six counts of an encoder
+_RATE_OVER = 0.01  # s; a count is worth 0.15 rad/s then
 
 
 @dataclass(frozen=True)
@@ -79,26 +82,25 @@ class Guard:
         """What is applied until the next sample, V."""
         self._volts = voltage
 
-    def see(self, theta: float, alpha: float, samples: int = 1) -> str:
-        """Judge a sample (rad): text that is not empty is why the motor must stop."""
+    def see(self, theta: float, alpha: float, samples: int = 1) -> str | None:
+        """Judge a sample (rad), so many after the one before; return why the motor must stop, or None."""
         before, self._before = self._before, (theta, alpha)
         if before is None:
-            return ""
+            return None
         reach = self._allowed.jump * samples * self._period
-        for moved, quickest, name in (
-            (theta - before[0], self._quickest[0], "servo angle"),
-            (alpha - before[1], self._quickest[1], "deflection"),
+        for name, now, earlier, quickest in zip(
+            ("servo angle", "deflection"), (theta, alpha), before, self._quickest, strict=True
         ):
-            if abs(moved) > reach * quickest + _A_FEW_COUNTS:
+            if abs(now - earlier) > reach * quickest + _A_FEW_COUNTS:
                 return (
-                    f"The {name} jumped by {moved / DEG:.1f} deg from one sample to the next, quicker than it "
-                    "can move: look at the encoder's plug and cable."
+                    f"The {name} jumped by {(now - earlier) / DEG:.1f} deg from one sample to the next, quicker than "
+                    "it can move: look at the encoder's plug and cable."
                 )
         self._stood = 0 if theta != before[0] else self._stood + samples
         for _each in range(samples):
             self._follow((theta - before[0]) / samples, before[1])
         if self.apart <= self._allowed.motion + self._allowed.share * self.moved:
-            return ""
+            return None
         return self._reason()
 
     def _follow(self, moved: float, alpha: float) -> None:
@@ -125,3 +127,110 @@ class Guard:
             "The servo does not move as voltage and spring drive it: a sign of the motor or of an encoder is wrong, a "
             "cable is loose, or somebody pushes the arm."
         )
+
+
+class Measurement(NamedTuple):
+    """One sample: time since the start (s), servo angle and deflection (rad)."""
+
+    time: float
+    theta: float
+    alpha: float
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Software limits. The makers publish no mechanical ones, so these are cautious.
+
+    Attributes
+    ----------
+    voltage : at the motor, V; a larger command is cut to it
+    theta : servo angle either way, rad: half a turn, for the cables' sake, from the bench's mark
+    alpha : deflection either way, rad
+    rate : of the servo, rad/s, over 10 ms; none unless given
+    duration : of a run, s; none unless given
+    why : why they are as narrow as they are; with a reason, a larger voltage is refused in place of being cut
+    """
+
+    voltage: float = 10.0
+    theta: float = 180 * DEG
+    alpha: float = 30 * DEG
+    rate: float = math.inf
+    duration: float = math.inf
+    why: str = ""
+
+    def passed(self, measured: Measurement, begun: float = 0.0) -> str | None:
+        """Return which angle is past its limit; None if none is.
+
+        Parameters
+        ----------
+        measured : since the run began
+        begun : where the servo stood then, rad from the bench's mark
+        """
+        advice = self.why or "Use a smaller amplitude or check the gain."
+        if abs(measured.alpha) > self.alpha:
+            return _passed("deflection", measured.alpha, self.alpha, measured.time, advice)
+        if abs(begun + measured.theta) > self.theta:
+            if begun:
+                advice = f"The run began at {begun / DEG:.1f} deg: turn the arm back to its mark. {advice}"
+            return _passed("servo angle", begun + measured.theta, self.theta, measured.time, advice)
+        return None
+
+
+def _passed(name: str, value: float, limit: float, time: float, advice: str) -> str:
+    return (
+        f"The {name} reached {value / DEG:.1f} deg at t = {time:.3f} s; its limit is ±{limit / DEG:.0f} deg. {advice}"
+    )
+
+
+class Supervision:
+    """Judges one run, sample by sample: only where the motor was driven, for at 0 V nothing runs away.
+
+    Parameters
+    ----------
+    limits : of the bench
+    guard : the runaway guard, for a bench that can come to harm
+    sample_time : s
+    begun : where the servo stands as it begins, rad from the bench's mark
+    """
+
+    def __init__(self, limits: Limits, guard: Guard | None, sample_time: float, begun: float = 0.0) -> None:
+        self._limits, self._guard, self._begun = limits, guard, begun
+        self._weight = math.exp(-sample_time / _RATE_OVER)
+        self._driven = False
+        self._before: Measurement | None = None
+        self._rate = 0.0  # rad/s, smoothed
+        if guard is not None:
+            guard.start(sample_time)
+
+    def drive(self, voltage: float) -> None:
+        """Note what is applied until the next sample, V."""
+        self._driven = self._driven or voltage != 0.0
+        if self._guard is not None:
+            self._guard.drive(voltage)
+
+    def see(self, measured: Measurement, samples: int) -> str | None:
+        """Judge a sample, so many after the one before; return why the motor must stop, or None."""
+        before, self._before = self._before, measured
+        impossible = None if self._guard is None else self._guard.see(measured.theta, measured.alpha, samples)
+        if not self._driven:
+            return None
+        limits, now = self._limits, measured.time
+        if passed := limits.passed(measured, self._begun):
+            return passed
+        if impossible:
+            return at(impossible, now)
+        if now > limits.duration:
+            why = f"The run has taken {limits.duration:g} s, which is all that this bench allows."
+            return at(why, now, limits.why)
+        if samples == 1 and before is not None:
+            rate = (measured.theta - before.theta) / (now - before.time)
+            self._rate = self._weight * self._rate + (1 - self._weight) * rate
+            if abs(self._rate) > limits.rate:
+                why = f"The servo turned at {self._rate:.1f} rad/s; its limit is ±{limits.rate:.1f} rad/s."
+                return at(why, now, limits.why)
+        return None
+
+
+def at(why: str, time: float, advice: str = "") -> str:
+    """Return a reason with its moment (s)."""
+    return f"{why} (t = {time:.3f} s.) {advice}".rstrip()

@@ -16,19 +16,16 @@ from numpy.typing import ArrayLike, NDArray
 from rotflex import __version__
 from rotflex.controller import Controller, begun, name_of
 from rotflex.errors import BenchError
-from rotflex.hil.bench import Bench
+from rotflex.hil.bench import Bench, Measurement
 from rotflex.hil.controllers import OpenLoop
 from rotflex.hil.halt import reason, uninterrupted
 from rotflex.hil.pace import undisturbed
-from rotflex.hil.parts import Measurement
 from rotflex.hil.unfinished import Unfinished
 from rotflex.progress import progress as with_progress
 from rotflex.recording import Recording
 
 #: By what a bench's identity has.
 _SOURCES = {"seed": "virtual bench", "preset": "virtual bench", "plant": "virtual bench", "recording": "replay"}
-
-_ARRAYS = (np.ndarray, np.generic)  # which a file of a recording cannot hold as they are
 
 
 def run(
@@ -118,8 +115,8 @@ def listen(
 def _sampled(
     bench: Bench, controller: Controller, targets: NDArray[np.float64], described: dict[str, Any], progress: bool
 ) -> NDArray[np.float64]:
-    """theta, alpha and vm (3, n) of a run; a replay begins at its beginning."""
-    bench.kept = None
+    """Return theta, alpha and vm (3, n) of a run; a replay begins at its beginning."""
+    bench.kept = bench.kept_in = None
     controller = begun(controller)
     recorded = Unfinished(targets.size, bench.safety.folder, described)
     if bench.recorded is not None:
@@ -138,19 +135,15 @@ def _sampled(
             return recorded.finished()
         except BaseException as error:  # also of the stop in the end, where the run is whole
             with uninterrupted():
-                _break_off(bench, error, recorded)
+                try:
+                    bench.stop()
+                finally:
+                    _note_last(bench, recorded.signals)
+                    bench.kept = recorded.broken_off(reason(error), bench.timing)
+                    bench.kept_in = recorded.path
+                if not isinstance(error, BenchError):  # the bench's own say so themselves
+                    error.add_note("The motor is at 0 V. What was recorded until then is in the bench's `kept`.")
             raise
-
-
-def _break_off(bench: Bench, error: BaseException, recorded: Unfinished) -> None:
-    """0 V, and what was recorded is kept, whatever fails on the way."""
-    try:
-        bench.stop()
-    finally:
-        _note_last(bench, recorded.signals)
-        bench.kept = recorded.broken_off(reason(error), bench.timing)
-    if not isinstance(error, BenchError):  # the bench's own say so themselves
-        error.add_note("The motor is at 0 V. What was recorded until then is in the bench's `kept`.")
 
 
 def _sample(
@@ -225,10 +218,11 @@ def _timing(bench: Bench, samples: int, sample_time: float) -> dict[str, Any]:
 
 def _described(bench: Bench, sample_time: float, metadata: Mapping[str, Any] | None) -> dict[str, Any]:
     """Where a recording comes from."""
+    plain = {key: value.tolist() if hasattr(value, "tolist") else value for key, value in (metadata or {}).items()}
     return {
         "source": next((source for key, source in _SOURCES.items() if key in bench.identity), "bench"),
         "bench": dict(bench.identity),
         "sample_time": sample_time,
         "software": f"rotflex {__version__}",
-        **{name: value.tolist() if isinstance(value, _ARRAYS) else value for name, value in (metadata or {}).items()},
+        **plain,
     }

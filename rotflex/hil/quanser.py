@@ -12,27 +12,26 @@ import os
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
-from typing import Any, cast
+from typing import Any
 
 from rotflex.errors import BenchError, HILError
 from rotflex.hil import real
 from rotflex.hil.bench import Bench
 from rotflex.hil.board import VERBS, Board
-from rotflex.hil.kinds import BOARDS, BoardKind
+from rotflex.hil.drivers import BOARDS, BoardKind
 from rotflex.hil.real import Setup
 
 #: What the maker's layer raises for arguments that it cannot pass on.
 _UNFIT = (TypeError, ValueError, OverflowError, BufferError)
 _WHERE = (
-    "It is in no package registry: it comes with the Quanser SDK, from the board's maker. Install the Quanser SDK, and "
-    "then, with pip install, into the Python that runs this, the wheel files in its folder python, which is in the "
-    f"folder that the variable QSDK_DIR names ({'%QSDK_DIR%python' if os.name == 'nt' else '$QSDK_DIR/python'}). "
+    "It is in no package registry: it comes with the Quanser SDK, from the board's maker. Install the SDK, then, with "
+    f"pip install, the wheel files in its folder {'%QSDK_DIR%python' if os.name == 'nt' else '$QSDK_DIR/python'}. "
     "A bench without a Quanser board needs none of it."
 )
 
 
-class QuanserBoard:
-    """A :class:`~rotflex.hil.board.Board`: its verbs are those of the maker's ``HIL``, and its errors are ours.
+class QuanserBoard(Board):
+    """A board whose verbs are those of the maker's ``HIL``, which checks what they are given; its errors are ours.
 
     Parameters
     ----------
@@ -41,31 +40,28 @@ class QuanserBoard:
     """
 
     def __init__(self, card: Any, hardware: Any) -> None:
-        self._card, self._hardware, failure = card, hardware, hardware.HILError
-        for verb in VERBS:
-            if verb not in ("close", "watchdog_clear"):
-                setattr(self, verb, _translated(verb, getattr(card, verb), failure))
-        self._close = _translated("close", card.close, failure)
-        self._clear = _translated("watchdog_clear", card.watchdog_clear, failure)
+        self._card, self._hardware = card, hardware
+        passed_on = {verb: _translated(verb, getattr(card, verb), hardware.HILError) for verb in VERBS}
+        self._close, self._clear = passed_on.pop("close"), passed_on.pop("watchdog_clear")
+        vars(self).update(passed_on)
 
     def watchdog_clear(self) -> None:
         """Let the board be used again after its watchdog expired.
 
         A board may fail here where there was nothing to clear, or where it could not restore all that was before. The
-        code that the maker's own QUARC writes passes over that; what counts is whether the board is locked still.
+        code that the maker's own QUARC writes ignores that; what counts is whether the board is still locked.
         """
         try:
             self._clear()
         except HILError:
-            if cast(Board, self).watchdog_is_expired():
+            if self.watchdog_is_expired():
                 raise
 
     def serial_number(self) -> str:
-        """The board's serial number; empty where it does not say."""
+        """Return the board's serial number; empty where it has none."""
         try:
-            named = self._hardware.StringProperty.SERIAL_NUMBER
-            return str(self._card.get_string_property(named, 64)).strip("\0 ")
-        except Exception:  # whatever fails: it is no fault, and no run depends on it
+            return str(self._card.get_string_property(self._hardware.StringProperty.SERIAL_NUMBER, 64)).strip("\0 ")
+        except Exception:  # whatever fails: no run depends on it
             return ""
 
     def close(self) -> None:
@@ -123,42 +119,39 @@ def connect(board: str, identifier: str) -> Board:
     """
     hardware = package()
     opened = _translated("open", hardware.HIL, hardware.HILError)
-    return cast(Board, QuanserBoard(opened(board, identifier), hardware))
+    return QuanserBoard(opened(board, identifier), hardware)
 
 
 def package() -> Any:
-    """The maker's package."""
+    """Import the maker's package."""
     try:
         return importlib.import_module("quanser.hardware")
     except ImportError as error:
-        found = f"The maker's Python package, quanser.hardware, is not installed here ({error})."
+        why = f"The maker's Python package, quanser.hardware, is not installed here ({error})."
     except OSError as error:
-        found = (
-            "The maker's Python package is installed, but the libraries of the Quanser SDK, on which it stands, "
-            f"cannot be loaded ({error})."
-        )
-    raise BenchError(f"{found} {_WHERE}") from None
+        why = f"The maker's Python package is installed, but the Quanser SDK's libraries cannot be loaded ({error})."
+    raise BenchError(f"{why} {_WHERE}") from None
 
 
 def _translated(verb: str, call: Callable[..., Any], failure: type[Exception]) -> Callable[..., Any]:
-    """A verb whose errors are ours, in the maker's words: their text alone is a bare number."""
+    """Wrap a verb so that its errors are ours, with the maker's text: by itself an error of theirs is a bare number."""
 
     @functools.wraps(call)
     def translated(*arguments: Any) -> Any:
         try:
             return call(*arguments)
         except failure as error:
-            raise HILError(f"The board failed at {verb}{_words(error)} (error {error}).") from error
+            raise HILError(f"The board failed at {verb}{_text(error)} (error {error}).") from error
         except _UNFIT as error:
-            raise HILError(f"The board was told something unfit at {verb}: {error}") from error
+            raise HILError(f"The board cannot take these arguments at {verb}: {error}") from error
 
     return translated
 
 
-def _words(error: Any) -> str:
-    """What an error of the maker's says, after a colon; nothing where it has no words, for then asking raises."""
+def _text(error: Any) -> str:
+    """Return the text of one of the maker's errors after a colon; empty where it has none, for then asking raises."""
     try:
         text = str(error.get_error_message()).strip().rstrip(".")
-    except Exception:  # an error without a text raises when it is asked for one; its number is reported anyway
+    except Exception:  # its number is reported anyway
         return ""
     return f": {text}" if text else ""

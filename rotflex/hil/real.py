@@ -1,24 +1,29 @@
-"""A bench that can come to harm: what is known of it, and what keeps it from harm.
+"""A bench that can come to harm: what is known of it, its commissioning, and what keeps it from harm.
 
 A laboratory's own wiring and the record of its commissioning come in as a :class:`Setup`. Without a record no loop is
-closed: which way a bench is wired is found there, never assumed.
+closed: which way a bench is wired is found there, never assumed. The record repeats all that it is of, so that it says
+itself what has changed since: another sign, another cable, another board.
 """
 
 from __future__ import annotations
 
+import datetime
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, field
+from typing import Any
 
 from rotflex import files
 from rotflex.config import Joint, Servo, joint, srv02
-from rotflex.hil import waiting
-from rotflex.hil.bench import Bench
+from rotflex.hil import unfinished
+from rotflex.hil.bench import Bench, Limits, Mark, Safety, Wiring
 from rotflex.hil.board import Board, Clock
 from rotflex.hil.guard import Allowance, Guard
-from rotflex.hil.mark import Mark
-from rotflex.hil.parts import Limits, Safety, Wiring
 from rotflex.units import DEG
+
+VERSION = 1  #: of a record
+_STIFFEST = 10.0  # N·m/rad; seven times as stiff as the workbook's
+_AGAIN = "No loop is closed on it until it is commissioned again: rotflex bench setup."
 
 #: A servo under 10 V turns at 17 rad/s without a load. No experiment of the course is longer than a minute.
 LIMITS = Limits(rate=25.0, duration=120.0)
@@ -31,7 +36,7 @@ CAREFUL = Limits(voltage=1.0, theta=40 * DEG, alpha=25 * DEG, rate=8.0, duration
 
 
 def not_commissioned() -> str:
-    """Why no loop is closed on a bench that has no record."""
+    """Return why no loop is closed on a bench that has no record."""
     return (
         "This bench has not been commissioned as it is wired now, so no loop is closed on it: with one sign "
         "wrong the arm would be half a turn away within 0.3 s. Commission it first, by rotflex bench setup; "
@@ -40,10 +45,72 @@ def not_commissioned() -> str:
     )
 
 
-def careful(limits: Limits, why: str) -> Limits:
-    """The limits of a bench that is not commissioned."""
-    bounds = {key: min(getattr(limits, key), value) for key, value in asdict(CAREFUL).items() if key != "why"}
-    return Limits(**bounds, why=why)
+def today() -> str:
+    """Return the date, for a record."""
+    return datetime.datetime.now(datetime.UTC).date().isoformat()
+
+
+def record(
+    of: Mapping[str, Any], measured: Mapping[str, Any], provisional: bool = False, watchdog: object = None
+) -> dict[str, Any]:
+    """Return a record of today.
+
+    Parameters
+    ----------
+    of : the board, its parts and its wiring, plain values
+    measured : what was found, plain values
+    provisional : for the commissioning's own first closed loop; it is not written down
+    watchdog : the result of its test with the motor
+    """
+    made = {"version": VERSION, "date": today(), "provisional": provisional, "of": dict(of), "measured": dict(measured)}
+    return made | ({} if watchdog is None else {"watchdog": watchdog})
+
+
+def stiffness(record: Mapping[str, Any]) -> float | None:
+    """Return the joint's stiffness, N·m/rad, as a record has it; None if it has none."""
+    measured = record.get("measured")
+    value = measured.get("stiffness") if isinstance(measured, Mapping) else None
+    return value if isinstance(value, float) and 0 < value < _STIFFEST else None
+
+
+def why_not(record: Mapping[str, Any], of: Mapping[str, Any], serial: str = "") -> str | None:
+    """Return why no loop is closed on a bench that has this record; None if one may be.
+
+    Parameters
+    ----------
+    record : of its commissioning; empty if there is none
+    of : the bench as it is wired now
+    serial : number of the board that is open; empty where it has none
+    """
+    if not record:
+        return not_commissioned()
+    before = record.get("of")
+    if record.get("version") != VERSION or not isinstance(before, Mapping) or stiffness(record) is None:
+        return f"The record of this bench's commissioning cannot be read: {_AGAIN}"
+    changed = [
+        f"{name} was {before.get(name)!r} and is {of.get(name)!r}"
+        for name in {**of, **before}
+        if before.get(name) != of.get(name) or type(before.get(name)) is not type(of.get(name))
+    ]
+    known = record["measured"].get("serial_number", "")
+    if known and serial and known != serial:
+        changed.append(f"the board's serial number was {known!r} and is {serial!r}")
+    date, listed = record.get("date"), "; ".join(changed)
+    if changed:
+        return f"This bench was commissioned on {date}, and has changed since ({listed}). {_AGAIN}"
+    if "@" in str(of.get("address")):  # a simulator harms nobody
+        return None
+    tested = record.get("watchdog")
+    if not isinstance(tested, Mapping):
+        why = f"This bench was commissioned on {date}, but its watchdog was not tested with the motor."
+    elif tested.get("passed") is not True:
+        why = f"The watchdog failed its test with the motor on {tested.get('date')}: {tested.get('found')}"
+    else:
+        return None
+    return (
+        f"{why} Until it passes, no loop is closed on this bench, and the motor gets at most 1 V. The test takes a "
+        "minute: rotflex bench setup --watchdog bench.toml."
+    )
 
 
 @dataclass(frozen=True)
@@ -53,9 +120,9 @@ class Setup:
     Attributes
     ----------
     servo, joint : its parts
-    limits, wiring : see :mod:`rotflex.hil.parts`
+    limits, wiring : see :mod:`rotflex.hil.bench`
     stiffness : of its joint, N·m/rad, within 15 %, for the runaway guard; the workbook's unless it was measured
-    commissioned : text that is not empty is why no loop is closed
+    commissioned : returns why no loop is closed; None if one may be
     prepare : sets up the board of a bench that was opened: options, ranges, quadrature, filters
     clock : of the board, that paces the samples; a negative one is the computer's
     simulated : whether time waits for the program, as it does in the maker's simulator
@@ -68,16 +135,23 @@ class Setup:
     limits: Limits = LIMITS
     wiring: Wiring = field(default_factory=Wiring)
     stiffness: float = WORKBOOKS_STIFFNESS
-    commissioned: Callable[[], str] = not_commissioned
+    commissioned: Callable[[], str | None] = not_commissioned
     prepare: Callable[[Bench], None] | None = None
     clock: int = Clock.HARDWARE_CLOCK_0
     simulated: bool = False
     guarded: bool = True
     marked: bool = False
 
+    def allowed(self) -> Limits:
+        """Return the limits now: careful ones, unless the bench was commissioned."""
+        if not (why := self.commissioned()):
+            return self.limits
+        bounds = {key: min(getattr(self.limits, key), most) for key, most in asdict(CAREFUL).items() if key != "why"}
+        return Limits(**bounds, why=why)
+
 
 def bench(uri: str, connect: Callable[[], Board], setup: Setup) -> Bench:
-    """The bench at an address.
+    """Return the bench at an address.
 
     Parameters
     ----------
@@ -87,16 +161,19 @@ def bench(uri: str, connect: Callable[[], Board], setup: Setup) -> Bench:
     """
 
     def connected() -> Board:
-        waiting.tell()
+        unfinished.note()
         return connect()
 
     def prepared(opened: Bench) -> None:
         """Set up the board. Only now it is known whether it is the one that was commissioned."""
         if setup.prepare is not None:
             setup.prepare(opened)
-        opened.limits = _limits(setup)
+        opened.limits = setup.allowed()
 
-    guard = Guard(setup.servo, setup.limits.alpha, Allowance(stiffness=setup.stiffness))
+    name = re.sub(r"\W+", "-", f"{uri}-{setup.wiring.servo_encoder}")
+    needed = setup.marked and not setup.commissioned()
+    mark = None if setup.simulated else Mark(files.settings() / "marks" / f"{name}.json", needed)
+    guard = Guard(setup.servo, setup.limits.alpha, Allowance(stiffness=setup.stiffness)) if setup.guarded else None
     return Bench(
         connect=connected,
         servo=setup.servo,
@@ -107,25 +184,9 @@ def bench(uri: str, connect: Callable[[], Board], setup: Setup) -> Bench:
             "encoder": setup.servo.encoder,
             "clock": "simulated" if setup.simulated else "wall",
         },
-        limits=_limits(setup),
+        limits=setup.allowed(),
         wiring=setup.wiring,
-        safety=Safety(
-            guard=guard if setup.guarded else None,
-            commissioned=setup.commissioned,
-            folder=waiting.place(),
-            mark=None if setup.simulated else _mark(uri, setup),  # in a simulator no cable twists
-        ),
+        safety=Safety(guard, setup.commissioned, unfinished.place(), mark),
         clock=setup.clock,
         prepare=prepared,
     )
-
-
-def _limits(setup: Setup) -> Limits:
-    why_not = setup.commissioned()
-    return careful(setup.limits, why_not) if why_not else setup.limits
-
-
-def _mark(uri: str, setup: Setup) -> Mark:
-    """The mark of the board's servo, beside the user's settings."""
-    name = re.sub(r"\W+", "-", f"{uri}-{setup.wiring.servo_encoder}")
-    return Mark(files.settings() / "marks" / f"{name}.json", setup.marked and not setup.commissioned())

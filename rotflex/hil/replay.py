@@ -2,24 +2,43 @@
 
 A recording cannot be steered. So a replay gives a run only if it *is* that run: a controller that is fed with the
 recorded angles has to set the voltages that were recorded. That needs no word of the recording's about itself, and
-holds for the log of a real bench as well. All else is refused.
+holds for the log of a real bench as well. All else is refused. (But for samples that came late, or never: the recording
+says which those were, and how many they may be is bounded, so that nobody can declare a run as held.)
+
+:class:`RecordedRuns` are many recordings of a bench, of which each experiment is given its own.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from rotflex.errors import BenchError, RecordingError
-from rotflex.hil import answered
+from rotflex.controller import Controller, begun
+from rotflex.errors import BenchError, NotRecorded, RecordingError
 from rotflex.hil.board import Vector
+from rotflex.hil.halt import WATCHDOG_TIMEOUT
 from rotflex.plant import State
-from rotflex.recording import Recording
-from rotflex.unanswered import TIMING, cut
+from rotflex.recording import Channel, Recording
+from rotflex.unanswered import HELD, LOST, MOST_NOTED, TIMING, cut, mask, stretches
 
+TOLD = "told"  #: in a recording's metadata: the parts as the student was told them, and the bench's limit
+VOLTAGE_LIMIT = "voltage_limit"  #: in that, V: to which the bench cut voltages
+SETTINGS = ("drive", "signal", "feedback", "f_start", "f_stop", "K")  #: of an experiment, in its recording's metadata
+MOST_HELD = 0.05  #: of a run; on a computer that was kept busy on purpose 0.006 of a minute's samples came late
 _SAME_PERIOD = 1e-6  # of the sample time
+_SAME = 5e-3  # of the recorded voltage (RMS); gains as a report prints them, with four digits, make a thirtieth of it
+_SAME_VOLTS = 1e-3  # V, where hardly any voltage was recorded
+_ROUNDING = 2  # samples: where a pause begins and ends within a period
+_MOST_LISTED = 12
+_BESIDE = (
+    "the recorded voltages are not those that its controller sets on the recorded angles. A person will look at it "
+    "before it counts."
+)
+_NOTHING = Recording.of([0.0, 0.002], theta=[0.0, 0.0], alpha=[0.0, 0.0], vm=[0.0, 0.0])
 
 
 class RecordedPlant:
@@ -90,10 +109,12 @@ class RecordedPlant:
         return held
 
     def timing(self, samples: int, sample_time: float) -> dict[str, Any]:
-        """What the recording says of how steadily its first samples came; nothing at another sample time."""
+        """Return what the recording says of how steadily its first samples came; nothing at another sample time."""
         about = self.recording.metadata
-        same = abs(sample_time - self.recording.sample_time) <= _SAME_PERIOD * self.recording.sample_time
-        return {TIMING: cut(about, 0, samples)[TIMING]} if same and TIMING in about else {}
+        return {TIMING: cut(about, 0, samples)[TIMING]} if self._is_period(sample_time) and TIMING in about else {}
+
+    def _is_period(self, sample_time: float) -> bool:
+        return abs(sample_time - self.recording.sample_time) <= _SAME_PERIOD * sample_time
 
     def require_whole(self, samples: int, sample_time: float, asked: str) -> None:
         """That it may be the run that is asked for.
@@ -103,8 +124,8 @@ class RecordedPlant:
         BenchError
             If it is too short, sampled otherwise, or without the voltage.
         """
-        held = self.recording.sample_time
-        if abs(sample_time - held) > _SAME_PERIOD * held:
+        if not self._is_period(sample_time):
+            held = self.recording.sample_time
             why = f"it is sampled every {held * 1e3:g} ms, and this every {sample_time * 1e3:g} ms"
             raise self._refused(asked, why)
         if "vm" not in self.recording:
@@ -122,8 +143,8 @@ class RecordedPlant:
             If the run that is asked for would have set another one.
         """
         recorded = self.recording["vm"][: volts.size]
-        apart = answered.apart(self.recording, volts)
-        if answered.is_same(recorded, apart):
+        apart = voltage_errors(self.recording, volts)
+        if _is_same(recorded, apart):
             return recorded
         worst = int(np.argmax(apart))
         raise self._refused(
@@ -133,18 +154,233 @@ class RecordedPlant:
         )
 
     def _refused(self, asked: str, why: str) -> BenchError:
+        held = self.recording.metadata.get("experiment", "a run that does not say which")
         return BenchError(
-            (
-                "A recording cannot be steered, and {name} is not the run that is asked for ({asked}): {why}. It holds "
-                "{held}: {channels}, {duration:g} s. experiments.watch(bench, duration={duration:g}) gives it as it "
-                'is, and experiments.validation(bench, A, B, signal="recorded") a model beside it; for anything else, '
-                "open another bench."
-            ).format(
-                name=self.name,
-                asked=asked,
-                why=why,
-                held=self.recording.metadata.get("experiment", "a run that does not say which"),
-                channels=", ".join(self.recording.channels),
-                duration=self.duration,
-            )
+            f"A recording cannot be steered, and {self.name} is not the run that is asked for ({asked}): {why}. It "
+            f"holds {held}: {', '.join(self.recording.channels)}, {self.duration:g} s. experiments.watch(bench, "
+            f"duration={self.duration:g}) gives it as it is, and experiments.validation(bench, A, B, "
+            'signal="recorded") a model beside it; for anything else, open another bench.'
         )
+
+
+class RecordedRuns(RecordedPlant):
+    """Recordings of one bench, of which each experiment chooses its own.
+
+    Parameters
+    ----------
+    recordings : in the order in which they were made
+    v_max : to which voltages were cut where a recording says of no lower limit, V
+    run : number of the run that is asked for
+
+    Raises
+    ------
+    RecordingError
+        If theta or alpha is missing in one.
+    """
+
+    def __init__(self, recordings: Sequence[Recording], v_max: float, run: int) -> None:
+        self._all, self._v_max, self._run = [RecordedPlant(one).recording for one in recordings], v_max, run
+        super().__init__(_NOTHING)
+
+    def choose(
+        self, settings: Mapping[str, Any], controller: Controller | None, reference: Vector, sample_time: float
+    ) -> None:
+        """Take the recording of an experiment.
+
+        Parameters
+        ----------
+        settings : what its recording says of itself; "experiment" is its name
+        controller : that is to run; None where nothing does
+        reference : (n,), as the controller takes it
+        sample_time : s
+
+        Raises
+        ------
+        NotRecorded
+            If it was not recorded; the message says what was.
+        """
+        name = str(settings.get("experiment", ""))
+        likely = [one for one in self._all if one.metadata.get("experiment") == name and run_of(one) == self._run]
+        for one in reversed(likely):
+            if controller is None or _fits(one, controller, reference, sample_time, voltage_limit(one, self._v_max)):
+                return super().__init__(one, f"the recording of your {name}")
+        for one in reversed(likely):
+            if _is_of_call(one, settings, reference, sample_time):
+                print(f"Note      {described(one.metadata)}: {_BESIDE}")
+                return super().__init__(one, f"the recording of your {name}")
+        raise NotRecorded(self._lacking(settings, bool(likely)))
+
+    def require_same(self, volts: Vector, asked: str) -> Vector:
+        """The recorded voltage. That it is this run was found when it was chosen.
+
+        (A board counts from where the arm stands at its start; what was recorded may have begun a count beside.)
+        """
+        return self.recording["vm"][: volts.size]
+
+    def exactly(self, given: Recording) -> Recording:
+        """A run on it as it was recorded: with those angles, and with what the recording says of itself."""
+        exact = {name: Channel(self.recording[name][: len(given)], "rad") for name in ("theta", "alpha")}
+        about = cut(self.recording.metadata, 0, len(given))
+        about = {name: value for name, value in about.items() if name != TOLD}  # which came when it was kept
+        return Recording(given.time, {**given.channels, **exact}, about)
+
+    def _lacking(self, settings: Mapping[str, Any], some: bool) -> str:
+        """That an experiment was not recorded, and what was."""
+        asked = described(settings, run=self._run)
+        if not self._all:
+            return (
+                f"Nothing was recorded at the bench yet, and so not this either: {asked}. Record it there: start "
+                "the notebook with the bench's address, and run it."
+            )
+        why = "it was recorded with other settings only" if some else "it was not recorded"
+        listed = list(dict.fromkeys(described(one.metadata, float(one.time[-1])) for one in self._all))
+        if len(listed) > _MOST_LISTED:
+            listed = [f"{len(listed) - _MOST_LISTED} before", *listed[-_MOST_LISTED:]]
+        return (
+            f"This experiment has no recording of your bench: {asked}; {why}. Record it at the bench with what "
+            "your notebook has now, and hand in the folder with the new recording. Recorded are: "
+            f"{'; '.join(listed)}."
+        )
+
+
+def voltage_limit(recording: Recording, v_max: float) -> float:
+    """To which voltage (V) the bench of a recording cut what its controller asked for.
+
+    Parameters
+    ----------
+    recording : says so itself, where it was kept at a bench
+    v_max : the most that its servo can have, V; a limit beyond it counts for nothing
+    """
+    told = recording.metadata.get(TOLD)
+    limit = told.get(VOLTAGE_LIMIT) if isinstance(told, Mapping) else None
+    if isinstance(limit, bool) or not isinstance(limit, int | float) or not limit > 0:
+        return v_max
+    return min(limit, v_max)
+
+
+def run_of(recording: Recording) -> int:
+    """The number of the run that a recording says it is; 1 where it says none."""
+    about = recording.metadata.get("bench")
+    run = about.get("run", 1) if isinstance(about, Mapping) else 1
+    return run if isinstance(run, int) else 1
+
+
+def described(settings: Mapping[str, Any], seconds: float = 0.0, run: int = 1) -> str:
+    """An experiment in words, as "tracking, feedback = full, K = 18.2 -17.2 1.6 0.6, 10 s"."""
+    about = settings.get("bench")
+    run = about.get("run", run) if isinstance(about, Mapping) else run
+    words = [str(settings.get("experiment", "an experiment without a name"))]
+    for name in SETTINGS:
+        value = settings.get(name)
+        if value is not None:
+            text = " ".join(f"{one:.4g}" for one in value) if isinstance(value, list) else f"{value}"
+            words.append(f"{name} = {text}")
+    if seconds:
+        words.append(f"{seconds:.3g} s")
+    if run != 1:
+        words.append(f"run {run}")
+    return ", ".join(words)
+
+
+def _fits(recording: Recording, controller: Controller, reference: Vector, sample_time: float, v_max: float) -> bool:
+    """Whether a run of a controller along a reference is what was recorded."""
+    if "vm" not in recording or reference.size > len(recording):
+        return False
+    if abs(recording.sample_time - sample_time) > _SAME_PERIOD * sample_time:
+        return False
+    apart = voltage_errors(recording, voltages(recording, controller, reference, v_max))
+    return _is_same(recording["vm"][: reference.size], apart)
+
+
+def voltages(recording: Recording, controller: Controller, reference: Vector, v_max: float) -> Vector:
+    """What a controller sets, fed with the recorded angles: V, one for each entry of the reference."""
+    controller = begun(controller)
+    both = zip(reference.tolist(), recording["theta"].tolist(), recording["alpha"].tolist(), strict=False)
+    set_ = [min(max(controller(target, theta, alpha), -v_max), v_max) for target, theta, alpha in both]
+    finite: Vector = np.nan_to_num(np.array(set_), nan=math.inf)
+    return finite
+
+
+def _is_of_call(recording: Recording, settings: Mapping[str, Any], reference: Vector, sample_time: float) -> bool:
+    """Whether a recording says that it was made by the same call: with these settings, and along this command."""
+    command = recording["theta_ref"] if "theta_ref" in recording else np.zeros(0)
+    return (
+        command.size == reference.size
+        and abs(recording.sample_time - sample_time) <= _SAME_PERIOD * sample_time
+        and all(_agrees(recording.metadata.get(name), value) for name, value in settings.items())
+        and bool(np.allclose(command, reference, atol=1e-6))
+    )
+
+
+def _agrees(told: Any, value: Any) -> bool:
+    """Whether a setting is the same; a gain that is computed again may differ in its last digit."""
+    try:
+        return bool(np.allclose(told, value, rtol=1e-9, atol=0))
+    except (TypeError, ValueError):
+        return bool(told == value)
+
+
+def implausible_timing(recording: Recording) -> str | None:
+    """Return why what a recording says of samples that were not answered cannot be so, or is too much; None if not."""
+    timing = recording.metadata.get(TIMING)
+    if not isinstance(timing, Mapping):
+        return None
+    held, samples = stretches(recording.metadata, HELD), len(recording)
+    counted = [value for name in ("late", "missed") if type(value := timing.get(name)) is int]
+    declared = sum(count for _first, count in held)
+    if (timing.get(HELD, []) and not held) or declared > sum(counted) + len(held):
+        return "what it says of samples that were not answered does not go together"
+    if sum(counted) > declared and len(held) >= MOST_NOTED:
+        return f"the program paused more than {MOST_NOTED} times in it"
+    pause = round(WATCHDOG_TIMEOUT / recording.sample_time) + _ROUNDING
+    longest = max((count for _first, count in held), default=0)
+    if longest > pause:
+        return (
+            f"{longest} samples in a row are said not to have been answered, where the watchdog ends a run after "
+            f"{pause}"
+        )
+    # A short run may have one whole pause.
+    if declared > max(MOST_HELD * samples, pause):
+        return f"{declared / samples:.0%} of its samples were not answered in time, and {MOST_HELD:.0%} may be"
+    return None
+
+
+def lost_samples(recording: Recording) -> NDArray[np.bool_]:
+    """Which of a recording's samples (n,) never came, and have angles between those of their neighbours."""
+    if implausible_timing(recording):
+        return np.zeros(len(recording), dtype=bool)
+    held = mask(stretches(recording.metadata, HELD), len(recording))
+    return held & mask(stretches(recording.metadata, LOST), len(recording))
+
+
+def voltage_errors(recording: Recording, volts: Vector) -> Vector:
+    """How far what a controller sets, fed with the recorded angles, is from what was recorded, V (samples,).
+
+    Where a sample was not answered, what counts is what the motor had then: the voltage of the sample before the pause,
+    or the answer to the one with which it began, where that came late.
+
+    Parameters
+    ----------
+    recording : with vm, and at least as long as ``volts``
+    volts : (samples,), what the controller sets, V
+    """
+    recorded = recording["vm"][: volts.size]
+    difference: Vector = np.abs(volts - recorded)
+    if implausible_timing(recording):
+        return difference
+    for first, count in stretches(recording.metadata, HELD):
+        if first >= volts.size:
+            break
+        part = slice(first, first + count)
+        before = recorded[first - 1] if first else 0.0
+        difference[part] = np.minimum(np.abs(recorded[part] - before), np.abs(recorded[part] - volts[first]))
+    return difference
+
+
+def _is_same(recorded: Vector, errors: Vector) -> bool:
+    """Whether voltages that are so far from those recorded (both (samples,), V) are the same controller's."""
+    return _rms(errors) <= max(_SAME * _rms(recorded), _SAME_VOLTS)
+
+
+def _rms(values: Vector) -> float:
+    return float(np.sqrt(np.mean(values**2)))

@@ -16,7 +16,7 @@ import numpy as np
 
 from rotflex.config import Joint, joint, one_of, srv02
 from rotflex.errors import ConfigurationError
-from rotflex.hil.terminals import AT_ONCE, Timing
+from rotflex.hil.virtual import AT_ONCE, Timing
 from rotflex.plant import PlantParameters
 from rotflex.specifications import SAMPLE_TIME
 

@@ -4,34 +4,306 @@ Wired as the laboratory is: analog output 0 drives the amplifier, encoder 0 is t
 counts the other way), analog input 0 the potentiometer, analog input 1 the tachometer.
 
 Time is simulated by default: it passes only while a task waits for its next sample, so that a run is as quick as the
-computer and the same every time. With a :class:`~rotflex.hil.clock.WallClock` it passes as on a real bench.
-Inside, the plant moves in whole ticks of 1/64 ms; outputs take effect when :class:`~rotflex.hil.terminals.Timing` says.
+computer and the same every time. With a :class:`WallClock` it passes as on a real bench. Inside, the plant moves in
+whole ticks of 1/64 ms; outputs take effect when :class:`Timing` says.
 """
 
 from __future__ import annotations
 
+import copy
 import math
-from collections.abc import Mapping
+import time
+from collections import deque
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+import numpy as np
 
 from rotflex.config import DAC_LIMIT, Servo, srv02
-from rotflex.errors import HILError, WatchdogExpired
-from rotflex.hil.board import Channels, Vector, check_buffer
-from rotflex.hil.clock import SimulatedClock, TimeSource
-from rotflex.hil.own_board import ANALOG_INPUT, ANALOG_OUTPUT, OwnBoard, OwnTask, Range, Values, finite
-from rotflex.hil.sensors import ANALOG_INPUTS, ENCODERS, Sensors
-from rotflex.hil.terminals import AT_ONCE, Terminals, Timing
-from rotflex.hil.virtual_tasks import Task
-from rotflex.plant import REST, Moving, Plant, PlantParameters, State
+from rotflex.errors import BenchError, ConfigurationError, HILError, WatchdogExpired
+from rotflex.hil.board import (
+    ANALOG_INPUT,
+    ANALOG_OUTPUT,
+    Board,
+    BufferOverflowMode,
+    EncoderQuadratureMode,
+    Range,
+    Task,
+    Values,
+)
+from rotflex.plant import HALVINGS, REST, SUBSTEP, Moving, Plant, PlantParameters, State
+from rotflex.units import DEG
 
 MOTOR = 0
-_ANALOG_OUTPUTS, _DIGITAL_LINES = 2, 8
-_CHANNELS = {
-    "encoder": ENCODERS,
-    ANALOG_INPUT: ANALOG_INPUTS,
-    ANALOG_OUTPUT: _ANALOG_OUTPUTS,
-    "digital": _DIGITAL_LINES,
-}
+SERVO_ENCODER, LINK_ENCODER = 0, 1
+POTENTIOMETER, TACHOMETER = 0, 1
+_CHANNELS = {"encoder": 2, ANALOG_INPUT: 2, ANALOG_OUTPUT: 2, "digital": 8}
+_TIME_WAITS = (BufferOverflowMode.WAIT_ON_OVERFLOW, BufferOverflowMode.SYNCHRONIZED)
+_EDGES = (EncoderQuadratureMode.X1, EncoderQuadratureMode.X2, EncoderQuadratureMode.X4)
+_TRACK = 352 * DEG  # of the potentiometer; the remaining 8 deg are the gap
+#: s; whole ticks need few transition matrices of the plant, however irregular the calls are
+TICK = SUBSTEP / 2**HALVINGS
+_STEP = 8  # ticks; delays are multiples of it
+_SPANS = frozenset(range(_STEP, 2**HALVINGS + 1, _STEP))  # moved in one go; others in powers of two
+_DRAWN = 1000  # delays drawn at a time
+
+# --- time -------------------------------------------------------------------------------------------------------------
+
+
+class TimeSource(Protocol):
+    """What the virtual board takes for time."""
+
+    def now(self) -> float:
+        """Return the time, s."""
+
+    def wait_until(self, instant: float) -> None:
+        """Return when ``now()`` has reached ``instant``."""
+
+
+class SimulatedClock:
+    """Time that passes only while somebody waits."""
+
+    def __init__(self) -> None:
+        self._now = 0.0
+
+    def now(self) -> float:
+        """Return the simulated time, s."""
+        return self._now
+
+    def wait_until(self, instant: float) -> None:
+        """Let time pass until ``instant``."""
+        self._now = max(self._now, instant)
+
+
+class WallClock:
+    """The computer's own time."""
+
+    def __init__(self) -> None:
+        self._start = time.perf_counter()
+
+    def now(self) -> float:
+        """Return the seconds since the clock was made."""
+        return time.perf_counter() - self._start
+
+    def wait_until(self, instant: float) -> None:
+        """Sleep until ``instant``."""
+        if (remaining := instant - self.now()) > 0:
+            time.sleep(remaining)
+
+
+# --- the plant behind the terminals -----------------------------------------------------------------------------------
+
+
+class OwnPlant:
+    """A copy of a user's plant, whose state is checked: any object with ``state`` and ``advance(voltage, duration)``.
+
+    Raises
+    ------
+    BenchError
+        If the object is no plant; later, if its state is not four finite numbers.
+    """
+
+    def __init__(self, plant: Moving) -> None:
+        self._kind = type(plant).__name__
+        if isinstance(plant, type) or not hasattr(plant, "state") or not callable(getattr(plant, "advance", None)):
+            given = "a class" if isinstance(plant, type) else f"a {self._kind}, which lacks state or advance()"
+            raise self._unfit(f"plant= was given {given}.")
+        self._plant = copy.deepcopy(plant)
+        _checked_now = self.state
+
+    @property
+    def state(self) -> State:
+        """Angles and rates now, checked."""
+        state: Any = self._plant.state
+        try:
+            checked = State(*map(float, state))
+        except (TypeError, ValueError):
+            checked = State(math.nan, 0.0, 0.0, 0.0)
+        if not all(map(math.isfinite, checked)):
+            raise self._unfit(f"The state of your {self._kind} is {state!r}.")
+        return checked
+
+    def advance(self, voltage: float, duration: float) -> State:
+        """Hold a voltage (V) for a duration (s), and return the state at its end."""
+        self._plant.advance(voltage, duration)
+        return self.state
+
+    def _unfit(self, why: str) -> BenchError:
+        return BenchError(
+            f"{why} A plant is an object with state, four numbers theta, alpha, theta_dot, alpha_dot in rad and rad/s, "
+            "and a method advance(voltage, duration) in V and s. Or give rotflex.plant.PlantParameters."
+        )
+
+
+@dataclass(frozen=True)
+class Timing:
+    """When an output that is written takes effect: at once by default, as it does on no real board.
+
+    Parameters
+    ----------
+    delay : s, from the program's write to the voltage at the motor
+    jitter : s, by which that varies either way
+    late : the share of outputs that come late, 0 to 1
+    late_by : s, how much later these are
+    seed : of what is drawn
+
+    Raises
+    ------
+    ConfigurationError
+        If an output could come before it was written, or a share is none.
+    """
+
+    delay: float = 0.0
+    jitter: float = 0.0
+    late: float = 0.0
+    late_by: float = 0.0
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        if not (0 <= self.jitter <= self.delay < math.inf and 0 <= self.late <= 1 and 0 <= self.late_by < math.inf):
+            raise ConfigurationError(
+                f"A delay must be finite and not below its jitter, and the share of late outputs from 0 to 1: {self!r}."
+            )
+
+    @property
+    def longest(self) -> float:
+        """The longest that an output can take, s."""
+        return self.delay + self.jitter + (self.late_by if self.late else 0.0)
+
+    def ticks(self) -> Iterator[int]:
+        """Yield how long one output after the other takes, in ticks: the same for the same seed."""
+        draw = np.random.default_rng(self.seed)
+        while True:
+            spread = self.delay + self.jitter * draw.uniform(-1, 1, _DRAWN)
+            late = self.late_by * (draw.random(_DRAWN) < self.late)
+            yield from (_STEP * np.round((spread + late) / (_STEP * TICK)).astype(int)).tolist()
+
+
+AT_ONCE = Timing()  #: no delay at all
+
+
+class Terminals:
+    """A plant, and the voltages that drive it.
+
+    Parameters
+    ----------
+    plant : what moves
+    motor : the output that drives it
+    gain : of the cable to the motor
+    outputs : how many outputs there are
+    timing : when outputs take effect
+    now : time at which the plant is where it is, s
+    """
+
+    def __init__(self, plant: Moving, motor: int, gain: float, outputs: int, timing: Timing, now: float) -> None:
+        self.plant = plant
+        self._motor, self._gain, self._timing = motor, gain, timing
+        self._voltages = dict.fromkeys(range(outputs), 0.0)
+        self._coming: deque[tuple[int, Mapping[int, float]]] = deque()  # by the tick at which they take effect
+        self._ticks = round(now / TICK)
+        self.begin()
+
+    @property
+    def commanded(self) -> list[float]:
+        """The outputs (V) that were set last, arrived or on their way."""
+        commanded = dict(self._voltages)
+        for _due, voltages in self._coming:
+            commanded |= voltages
+        return list(commanded.values())
+
+    def begin(self) -> None:
+        """Draw delays from the first one again: an experiment does not depend on those before it."""
+        self._delays = self._timing.ticks()
+
+    def send(self, voltages: Mapping[int, float]) -> None:
+        """Set outputs (V), now that the plant has moved until now; they take effect after their delay."""
+        due = self._ticks + next(self._delays)
+        if self._coming:
+            due = max(due, self._coming[-1][0])  # none overtakes the one before
+        self._coming.append((due, voltages))
+        self._arrive(self._ticks)
+
+    def set(self, voltages: Mapping[int, float]) -> None:
+        """Set outputs (V) at once, whatever was on its way."""
+        self._coming.clear()
+        self._voltages |= voltages
+
+    def move(self, instant: float) -> None:
+        """Let the plant move until ``instant`` (s)."""
+        target = round(instant / TICK)
+        self._arrive(target)
+        self._move(target)
+
+    def _arrive(self, target: int) -> None:
+        while self._coming and self._coming[0][0] <= target:
+            due, voltages = self._coming.popleft()
+            self._move(due)
+            self._voltages |= voltages
+
+    def _move(self, target: int) -> None:
+        ticks = target - self._ticks
+        while ticks > 0:
+            span = ticks if ticks in _SPANS else 1 << (ticks.bit_length() - 1)
+            self.plant.advance(self._voltages[self._motor] * self._gain, span * TICK)
+            ticks -= span
+        self._ticks = max(target, self._ticks)
+
+
+class Sensors:
+    """Encoder counters and analog inputs, wired as the laboratory is.
+
+    Parameters
+    ----------
+    servo : the nominal servo, for the sensors' gains
+    plant : what moves
+    """
+
+    def __init__(self, servo: Servo, plant: Moving) -> None:
+        self._servo, self._plant = servo, plant
+        self._offsets = [0, 0]
+        self._per_count = [servo.K_enc, servo.K_enc]  # rad
+        #: V, by input; nothing is cut until a range is chosen
+        self.ranges = dict.fromkeys((POTENTIOMETER, TACHOMETER), (-math.inf, math.inf))
+
+    def counts(self, channel: int) -> int:
+        """Return what an encoder's counter reads. The link's counts the other way."""
+        state = self._plant.state
+        angle = state.theta if channel == SERVO_ENCODER else -state.alpha
+        return round(angle / self._per_count[channel]) + self._offsets[channel]
+
+    def volts(self, channel: int) -> float:
+        """Return what an analog input reads, V."""
+        state, (lowest, highest) = self._plant.state, self.ranges[channel]
+        if channel == TACHOMETER:
+            volts = state.theta_dot / self._servo.K_tach if self._servo.tachometer else 0.0
+        else:
+            wrapped = math.remainder(state.theta, 2 * math.pi)
+            volts = wrapped / self._servo.K_pot if abs(wrapped) <= _TRACK / 2 else 0.0  # the wiper is in the gap
+        return min(max(volts, lowest), highest)
+
+    def set_counts(self, counts: Mapping[int, int]) -> None:
+        """Set what counters read now."""
+        for channel, count in counts.items():
+            self._offsets[channel] += count - self.counts(channel)
+
+    def set_modes(self, modes: Mapping[int, int]) -> None:
+        """Count one, two or four edges. What the counters read stays.
+
+        Raises
+        ------
+        HILError
+            If a mode is none of two lines in quadrature.
+        """
+        for channel, mode in modes.items():
+            if mode not in _EDGES:
+                raise HILError(f"Encoder {channel} counts one, two or four edges; it was given the mode {mode}.")
+            before = self.counts(channel)
+            self._per_count[channel] = self._servo.K_enc * EncoderQuadratureMode.X4 / mode
+            self.set_counts({channel: before})
+
+
+# --- the board --------------------------------------------------------------------------------------------------------
 
 
 @dataclass
@@ -41,10 +313,10 @@ class _Watchdog:
     timeout: float = math.inf
     deadline: float = math.inf
     expired: bool = False
-    states: dict[int, float] = field(default_factory=dict)
+    states: Mapping[int, float] = field(default_factory=dict)
 
 
-class VirtualBoard(OwnBoard[Task]):
+class VirtualBoard(Board):
     """A board with the plant on its terminals.
 
     Parameters
@@ -64,35 +336,27 @@ class VirtualBoard(OwnBoard[Task]):
         clock: TimeSource | None = None,
         timing: Timing = AT_ONCE,
     ) -> None:
-        super().__init__("virtual", Task, _CHANNELS)
+        super().__init__("virtual", _CHANNELS)
         self.servo = servo or srv02()
         self.clock = clock or SimulatedClock()
         self.plant: Moving = plant if not isinstance(plant, PlantParameters) else Plant(plant, state)
         if isinstance(self.plant, Plant) and not isinstance(self.clock, SimulatedClock):
             self.plant.prepare()
-        self.terminals = Terminals(self.plant, MOTOR, self.servo.cable_gain, _ANALOG_OUTPUTS, timing, self.clock.now())
-        self._digital = [0] * _DIGITAL_LINES
         self._instant = self.clock.now()  # until which the plant has moved; a sample has several calls at one instant
+        outputs = _CHANNELS[ANALOG_OUTPUT]
+        self.terminals = Terminals(self.plant, MOTOR, self.servo.cable_gain, outputs, timing, self._instant)
+        self._digital = [0] * _CHANNELS["digital"]
         self._watchdog = _Watchdog()
         self._sensors = Sensors(self.servo, self.plant)
-        self._output_ranges = dict.fromkeys(range(_ANALOG_OUTPUTS), (-DAC_LIMIT, DAC_LIMIT))
-
-    # --- the plant ------------------------------------------------------------------------------------------------
+        self._output_ranges = dict.fromkeys(range(outputs), (-DAC_LIMIT, DAC_LIMIT))
 
     def _catch_up(self, instant: float) -> None:
-        """Let the plant move until ``instant`` under the voltage that is on the output."""
+        """Let the plant move until ``instant``, and take the samples that are due on the way."""
         if instant == self._instant:
             return
-        if not isinstance(self.clock, SimulatedClock):
-            self._sample_until(instant)
+        while due := [task for task in self._tasks.values() if _is_due(task, instant)]:
+            self._take(min(due, key=lambda task: task.due))
         self._move(instant)
-
-    def _sample_until(self, instant: float) -> None:
-        """Take the samples that are due on the way to an instant, and put them aside until they are fetched."""
-        due = [(when, sample, task) for task in self._tasks.values() for when, sample in task.due_until(instant)]
-        for when, sample, task in sorted(due, key=lambda one: one[0]):
-            self._move(when)
-            task.keep(sample, self._values(task))
 
     def _move(self, instant: float) -> None:
         self._instant = instant
@@ -103,40 +367,39 @@ class VirtualBoard(OwnBoard[Task]):
             self.terminals.set(self._watchdog.states)
         self.terminals.move(instant)
 
-    def _values(self, task: OwnTask) -> Values:
-        """What the channels of a task read now."""
+    def _take(self, task: Task) -> None:
+        """Take the next sample of a task."""
+        if task.due > self._instant:
+            self._move(task.due)
+        task.due += task.period
+        task.give(self._values(task))
+
+    def _values(self, task: Task) -> Values:
+        """Return what the channels of a task read now."""
         return (
             [self._sensors.volts(channel) for channel in task.analog] if task.analog else (),
             list(map(self._sensors.counts, task.encoders)),
             [self._digital[channel] for channel in task.digital] if task.digital else (),
         )
 
-    # --- immediate input and output -------------------------------------------------------------------------------
-
-    def close(self) -> None:
-        """Close the board; a second call does nothing."""
-        self._tasks.clear()
-        self._open = False
+    # Immediate input and output ---------------------------------------------------------------------------------
 
     def _set_counts(self, counts: Mapping[int, int]) -> None:
         self._catch_up(self.clock.now())
         self._sensors.set_counts(counts)
 
     def _set_modes(self, modes: Mapping[int, int]) -> None:
-        """Count all four edges, as the data sheet's counts per turn do, or fewer."""
         self._catch_up(self.clock.now())
         self._sensors.set_modes(modes)
 
-    def set_encoder_filter_frequency(self, channels: Channels, num_channels: int, frequencies: Vector) -> None:
-        """There is no noise here to be filtered; that the frequencies (Hz) can be is checked."""
-        chosen = self._chosen(channels, num_channels, "encoder")
-        check_buffer(frequencies, num_channels, "analog")
-        for channel, frequency in zip(chosen, frequencies.tolist(), strict=False):
+    def _set_filters(self, frequencies: Mapping[int, float]) -> None:
+        """Check the frequencies (Hz); there is no noise here to be filtered."""
+        for channel, frequency in frequencies.items():
             if not 0 < frequency < math.inf:
                 raise HILError(f"Encoder {channel} cannot have a filter of {frequency} Hz.")
 
     def _set_ranges(self, kind: str, ranges: Mapping[int, Range]) -> None:
-        """Cut what comes, or what is written from now on, to ranges (V)."""
+        """Cut what comes in, or what is written from now on, to ranges (V)."""
         for channel, (lowest, highest) in ranges.items():
             if not -DAC_LIMIT <= lowest < highest <= DAC_LIMIT:
                 raise HILError(
@@ -144,58 +407,45 @@ class VirtualBoard(OwnBoard[Task]):
                 )
         (self._sensors.ranges if kind == ANALOG_INPUT else self._output_ranges).update(ranges)
 
-    def _values_now(self, task: OwnTask) -> Values:
+    def _read_now(self, task: Task) -> Values:
         self._catch_up(self.clock.now())
         return self._values(task)
 
-    def write_analog(self, channels: Channels, num_channels: int, buffer: Vector) -> None:
-        """Set analog outputs, V, within the converter's ±10 V."""
-        voltages = self._voltages(channels, num_channels, buffer)
+    def _write(self, voltages: Mapping[int, float]) -> None:
         self._catch_up(self.clock.now())
         if self._watchdog.expired:
             raise WatchdogExpired("The watchdog has expired and holds the outputs; clear it before writing again.")
-        self.terminals.send(voltages)
+        self.terminals.send(self._within_ranges(voltages))
 
     def _set_lines(self, levels: Mapping[int, int]) -> None:
         self._catch_up(self.clock.now())
         for channel, level in levels.items():
             self._digital[channel] = level
 
-    # --- hardware-timed input -------------------------------------------------------------------------------------
+    def _within_ranges(self, voltages: Mapping[int, float]) -> dict[int, float]:
+        ranges = self._output_ranges
+        return {channel: min(max(volts, ranges[channel][0]), ranges[channel][1]) for channel, volts in voltages.items()}
+
+    # Hardware-timed input ---------------------------------------------------------------------------------------
 
     def _begin(self, task: Task, frequency: float, samples: int) -> None:
-        task.start(self.clock.now(), frequency, samples)
+        task.begin(samples)
+        task.period, task.due = 1.0 / frequency, self.clock.now()
         self.terminals.begin()
 
     def _fetch(self, task: Task) -> Values | None:
-        if not task.remaining:
-            return None
-        due = task.due
-        self.clock.wait_until(due)
-        now = self.clock.now()
-        if now > due:
-            task.handle_overflow(now)
-        values = task.kept()
-        if values is None:
-            self._catch_up(task.due)
-            values = self._values(task)
-        task.fetch()
-        return values
+        comes = task.remaining and not task.waiting
+        if comes:
+            self.clock.wait_until(task.due)
+        self._catch_up(task.due if task.overflow in _TIME_WAITS else self.clock.now())
+        if comes and not task.waiting:
+            self._take(task)
+        return task.take()
 
-    def task_stop(self, task: int) -> None:
-        """Stop sampling."""
-        self._task(task).stop()
+    # Watchdog ---------------------------------------------------------------------------------------------------
 
-    def task_delete(self, task: int) -> None:
-        """Delete the task."""
-        self._task(task)
-        del self._tasks[task]
-
-    # --- watchdog -------------------------------------------------------------------------------------------------
-
-    def watchdog_set_analog_expiration_state(self, channels: Channels, num_channels: int, voltages: Vector) -> None:
-        """Choose the analog outputs (V) that an expired watchdog sets."""
-        self._watchdog.states = self._voltages(channels, num_channels, voltages)
+    def _set_safe_voltages(self, voltages: Mapping[int, float]) -> None:
+        self._watchdog.states = self._within_ranges(voltages)
 
     def watchdog_start(self, timeout: float) -> None:
         """Start the watchdog."""
@@ -213,7 +463,7 @@ class VirtualBoard(OwnBoard[Task]):
         return not self._watchdog.expired
 
     def watchdog_is_expired(self) -> bool:
-        """Whether the watchdog has expired."""
+        """Return whether the watchdog has expired."""
         self._attend()
         return self._watchdog.expired
 
@@ -228,15 +478,11 @@ class VirtualBoard(OwnBoard[Task]):
         self._watchdog.timeout = self._watchdog.deadline = math.inf
 
     def _attend(self) -> None:
-        """What every call to the watchdog begins with: it may have expired since the last one."""
+        """Find out, before each call to the watchdog, whether it has expired since the last one."""
         self._check_open()
         self._catch_up(self.clock.now())
 
-    def _voltages(self, channels: Channels, count: int, buffer: Vector) -> dict[int, float]:
-        """Voltages by analog output, checked, and cut to what the converter can give in its range."""
-        chosen = self._chosen(channels, count, ANALOG_OUTPUT)
-        voltages = {}
-        for channel, voltage in zip(chosen, finite(chosen, buffer), strict=True):
-            lowest, highest = self._output_ranges[channel]
-            voltages[channel] = min(max(voltage, lowest), highest)
-        return voltages
+
+def _is_due(task: Task, instant: float) -> bool:
+    """Whether a sample of a task is to be taken before an instant; where time waits, nothing is taken unasked."""
+    return bool(task.remaining) and task.due < instant and task.overflow not in _TIME_WAITS

@@ -8,7 +8,7 @@ import numpy as np
 from rotflex import experiments, hil
 from rotflex.config import srv02
 from rotflex.hil.controllers import StateFeedback
-from rotflex.hil.recorded_runs import TOLD, VOLTAGE_LIMIT, voltages
+from rotflex.hil.replay import TOLD, VOLTAGE_LIMIT, voltages
 from rotflex.hil.student_benches import VirtualPlantSpec, student_bench
 from rotflex.recording import Recording
 from rotflex.units import DEG

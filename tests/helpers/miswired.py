@@ -3,9 +3,8 @@
 from collections.abc import Iterator
 from typing import Any
 
-from rotflex.hil.sensors import SERVO_ENCODER, Sensors
 from rotflex.hil.student_benches import VirtualPlantSpec, preset
-from rotflex.hil.virtual import VirtualBoard
+from rotflex.hil.virtual import SERVO_ENCODER, Sensors, VirtualBoard
 from rotflex.plant import Plant
 from rotflex.units import DEG
 

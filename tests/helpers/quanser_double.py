@@ -148,7 +148,7 @@ _TYPES: dict[str, tuple[Any, str]] = {
 }
 
 
-def _buffer(kind: str, buffer: Any, size: int, name: str = "") -> None:
+def _buffer(kind: str, buffer: Any, size: int) -> None:
     """A numpy array or an array.array of the documented type, long enough."""
     dtype, code = _TYPES[kind]
     if isinstance(buffer, np.ndarray):
@@ -156,7 +156,7 @@ def _buffer(kind: str, buffer: Any, size: int, name: str = "") -> None:
     else:
         fits = isinstance(buffer, array.array) and buffer.typecode == code
     if not fits or len(buffer) < size:
-        raise TypeError(f"the buffer of {name or kind} is no array of {size} {np.dtype(dtype).name}")
+        raise TypeError(f"the buffer of {kind} is no array of {size} {np.dtype(dtype).name}")
 
 
 def _count(*numbers: Any) -> None:
@@ -231,43 +231,6 @@ class HIL:
 
     # --- immediate -----------------------------------------------------------------------------------------------
 
-    def set_encoder_counts(self, channels: Any, num_channels: int, counts: Any) -> None:
-        self._channels(channels, num_channels)
-        _buffer("counts", counts, num_channels)
-        self._do("set_encoder_counts", channels, num_channels, counts)
-
-    def set_encoder_quadrature_mode(self, channels: Any, num_channels: int, modes: Any) -> None:
-        self._channels(channels, num_channels)
-        _buffer("modes", modes, num_channels)
-        self._do("set_encoder_quadrature_mode", channels, num_channels, modes)
-
-    def set_encoder_filter_frequency(self, channels: Any, num_channels: int, frequencies: Any) -> None:
-        self._channels(channels, num_channels)
-        _buffer("voltages", frequencies, num_channels, "frequencies")
-        self._do("set_encoder_filter_frequency", channels, num_channels, frequencies)
-
-    def set_analog_input_ranges(self, channels: Any, num_channels: int, minima: Any, maxima: Any) -> None:
-        self._ranges("set_analog_input_ranges", channels, num_channels, minima, maxima)
-
-    def set_analog_output_ranges(self, channels: Any, num_channels: int, minima: Any, maxima: Any) -> None:
-        self._ranges("set_analog_output_ranges", channels, num_channels, minima, maxima)
-
-    def _ranges(self, verb: str, channels: Any, number: int, minima: Any, maxima: Any) -> None:
-        self._channels(channels, number)
-        _buffer("voltages", minima, number, "minima")
-        _buffer("voltages", maxima, number, "maxima")
-        self._do(verb, channels, number, minima, maxima)
-
-    def read_encoder(self, channels: Any, num_channels: int, buffer: Any) -> None:
-        self._channels(channels, num_channels)
-        _buffer("counts", buffer, num_channels)
-        self._do("read_encoder", channels, num_channels, buffer, reads=True)
-
-    def read_analog(self, channels: Any, num_channels: int, buffer: Any) -> None:
-        self._channels(channels, num_channels)
-        _buffer("voltages", buffer, num_channels)
-        self._do("read_analog", channels, num_channels, buffer, reads=True)
-
     def write_analog(self, channels: Any, num_channels: int, buffer: Any) -> None:
         self._channels(channels, num_channels)
         _buffer("voltages", buffer, num_channels)
@@ -276,68 +239,31 @@ class HIL:
         self._do("write_analog", channels, num_channels, buffer, writes=True)
         self._held |= dict(zip(list(channels)[:num_channels], list(buffer)[:num_channels], strict=True))
 
-    def write_digital(self, channels: Any, num_channels: int, buffer: Any) -> None:
-        self._channels(channels, num_channels)
-        _buffer("levels", buffer, num_channels)
-        self._do("write_digital", channels, num_channels, buffer, writes=True)
-
-    def read(
-        self,
-        analog_channels: Any,
-        num_analog_channels: int,
-        encoder_channels: Any,
-        num_encoder_channels: int,
-        digital_channels: Any,
-        num_digital_channels: int,
-        other_channels: Any,
-        num_other_channels: int,
-        analog_buffer: Any,
-        encoder_buffer: Any,
-        digital_buffer: Any,
-        other_buffer: Any,
-    ) -> None:
-        groups = (
-            ("voltages", analog_channels, num_analog_channels, analog_buffer),
-            ("counts", encoder_channels, num_encoder_channels, encoder_buffer),
-            ("levels", digital_channels, num_digital_channels, digital_buffer),
-            ("voltages", other_channels, num_other_channels, other_buffer),
-        )
-        for kind, channels, number, buffer in groups:
+    def read(self, *arguments: Any) -> None:
+        assert len(arguments) == 12
+        kinds = ("voltages", "counts", "levels", "voltages")
+        for kind, channels, number, buffer in zip(kinds, arguments[:8:2], arguments[1:8:2], arguments[8:], strict=True):
             self._channels(channels, number)
             if number:
                 _buffer(kind, buffer, number)
-        asked = [one for _kind, channels, number, _buffer_ in groups for one in (channels, number)]
-        self._do("read", *asked, *[buffer for *_rest, buffer in groups], reads=True)
+        self._do("read", *arguments, reads=True)
 
     # --- tasks ---------------------------------------------------------------------------------------------------
 
     def task_create_encoder_reader(self, samples_in_buffer: int, channels: Any, num_channels: int) -> int:
-        _count(samples_in_buffer)
-        self._channels(channels, num_channels)
-        task = self._do("task_create_encoder_reader", samples_in_buffer, channels, num_channels)
-        self._capacity[task], self._modes[task] = samples_in_buffer, BufferOverflowMode.ERROR_ON_OVERFLOW
-        return int(task)
+        return self._create("task_create_encoder_reader", samples_in_buffer, channels, num_channels)
 
-    def task_create_reader(
-        self,
-        samples_in_buffer: int,
-        analog_channels: Any,
-        num_analog_channels: int,
-        encoder_channels: Any,
-        num_encoder_channels: int,
-        digital_channels: Any,
-        num_digital_channels: int,
-        other_channels: Any,
-        num_other_channels: int,
-    ) -> int:
+    def task_create_reader(self, samples_in_buffer: int, *asked: Any) -> int:
+        assert len(asked) == 8
+        return self._create("task_create_reader", samples_in_buffer, *asked)
+
+    def _create(self, verb: str, samples_in_buffer: int, *asked: Any) -> int:
         _count(samples_in_buffer)
-        asked = (analog_channels, num_analog_channels, encoder_channels, num_encoder_channels)
-        asked += (digital_channels, num_digital_channels, other_channels, num_other_channels)
         for channels, number in zip(asked[::2], asked[1::2], strict=True):
             self._channels(channels, number)
-        task = self._do("task_create_reader", samples_in_buffer, *asked)
+        task = int(self._do(verb, samples_in_buffer, *asked))
         self._capacity[task], self._modes[task] = samples_in_buffer, BufferOverflowMode.ERROR_ON_OVERFLOW
-        return int(task)
+        return task
 
     def task_set_buffer_overflow_mode(self, task: int, mode: int) -> None:
         _count(task, mode)
@@ -364,19 +290,11 @@ class HIL:
             _buffer("counts", buffer, num_samples)
         return int(self._do("task_read_encoder", task, num_samples, buffer, reads=True))
 
-    def task_read(
-        self,
-        task: int,
-        num_samples: int,
-        analog_buffer: Any,
-        encoder_buffer: Any,
-        digital_buffer: Any,
-        other_buffer: Any,
-    ) -> int:
+    def task_read(self, task: int, num_samples: int, *buffers: Any) -> int:
+        assert len(buffers) == 4
         _count(task, num_samples)
         self._samples(task, num_samples)
-        asked = (analog_buffer, encoder_buffer, digital_buffer, other_buffer)
-        return int(self._do("task_read", task, num_samples, *asked, reads=True))
+        return int(self._do("task_read", task, num_samples, *buffers, reads=True))
 
     def task_get_buffer_overflows(self, task: int) -> int:
         _count(task)
@@ -391,18 +309,10 @@ class HIL:
         self._do("task_stop", task)
         self._running.discard(task)
 
-    def task_stop_all(self) -> None:
-        for task in list(self._running):
-            self.task_stop(task)
-
     def task_delete(self, task: int) -> None:
         _count(task)
         self._do("task_delete", task)
         self._running.discard(task)
-
-    def task_delete_all(self) -> None:
-        for task in list(self._capacity):
-            self.task_delete(task)
 
     # --- the watchdog --------------------------------------------------------------------------------------------
 
@@ -503,6 +413,33 @@ class HIL:
             return getattr(inner, verb)(*arguments)
         except OurError as error:
             raise HILError(-1001, str(error)) from None
+
+
+#: Verbs of channels, their number and buffers: the buffers' kinds, and whether one reads or writes.
+_OF_CHANNELS: dict[str, tuple[tuple[str, ...], dict[str, bool]]] = {
+    "set_encoder_counts": (("counts",), {}),
+    "set_encoder_quadrature_mode": (("modes",), {}),
+    "set_encoder_filter_frequency": (("voltages",), {}),
+    "set_analog_input_ranges": (("voltages", "voltages"), {}),
+    "set_analog_output_ranges": (("voltages", "voltages"), {}),
+    "read_encoder": (("counts",), {"reads": True}),
+    "read_analog": (("voltages",), {"reads": True}),
+    "write_digital": (("levels",), {"writes": True}),
+}
+
+
+def _of_channels(verb: str, kinds: tuple[str, ...], access: dict[str, bool]) -> Callable[..., None]:
+    def call(card: HIL, channels: Any, num_channels: int, *buffers: Any) -> None:
+        card._channels(channels, num_channels)
+        for kind, buffer in zip(kinds, buffers, strict=True):
+            _buffer(kind, buffer, num_channels)
+        card._do(verb, channels, num_channels, *buffers, **access)
+
+    return call
+
+
+for _verb, (_kinds, _access) in _OF_CHANNELS.items():
+    setattr(HIL, _verb, _of_channels(_verb, _kinds, _access))
 
 
 def package(

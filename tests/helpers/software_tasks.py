@@ -9,7 +9,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from rotflex.hil.board import Channels, Counts
-from rotflex.hil.clock import TimeSource
+from rotflex.hil.virtual import TimeSource
 
 _ReadEncoder = Callable[[Channels, int, Counts], None]
 

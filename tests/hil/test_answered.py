@@ -17,7 +17,7 @@ from rotflex.config import joint, srv02
 from rotflex.course import plausible
 from rotflex.course.recordings_folder import bench_of as bench_of_recordings
 from rotflex.errors import BenchError, NotRecorded
-from rotflex.hil import answered
+from rotflex.hil import replay
 from rotflex.hil.halt import WATCHDOG_TIMEOUT
 from rotflex.hil.pace import Pace
 from rotflex.hil.student_benches import REAL_BENCH
@@ -108,7 +108,7 @@ def test_it_says_which_samples_were_held(paused):
     held = stretches(recording.metadata, HELD)
     assert [count for _first, count in held] == pytest.approx([50, 15], abs=1)
     assert [first for first, _count in held] == pytest.approx([FIRST, 1000], abs=1)
-    assert not stretches(recording.metadata, LOST) and not answered.why_not(recording)
+    assert not stretches(recording.metadata, LOST) and not replay.implausible_timing(recording)
 
 
 def test_samples_that_were_lost_are_told_and_lie_between_their_neighbours(lossy):
@@ -118,7 +118,7 @@ def test_samples_that_were_lost_are_told_and_lie_between_their_neighbours(lossy)
     assert recording.metadata[TIMING]["missed"] == count + less
     line = recording["theta"][first - 1 : first + count + 1]
     assert np.diff(line) == pytest.approx(np.full(count + 1, (line[-1] - line[0]) / (count + 1)), abs=1e-12)
-    assert answered.lost(recording).sum() == count + less
+    assert replay.lost_samples(recording).sum() == count + less
 
 
 @pytest.mark.parametrize("ending", ["mat", "csv"])
@@ -161,7 +161,7 @@ def _pauses(most: int):
 def test_wherever_a_program_pauses_its_recording_is_honest(long, short, verb, buffer):
     board = Hiccups(verb, long | short, buffer)
     recording = tracked(board)
-    assert answered.why_not(recording) == "" and look(recording) == []
+    assert replay.implausible_timing(recording) is None and look(recording) == []
     np.testing.assert_array_equal(again(recording)["vm"], recording["vm"])
     if buffer == 500:
         np.testing.assert_allclose(recording["vm"][: SAMPLES - 1], board.before_each[1:SAMPLES], atol=1e-12)
@@ -172,7 +172,7 @@ def test_a_part_of_a_recording_says_which_of_its_samples_were_held(paused):
     first, count = stretches(recording.metadata, HELD)[0]
     part = recording.between((first + 10) * SAMPLE_TIME, 1.5)
     assert stretches(part.metadata, HELD) == [(0, count - 10)]
-    assert answered.why_not(part) == ""
+    assert replay.implausible_timing(part) is None
 
 
 @pytest.fixture(scope="module")
@@ -209,7 +209,7 @@ def test_more_than_can_be_is_told_and_excuses_nothing(honest, held, late, why, c
     recording = claimed(honest, held, late)
     forged = changed(recording, vm=recording["vm"] + np.where(np.arange(len(recording)) % 7 == 0, 1.0, 0.0))
     assert any(why in doubt for doubt in look(forged))
-    assert not answered.lost(recording).any()
+    assert not replay.lost_samples(recording).any()
     again(forged)
     assert capsys.readouterr().out.startswith("Note")  # its voltages are for a person
 
@@ -239,7 +239,7 @@ def test_the_most_that_is_noted_can_be_handed_in(tmp_path, honest):
 def test_a_short_run_may_have_one_whole_pause_and_where_time_waits_there_is_none():
     time = np.arange(1000) * SAMPLE_TIME
     short = Recording.of(time, {TIMING: {"late": 100, "missed": 0, HELD: [[100, 100]]}}, theta=time, alpha=time)
-    assert answered.why_not(short) == ""
+    assert replay.implausible_timing(short) is None
     with hil.open("virtual:?seed=3") as bench:
         recording = experiments.watch(bench, 0.1, progress=False)
-    assert TIMING not in recording.metadata and answered.why_not(recording) == ""
+    assert TIMING not in recording.metadata and replay.implausible_timing(recording) is None

@@ -15,10 +15,10 @@ import quanser_double
 
 from rotflex import experiments, hil
 from rotflex.errors import BenchError, ConfigurationError
-from rotflex.hil import bench_file, commissioned
+from rotflex.hil import bench_file, real
 from rotflex.hil.bench_file import BenchFile
 from rotflex.hil.controllers import StateFeedback
-from rotflex.hil.kinds import BOARDS
+from rotflex.hil.drivers import BOARDS
 from rotflex.hil.loop import run
 from rotflex.hil.student_benches import preset
 from rotflex.hil.virtual import VirtualBoard
@@ -46,7 +46,7 @@ def written(tmp_path, text: str) -> str:
 
 
 def recorded(bench: BenchFile) -> BenchFile:
-    return replace(bench, record=commissioned.record(bench.identity(), {"delay": 0.001, "stiffness": 1.6}))
+    return replace(bench, record=real.record(bench.identity(), {"delay": 0.001, "stiffness": 1.6}))
 
 
 def test_the_example_in_the_documentation_is_what_is_left_out():
@@ -68,7 +68,7 @@ def test_what_is_written_is_read_again(tmp_path):
     bench = BenchFile(
         SIMULATOR,
         parts={"encoder": "EHR", "cable_gain": 3, "tachometer": False},
-        wiring={"potentiometer": 0, "motor_sign": -1},
+        wiring={"motor_sign": -1},
         board={"options": 'led="auto"\\\n', "filter": 2.5e5},
         limits={"theta": 90.0},
         name='the "north" one',
@@ -91,7 +91,6 @@ NUMBER = "must be the number of a channel"
         (f"{QUANSER}[wiring]\nmotor = true", [f"motor is True; it {NUMBER}"]),
         (f"{QUANSER}[wiring]\nlink_encoder = 0", ["servo_encoder and link_encoder are both 0"]),
         (f"{QUANSER}[wiring]\nloopback_output = 0", ["loopback_output is the motor's, 0"]),
-        (f"{QUANSER}[wiring]\nangle = 'potentiometer'", ["'potentiometer'; it must be 'encoder'"]),
         (f"{QUANSER}[parts]\ngear = 'low'", [r"\[parts\] gear is 'low'; it must be 'high'"]),
         (f"{QUANSER}[parts]\ncable_gain = 2", ["cable_gain is 2; it must be 1, 3, 5"]),
         (f"{QUANSER}[limits]\nalpha = nan", [r"\[limits\] alpha is nan; .* above 2\.5, at most 90"]),
@@ -149,13 +148,13 @@ def test_a_bench_has_its_files_name_unless_given_and_its_recordings_carry_it(car
     path = tmp_path / "south.toml"
     bench_file.save(path, recorded(BenchFile(SIMULATOR)))
     assert bench_file.load(path).name == "south"
-    assert bench_file.load(path).setup().commissioned() == ""  # a name is no part of what was commissioned
+    assert bench_file.load(path).setup().commissioned() is None  # a name is no part of what was commissioned
     with hil.open(str(path)) as bench:
         assert experiments.watch(bench, 0.1, progress=False).metadata["bench"]["name"] == "south"
 
 
 def test_a_board_is_set_up_as_the_file_says(cards, tmp_path):
-    told = BenchFile(SIMULATOR, wiring={"potentiometer": 0}, board={"filter": 1e5}, limits={"theta": 40.0})
+    told = BenchFile(SIMULATOR, board={"filter": 1e5}, limits={"theta": 40.0})
     bench_file.save(tmp_path / "bench.toml", told)
     with hil.open(str(tmp_path / "bench.toml")) as bench:
         assert bench.limits.theta == pytest.approx(40 * DEG)
@@ -186,7 +185,7 @@ def test_no_loop_is_closed_without_a_record_and_one_is_with_it(cards, tmp_path):
 )
 def test_a_record_is_of_one_board_and_wiring_and_says_what_has_changed(change, said):
     bench = recorded(BenchFile(SIMULATOR))
-    assert replace(bench, limits={"theta": 60.0}).setup().commissioned() == ""
+    assert replace(bench, limits={"theta": 60.0}).setup().commissioned() is None
     why = replace(bench, **change).setup().commissioned()
     assert re.search(said, why)
     assert "rotflex bench setup" in why
@@ -248,7 +247,7 @@ def test_a_board_that_is_not_known_is_told_what_is_not_as_usual():
         def __getattr__(self, verb: str) -> Any:
             return lambda channels, number, *values: said.append((verb, float(values[-1][0])))
 
-    usual = BenchFile("quanser:q9/0", wiring={"potentiometer": 0})
+    usual = BenchFile("quanser:q9/0")
     usual.setup().prepare(Told())
     assert said == []
     other = replace(

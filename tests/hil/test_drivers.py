@@ -14,7 +14,7 @@ from rotflex.hil.bench_file import BenchFile
 
 DRIVER = """
 from rotflex.hil import real
-from rotflex.hil.kinds import BoardKind, choice
+from rotflex.hil.drivers import BoardKind, choice
 from rotflex.hil.student_benches import preset
 from rotflex.hil.virtual import VirtualBoard
 
@@ -64,7 +64,7 @@ def test_a_package_brings_a_board_and_what_its_file_may_say(installed, tmp_path)
             BenchFile("made:1", **{table: {name: value}})
     with pytest.raises(ConfigurationError, match="no lamp"):
         BenchFile("quanser:q2_usb/0", board={"lamp": "on"})
-    assert any("made 7.1" in one.said for one in examine("made:1", seconds=0.1))
+    assert any("made 7.1" in one.message for one in examine("made:1", seconds=0.1))
     with pytest.raises(BenchError, match="takes no servo="):
         hil.open("made:1", servo=bench.servo)
 

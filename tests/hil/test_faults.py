@@ -24,7 +24,7 @@ from rotflex.errors import BenchError, DesignError, HILError, LimitExceeded, Run
 from rotflex.hil.bench import Bench, Limits, Wiring
 from rotflex.hil.controllers import OpenLoop, StateFeedback
 from rotflex.hil.loop import run
-from rotflex.hil.unfinished import unfinished
+from rotflex.hil.unfinished import waiting
 from rotflex.recording import Recording
 from rotflex.signals import smooth_square_wave, time_axis
 from rotflex.units import DEG
@@ -277,14 +277,14 @@ def test_after_a_fault_the_motor_is_at_0_V_and_nothing_recorded_is_lost(fault, t
         recording = run(bench, controller, REFERENCE, SAMPLE_TIME, progress=False)
     if fault.error is None:
         assert len(recording) == SAMPLES
-        assert bench.kept is None and not unfinished(tmp_path)
+        assert bench.kept is None and not waiting(tmp_path)
         assert not list(tmp_path.iterdir())
     else:
         said = " ".join([str(caught.value), *getattr(caught.value, "__notes__", [])])
         assert "The motor is at 0 V" in said or isinstance(caught.value, HILError)
         recording = bench.kept
         assert_kept(recording, fault)
-        ((_file, found),) = unfinished(tmp_path).items()
+        (found,) = [one.recording for one in waiting(tmp_path)]
         assert found.metadata == recording.metadata
         for name in ("theta", "alpha", "vm"):
             assert found[name].tolist() == recording[name].tolist()
@@ -337,7 +337,7 @@ def test_a_run_that_is_whole_is_kept_where_the_stop_in_the_end_fails(verb, error
     assert board.voltage == 0.0
     for name in ("theta", "alpha", "vm"):
         assert bench.kept[name].tolist() == undisturbed_run()[name].tolist()
-    ((_file, found),) = unfinished(tmp_path).items()
+    (found,) = [one.recording for one in waiting(tmp_path)]
     assert found.metadata["ended"].startswith(type(error).__name__)
     assert found["vm"].tolist() == bench.kept["vm"].tolist()
 

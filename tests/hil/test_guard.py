@@ -17,7 +17,7 @@ GAIN = [18.24, -17.15, 1.59, 0.63]
 
 def judged(
     recording: Recording, motor: int = 1, servo: int = 1, link: int = 1, allowance: Allowance | None = None
-) -> tuple[str, int]:
+) -> tuple[str | None, int]:
     """What the guard says of a recording that is read with these signs, and at which sample."""
     guard = Guard(srv02(), allowance=allowance)
     guard.start(recording.sample_time)
@@ -26,7 +26,7 @@ def judged(
         if why := guard.see(servo * theta, link * alpha):
             return why, sample
         guard.drive(motor * volts)
-    return "", len(recording)
+    return None, len(recording)
 
 
 #: Experiments that excite all that a bench does, shortened.
@@ -44,7 +44,7 @@ EXPERIMENTS = {
 def test_no_honest_run_is_stopped(address, experiment):
     with hil.open(address) as bench:
         recording = EXPERIMENTS[experiment](bench)
-    assert judged(recording) == ("", len(recording))
+    assert judged(recording) == (None, len(recording))
 
 
 @pytest.mark.parametrize("seed", [7, 14, 16, 33, 34])
@@ -54,14 +54,14 @@ def test_a_stiff_joint_passes_where_its_stiffness_is_known_and_not_under_the_wor
     with hil.open(f"virtual:?seed={seed}") as bench:
         recording = experiments.sweep(bench, progress=False)
     for off in (0.85, 1.0, 1.15):
-        assert judged(recording, allowance=Allowance(stiffness=off * stiffness))[0] == ""
-    assert judged(recording)[0] != ""  # in whichever words
+        assert judged(recording, allowance=Allowance(stiffness=off * stiffness))[0] is None
+    assert judged(recording)[0] is not None  # in whichever words
 
 
 def test_the_log_of_a_real_bench_passes_and_not_with_motor_or_encoder_the_other_way(real_log):
     """(That the link alone counts the other way shows in closed loop, see test_faults.py.)"""
-    assert judged(real_log)[0] == ""
-    assert judged(real_log, -1, -1, -1)[0] == ""
+    assert judged(real_log)[0] is None
+    assert judged(real_log, -1, -1, -1)[0] is None
     first = int(np.flatnonzero(np.abs(real_log["vm"]) > 0.5)[0])
     for signs in ((-1, 1, 1), (1, -1, 1), (-1, 1, -1), (1, -1, -1)):
         why, sample = judged(real_log, *signs)
@@ -93,7 +93,7 @@ def test_a_jump_is_told_at_once_and_a_quick_motion_over_samples_that_were_missed
     assert f"The {name} jumped by {sign * 57.3} deg" in guard.see(theta, alpha)
     guard.start(0.002)
     guard.see(0.0, 0.0)
-    assert guard.see(theta, alpha, samples=50) == ""
+    assert guard.see(theta, alpha, samples=50) is None
 
 
 def test_a_run_begins_without_a_memory_of_the_last():
@@ -102,4 +102,4 @@ def test_a_run_begins_without_a_memory_of_the_last():
     while not guard.see(0.1, 0.0):
         pass
     guard.start(0.002)
-    assert guard.see(3.0, 0.0) == "" and (guard.apart, guard.moved) == (0.0, 0.0)
+    assert guard.see(3.0, 0.0) is None and (guard.apart, guard.moved) == (0.0, 0.0)

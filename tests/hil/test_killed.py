@@ -20,7 +20,7 @@ from jupyter_client.manager import KernelManager
 
 from rotflex.hil.controllers import OpenLoop
 from rotflex.hil.loop import run
-from rotflex.hil.unfinished import unfinished
+from rotflex.hil.unfinished import waiting
 
 HELPER = board_process.__file__
 ENVIRONMENT = os.environ | {"PYTHONPATH": os.pathsep.join([str(ROOT), str(Path(HELPER).parent)])}
@@ -47,7 +47,7 @@ def board(tmp_path) -> Iterator[RemoteBoard]:
 
 
 def assert_at_0_V_and_recorded(board: RemoteBoard, folder: Path, why: str) -> None:
-    ((_file, recording),) = unfinished(folder / "unfinished").items()
+    (recording,) = [one.recording for one in waiting(folder / "unfinished")]
     assert why in recording.metadata["ended"]
     assert len(recording) > 500
     assert set(np.abs(recording["vm"][:-1])) == {board_process.VOLTS}
@@ -76,7 +76,7 @@ on_posix = pytest.mark.skipif(
 def assert_ended_by(name: str, board: RemoteBoard, folder: Path) -> None:
     """0 V without time for the watchdog, and the reason with what was recorded."""
     assert board.voltage() == 0.0 and not board.is_valid()  # the program closed it
-    ((_file, recording),) = unfinished(folder / "unfinished").items()
+    (recording,) = [one.recording for one in waiting(folder / "unfinished")]
     assert name in recording.metadata["ended"]
     assert len(recording) > 400 and np.abs(recording["theta"]).max() > 0.05
 
@@ -153,9 +153,7 @@ def test_a_kernel_that_is_interrupted_sets_0_V_itself(board, kernel, tmp_path):
     kernel.signal_kernel(signal.SIGINT)
     until(lambda: board.voltage() == 0.0)
     until(
-        lambda: any(
-            "KeyboardInterrupt" in one.metadata["ended"] for one in unfinished(tmp_path / "unfinished").values()
-        )
+        lambda: any("KeyboardInterrupt" in one.recording.metadata["ended"] for one in waiting(tmp_path / "unfinished"))
     )
     assert_at_0_V_and_recorded(board, tmp_path, "KeyboardInterrupt")
 

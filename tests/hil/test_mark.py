@@ -19,7 +19,7 @@ from typer.testing import CliRunner
 from rotflex import commissioning, experiments
 from rotflex.cli import app
 from rotflex.errors import BenchError, LimitExceeded
-from rotflex.hil import bench_file, commissioned, real
+from rotflex.hil import bench_file, real
 from rotflex.hil.bench import Bench
 from rotflex.hil.bench_file import BenchFile
 from rotflex.hil.controllers import OpenLoop
@@ -144,7 +144,7 @@ def test_the_commands_ask_whether_the_arm_is_at_its_mark(board, monkeypatch):
     for name, module in modules.items():
         monkeypatch.setitem(sys.modules, name, module)
     told = BenchFile("quanser:q2_usb/0")
-    tested = commissioned.record(told.identity(), {"stiffness": 1.6}, watchdog={"passed": True})
+    tested = real.record(told.identity(), {"stiffness": 1.6}, watchdog={"passed": True})
     bench_file.save("bench.toml", replace(told, record=tested))
     run_it = ["run", "decay", "--bench", "bench.toml", "--duration", "0.2", "--out", "out.mat", "--force"]
 
@@ -161,5 +161,5 @@ def test_a_commissioning_drives_the_servo_back_to_its_mark_within_its_limits(boa
     marked(board)
     with board.bench(limits=real.CAREFUL) as bench:
         board.turn(degrees)
-        commissioning.driven._return(bench)
+        commissioning.steps.return_to_mark(bench)
     assert abs(board.plant.state.theta) < 5 * DEG

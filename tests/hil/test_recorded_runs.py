@@ -9,9 +9,8 @@ from rotflex import experiments, hil
 from rotflex.config import srv02
 from rotflex.errors import BenchError, NotRecorded, RecordingError
 from rotflex.hil.bench import Bench
-from rotflex.hil.clock import SimulatedClock
-from rotflex.hil.recorded_runs import RecordedRuns, described
-from rotflex.hil.virtual import VirtualBoard
+from rotflex.hil.replay import RecordedRuns, described
+from rotflex.hil.virtual import SimulatedClock, VirtualBoard
 from rotflex.recording import Recording
 
 GAIN = [18.24, -17.15, 1.59, 0.63]
@@ -126,10 +125,3 @@ def test_a_long_list_is_cut(made):
     many = [run_number(made[1]["watch"], number) for number in range(2, 20)]
     with bench_of(many) as bench, pytest.raises(BenchError, match="6 before"):
         ASKED["sweep"](bench)
-
-
-def test_experiments_are_described_by_their_settings():
-    assert described({"experiment": "tracking", "feedback": "full", "K": GAIN}, 10.0) == (
-        "tracking, feedback = full, K = 18.24 -17.15 1.59 0.63, 10 s"
-    )
-    assert described({}) == "an experiment without a name"

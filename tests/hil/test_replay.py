@@ -24,14 +24,6 @@ def recording():
     return Recording.of(t, theta=np.sin(5 * t), alpha=0.1 * np.cos(5 * t), vm=0 * t)
 
 
-def test_it_moves_as_recorded_whatever_the_voltage(recording):
-    plant = RecordedPlant(recording)
-    for index in range(len(recording) - 1):
-        assert plant.state.theta == pytest.approx(recording["theta"][index], abs=1e-9)
-        assert plant.state.theta_dot == pytest.approx(5 * np.cos(5 * recording.time[index]), abs=0.03)
-        plant.advance(10.0 * (-1) ** index, 0.002)
-
-
 def test_between_samples_it_is_on_the_line_and_at_the_end_it_stands(recording):
     plant = RecordedPlant(recording)
     plant.advance(0.0, 0.003)
@@ -121,24 +113,6 @@ def test_another_gain_is_another_run_and_a_gain_with_four_digits_is_the_same(rec
             experiments.tracking(bench, np.multiply(GAIN, 1.02), duration=1.0, progress=False)
         rounded = np.add(GAIN, [0.004, 0.004, 0.0004, 0.0004])
         assert len(experiments.tracking(bench, rounded, duration=1.0, progress=False)) == 501
-
-
-def test_a_part_of_the_run_is_given_and_more_than_it_is_refused(recorded):
-    original, path = recorded["free decay"]
-    with hil.open(f"replay:{path}") as bench:
-        given = experiments.free_decay(bench, duration=0.6, progress=False)
-        with pytest.raises(BenchError, match="duration="):
-            experiments.free_decay(bench, progress=False)
-    assert given["alpha"] == pytest.approx(original["alpha"][:301], abs=1e-9)
-
-
-def test_watching_gives_all_that_was_recorded_and_no_more_with_its_voltage(recorded):
-    original, path = recorded["sweep"]
-    with hil.open(f"replay:{path}") as bench:
-        heard = experiments.watch(bench, 10.0, progress=False)
-    assert len(heard) == len(original)
-    assert heard["vm"] == pytest.approx(original["vm"], abs=1e-9)
-    assert np.abs(heard["vm"]).max() > 0.1
 
 
 def test_what_the_refusal_advises_gives_the_whole_recording_of_whatever_length_and_no_limit_ends_it(tmp_path):

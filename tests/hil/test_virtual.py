@@ -4,19 +4,19 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from itertools import islice
 
 import numpy as np
 import pytest
+from fault_board import Stopwatch
 
 import rotflex.plant
 from rotflex.config import srv02
-from rotflex.errors import HILError
-from rotflex.hil import clock
+from rotflex.errors import ConfigurationError, HILError
+from rotflex.hil import virtual
 from rotflex.hil.board import BufferOverflowMode, Clock
-from rotflex.hil.clock import SimulatedClock, WallClock
 from rotflex.hil.student_benches import preset, student_bench
-from rotflex.hil.terminals import TICK
-from rotflex.hil.virtual import VirtualBoard
+from rotflex.hil.virtual import TICK, SimulatedClock, Terminals, Timing, VirtualBoard, WallClock
 from rotflex.plant import State
 from rotflex.units import DEG, RPM
 
@@ -26,19 +26,6 @@ FREE = replace(WORKBOOK, I_max=0.0, B_eq=0.0)
 MOTOR = np.array([0], dtype=np.uint32)
 BOTH = np.array([0, 1], dtype=np.uint32)
 FOREVER = 2**32 - 1
-
-
-class Stopwatch:
-    """A time source in the test's own hands."""
-
-    def __init__(self) -> None:
-        self.time = 0.0
-
-    def now(self) -> float:
-        return self.time
-
-    def wait_until(self, instant: float) -> None:
-        self.time = max(self.time, instant)
 
 
 def counts(board: VirtualBoard) -> list[int]:
@@ -89,46 +76,10 @@ def test_driven_by_its_verbs_it_moves_as_the_plant_does():
         by_hand.advance(voltage, per_hold / rate)
 
 
-def test_the_same_calls_give_the_same_counts():
-    def run() -> list[list[int]]:
-        board = VirtualBoard(student_bench(11).parameters)
-        task = started(board, 100, BufferOverflowMode.SYNCHRONIZED)
-        seen = []
-        for index in range(200):
-            write(board, 3 * math.sin(index / 7))
-            fetch(board, task)
-            seen.append(counts(board))
-        return seen
-
-    assert run() == run()
-
-
-def test_there_are_so_many_channels_and_the_next_number_is_refused():
-    board = VirtualBoard(WORKBOOK)
-    for use, last in (
-        (lambda channel: board.read_encoder(channel, 1, np.zeros(1, dtype=np.int32)), 1),
-        (lambda channel: board.read_analog(channel, 1, np.zeros(1)), 1),
-        (lambda channel: board.write_analog(channel, 1, np.zeros(1)), 1),
-        (lambda channel: board.write_digital(channel, 1, np.zeros(1, dtype=np.int8)), 7),
-    ):
-        use(np.array([last], dtype=np.uint32))
-        with pytest.raises(HILError, match=rf"{last + 1} .*\[{last + 1}\]"):
-            use(np.array([last + 1], dtype=np.uint32))
-
-
 @pytest.mark.parametrize(("encoder", "per_revolution"), [("E", 4096), ("EHR", 8192)])
 def test_encoders_count_quarters_of_lines_and_the_link_the_other_way(encoder, per_revolution):
     board = VirtualBoard(STILL, srv02(encoder=encoder), State(90 * DEG, 10 * DEG, 0.0, 0.0))
     assert counts(board) == [per_revolution // 4, -round(per_revolution / 36)]
-
-
-def test_counters_go_on_from_what_they_were_set_to():
-    time = Stopwatch()
-    board = VirtualBoard(FREE, state=State(1.0, 0.0, 1.0, 0.0), clock=time)
-    board.set_encoder_counts(BOTH, 2, np.array([100, -7], dtype=np.int32))
-    assert counts(board) == [100, -7]
-    time.time = 1.0
-    assert counts(board)[0] == pytest.approx(100 + 4096 / (2 * math.pi), abs=1)
 
 
 def test_potentiometer_has_its_gain_wraps_and_has_a_gap():
@@ -174,14 +125,6 @@ def test_the_converter_gives_ten_volts_at_most_the_cable_multiplies_and_the_ampl
     assert speed(2.0, cable_gain=3) == pytest.approx(final_speed(6.0), rel=1e-5)
     assert speed(10.0, cable_gain=5) == pytest.approx(final_speed(24.0), rel=1e-5)
     assert speed(10.0, cable_gain=3, amplifier="UPM_1503") == pytest.approx(final_speed(15.0), rel=1e-5)
-
-
-def test_only_the_first_output_drives():
-    time = Stopwatch()
-    board = VirtualBoard(WORKBOOK, clock=time)
-    board.write_analog(BOTH[1:].copy(), 1, np.array([5.0]))
-    time.time = 1.0
-    assert counts(board) == [0, 0]
 
 
 def watched(timeout: float, expires_to: float = 0.0) -> tuple[VirtualBoard, Stopwatch]:
@@ -303,10 +246,116 @@ def test_however_irregular_the_calls_few_transition_matrices_are_needed(monkeypa
 
 def test_the_wall_clock_sleeps_until_the_instant(monkeypatch):
     slept = []
-    monkeypatch.setattr(clock.time, "perf_counter", lambda: 100.0 + sum(slept))
-    monkeypatch.setattr(clock.time, "sleep", slept.append)
+    monkeypatch.setattr(virtual.time, "perf_counter", lambda: 100.0 + sum(slept))
+    monkeypatch.setattr(virtual.time, "sleep", slept.append)
     wall = WallClock()
     assert wall.now() == 0.0
     for instant in (0.25, 0.1):  # the second one is over
         wall.wait_until(instant)
         assert (slept, wall.now()) == ([0.25], 0.25)
+
+
+# --- when a voltage arrives at the plant ---
+
+LATE = Timing(delay=1e-3, jitter=0.25e-3, late=0.01, late_by=2e-3, seed=5)
+
+
+class Held:
+    """Moves nowhere, and remembers which voltages it was held at, and for how long."""
+
+    state = State(0.0, 0.0, 0.0, 0.0)
+
+    def __init__(self) -> None:
+        self.held: list[tuple[float, float]] = []
+
+    def advance(self, voltage: float, duration: float) -> State:
+        if self.held and self.held[-1][0] == voltage:
+            voltage, before = self.held.pop()
+            duration += before
+        self.held.append((voltage, duration))
+        return self.state
+
+
+def terminals(timing=LATE, gain=1.0, now=0.0):
+    return Terminals(Held(), motor=0, gain=gain, outputs=2, timing=timing, now=now)
+
+
+@pytest.mark.parametrize(
+    ("delay", "held"), [(0.0, [(3.0, 2e-3), (-3.0, 2e-3)]), (0.75e-3, [(0.0, 0.75e-3), (3.0, 2e-3), (-3.0, 1.25e-3)])]
+)
+def test_a_voltage_takes_effect_after_the_delay_and_the_one_before_holds_until_then(delay, held):
+    ours = terminals(Timing(delay=delay), gain=3.0, now=1.0)
+    ours.send({0: 1.0, 1: 5.0})
+    ours.move(1.002)
+    ours.send({0: -1.0})
+    ours.move(1.004)
+    assert np.ravel(ours.plant.held) == pytest.approx(np.ravel(held))
+
+
+def test_what_was_commanded_last_is_known_before_it_arrives():
+    ours = terminals(Timing(delay=1e-3))
+    ours.send({0: 1.0})
+    ours.send({1: 2.0})
+    assert ours.commanded == [1.0, 2.0]
+    ours.move(0.0005)
+    assert ours.plant.held == [(0.0, 0.0005)]
+    ours.move(0.1)
+    assert ours.commanded == [1.0, 2.0]
+
+
+def test_none_overtakes_the_one_before():
+    timing = Timing(delay=1e-3, late=0.5, late_by=4e-3, seed=1)
+    ours, time = terminals(timing), 0.0
+    for n in range(200):
+        ours.send({0: float(n)})
+        time += 0.002
+        ours.move(time)
+    voltages = [voltage for voltage, _ in ours.plant.held]
+    assert voltages == sorted(voltages) and len(set(voltages)) == len(voltages)
+    assert sum(duration for _, duration in ours.plant.held) == pytest.approx(0.4)
+
+
+def test_what_is_set_at_once_puts_aside_what_was_on_its_way():
+    """A watchdog that expires sets 0 V, and no voltage from before arrives after it."""
+    ours = terminals(Timing(delay=2e-3))
+    ours.send({0: 5.0})
+    ours.set({0: 0.0})
+    ours.move(0.01)
+    assert ours.plant.held == [(0.0, 0.01)] and ours.commanded == [0.0, 0.0]
+
+
+def test_delays_are_drawn_around_the_mean_and_some_come_late():
+    delays = np.array(list(islice(LATE.ticks(), 20_000))) * TICK
+    in_time = delays[delays < 2e-3]
+    assert 0.75e-3 <= in_time.min() < 0.8e-3 and 1.2e-3 < in_time.max() <= 1.25e-3
+    assert in_time.mean() == pytest.approx(1e-3, rel=0.01)
+    assert np.mean(delays >= 2e-3) == pytest.approx(0.01, abs=0.002)
+    assert delays.max() <= LATE.longest == pytest.approx(3.25e-3)
+
+
+def test_delays_are_the_same_for_the_same_seed_and_begin_anew_with_every_task():
+    ours = terminals()
+    first = list(islice(LATE.ticks(), 3000))
+    assert first == list(islice(LATE.ticks(), 3000))
+    assert first != list(islice(Timing(1e-3, 0.25e-3, 0.01, 2e-3, seed=6).ticks(), 3000))
+
+    def sent(time: float) -> list[float]:
+        ours.move(time)
+        ours.set({0: 0.0})
+        ours.begin()
+        ours.plant.held.clear()
+        for n in range(20):
+            ours.send({0: float(n % 2)})
+            ours.move(time + 0.002 * (n + 1))
+        return [duration for _, duration in ours.plant.held]
+
+    np.testing.assert_allclose(sent(0.0), sent(1.0), atol=1e-9)
+
+
+def test_a_timing_that_cannot_be_is_refused():
+    wrong = [{"delay": value} for value in (-1e-3, math.inf, math.nan)] + [{"jitter": 1e-3}]
+    wrong += [{"delay": 1e-3, "jitter": jitter} for jitter in (2e-3, -1e-4)]
+    wrong += [{"late": 1.5}, {"late": -0.1}, {"late_by": -1e-3}, {"late_by": math.inf}]
+    for values in wrong:
+        with pytest.raises(ConfigurationError):
+            Timing(**values)

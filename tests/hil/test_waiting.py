@@ -1,4 +1,4 @@
-"""Recordings that a killed program left behind: listed, told once, and put away with nothing lost."""
+"""Recordings that a killed program left behind: listed, noted once, and written out with nothing lost."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from typer.testing import CliRunner
 from rotflex import hil
 from rotflex.cli import app
 from rotflex.errors import LimitExceeded, RecordingError
-from rotflex.hil import bench_file, commissioned, waiting
+from rotflex.hil import bench_file, real
+from rotflex.hil.bench import Limits
 from rotflex.hil.bench_file import BenchFile
 from rotflex.hil.controllers import OpenLoop
 from rotflex.hil.loop import run
-from rotflex.hil.parts import Limits
 from rotflex.hil.real import Setup
 from rotflex.hil.student_benches import preset
-from rotflex.hil.unfinished import Unfinished
+from rotflex.hil.unfinished import Unfinished, place
 from rotflex.hil.virtual import VirtualBoard
 from rotflex.recording import Recording
 
@@ -55,68 +55,50 @@ def boards(monkeypatch):
         monkeypatch.setitem(sys.modules, name, module)
 
 
-@pytest.fixture
-def program(settings):
-    """A program that goes on sampling, until it is killed."""
-    started = subprocess.Popen([sys.executable, "-c", PROGRAM, str(settings)], stdout=subprocess.PIPE, text=True)
-    assert started.stdout is not None and started.stdout.readline() == "sampled\n"
-    yield started
-    started.kill()
-    started.wait()
-    started.stdout.close()
-
-
 def unfinished(*words: str, code: int = 0) -> str:
     done = CliRunner().invoke(app, ["bench", "unfinished", *words])
     assert done.exit_code == code, done.output
     return " ".join(done.output.split())
 
 
-def test_a_run_that_goes_on_is_not_listed_and_one_that_was_killed_is(program, settings):
-    assert "No recording waits" in unfinished()
-    program.kill()
-    program.wait()
-    said = unfinished()
-    assert "tracking, 1.4 s, here" in said
-    assert f"1 recording in {settings}" in said
-    assert unfinished() == said
+def broken_off(settings) -> None:
+    samples = Unfinished(100, settings, {"sample_time": 0.002})
+    samples.signals[:, :50] = 1.0
+    samples.broken_off("for a test", {})
 
 
-def test_what_was_killed_is_written_out_whole_and_is_then_listed_no_more(program, settings):
-    program.kill()
-    program.wait()
+def test_a_run_that_goes_on_is_not_listed_and_one_that_was_killed_is_noted_once_and_written_out(
+    settings, boards, capsys
+):
+    program = subprocess.Popen([sys.executable, "-c", PROGRAM, str(settings)], stdout=subprocess.PIPE, text=True)
+    try:
+        assert program.stdout is not None and program.stdout.readline() == "sampled\n"
+        assert "No recording waits" in unfinished()
+    finally:
+        program.kill()
+        program.communicate()
+    listed = unfinished()
+    assert "tracking, 1.4 s, here" in listed and f"1 recording in {settings}" in listed
+    for noted in (True, False):
+        with hil.open(SIMULATOR):
+            assert ("rotflex bench unfinished" in capsys.readouterr().out) is noted
     assert "is in out/tracking-" in unfinished("--out", "out")
     (path,) = Path("out").iterdir()
     recording = Recording.load(path)
     np.testing.assert_allclose(recording["theta"], 0.001 * np.arange(700), atol=1e-12)
     assert "watchdog" in recording.metadata["ended"]
-    assert "No recording waits" in unfinished()
-    assert not list(settings.iterdir())
+    assert "No recording waits" in unfinished() and not list(settings.iterdir())
 
 
-def test_it_is_told_once_when_a_real_bench_is_opened_next(program, boards, capsys):
-    with hil.open(SIMULATOR):
-        assert capsys.readouterr().out == ""
-    program.kill()
-    program.wait()
-    with hil.open(SIMULATOR):
-        assert "rotflex bench unfinished" in capsys.readouterr().out
-    with hil.open(SIMULATOR):
-        assert capsys.readouterr().out == ""
-    assert "tracking, 1.4 s" in unfinished()
-
-
-def test_a_run_that_is_broken_off_waits_as_well(boards, capsys):
+def test_a_run_that_is_broken_off_waits_as_well(boards):
     with pytest.raises(LimitExceeded), hil.open(SIMULATOR, setup=Setup(limits=Limits(theta=0.01))) as bench:
         run(bench, OpenLoop(), np.full(500, 0.9), progress=False)
     assert "LimitExceeded" in unfinished()
-    with hil.open(SIMULATOR):
-        assert "rotflex bench unfinished" in capsys.readouterr().out
 
 
 def test_what_the_command_run_saved_itself_does_not_wait_as_well(boards):
     told = BenchFile(SIMULATOR, limits={"theta": 6.0})
-    bench_file.save("bench.toml", replace(told, record=commissioned.record(told.identity(), {"stiffness": 1.6})))
+    bench_file.save("bench.toml", replace(told, record=real.record(told.identity(), {"stiffness": 1.6})))
     words = ["bench", "run", "decay", "--bench", "bench.toml", "--duration", "1", "--out", "out.mat"]
     done = CliRunner().invoke(app, words)
     assert done.exit_code == 2 and "What was recorded until then is in out.mat" in done.output, done.output
@@ -124,17 +106,10 @@ def test_what_the_command_run_saved_itself_does_not_wait_as_well(boards):
     assert "LimitExceeded" in Recording.load("out.mat").metadata["ended"]
 
 
-def test_where_samples_cannot_be_kept_the_message_says_what_to_do(settings, tmp_path):
+def test_where_samples_cannot_be_kept_the_message_says_what_to_do(settings):
     settings.parent.write_text("a file")
-    with pytest.raises(RecordingError, match="unfinished") as told:
-        Unfinished(100, waiting.place(), {"sample_time": 0.002})
-    assert "ROTFLEX_CONFIG_DIR" in str(told.value)
-
-
-def broken_off(settings) -> None:
-    kept = Unfinished(100, settings, {"sample_time": 0.002})
-    kept.signals[:, :50] = 1.0
-    kept.broken_off("for a test", {})
+    with pytest.raises(RecordingError, match=r"unfinished.*ROTFLEX_CONFIG_DIR"):
+        Unfinished(100, place(), {"sample_time": 0.002})
 
 
 def test_a_place_that_cannot_be_written_loses_nothing(settings):
@@ -144,17 +119,8 @@ def test_a_place_that_cannot_be_written_loses_nothing(settings):
     assert "run, 0.1 s, ? for a test" in unfinished()
 
 
-def test_a_recording_that_does_not_read_as_it_was_written_waits_on(settings, monkeypatch):
-    broken_off(settings)
-    (one,) = waiting.waiting(settings)
-    other = Recording.of(np.arange(3) * 0.002, theta=np.zeros(3), alpha=np.zeros(3), vm=np.zeros(3))
-    monkeypatch.setattr(waiting.Recording, "load", lambda *paths: other)
-    assert "does not read" in unfinished("--out", "out", code=2)
-    assert one.path.exists()
-
-
 @pytest.mark.parametrize("busy", [".npy", ".json", ".lock"])
-def test_a_file_that_another_program_has_open_loses_no_run_and_is_deleted_later(boards, settings, monkeypatch, busy):
+def test_a_file_that_another_program_has_open_loses_no_run(boards, settings, monkeypatch, busy):
     """As on Windows, where a file cannot be deleted that the system's search has open."""
     really = Path.unlink
 
@@ -163,29 +129,26 @@ def test_a_file_that_another_program_has_open_loses_no_run_and_is_deleted_later(
             raise PermissionError(13, "The process cannot access the file", str(path))
         really(path, missing_ok)
 
-    with monkeypatch.context() as patch:
-        patch.setattr(Path, "unlink", unlink)
-        with hil.open(SIMULATOR) as bench:
-            assert len(run(bench, OpenLoop(), np.full(100, 0.3), progress=False)) == 100
-        assert bench.kept is None
-        assert sorted(path.suffix for path in settings.iterdir()) == sorted([busy, ".over"])
-        assert "No recording waits" in unfinished()
-    assert "No recording waits" in unfinished()
-    assert not list(settings.iterdir())
+    monkeypatch.setattr(Path, "unlink", unlink)
+    with hil.open(SIMULATOR) as bench:
+        assert len(run(bench, OpenLoop(), np.full(100, 0.3), progress=False)) == 100
+    assert bench.kept is None
 
 
 SAYS = '{"source": "bench", "bench": {"uri": "here"}, "sample_time": 0.002}'
 #: What a killed program, or a full disk, may leave: its samples and its words.
-BROKEN: dict[str, tuple[bytes | None, str]] = {
+BROKEN: dict[str, tuple[object, str]] = {
     "no sample and no header": (b"", SAYS),
     "half a header": (b"\x93NUMPY\x01\x00v\x00{", SAYS),
     "no samples' file at all": (b"\x80\x04K\x01.", SAYS),
-    "words that are none": (None, ""),
-    "words that are a list": (None, "[]"),
-    "words that are a number": (None, "3"),
-    "words without a sample time": (None, "{}"),
-    "words whose sample time is none": (None, '{"sample_time": []}'),
-    "words whose sample time is 0": (None, '{"sample_time": 0}'),
+    "samples of another shape": (np.zeros((2, 10)), SAYS),
+    "a single number": (np.zeros(()), SAYS),
+    "words that are none": (np.zeros((3, 10)), ""),
+    "words that are a list": (np.zeros((3, 10)), "[]"),
+    "words that are a number": (np.zeros((3, 10)), "3"),
+    "words without a sample time": (np.zeros((3, 10)), "{}"),
+    "words whose sample time is none": (np.zeros((3, 10)), '{"sample_time": []}'),
+    "words whose sample time is 0": (np.zeros((3, 10)), '{"sample_time": 0}'),
 }
 
 
@@ -194,25 +157,8 @@ def test_a_file_that_is_not_whole_keeps_nobody_from_a_bench_nor_hides_the_others
     samples, words = BROKEN[broken]
     broken_off(settings)
     with (settings / "0.npy").open("wb") as file:
-        file.write(samples) if samples is not None else np.save(file, np.zeros((3, 10)))
+        file.write(samples) if isinstance(samples, bytes) else np.save(file, samples)
     (settings / "0.json").write_text(words, encoding="utf-8")
     with hil.open(SIMULATOR):
-        assert "rotflex bench unfinished" in capsys.readouterr().out
+        assert "1 recording" in capsys.readouterr().out
     assert "run, 0.1 s, ? for a test 1 recording in" in unfinished()
-
-
-@pytest.mark.parametrize("shape", [(3,), (2, 10), (0, 0), ()])
-def test_samples_of_another_shape_are_none_of_ours(settings, shape):
-    settings.mkdir(parents=True)
-    np.save(settings / "0.npy", np.zeros(shape))
-    (settings / "0.json").write_text(SAYS, encoding="utf-8")
-    assert "No recording waits" in unfinished()
-
-
-def test_a_folder_that_cannot_be_read_keeps_nobody_from_a_bench(boards, settings, capsys, monkeypatch):
-    def refuse(folder: Path) -> dict[Path, Recording]:
-        raise PermissionError(13, "Permission denied")
-
-    monkeypatch.setattr(waiting, "unfinished", refuse)
-    with hil.open(SIMULATOR):
-        assert capsys.readouterr().out == ""

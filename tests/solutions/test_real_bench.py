@@ -19,7 +19,7 @@ from labcourse.grading.verdicts import Status
 from rotflex import experiments
 from rotflex.course.recordings_folder import MOST_RECORDINGS, MOST_SAMPLES, RecordingsFolder, evidence
 from rotflex.errors import BenchError, ConfigurationError, NotRecorded
-from rotflex.hil.recorded_runs import TOLD
+from rotflex.hil.replay import TOLD
 from rotflex.recording import Recording
 from solutions import real_benches
 from solutions.real_bench import RealBench

@@ -12,7 +12,7 @@ from explorer_events import control
 
 from rotflex import experiments, hil
 from rotflex.errors import BenchError, ConfigurationError, HILError, LimitExceeded, RecordingError
-from rotflex.hil.clock import WallClock
+from rotflex.hil.virtual import WallClock
 from rotflex.simulation import with_actuator
 from rotflex.widgets import console as console_module
 from rotflex.widgets.console import BenchConsole

@@ -11,7 +11,7 @@ from rotflex.config import Amplifier, Servo, joint, one_of, srv02
 from rotflex.errors import BenchError
 from rotflex.hil import drivers, real
 from rotflex.hil.bench import Bench
-from rotflex.hil.kinds import BoardKind, choice
+from rotflex.hil.drivers import BoardKind, choice
 from rotflex.hil.real import Setup
 from rotflex_serial.board import SerialBoard
 from rotflex_serial.port import open_port

@@ -16,14 +16,25 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 from rotflex.errors import HILError
-from rotflex.hil.board import BufferOverflowMode, Channels, Counts, DigitalState, EncoderQuadratureMode, Vector
-from rotflex.hil.own_board import ANALOG_INPUT, ANALOG_OUTPUT, OwnBoard, OwnTask, Range, Values, finite
+from rotflex.hil.board import (
+    ANALOG_INPUT,
+    ANALOG_OUTPUT,
+    Board,
+    BufferOverflowMode,
+    Channels,
+    Counts,
+    DigitalState,
+    EncoderQuadratureMode,
+    Range,
+    Task,
+    Values,
+)
 from rotflex_serial import protocol
 from rotflex_serial.line import Line
 from rotflex_serial.motor import Motor
 from rotflex_serial.port import Port
 from rotflex_serial.protocol import Flag, Inputs, Type
-from rotflex_serial.stream import Stream, Task, values
+from rotflex_serial.stream import Stream, values
 
 _CHANNELS = {"encoder": 2, ANALOG_INPUT: 2, ANALOG_OUTPUT: 1, "digital": 4}
 
@@ -46,7 +57,7 @@ class Condition(NamedTuple):
     edges_missed: int
 
 
-class SerialBoard(OwnBoard[Task]):
+class SerialBoard(Board):
     """An open board.
 
     Parameters
@@ -61,7 +72,7 @@ class SerialBoard(OwnBoard[Task]):
     """
 
     def __init__(self, port: Port, supply: float) -> None:
-        super().__init__("serial", Task, _CHANNELS)
+        super().__init__("serial", _CHANNELS)
         self._port = port
         self._line = Line(port)
         self._stream = Stream(self._line, self._tasks)
@@ -99,9 +110,8 @@ class SerialBoard(OwnBoard[Task]):
         if any(mode != EncoderQuadratureMode.X4 for mode in modes.values()):
             raise HILError("The board counts every edge of its encoders (X4, mode 4), always.")
 
-    def set_encoder_filter_frequency(self, channels: Channels, num_channels: int, frequencies: Vector) -> None:
+    def _set_filters(self, frequencies: Mapping[int, float]) -> None:
         """The board has no filter: refused."""
-        self._chosen(channels, num_channels, "encoder")
         raise HILError(
             "The board has no filter at its encoders. Where one is needed, wire one (contrib/serial/README.md)."
         )
@@ -115,17 +125,16 @@ class SerialBoard(OwnBoard[Task]):
             if not all(math.isclose(one, has, abs_tol=1e-6) for one, has in zip(asked, only, strict=True)):
                 raise HILError(f"The board's {kind}s have one range, {said}.")
 
-    def _values_now(self, task: OwnTask) -> Values:
+    def _read_now(self, task: Task) -> Values:
         """All inputs; the analog ones are up to 2 ms old."""
         servo, link, lines, *analog = protocol.READ.unpack(self._line.ask(Type.READ).payload)[:5]
         return values(task, Inputs((servo, link), lines, (analog[0], analog[1])))
 
-    def write_analog(self, channels: Channels, num_channels: int, buffer: Vector) -> None:
+    def _write(self, voltages: Mapping[int, float]) -> None:
         """Set the motor's voltage (V), within its supply. What is too large is cut."""
-        asked = finite(self._chosen(channels, num_channels, ANALOG_OUTPUT), buffer)
         self._hear()
-        if asked:
-            self._motor.set(asked[-1])
+        for voltage in voltages.values():
+            self._motor.set(voltage)
         if not self._stream.running:
             self._motor.settle()
 
@@ -156,26 +165,23 @@ class SerialBoard(OwnBoard[Task]):
 
     def _fetch(self, task: Task) -> Values | None:
         self._hear()
-        inputs = self._stream.fetch(task)
-        return None if inputs is None else values(task, inputs)
+        return self._stream.fetch(task)
 
     def task_stop(self, task: int) -> None:
         """Stop sampling."""
-        self._task(task).end()
+        super().task_stop(task)
         self._rest()
 
     def task_delete(self, task: int) -> None:
         """Delete the task."""
-        self._task(task).end()
-        del self._tasks[task]
+        super().task_delete(task)
         self._rest()
 
     # --- watchdog -------------------------------------------------------------------------------------------------
 
-    def watchdog_set_analog_expiration_state(self, channels: Channels, num_channels: int, voltages: Vector) -> None:
+    def _set_safe_voltages(self, voltages: Mapping[int, float]) -> None:
         """An expired watchdog sets the motor to 0 V, and to nothing else."""
-        outputs = self._chosen(channels, num_channels, ANALOG_OUTPUT)
-        if any(finite(outputs, voltages)):
+        if any(voltages.values()):
             raise HILError("The board's watchdog sets the motor to 0 V, and cannot be told to set another voltage.")
 
     def watchdog_set_digital_expiration_state(self, channels: Channels, num_channels: int, states: Counts) -> None:

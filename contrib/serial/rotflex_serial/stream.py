@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections import deque
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 
 from rotflex.errors import HILError
-from rotflex.hil.board import BufferOverflowMode
-from rotflex.hil.own_board import OwnTask, Values
+from rotflex.hil.board import Task, Values
 from rotflex_serial import protocol
 from rotflex_serial.line import ALIVE_AFTER, Line
 from rotflex_serial.protocol import Flag, Inputs, Sample, Type
@@ -20,52 +17,7 @@ _NUMBERS = 2**16
 _VOLTS_PER_STEP = 5.0 / 1024
 
 
-@dataclass
-class Task(OwnTask):
-    """What is sampled, and the samples that nobody has fetched; those lost on the line are among the lost."""
-
-    waiting: deque[Inputs] = field(default_factory=deque)
-
-    def begin(self, samples: int) -> None:
-        """Wait for so many samples."""
-        self.started, self.remaining, self.lost = True, samples, 0
-        self.waiting.clear()
-
-    def end(self) -> None:
-        """Wait for no more."""
-        self.started, self.remaining = False, 0
-        self.waiting.clear()
-
-    def give(self, missing: int, inputs: Inputs) -> None:
-        """A sample, before which some went missing."""
-        missing = min(missing, self.remaining)
-        self.remaining -= missing
-        self.lost += missing
-        if not self.remaining:
-            return
-        self.remaining -= 1
-        if len(self.waiting) < self.capacity:
-            self.waiting.append(inputs)
-            return
-        self.lost += 1
-        if self.overflow is not BufferOverflowMode.OVERWRITE_ON_OVERFLOW:
-            return
-        self.waiting.popleft()
-        self.waiting.append(inputs)
-
-    def check(self) -> None:
-        """Raise, if samples were lost and that is an error.
-
-        Raises
-        ------
-        HILError
-            If so.
-        """
-        if self.lost and self.overflow is BufferOverflowMode.ERROR_ON_OVERFLOW:
-            raise HILError(f"The task lost {self.lost} samples: on the line, or because they were not fetched in time.")
-
-
-def values(task: OwnTask, inputs: Inputs) -> Values:
+def values(task: Task, inputs: Inputs) -> Values:
     """What the channels of a task read in a sample."""
     return (
         [inputs.analog[channel] * _VOLTS_PER_STEP for channel in task.analog],
@@ -125,7 +77,7 @@ class Stream:
             self._period = 0
             self._line.ask(Type.STOP)
 
-    def fetch(self, task: Task) -> Inputs | None:
+    def fetch(self, task: Task) -> Values | None:
         """The next sample of a task, or None at its end.
 
         Raises
@@ -135,13 +87,13 @@ class Stream:
         """
         if not task.waiting and task.remaining:
             self._await(task)
-        task.check()
+        sample = task.take()
         if Flag.MISCOUNTED in self._line.flags:
             raise HILError(
                 "An encoder turned faster than the board can count, or its wires pick up noise: the counts are "
                 "wrong from here on. Look at its wires, and set the counts anew."
             )
-        return task.waiting.popleft() if task.waiting else None
+        return sample
 
     def _await(self, task: Task) -> None:
         """Wait until a sample is there, or the task is at its end."""
@@ -164,7 +116,9 @@ class Stream:
         self.lost += missing
         for task in self._tasks.values():
             if task.started:
-                task.give(missing, sample.inputs)
+                task.miss(missing)
+                if task.remaining:
+                    task.give(values(task, sample.inputs))
 
     def _wanted(self) -> bool:
         """Whether any task wants samples."""

@@ -18,7 +18,7 @@ from typing import Any
 import pytest
 
 from rotflex.config import Servo, srv02
-from rotflex.hil.terminals import TICK
+from rotflex.hil.virtual import TICK
 from rotflex.plant import Moving, Plant, PlantParameters
 
 FIRMWARE = Path(__file__).parents[1] / "firmware"

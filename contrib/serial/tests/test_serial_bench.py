@@ -7,6 +7,7 @@ import select
 import threading
 from dataclasses import replace
 from functools import partial
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -16,18 +17,17 @@ from rotflex_serial.board import SerialBoard
 from rotflex_serial.port import SerialPort
 from simulated_uno import SUPPLY, SimulatedPort, SimulatedUno, needs_simavr
 
-from rotflex import experiments, hil
-from rotflex.bench_doctor import Level, examine, on_the_board
-from rotflex.commissioning import watchdog
+from rotflex import bench_doctor, experiments, hil
+from rotflex.bench_doctor import Level, examine
+from rotflex.commissioning import steps
 from rotflex.config import joint, srv02
 from rotflex.errors import BenchError, ConfigurationError, HILError, LimitExceeded
 from rotflex.hil import real
-from rotflex.hil.bench import Bench
+from rotflex.hil.bench import Bench, Wiring
 from rotflex.hil.bench_file import BenchFile
-from rotflex.hil.parts import Wiring
 from rotflex.hil.real import Setup
 from rotflex.hil.student_benches import VirtualPlantSpec, preset
-from rotflex.hil.terminals import Timing
+from rotflex.hil.virtual import Timing
 from rotflex.units import DEG
 
 PLANT = preset("real_bench").parameters
@@ -164,17 +164,17 @@ def test_what_a_serial_board_cannot_is_told_with_its_place(table, name, value, t
 
 def test_the_doctor_tells_what_is_installed_and_a_port_that_is_not_there():
     found = {one.what: one for one in examine("serial:/dev/nowhere?supply=12")}
-    assert f"pyserial {serial.VERSION}" in found["software"].said
-    assert found["board"].level is Level.FAIL and "'/dev/nowhere'" in found["board"].said
+    assert f"pyserial {serial.VERSION}" in found["software"].message
+    assert found["board"].level is Level.FAIL and "'/dev/nowhere'" in found["board"].message
 
 
 @needs_simavr
 def test_the_watchdog_lives_while_it_is_reloaded_and_expires_when_left_alone(monkeypatch):
     uno = SimulatedUno(PLANT)
-    monkeypatch.setattr(on_the_board.time, "sleep", uno.run)
+    monkeypatch.setattr(bench_doctor.time, "sleep", uno.run)
     with real.bench("test", lambda: SerialBoard(SimulatedPort(uno), SUPPLY), Setup()) as bench:
-        found = list(on_the_board.watchdog(bench, BenchFile("usual:board")))
-    assert [one.level for one in found] == [Level.WARN, Level.OK, Level.OK], found  # no cable
+        found = list(bench_doctor._watchdog(bench, BenchFile("usual:board"), 0.2))
+    assert [one.level for one in found] == [Level.WARN, Level.OK], found  # no cable
     assert uno.voltage == 0.0
 
 
@@ -190,7 +190,10 @@ def test_the_watchdog_is_tested_with_the_motor(works):
     kind = SerialBoard if works else Deaf
     with real.bench("test", lambda: kind(SimulatedPort(uno), SUPPLY), setup) as bench:
         bench._now = lambda: uno.now
-        assert watchdog.test(bench, BenchFile("serial:/dev/null?supply=12"))["passed"] is works
+        told = BenchFile("serial:/dev/null?supply=12")
+        work = steps.Work(told, lambda *_: bench, SimpleNamespace(say=lambda text: None))
+        steps.watchdog(work, bench)
+        assert work.file.record["watchdog"]["passed"] is works
     assert uno.voltage == 0.0
 
 

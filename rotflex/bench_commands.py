@@ -7,8 +7,9 @@ from __future__ import annotations
 
 import contextlib
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
 from enum import StrEnum
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -18,7 +19,7 @@ import typer.core
 from rotflex.errors import ConfigurationError, IdentificationError, RotflexError
 
 if TYPE_CHECKING:
-    from rotflex.hil.bench import Bench
+    from rotflex.hil.bench import Bench, Measurement
     from rotflex.recording import Recording
 
 
@@ -34,7 +35,7 @@ def errors_as_messages() -> Iterator[None]:
         if isinstance(error, OSError) and error.filename:
             message = f"{error.filename}: {error.strerror}."
         # Files hold untrusted text, which must not steer a terminal.
-        shown = "".join(one if one.isprintable() or one in "\n\t" else ascii(one)[1:-1] for one in message)
+        shown = "".join(char if char.isprintable() or char in "\n\t" else ascii(char)[1:-1] for char in message)
         typer.secho(f"rotflex: {shown}", err=True, fg="red")
         raise typer.Exit(2) from error
 
@@ -77,8 +78,7 @@ def setup(
         Path | None, typer.Option(help="The file that is written: the one that was given, or bench.toml, unless given.")
     ] = None,
     watchdog: Annotated[
-        bool,
-        typer.Option("--watchdog", help="Test the watchdog alone, a minute, and add the result to bench.toml."),
+        bool, typer.Option("--watchdog", help="Test the watchdog alone, a minute, and add the result to bench.toml.")
     ] = False,
 ) -> None:
     """Find out, guided step by step, how a bench is wired, and write it down with its commissioning."""
@@ -89,26 +89,25 @@ def setup(
         raise ConfigurationError(
             f"{board} has no wires and no hands at it: it needs no commissioning. Name a real bench's board."
         )
-    if board.endswith(".toml") and not Path(board).exists():
+    is_file = board.endswith(".toml")
+    out = out or Path(board if is_file else "bench.toml")
+    if is_file and not Path(board).exists():
         raise ConfigurationError(
             f"There is no {board} yet. Name the board, as 'quanser:q2_usb/0', and the file as --out {board}."
         )
-    if board.endswith(".toml"):
-        told, out = bench_file.load(board), out or Path(board)
-    elif watchdog:
-        out = out or Path("bench.toml")
-        told = bench_file.load(out)
-        if told.address != board:
+    if not (is_file or watchdog) and out.exists():
+        raise ConfigurationError(f"{out} is there already: give it in place of {board}, or another --out.")
+    _check_out(out)
+    if is_file or watchdog:
+        file = bench_file.load(board if is_file else out)
+        if file.address != board and not is_file:
             raise ConfigurationError(
-                f"{out} is of the bench at {told.address}: name the bench.toml of {board} as --out."
+                f"{out} is of the bench at {file.address}: name the bench.toml of {board} as --out."
             )
     else:
-        told, out = bench_file.BenchFile(board), out or Path("bench.toml")
-        if out.exists():
-            raise ConfigurationError(f"{out} is there already: give it in place of {board}, or another --out.")
-    _check_out(out)
+        file = bench_file.BenchFile(board)
     work = commissioning.add_watchdog_test if watchdog else commissioning.commission
-    done = work(told, lambda bench, chosen: hil.open(bench.address, setup=chosen), commissioning.Terminal())
+    done = work(file, lambda bench, chosen: hil.open(bench.address, setup=chosen), commissioning.Terminal())
     bench_file.save(out, done)
     if watchdog:
         typer.echo(f"The result is in {out}.")
@@ -134,7 +133,7 @@ def zero(
     typer.echo("Theta is 0 where the arm stands." if done else "Nothing was changed.")
 
 
-def _ask_for_mark(bench: Bench, why: str, more: str = "") -> bool:
+def _ask_for_mark(bench: Bench, why: str | None, more: str = "") -> bool:
     """Ask whether the arm stands at its mark, and return whether it was taken for it."""
     done = bool(why) and typer.confirm(f"{why}\nDoes the arm stand at its mark{more}?")
     if done:
@@ -181,7 +180,7 @@ def run_experiment(
         try:
             recording = chosen(opened)
         except BaseException:
-            _keep(opened, out)
+            _save_broken_off(opened, out)
             raise
         _save(recording, opened, out)
     if unanswered.too_many(recording.metadata, len(recording)):
@@ -192,31 +191,30 @@ def _save(recording: Recording, bench: Bench, out: Path) -> None:
     """Save a run, or say where it is where that fails; and say how many samples came late."""
     from rotflex import unanswered
     from rotflex.errors import RecordingError
-    from rotflex.hil import waiting
+    from rotflex.hil import unfinished
 
     try:
         recording.save(out)
     except RecordingError as error:
-        raise RecordingError(f"{error} {waiting.put_by(recording, bench.safety.folder)}") from error
+        raise RecordingError(f"{error} {unfinished.save_whole(recording, bench.safety.folder)}") from error
     typer.echo(f"{len(recording)} samples are in {out}.")
-    if words := unanswered.in_words(recording.metadata, len(recording)):
-        typer.echo(words, err=True)
+    if late := unanswered.in_words(recording.metadata, len(recording)):
+        typer.echo(late, err=True)
 
 
-def _keep(bench: Bench, out: Path) -> None:
-    """Save what a run recorded that ended before its time, in place of what was kept of it meanwhile."""
-    if bench.kept is None:
-        return
-    typer.echo(f"What was recorded until then is in {bench.kept.save(out)}.", err=True)
-    _forget_unfinished(bench)
+def _save_broken_off(bench: Bench, out: Path) -> None:
+    """Save what a run recorded that ended before its time, in place of what was stored of it meanwhile."""
+    if bench.kept is not None:
+        typer.echo(f"What was recorded until then is in {bench.kept.save(out)}.", err=True)
+        _forget(bench)
 
 
-def _forget_unfinished(bench: Bench) -> None:
-    """Take what a bench has as kept out of the recordings that wait: it is elsewhere, or nobody asked for it."""
-    from rotflex.hil import waiting
+def _forget(bench: Bench) -> None:
+    """Delete a run from the recordings that wait: it is elsewhere, or nobody asked for it."""
+    from rotflex.hil import unfinished
 
-    if bench.kept is not None and bench.safety.folder is not None:
-        waiting.remove_same(bench.kept, bench.safety.folder)
+    if bench.kept_in is not None:
+        unfinished.remove(bench.kept_in)
 
 
 def _check_out(out: Path) -> None:
@@ -239,8 +237,10 @@ def _check_recording(out: Path, force: bool) -> None:
     _check_new(out, force)
 
 
-def _experiment(experiment: Experiment, gain: str, model: Path | None, settings: dict[str, Any]) -> Any:
-    """The experiment as a function of an open bench."""
+def _experiment(
+    experiment: Experiment, gain: str, model: Path | None, settings: dict[str, Any]
+) -> Callable[[Bench], Recording]:
+    """Return the experiment as a function of an open bench."""
     from rotflex import experiments
 
     closed = experiment in (Experiment.FSF, Experiment.PSF)
@@ -248,20 +248,19 @@ def _experiment(experiment: Experiment, gain: str, model: Path | None, settings:
         if given and not used:
             raise ConfigurationError(f"{experiment.value} takes no --{name}.")
     if experiment is Experiment.SWEEP:
-        return lambda bench: experiments.sweep(bench, **settings)
+        return partial(experiments.sweep, **settings)
     if experiment is Experiment.DECAY:
-        return lambda bench: experiments.free_decay(bench, **settings)
+        return partial(experiments.free_decay, **settings)
     if experiment is Experiment.VALIDATION:
         A, B = _model(model)
-        return lambda bench: experiments.validation(bench, A, B, **settings)
+        return partial(experiments.validation, A=A, B=B, **settings)
     feedback = "full" if experiment is Experiment.FSF else "partial"
-    K = _gain(gain, experiment)
-    return lambda bench: experiments.tracking(bench, K, feedback, **settings)
+    return partial(experiments.tracking, controller=_gain(gain, experiment), feedback=feedback, **settings)
 
 
 def _gain(text: str, experiment: Experiment) -> list[float]:
     try:
-        K = [float(one) for one in text.strip("[] ").replace(",", " ").split()]
+        K = [float(number) for number in text.strip("[] ").replace(",", " ").split()]
     except ValueError:
         K = []
     if len(K) != 4:
@@ -272,17 +271,15 @@ def _gain(text: str, experiment: Experiment) -> list[float]:
 
 
 def _model(path: Path | None) -> tuple[Any, Any]:
-    """A and B of a .mat file."""
+    """Return A and B of a .mat file."""
     from scipy.io import loadmat
 
     needed = "A validation needs a model beside the bench: --model FILE.mat, with A (4 by 4) and B (4 by 1) in it"
-    if path is None:
-        raise ConfigurationError(needed + ".")
-    if not path.is_file():
-        raise ConfigurationError(f"{needed}; there is no {path}.")
+    if path is None or not path.is_file():
+        raise ConfigurationError(needed + (f"; there is no {path}." if path else "."))
     try:
-        held = loadmat(path)
-        return held["A"], held["B"]
+        matrices = loadmat(path)
+        return matrices["A"], matrices["B"]
     except KeyError as error:
         raise ConfigurationError(f"{needed}; {path} has no {error.args[0]}.") from None
     except (OSError, ValueError, TypeError, NotImplementedError) as error:
@@ -303,34 +300,33 @@ def watch(
     if out is not None:
         _check_recording(out, force)
     with hil.open(bench) as opened:
-        shown = [-1.0]
+        shown = -1.0
 
-        def show(measured: Any, _voltage: float) -> None:
-            if measured.time - shown[0] >= 0.1:
-                shown[0] = measured.time
-                line = "\r{time:7.1f} s   theta {theta:z8.2f} deg   alpha {alpha:z8.2f} deg "
-                values = {"theta": measured.theta / DEG, "alpha": measured.alpha / DEG}
-                typer.echo(line.format(time=measured.time, **values), nl=False)
+        def show(measured: Measurement, _voltage: float) -> None:
+            nonlocal shown
+            if measured.time - shown >= 0.1:
+                shown = measured.time
+                angles = f"theta {measured.theta / DEG:z8.2f} deg   alpha {measured.alpha / DEG:z8.2f} deg"
+                typer.echo(f"\r{shown:7.1f} s   {angles} ", nl=False)
 
         opened.on_sample = show
-        recording: Recording | None = None
         try:
-            recording = experiments.watch(opened, duration, progress=False)
+            recording: Recording | None = experiments.watch(opened, duration, progress=False)
         except KeyboardInterrupt:  # as the help says: nothing was broken off
             recording = opened.kept
         except BaseException:
-            typer.echo("")
             if out is not None:
-                _keep(opened, out)
+                _save_broken_off(opened, out)
             raise
-        typer.echo("")
+        finally:
+            typer.echo("")
         if out is not None and recording is not None:
             _save(recording, opened, out)
-        _forget_unfinished(opened)
+        _forget(opened)
 
 
 def examine(bench: str, seconds: float, as_json: bool) -> None:
-    """What ``rotflex doctor --bench`` does: a line for each thing that is looked at, and what to do about it."""
+    """Print a line for each thing that is looked at, and what to do about it, for ``rotflex doctor --bench``."""
     import json
     from dataclasses import asdict
 
@@ -339,15 +335,16 @@ def examine(bench: str, seconds: float, as_json: bool) -> None:
 
     colours = {Level.OK: "green", Level.WARN: "yellow", Level.FAIL: "red"}
     findings = []
-    for one in bench_doctor.examine(bench, seconds):
-        findings.append(one)
+    for finding in bench_doctor.examine(bench, seconds):
+        findings.append(finding)
         if not as_json:
-            typer.echo(f"{typer.style(f'{one.level:5}', fg=colours[one.level])}{one.what:20}{one.said}")
-            if one.to_do:
-                typer.echo(f"{'':25}→ {one.to_do}")
-    failed = any(one.level is Level.FAIL for one in findings)
+            level = typer.style(f"{finding.level:5}", fg=colours[finding.level])
+            typer.echo(f"{level}{finding.what:20}{finding.message}")
+            if finding.advice:
+                typer.echo(f"{'':25}→ {finding.advice}")
+    failed = any(finding.level is Level.FAIL for finding in findings)
     if as_json:
-        typer.echo(json.dumps({"good": not failed, "findings": [asdict(one) for one in findings]}))
+        typer.echo(json.dumps({"good": not failed, "findings": [asdict(finding) for finding in findings]}))
     if failed:
         raise typer.Exit(1)
 
@@ -360,21 +357,20 @@ def unfinished(
 ) -> None:
     """List recordings of runs that did not end as they should: programs that were killed, runs that were broken off.
 
-    They wait here until --out writes them elsewhere, each with the reason in it, and none is deleted before it was read
-    again as it was written.
+    They wait here until --out writes them elsewhere, each with the reason in it.
     """
-    from rotflex.hil import waiting
+    from rotflex.hil import unfinished
 
-    folder = waiting.place()
-    found = waiting.waiting(folder)
-    for one in found:
-        typer.echo(str(one))
+    folder = unfinished.place()
+    waits = unfinished.waiting(folder)
+    for run in waits:
+        typer.echo(str(run))
         if out is not None:
-            typer.echo(f"    is in {waiting.write_out(one, out)} now")
-    if not found:
+            typer.echo(f"    is in {unfinished.write_out(run, out)} now")
+    if not waits:
         typer.echo("No recording waits: every run ended as it should, or was written out.")
     elif out is None:
-        count = waiting.counted(found)
+        count = unfinished.counted(len(waits))
         typer.echo(f"{count} in {folder}. Write them as .mat files by --out FOLDER, which takes them off this list.")
 
 
@@ -414,20 +410,22 @@ def fit(
     from dataclasses import replace
 
     from rotflex import greybox
-    from rotflex.bench_commands import fits
     from rotflex.config import joint, srv02
-    from rotflex.hil import twin
+    from rotflex.hil.bench_file import Twin, save_twin
     from rotflex.hil.student_benches import VirtualPlantSpec
-    from rotflex.hil.terminals import Timing
+    from rotflex.hil.virtual import Timing
     from rotflex.recording import Recording
 
     _check_new(out, force)
     if out.suffix != ".toml":
         raise ConfigurationError(f"{out}: a fitted bench is a file whose name ends in .toml.")
-    fits.require_different(recordings)
-    every = [Recording.load(path, columns=columns) for path in recordings]
-    arm = joint(arm_position or fits.recorded(every, recordings, "arm_position", 1))
-    servo = srv02(encoder=encoder or fits.recorded(every, recordings, "encoder", "E"))
+    every = {str(path): Recording.load(path, columns=columns) for path in recordings}
+    if len({path.read_bytes() for path in recordings}) < len(recordings):
+        raise ConfigurationError(
+            "The same recording is named twice: name recordings of different runs (of a virtual bench, with &run=2)."
+        )
+    arm = joint(arm_position or _recorded(every, "arm_position", 1))
+    servo = srv02(encoder=encoder or _recorded(every, "encoder", "E"))
     names = [name.strip() for name in free.split(",")] if free else None
     initial = greybox.typical(servo, arm)
     if J_l is not None:
@@ -435,23 +433,52 @@ def fit(
             raise ConfigurationError(f"--J_l {J_l:g}: give a positive inertia in kg·m², and leave J_l out of --free.")
         initial = replace(initial, J_l=J_l, K_s=initial.K_s * J_l / arm.J_l)  # beginning at the same frequency
     own = ["servo_friction"] if len(every) > 1 and "servo_friction" in (names or greybox.FREE) else []
-    for words in fits.late(every, recordings):
-        typer.echo(words, err=True)
-    found = greybox.fit(every, servo, arm, names, initial, per_recording=own)
-    called = fits.names(recordings)
-    typer.echo(found.table(called))
+    for path, recording in every.items():
+        _check_fit(path, recording)
+    given, titles = list(every.values()), list(every)
+    found = greybox.fit(given, servo, arm, names, initial, per_recording=own)
+    typer.echo(found.table(titles))
     about: dict[str, Any] = {"recordings": [path.name for path in recordings]}
     about |= {"omega_n": found.omega_n.value, "omega_n_u": found.omega_n.uncertainty}
     about |= {f"left_{name}_rad": value for name, value in found.residual_rms.items()}
-    if doubts := found.doubts(called):
+    if doubts := found.doubts(titles):
         about["doubts"] = doubts
-    made = VirtualPlantSpec(arm, found.parameters, Timing(delay=found.delay))
-    twin.save(out, twin.Twin(made, servo), about)
+    save_twin(out, Twin(VirtualPlantSpec(arm, found.parameters, Timing(delay=found.delay)), servo), about)
     typer.echo(f"The fitted bench is in {out}: open it as virtual:{out}.")
     if len(every) == 1:
         typer.echo("There is one recording: how well the fit tells of another, it cannot say.")
     elif leave_out:  # the file is there already: this takes as long again, or longer
         try:
-            typer.echo(greybox.leave_one_out(every, servo, arm, names, initial, per_recording=own).table(called))
+            typer.echo(greybox.leave_one_out(given, servo, arm, names, initial, per_recording=own).table(titles))
         except IdentificationError as error:  # the fit itself is saved already
             typer.echo(f"How well it tells of one that it has not seen, cannot be said: {error}")
+
+
+def _check_fit(path: str, recording: Recording) -> None:
+    """Raise IdentificationError where nothing moves in a recording, or too many samples came late; print how many."""
+    from rotflex import unanswered
+    from rotflex.channels import channel
+
+    try:
+        channel(recording, "theta"), channel(recording, "alpha")
+    except IdentificationError as error:
+        raise IdentificationError(f"{path}: {error} Leave it out.") from None
+    if late := unanswered.in_words(recording.metadata, len(recording)):
+        if unanswered.too_many(recording.metadata, len(recording)):
+            raise IdentificationError(f"{path}: {late} Record it again, or leave it out.")
+        typer.echo(f"{path}: {late}", err=True)
+
+
+def _recorded(every: Mapping[str, Recording], name: str, default: Any) -> Any:
+    """Return what the recordings say of their bench, on which they must agree."""
+    values = {}
+    for path, recording in every.items():
+        bench = recording.metadata.get("bench")
+        if isinstance(bench, dict) and name in bench:
+            values[path] = bench[name]
+    if len(set(values.values())) > 1:
+        listed = ", ".join(f"{path}: {value}" for path, value in values.items())
+        raise ConfigurationError(
+            f"The recordings are of benches that differ in {name} ({listed}): fit those of one bench."
+        )
+    return next(iter(values.values()), default)

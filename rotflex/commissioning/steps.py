@@ -1,0 +1,499 @@
+"""The steps of a commissioning: by hand at 0 V, then with the motor, slowly and within a few degrees.
+
+A step that finds something wrong raises :class:`~rotflex.errors.BenchError`, which says what to look at.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Iterator
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
+from typing import Any, Protocol
+
+import numpy as np
+
+from rotflex import experiments, unanswered
+from rotflex.config import ENCODERS
+from rotflex.errors import BenchError, HILError, LimitExceeded
+from rotflex.hil.bench import Bench, Measurement
+from rotflex.hil.bench_file import BenchFile, serial_number
+from rotflex.hil.board import Channels
+from rotflex.hil.halt import WATCHDOG_TIMEOUT
+from rotflex.hil.real import CAREFUL, Setup, record, today
+from rotflex.identification import frequency_response, resonance
+from rotflex.link import natural_frequency
+from rotflex.recording import Recording
+from rotflex.specifications import SAMPLE_TIME
+from rotflex.units import DEG, HZ
+
+_POLL = 0.005  # s
+_ENOUGH = 30  # counts, of a push by hand; 1.3 deg at least
+_LOOPED, _OFF_BY = (-2.0, 0.0, 2.0), 0.1  # V
+_VOLTAGE = 2.0  # V, at most, once the watchdog has stopped the motor
+_SLOPE = 0.25  # V/s
+_LEAST = 4  # counts, from which on a motion is one
+_FAR = 3 * DEG
+_SWEEP = {"f_start": 2.0, "f_stop": 5.0, "duration": 6.0, "amplitude": 0.6}  # Hz, s, V: the servo turns by 5 to 20 deg
+_NATURAL, _SPACING = (1.5, 6.0), 0.05  # Hz; no arm position and spring of the joint is outside
+_DAMPING = 0.6  # 1/s, B_l/J_l; it says little of where the best frequency is
+_LEFT = 0.25  # of the arm's motion, that may be left over; 0.02 to 0.12 is usual
+_SWEEPS = 3  # tries of a sweep, until few enough of its samples come late
+_APART = 0.1  # by which two ways to the natural frequency may differ
+_END = WATCHDOG_TIMEOUT + 0.3  # s; the servo must stand by then
+_SPAN = 0.1  # s, over which motion is compared. What follows was measured on 41 virtual benches
+_STANDS = 0.4  # of the driven motion, at the end: 0.15 at most where the board stopped the motor, else 1.1 at least
+_COASTS = 2.0  # of it, from the watchdog's time on: 1.2 at most where the board stopped the motor, else 3.4 at least
+_TURNED = 1 * DEG
+
+Connect = Callable[[BenchFile, Setup], Bench]
+
+
+class Dialogue(Protocol):
+    """The person at the bench."""
+
+    def say(self, text: str) -> None:
+        """Tell something."""
+
+    def wait(self, text: str) -> None:
+        """Ask for something to be done by hand, and return when it has been."""
+
+    def agree(self, text: str) -> bool:
+        """Ask a question, yes or no."""
+
+    def turning(self, text: str) -> Iterator[None]:
+        """Ask for a slow turn by hand, and yield again and again while it goes on."""
+
+
+class Terminal:
+    """Whoever sits at a terminal; in a notebook, a field for the answer appears below the cell.
+
+    What is to be done is printed, so that it stays to be read; what is asked for is short, for that field has little
+    room beside it.
+
+    Parameters
+    ----------
+    turn : s, for a full turn by hand
+    """
+
+    def __init__(self, turn: float = 15.0) -> None:
+        self._turn = turn
+
+    def say(self, text: str) -> None:
+        """Print a line."""
+        print(text, flush=True)
+
+    def wait(self, text: str) -> None:
+        """Print, and wait for Enter."""
+        self.say(text)
+        input("Then press Enter. ")
+
+    def agree(self, text: str) -> bool:
+        """Ask until the answer is yes or no."""
+        self.say(text)
+        while True:
+            answer = input("yes or no? ").strip().lower()
+            if answer[:1] in ("y", "n"):
+                return answer[0] == "y"
+
+    def turning(self, text: str) -> Iterator[None]:
+        """Yield from Enter on, for as long as a turn may take."""
+        self.say(f"{text} You have {self._turn:g} s for it.")
+        input("Press Enter, and turn. ")
+        end = time.monotonic() + self._turn
+        while time.monotonic() < end:
+            yield
+            time.sleep(_POLL)
+
+
+@dataclass
+class Work:
+    """What the steps of one commissioning share.
+
+    Attributes
+    ----------
+    file : the bench as far as it is known by now
+    connect : makes a bench from what is known of it
+    dialogue : with the person
+    measured : what was found, plain values for the record
+    zero_set : whether the mark of theta = 0 was set
+    may_drive : whether the person has agreed that the motor drives
+    """
+
+    file: BenchFile
+    connect: Connect
+    dialogue: Dialogue
+    measured: dict[str, Any] = field(default_factory=dict)
+    zero_set: bool = False
+    may_drive: bool = False
+
+
+# --- how the bench is opened ------------------------------------------------------------------------------------------
+
+
+def _opened(work: Work, file: BenchFile, **changes: Any) -> Bench:
+    bench = work.connect(file, replace(file.setup(), **changes))
+    bench.safety = replace(bench.safety, folder=None)  # nobody looks for the recordings of a commissioning later
+    return bench
+
+
+def at_rest(work: Work) -> Bench:
+    """Open the bench for steps at 0 V."""
+    work.dialogue.say(
+        "Opening the board; the motor stays at 0 V. Switch the amplifier off: first you move all by hand."
+    )
+    return _opened(work, work.file)
+
+
+def driven_carefully(work: Work) -> Bench:
+    """Open the bench for up to 1 V, and no loop."""
+    return driven(work, CAREFUL.voltage)
+
+
+def driven(work: Work, voltage: float = _VOLTAGE) -> Bench:
+    """Open a bench on which little can happen, and which takes motion the wrong way for what it is to find out.
+
+    The limits stand here, for only here the motor gets more than an uncommissioned bench allows. No loop is closed.
+    """
+    if not work.may_drive:
+        work.dialogue.say("Now the motor drives, slowly and by up to 40 degrees. Keep a hand on the emergency stop.")
+        if not work.dialogue.agree("Is the arm free to turn half a turn either way, and the amplifier on?"):
+            raise BenchError("It was broken off before the motor drove. Nothing was recorded.")
+        work.may_drive = True
+    limits = replace(CAREFUL, voltage=voltage, why="The commissioning allows no more.")
+    return _opened(work, work.file, limits=limits, commissioned=lambda: None, guarded=False, marked=False)
+
+
+def in_closed_loop(work: Work) -> Bench:
+    """Open the bench for its first closed loop, under a provisional record and with the guard on."""
+    if not work.dialogue.agree("Last comes a sweep in closed loop, 8 s, some 4 degrees either way. Begin?"):
+        raise BenchError("The commissioning was broken off before the first closed loop. Nothing was recorded.")
+    file, watchdog_test = work.file, work.file.record.get("watchdog")
+    provisional = record(file.identity(), work.measured, provisional=True, watchdog=watchdog_test)
+    return _opened(work, replace(file, record=provisional))
+
+
+# --- by hand, at 0 V --------------------------------------------------------------------------------------------------
+
+
+def read_volts(bench: Bench, channel: int) -> float:
+    """Return what an analog input reads, V."""
+    volts = np.zeros(1)
+    bench.board.read_analog(np.array([channel], dtype=np.uint32), 1, volts)
+    return float(volts[0])
+
+
+def write_loopback(bench: Bench, file: BenchFile, volts: float) -> None:
+    """Set the output that a cable may join to an input, V, where it is named."""
+    if file.loopback is not None:
+        bench.board.write_analog(np.array(file.loopback[:1], dtype=np.uint32), 1, np.array([volts]))
+
+
+def outputs(file: BenchFile) -> Channels:
+    """Return the motor's output, and that of a loopback, where there is one."""
+    return np.array([file.wiring["motor"], *(file.loopback or ())[:1]], dtype=np.uint32)
+
+
+def check_loopback(bench: Bench, file: BenchFile) -> str:
+    """Check that what is written to the joined output comes in at the input; return what was seen.
+
+    Raises
+    ------
+    BenchError
+        If it does not.
+    """
+    if file.loopback is None:
+        return "not tried: bench.toml names no loopback_output and loopback_input"
+    try:
+        for volts in _LOOPED:
+            write_loopback(bench, file, volts)
+            read = read_volts(bench, file.loopback[1])
+            if abs(read - volts) > _OFF_BY:
+                raise BenchError(
+                    f"{volts:g} V on analog output {file.loopback[0]} came in as {read:.2f} V at analog input "
+                    f"{file.loopback[1]}: look at the cable between them, and at the board's ranges."
+                )
+    finally:
+        write_loopback(bench, file, 0.0)
+    return f"what is written comes in, within {_OFF_BY:g} V"
+
+
+def loopback(work: Work, bench: Bench) -> None:
+    """Check the loopback, where a cable is named."""
+    work.dialogue.say(f"The board answers at {work.file.address}.")
+    if serial := serial_number(bench.board):
+        work.measured["serial_number"] = serial
+    work.measured["loopback"] = check_loopback(bench, work.file)
+    work.dialogue.say(f"Loopback: {work.measured['loopback']}.")
+
+
+def directions(work: Work, bench: Bench) -> None:
+    """Find the signs of both encoders. Positive is counter-clockwise, seen from above."""
+    ask = "Turn the servo with the arm on it COUNTER-CLOCKWISE, seen from above, by about 20 degrees."
+    servo = _moved(work, bench, 0, "the servo", ask)
+    ask = "Hold the servo, and bend the arm COUNTER-CLOCKWISE against its springs by about 5 degrees. Keep it there."
+    link = _moved(work, bench, 1, "the arm", ask)
+    work.dialogue.wait("Let the arm go.")
+    work.file = work.file.with_signs(servo_sign=servo, link_sign=link)
+    work.dialogue.say(f"Encoders: servo {servo:+d}, link {link:+d}.")
+
+
+def _moved(work: Work, bench: Bench, which: int, what: str, ask: str) -> int:
+    """Return the sign of what one encoder counted, if that was more than the other one did."""
+    before = bench.counts()
+    work.dialogue.wait(ask)
+    moved = [now - then for now, then in zip(bench.counts(), before, strict=True)]
+    channels = (work.file.wiring["servo_encoder"], work.file.wiring["link_encoder"])
+    mine, others = abs(moved[which]), abs(moved[1 - which])
+    if mine >= _ENOUGH and mine > others:
+        return 1 if moved[which] > 0 else -1
+    if others >= _ENOUGH:
+        raise BenchError(
+            f"You moved {what}, and encoder {channels[1 - which]} counted {others} where encoder {channels[which]} "
+            f"counted {mine}: the two are the other way round. Exchange their cables, or servo_encoder and "
+            "link_encoder in bench.toml."
+        )
+    raise BenchError(
+        f"You moved {what}, and encoder {channels[which]} counted {mine}, which is too little to tell a "
+        "direction: look at its cable and its number in bench.toml, and move it further."
+    )
+
+
+def full_turn_and_zero(work: Work, bench: Bench) -> None:
+    """Count a full turn of the servo, which tells the encoder; then set the place where theta is zero."""
+    begin = bench.counts()[0]
+    for _each in work.dialogue.turning(
+        "Turn the servo slowly by exactly one full turn, mark to mark, counter-clockwise."
+    ):
+        pass
+    turned = abs(bench.counts()[0] - begin)
+    nearest = min(ENCODERS, key=lambda name: abs(math.log(max(turned, 1) / ENCODERS[name])))
+    if abs(turned / ENCODERS[nearest] - 1) > 0.1:
+        raise BenchError(
+            f"A full turn counted {turned}; the encoders that exist have {', '.join(map(str, ENCODERS.values()))} "
+            "counts a turn. Turn it from mark to mark, and look whether the board counts all four edges."
+        )
+    work.measured["counts_per_turn"] = turned
+    work.file = replace(work.file, parts={**work.file.parts, "encoder": nearest})
+    work.dialogue.say(f"A turn is {turned} counts: encoder {nearest}.")
+    work.dialogue.wait(
+        "Turn the arm back to where zero shall be, clear of everything either way, no cable twisted. Put a mark "
+        "there: after power-off you will be asked to turn the arm to it."
+    )
+    bench.set_zero()
+    work.zero_set = True
+
+
+# --- with the motor ---------------------------------------------------------------------------------------------------
+
+
+def motor_sign(work: Work, bench: Bench) -> None:
+    """Find which way a positive voltage turns the servo: it rises slowly, and goes off after 3 degrees."""
+    breakaway_voltage(bench, 1, _FAR)
+    sign = work.file.wiring["motor_sign"] * (1 if bench.latest.theta > 0 else -1)
+    work.file = work.file.with_signs(motor_sign=sign)
+    work.dialogue.say(f"Motor: {sign:+d}.")
+
+
+def breakaway(work: Work, bench: Bench) -> None:
+    """Find the voltages at which the servo begins to move, each way."""
+    found = []
+    for way in (1, -1):
+        found.append(breakaway_voltage(bench, way, _LEAST * bench.servo.K_enc))
+        if bench.latest.theta * way < 0:
+            raise BenchError("The servo moved against the voltage: motor_sign is wrong, or somebody pushed the arm.")
+    work.measured["breakaway_V"] = found
+    work.dialogue.say("The servo breaks away at {:.2f} V and at −{:.2f} V.".format(*found))
+
+
+def breakaway_voltage(bench: Bench, way: int, far: float) -> float:
+    """Return the voltage, rising slowly from 0 V at rest, at which the servo had moved so far, rad; then 0 V.
+
+    Raises
+    ------
+    BenchError
+        If it does not move.
+    """
+    most = bench.limits.voltage
+    experiments.rest(bench)
+    bench.start(SAMPLE_TIME)
+    try:
+        for _sample in range(round(most / _SLOPE / SAMPLE_TIME)):
+            measured = bench.read()
+            if abs(measured.theta) >= far:
+                return _SLOPE * measured.time
+            bench.write(way * min(_SLOPE * measured.time, most))
+    finally:
+        bench.stop()
+    raise BenchError(
+        f"The servo did not move at {way * most:g} V: is the amplifier on, its emergency stop released, the motor's "
+        "cable plugged in, and is the amplifier on the output that bench.toml names as motor?"
+    )
+
+
+def return_to_mark(bench: Bench) -> None:
+    """Turn the servo slowly back to its mark, if it has drifted away: limits are counted from there."""
+    experiments.rest(bench)
+    away = bench.begun + bench.latest.theta
+    if abs(away) > _FAR:
+        breakaway_voltage(bench, -1 if away > 0 else 1, abs(away))
+
+
+def _sweep(work: Work, bench: Bench, **settings: Any) -> Recording:
+    """Return a sweep in which few enough samples came late."""
+    for _each in range(_SWEEPS):
+        if "drive" in settings:  # a loop brings it back by itself
+            return_to_mark(bench)
+        recording = experiments.sweep(bench, **settings, progress=False)
+        late = unanswered.in_words(recording.metadata, len(recording))
+        if not unanswered.too_many(recording.metadata, len(recording)):
+            if late:
+                work.dialogue.say(late)
+            return recording
+        work.dialogue.say(f"{late} The sweep comes again, at most {_SWEEPS} times in all.")
+    raise BenchError(f"{late} It was so in {_SWEEPS} sweeps. Nothing was recorded: begin again.")
+
+
+def link(work: Work, bench: Bench) -> None:
+    """Find the link's natural frequency from a sweep of the voltage: no loop is closed yet."""
+    recording = _sweep(work, bench, **_SWEEP, drive="voltage")
+    theta, alpha, dt = recording["theta"], recording["alpha"], recording.sample_time
+    within = (_NATURAL[0] * HZ, _NATURAL[1] * HZ)
+    omega, left = natural_frequency(theta, alpha, dt, damping=_DAMPING, within=within, spacing=_SPACING * HZ)
+    if left >= _LEFT:
+        mirrored = natural_frequency(theta, -alpha, dt, damping=_DAMPING, within=within, spacing=_SPACING * HZ)
+        if mirrored[1] < left:
+            raise BenchError(
+                "The arm bends the other way than its inertia bends it when the servo turns: the sign of one encoder "
+                "was found the wrong way round. Begin again, and turn servo and arm both counter-clockwise."
+            )
+        raise BenchError(
+            f"The arm does not swing as one on the springs of such a joint, between {_NATURAL[0]:g} and "
+            f"{_NATURAL[1]:g} Hz: {left:.0%} of its motion is left over. Look at the springs, at what else is on the "
+            "arm, at the link's encoder, and whether something touches the arm."
+        )
+    stiffness = bench.joint.J_l * omega**2
+    work.measured |= {"natural_frequency_Hz": omega / HZ, "stiffness": stiffness}
+    work.dialogue.say(
+        f"The link swings at {omega / HZ:.2f} Hz: K_s is {stiffness:.2f} N·m/rad, its inertia taken as nominal."
+    )
+
+
+def short_sweep(work: Work, bench: Bench) -> None:
+    """Close the first loop, and compare the link's natural frequency in it with the one before."""
+    if bench.mark_unknown:  # a board that forgets its counts when it is closed
+        work.dialogue.wait(f"{bench.mark_unknown} Switch the amplifier on again.")
+        bench.set_zero()
+    recording = _sweep(work, bench, duration=8.0)
+    natural, expected = resonance(frequency_response(recording)).value / HZ, work.measured["natural_frequency_Hz"]
+    work.dialogue.say(f"In closed loop the link swings at {natural:.2f} Hz.")
+    if abs(natural / expected - 1) > _APART:
+        raise BenchError(
+            f"In closed loop the link swings at {natural:.2f} Hz, and before at {expected:.2f} Hz: look for what "
+            "is loose. Nothing was recorded."
+        )
+    if timing := recording.metadata.get("timing"):
+        work.measured |= {"late": timing["late"], "missed": timing["missed"]}
+
+
+# --- the watchdog -----------------------------------------------------------------------------------------------------
+
+
+def watchdog_passes(work: Work, bench: Bench) -> None:
+    """Test the watchdog; a simulator, which harms nobody, needs no test."""
+    if "@" in work.file.address:
+        return
+    work.file = replace(work.file, record={})
+    watchdog(work, bench)
+    tested = work.file.record["watchdog"]
+    if not tested["passed"]:
+        raise BenchError(
+            f"{tested['found']} Nothing was recorded. Until it passes, no loop is closed on this bench, and the "
+            "motor gets at most 1 V. Look at what the board refused, and ask its maker how its watchdog sets 0 V."
+        )
+
+
+def watchdog(work: Work, bench: Bench) -> None:
+    """Drive the motor with 1 V, reload the watchdog no more, and record whether the servo stops.
+
+    The record has whether it passed, the date, what was found, and which verbs the board refused.
+
+    Raises
+    ------
+    BenchError
+        If the servo did not turn: then nothing was tested.
+    """
+    work.dialogue.say("The watchdog: 1 V for a moment, and then the program is silent. The board must stop the motor.")
+    trouble = _left_alone(bench, work.file)
+    for refusal in bench.refused.values():
+        work.dialogue.say(f"The board refused something that not all boards have. {refusal}")
+    result = trouble or f"At {CAREFUL.voltage:g} V, left alone, the servo stopped."
+    work.dialogue.say(result)
+    tested = {"passed": trouble is None, "date": today(), "found": result, "refused": list(bench.refused)}
+    work.file = replace(work.file, record={**work.file.record, "watchdog": tested})
+
+
+def _left_alone(bench: Bench, file: BenchFile) -> str | None:
+    """Leave the driven motor to the watchdog, and return what was not as it must be."""
+    experiments.rest(bench)
+    seen: list[Measurement] = []
+    left = 0.0  # V, at the loopback's input
+    expired = ran_away = locked = False
+    try:
+        with suppress(HILError):  # what it refuses, the bench has noted already
+            both = outputs(file)
+            bench.board.watchdog_set_analog_expiration_state(both, len(both), np.zeros(len(both)))
+        bench.start(SAMPLE_TIME)
+        first = bench.counts()[0]
+        seen.append(bench.read())
+        write_loopback(bench, file, CAREFUL.voltage)
+        bench.write(CAREFUL.voltage)
+        bench.is_left_alone = True
+        try:
+            while seen[-1].time < _END:
+                measured = bench.read()
+                seen += [*bench.late, measured]
+        except LimitExceeded:
+            ran_away = True
+        except HILError:  # an expired watchdog may lock the inputs: then the counter is read once it is cleared
+            locked = True
+            time.sleep(max(_END - seen[-1].time, 0.0))
+        if not ran_away:
+            expired = bench.board.watchdog_is_expired()
+            if locked:
+                bench.board.watchdog_clear()
+                moved = (bench.counts()[0] - first) * file.wiring["servo_sign"] * bench.servo.K_enc
+                seen.append(Measurement(_END, seen[0].theta + moved, 0.0))
+            with suppress(HILError):  # its inputs may still be locked
+                left = 0.0 if file.loopback is None else read_volts(bench, file.loopback[1])
+    finally:
+        try:
+            bench.stop()
+        finally:
+            write_loopback(bench, file, 0.0)
+    if ran_away or not _stood(seen, locked):
+        return f"The watchdog did not stop the motor: the servo still turned {_END:g} s after the last sign of life."
+    if not expired:
+        return "The servo stopped, but the watchdog had not expired: something else stopped it."
+    if abs(left) > _OFF_BY:
+        return f"The watchdog left {left:.2f} V on the loopback's output."
+    return None
+
+
+def _stood(seen: list[Measurement], locked: bool) -> bool:
+    """Whether the servo stood at the end, judged by how it moved before; raise BenchError if it never turned."""
+    times, theta = [sample.time for sample in seen], [sample.theta for sample in seen]
+
+    def turned(begin: float, end: float) -> float:
+        return abs(float(np.interp(end, times, theta) - np.interp(begin, times, theta)))
+
+    driven = turned(WATCHDOG_TIMEOUT - _SPAN, WATCHDOG_TIMEOUT)
+    if driven < _TURNED:
+        raise BenchError(
+            f"The servo did not turn at {CAREFUL.voltage:g} V, so nothing was tested: is the amplifier on, its "
+            "emergency stop released, and the arm free?"
+        )
+    if locked:
+        return turned(WATCHDOG_TIMEOUT, _END) < _COASTS * driven
+    return turned(_END - _SPAN, _END) < _STANDS * driven
