@@ -1,4 +1,4 @@
-"""The commands of a bench: ``rotflex bench setup | zero | notebook | run | watch | unfinished | fit``.
+"""The commands of a bench: ``rotflex bench setup | zero | notebook | run | watch | fit``.
 
 Modules load when a command needs them.
 """
@@ -61,7 +61,6 @@ class Experiment(StrEnum):
 
     SWEEP = "sweep"
     DECAY = "decay"
-    VALIDATION = "validation"
     FSF = "fsf"
     PSF = "psf"
 
@@ -95,17 +94,10 @@ def setup(
         raise ConfigurationError(
             f"There is no {board} yet. Name the board, as 'quanser:q2_usb/0', and the file as --out {board}."
         )
-    if not (is_file or watchdog) and out.exists():
+    if not is_file and out.exists():
         raise ConfigurationError(f"{out} is there already: give it in place of {board}, or another --out.")
     _check_out(out)
-    if is_file or watchdog:
-        file = bench_file.load(board if is_file else out)
-        if file.address != board and not is_file:
-            raise ConfigurationError(
-                f"{out} is of the bench at {file.address}: name the bench.toml of {board} as --out."
-            )
-    else:
-        file = bench_file.BenchFile(board)
+    file = bench_file.load(board) if is_file else bench_file.BenchFile(board)
     work = commissioning.add_watchdog_test if watchdog else commissioning.commission
     done = work(file, lambda bench, chosen: hil.open(bench.address, setup=chosen), commissioning.Terminal())
     bench_file.save(out, done)
@@ -163,143 +155,90 @@ def run_experiment(
     gain: Annotated[
         str, typer.Option(help="K for fsf and psf: four numbers, as '18.24,-17.15,1.59,0.63', V/rad and V/(rad/s).")
     ] = "",
-    model: Annotated[Path | None, typer.Option(help="A .mat file with A and B, for validation.")] = None,
     duration: Annotated[float | None, typer.Option(help="Seconds; as the course has it unless given.")] = None,
     force: _Force = False,
 ) -> None:
-    """Run an experiment, and keep what was recorded, also of a run that ended before its time.
+    """Run an experiment, and save what was recorded, also of a run that ended before its time.
 
-    It fails, with the recording kept, where too many samples came late.
+    It fails, with the recording saved, where too many samples came late.
     """
-    from rotflex import hil, unanswered
+    from dataclasses import replace
 
-    _check_recording(out, force)
-    chosen = _experiment(experiment, gain, model, {} if duration is None else {"duration": duration})
+    from rotflex import hil, unanswered
+    from rotflex.errors import RecordingError
+    from rotflex.hil.loop import save_aside
+    from rotflex.recording import saved_ending
+
+    saved_ending(out)
+    _check_new(out, force)
+    chosen = _experiment(experiment, gain, {} if duration is None else {"duration": duration})
     with hil.open(bench) as opened:
         _ask_for_mark(opened, opened.mark_unknown, ", and is the amplifier on again")
+        folder, opened.safety = opened.safety.folder, replace(opened.safety, folder=None)  # it is saved as `out`
         try:
             recording = chosen(opened)
         except BaseException:
-            _save_broken_off(opened, out)
+            if opened.kept is not None:
+                typer.echo(f"What was recorded until then is in {opened.kept.save(out)}.", err=True)
             raise
-        _save(recording, opened, out)
+        try:
+            recording.save(out)
+        except RecordingError as error:
+            opened.kept = recording
+            raise RecordingError(f"{error} The recording is whole: it is {save_aside(recording, folder)}.") from error
+    typer.echo(f"{len(recording)} samples are in {out}.")
+    if late := unanswered.in_words(recording.metadata, len(recording)):
+        typer.echo(late, err=True)
     if unanswered.too_many(recording.metadata, len(recording)):
         raise typer.Exit(1)
 
 
-def _save(recording: Recording, bench: Bench, out: Path) -> None:
-    """Save a run, or say where it is where that fails; and say how many samples came late."""
-    from rotflex import unanswered
-    from rotflex.errors import RecordingError
-    from rotflex.hil import unfinished
-
-    try:
-        recording.save(out)
-    except RecordingError as error:
-        raise RecordingError(f"{error} {unfinished.save_whole(recording, bench.safety.folder)}") from error
-    typer.echo(f"{len(recording)} samples are in {out}.")
-    if late := unanswered.in_words(recording.metadata, len(recording)):
-        typer.echo(late, err=True)
-
-
-def _save_broken_off(bench: Bench, out: Path) -> None:
-    """Save what a run recorded that ended before its time, in place of what was stored of it meanwhile."""
-    if bench.kept is not None:
-        typer.echo(f"What was recorded until then is in {bench.kept.save(out)}.", err=True)
-        _forget(bench)
-
-
-def _forget(bench: Bench) -> None:
-    """Delete a run from the recordings that wait: it is elsewhere, or nobody asked for it."""
-    from rotflex.hil import unfinished
-
-    if bench.kept_in is not None:
-        unfinished.remove(bench.kept_in)
-
-
 def _check_out(out: Path) -> None:
-    """That a file could be written there: afterwards it is too late."""
+    """Raise ConfigurationError unless a file can be written there: after the run it is too late."""
     if not out.absolute().parent.is_dir() or out.is_dir():
         raise ConfigurationError(f"{out} cannot be written: name a file in a folder that is there.")
 
 
 def _check_new(out: Path, force: bool) -> None:
-    """And that nothing is lost by it."""
+    """Raise ConfigurationError also where a file is there already."""
     _check_out(out)
     if out.exists() and not force:
         raise ConfigurationError(f"{out} is there already: name another --out, or add --force.")
 
 
-def _check_recording(out: Path, force: bool) -> None:
-    from rotflex.recording import saved_ending
-
-    saved_ending(out)
-    _check_new(out, force)
-
-
-def _experiment(
-    experiment: Experiment, gain: str, model: Path | None, settings: dict[str, Any]
-) -> Callable[[Bench], Recording]:
+def _experiment(experiment: Experiment, gain: str, settings: dict[str, Any]) -> Callable[[Bench], Recording]:
     """Return the experiment as a function of an open bench."""
     from rotflex import experiments
 
-    closed = experiment in (Experiment.FSF, Experiment.PSF)
-    for name, given, used in (("gain", gain, closed), ("model", model, experiment is Experiment.VALIDATION)):
-        if given and not used:
-            raise ConfigurationError(f"{experiment.value} takes no --{name}.")
-    if experiment is Experiment.SWEEP:
-        return partial(experiments.sweep, **settings)
-    if experiment is Experiment.DECAY:
-        return partial(experiments.free_decay, **settings)
-    if experiment is Experiment.VALIDATION:
-        A, B = _model(model)
-        return partial(experiments.validation, A=A, B=B, **settings)
-    feedback = "full" if experiment is Experiment.FSF else "partial"
-    return partial(experiments.tracking, controller=_gain(gain, experiment), feedback=feedback, **settings)
-
-
-def _gain(text: str, experiment: Experiment) -> list[float]:
+    if experiment in (Experiment.SWEEP, Experiment.DECAY):
+        if gain:
+            raise ConfigurationError(f"{experiment.value} takes no --gain.")
+        return partial(experiments.sweep if experiment is Experiment.SWEEP else experiments.free_decay, **settings)
     try:
-        K = [float(number) for number in text.strip("[] ").replace(",", " ").split()]
+        K = [float(number) for number in gain.strip("[] ").replace(",", " ").split()]
     except ValueError:
         K = []
     if len(K) != 4:
         raise ConfigurationError(
-            f"{experiment.value} needs four numbers as --gain, such as '18.24,-17.15,1.59,0.63'; it is {text!r}."
+            f"{experiment.value} needs four numbers as --gain, such as '18.24,-17.15,1.59,0.63'; it is {gain!r}."
         )
-    return K
-
-
-def _model(path: Path | None) -> tuple[Any, Any]:
-    """Return A and B of a .mat file."""
-    from scipy.io import loadmat
-
-    needed = "A validation needs a model beside the bench: --model FILE.mat, with A (4 by 4) and B (4 by 1) in it"
-    if path is None or not path.is_file():
-        raise ConfigurationError(needed + (f"; there is no {path}." if path else "."))
-    try:
-        matrices = loadmat(path)
-        return matrices["A"], matrices["B"]
-    except KeyError as error:
-        raise ConfigurationError(f"{needed}; {path} has no {error.args[0]}.") from None
-    except (OSError, ValueError, TypeError, NotImplementedError) as error:
-        raise ConfigurationError(f"{needed}; {path} gives none ({error}).") from None
+    feedback = "full" if experiment is Experiment.FSF else "partial"
+    return partial(experiments.tracking, controller=K, feedback=feedback, **settings)
 
 
 @app.command()
 def watch(
     bench: _Bench = "bench.toml",
     duration: Annotated[float, typer.Option(help="Seconds; Ctrl-C ends it before.")] = 60.0,
-    out: Annotated[Path | None, typer.Option(help="A .mat file for what is seen.")] = None,
-    force: _Force = False,
 ) -> None:
     """Show both angles at 0 V while the arm is moved by hand."""
+    from dataclasses import replace
+
     from rotflex import experiments, hil
     from rotflex.units import DEG
 
-    if out is not None:
-        _check_recording(out, force)
     with hil.open(bench) as opened:
+        opened.safety = replace(opened.safety, folder=None)
         shown = -1.0
 
         def show(measured: Measurement, _voltage: float) -> None:
@@ -310,19 +249,9 @@ def watch(
                 typer.echo(f"\r{shown:7.1f} s   {angles} ", nl=False)
 
         opened.on_sample = show
-        try:
-            recording: Recording | None = experiments.watch(opened, duration, progress=False)
-        except KeyboardInterrupt:  # as the help says: nothing was broken off
-            recording = opened.kept
-        except BaseException:
-            if out is not None:
-                _save_broken_off(opened, out)
-            raise
-        finally:
-            typer.echo("")
-        if out is not None and recording is not None:
-            _save(recording, opened, out)
-        _forget(opened)
+        with contextlib.suppress(KeyboardInterrupt):  # as the help says
+            experiments.watch(opened, duration, progress=False)
+    typer.echo("")
 
 
 def examine(bench: str, seconds: float, as_json: bool) -> None:
@@ -347,31 +276,6 @@ def examine(bench: str, seconds: float, as_json: bool) -> None:
         typer.echo(json.dumps({"good": not failed, "findings": [asdict(finding) for finding in findings]}))
     if failed:
         raise typer.Exit(1)
-
-
-@app.command()
-def unfinished(
-    out: Annotated[
-        Path | None, typer.Option(help="Write them to this folder as .mat files, and take them off the list.")
-    ] = None,
-) -> None:
-    """List recordings of runs that did not end as they should: programs that were killed, runs that were broken off.
-
-    They wait here until --out writes them elsewhere, each with the reason in it.
-    """
-    from rotflex.hil import unfinished
-
-    folder = unfinished.place()
-    waits = unfinished.waiting(folder)
-    for run in waits:
-        typer.echo(str(run))
-        if out is not None:
-            typer.echo(f"    is in {unfinished.write_out(run, out)} now")
-    if not waits:
-        typer.echo("No recording waits: every run ended as it should, or was written out.")
-    elif out is None:
-        count = unfinished.counted(len(waits))
-        typer.echo(f"{count} in {folder}. Write them as .mat files by --out FOLDER, which takes them off this list.")
 
 
 @app.command()
@@ -436,14 +340,14 @@ def fit(
     for path, recording in every.items():
         _check_fit(path, recording)
     given, titles = list(every.values()), list(every)
-    found = greybox.fit(given, servo, arm, names, initial, per_recording=own)
-    typer.echo(found.table(titles))
+    fitted = greybox.fit(given, servo, arm, names, initial, per_recording=own)
+    typer.echo(fitted.table(titles))
     about: dict[str, Any] = {"recordings": [path.name for path in recordings]}
-    about |= {"omega_n": found.omega_n.value, "omega_n_u": found.omega_n.uncertainty}
-    about |= {f"left_{name}_rad": value for name, value in found.residual_rms.items()}
-    if doubts := found.doubts(titles):
+    about |= {"omega_n": fitted.omega_n.value, "omega_n_u": fitted.omega_n.uncertainty}
+    about |= {f"left_{name}_rad": value for name, value in fitted.residual_rms.items()}
+    if doubts := fitted.doubts(titles):
         about["doubts"] = doubts
-    save_twin(out, Twin(VirtualPlantSpec(arm, found.parameters, Timing(delay=found.delay)), servo), about)
+    save_twin(out, Twin(VirtualPlantSpec(arm, fitted.parameters, Timing(delay=fitted.delay)), servo), about)
     typer.echo(f"The fitted bench is in {out}: open it as virtual:{out}.")
     if len(every) == 1:
         typer.echo("There is one recording: how well the fit tells of another, it cannot say.")

@@ -7,7 +7,6 @@ written, and nothing else.
 from __future__ import annotations
 
 import contextlib
-import io
 import math
 import platform
 import time
@@ -23,7 +22,7 @@ import numpy as np
 from rotflex import __version__, hil
 from rotflex.commissioning import steps
 from rotflex.errors import HILError, RotflexError
-from rotflex.hil import bench_file, drivers, unfinished
+from rotflex.hil import bench_file, drivers
 from rotflex.hil.bench import Bench, Limits
 from rotflex.hil.bench_file import BenchFile
 from rotflex.hil.board import Clock
@@ -97,7 +96,6 @@ def examine(uri: str, seconds: float = 3.0) -> Iterator[Finding]:
         yield from _on_the_board(bench, file or _AS_USUAL, seconds)
     yield _commissioned(commissioned() if commissioned is not None else None, file)
     yield Finding("limits", Level.OK, _limits(limits))
-    yield _unfinished()
 
 
 def _software(address: str) -> Finding:
@@ -116,8 +114,7 @@ def _on_the_board(bench: Bench, file: BenchFile, seconds: float) -> Iterator[Fin
     """Look at all that is asked of an open board."""
     with contextlib.ExitStack() as opened:
         try:
-            with contextlib.redirect_stdout(io.StringIO()):  # what waits is told further down
-                opened.enter_context(bench)
+            opened.enter_context(bench)
         except RotflexError as error:
             yield Finding("board", Level.FAIL, str(error), _CABLES)
             return
@@ -153,18 +150,6 @@ def _limits(limits: Limits) -> str:
     }
     listed = ", ".join(text.format(value) for text, value in known.items() if value < math.inf)
     return f"{listed}, until it is commissioned." if limits.why else f"{listed}."
-
-
-def _unfinished() -> Finding:
-    """Look for what killed programs left behind."""
-    waits = unfinished.waiting(unfinished.place())
-    if not waits:
-        return Finding("unfinished runs", Level.OK, "None.")
-    message = (
-        f"{unfinished.counted(len(waits))} of runs that did not end as they should, the last on "
-        f"{waits[-1].begun:%Y-%m-%d %H:%M}."
-    )
-    return Finding("unfinished runs", Level.WARN, message, "rotflex bench unfinished --out FOLDER")
 
 
 # --- on the open board ------------------------------------------------------------------------------------------------

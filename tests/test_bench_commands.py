@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 import shutil
-import sys
 import tomllib
 from dataclasses import replace
 from pathlib import Path
@@ -14,12 +13,11 @@ import numpy as np
 import pytest
 import quanser_double
 from fault_board import FaultBoard, bench_of
-from scipy.io import savemat
 from typer.testing import CliRunner
 
-from rotflex import commissioning, hil
+from rotflex import commissioning, experiments, hil
 from rotflex.cli import app
-from rotflex.errors import BenchError, HILError, RecordingError
+from rotflex.errors import BenchError, LimitExceeded, RecordingError
 from rotflex.hil import bench_file, real
 from rotflex.hil.student_benches import preset
 from rotflex.hil.virtual import VirtualBoard
@@ -46,9 +44,7 @@ def said(*words: str, code: int = 0) -> str:
 
 def package(monkeypatch, board) -> None:
     """Install the maker's package, with a board."""
-    modules, _opened = quanser_double.package(board)
-    for name, module in modules.items():
-        monkeypatch.setitem(sys.modules, name, module)
+    quanser_double.install(monkeypatch, board)
 
 
 @pytest.mark.parametrize(
@@ -88,16 +84,8 @@ def test_recordings_in_which_samples_came_late_are_told_and_where_too_many_did_n
         assert f"{late} came late and 2 never came" in output
 
 
-def test_a_validation_is_run_beside_a_model_from_a_file():
-    A = np.diag([1.0, 1.0], 2)
-    savemat("model.mat", {"A": A, "B": np.array([[0.0], [0.0], [1.0], [0.0]])})
-    said("run", "validation", "--model", "model.mat", *VIRTUAL, "--duration", "1", "--out", "out.mat")
-    assert np.ptp(Recording.load("out.mat")["theta_model"]) > 0
-
-
 WRITING = {
     "run": (["run", "sweep", *VIRTUAL, "--duration", "1"], "out.mat"),
-    "watch": (["watch", *VIRTUAL, "--duration", "0.5"], "out.mat"),
     "fit": (["fit", "fsf.mat"], "out.toml"),
 }
 
@@ -116,20 +104,25 @@ def test_what_cannot_be_written_or_is_there_is_said_before_anything_is_done(comm
     assert (tmp_path / out).read_text() == "mine"
 
 
-@pytest.mark.parametrize("command", ["run", "watch"])
-def test_a_file_is_written_over_where_that_is_asked_for(command, tmp_path):
-    words, out = WRITING[command]
-    (tmp_path / out).write_text("mine")
-    assert "samples are in out.mat" in said(*words, "--out", out, "--force")
-    assert len(Recording.load(tmp_path / out)) > 100
+def test_a_file_is_written_over_where_that_is_asked_for(tmp_path):
+    (tmp_path / "out.mat").write_text("mine")
+    assert "samples are in out.mat" in said(*WRITING["run"][0], "--out", "out.mat", "--force")
+    assert len(Recording.load(tmp_path / "out.mat")) > 100
 
 
-@pytest.mark.parametrize("command", ["run", "watch"])
-def test_a_run_that_cannot_be_saved_after_all_says_where_it_is(command, monkeypatch, tmp_path):
+def commissioned(**limits: float) -> None:
+    """A bench.toml of a commissioned bench."""
+    told = bench_file.BenchFile(SIMULATOR, limits=limits)
+    bench_file.save("bench.toml", replace(told, record=real.record(told.identity(), {"stiffness": 1.6})))
+
+
+DECAY = ["run", "decay", "--bench", "bench.toml", "--duration", "1", "--out", "out.mat"]
+
+
+def test_a_run_that_cannot_be_saved_after_all_says_where_it_is(monkeypatch, tmp_path):
     """As on a disk that is full by then."""
     package(monkeypatch, lambda: VirtualBoard(preset("real_bench").parameters))
-    told = bench_file.BenchFile(SIMULATOR)
-    bench_file.save("bench.toml", replace(told, record=real.record(told.identity(), {"stiffness": 1.6})))
+    commissioned()
     really = Recording.save
 
     def save(recording: Recording, path: Path) -> Path:
@@ -138,52 +131,27 @@ def test_a_run_that_cannot_be_saved_after_all_says_where_it_is(command, monkeypa
         return really(recording, path)
 
     monkeypatch.setattr(Recording, "save", save)
-    words = {"run": ["run", "decay"], "watch": ["watch"]}[command]
-    output = said(*words, "--bench", "bench.toml", "--duration", "1", "--out", "out.mat", code=2)
+    output = said(*DECAY, code=2)
     (kept,) = (tmp_path / "settings").rglob("*.mat")
     assert "No space left on device. The recording is whole: it is in" in output and kept.name in output
     assert len(Recording.load(kept)) == 501
 
 
-class Ended(VirtualBoard):
-    """A real bench's board, on which something happens at its 100th sample."""
-
-    error: BaseException = KeyboardInterrupt()
-    reads = 0
-
-    def task_read_encoder(self, *arguments):
-        self.reads += 1
-        if self.reads == 100:
-            raise self.error
-        return super().task_read_encoder(*arguments)
-
-
-@pytest.mark.parametrize("out", [["--out", "out.mat"], []], ids=["with a file", "without"])
-@pytest.mark.parametrize("error", [KeyboardInterrupt(), HILError("the board refused")], ids=["Ctrl-C", "refused"])
-def test_watching_that_somebody_ends_is_no_run_that_did_not_end_as_it_should(out, error, monkeypatch):
-    monkeypatch.setattr(Ended, "error", error)
-    package(monkeypatch, lambda: Ended(preset("real_bench").parameters))
-    wanted = isinstance(error, KeyboardInterrupt)
-    output = said("watch", "--bench", SIMULATOR, *out, code=0 if wanted else 2)
-    if out:
-        assert ("99 samples are in out.mat" if wanted else "What was recorded until then is in out.mat") in output
-        assert len(Recording.load("out.mat")) == 99
-    waits = not out and not wanted
-    assert ("the board refused" in said("unfinished")) is waits
-    assert ("No recording waits" in said("unfinished")) is not waits
-
-
-def test_a_run_that_ends_before_its_time_is_kept():
-    gain = "--gain=-60,0,0,0"
-    output = said("run", "fsf", gain, *VIRTUAL, "--out", "out.mat", code=2)
-    assert "What was recorded until then is in out.mat" in output
-    assert "its limit is" in output
+def test_a_run_that_is_broken_off_is_saved_once_by_the_command_and_aside_in_python(monkeypatch, tmp_path):
+    package(monkeypatch, lambda: VirtualBoard(preset("real_bench").parameters))
+    commissioned(theta=6.0)
+    assert "What was recorded until then is in out.mat" in said(*DECAY, code=2)
     assert Recording.load("out.mat").metadata["ended"].startswith("LimitExceeded")
+    assert not list((tmp_path / "settings").rglob("*.mat"))
+    with pytest.raises(LimitExceeded) as caught, hil.open("bench.toml") as bench:
+        experiments.free_decay(bench, duration=1.0, progress=False)
+    (path,) = (tmp_path / "settings" / "unfinished").iterdir()
+    assert str(path) in "".join(caught.value.__notes__)
+    assert "LimitExceeded" in Recording.load(path).metadata["ended"]
 
 
 def test_watching_shows_both_angles():
-    assert "theta 0.00 deg alpha 0.00 deg" in said("watch", *VIRTUAL, "--duration", "0.5", "--out", "seen.mat")
-    assert len(Recording.load("seen.mat")) == 251
+    assert "theta 0.00 deg alpha 0.00 deg" in said("watch", *VIRTUAL, "--duration", "0.5")
 
 
 def test_a_bench_is_set_up_and_used(monkeypatch):
@@ -279,7 +247,8 @@ def test_a_fit_is_kept_where_no_recording_can_be_left_out():
     ],
 )
 def test_recordings_that_tell_nothing_are_refused_in_words(words, expected):
-    said("watch", *VIRTUAL, "--duration", "0.5", "--out", "rest.mat")
+    with hil.open(VIRTUAL[1]) as bench:
+        experiments.watch(bench, 0.5, progress=False).save("rest.mat")
     recorded("short.mat", duration="1")
     assert expected in said("fit", *words, code=2)
 
@@ -305,17 +274,12 @@ def test_a_twin_that_is_none_is_told(text, expected, tmp_path):
         (["run", "fsf"], "fsf needs four numbers as --gain"),
         (["run", "psf", "--gain", "1,2,three,4"], "it is '1,2,three,4'"),
         (["run", "sweep", "--gain", "1,2,3,4"], "sweep takes no --gain"),
-        (["run", "fsf", "--model", "m.mat"], "fsf takes no --model"),
-        (["run", "validation"], "--model FILE.mat, with A (4 by 4)"),
-        (["run", "validation", "--model", "nothere.mat"], "there is no nothere.mat"),
-        (["run", "validation", "--model", "only_a.mat"], "only_a.mat has no B"),
         (["fit", "one.mat", "--J_l", "0"], "--J_l 0: give a positive inertia"),
         (["fit", "one.mat", "--J_l", "0.003", "--free", "K_s,J_l"], "leave J_l out of --free"),
         (["fit", "one.mat", "two.mat"], "The same recording is named twice: name recordings of different runs"),
     ],
 )
 def test_what_cannot_be_is_said_before_anything_runs(words, told, tmp_path):
-    savemat("only_a.mat", {"A": np.eye(4)})
     recorded("one.mat", duration="0.5")
     shutil.copy("one.mat", "two.mat")
     more = [*VIRTUAL, "--out", "a.mat"] if words[0] == "run" else []

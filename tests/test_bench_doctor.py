@@ -22,7 +22,6 @@ from rotflex.hil import bench_file, real
 from rotflex.hil.bench_file import BenchFile
 from rotflex.hil.real import Setup
 from rotflex.hil.student_benches import preset
-from rotflex.hil.unfinished import Unfinished
 from rotflex.hil.virtual import VirtualBoard, WallClock
 
 SIMULATOR = "quanser:q2_usb/0@tcpip://localhost:18000?nagle='off'"
@@ -30,7 +29,7 @@ VIRTUAL = "virtual:?preset=real_bench"
 PARAMETERS = preset("real_bench").parameters
 #: What is looked at, in this order, where nothing fails.
 ALL = ["bench", "software", "board", "encoders", "samples at 500 Hz", "samples at 1000 Hz", "watchdog's time"]
-ALL += ["commissioned", "limits", "unfinished runs"]
+ALL += ["commissioned", "limits"]
 
 
 @pytest.fixture(autouse=True)
@@ -46,10 +45,7 @@ def installed(monkeypatch):
     """The maker's package is there; gives a function that chooses its board."""
 
     def install(make=lambda: Watched(PARAMETERS), variant: quanser_double.Variant | None = None):
-        modules, opened = quanser_double.package(make, variant)
-        for name, module in modules.items():
-            monkeypatch.setitem(sys.modules, name, module)
-        return opened
+        return quanser_double.install(monkeypatch, make, variant)
 
     return install
 
@@ -100,14 +96,6 @@ def test_people_get_a_line_each_and_what_to_do_below():
     lines = done.output.splitlines()
     assert [line[5:25].strip() for line in lines if line.startswith("ok ")] == ALL
     assert re.fullmatch(" {25}→ .* rotflex bench watch.", lines[ALL.index("encoders") + 1])
-
-
-def test_in_wall_time_the_period_is_told():
-    """How steady it is depends on what else the computer does: that is not held against it here."""
-    done = CliRunner().invoke(app, ["doctor", "--bench", f"{VIRTUAL}&clock=wall", "--seconds", "0.3", "--json"])
-    found = json.loads(done.output)["findings"]
-    (said,) = [one["message"] for one in found if one["what"] == "samples at 500 Hz"]
-    assert "by a hardware clock; of 150 samples" in said and "ms (p50)" in said and "ms (p99)" in said
 
 
 def test_of_a_replay_it_is_said_that_there_is_no_board(tmp_path):
@@ -162,18 +150,6 @@ def test_a_bench_that_was_commissioned_says_when_and_how_it_is_wired(installed):
     assert "amplifier VoltPAQ-X1, cable_gain 3, motor_sign -1, servo_sign 1, link_sign -1." in found["bench"][0].message
 
 
-def test_recordings_that_wait_are_told_and_nothing_else_is_printed(installed, settings):
-    installed()
-    kept = Unfinished(100, settings, {"sample_time": 0.002})
-    kept.signals[:, :50] = 1.0
-    kept.broken_off("for a test", {})
-    (one,) = asked(SIMULATOR)["unfinished runs"]
-    assert one.level is Level.WARN and one.message.startswith(
-        "1 recording of runs that did not end as they should, the"
-    )
-    assert one.advice == "rotflex bench unfinished --out FOLDER"
-
-
 @pytest.mark.parametrize(
     ("uri", "what", "said"),
     [
@@ -220,7 +196,7 @@ def test_samples_that_end_in_the_middle_leave_no_recording_behind(installed, set
     installed(lambda: Failing(PARAMETERS))
     found = asked(SIMULATOR, code=1)
     assert any("the board refused" in one.message for looked in found.values() for one in looked)
-    assert not list(settings.rglob("*.npy"))
+    assert not settings.exists()
 
 
 def watchdog(kind, **verbs):

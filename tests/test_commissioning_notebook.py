@@ -7,7 +7,6 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-import browser
 import nbformat
 import pytest
 from checkout import ROOT
@@ -123,27 +122,6 @@ def test_the_notebook_commissions_a_bench_from_top_to_bottom(notebook, kernel, t
     assert [told.wiring[name] for name in ("motor_sign", "servo_sign", "link_sign")] == [-1, 1, 1]
     assert told.setup().commissioned() is None
     assert Recording.load(tmp_path / "sweep.mat").metadata["experiment"] == "sweep"
-
-
-@pytest.mark.skipif(browser.CHROMIUM is None, reason="chromium is not installed (apt-get install chromium)")
-def test_in_jupyterlab_a_person_answers_below_the_cell(notebook, tmp_path, jupyterlab):
-    environment = {"PYTHONPATH": PATH, "ROTFLEX_CONFIG_DIR": str(tmp_path / "settings")}
-    begin = f"import os, sys\nos.environ.update({environment!r})\nsys.path[:0] = {PATH.split(os.pathsep)!r}\n"
-    book = nbformat.read(notebook, as_version=4)
-    cells = {cell.id: cell for cell in book.cells}
-    cells["told"].source = begin + LABORATORY + cells["told"].source.replace('"quanser:q2_usb/0"', repr(SIMULATOR))
-    book.cells = [cells["told"], cells["commission"], cells["found"]]
-    work = jupyterlab.course("commissioning")
-    nbformat.write(book, work / "commissioning.ipynb")
-    with browser.visit(jupyterlab.address, "commissioning/commissioning.ipynb") as seen:
-        seen.page.evaluate("() => { window.jupyterapp.commands.execute('notebook:run-all-cells'); }")
-        for answer in ("", "", "", "", "", "yes", "y"):
-            field = seen.page.wait_for_selector(".jp-Stdin-input")
-            field.fill(answer)
-            field.press("Enter")
-            seen.page.wait_for_function("field => !field.isConnected", arg=field)
-        seen.page.wait_for_function("() => document.body.innerText.includes('natural_frequency_Hz')")
-    assert bench_file.load(work / "bench.toml").wiring["motor_sign"] == -1
 
 
 def test_a_notebook_that_is_there_is_not_written_over(notebook):

@@ -35,8 +35,8 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
     "hil, commissioning, doctor, bench commands": (
         4281,
         (
-            "rotflex/bench_commands/**/*.py",
-            "rotflex/bench_doctor/**/*.py",
+            "rotflex/bench_commands.py",
+            "rotflex/bench_doctor.py",
             "rotflex/commissioning/**/*.py",
             "rotflex/hil/**/*.py",
         ),

@@ -33,7 +33,6 @@ _ENOUGH = 30  # counts, of a push by hand; 1.3 deg at least
 _LOOPED, _OFF_BY = (-2.0, 0.0, 2.0), 0.1  # V
 _VOLTAGE = 2.0  # V, at most, once the watchdog has stopped the motor
 _SLOPE = 0.25  # V/s
-_LEAST = 4  # counts, from which on a motion is one
 _FAR = 3 * DEG
 _SWEEP = {"f_start": 2.0, "f_stop": 5.0, "duration": 6.0, "amplitude": 0.6}  # Hz, s, V: the servo turns by 5 to 20 deg
 _NATURAL, _SPACING = (1.5, 6.0), 0.05  # Hz; no arm position and spring of the joint is outside
@@ -290,30 +289,19 @@ def full_turn_and_zero(work: Work, bench: Bench) -> None:
 
 def motor_sign(work: Work, bench: Bench) -> None:
     """Find which way a positive voltage turns the servo: it rises slowly, and goes off after 3 degrees."""
-    breakaway_voltage(bench, 1, _FAR)
+    turn_slowly(bench, 1, _FAR)
     sign = work.file.wiring["motor_sign"] * (1 if bench.latest.theta > 0 else -1)
     work.file = work.file.with_signs(motor_sign=sign)
     work.dialogue.say(f"Motor: {sign:+d}.")
 
 
-def breakaway(work: Work, bench: Bench) -> None:
-    """Find the voltages at which the servo begins to move, each way."""
-    found = []
-    for way in (1, -1):
-        found.append(breakaway_voltage(bench, way, _LEAST * bench.servo.K_enc))
-        if bench.latest.theta * way < 0:
-            raise BenchError("The servo moved against the voltage: motor_sign is wrong, or somebody pushed the arm.")
-    work.measured["breakaway_V"] = found
-    work.dialogue.say("The servo breaks away at {:.2f} V and at −{:.2f} V.".format(*found))
-
-
-def breakaway_voltage(bench: Bench, way: int, far: float) -> float:
-    """Return the voltage, rising slowly from 0 V at rest, at which the servo had moved so far, rad; then 0 V.
+def turn_slowly(bench: Bench, way: int, far: float) -> None:
+    """Raise the voltage slowly from 0 V at rest, one way, until the servo has turned so far, rad; then 0 V.
 
     Raises
     ------
     BenchError
-        If it does not move.
+        If it does not turn.
     """
     most = bench.limits.voltage
     experiments.rest(bench)
@@ -322,7 +310,7 @@ def breakaway_voltage(bench: Bench, way: int, far: float) -> float:
         for _sample in range(round(most / _SLOPE / SAMPLE_TIME)):
             measured = bench.read()
             if abs(measured.theta) >= far:
-                return _SLOPE * measured.time
+                return
             bench.write(way * min(_SLOPE * measured.time, most))
     finally:
         bench.stop()
@@ -337,7 +325,7 @@ def return_to_mark(bench: Bench) -> None:
     experiments.rest(bench)
     away = bench.begun + bench.latest.theta
     if abs(away) > _FAR:
-        breakaway_voltage(bench, -1 if away > 0 else 1, abs(away))
+        turn_slowly(bench, -1 if away > 0 else 1, abs(away))
 
 
 def _sweep(work: Work, bench: Bench, **settings: Any) -> Recording:
@@ -482,7 +470,7 @@ def _left_alone(bench: Bench, file: BenchFile) -> str | None:
 
 
 def _stood(seen: list[Measurement], locked: bool) -> bool:
-    """Whether the servo stood at the end, judged by how it moved before; raise BenchError if it never turned."""
+    """Return whether the servo stood at the end, by how it moved before; raise BenchError if it never turned."""
     times, theta = [sample.time for sample in seen], [sample.theta for sample in seen]
 
     def turned(begin: float, end: float) -> float:

@@ -60,7 +60,7 @@ def open(
     servo: Servo | None = None,
     setup: Setup | None = None,
 ) -> Bench:
-    """The bench at an address, to be used in a ``with`` statement.
+    """Return the bench at an address, to be used in a ``with`` statement.
 
     Parameters
     ----------

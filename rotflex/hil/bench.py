@@ -149,7 +149,7 @@ class Safety:
     ----------
     guard : watches every run for motion that cannot be
     commissioned : asked before each closed loop; returns why there is none yet on this bench, None if there may be
-    folder : where samples are stored while they come, so that they outlive the program
+    folder : where runs that were broken off are saved
     mark : from which the servo's angle is limited; without one it is from where each run begins
     """
 
@@ -179,7 +179,6 @@ class Bench:
     ----------
     late : the samples that waited before the one that was read last, where time does not wait
     kept : what the last run recorded that did not end as it should, with the reason in its metadata
-    kept_in : the file with its samples, where they were stored as they came
     running : held by whoever runs something, until what it recorded is kept
     on_sample : called once a sample, with what was measured and the voltage that is about to be set, or was held where
         the sample came late; None for nobody.
@@ -219,7 +218,6 @@ class Bench:
         self.is_left_alone = False
         self.late: list[Measurement] = []
         self.kept: Recording | None = None
-        self.kept_in: Path | None = None
         self.latest = Measurement(0.0, 0.0, 0.0)
         self.running = threading.RLock()
         self._ending = Ending(self._is_sampling_here, self._close_after_run)
@@ -311,7 +309,7 @@ class Bench:
         self._close()
 
     def _close(self) -> None:
-        """0 V, then let go of the board; each is tried whatever happens to the other."""
+        """Set 0 V, then close the board; each is tried whatever happens to the other."""
         try:
             with uninterrupted():
                 board, self._board = self._board, None
@@ -336,7 +334,7 @@ class Bench:
     # --- where theta is zero --------------------------------------------------------------------------------------
 
     def counts(self, board: Board | None = None) -> tuple[int, int]:
-        """What the counters of servo and link read now; ``board`` is one that the bench is letting go of."""
+        """Return what the counters of servo and link read now; ``board`` is one that is being closed."""
         counts = np.zeros(2, dtype=np.int32)
         (board or self.board).read_encoder(self._encoders, 2, counts)
         servo, link = counts.tolist()
@@ -462,7 +460,7 @@ class Bench:
             raise _expired()
 
     def _drop_stale(self, board: Board, pace: Pace) -> None:
-        """A run begins with a sample of now: older ones are read, for flushing has no effect on readers."""
+        """Drop samples from before the run by reading them, for flushing has no effect on readers."""
         stale = pace.stale() if self._sample == 0 else 0
         if stale:
             self._fetch(board, np.zeros(2 * stale, dtype=np.int32), stale)
@@ -470,7 +468,7 @@ class Bench:
             self._fetch(board, self._counts, 1)
 
     def _taken(self, counts: list[int], samples: int = 1) -> Measurement:
-        """The next sample from its counts, within the limits; ``samples`` after the one before."""
+        """Return the next sample from its counts, within the limits; ``samples`` after the one before."""
         servo, link = counts
         theta, alpha = (servo - self._begun[0]) * self._K_theta, (link - self._begun[1]) * self._K_alpha
         measured = Measurement(self._sample * self._sample_time, theta, alpha)
@@ -482,7 +480,7 @@ class Bench:
         return measured
 
     def _all_here(self, board: Board, pace: Pace) -> tuple[list[list[int]], int]:
-        """The counts of the sample that has just come and of those that wait; and how many before it never came."""
+        """Return the counts of the sample that has just come and of those that wait; and how many were lost before."""
         self._drop_stale(board, pace)
         came, lost, behind = [self._counts.tolist()], 0, pace.arrived(self._sample)
         if behind and pace.too_slow and self.safety.guard is not None:  # a virtual bench may be on a busy computer
@@ -540,7 +538,7 @@ class Bench:
         return applied
 
     def _refuse_beyond(self, voltage: float) -> None:
-        """A voltage that cannot be set as it is: cut by the caller, unless it is none, or there is a reason not to."""
+        """Raise where a voltage may not be cut to the limit: it is no number, or the limits have a reason."""
         if not np.isfinite(voltage):
             self.stop()
             raise BenchError(f"The controller asked for {voltage} V. The motor is at 0 V; check the gain.")
@@ -569,7 +567,7 @@ class Bench:
             raise BenchError(why)
 
     def stop(self) -> None:
-        """0 V, and no more samples."""
+        """Set 0 V, and take no more samples."""
         self._halt(self.board)
 
     @property

@@ -478,9 +478,9 @@ VERBS = tuple(name for name in vars(Board) if not name.startswith("_"))
 
 def _put(values: Values, buffers: _Buffers, at: int) -> None:
     """Put one sample into the buffers, as sample number ``at``."""
-    for found, buffer in zip(values, buffers, strict=True):
-        if found and buffer is not None:
-            for place, value in enumerate(found, at * len(found)):
+    for sample, buffer in zip(values, buffers, strict=True):
+        if sample and buffer is not None:
+            for place, value in enumerate(sample, at * len(sample)):
                 buffer[place] = value
 
 

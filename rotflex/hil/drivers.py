@@ -53,8 +53,9 @@ class Key:
 
 def choice(default: Any, *allowed: Any, why: str = "") -> Key:
     """Return an entry that has one of some values."""
-    listed = ", ".join(str(one).lower() if isinstance(one, bool) else repr(one) for one in allowed)
-    return Key(default, lambda value: any(value == one and type(value) is type(one) for one in allowed), listed, why)
+    listed = ", ".join(str(entry).lower() if isinstance(entry, bool) else repr(entry) for entry in allowed)
+    # True is no 1 here.
+    return Key(default, lambda value: (type(value), value) in [(type(entry), entry) for entry in allowed], listed, why)
 
 
 @dataclass(frozen=True)
@@ -68,7 +69,7 @@ class BoardKind:
     encoders, analog_inputs, analog_outputs : how many channels there are
     digital_outputs : as many as are configured for the watchdog; 0 where it is not known to need them
     input_ranges, output_ranges : V, symmetric about zero, that can be chosen
-    keys : table → name → entry of ``bench.toml`` that is another one for this kind of board, or that only it has
+    keys : table → name → entry of ``bench.toml`` that is another each for this kind of board, or that only it has
     always_set : whether ranges and quadrature are set when the board is opened, even if they are the usual ones
     """
 

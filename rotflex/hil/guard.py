@@ -68,7 +68,7 @@ class Guard:
         self.start(0.002)
 
     def start(self, sample_time: float) -> None:
-        """A run begins, with the arm anywhere and at 0 V."""
+        """Begin a run, with the arm anywhere and at 0 V."""
         self._period = sample_time
         self._lag = math.exp(-sample_time * self._damping / self._servo.J_eq)
         self._smooth = math.exp(-sample_time / self._allowed.smoothing)
@@ -79,7 +79,7 @@ class Guard:
         self.apart = self.moved = 0.0  #: R and A, rad
 
     def drive(self, voltage: float) -> None:
-        """What is applied until the next sample, V."""
+        """Note what is applied until the next sample, V."""
         self._volts = voltage
 
     def see(self, theta: float, alpha: float, samples: int = 1) -> str | None:
@@ -104,7 +104,7 @@ class Guard:
         return self._reason()
 
     def _follow(self, moved: float, alpha: float) -> None:
-        """One sample: how quickly the servo is driven, and how quickly it moves."""
+        """Follow for one sample how quickly the servo is driven, and how quickly it moves."""
         torque = self._torque * self._volts + self._allowed.stiffness * alpha
         driving = math.copysign(max(abs(torque) - self._allowed.friction, 0.0), torque) if self._volts else 0.0
         self._driven = self._lag * self._driven + (1 - self._lag) * driving / self._damping

@@ -34,7 +34,7 @@ class _Steps:
         self._interrupted: BaseException | None = None
 
     def take(self, name: str, step: Callable[[], object]) -> bool:
-        """Whether a step was taken. One that is taken in the end has not failed."""
+        """Take a step, and return whether it worked. One that works in the end has not failed."""
         try:
             step()
         except Exception as trouble:
@@ -57,7 +57,7 @@ class _Steps:
 
 
 def halt(board: Board, motor: Channels, task: int | None) -> None:
-    """0 V on the motor's output, no watchdog, and no task.
+    """Set 0 V on the motor's output, stop the watchdog, and delete the task.
 
     Raises
     ------
@@ -84,15 +84,15 @@ def halt(board: Board, motor: Channels, task: int | None) -> None:
 
 @contextlib.contextmanager
 def uninterrupted() -> Iterator[None]:
-    """Ctrl-C waits until the end of this, for it comes most easily just when a bench is let go; so do other signals.
+    """Hold back Ctrl-C and other signals until the end, for they come most easily just when a bench is closed.
 
     What comes twice does not wait. Only the main thread hears it, and only there it has to.
     """
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    heard = {number: signal.getsignal(number) for number in (*_ENDING, signal.SIGINT)}
-    before: dict[int, Any] = {number: handler for number, handler in heard.items() if callable(handler)}
+    handlers = {number: signal.getsignal(number) for number in (*_ENDING, signal.SIGINT)}
+    before: dict[int, Any] = {number: handler for number, handler in handlers.items() if callable(handler)}
     came: dict[int, Any] = {}
 
     def later(number: int, frame: Any) -> None:
@@ -177,6 +177,6 @@ def _at_zero(clear: Callable[[], bool], write: Callable[[], bool]) -> bool:
 
 
 def reason(error: BaseException) -> str:
-    """Why a run ended, for a recording."""
+    """Return why a run ended, for a recording."""
     text = error.get_error_message() if isinstance(error, HILError) else str(error)
     return f"{type(error).__name__}: {text}" if text else type(error).__name__

@@ -2,12 +2,17 @@
 
 Where time does not wait, samples that were late have no voltage written for them: the controller sees them, so that its
 derivatives know what happened meanwhile, and only its answer to the newest one counts. What a run recorded that was
-broken off stays with the bench, as ``bench.kept``, and says why.
+broken off stays with the bench, as ``bench.kept``, and says why; of a real bench it is saved in a file as well.
 """
 
 from __future__ import annotations
 
+import contextlib
+import datetime
+import re
+import uuid
 from collections.abc import Iterable, Mapping
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,12 +20,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from rotflex import __version__
 from rotflex.controller import Controller, begun, name_of
-from rotflex.errors import BenchError
+from rotflex.errors import BenchError, RecordingError
 from rotflex.hil.bench import Bench, Measurement
 from rotflex.hil.controllers import OpenLoop
 from rotflex.hil.halt import reason, uninterrupted
 from rotflex.hil.pace import undisturbed
-from rotflex.hil.unfinished import Unfinished
 from rotflex.progress import progress as with_progress
 from rotflex.recording import Recording
 
@@ -88,7 +92,7 @@ def listen(
     metadata: Mapping[str, Any] | None = None,
     progress: bool = True,
 ) -> Recording:
-    """The angles at 0 V; of a replay at most what it holds, with the voltage that was recorded.
+    """Record the angles at 0 V; of a replay at most what it holds, with the voltage that was recorded.
 
     Parameters
     ----------
@@ -106,8 +110,8 @@ def listen(
         samples = min(samples, bench.recorded.samples(sample_time))
         volts = bench.recorded.voltage(samples, sample_time)
     described = _described(bench, sample_time, metadata)
-    heard = _sampled(bench, OpenLoop(), np.zeros(samples) if volts is None else volts, described, progress)
-    channels = {"theta": heard[0], "alpha": heard[1]} | ({} if volts is None else {"vm": volts})
+    signals = _sampled(bench, OpenLoop(), np.zeros(samples) if volts is None else volts, described, progress)
+    channels = {"theta": signals[0], "alpha": signals[1]} | ({} if volts is None else {"vm": volts})
     described |= _timing(bench, samples, sample_time)
     return Recording.of(np.arange(samples) * sample_time, described, **channels)
 
@@ -116,34 +120,68 @@ def _sampled(
     bench: Bench, controller: Controller, targets: NDArray[np.float64], described: dict[str, Any], progress: bool
 ) -> NDArray[np.float64]:
     """Return theta, alpha and vm (3, n) of a run; a replay begins at its beginning."""
-    bench.kept = bench.kept_in = None
+    bench.kept = None
     controller = begun(controller)
-    recorded = Unfinished(targets.size, bench.safety.folder, described)
+    signals = np.full((3, targets.size), np.nan)
     if bench.recorded is not None:
         bench.recorded.rewind()
     # Whatever takes its time is done before the first sample: a bar, for one, that is imported, and rubbish.
     coming = enumerate(with_progress(targets.tolist(), "experiment", "sample", progress))
     with bench.running, undisturbed(not bench.is_simulated):
+        bench.start(described["sample_time"])
         try:
-            bench.start(described["sample_time"])
-        except BaseException:
-            recorded.finished()
-            raise
-        try:
-            _sample(bench, controller, targets, coming, recorded.signals)
+            _sample(bench, controller, targets, coming, signals)
             bench.stop()
-            return recorded.finished()
         except BaseException as error:  # also of the stop in the end, where the run is whole
             with uninterrupted():
-                try:
-                    bench.stop()
-                finally:
-                    _note_last(bench, recorded.signals)
-                    bench.kept = recorded.broken_off(reason(error), bench.timing)
-                    bench.kept_in = recorded.path
-                if not isinstance(error, BenchError):  # the bench's own say so themselves
-                    error.add_note("The motor is at 0 V. What was recorded until then is in the bench's `kept`.")
+                _break_off(bench, error, signals, described)
             raise
+    return signals
+
+
+def _break_off(bench: Bench, error: BaseException, signals: NDArray[np.float64], described: dict[str, Any]) -> None:
+    """Set 0 V, and save what was recorded, whatever fails on the way."""
+    try:
+        bench.stop()
+    finally:
+        _note_last(bench, signals)
+        bench.kept = _broken_off(signals, described | {"ended": reason(error)} | bench.timing)
+        if not isinstance(error, BenchError):  # the bench's own say so themselves
+            error.add_note("The motor is at 0 V.")
+        if bench.kept is not None:
+            error.add_note(f"What was recorded until then is {save_aside(bench.kept, bench.safety.folder)}.")
+
+
+def _broken_off(signals: NDArray[np.float64], described: Mapping[str, Any]) -> Recording | None:
+    """Return the recording of the samples that there are; None for fewer than two.
+
+    What was missed in between lies on the line between its neighbours.
+    """
+    places = np.flatnonzero(~np.isnan(signals[:2]).any(axis=0))
+    if places.size < 2:
+        return None
+    every = np.arange(places[-1] + 1)
+    theta, alpha = (np.interp(every, places, row[places]) for row in signals[:2])
+    # The last sample was not answered any more: the motor was set to 0 V.
+    volts = np.nan_to_num(signals[2, : every.size], nan=0.0)
+    return Recording.of(every * float(described["sample_time"]), described, theta=theta, alpha=alpha, vm=volts)
+
+
+def save_aside(recording: Recording, folder: Path | None) -> str:
+    """Save a recording that was broken off, or could not be saved where it should be; return where it is.
+
+    Parameters
+    ----------
+    recording : with its name in its metadata
+    folder : of the bench's safety; None for a bench that saves none
+    """
+    if folder is not None:
+        name = re.sub(r"\W+", "-", str(recording.metadata.get("experiment", "run"))).strip("-") or "run"
+        file = folder / f"{name}-{datetime.datetime.now():%Y%m%d-%H%M%S}-{uuid.uuid4().hex[:8]}.mat"
+        with contextlib.suppress(OSError, RecordingError):
+            folder.mkdir(parents=True, exist_ok=True)
+            return f"in {recording.save(file)}, and in the bench's `kept`"
+    return "in the bench's `kept`, until the program ends"
 
 
 def _sample(
@@ -187,7 +225,7 @@ def _catch_up(
 
 
 def _hold(vm: NDArray[np.float64], index: int, newest: int, overdue: int) -> None:
-    """The voltage that the motor had from a sample on to the newest one: the last answer, once it was written."""
+    """Note the voltage that the motor had from a sample to the newest one: the last answer, once it was written."""
     held = float(vm[index - 1]) if index else 0.0
     vm[index:newest] = held
     if index and overdue:  # an answer that was written periods after its sample was not at the motor before
@@ -205,24 +243,24 @@ def _bridge(signals: NDArray[np.float64], index: int, first: int, came: Measurem
 
 
 def _note_last(bench: Bench, signals: NDArray[np.float64]) -> None:
-    """The samples that ended a run are recorded, too, which nobody answered any more."""
+    """Note the samples that ended a run, which nobody answered any more."""
     for sample, (_time, *angles) in enumerate([*bench.late, bench.latest], bench.sample - len(bench.late)):
         if 0 <= sample < signals.shape[1] and np.isnan(signals[0, sample]):
             signals[:2, sample] = angles
 
 
 def _timing(bench: Bench, samples: int, sample_time: float) -> dict[str, Any]:
-    """How steadily the samples came; on a replay, as its recording says."""
+    """Return how steadily the samples came; on a replay, as its recording says."""
     return bench.timing if bench.recorded is None else bench.recorded.timing(samples, sample_time)
 
 
 def _described(bench: Bench, sample_time: float, metadata: Mapping[str, Any] | None) -> dict[str, Any]:
-    """Where a recording comes from."""
-    plain = {key: value.tolist() if hasattr(value, "tolist") else value for key, value in (metadata or {}).items()}
+    """Return where a recording comes from."""
+    as_json = {key: value.tolist() if hasattr(value, "tolist") else value for key, value in (metadata or {}).items()}
     return {
         "source": next((source for key, source in _SOURCES.items() if key in bench.identity), "bench"),
         "bench": dict(bench.identity),
         "sample_time": sample_time,
         "software": f"rotflex {__version__}",
-        **plain,
+        **as_json,
     }

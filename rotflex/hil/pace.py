@@ -64,12 +64,12 @@ class Pace:
         self.missed = 0
 
     def stale(self) -> int:
-        """How many samples were waiting before the first one was fetched, which has just come."""
+        """Return how many samples were waiting before the first one was fetched, which has just come."""
         waited = (self._now() - self._begun) / self._period
         return int(waited) if waited >= _FRESH else 0
 
     def arrived(self, sample: int) -> int:
-        """How many samples wait behind this one, which has just come."""
+        """Note an arrival, and return how many samples wait behind it."""
         now = self._arrival = self._now()
         if math.isnan(self._base):
             self._base = now - sample * self._period
@@ -84,7 +84,7 @@ class Pace:
         return behind
 
     def fetched(self, sample: int) -> tuple[int, int]:
-        """How many samples wait behind this one, which was believed to wait; and how many never came before it."""
+        """Return how many samples wait behind this one, which was believed to wait, and how many were lost before."""
         asked, self._arrival = self._arrival, self._now()
         least, most = _BLOCKED
         blocked = least < (self._arrival - asked) / self._period < most
@@ -93,11 +93,11 @@ class Pace:
         return (0, behind) if self._blocked == _TWICE else (behind, 0)
 
     def _behind(self, sample: int) -> int:
-        """How many samples should wait behind this one, which came last, by the time."""
+        """Return how many samples should wait behind this one, which came last, by the time."""
         return max(math.floor((self._arrival - self._base) / self._period - sample + _NEARLY), 0)
 
     def skipped(self, sample: int, lost: int, waiting: int) -> None:
-        """From a sample on so many never came, and after them so many came late: the motor keeps what it has."""
+        """Note that from a sample on some never came, and after them some came late: the motor keeps what it has."""
         self.missed += lost
         self.late += waiting
         self._together = 1 + waiting
@@ -111,7 +111,7 @@ class Pace:
             self._lost.append([sample, lost])
 
     def answered(self) -> None:
-        """The voltage for the sample that came last is written."""
+        """Note that the voltage for the sample that came last is written."""
         took = self._now() - self._arrival
         self._overdue = int(took / self._period + 1e-9)
         self._answers.append(took / self._together)
@@ -127,21 +127,23 @@ class Pace:
         return float(np.median(self._answers[-TOO_SLOW:])) if len(self._answers) >= TOO_SLOW else 0.0
 
     def report(self) -> dict[str, Any]:
-        """A few numbers for a recording's metadata, times in s."""
-        told: dict[str, Any] = {"clock": self._clock, "late": self.late, "missed": self.missed}
-        told |= {name: noted for name, noted in ((HELD, self._held), (LOST, self._lost)) if noted}
+        """Return a few numbers for a recording's metadata, times in s."""
+        report: dict[str, Any] = {"clock": self._clock, "late": self.late, "missed": self.missed}
+        report |= {name: noted for name, noted in ((HELD, self._held), (LOST, self._lost)) if noted}
         if len(self._arrivals) > 1:
-            told["period"] = _percentiles(np.diff(self._arrivals))
-            told["latest"] = round(self._worst, 6)
-            told["drift"] = round(self._drift(), 6)
+            report["period"] = _percentiles(np.diff(self._arrivals))
+            report["latest"] = round(self._worst, 6)
+            report["drift"] = round(self._drift(), 6)
         if self._answers:
-            told["answer"] = _percentiles(np.array(self._answers))
-        return told
+            report["answer"] = _percentiles(np.array(self._answers))
+        return report
 
     def _drift(self) -> float:
-        """By how much the board's clock is slower than the computer's, of the time: late arrivals do not count."""
+        """Return by how much of the time the board's clock is slower than the computer's, late arrivals left out."""
         half = len(self._arrivals) // 2
-        took, samples = (np.array(one[half:]) - one[: len(one) - half] for one in (self._arrivals, self._numbers))
+        took, samples = (
+            np.array(values[half:]) - values[: len(values) - half] for values in (self._arrivals, self._numbers)
+        )
         return float(np.median(took / samples)) / self._period - 1
 
 
@@ -152,7 +154,7 @@ def _percentiles(values: np.ndarray[Any, np.dtype[np.float64]]) -> dict[str, flo
 
 @contextmanager
 def undisturbed(needed: bool) -> Iterator[None]:
-    """Without pauses of Python's own: rubbish is collected before and not during, and threads take short turns."""
+    """Prevent pauses of Python's own: rubbish is collected before and not during, and threads take short turns."""
     if not needed:
         yield
         return

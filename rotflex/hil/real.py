@@ -15,7 +15,6 @@ from typing import Any
 
 from rotflex import files
 from rotflex.config import Joint, Servo, joint, srv02
-from rotflex.hil import unfinished
 from rotflex.hil.bench import Bench, Limits, Mark, Safety, Wiring
 from rotflex.hil.board import Board, Clock
 from rotflex.hil.guard import Allowance, Guard
@@ -160,10 +159,6 @@ def bench(uri: str, connect: Callable[[], Board], setup: Setup) -> Bench:
     setup : what is known of it
     """
 
-    def connected() -> Board:
-        unfinished.note()
-        return connect()
-
     def prepared(opened: Bench) -> None:
         """Set up the board. Only now it is known whether it is the one that was commissioned."""
         if setup.prepare is not None:
@@ -175,7 +170,7 @@ def bench(uri: str, connect: Callable[[], Board], setup: Setup) -> Bench:
     mark = None if setup.simulated else Mark(files.settings() / "marks" / f"{name}.json", needed)
     guard = Guard(setup.servo, setup.limits.alpha, Allowance(stiffness=setup.stiffness)) if setup.guarded else None
     return Bench(
-        connect=connected,
+        connect=connect,
         servo=setup.servo,
         joint=setup.joint,
         identity={
@@ -186,7 +181,7 @@ def bench(uri: str, connect: Callable[[], Board], setup: Setup) -> Bench:
         },
         limits=setup.allowed(),
         wiring=setup.wiring,
-        safety=Safety(guard, setup.commissioned, unfinished.place(), mark),
+        safety=Safety(guard, setup.commissioned, files.settings() / "unfinished", mark),
         clock=setup.clock,
         prepare=prepared,
     )

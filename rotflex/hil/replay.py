@@ -86,7 +86,7 @@ class RecordedPlant:
         return self.state
 
     def rewind(self) -> None:
-        """Back to its beginning."""
+        """Go back to its beginning."""
         self._elapsed = 0.0
 
     # --- as a run ---------------------------------------------------------------------------------------------------
@@ -97,11 +97,11 @@ class RecordedPlant:
         return float(self.recording.time[-1] - self.recording.time[0])
 
     def samples(self, sample_time: float) -> int:
-        """How many samples at another sample time (s) it can give."""
+        """Return how many samples at another sample time (s) it can give."""
         return math.floor(self.duration / sample_time + 1e-6) + 1
 
     def voltage(self, samples: int, sample_time: float) -> Vector | None:
-        """The recorded voltage (samples,), V, held from one sample to the next; None where none was recorded."""
+        """Return the recorded voltage (samples,), V, held from one sample to the next; None where none was recorded."""
         if "vm" not in self.recording:
             return None
         places = np.arange(samples) * (sample_time / self.recording.sample_time)
@@ -117,7 +117,7 @@ class RecordedPlant:
         return abs(sample_time - self.recording.sample_time) <= _SAME_PERIOD * sample_time
 
     def require_whole(self, samples: int, sample_time: float, asked: str) -> None:
-        """That it may be the run that is asked for.
+        """Check that it may be the run that is asked for.
 
         Raises
         ------
@@ -135,7 +135,7 @@ class RecordedPlant:
             raise self._refused(asked, why)
 
     def require_same(self, volts: Vector, asked: str) -> Vector:
-        """The recorded voltage, if ``volts`` are it.
+        """Return the recorded voltage, if ``volts`` are it.
 
         Raises
         ------
@@ -211,79 +211,75 @@ class RecordedRuns(RecordedPlant):
         raise NotRecorded(self._lacking(settings, bool(likely)))
 
     def require_same(self, volts: Vector, asked: str) -> Vector:
-        """The recorded voltage. That it is this run was found when it was chosen.
+        """Return the recorded voltage. That it is this run was found when it was chosen.
 
         (A board counts from where the arm stands at its start; what was recorded may have begun a count beside.)
         """
         return self.recording["vm"][: volts.size]
 
     def exactly(self, given: Recording) -> Recording:
-        """A run on it as it was recorded: with those angles, and with what the recording says of itself."""
+        """Return a run on it as it was recorded: with those angles, and with what the recording says of itself."""
         exact = {name: Channel(self.recording[name][: len(given)], "rad") for name in ("theta", "alpha")}
         about = cut(self.recording.metadata, 0, len(given))
         about = {name: value for name, value in about.items() if name != TOLD}  # which came when it was kept
         return Recording(given.time, {**given.channels, **exact}, about)
 
     def _lacking(self, settings: Mapping[str, Any], some: bool) -> str:
-        """That an experiment was not recorded, and what was."""
+        """Return that an experiment was not recorded, and what was."""
         asked = described(settings, run=self._run)
         if not self._all:
-            return (
-                f"Nothing was recorded at the bench yet, and so not this either: {asked}. Record it there: start "
-                "the notebook with the bench's address, and run it."
-            )
+            return f"Nothing was recorded yet: {asked}. Start the notebook with the bench's address, and run it."
         why = "it was recorded with other settings only" if some else "it was not recorded"
         listed = list(dict.fromkeys(described(one.metadata, float(one.time[-1])) for one in self._all))
         if len(listed) > _MOST_LISTED:
             listed = [f"{len(listed) - _MOST_LISTED} before", *listed[-_MOST_LISTED:]]
         return (
-            f"This experiment has no recording of your bench: {asked}; {why}. Record it at the bench with what "
-            "your notebook has now, and hand in the folder with the new recording. Recorded are: "
-            f"{'; '.join(listed)}."
+            f"This experiment has no recording of your bench: {asked}; {why}. Record it at the bench with what your "
+            f"notebook has now, and hand in the folder with the new recording. Recorded are: {'; '.join(listed)}."
         )
 
 
 def voltage_limit(recording: Recording, v_max: float) -> float:
-    """To which voltage (V) the bench of a recording cut what its controller asked for.
+    """Return to which voltage (V) the bench of a recording cut what its controller asked for.
 
     Parameters
     ----------
     recording : says so itself, where it was kept at a bench
     v_max : the most that its servo can have, V; a limit beyond it counts for nothing
     """
-    told = recording.metadata.get(TOLD)
-    limit = told.get(VOLTAGE_LIMIT) if isinstance(told, Mapping) else None
+    stored = recording.metadata.get(TOLD)
+    limit = stored.get(VOLTAGE_LIMIT) if isinstance(stored, Mapping) else None
     if isinstance(limit, bool) or not isinstance(limit, int | float) or not limit > 0:
         return v_max
     return min(limit, v_max)
 
 
 def run_of(recording: Recording) -> int:
-    """The number of the run that a recording says it is; 1 where it says none."""
+    """Return the number of the run that a recording says it is; 1 where it says none."""
     about = recording.metadata.get("bench")
     run = about.get("run", 1) if isinstance(about, Mapping) else 1
     return run if isinstance(run, int) else 1
 
 
 def described(settings: Mapping[str, Any], seconds: float = 0.0, run: int = 1) -> str:
-    """An experiment in words, as "tracking, feedback = full, K = 18.2 -17.2 1.6 0.6, 10 s"."""
+    """Return an experiment in words, as "tracking, feedback = full, K = 18.2 -17.2 1.6 0.6, 10 s"."""
     about = settings.get("bench")
     run = about.get("run", run) if isinstance(about, Mapping) else run
-    words = [str(settings.get("experiment", "an experiment without a name"))]
+    parts = [str(settings.get("experiment", "an experiment without a name"))]
     for name in SETTINGS:
         value = settings.get(name)
         if value is not None:
             text = " ".join(f"{one:.4g}" for one in value) if isinstance(value, list) else f"{value}"
-            words.append(f"{name} = {text}")
+            parts.append(f"{name} = {text}")
     if seconds:
-        words.append(f"{seconds:.3g} s")
+        parts.append(f"{seconds:.3g} s")
     if run != 1:
-        words.append(f"run {run}")
-    return ", ".join(words)
+        parts.append(f"run {run}")
+    return ", ".join(parts)
 
 
 def _fits(recording: Recording, controller: Controller, reference: Vector, sample_time: float, v_max: float) -> bool:
-    """Whether a run of a controller along a reference is what was recorded."""
+    """Return whether a run of a controller along a reference is what was recorded."""
     if "vm" not in recording or reference.size > len(recording):
         return False
     if abs(recording.sample_time - sample_time) > _SAME_PERIOD * sample_time:
@@ -293,7 +289,7 @@ def _fits(recording: Recording, controller: Controller, reference: Vector, sampl
 
 
 def voltages(recording: Recording, controller: Controller, reference: Vector, v_max: float) -> Vector:
-    """What a controller sets, fed with the recorded angles: V, one for each entry of the reference."""
+    """Return what a controller sets, fed with the recorded angles: V, one for each entry of the reference."""
     controller = begun(controller)
     both = zip(reference.tolist(), recording["theta"].tolist(), recording["alpha"].tolist(), strict=False)
     set_ = [min(max(controller(target, theta, alpha), -v_max), v_max) for target, theta, alpha in both]
@@ -312,12 +308,12 @@ def _is_of_call(recording: Recording, settings: Mapping[str, Any], reference: Ve
     )
 
 
-def _agrees(told: Any, value: Any) -> bool:
+def _agrees(recorded: Any, value: Any) -> bool:
     """Whether a setting is the same; a gain that is computed again may differ in its last digit."""
     try:
-        return bool(np.allclose(told, value, rtol=1e-9, atol=0))
+        return bool(np.allclose(recorded, value, rtol=1e-9, atol=0))
     except (TypeError, ValueError):
-        return bool(told == value)
+        return bool(recorded == value)
 
 
 def implausible_timing(recording: Recording) -> str | None:
@@ -346,7 +342,7 @@ def implausible_timing(recording: Recording) -> str | None:
 
 
 def lost_samples(recording: Recording) -> NDArray[np.bool_]:
-    """Which of a recording's samples (n,) never came, and have angles between those of their neighbours."""
+    """Return which of a recording's samples (n,) never came, and lie between their neighbours."""
     if implausible_timing(recording):
         return np.zeros(len(recording), dtype=bool)
     held = mask(stretches(recording.metadata, HELD), len(recording))
@@ -354,7 +350,7 @@ def lost_samples(recording: Recording) -> NDArray[np.bool_]:
 
 
 def voltage_errors(recording: Recording, volts: Vector) -> Vector:
-    """How far what a controller sets, fed with the recorded angles, is from what was recorded, V (samples,).
+    """Return how far what a controller sets on the recorded angles is from what was recorded, V (samples,).
 
     Where a sample was not answered, what counts is what the motor had then: the voltage of the sample before the pause,
     or the answer to the one with which it began, where that came late.

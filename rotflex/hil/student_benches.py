@@ -47,7 +47,7 @@ class VirtualPlantSpec:
     run_factor: float | None = None
 
     def run(self, number: int) -> VirtualPlantSpec:
-        """The bench on another run: its friction is not what it was.
+        """Return the bench on another run: its friction is not what it was.
 
         Grease warms up and gears turn on: between logs of one real bench the servo's friction varies by half. Run 1 is
         the bench as it stands here; any other number gives its own friction and its own jitter: the same for the same
@@ -81,7 +81,7 @@ def _scaled(friction: tuple[float, float], factor: float) -> tuple[float, float]
 
 
 def student_seed(student: str) -> int:
-    """The seed (32 bits) of a student's own bench; the same on every machine, however the ID is typed."""
+    """Return the seed (32 bits) of a student's own bench; the same on every machine, however the ID is typed."""
     name = unicodedata.normalize("NFC", student).strip()
     digest = hashlib.sha256(f"rotflex bench: {name.casefold()}".encode()).digest()
     return int.from_bytes(digest[:4], "big")
@@ -199,10 +199,10 @@ def _with_own_motor(
     L_1, L_2 = 1 + draw.uniform(-0.03, 0.03, 2)
     arm = replace(
         nominal,
-        m_1=_told(nominal.m_1 * m_1, 1e-4),
-        m_2=_told(nominal.m_2 * m_2, 1e-4),
-        L_1=_told(nominal.L_1 * L_1, 5e-4),
-        L_2=_told(nominal.L_2 * L_2, 5e-4),
+        m_1=_rounded(nominal.m_1 * m_1, 1e-4),
+        m_2=_rounded(nominal.m_2 * m_2, 1e-4),
+        L_1=_rounded(nominal.L_1 * L_1, 5e-4),
+        L_2=_rounded(nominal.L_2 * L_2, 5e-4),
     )
     omega_n = 18.0 * (27.5 / 18.0) ** draw.uniform()
     R_m, k_t, eta_g, eta_m = 1 + draw.triangular(-1, 0, 1, 4) * MOTOR_TOLERANCES
@@ -242,8 +242,8 @@ def _with_own_motor(
     )
 
 
-def _told(value: float, step: float) -> float:
-    """A measured value as it is told: to a tenth of a gram, or half a millimetre. The arm is made to that measure."""
+def _rounded(value: float, step: float) -> float:
+    """Round a measure as the student is given it: to a tenth of a gram, or half a millimetre. The arm has it."""
     return round(round(value / step) * step, 6)
 
 
@@ -275,7 +275,7 @@ PRESETS = {"real_bench": REAL_BENCH, "workbook": WORKBOOK}
 
 
 def preset(name: str) -> VirtualPlantSpec:
-    """A named bench.
+    """Return a named bench.
 
     Raises
     ------

@@ -166,11 +166,6 @@ class Timing:
                 f"A delay must be finite and not below its jitter, and the share of late outputs from 0 to 1: {self!r}."
             )
 
-    @property
-    def longest(self) -> float:
-        """The longest that an output can take, s."""
-        return self.delay + self.jitter + (self.late_by if self.late else 0.0)
-
     def ticks(self) -> Iterator[int]:
         """Yield how long one output after the other takes, in ticks: the same for the same seed."""
         draw = np.random.default_rng(self.seed)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import array
 import math
+import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import IntEnum
@@ -18,6 +19,7 @@ from typing import Any
 import numpy as np
 
 from rotflex.errors import HILError as OurError
+from rotflex.hil.board import BufferOverflowMode, DigitalState
 from rotflex.hil.virtual import VirtualBoard
 
 FOREVER = 2**32 - 1
@@ -44,40 +46,7 @@ class HILError(GenericError):
     """An error of a board."""
 
 
-class Clock(IntEnum):
-    SYSTEM_CLOCK_4 = -4
-    SYSTEM_CLOCK_3 = -3
-    SYSTEM_CLOCK_2 = -2
-    SYSTEM_CLOCK_1 = -1
-    HARDWARE_CLOCK_0 = 0
-
-
-class BufferOverflowMode(IntEnum):
-    ERROR_ON_OVERFLOW = 0
-    OVERWRITE_ON_OVERFLOW = 1
-    DISCARD_ON_OVERFLOW = 2
-    WAIT_ON_OVERFLOW = 3
-    SYNCHRONIZED = 4
-
-
-class EncoderQuadratureMode(IntEnum):
-    NONE = 0
-    X1 = 1
-    X2 = 2
-    X4 = 4
-
-
-class DigitalState(IntEnum):
-    LOW = 0
-    HIGH = 1
-    TRISTATE = 2
-    NO_CHANGE = 3
-
-
 class StringProperty(IntEnum):
-    MANUFACTURER = 0
-    PRODUCT_NAME = 1
-    MODEL_NAME = 2
     SERIAL_NUMBER = 3
 
 
@@ -297,22 +266,22 @@ class HIL:
         return int(self._do("task_read", task, num_samples, *buffers, reads=True))
 
     def task_get_buffer_overflows(self, task: int) -> int:
-        _count(task)
-        return int(self._do("task_get_buffer_overflows", task))
+        return int(self._of_task("task_get_buffer_overflows", task))
 
     def task_flush(self, task: int) -> None:
-        _count(task)
-        self._do("task_flush", task)
+        self._of_task("task_flush", task)
 
     def task_stop(self, task: int) -> None:
-        _count(task)
-        self._do("task_stop", task)
+        self._of_task("task_stop", task)
         self._running.discard(task)
 
     def task_delete(self, task: int) -> None:
-        _count(task)
-        self._do("task_delete", task)
+        self._of_task("task_delete", task)
         self._running.discard(task)
+
+    def _of_task(self, verb: str, task: int) -> Any:
+        _count(task)
+        return self._do(verb, task)
 
     # --- the watchdog --------------------------------------------------------------------------------------------
 
@@ -449,11 +418,18 @@ def package(
     opened: list[HIL] = []
     card = type("HIL", (HIL,), {"make": staticmethod(make), "variant": variant or Variant(), "opened": opened})
     hardware, common, root = ModuleType("quanser.hardware"), ModuleType("quanser.common"), ModuleType("quanser")
-    for one in (HILError, Clock, EncoderQuadratureMode, DigitalState, StringProperty):
-        setattr(hardware, one.__name__, one)
+    hardware.HILError, hardware.StringProperty = HILError, StringProperty  # type: ignore[attr-defined]
     hardware.HIL, common.GenericError = card, GenericError  # type: ignore[attr-defined]
     root.hardware, root.common = hardware, common  # type: ignore[attr-defined]
     return {"quanser": root, "quanser.hardware": hardware, "quanser.common": common}, opened
+
+
+def install(monkeypatch: Any, make: Callable[[], VirtualBoard], variant: Variant | None = None) -> list[HIL]:
+    """Have the maker's package imported in a test; return the list of the cards that will be opened."""
+    modules, opened = package(make, variant)
+    for name, module in modules.items():
+        monkeypatch.setitem(sys.modules, name, module)
+    return opened
 
 
 def output(card: HIL, channel: int = 0) -> float:

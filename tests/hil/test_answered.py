@@ -156,7 +156,7 @@ def _pauses(most: int):
     st.sampled_from(VERBS),
     st.sampled_from([4, 500]),
 )
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=10, deadline=None)
 @pytest.mark.slow
 def test_wherever_a_program_pauses_its_recording_is_honest(long, short, verb, buffer):
     board = Hiccups(verb, long | short, buffer)

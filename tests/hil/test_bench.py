@@ -159,20 +159,6 @@ def run(bench: Bench, samples: int = 10) -> None:
         bench.write(3.0)
 
 
-@pytest.mark.parametrize("verb", ["task_read_encoder", "watchdog_reload", "write_analog"])
-def test_a_board_that_fails_once_in_a_run_is_at_0_V(verb):
-    board = FaultyBoard()
-    with pytest.raises(HILError, match=f"{verb} failed"), bench_of(board) as bench:
-        run(bench, 5)
-        board.faults[verb] = 0
-        try:
-            bench.read()
-            bench.write(2.0)
-        finally:
-            board.faults.clear()
-    assert_left_alone(board)
-
-
 @pytest.mark.parametrize("verb", ["watchdog_clear", "write_analog"])
 def test_a_board_that_fails_on_opening_is_closed_again(verb):
     board = FaultyBoard({verb: 0})
@@ -183,15 +169,6 @@ def test_a_board_that_fails_on_opening_is_closed_again(verb):
     assert not board.inner.is_valid()
     with pytest.raises(BenchError, match="not open"):
         bench.read()
-
-
-def test_a_failing_watchdog_does_not_keep_the_motor_running():
-    board = FaultyBoard()
-    with pytest.raises(HILError, match="watchdog_clear failed"), bench_of(board) as bench:
-        run(bench)
-        board.faults["watchdog_clear"] = 0
-    assert board.voltage == 0.0
-    assert board.transcript[-5:] == ["write_analog", "watchdog_stop", "task_stop", "task_delete", "close"]
 
 
 @pytest.mark.parametrize("limits", [Limits(), Limits(theta=5 * DEG)], ids=["stop", "limit"])
@@ -209,19 +186,6 @@ def test_a_board_that_does_not_take_0_V_is_left_to_its_watchdog_and_not_said_to_
     watchdog = board.inner._watchdog
     assert watchdog.deadline <= board.inner.clock.now() + WATCHDOG_TIMEOUT
     assert watchdog.states == {0: 0.0}
-
-
-def test_a_bench_whose_board_broke_down_can_be_opened_anew():
-    boards = [FaultyBoard(), FaultyBoard()]
-    waiting = iter(boards)
-    bench = Bench(lambda: next(waiting), srv02(), joint(1), {"clock": "simulated"})
-    with pytest.raises(HILError), bench:
-        run(bench)
-        boards[0].faults.update(task_read_encoder=0, write_analog=0)
-        bench.read()
-    with bench:
-        run(bench)
-    assert_left_alone(boards[1])
 
 
 @pytest.mark.parametrize(
@@ -399,32 +363,6 @@ def test_ctrl_c_while_a_bench_is_opened_leaves_0_V_and_a_closed_board(verb, left
     assert board.told[-1][0] == "close" and not board.inner.is_valid()
     with pytest.raises(BenchError, match="not open"):
         bench.read()
-
-
-@pytest.mark.parametrize("verb", ["task_create_encoder_reader", "watchdog_start", "task_start", "task_read_encoder"])
-def test_ctrl_c_while_a_run_begins_leaves_0_V_and_a_closed_board(verb):
-    board = FaultyBoard(interrupted_at=verb)
-    with pytest.raises(KeyboardInterrupt), bench_of(board) as bench:
-        bench.start(SAMPLE_TIME)
-        bench.read()
-    assert board.voltage == 0.0 and not board.inner.is_valid()
-
-
-@pytest.mark.parametrize("came", [0, 2, -1])
-def test_a_board_that_returns_no_sample_or_not_one_is_told_and_the_motor_is_at_0_V(came, monkeypatch):
-    board = FaultyBoard()
-    with pytest.raises(HILError, match="no sample"), bench_of(board) as bench:
-        bench.start(SAMPLE_TIME)
-        bench.read()
-        bench.write(3.0)
-        assert board.voltage == 3.0
-        monkeypatch.setattr(board.inner, "task_read_encoder", lambda *_: came)
-        reloads = len(board.values("watchdog_reload"))
-        try:
-            bench.read()
-        finally:
-            assert len(board.values("watchdog_reload")) == reloads  # nobody is alive by this
-    assert board.voltage == 0.0 and not board.inner.is_valid()
 
 
 @pytest.mark.parametrize("gain", [1, 3, 5])

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import sys
 import tomllib
 from dataclasses import replace
 from pathlib import Path
@@ -22,7 +21,6 @@ from rotflex.hil.drivers import BOARDS
 from rotflex.hil.loop import run
 from rotflex.hil.student_benches import preset
 from rotflex.hil.virtual import VirtualBoard
-from rotflex.units import DEG
 
 SIMULATOR = "quanser:q2_usb/0@tcpip://localhost:18000?nagle='off'"
 GAIN = [18.24, -17.15, 1.59, 0.63]
@@ -33,10 +31,7 @@ DOCS = Path(__file__).parents[2] / "docs" / "real_bench.md"
 def cards(monkeypatch, tmp_path):
     """The maker's package is there; what is kept on disk lands in the test's own folder."""
     monkeypatch.setenv("ROTFLEX_CONFIG_DIR", str(tmp_path))
-    modules, opened = quanser_double.package(lambda: VirtualBoard(preset("real_bench").parameters))
-    for name, module in modules.items():
-        monkeypatch.setitem(sys.modules, name, module)
-    return opened
+    return quanser_double.install(monkeypatch, lambda: VirtualBoard(preset("real_bench").parameters))
 
 
 def written(tmp_path, text: str) -> str:
@@ -151,15 +146,6 @@ def test_a_bench_has_its_files_name_unless_given_and_its_recordings_carry_it(car
     assert bench_file.load(path).setup().commissioned() is None  # a name is no part of what was commissioned
     with hil.open(str(path)) as bench:
         assert experiments.watch(bench, 0.1, progress=False).metadata["bench"]["name"] == "south"
-
-
-def test_a_board_is_set_up_as_the_file_says(cards, tmp_path):
-    told = BenchFile(SIMULATOR, board={"filter": 1e5}, limits={"theta": 40.0})
-    bench_file.save(tmp_path / "bench.toml", told)
-    with hil.open(str(tmp_path / "bench.toml")) as bench:
-        assert bench.limits.theta == pytest.approx(40 * DEG)
-        assert bench.is_simulated
-        assert len(cards) == 1
 
 
 def test_no_loop_is_closed_without_a_record_and_one_is_with_it(cards, tmp_path):

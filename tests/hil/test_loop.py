@@ -7,9 +7,9 @@ import json
 import numpy as np
 import pytest
 
-from rotflex import __version__, hil, response
+from rotflex import __version__, hil
 from rotflex.config import srv02
-from rotflex.errors import BenchError, DesignError, RecordingError
+from rotflex.errors import BenchError, DesignError
 from rotflex.hil.bench import Bench, Safety
 from rotflex.hil.controllers import OpenLoop, StateFeedback
 from rotflex.hil.loop import run
@@ -35,13 +35,6 @@ def test_arrays_in_the_metadata_are_kept_as_lists_on_each_bench(tmp_path):
             made = run(bench, OpenLoop(), np.zeros(10), metadata=metadata, progress=False)
         again = Recording.load(made.save(tmp_path / "made.mat"))
         assert (again.metadata["K"], again.metadata["offset"]) == (GAIN, 0.5)
-
-
-def test_metadata_that_no_file_can_hold_are_told_before_anything_moves(tmp_path):
-    with a_bench(tmp_path) as bench, pytest.raises(RecordingError, match="must be plain data"):
-        bench.on_sample = lambda *_sample: pytest.fail("it moved")
-        run(bench, OpenLoop(), np.zeros(10), metadata={"mine": object()}, progress=False)
-    assert not list(tmp_path.iterdir())
 
 
 class Closing(OpenLoop):
@@ -152,34 +145,6 @@ def test_a_real_bench_moves_as_its_log_says(real_log):
     )
     assert min(real) >= 4
     assert np.median(ours) >= 4 and max(ours) <= max(real)
-
-
-class Lagging:
-    """Proportional control behind a low-pass filter: a state, and so a reset."""
-
-    def __init__(self):
-        self.resets, self.u = 0, 0.0
-
-    def reset(self):
-        self.resets, self.u = self.resets + 1, 0.0
-
-    def __call__(self, reference, theta, alpha):
-        self.u += 0.2 * (8.0 * (reference - theta) - self.u)
-        return np.array([self.u])
-
-
-def test_a_plain_function_and_an_object_with_a_state_control_the_bench_and_the_command_is_kept():
-    lagging, wave = Lagging(), square_wave(time_axis(3.9, 0.002), 0.5, 20 * DEG)
-    with hil.open("virtual:?preset=workbook") as bench:
-        plain = run(bench, lambda reference, theta, alpha: 8.0 * (reference - theta), wave, progress=False)
-        first = run(bench, lagging, wave, progress=False)
-    with hil.open("virtual:?preset=workbook") as bench:
-        again = run(bench, lagging, wave, progress=False)
-    np.testing.assert_allclose(plain["vm"], np.clip(8.0 * (wave - plain["theta"]), -10, 10), atol=1e-12)
-    np.testing.assert_array_equal(plain["theta_ref"], wave)
-    assert lagging.resets == 2
-    np.testing.assert_array_equal(again["theta_ref"], wave)
-    assert len(response.measure(first)) == len(response.measure(plain)) == 4
 
 
 @pytest.mark.parametrize("answer", [None, [1.0, 2.0], "fast", 1j])

@@ -99,7 +99,7 @@ def test_where_the_arm_may_stand_anywhere_nothing_moves_before_it_is_put_at_its_
             with pytest.raises(BenchError, match=r"set_zero\(\)"):
                 drive()
         assert len(experiments.watch(bench, 1.0, progress=False)) == 501
-        assert not list((settings / "unfinished").iterdir())
+        assert not (settings / "unfinished").exists()
         board.turn(-30)
         bench.set_zero()
         assert len(experiments.sweep(bench, drive="voltage", duration=2.0, progress=False)) == 1001
@@ -140,9 +140,7 @@ def test_a_file_that_is_not_whole_is_none(board, settings, content):
 
 
 def test_the_commands_ask_whether_the_arm_is_at_its_mark(board, monkeypatch):
-    modules, _opened = quanser_double.package(board.connect)
-    for name, module in modules.items():
-        monkeypatch.setitem(sys.modules, name, module)
+    quanser_double.install(monkeypatch, board.connect)
     told = BenchFile("quanser:q2_usb/0")
     tested = real.record(told.identity(), {"stiffness": 1.6}, watchdog={"passed": True})
     bench_file.save("bench.toml", replace(told, record=tested))

@@ -8,13 +8,10 @@ import sys
 import numpy as np
 import pytest
 from fault_board import SAMPLE_TIME, FaultBoard, Stopwatch
-from software_tasks import SoftwareTasks
 
 from rotflex.config import joint, srv02
-from rotflex.hil.bench import Bench, Safety
-from rotflex.hil.board import Clock
+from rotflex.hil.bench import Bench
 from rotflex.hil.controllers import OpenLoop
-from rotflex.hil.guard import Guard
 from rotflex.hil.loop import run
 from rotflex.hil.pace import TOO_SLOW, Pace, undisturbed
 
@@ -80,50 +77,3 @@ def test_what_takes_its_time_is_done_before_the_watchdog_runs(monkeypatch):
         recording = run(bench, OpenLoop(), np.zeros(50), SAMPLE_TIME, progress=False)
     assert board.time.now() == pytest.approx(0.5 + 49 * SAMPLE_TIME)
     assert recording.metadata["timing"]["late"] == 0
-
-
-class Clockless(FaultBoard):
-    """A board whose tasks are paced by the computer."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.tasks = SoftwareTasks(self.inner.read_encoder, self.time)
-        self.task_create_encoder_reader = self.tasks.create_encoder_reader
-        self.task_set_buffer_overflow_mode = lambda task, mode: None
-        self.task_read_encoder = self.tasks.read_encoder
-        self.task_stop, self.task_delete = self.tasks.stop, self.tasks.delete
-
-    def task_start(self, task, clock, frequency, samples):
-        assert clock == Clock.SYSTEM_CLOCK_1
-        self.tasks.start(task, frequency, samples)
-
-
-def paused(board, pause, early=0.0):
-    """A guarded run with a pause (s) after 0.2 s, from where on samples come early."""
-
-    def now():
-        return board.time.now() - (early if board.time.now() > 0.2 else 0.0)
-
-    identity = {"uri": "test", "clock": "wall"}
-    guarded = Safety(guard=Guard(srv02()))
-    clock = Clock.SYSTEM_CLOCK_1
-    with Bench(lambda: board, srv02(), joint(1), identity, clock=clock, now=now, safety=guarded) as bench:
-        bench.on_sample = lambda measured, _volts: board.time.pass_by(pause if measured.time == 0.2 else 0.0)
-        return run(bench, OpenLoop(), np.full(200, 3.0), SAMPLE_TIME, progress=False)
-
-
-def test_on_a_software_clock_missed_samples_are_told_and_bridged():
-    board = Clockless()
-    recording = paused(board, 0.05)  # two samples more show, by blocking, that none waits
-    timing = recording.metadata["timing"]
-    assert (timing["clock"], timing["missed"], timing["late"]) == ("software", 24, 2)
-    bridged = recording["theta"][100:126]
-    assert np.diff(bridged) == pytest.approx((bridged[-1] - bridged[0]) / 25, abs=1e-9)
-    assert recording["theta"][130] > bridged[-1] > bridged[0]
-    assert board.voltage == 0.0
-
-
-def test_one_sample_that_was_missed_is_told_although_the_next_one_came_a_little_early():
-    """The samples after it would be taken for those before them, for as long as they come as early."""
-    timing = paused(Clockless(), 2 * SAMPLE_TIME, early=1e-6).metadata["timing"]
-    assert (timing["missed"], timing["lost"]) == (1, [[101, 1]])

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import importlib
-import sys
 from types import ModuleType
 
 import miswired
@@ -15,7 +14,6 @@ from quanser_double import VARIANTS, output
 from rotflex import experiments, hil
 from rotflex.errors import BenchError, HILError, LimitExceeded
 from rotflex.hil import quanser
-from rotflex.hil.bench import Bench
 from rotflex.hil.controllers import OpenLoop, StateFeedback
 from rotflex.hil.loop import run
 from rotflex.hil.real import Setup
@@ -39,10 +37,7 @@ def installed(monkeypatch):
     """The maker's package is there; gives a function that chooses what its watchdog does, and the cards."""
 
     def install(variant: quanser_double.Variant | None = None) -> list[quanser_double.HIL]:
-        modules, opened = quanser_double.package(physical, variant)
-        for name, module in modules.items():
-            monkeypatch.setitem(sys.modules, name, module)
-        return opened
+        return quanser_double.install(monkeypatch, physical, variant)
 
     return install
 
@@ -109,9 +104,7 @@ def test_without_a_record_of_commissioning_no_loop_is_closed_and_a_voltage_may_b
 def test_a_program_of_ones_own_does_no_harm_on_a_bench_that_was_not_commissioned(monkeypatch, signs):
     """`loop.run` closes no loop there; a hand-written one, whatever sign is wrong, gets little voltage and room."""
     laboratory = miswired.Laboratory(*signs)
-    modules, cards = quanser_double.package(laboratory)
-    for name, module in modules.items():
-        monkeypatch.setitem(sys.modules, name, module)
+    cards = quanser_double.install(monkeypatch, laboratory)
     controller = StateFeedback(GAIN, sample_time=0.002)
     stopped = ""
     with hil.open(SIMULATOR) as bench:
@@ -139,24 +132,6 @@ def test_more_than_an_uncommissioned_bench_allows_is_refused_and_not_cut_in_sile
         with pytest.raises(LimitExceeded, match=r"its limit is ±40 deg\. This bench has not been commissioned"):
             run(bench, OpenLoop(), np.full(2000, 0.95), progress=False)
     assert output(cards[0]) == 0.0
-
-
-def test_a_board_is_prepared_before_it_is_used_and_closed_if_that_fails(installed):
-    cards = installed()
-
-    def prepare(bench: Bench) -> None:
-        bench.board.set_encoder_quadrature_mode(MOTOR, 1, np.array([3], dtype=np.uint32))
-
-    with pytest.raises(HILError, match="given the mode 3"), hil.open(SIMULATOR, setup=Setup(prepare=prepare)):
-        pytest.fail("the block must not be entered")
-    assert not cards[0].is_valid()
-
-
-def test_a_board_that_fails_at_clearing_what_has_not_expired_is_used_all_the_same(installed):
-    cards = installed(VARIANTS["clearing it fails, and clears it"])
-    with hil.open(SIMULATOR) as bench:
-        assert len(run(bench, OpenLoop(), np.full(50, 0.5), progress=False)) == 50
-    assert output(cards[0]) == 0.0 and not cards[0].is_valid()
 
 
 @pytest.mark.parametrize("variant", VARIANTS)

@@ -292,17 +292,6 @@ def test_a_voltage_takes_effect_after_the_delay_and_the_one_before_holds_until_t
     assert np.ravel(ours.plant.held) == pytest.approx(np.ravel(held))
 
 
-def test_what_was_commanded_last_is_known_before_it_arrives():
-    ours = terminals(Timing(delay=1e-3))
-    ours.send({0: 1.0})
-    ours.send({1: 2.0})
-    assert ours.commanded == [1.0, 2.0]
-    ours.move(0.0005)
-    assert ours.plant.held == [(0.0, 0.0005)]
-    ours.move(0.1)
-    assert ours.commanded == [1.0, 2.0]
-
-
 def test_none_overtakes_the_one_before():
     timing = Timing(delay=1e-3, late=0.5, late_by=4e-3, seed=1)
     ours, time = terminals(timing), 0.0
@@ -330,7 +319,7 @@ def test_delays_are_drawn_around_the_mean_and_some_come_late():
     assert 0.75e-3 <= in_time.min() < 0.8e-3 and 1.2e-3 < in_time.max() <= 1.25e-3
     assert in_time.mean() == pytest.approx(1e-3, rel=0.01)
     assert np.mean(delays >= 2e-3) == pytest.approx(0.01, abs=0.002)
-    assert delays.max() <= LATE.longest == pytest.approx(3.25e-3)
+    assert delays.max() <= 3.25e-3 + 1e-9
 
 
 def test_delays_are_the_same_for_the_same_seed_and_begin_anew_with_every_task():

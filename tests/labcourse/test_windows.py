@@ -123,7 +123,7 @@ def test_a_course_file_that_an_editor_of_windows_saved_is_read(tmp_path):
 
 #: Loads libraries as they are, takes from Python what Windows's has not, and loads all that students have of rotflex.
 AS_ON_WINDOWS = """
-import importlib, importlib.abc, json, os, pathlib, pkgutil, signal, sys, types
+import importlib, importlib.abc, json, os, pathlib, pkgutil, signal, sys
 import anywidget, control, IPython.display, ipykernel.kernelspec, jupyter_client, matplotlib.pyplot, nbformat, PIL.Image
 import jupyter_server.serverapp, rich.table, scipy.io, scipy.optimize, scipy.signal, sympy
 import subprocess, tempfile, typer.core, webbrowser, zipfile
@@ -143,9 +143,6 @@ for owner, names in {
         if hasattr(owner, name):
             delattr(owner, name)
 sys.platform = "win32"
-locks = types.ModuleType("msvcrt")
-locks.LK_NBLCK, locks.locking = 2, lambda *arguments: None
-sys.modules["msvcrt"] = locks
 import labcourse, rotflex
 found = [
     one.name
@@ -156,9 +153,7 @@ found = [
 for name in found:
     importlib.import_module(name)
 from labcourse import files
-from rotflex.hil.held import Held
 assert files._MAY_BE_OPEN
-Held(pathlib.Path("lock")).release()
 from labcourse.lab_command import fill
 print(json.dumps([len(found), fill(pathlib.Path("work"), "ada")]))
 """
