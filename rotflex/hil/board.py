@@ -156,7 +156,8 @@ class Task:
         """Raise :class:`HILError` unless so many samples fit into the buffers."""
         channels = (self.analog, self.encoders, self.digital)
         for chosen, buffer, kind in zip(channels, buffers, ("analog", "encoder", "digital"), strict=True):
-            check_buffer(buffer, samples * len(chosen), kind)
+            if chosen:
+                check_buffer(buffer, samples * len(chosen), kind)
 
 
 class Board:

@@ -228,7 +228,7 @@ class RecordedRuns(RecordedPlant):
         """Return that an experiment was not recorded, and what was."""
         asked = described(settings, run=self._run)
         if not self._all:
-            return f"Nothing was recorded yet: {asked}. Start the notebook with the bench's address, and run it."
+            return f"Nothing was recorded at the bench yet: {asked}. Start the notebook with its address, and run it."
         why = "it was recorded with other settings only" if some else "it was not recorded"
         listed = list(dict.fromkeys(described(one.metadata, float(one.time[-1])) for one in self._all))
         if len(listed) > _MOST_LISTED:

@@ -346,10 +346,17 @@ class VirtualBoard(Board):
         self._output_ranges = dict.fromkeys(range(outputs), (-DAC_LIMIT, DAC_LIMIT))
 
     def _catch_up(self, instant: float) -> None:
-        """Let the plant move until ``instant``, and take the samples that are due on the way."""
+        """Let the plant move until ``instant``, and take the samples that are due before.
+
+        Where time waits for the program, no sample is taken before somebody fetches it.
+        """
         if instant == self._instant:
             return
-        while due := [task for task in self._tasks.values() if _is_due(task, instant)]:
+        while due := [
+            task
+            for task in self._tasks.values()
+            if task.due < instant and task.remaining and task.overflow not in _TIME_WAITS
+        ]:
             self._take(min(due, key=lambda task: task.due))
         self._move(instant)
 
@@ -432,10 +439,17 @@ class VirtualBoard(Board):
         comes = task.remaining and not task.waiting
         if comes:
             self.clock.wait_until(task.due)
-        self._catch_up(task.due if task.overflow in _TIME_WAITS else self.clock.now())
-        if comes and not task.waiting:
-            self._take(task)
-        return task.take()
+        if task.overflow not in _TIME_WAITS:
+            self._catch_up(self.clock.now())
+            if comes and not task.waiting:
+                self._take(task)
+            return task.take()
+        if not task.remaining:
+            return None
+        self._catch_up(task.due)
+        task.due += task.period
+        task.remaining -= 1
+        return self._values(task)
 
     # Watchdog ---------------------------------------------------------------------------------------------------
 
@@ -476,8 +490,3 @@ class VirtualBoard(Board):
         """Find out, before each call to the watchdog, whether it has expired since the last one."""
         self._check_open()
         self._catch_up(self.clock.now())
-
-
-def _is_due(task: Task, instant: float) -> bool:
-    """Whether a sample of a task is to be taken before an instant; where time waits, nothing is taken unasked."""
-    return bool(task.remaining) and task.due < instant and task.overflow not in _TIME_WAITS
