@@ -162,11 +162,9 @@ def run_experiment(
 
     It fails, with the recording saved, where too many samples came late.
     """
-    from dataclasses import replace
-
     from rotflex import hil, unanswered
     from rotflex.errors import RecordingError
-    from rotflex.hil.loop import save_aside
+    from rotflex.hil.loop import save_aside, where
     from rotflex.recording import saved_ending
 
     saved_ending(out)
@@ -174,18 +172,20 @@ def run_experiment(
     chosen = _experiment(experiment, gain, {} if duration is None else {"duration": duration})
     with hil.open(bench) as opened:
         _ask_for_mark(opened, opened.mark_unknown, ", and is the amplifier on again")
-        folder, opened.safety = opened.safety.folder, replace(opened.safety, folder=None)  # it is saved as `out`
         try:
             recording = chosen(opened)
         except BaseException:
             if opened.kept is not None:
                 typer.echo(f"What was recorded until then is in {opened.kept.save(out)}.", err=True)
+                if opened.kept_in is not None:
+                    opened.kept_in.unlink(missing_ok=True)
             raise
         try:
             recording.save(out)
         except RecordingError as error:
             opened.kept = recording
-            raise RecordingError(f"{error} The recording is whole: it is {save_aside(recording, folder)}.") from error
+            saved = where(save_aside(recording, opened.safety.folder))
+            raise RecordingError(f"{error} The recording is whole: it is {saved}.") from error
     typer.echo(f"{len(recording)} samples are in {out}.")
     if late := unanswered.in_words(recording.metadata, len(recording)):
         typer.echo(late, err=True)

@@ -104,12 +104,6 @@ def test_what_cannot_be_written_or_is_there_is_said_before_anything_is_done(comm
     assert (tmp_path / out).read_text() == "mine"
 
 
-def test_a_file_is_written_over_where_that_is_asked_for(tmp_path):
-    (tmp_path / "out.mat").write_text("mine")
-    assert "samples are in out.mat" in said(*WRITING["run"][0], "--out", "out.mat", "--force")
-    assert len(Recording.load(tmp_path / "out.mat")) > 100
-
-
 def commissioned(**limits: float) -> None:
     """A bench.toml of a commissioned bench."""
     told = bench_file.BenchFile(SIMULATOR, limits=limits)
@@ -165,11 +159,6 @@ def test_a_bench_is_set_up_and_used(monkeypatch):
     assert bench_file.load("north.toml").wiring["motor_sign"] == -1
     said("run", "sweep", "--bench", "north.toml", "--duration", "1", "--out", "sweep.mat")
     assert Recording.load("sweep.mat").metadata["bench"]["uri"] == SIMULATOR
-
-
-def test_who_looks_for_the_doctor_among_the_commands_of_a_bench_is_told_where_it_is():
-    assert "bench --help" in said("doctor", code=2)
-    assert "rotflex doctor --bench bench.toml" in re.sub(r"[\s│]+", " ", said("--help"))
 
 
 def test_a_twin_is_fitted_and_moves_as_its_bench():

@@ -17,7 +17,7 @@ from labcourse import files
 from rotflex.config import Joint, Servo, joint, srv02
 from rotflex.errors import RecordingError
 from rotflex.hil.bench import Bench, Limits
-from rotflex.hil.loop import save_aside
+from rotflex.hil.loop import save_aside, where
 from rotflex.hil.replay import SETTINGS, TOLD, VOLTAGE_LIMIT, RecordedRuns, described, implausible_timing, run_of
 from rotflex.hil.virtual import SimulatedClock, VirtualBoard
 from rotflex.recording import Recording
@@ -103,8 +103,8 @@ class RecordingsFolder:
                 self.keep(recording, told)
             except RecordingError as error:
                 bench.kept = replace(recording, metadata={**recording.metadata, TOLD: told})
-                where = save_aside(bench.kept, bench.safety.folder)
-                raise RecordingError(f"{error} The recording is whole: it is {where}.") from error
+                saved = where(save_aside(bench.kept, bench.safety.folder))
+                raise RecordingError(f"{error} The recording is whole: it is {saved}.") from error
 
         bench.on_recorded = keep
         return bench

@@ -149,7 +149,7 @@ class Safety:
     ----------
     guard : watches every run for motion that cannot be
     commissioned : asked before each closed loop; returns why there is none yet on this bench, None if there may be
-    folder : where runs that were broken off are saved
+    folder : where samples are stored while they come, and runs that were broken off
     mark : from which the servo's angle is limited; without one it is from where each run begins
     """
 
@@ -179,6 +179,7 @@ class Bench:
     ----------
     late : the samples that waited before the one that was read last, where time does not wait
     kept : what the last run recorded that did not end as it should, with the reason in its metadata
+    kept_in : the file in which that is saved; None if it is in none
     running : held by whoever runs something, until what it recorded is kept
     on_sample : called once a sample, with what was measured and the voltage that is about to be set, or was held where
         the sample came late; None for nobody.
@@ -218,6 +219,7 @@ class Bench:
         self.is_left_alone = False
         self.late: list[Measurement] = []
         self.kept: Recording | None = None
+        self.kept_in: Path | None = None
         self.latest = Measurement(0.0, 0.0, 0.0)
         self.running = threading.RLock()
         self._ending = Ending(self._is_sampling_here, self._close_after_run)

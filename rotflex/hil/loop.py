@@ -9,7 +9,9 @@ from __future__ import annotations
 
 import contextlib
 import datetime
+import json
 import re
+import sys
 import uuid
 from collections.abc import Iterable, Mapping
 from pathlib import Path
@@ -18,7 +20,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from rotflex import __version__
+from rotflex import __version__, files
 from rotflex.controller import Controller, begun, name_of
 from rotflex.errors import BenchError, RecordingError
 from rotflex.hil.bench import Bench, Measurement
@@ -27,6 +29,19 @@ from rotflex.hil.halt import reason, uninterrupted
 from rotflex.hil.pace import undisturbed
 from rotflex.progress import progress as with_progress
 from rotflex.recording import Recording
+
+if sys.platform == "win32":
+
+    def _lock(_file: Any) -> None:
+        """Do nothing: there a file that is open cannot be deleted."""
+
+else:
+    import fcntl
+
+    def _lock(file: Any) -> None:
+        """Lock a file until it is closed; raise OSError where another program has it locked."""
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+
 
 #: By what a bench's identity has.
 _SOURCES = {"seed": "virtual bench", "preset": "virtual bench", "plant": "virtual bench", "recording": "replay"}
@@ -120,23 +135,90 @@ def _sampled(
     bench: Bench, controller: Controller, targets: NDArray[np.float64], described: dict[str, Any], progress: bool
 ) -> NDArray[np.float64]:
     """Return theta, alpha and vm (3, n) of a run; a replay begins at its beginning."""
-    bench.kept = None
+    bench.kept = bench.kept_in = None
     controller = begun(controller)
-    signals = np.full((3, targets.size), np.nan)
+    stored = _Stored(targets.size, bench.safety.folder, described)
     if bench.recorded is not None:
         bench.recorded.rewind()
     # Whatever takes its time is done before the first sample: a bar, for one, that is imported, and rubbish.
     coming = enumerate(with_progress(targets.tolist(), "experiment", "sample", progress))
     with bench.running, undisturbed(not bench.is_simulated):
-        bench.start(described["sample_time"])
         try:
-            _sample(bench, controller, targets, coming, signals)
+            bench.start(described["sample_time"])
+        except BaseException:
+            stored.delete()
+            raise
+        try:
+            _sample(bench, controller, targets, coming, stored.signals)
             bench.stop()
         except BaseException as error:  # also of the stop in the end, where the run is whole
             with uninterrupted():
-                _break_off(bench, error, signals, described)
+                _break_off(bench, error, stored.signals, described)
+                stored.delete()
             raise
-    return signals
+    return stored.delete()
+
+
+class _Stored:
+    """The signals (3, n) of a run, theta, alpha (rad) and vm (V); what was not sampled is no number.
+
+    Of a real bench they are written into a file as they come, through the operating system's own memory, which costs
+    the loop nothing and which no end of the program takes away: :func:`recover` finds it.
+    """
+
+    def __init__(self, samples: int, folder: Path | None, described: Mapping[str, Any]) -> None:
+        self._path: Path | None = None
+        self.signals = np.full((3, samples), np.nan)
+        if folder is None:
+            return
+        try:
+            about = json.dumps(dict(described))
+            folder.mkdir(parents=True, exist_ok=True)
+            self._path = folder / f"{uuid.uuid4().hex}.npy"
+            files.write(self._path.with_suffix(".json"), about)
+            self.signals = np.lib.format.open_memmap(self._path, mode="w+", dtype=float, shape=(3, samples))
+            self._file = self._path.open("rb")
+            _lock(self._file)
+        except (TypeError, ValueError, RecursionError) as error:
+            raise RecordingError(f"The metadata must be plain data, as JSON can hold: {error}.") from None
+        except OSError as error:
+            raise RecordingError(
+                f"Samples cannot be stored in {folder} while they come: {error.strerror or error}. Make that folder "
+                f"writable, or name another one in the environment variable {files.FOLDER}, and start again."
+            ) from None
+        self.signals[:] = np.nan
+
+    def delete(self) -> NDArray[np.float64]:
+        """Delete the file, and return the signals in memory."""
+        if self._path is not None:
+            self.signals = np.array(self.signals)  # on Windows a file that is mapped cannot be deleted
+            self._file.close()
+            _delete(self._path)
+        return self.signals
+
+
+def recover(folder: Path) -> None:
+    """Save what programs that were killed left in a folder as recordings, and print where they are."""
+    for path in folder.glob("*.npy"):
+        # What is not whole is left alone, and so is the run of a program that is alive.
+        with contextlib.suppress(OSError, EOFError, ValueError, TypeError, LookupError, RecordingError):
+            with path.open("rb") as file:
+                _lock(file)
+                signals = np.load(file)
+            described = json.loads(path.with_suffix(".json").read_text(encoding="utf-8"))
+            ended = "The program ended without a word. The board's watchdog, where it works, then sets 0 V."
+            if recording := _broken_off(signals, described | {"ended": ended}):
+                saved = recording.save(folder / f"{_name(recording)}-{path.stem[:8]}.mat")
+                path.unlink()
+                note = f"Note      A program was killed in a run. What was recorded until then is in {saved}."
+                print(note, file=sys.stderr)  # doctor's JSON is on the other one
+            _delete(path)
+
+
+def _delete(path: Path) -> None:
+    for file in (path, path.with_suffix(".json")):
+        with contextlib.suppress(OSError):
+            file.unlink(missing_ok=True)
 
 
 def _break_off(bench: Bench, error: BaseException, signals: NDArray[np.float64], described: dict[str, Any]) -> None:
@@ -149,7 +231,8 @@ def _break_off(bench: Bench, error: BaseException, signals: NDArray[np.float64],
         if not isinstance(error, BenchError):  # the bench's own say so themselves
             error.add_note("The motor is at 0 V.")
         if bench.kept is not None:
-            error.add_note(f"What was recorded until then is {save_aside(bench.kept, bench.safety.folder)}.")
+            bench.kept_in = save_aside(bench.kept, bench.safety.folder)
+            error.add_note(f"What was recorded until then is {where(bench.kept_in)}.")
 
 
 def _broken_off(signals: NDArray[np.float64], described: Mapping[str, Any]) -> Recording | None:
@@ -167,8 +250,8 @@ def _broken_off(signals: NDArray[np.float64], described: Mapping[str, Any]) -> R
     return Recording.of(every * float(described["sample_time"]), described, theta=theta, alpha=alpha, vm=volts)
 
 
-def save_aside(recording: Recording, folder: Path | None) -> str:
-    """Save a recording that was broken off, or could not be saved where it should be; return where it is.
+def save_aside(recording: Recording, folder: Path | None) -> Path | None:
+    """Save a recording that was broken off, or could not be saved where it should be; return its file, if it has one.
 
     Parameters
     ----------
@@ -176,12 +259,20 @@ def save_aside(recording: Recording, folder: Path | None) -> str:
     folder : of the bench's safety; None for a bench that saves none
     """
     if folder is not None:
-        name = re.sub(r"\W+", "-", str(recording.metadata.get("experiment", "run"))).strip("-") or "run"
-        file = folder / f"{name}-{datetime.datetime.now():%Y%m%d-%H%M%S}-{uuid.uuid4().hex[:8]}.mat"
+        file = folder / f"{_name(recording)}-{datetime.datetime.now():%Y%m%d-%H%M%S}-{uuid.uuid4().hex[:8]}.mat"
         with contextlib.suppress(OSError, RecordingError):
             folder.mkdir(parents=True, exist_ok=True)
-            return f"in {recording.save(file)}, and in the bench's `kept`"
-    return "in the bench's `kept`, until the program ends"
+            return recording.save(file)
+    return None
+
+
+def where(file: Path | None) -> str:
+    """Return where a recording is that was saved aside: "in …"."""
+    return f"in {file}, and in the bench's `kept`" if file else "in the bench's `kept`, until the program ends"
+
+
+def _name(recording: Recording) -> str:
+    return re.sub(r"\W+", "-", str(recording.metadata.get("experiment", "run"))).strip("-") or "run"
 
 
 def _sample(

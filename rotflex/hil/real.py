@@ -18,6 +18,7 @@ from rotflex.config import Joint, Servo, joint, srv02
 from rotflex.hil.bench import Bench, Limits, Mark, Safety, Wiring
 from rotflex.hil.board import Board, Clock
 from rotflex.hil.guard import Allowance, Guard
+from rotflex.hil.loop import recover
 from rotflex.units import DEG
 
 VERSION = 1  #: of a record
@@ -159,6 +160,12 @@ def bench(uri: str, connect: Callable[[], Board], setup: Setup) -> Bench:
     setup : what is known of it
     """
 
+    folder = files.settings() / "unfinished"
+
+    def connected() -> Board:
+        recover(folder)
+        return connect()
+
     def prepared(opened: Bench) -> None:
         """Set up the board. Only now it is known whether it is the one that was commissioned."""
         if setup.prepare is not None:
@@ -170,7 +177,7 @@ def bench(uri: str, connect: Callable[[], Board], setup: Setup) -> Bench:
     mark = None if setup.simulated else Mark(files.settings() / "marks" / f"{name}.json", needed)
     guard = Guard(setup.servo, setup.limits.alpha, Allowance(stiffness=setup.stiffness)) if setup.guarded else None
     return Bench(
-        connect=connect,
+        connect=connected,
         servo=setup.servo,
         joint=setup.joint,
         identity={
@@ -181,7 +188,7 @@ def bench(uri: str, connect: Callable[[], Board], setup: Setup) -> Bench:
         },
         limits=setup.allowed(),
         wiring=setup.wiring,
-        safety=Safety(guard, setup.commissioned, files.settings() / "unfinished", mark),
+        safety=Safety(guard, setup.commissioned, folder, mark),
         clock=setup.clock,
         prepare=prepared,
     )

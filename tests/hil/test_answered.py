@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-
 import numpy as np
 import pytest
 from fault_board import SAMPLE_TIME, FaultBoard, bench_of
@@ -11,7 +9,6 @@ from forged import changed
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-import rotflex.course.lab
 from rotflex import experiments, hil
 from rotflex.config import joint, srv02
 from rotflex.course import plausible
@@ -19,7 +16,6 @@ from rotflex.course.recordings_folder import bench_of as bench_of_recordings
 from rotflex.errors import BenchError, NotRecorded
 from rotflex.hil import replay
 from rotflex.hil.halt import WATCHDOG_TIMEOUT
-from rotflex.hil.pace import Pace
 from rotflex.hil.student_benches import REAL_BENCH
 from rotflex.recording import Recording
 from rotflex.unanswered import HELD, LOST, MOST_NOTED, TIMING, mask, stretches
@@ -219,21 +215,6 @@ def test_samples_that_are_said_to_be_held_have_to_be(honest):
     first = 700
     forged = claimed(changed(honest, vm=honest["vm"] + 0.5 * mask([(first, 40)], len(honest))), [[first, 40]])
     assert any("controller sets" in doubt for doubt in look(forged))
-
-
-def test_the_most_that_is_noted_can_be_handed_in(tmp_path, honest):
-    noted = [[10_000 + 10 * n, 100] for n in range(MOST_NOTED)]
-    pace = Pace(SAMPLE_TIME, "hardware", lambda: 0.0)
-    pace.arrived(0)
-    for first, count in [*noted, *noted]:
-        pace.skipped(first, count, 0)
-    timing = honest.metadata[TIMING] | pace.report()
-    assert timing[HELD] == timing[LOST] == noted
-    recording = Recording(honest.time, honest.channels, {**honest.metadata, TIMING: timing})
-    lab = rotflex.course.lab.start("ada", folder=tmp_path, quiet=True)
-    lab.answer("3.13", response=recording)
-    kept = json.loads((tmp_path / "answers.json").read_text(encoding="utf-8"))
-    assert kept["answers"]["3.13"]["response"]["metadata"][TIMING][HELD] == noted
 
 
 def test_a_short_run_may_have_one_whole_pause_and_where_time_waits_there_is_none():

@@ -19,7 +19,7 @@ from fault_board import FaultBoard, bench_of
 from jupyter_client.manager import KernelManager
 
 from rotflex.hil.controllers import OpenLoop
-from rotflex.hil.loop import run
+from rotflex.hil.loop import recover, run
 from rotflex.recording import Recording
 
 HELPER = board_process.__file__
@@ -55,7 +55,7 @@ def assert_at_0_V_and_recorded(board: RemoteBoard, folder: Path, why: str) -> No
     assert board.voltage() == 0.0
 
 
-def test_a_program_that_is_killed_leaves_0_V_by_the_watchdog(board, tmp_path):
+def test_a_program_that_is_killed_leaves_0_V_by_the_watchdog_and_what_it_recorded(board, tmp_path):
     program = subprocess.Popen([sys.executable, HELPER, "drive", str(tmp_path)], env=ENVIRONMENT)
     try:
         until((tmp_path / "moves").exists, lambda: program.poll() is None)
@@ -64,7 +64,8 @@ def test_a_program_that_is_killed_leaves_0_V_by_the_watchdog(board, tmp_path):
         program.wait()
     assert abs(board.voltage()) == board_process.VOLTS
     board.let_time_pass()
-    assert board.voltage() == 0.0
+    recover(tmp_path / "unfinished")
+    assert_at_0_V_and_recorded(board, tmp_path, "The program ended without a word")
 
 
 ENDING = [name for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import json
+import subprocess
+import sys
 
 import numpy as np
 import pytest
 
 from rotflex import __version__, hil
 from rotflex.config import srv02
-from rotflex.errors import BenchError, DesignError
+from rotflex.errors import BenchError, DesignError, RecordingError
 from rotflex.hil.bench import Bench, Safety
 from rotflex.hil.controllers import OpenLoop, StateFeedback
-from rotflex.hil.loop import run
+from rotflex.hil.loop import recover, run
 from rotflex.hil.student_benches import preset
 from rotflex.hil.virtual import VirtualBoard
 from rotflex.recording import Recording
@@ -155,3 +157,63 @@ def test_a_controller_that_returns_no_voltage_is_told_and_the_motor_is_at_0_V(an
         assert bench.board.terminals.commanded[0] == 0.0
         with pytest.raises(DesignError, match="a function"):
             run(bench, [1.0, 2.0, 3.0, 4.0], np.ones(500), progress=False)
+
+
+#: A program that samples, and never comes to an end.
+PROGRAM = """
+import sys, time
+from pathlib import Path
+from rotflex.hil.loop import _Stored
+stored = _Stored(1000, Path(sys.argv[1]), {"sample_time": 0.002, "experiment": "tracking"})
+for sample in range(700):
+    stored.signals[:, sample] = 0.001 * sample, -0.001 * sample, 1.0
+print("sampled", flush=True)
+time.sleep(600)
+"""
+
+
+def test_what_a_killed_program_recorded_is_saved_when_a_bench_is_opened_next_and_not_while_it_is_alive(
+    tmp_path, capsys
+):
+    program = subprocess.Popen([sys.executable, "-c", PROGRAM, str(tmp_path)], stdout=subprocess.PIPE, text=True)
+    try:
+        assert program.stdout is not None and program.stdout.readline() == "sampled\n"
+        recover(tmp_path)
+        assert sorted(path.suffix for path in tmp_path.iterdir()) == [".json", ".npy"]
+    finally:
+        program.kill()
+        program.communicate()
+    recover(tmp_path)
+    (path,) = tmp_path.iterdir()
+    recording = Recording.load(path)
+    assert str(path) in capsys.readouterr().err and "watchdog" in recording.metadata["ended"]
+    np.testing.assert_allclose(recording["theta"], 0.001 * np.arange(700), atol=1e-12)
+
+
+ABOUT = '{"source": "bench", "sample_time": 0.002}'
+
+
+@pytest.mark.parametrize(
+    ("samples", "about"),
+    [
+        (b"", ABOUT),
+        (b"\x93NUMPY\x01\x00v\x00{", ABOUT),
+        (b"\x80\x04K\x01.", ABOUT),
+        *((np.zeros(shape), ABOUT) for shape in ((2, 10), (3,), ())),
+        *((np.zeros((3, 10)), about) for about in ("", "[]", "3", "{}", '{"sample_time": []}', '{"sample_time": 0}')),
+    ],
+)
+def test_what_is_not_whole_keeps_nobody_from_a_bench(tmp_path, samples, about):
+    with (tmp_path / "0.npy").open("wb") as file:
+        file.write(samples) if isinstance(samples, bytes) else np.save(file, samples)
+    (tmp_path / "0.json").write_text(about, encoding="utf-8")
+    recover(tmp_path)
+    assert not list(tmp_path.glob("*.mat"))
+
+
+def test_where_samples_cannot_be_stored_nothing_moves_and_the_message_says_what_to_do(tmp_path):
+    (tmp_path / "file").write_text("a file")
+    for folder, metadata, named in ((tmp_path / "file", {}, "ROTFLEX_CONFIG_DIR"), (tmp_path, {"x": object()}, "JSON")):
+        with a_bench(folder) as bench, pytest.raises(RecordingError, match=named):
+            bench.on_sample = lambda *_sample: pytest.fail("it moved")
+            run(bench, OpenLoop(), np.zeros(10), metadata=metadata, progress=False)

@@ -273,14 +273,3 @@ def test_a_recording_that_begins_a_count_beside_zero_is_honest(made):
     assert kept[0]["theta"][0] == pytest.approx(count) and honest["theta"][0] == 0
     with bench_of(kept) as bench:
         np.testing.assert_array_equal(ASKED["tracking"](bench)["theta"], kept[0]["theta"])
-
-
-def test_there_is_no_the_recorded_voltage_among_many(made):
-    with bench_of(list(made[1].values())) as bench, pytest.raises(ValueError, match="signal is 'recorded'"):
-        experiments.validation(bench, *MODEL, "recorded", progress=False)
-
-
-def test_a_long_list_is_cut(made):
-    many = [run_number(made[1]["watch"], number) for number in range(2, 20)]
-    with bench_of(many) as bench, pytest.raises(BenchError, match="6 before"):
-        ASKED["sweep"](bench)
