@@ -153,8 +153,10 @@ def _sampled(
             bench.stop()
         except BaseException as error:  # also of the stop in the end, where the run is whole
             with uninterrupted():
-                _break_off(bench, error, stored.signals, described)
-                stored.delete()
+                try:
+                    _break_off(bench, error, stored.signals, described)
+                finally:
+                    stored.delete()
             raise
     return stored.delete()
 
@@ -178,7 +180,8 @@ class _Stored:
             files.write(self._path.with_suffix(".json"), about)
             self.signals = np.lib.format.open_memmap(self._path, mode="w+", dtype=float, shape=(3, samples))
             self._file = self._path.open("rb")
-            _lock(self._file)
+            with contextlib.suppress(OSError):  # a file system without locks
+                _lock(self._file)
         except (TypeError, ValueError, RecursionError) as error:
             raise RecordingError(f"The metadata must be plain data, as JSON can hold: {error}.") from None
         except OSError as error:
@@ -228,11 +231,12 @@ def _break_off(bench: Bench, error: BaseException, signals: NDArray[np.float64],
     finally:
         _note_last(bench, signals)
         bench.kept = _broken_off(signals, described | {"ended": reason(error)} | bench.timing)
-        if not isinstance(error, BenchError):  # the bench's own say so themselves
-            error.add_note("The motor is at 0 V.")
         if bench.kept is not None:
             bench.kept_in = save_aside(bench.kept, bench.safety.folder)
-            error.add_note(f"What was recorded until then is {where(bench.kept_in)}.")
+    if not isinstance(error, BenchError):  # the bench's own say so themselves
+        error.add_note("The motor is at 0 V.")
+    if bench.kept is not None:
+        error.add_note(f"What was recorded until then is {where(bench.kept_in)}.")
 
 
 def _broken_off(signals: NDArray[np.float64], described: Mapping[str, Any]) -> Recording | None:

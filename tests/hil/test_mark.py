@@ -99,7 +99,7 @@ def test_where_the_arm_may_stand_anywhere_nothing_moves_before_it_is_put_at_its_
             with pytest.raises(BenchError, match=r"set_zero\(\)"):
                 drive()
         assert len(experiments.watch(bench, 1.0, progress=False)) == 501
-        assert not (settings / "unfinished").exists()
+        assert not list((settings / "unfinished").iterdir())
         board.turn(-30)
         bench.set_zero()
         assert len(experiments.sweep(bench, drive="voltage", duration=2.0, progress=False)) == 1001
