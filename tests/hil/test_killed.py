@@ -47,7 +47,7 @@ def board(tmp_path) -> Iterator[RemoteBoard]:
 
 
 def assert_at_0_V_and_recorded(board: RemoteBoard, folder: Path, why: str) -> None:
-    (recording,) = map(Recording.load, (folder / "unfinished").iterdir())
+    (recording,) = map(Recording.load, (folder / "unfinished").glob("*.mat"))
     assert why in recording.metadata["ended"]
     assert len(recording) > 500
     assert set(np.abs(recording["vm"][:-1])) == {board_process.VOLTS}
@@ -77,7 +77,7 @@ on_posix = pytest.mark.skipif(
 def assert_ended_by(name: str, board: RemoteBoard, folder: Path) -> None:
     """0 V without time for the watchdog, and the reason with what was recorded."""
     assert board.voltage() == 0.0 and not board.is_valid()  # the program closed it
-    (recording,) = map(Recording.load, (folder / "unfinished").iterdir())
+    (recording,) = map(Recording.load, (folder / "unfinished").glob("*.mat"))
     assert name in recording.metadata["ended"]
     assert len(recording) > 400 and np.abs(recording["theta"]).max() > 0.05
 
