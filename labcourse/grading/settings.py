@@ -1,31 +1,25 @@
 """A course's settings: ``course.toml`` in its folder, what an instructor decides for a term without any Python.
 
-Each table of the file is a class here. Each entry has its type, its limits, and what a message says about it: what is
-expected, and an example. pydantic checks the file by them; what Python code makes of the classes is not checked.
+Each table of the file is a class here, and pydantic checks the file by it. A new table is a new class and a field of
+:class:`CourseSettings`. What Python code makes of the classes is not checked.
 """
 
 from __future__ import annotations
 
 import json
-import sys
+import re
 import tomllib
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from contextlib import suppress
-from dataclasses import dataclass, field, is_dataclass, replace
+from collections.abc import Collection, Iterable, Iterator, Mapping
+from dataclasses import dataclass, field, fields, replace
 from datetime import date, datetime, time
 from decimal import Decimal
 from difflib import get_close_matches
-from functools import partial, reduce
-from itertools import pairwise
-from operator import getitem, itemgetter
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args, get_type_hints
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, get_args, get_type_hints
 
-from pydantic import AliasPath, Field, GetCoreSchemaHandler, GetPydanticSchema, Strict, TypeAdapter, ValidationError
-from pydantic.fields import FieldInfo
-from pydantic.functional_validators import AfterValidator, PlainValidator
-from pydantic_core import CoreSchema, ErrorDetails
-from pydantic_core.core_schema import no_info_after_validator_function
+from pydantic import ConfigDict, Field, PlainValidator, Strict, TypeAdapter, ValidationError
+from pydantic_core import ErrorDetails
 
 from labcourse import course_file
 from labcourse.benches import MOST_SEED, OWN, PRESET, REAL, SAME, THEIR_OWN, BenchPolicy
@@ -45,13 +39,6 @@ Fault = tuple[Place, str]  #: place of an entry, and what is wrong with it
 # --- types of entries -------------------------------------------------------------------------------------------------
 
 
-def _check_printable(text: str) -> str:
-    """Return a text; raise ValueError if it has unprintable characters, or white space at its ends."""
-    if not text.isprintable() or text != text.strip():
-        raise ValueError
-    return text
-
-
 def _datetime(time_of_day: time, value: object) -> datetime:
     """Return a date, or a date and time, of TOML as a time with a zone; raise ValueError for anything else.
 
@@ -61,85 +48,53 @@ def _datetime(time_of_day: time, value: object) -> datetime:
     value : from the file; a time without a zone is in that of this computer
     """
     if not isinstance(value, date) or not 2000 <= value.year < 3000:  # a datetime is a date, too
-        raise ValueError
+        raise ValueError("Input should be a date, or a date and time, as 2026-11-21 or 2026-11-21T18:00:00+01:00")
     moment = value if isinstance(value, datetime) else datetime.combine(value, time_of_day)
     return moment if moment.tzinfo else moment.astimezone()
 
 
 def _shares(defaults: Mapping[int, float], value: object) -> dict[int, float]:
     """Read a table of per cents of levels as level → share, with defaults for the levels that it leaves out."""
-    percents = _PERCENTS.validate_python(value)
+    percents = TypeAdapter(dict[Literal["4", "3", "2", "1"], _Percent]).validate_python(value)
     return {**defaults, **{int(level): float(Decimal(str(percent)) / 100) for level, percent in percents.items()}}
 
 
-def _entry(expected: str, example: str, path: Sequence[str] = (), **limits: Any) -> Any:
-    """Return the pydantic field of an entry.
-
-    Parameters
-    ----------
-    expected : what a message says is expected, after "it should be"
-    example : value as it is written in the file
-    path : table and entry in the file, if they differ from those of the classes
-    limits : of :func:`pydantic.Field`, as ``ge`` and ``max_length``
-    """
-    alias = AliasPath(*path) if path else None
-    return Field(description=expected, examples=[example], validation_alias=alias, **limits)
-
-
-def _number(example: str, least: float, most: float, expected: str = "a number") -> Any:
-    """Return the field of a number between two limits."""
-    return _entry(f"{expected} from {least} to {most}", example, ge=least, le=most)
-
-
-def _moment(example: str, *path: str) -> Any:
-    """Return the field of a date, or a date and time."""
-    return _entry("a date, or a date and time, of the years 2000 to 2999", example, path)
-
-
-_Line = Annotated[str, Strict(), Field(max_length=120), AfterValidator(_check_printable)]
+_Line = Annotated[str, Strict(), Field(max_length=120, pattern=r"^(\S([^\x00-\x1f\x7f]*\S)?)?$")]
 _Name = Annotated[_Line, Field(min_length=1)]
-_Notebook = Annotated[_Name, AfterValidator(lambda name: name.removesuffix(".ipynb"))]
+_Notebook = Annotated[str, Strict(), Field(min_length=1), PlainValidator(lambda name: name.removesuffix(".ipynb"))]
 _Number = Annotated[int, Strict()] | Annotated[float, Strict()]  # 100 stays an int, and is shown without a point
-_Switch = Annotated[bool, Strict(), _entry("true or false", "true")]
+_Percent = Annotated[_Number, Field(ge=0, le=100)]
+_Switch = Annotated[bool, Strict()]
 _Whole = Annotated[int, Strict()]
-_Weight = Annotated[_Number, Field(ge=0.001, le=1000)]
-_PERCENTS = TypeAdapter(dict[Literal["4", "3", "2", "1"], Annotated[_Number, Field(ge=0, le=100)]])
-_START, _END = PlainValidator(partial(_datetime, time.min)), PlainValidator(partial(_datetime, time.max))
+_Start = Annotated[datetime, PlainValidator(partial(_datetime, time.min))]
+_End = Annotated[datetime, PlainValidator(partial(_datetime, time.max))]
 _SHARES: Mapping[int, float] = {4: 1.0, 3: 0.75, 2: 0.5, 1: 0.25, 0: 0.0}
 _THRESHOLDS: Mapping[int, float] = {4: 0.9, 3: 0.75, 2: 0.5, 1: 0.0}
-_READ_SHARES = PlainValidator(partial(_shares, _SHARES))
-_READ_THRESHOLDS = PlainValidator(partial(_shares, _THRESHOLDS))
-_PARTS = "names of questions, or of a question and a part"
-_WEIGHTS = f"{_PARTS}, in quotes, each with a number from 0.001 to 1000"
-_LEVELS = "numbers from 0 to 100, in per cent, for levels of 4, 3, 2, 1"
-_PERCENT_SHARES = _entry(_LEVELS, "{4 = 100, 3 = 75, 2 = 50, 1 = 25}")
-_PERCENT_THRESHOLDS = _entry(_LEVELS, "{4 = 90, 3 = 75, 2 = 50, 1 = 0}")
-_LINE = "a line of text of at most 120 characters"
-_THIS_PYTHON = f'"3.{sys.version_info.minor}"'
-_PYTHON = _entry("a version of Python, in quotes", _THIS_PYTHON, path=("course", "python"), pattern=r"^3\.[0-9]{1,2}$")
-_GIVEN = _entry("what is given to a class that begins in the middle", '"speed"', path=("given", "from"))
-_NOTEBOOKS = _entry("names of the course's notebooks", '["01_first_lab"]', min_length=1)
-_WHICH = _entry('"own", "same", "preset" or "real"', '"own"')
-_SECTION = _entry("the name of a section of the roster", '"B"')
 
 
 # --- tables -----------------------------------------------------------------------------------------------------------
 
 
+class _Table:
+    """A table of the file: entries that it does not have are refused."""
+
+    __pydantic_config__: ClassVar[ConfigDict] = ConfigDict(extra="forbid")
+
+
 @dataclass(frozen=True)
-class FeedbackSettings:
+class FeedbackSettings(_Table):
     """What students see of their marks, and when. (They never see the right answers of the key.)
 
     Attributes
     ----------
     points : how many points each answer earned
     reasons : the key's comment on each answer, besides whether it was right
-    opens : when students may see it; at once where it is None
+    opens : when students may see it ("from" in the file); at once where it is None
     """
 
     points: _Switch = True
     reasons: _Switch = True
-    opens: Annotated[datetime | None, _START, _moment("2026-12-01T12:00:00+01:00", "from")] = None
+    opens: Annotated[_Start | None, Field(validation_alias="from")] = None
 
     def is_open(self, now: datetime) -> bool:
         """Return whether students may see it at a time, which has a time zone."""
@@ -147,17 +102,17 @@ class FeedbackSettings:
 
 
 @dataclass(frozen=True)
-class ReflectSettings:
+class ReflectSettings(_Table):
     """Whether and when ``lab.reflect()`` asks students about answers of theirs that contradict each other.
 
     Attributes
     ----------
     asks : whether it does
-    opens : from when on; at once where it is None
+    opens : from when on ("from" in the file); at once where it is None
     """
 
     asks: _Switch = True
-    opens: Annotated[datetime | None, _START, _moment("2026-11-02T08:00:00+01:00", "from")] = None
+    opens: Annotated[_Start | None, Field(validation_alias="from")] = None
 
     def as_json(self) -> str:
         """Return what stands under "reflect" in ``course.json``."""
@@ -167,7 +122,7 @@ class ReflectSettings:
 
 
 @dataclass(frozen=True)
-class ReportSettings:
+class ReportSettings(_Table):
     """What a lab report may be like.
 
     Attributes
@@ -175,11 +130,11 @@ class ReportSettings:
     page_limit : pages, cover and contents included; None where there is no limit
     """
 
-    page_limit: Annotated[_Whole | None, _number("12", 1, 1000, "a whole number")] = None
+    page_limit: Annotated[_Whole | None, Field(ge=1, le=1000)] = None
 
 
 @dataclass(frozen=True)
-class MarkSettings:
+class MarkSettings(_Table):
     """How marks become a final grade.
 
     Attributes
@@ -193,13 +148,11 @@ class MarkSettings:
     predictions : additional points for each prediction that was made
     """
 
-    drop: Annotated[tuple[_Name, ...], _entry(_PARTS, '["1.2", "1.3 speed"]', min_length=1)] = ()
-    weights: Annotated[Mapping[_Name, _Weight], _entry(_WEIGHTS, '{"1.2" = 2.0, "1.3 speed" = 0.5}')] = field(
-        default_factory=dict
-    )
-    out_of: Annotated[_Number | None, _number("100", 0.001, 1000)] = None
-    decimals: Annotated[_Whole, _number("2", 0, 4, "a whole number")] = 2
-    predictions: Annotated[_Number, _number("0.5", 0, 100, "a number of points")] = 0.0
+    drop: Annotated[tuple[_Name, ...], Field(min_length=1)] = ()
+    weights: Mapping[_Name, Annotated[_Number, Field(ge=0.001, le=1000)]] = field(default_factory=dict)
+    out_of: Annotated[_Number, Field(ge=0.001, le=1000)] | None = None
+    decimals: Annotated[_Whole, Field(ge=0, le=4)] = 2
+    predictions: _Percent = 0.0
 
     def dropped_as(self, question: str, part: str) -> str:
         """Return the entry of ``drop`` that leaves out a part of a question; "" if the part counts."""
@@ -221,7 +174,7 @@ def _matching_name(question: str, part: str, names: Collection[str]) -> str:
 
 
 @dataclass(frozen=True)
-class LevelSettings:
+class LevelSettings(_Table):
     """Levels of answers: 4, the best, to 1; and 0 for an answer that earns nothing.
 
     Attributes
@@ -230,8 +183,10 @@ class LevelSettings:
     thresholds : level → the least share of the points that has this level; no points are level 0
     """
 
-    shares: Annotated[Mapping[int, float], _READ_SHARES, _PERCENT_SHARES] = field(default_factory=lambda: _SHARES)
-    thresholds: Annotated[Mapping[int, float], _READ_THRESHOLDS, _PERCENT_THRESHOLDS] = field(
+    shares: Annotated[Mapping[int, float], PlainValidator(partial(_shares, _SHARES))] = field(
+        default_factory=lambda: _SHARES
+    )
+    thresholds: Annotated[Mapping[int, float], PlainValidator(partial(_shares, _THRESHOLDS))] = field(
         default_factory=lambda: _THRESHOLDS
     )
 
@@ -243,7 +198,7 @@ class LevelSettings:
 
 
 @dataclass(frozen=True)
-class Deadline:
+class Deadline(_Table):
     """When notebooks are due.
 
     Attributes
@@ -253,13 +208,13 @@ class Deadline:
     section : of the roster, for which it is; "" for all
     """
 
-    due: Annotated[datetime, _END, _moment("2026-11-21")]
-    notebooks: Annotated[tuple[_Notebook, ...], _NOTEBOOKS] = ()
-    section: Annotated[_Name, _SECTION] = ""
+    due: _End
+    notebooks: Annotated[tuple[_Notebook, ...], Field(min_length=1)] = ()
+    section: _Name = ""
 
 
 @dataclass(frozen=True)
-class Extension:
+class Extension(_Table):
     """More time for some students.
 
     Attributes
@@ -270,14 +225,14 @@ class Extension:
     notebooks : names, without their ending; all of the course's where there are none
     """
 
-    until: Annotated[datetime, _END, _moment("2026-11-28T12:00:00+01:00")]
-    students: Annotated[tuple[_Name, ...], _entry("students' IDs", '["ada"]', min_length=1)] = ()
-    section: Annotated[_Name, _SECTION] = ""
-    notebooks: Annotated[tuple[_Notebook, ...], _NOTEBOOKS] = ()
+    until: _End
+    students: Annotated[tuple[_Name, ...], Field(min_length=1)] = ()
+    section: _Name = ""
+    notebooks: Annotated[tuple[_Notebook, ...], Field(min_length=1)] = ()
 
 
 @dataclass(frozen=True)
-class LateSettings:
+class LateSettings(_Table):
     """What lateness costs.
 
     Attributes
@@ -287,13 +242,13 @@ class LateSettings:
     grace_hours : h, after the deadline, in which nothing is taken; days are counted from their end on
     """
 
-    per_day: Annotated[_Number, _number("10", 0, 100, "a number of per cent")] = 0.0
-    cap: Annotated[_Number, _number("50", 0, 100, "a number of per cent")] = 100.0
-    grace_hours: Annotated[_Number, _number("2", 0, 1000, "a number of hours")] = 0.0
+    per_day: _Percent = 0.0
+    cap: _Percent = 100.0
+    grace_hours: Annotated[_Number, Field(ge=0, le=1000)] = 0.0
 
 
 @dataclass(frozen=True)
-class OutcomeSettings:
+class OutcomeSettings(_Table):
     """When an outcome counts as attained.
 
     Attributes
@@ -303,24 +258,53 @@ class OutcomeSettings:
     fewest : students of the smallest group that is shown
     """
 
-    level: Annotated[_Whole, _number("3", 1, 4, "a whole number")] = 3
-    share: Annotated[_Number, _number("70", 0, 100, "a number of per cent")] = 70.0
-    fewest: Annotated[_Whole, _number("5", 1, 1000, "a whole number")] = 5
+    level: Annotated[_Whole, Field(ge=1, le=4)] = 3
+    share: _Percent = 70.0
+    fewest: Annotated[_Whole, Field(ge=1, le=1000)] = 5
 
 
 @dataclass(frozen=True)
-class _Bench:
-    """The table of the benches, as it stands in the file."""
-
-    which: Annotated[Literal["own", "same", "preset", "real"], _WHICH] = "own"
-    seed: Annotated[_Whole, _number("2026", 0, MOST_SEED, "a whole number")] = 0
-    preset: Annotated[_Name, _entry("the name of a bench", '"workshop"')] = ""
-    benches: Annotated[tuple[_Name, ...], _entry("names of the laboratory's benches", '["north"]', min_length=1)] = ()
+class _Bench(_Table):
+    which: Literal["own", "same", "preset", "real"] = "own"
+    seed: Annotated[_Whole, Field(ge=0, le=MOST_SEED)] = 0
+    preset: _Name = ""
+    benches: Annotated[tuple[_Name, ...], Field(min_length=1)] = ()
 
 
-def _bench_schema(_type: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-    """Return pydantic's schema of a BenchPolicy: the file's table, as :class:`_Bench`, is checked and converted."""
-    return no_info_after_validator_function(lambda bench: BenchPolicy(**vars(bench)), handler(_Bench))
+@dataclass(frozen=True)
+class _Course(_Table):
+    title: _Name = ""
+    term: _Line = ""
+    python: Annotated[str, Strict(), Field(pattern=r"^3\.[0-9]{1,2}$")] = ""
+
+
+@dataclass(frozen=True)
+class _Given(_Table):
+    start: Annotated[_Name, Field(validation_alias="from")] = ""
+
+
+@dataclass(frozen=True)
+class _Releases(_Table):
+    folder: _Name = "releases"
+
+
+@dataclass(frozen=True)
+class _File(_Table):
+    """The whole file."""
+
+    course: _Course = _Course()
+    bench: _Bench = _Bench()
+    given: _Given = _Given()
+    feedback: FeedbackSettings = FeedbackSettings()
+    reflect: ReflectSettings = ReflectSettings()
+    report: ReportSettings = ReportSettings()
+    releases: _Releases = _Releases()
+    marks: MarkSettings = field(default_factory=MarkSettings)
+    levels: LevelSettings = field(default_factory=LevelSettings)
+    deadline: tuple[Deadline, ...] = ()
+    extension: tuple[Extension, ...] = ()
+    late: LateSettings = LateSettings()
+    outcomes: OutcomeSettings = OutcomeSettings()
 
 
 @dataclass(frozen=True)
@@ -345,19 +329,19 @@ class CourseSettings:
     outcomes : when an outcome counts as attained
     """
 
-    title: Annotated[_Name, _entry(_LINE, '"Control laboratory"', path=("course", "title"))] = ""
-    term: Annotated[_Line, _entry(_LINE, '"2026 autumn"', path=("course", "term"))] = ""
-    python: Annotated[_Line, _PYTHON] = ""
-    bench: Annotated[BenchPolicy, GetPydanticSchema(_bench_schema)] = THEIR_OWN
-    given: Annotated[_Name, _GIVEN] = ""
+    title: str = ""
+    term: str = ""
+    python: str = ""
+    bench: BenchPolicy = THEIR_OWN
+    given: str = ""
     feedback: FeedbackSettings = FeedbackSettings()
     reflect: ReflectSettings = ReflectSettings()
     report: ReportSettings = ReportSettings()
-    releases: Annotated[_Name, _entry("the path of a folder", '"releases"', path=("releases", "folder"))] = "releases"
+    releases: str = "releases"
     marks: MarkSettings = field(default_factory=MarkSettings)
     levels: LevelSettings = field(default_factory=LevelSettings)
-    deadlines: Annotated[tuple[Deadline, ...], Field(validation_alias=AliasPath("deadline"))] = ()
-    extensions: Annotated[tuple[Extension, ...], Field(validation_alias=AliasPath("extension"))] = ()
+    deadlines: tuple[Deadline, ...] = ()
+    extensions: tuple[Extension, ...] = ()
     late: LateSettings = LateSettings()
     outcomes: OutcomeSettings = OutcomeSettings()
 
@@ -432,30 +416,44 @@ def read(
     ------
     GradingError
         If the file cannot be read, or something in it is wrong. The message has a line for each fault: line of the
-        file, table, entry, what is wrong, and what is expected.
+        file, table, entry, and what is wrong.
     """
     file = folder / SETTINGS_FILE
     data = read_toml(file) if file.exists() else {}
-    faults = dict(_unknown_entries(data))
     try:
-        settings = TypeAdapter(CourseSettings).validate_python(data)
+        tables = TypeAdapter(_File).validate_python(data)
     except ValidationError as error:
-        faults = {**dict(_refused_entry(details, data) for details in error.errors()), **faults}
-    _refuse_places(file, faults.items())
-    settings = replace(settings, bench=replace(settings.bench, draw=draw))
+        _refuse_places(file, dict(map(_refused_entry, error.errors())).items())
+        raise  # it has faults, so that the line above raises
+    same = ("feedback", "reflect", "report", "marks", "levels", "late", "outcomes")
+    settings = CourseSettings(
+        **vars(tables.course),
+        bench=BenchPolicy(**vars(tables.bench), draw=draw),
+        given=tables.given.start,
+        releases=tables.releases.folder,
+        deadlines=tables.deadline,
+        extensions=tables.extension,
+        **{name: getattr(tables, name) for name in same},
+    )
     bench = _bench_faults(data.get("bench", {}), presets, benches or {})
     names = () if catalogue is None else _unknown_names(settings, catalogue)
-    _refuse_places(file, [*bench, *_contradictions(data, settings), *_level_faults(settings.levels), *names])
+    _refuse_places(file, [*bench, *_contradictions(data, settings), *names])
     return settings
 
 
 # --- faults, with their places ----------------------------------------------------------------------------------------
 
+_ROWS = ("deadline", "extension")  # tables of which there may be several
+_IN_FILE = {"opens": "from", "start": "from"}  # fields that have another name in the file
+
 
 def _refuse_places(file: Path, faults: Iterable[Fault]) -> None:
     """Raise GradingError if there are faults of the settings file; the message lists each with its line and place."""
-    rows = [(_line_number(file.read_text(encoding="utf-8"), place), place, fault) for place, fault in faults]
-    refuse(file, (f"line {line}: {_dotted(place)}: {fault}" for line, place, fault in sorted(rows, key=itemgetter(0))))
+    text = file.read_text(encoding="utf-8") if file.exists() else ""
+    rows = sorted(
+        (_line_number(text, place), number, *fault) for number, fault in enumerate(faults) for place in [fault[0]]
+    )
+    refuse(file, (f"line {line}: {_dotted(place)}: {fault}" for line, _number, place, fault in rows))
 
 
 def _dotted(place: Place) -> str:
@@ -464,100 +462,42 @@ def _dotted(place: Place) -> str:
 
 
 def _line_number(text: str, place: Place) -> int:
-    """Return the number of the line in which an entry of a TOML file begins; that of its table if it is missing.
-
-    The file is read with one more line at a time, until the entry is there.
-    """
-    lines, first = text.split("\n"), 1
-    for count in range(1, len(lines) + 1):
-        with suppress(tomllib.TOMLDecodeError):  # a value goes on in the next line
-            if _entry_at(tomllib.loads("\n".join(lines[:count])), place) is not None:
-                return first
-            first = count + 1
-    return _line_number(text, place[:-1]) if place else 1
-
-
-def _entry_at(data: Any, place: Place) -> Any:
-    """Return the entry at a place of the file's data; None if it is missing."""
-    try:
-        return reduce(getitem, place, data)
-    except (KeyError, IndexError, TypeError):
-        return None
+    """Return the number of the line in which an entry of a TOML file begins; that of its table if it is missing."""
+    lines = text.split("\n")
+    table, number, entry = place[0], next((part for part in place if isinstance(part, int)), 0), place[-1]
+    heading = re.compile(rf"\s*(\[+\s*{table}\s*\]|{table}\s*=)")
+    begins = [index for index, line in enumerate(lines) if heading.match(line)] or [0]
+    begin = begins[min(number, len(begins) - 1)]
+    for index in range(begin + 1, len(lines)):
+        if lines[index].lstrip().startswith("["):
+            break
+        if re.match(rf"\s*{entry}\s*=", lines[index]):
+            return index + 1
+    return begin + 1
 
 
-def _entries(table: Any, above: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], FieldInfo]]:
-    """Yield all entries that the file may have.
-
-    Parameters
-    ----------
-    table : class of a table
-    above : names of the tables that it is in
-
-    Yields
-    ------
-    tuple
-        (table, entry), and the pydantic field that describes it.
-    """
-    for name, hint in get_type_hints(table, include_extras=True).items():
-        info = [part for part in get_args(hint) if isinstance(part, FieldInfo)]
-        alias = info[-1].validation_alias if info else None
-        place = above + (tuple(map(str, alias.path)) if isinstance(alias, AliasPath) else (name,))
-        if info and info[-1].description:
-            yield place, info[-1]
-        elif is_dataclass(inner := _TABLES.get(place[-1], hint)):
-            yield from _entries(inner, place)
+def _refused_entry(details: ErrorDetails) -> Fault:
+    """Return the fault for an error of pydantic's: what is expected, and what is there."""
+    place: Place = details["loc"][: 3 if details["loc"][0] in _ROWS else 2]
+    table = f"[[{place[0]}]]" if place[0] in _ROWS else f"[{place[0]}]"
+    if details["type"] == "unexpected_keyword_argument":
+        known = _entries_of(place[0]) if len(place) > 1 else _entries_of()
+        near = "".join(f"Did you mean {name}? " for name in get_close_matches(str(place[-1]), known, 1))
+        homes = "".join(f"It belongs under [{name}]. " for name in _entries_of() if place[-1] in _entries_of(name))
+        return place, f"there is no such entry. {near or homes}There are {', '.join(known)}."
+    if len(place) == 1 or not isinstance(place[-1], str):
+        return place[:1], f"it should be a table: a line {table}, and its entries below."
+    if details["type"] == "missing":
+        return place, "it is missing."
+    message = details["msg"].removeprefix("Value error, ")
+    value = details["input"]
+    return place, f"{message}; it is {str(value) if isinstance(value, date | time) else ascii(value):.80}."
 
 
-_ROWS: Mapping[str, type] = {"deadline": Deadline, "extension": Extension}  # tables of which there may be several
-_TABLES = {**_ROWS, "bench": _Bench}
-_ENTRIES = dict(_entries(CourseSettings))
-
-
-def _heading(table: str) -> str:
-    """Return the line of the file that begins a table."""
-    return f"[[{table}]]" if table in _ROWS else f"[{table}]"
-
-
-def _unknown_entries(data: Mapping[str, Any]) -> Iterator[Fault]:
-    """Yield a fault for each table and entry that does not exist, and for each name of a table that is none."""
-    tables = {table: _heading(table) for table, _name in _ENTRIES}
-    for table, content in data.items():
-        rows = content if table in _ROWS else [content]
-        if table not in tables:
-            homes = [f"It belongs under {tables[home]}." for home, name in _ENTRIES if name == table]
-            yield (table,), f"there is no such section. {(*homes, _suggestion(table, tables))[0]}"
-        elif not isinstance(rows, list) or not all(isinstance(row, dict) for row in rows):
-            yield (table,), f"it should be a section: a line {tables[table]}, and its entries below."
-        else:
-            known = {name: name for home, name in _ENTRIES if home == table}
-            for number, row in enumerate(rows):
-                for name in row.keys() - known.keys():
-                    place = (table, number, name) if table in _ROWS else (table, name)
-                    yield place, f"there is no such entry. {_suggestion(name, known)}"
-
-
-def _suggestion(name: str, known: Mapping[str, str]) -> str:
-    """Return a text that suggests the most similar known names, and lists all; ``known`` is name → as it is shown."""
-    near = "".join(f"Did you mean {known[match]}? " for match in get_close_matches(name, known, 1))
-    return f"{near}There are {', '.join(known.values())}."
-
-
-def _refused_entry(details: ErrorDetails, data: Mapping[str, Any]) -> Fault:
-    """Return the fault for an error of pydantic's: the entry as it is, what is expected, and an example."""
-    length = 3 if details["loc"][0] in _ROWS else 2  # ("deadline", 0, "due") or ("bench", "seed")
-    place: Place = details["loc"][:length]
-    if (place[0], place[-1]) not in _ENTRIES:
-        return place[:1], ""  # the whole table is broken: the fault of _unknown_entries replaces this one
-    value = _entry_at(data, place)
-    shown = str(value) if isinstance(value, date | time) else ascii(value)
-    problem = "it is missing. It" if value is None else f"it is {shown:.80}, and"
-    return place, f"{problem} {_expectation(str(place[0]), str(place[-1]))}"
-
-
-def _expectation(table: str, name: str) -> str:
-    """Return the end of a message: what an entry should be, and an example."""
-    entry = _ENTRIES[table, name]
-    return f"should be {entry.description}, as in: {name} = {(entry.examples or [''])[0]}"
+def _entries_of(table: str | int = "") -> list[str]:
+    """Return the names of the entries of a table of the file; without a name, those of the tables."""
+    hint = get_type_hints(_File)[str(table)] if table else _File
+    return [_IN_FILE.get(entry.name, entry.name) for entry in fields((get_args(hint) or [hint])[0])]
 
 
 def _name_list(names: Collection[str]) -> str:
@@ -576,7 +516,7 @@ def _bench_faults(bench: Mapping[str, Any], presets: Collection[str], benches: M
     which = bench.get("which", OWN)
     for name, needed_by in (("seed", SAME), ("preset", PRESET), ("benches", REAL)):
         if which == needed_by and name not in bench:
-            yield ("bench", name), f'which = "{which}" needs it. It {_expectation("bench", name)}'
+            yield ("bench", name), f'it is missing: which = "{which}" needs it.'
         elif which != needed_by and name in bench:
             yield ("bench", name), f'it goes with which = "{needed_by}", and which is "{which}". Leave one of them out.'
     if which == PRESET and bench.get("preset", "") not in {*presets, ""}:
@@ -588,43 +528,29 @@ def _bench_faults(bench: Mapping[str, Any], presets: Collection[str], benches: M
 
 
 def _contradictions(data: Mapping[str, Any], settings: CourseSettings) -> Iterator[Fault]:
-    """Yield a fault for each pair of entries that contradict each other; ``data`` is what the file has."""
-    if not settings.reflect.asks and settings.reflect.opens:
-        yield ("reflect", "from"), "it goes with asks = true, and asks is false. Leave one of them out."
-    for name in {*settings.marks.weights}.intersection(settings.marks.drop):
-        yield ("marks", "weights"), f"{name!a} is dropped, so that it has no weight. Leave one of them out."
+    """Yield a fault for each entry that others make meaningless; ``data`` is what the file has."""
     if "late" in data and not settings.deadlines:
         yield ("late",), "there is no [[deadline]], so that nothing can be late. Add one, or leave [late] out."
     for number, extension in enumerate(settings.extensions):
-        place, until = ("extension", number), extension.until
         if not extension.students and not extension.section:
-            yield place, "it is for nobody. Add students or a section; for everybody, move the deadline."
-        due = min((deadline.due for deadline in settings.deadlines if _overlap(deadline, extension)), default=None)
-        if due is None:
-            yield place, "there is no [[deadline]] of these notebooks, so that there is nothing to extend."
-        elif until <= due:
-            gain = f"it is {until:%Y-%m-%d %H:%M}, which gives nobody more time: they are due on {due:%Y-%m-%d %H:%M}"
-            yield (*place, "until"), f"{gain} at the earliest. Is the year right?"
-
-
-def _overlap(deadline: Deadline, extension: Extension) -> bool:
-    """Return whether a deadline and an extension are for some notebook in common; without names, each is for all."""
-    both_name_some = deadline.notebooks and extension.notebooks
-    return not both_name_some or not set(deadline.notebooks).isdisjoint(extension.notebooks)
-
-
-def _level_faults(levels: LevelSettings) -> Iterator[Fault]:
-    """Yield faults of levels: a higher level that has less, and a level that is worth what is another level."""
-    default = "(What you leave out has its default.)"
-    for entry, of_level in (("shares", levels.shares), ("thresholds", levels.thresholds)):
-        for low, high in pairwise(sorted(of_level)):
-            if of_level[low] > of_level[high]:
-                less = f"level {high} has {100 * of_level[high]:g} %, and level {low} has {100 * of_level[low]:g} %"
-                yield ("levels", entry), f"{less}. A higher level should have at least as much. {default}"
+            yield (
+                ("extension", number),
+                "it is for nobody. Add students or a section; for everybody, move the deadline.",
+            )
+        some = set(extension.notebooks)
+        due = [d.due for d in settings.deadlines if not some or not d.notebooks or some.intersection(d.notebooks)]
+        if not due:
+            yield ("extension", number), "there is no [[deadline]] of these notebooks, so that nothing is extended."
+        elif extension.until <= min(due):
+            dates = (
+                f"{extension.until:%Y-%m-%d %H:%M}; the notebooks are due on {min(due):%Y-%m-%d %H:%M} at the earliest"
+            )
+            yield ("extension", number, "until"), f"it gives nobody more time: it is {dates}. Is the year right?"
+    levels = settings.levels
     for level, share in levels.shares.items():
         if share and (reached := levels.level_of(share)) != level:
             worth = f"level {level} is worth {100 * share:g} % of the points, which the thresholds make level {reached}"
-            yield ("levels",), f"{worth}. Let them agree. {default}"
+            yield ("levels",), f"{worth}. Let them agree; what you leave out has its default."
 
 
 def _unknown_names(settings: CourseSettings, catalogue: Catalogue) -> Iterator[Fault]:
@@ -653,10 +579,5 @@ def _start_faults(settings: CourseSettings, catalogue: Catalogue) -> Iterator[Fa
     start, place = starts.get(settings.given), ("given", "from")
     if settings.given and start is None:
         yield place, f"the course gives nothing called {settings.given!a}; it has {_name_list(starts)}."
-    elif start is not None and bench.which == OWN and start.on_own_bench is None:
-        why = f'"{start.name}" is for classes with the same bench for everybody: on own benches, students\' computers'
-        why += " would have to work it out, with code that answers what other classes are asked."
-        yield place, f'{why} Choose [bench] which = "same" or "preset", or one bench of the laboratory ("real").'
-    elif start is not None and bench.which == REAL and len(bench.benches) > 1:
-        several = f"what is given is of one bench, and [bench] names {len(bench.benches)}"
-        yield place, f"{several}. Name one, or hand out a release for each."
+    elif start and (len(bench.benches) > 1 or (bench.which == OWN and start.on_own_bench is None)):
+        yield place, f'"{start.name}" is for one bench: [bench] which = "same", "preset", or "real" with one bench.'
