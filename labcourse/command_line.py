@@ -5,13 +5,14 @@ from __future__ import annotations
 import importlib.util
 import io
 import os
+import re
 import shutil
 import sys
-from dataclasses import dataclass
-from typing import Annotated, Any
+from typing import Any
 
 import typer
 import typer.core
+from typer import Option
 
 from labcourse import __version__, courses, lab_command, program
 from labcourse.errors import CourseError
@@ -20,6 +21,7 @@ from labcourse.run import commands as students_commands
 from labcourse.safe_text import no_escapes
 
 STUDENT = "Student"  #: panel of ``--help``; the instructor's commands add theirs
+_TEMPORARY = re.compile(r"\.([^/\\]+)\.\d+-\d+\.tmp$")  # files.write writes under such a name first
 _GRADING = "labcourse.grading"  # the instructor's part: a release has none
 
 
@@ -40,7 +42,8 @@ class _Commands(typer.core.TyperGroup):
         except BrokenPipeError:  # who reads our output has gone: typer sees to it
             raise
         except OSError as error:  # a full disk, a read-only place, a folder where a file should be, ...
-            where = f"{error.filename}: " if error.filename else ""
+            name = _TEMPORARY.sub(r"\1", str(error.filename2 or error.filename or ""))
+            where = f"{name}: " if name else ""
             todo = f" {FREE_SPACE}" if error.errno in DISK_FULL else ""
             # An error from copying a folder lists all of its files; the reason for the first one is enough.
             reason = error.args[0][0][-1] if type(error) is shutil.Error else error.strerror or error
@@ -59,40 +62,6 @@ def _stopped(message: str) -> typer.Exit:
     return typer.Exit(2)
 
 
-@dataclass(frozen=True)
-class _Program:
-    """What the commands get as their context's ``obj``."""
-
-    name: str
-    version: str
-    course: str
-
-
-def _show_version(ctx: typer.Context, wanted: bool) -> None:
-    if wanted:
-        typer.echo(f"{ctx.obj.name} {ctx.obj.version}")
-        raise typer.Exit
-
-
-_Version = Annotated[
-    bool, typer.Option("--version", help="Show the version and stop.", is_eager=True, callback=_show_version)
-]
-_CourseName = Annotated[
-    str, typer.Option("--course", metavar="NAME", help="The installed course, if there are several.")
-]
-
-
-def _of_one_course(ctx: typer.Context, version: _Version = False) -> None:
-    program.use(ctx.obj.name)
-    courses.use(ctx.obj.course)
-
-
-def _of_any_course(ctx: typer.Context, course: _CourseName = "", version: _Version = False) -> None:
-    program.use(ctx.obj.name)
-    if course:
-        courses.use(course)
-
-
 def command_line(name: str, version: str, title: str = "", course: str = "") -> typer.Typer:
     """Return the command line of a course; the instructor's commands are in it where they are installed.
 
@@ -103,19 +72,38 @@ def command_line(name: str, version: str, title: str = "", course: str = "") -> 
     title : of the course, for the first line of ``--help``
     course : import name of the package of the course that it is for; without it, the option ``--course`` names one
     """
+
+    def show_version(wanted: bool) -> None:
+        if wanted:
+            typer.echo(f"{name} {version}")
+            raise typer.Exit
+
+    def choose(
+        named: str = Option(
+            course, "--course", metavar="NAME", help="The installed course, if there are several.", hidden=bool(course)
+        ),
+        _version: bool = Option(
+            False, "--version", help="Show the version and stop.", is_eager=True, callback=show_version
+        ),
+    ) -> None:
+        program.use(name)
+        if named:
+            courses.use(named)
+
     app = typer.Typer(
         cls=_Commands,
         help=title or "Run a laboratory course: work in it as a student, or mark a class.",
-        callback=_of_one_course if course else _of_any_course,
-        context_settings={"obj": _Program(name, version, course)},
+        callback=choose,
         no_args_is_help=True,
         add_completion=False,
         pretty_exceptions_show_locals=False,
     )
-    app.command(rich_help_panel=STUDENT)(lab_command.lab)
+    app.command(cls=lab_command.LabCommand, rich_help_panel=STUDENT)(lab_command.lab)
     students_commands.register(app, STUDENT)
     if importlib.util.find_spec(_GRADING) is not None:
-        importlib.import_module(f"{_GRADING}.commands").register(app)
+        instructors = importlib.import_module(f"{_GRADING}.commands").app
+        app.registered_commands += instructors.registered_commands
+        app.registered_groups += instructors.registered_groups
     return app
 
 

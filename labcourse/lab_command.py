@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import itertools
 import sys
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
+import typer.core
 
 from labcourse import benches, course_file, course_place, courses, files, hub, program, student_id
 from labcourse.errors import ConfigurationError, StudentIDError
@@ -14,6 +16,21 @@ from labcourse.files import COURSE_FILE
 from labcourse.jupyterlab import open_jupyterlab
 from labcourse.messages import plural
 from labcourse.safe_text import no_escapes, say
+
+
+class LabCommand(typer.core.TyperCommand):
+    """The command ``lab``, which says where JupyterLab's options go."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Parse the arguments; an unknown option is refused with an example."""
+        known = {"--help", *(name for parameter in self.params for name in parameter.opts)}
+        for word in itertools.takewhile(lambda word: word != "--", args):
+            if word.startswith("-") and word.partition("=")[0] not in known:
+                example = f"{ctx.command_path} -- {word}"
+                raise typer.BadParameter(
+                    f"There is no option {word}. If it is JupyterLab's, write it after --: {example}"
+                )
+        return super().parse_args(ctx, args)
 
 
 def lab(

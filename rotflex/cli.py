@@ -47,9 +47,9 @@ def doctor(
         return
     if not _HAS_COURSE:
         raise typer.BadParameter("Name the bench: --bench bench.toml.")
-    from labcourse.grading.commands import grade
+    from labcourse.grading import commands
 
-    grade.doctor(as_json)
+    commands.doctor(as_json)
 
 
 app.add_typer(bench_commands.app, name="bench", no_args_is_help=True, rich_help_panel="Bench")

@@ -91,7 +91,7 @@ class Catalogue:
         Raises
         ------
         AnswerError
-            If there is none; the message names those that there are.
+            If there is none; the message names the most similar numbers.
         """
         if not isinstance(number, str):
             example = next(iter(self.questions), "")
@@ -105,10 +105,8 @@ class Catalogue:
                 f"{self.report_judged[number]!r}. Write those."
             )
         if number not in self.everything:
-            near = get_close_matches(number, self.everything, n=1)
-            meant = f" Did you mean {near[0]!r}?" if near else ""
-            known = ", ".join([*self.warm_up, *self.questions, *map(repr, (*self.tables, *self.reports))])
-            raise AnswerError(f"There is no question {number!r}.{meant} There are {known}.")
+            near = get_close_matches(number, self.everything, n=3) or [*self.everything][:3]
+            raise AnswerError(f"There is no question {number!r}. There are, for example, {', '.join(near)}.")
         return self.everything[number]
 
     def find_notebooks(self, *beginnings: str) -> tuple[str, ...]:
@@ -131,7 +129,7 @@ class Catalogue:
         Raises
         ------
         AnswerError
-            If there is none; the message names those that there are.
+            If there is none; the message names the most similar numbers.
         """
         judged = self.judged.get(number) if isinstance(number, str) else None
         return judged or self.find(number)

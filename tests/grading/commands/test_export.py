@@ -104,15 +104,12 @@ def test_feedback_that_cannot_be_is_refused_before_anything_is_written(folder):
     [
         ((), "Missing option '--into'"),
         (("--into", "{f}/Canvas.csv", "--submissions", "{f}/x.zip"), "--submissions gives names for --feedback"),
-        (
-            ("--into", "{f}/Canvas.csv", "--write", "{f}/../{n}/Canvas.csv"),
-            "is what was given, and is not written over",
-        ),
-        (("--into", "{f}/Canvas.csv", "--write", "{f}/x", "--feedback", "{f}/x"), "cannot be both"),
-        (("--into", "{f}/none.csv"), "none.csv: it cannot be read: No such file"),
+        (("--into", "{f}/Canvas.csv", "--write", "{f}/../{n}/Canvas.csv"), "Two of the files are the same"),
+        (("--into", "{f}/Canvas.csv", "--write", "{f}/x", "--feedback", "{f}/x"), "Two of the files are the same"),
+        (("--into", "{f}/none.csv"), "none.csv: No such file"),
         (("--into", "{f}/out/roster.csv"), "roster.csv: It is not a file of Canvas, Moodle, Blackboard or Brightspace"),
         (("--into", "{f}/Canvas.csv", "--column", "Lab 9"), "Canvas.csv: It has no column 'Lab 9'"),
-        (("--into", "{f}/Brightspace.csv", "--write", "{f}/none/x.csv"), "x.csv cannot be written"),
+        (("--into", "{f}/Brightspace.csv", "--write", "{f}/none/x.csv"), "x.csv: No such file or directory"),
     ],
 )
 def test_what_cannot_be_is_refused_in_words_and_nothing_is_written(folder, options, why):

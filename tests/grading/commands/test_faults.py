@@ -76,7 +76,7 @@ def test_a_file_where_the_folder_should_be(handed_in, book, tmp_path, command, i
 
 def test_a_gradebook_that_is_a_folder_or_no_database(tmp_path, handed_in, isolated):
     (tmp_path / "other").write_text("student,total\n" * 100)
-    one_line(rotflex("history", tmp_path), "There is no gradebook gradebook.sqlite in the folder")
+    one_line(rotflex("history", tmp_path), "There is no gradebook", "gradebook.sqlite")
     one_line(rotflex("history", tmp_path / "other"), "this file is not a gradebook")
     grade = (handed_in, "--out", tmp_path / "out", "--solutions", ROOT)
     one_line(rotflex("grade", tmp_path / "other", *grade), "this file is not a gradebook")

@@ -155,7 +155,7 @@ def test_to_remove_somebody_makes_no_gradebook_and_nothing_to_do_is_a_mistake(bo
     done = rotflex("roster", tmp_path / "slip.sqlite", "--remove", "ada")
     assert done.exit_code == 2 and "There is no gradebook" in said(done) and not (tmp_path / "slip.sqlite").exists()
     done = rotflex("roster", book)
-    assert done.exit_code == 2 and "Say what the roster is" in said(done)
+    assert done.exit_code == 2 and "Name the roster" in said(done)
 
 
 @pytest.fixture

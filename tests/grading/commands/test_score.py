@@ -28,7 +28,7 @@ def run(marks, *words):
     [
         ((), "Say who scores: --by NAME"),
         (("--by", " "), "Say who scores: --by NAME"),
-        (("--by", "Ann", "--by", "ANN"), "have one name"),
+        (("--by", "Ann", "--by", "ANN"), "Two scorers need two names"),
         (("--read", "x.csv"), "Say who scored in the table"),
         (("--read", "x.csv", "--by", "Ann"), "x.csv cannot be read"),
         (("--read", "x.csv", "--write", "x.csv"), "not both at once"),
@@ -113,7 +113,7 @@ def test_a_table_tells_of_questions_and_of_what_it_replaces(marks, tmp_path):
         book.scores.ask("student-000", WORDS, "Bea", remark="Is it?")
         book.scores.give("student-001", WORDS, 0.25, "Bea", level=1)
     said = run(marks, "--write", path).output
-    assert "Of 1 answer the instructor is asked" in said
+    assert "Questions to the instructor: 1." in said
     fill_in(path, lambda place, row: {"level": "4", "points": ""} if row["state"] else {})
     done = run(marks, "--read", path, "--by", "Cid")
     assert done.exit_code == 0

@@ -1,0 +1,871 @@
+"""The instructor's commands, in the order of use: each calls the engine and prints what was done.
+
+A command's docstring is its help. Errors become messages in :mod:`labcourse.command_line`. Modules load when a command
+needs them, so that ``--help`` is quick.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import textwrap
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import ExitStack
+from datetime import UTC, datetime, tzinfo
+from decimal import Decimal, InvalidOperation
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from typer import Argument, Option
+
+from labcourse import files, program
+from labcourse.errors import GradebookError, GradingError, IsolationError
+from labcourse.grading import course as courses
+from labcourse.messages import plural
+from labcourse.safe_text import say
+from labcourse.student_id import GRADEBOOK_FILE, INTAKE_FILE
+
+if TYPE_CHECKING:
+    from labcourse.grading.erasure.results import Results
+    from labcourse.grading.gradebook import Erased, Gradebook
+    from labcourse.grading.scoring.desk import Desk
+
+ALL_WELL, SOME_TROUBLE, NOT_ISOLATED = 0, 1, 3  #: exit codes; 2 is for any error that stops the command
+_COURSE, _CLASS, _PERSON = "Course", "Class", "Person"  # panels of --help
+_ANSWER_LENGTH = 60  # characters of an answer that are shown when it is marked
+_MOST_LINES = 30  # of one list; they fill a screen
+
+app = typer.Typer()
+requests = typer.Typer(help="Note, list and answer students' requests to look at an answer again.")
+outcomes = typer.Typer(help="Show the class's levels in each outcome, and fill in scoring sheets.")
+person = typer.Typer(help="Copy or erase all that is stored about a student.")
+app.add_typer(outcomes, name="outcomes", no_args_is_help=True, rich_help_panel=_CLASS)
+app.add_typer(requests, name="requests", no_args_is_help=True, rich_help_panel=_PERSON)
+app.add_typer(person, name="person", no_args_is_help=True, rich_help_panel=_PERSON)
+
+CourseFolder = Annotated[
+    str | None,
+    Option("--solutions", envvar=courses.SETTING, metavar="FOLDER", help="The folder of course.py; solutions/ here."),
+]
+_MARKS = "The folder with the marks and results of the class; or its gradebook: a file, or a database's URL."
+Marks = Annotated[str, Argument(metavar="MARKS", help=_MARKS)]
+Out = Annotated[
+    Path | None, Option(help="Folder for the results.", file_okay=False, show_default="the gradebook's folder")
+]
+By = Annotated[str, Option(metavar="NAME", help="Your name, for the record.")]
+Student = Annotated[str, Argument(metavar="STUDENT", help="The student's ID.")]
+Question = Annotated[str, Argument(metavar="QUESTION", help="The number of the question, for example 1.11.")]
+Part = Annotated[str, Argument(metavar="PART", help="The part of the question, for example explanation.")]
+_AGAIN = "Accept a person who was erased, as a new student; may be given several times."
+Again = Annotated[list[str] | None, Option(metavar="ID", help=_AGAIN)]
+Jobs = Annotated[int, Option(min=1, help="Number of submissions to work on in parallel.")]
+DryRun = Annotated[bool, Option("--dry-run", help="Show what would be done, but change nothing.")]
+Force = Annotated[bool, Option("--force", help="Overwrite an existing file.")]
+Json = Annotated[bool, Option("--json", help="Print JSON for scripts: one object per line.")]
+
+
+def _file_of(marks: str) -> Path | None:
+    """Return the gradebook's file; None for a database's URL. A new name without an ending is that of a folder."""
+    from labcourse.grading.gradebook.database import is_address
+
+    path = Path(marks)
+    if is_address(marks):
+        return None
+    return path if path.is_file() or (path.suffix and not path.is_dir()) else path / GRADEBOOK_FILE
+
+
+def _gradebook(marks: str, make: bool = False) -> Gradebook:
+    """Open a gradebook. Only ``make`` makes one that does not exist: a slip in its name should not."""
+    from labcourse.grading.gradebook import Gradebook
+
+    file = _file_of(marks)
+    if file is not None and make:
+        file.parent.mkdir(parents=True, exist_ok=True)
+    elif file is not None and not file.exists():
+        raise GradingError(f"There is no gradebook {file}. ({program.name()} grade makes one.)")
+    return Gradebook(marks if file is None else str(file))
+
+
+def _results(marks: str, out: Path | None) -> Path:
+    """Return the folder of results; raise GradingError if the gradebook is a database and no folder is named."""
+    if (folder := _results_or_none(marks, out)) is None:
+        raise GradingError("Say by --out into which folder it is to be written.")
+    return folder
+
+
+def _results_or_none(marks: str, out: Path | None) -> Path | None:
+    """Return the folder of results: the named one, or that of the gradebook's file."""
+    file = _file_of(marks) if out is None else None
+    return out if file is None else file.parent
+
+
+def _students(count: int) -> str:
+    return plural(count, "{count} student", "{count} students")
+
+
+# --- the course -------------------------------------------------------------------------------------------------------
+
+
+@app.command(rich_help_panel=_COURSE)
+def new(name: Annotated[str, Argument(metavar="NAME", help="Name of the course's folder and of its package.")]) -> None:
+    """Make a folder with a small complete course, as a start for your own."""
+    from labcourse.grading.new import make
+
+    folder = make(name, Path.cwd())
+    typer.echo(f"{folder}\nGo on there: {program.name()} make-notebooks, then {program.name()} check-course.")
+
+
+@app.command(rich_help_panel=_COURSE)
+def make_notebooks(course: CourseFolder = None) -> None:
+    """Make the student notebooks in notebooks/ from the notebooks with solutions."""
+    from labcourse.grading.release.student_course import write_notebooks
+
+    for path in write_notebooks(courses.find(course)):
+        typer.echo(str(path))
+
+
+@app.command(rich_help_panel=_COURSE)
+def check_course(
+    course: CourseFolder = None,
+    run: Annotated[bool, Option(help="Run the notebooks without and with solutions, and mark these.")] = True,
+) -> None:
+    """Find what is missing or contradictory in a course: questions, key, cells, numbers in texts.
+
+    Exit code: 0 no problems, 1 some problems.
+    """
+    from labcourse.grading.course_check import check
+
+    found = courses.find(course)
+    count = 0
+    for finding in check(found, run):
+        count += 1
+        say(str(finding))
+    if count:
+        typer.echo(f"{count} found.")
+        raise typer.Exit(SOME_TROUBLE)
+    notebooks = plural(len(found.notebooks), "{count} notebook", "{count} notebooks")
+    typer.echo(f"{len(found.catalogue.everything)} questions, tables and reports in {notebooks}: everything fits.")
+
+
+@app.command(rich_help_panel=_COURSE)
+def release(
+    out: Annotated[Path, Argument(metavar="OUT", help="Folder for the release; made if needed.", file_okay=False)],
+    course: CourseFolder = None,
+    with_data: Annotated[bool, Option("--with-data", help="Include the sample recordings.")] = False,
+    replace: Annotated[bool, Option("--replace", help="Delete an earlier release in OUT.")] = False,
+    keep: Annotated[bool, Option(help="Store the zip; grading needs it.")] = True,
+) -> None:
+    """Make the folder and zip that students get, without solutions, key and the instructor's modules."""
+    from labcourse.grading.release import releases, student_course
+
+    found = courses.find(course)
+    made = student_course.release(found, out, with_data, replace)
+    count = plural(len(made.notebooks), "{count} notebook", "{count} notebooks")
+    typer.echo(f"{count}: {', '.join(made.notebooks)}\n{made.folder}\n{made.archive}")
+    if keep:
+        typer.echo(f"Release {made.id}, stored as {releases.store(found, made.archive, made.id)}")
+    else:
+        typer.echo(f"Release {made.id}, not stored: what is done with it is run with the course as it is.")
+
+
+# --- the class --------------------------------------------------------------------------------------------------------
+
+
+@app.command(rich_help_panel=_CLASS)
+def doctor(as_json: Json = False) -> None:
+    """Check that students' code can be isolated on this computer, by trying to break out of each layer.
+
+    Exit code: 0 it can, 3 it cannot.
+    """
+    from labcourse.grading.running import isolation_report
+
+    examined = isolation_report.examine()
+    if as_json:
+        typer.echo(json.dumps(examined.as_data()))
+    else:
+        isolation_report.print_state(examined)
+    raise typer.Exit(ALL_WELL if examined.good else NOT_ISOLATED)
+
+
+@app.command(rich_help_panel=_CLASS)
+def roster(
+    marks: Marks,
+    file: Annotated[
+        Path | None, Argument(metavar="FILE", help="A CSV file with a line for each student.", dir_okay=False)
+    ] = None,
+    remove: Annotated[list[str] | None, Option(metavar="ID", help="Remove this student; may be given again.")] = None,
+    again: Again = None,
+) -> None:
+    """Read the names of a class from a CSV file into the gradebook, which is made if needed.
+
+    The columns id, name, email and section are read. An empty cell changes nothing; a cell with - deletes the
+    stored value. Students who are not in the file stay: --remove removes an ID that was mistyped, if nothing was
+    handed in, graded or written under it.
+
+    Exit code: 0 all read, 1 some lines were not read, or a student was not removed, 2 nothing read.
+    """
+    if file is None and not remove:
+        raise GradingError("Name the roster, a CSV file; or by --remove the students to remove.")
+    problems: list[str] = []
+    with _gradebook(marks, make=file is not None) as book:
+        if file is not None:
+            read = book.import_roster(file, again or ())
+            say(f"{read.added} added, {read.changed} changed, {read.unchanged} as they were.", *read.notes)
+            problems += read.problems
+        for student in remove or ():
+            try:
+                say(f"{book.remove(student).student} is no longer in the gradebook.")
+            except GradebookError as error:
+                problems.append(str(error))
+    say(*problems, err=True)
+    raise typer.Exit(SOME_TROUBLE if problems else ALL_WELL)
+
+
+_SUPPLY = "Supply a missing answer. It earns nothing; later answers can. An empty VALUE takes it back."
+_CLUSTER = "Run on the workers of this dask.distributed scheduler, as tcp://host:8786."
+
+
+@app.command(rich_help_panel=_CLASS)
+def grade(
+    marks: Marks,
+    submissions: Annotated[Path, Argument(metavar="SUBMISSIONS", help="A folder or zip, as a platform gives it.")],
+    out: Out = None,
+    course: CourseFolder = None,
+    jobs: Jobs = 1,
+    scheduler: Annotated[str | None, Option(help=_CLUSTER)] = None,
+    cell_timeout: Annotated[int, Option(min=1, help="Seconds that a cell may take.")] = 60,
+    deadline: Annotated[int, Option(min=1, help="Seconds that a submission may take.")] = 600,
+    memory: Annotated[int, Option(min=256, help="Megabytes that a submission may take.")] = 2048,
+    processes: Annotated[int, Option(min=8, help="Processes that a submission may have.")] = 100,
+    probe_seed: Annotated[
+        int | None,
+        Option(min=0, max=2**53, help="Seed for the inputs of functions.", show_default="the gradebook's secret"),
+    ] = None,
+    every_cell: Annotated[
+        bool, Option("--every-cell", help="Also run the cells that only show something: slower, same marks.")
+    ] = False,
+    supply: Annotated[list[str] | None, Option(metavar="STUDENT:QUESTION.PART=VALUE", help=_SUPPLY)] = None,
+    times: Annotated[Path | None, Option(help="A CSV with names and times of receipt.", dir_okay=False)] = None,
+    time_zone: Annotated[str, Option(help="Of times without one, for example Europe/Berlin.")] = "UTC",
+    again: Again = None,
+    as_json: Json = False,
+    unsafe_no_isolation: Annotated[
+        bool, Option("--unsafe-no-isolation", help="Run code with your own rights.")
+    ] = False,
+) -> None:
+    """Run and mark the submissions of a class. Unchanged submissions are not run again.
+
+    MARKS is made if needed. Marks, grades.csv and all students' feedback are written there.
+
+    Exit code: 0 all graded, 1 trouble with some submissions (they get the points that they earned), 2 nothing graded,
+    3 nothing graded, because students' code cannot be isolated here.
+    """
+    folder, zone = _results(marks, out), _zone(time_zone)
+    _check_submissions(submissions, folder)
+    from labcourse.grading.isolation import unisolated
+    from labcourse.grading.running import isolation_report
+
+    check = unisolated.check_allowed if unsafe_no_isolation else isolation_report.check
+    # Try to break out before any submission can. This mostly waits; meanwhile libraries are imported.
+    isolation = ThreadPoolExecutor(1).submit(check) if unsafe_no_isolation or scheduler is None else None
+    from labcourse.grading.batch import Batch, Settings
+    from labcourse.grading.intake.platforms import read_times
+    from labcourse.grading.reports import intake_table
+    from labcourse.grading.reports.changes import Before
+    from labcourse.grading.reports.grades import Reports, make_folder
+    from labcourse.grading.reports.live_report import JsonLines, Screen
+    from labcourse.grading.running import supplied
+    from labcourse.grading.running.runner import Limits
+
+    when, problems = read_times(times, zone) if times else ({}, [])
+    limits = Limits(cell_timeout, deadline, memory * 2**20, processes)
+    try:
+        found = courses.find(course)
+        values = tuple(supplied.read(text, found.catalogue) for text in supply or ())
+        if isolation is not None:  # on a cluster it is the workers' isolation that counts
+            isolation.result()
+        make_folder(folder)
+        decided = intake_table.read(folder / INTAKE_FILE)
+        decisions = {row.key: text for row, text in decided.items() if text}
+        how = (limits, jobs, scheduler, probe_seed, not unsafe_no_isolation, every_cell, values, when, zone)
+        with _gradebook(marks, make=True) as book:
+            batch = Batch(submissions, found, book, Settings(*how, again=tuple(again or ()), decisions=decisions))
+            before = Before(book)
+            show = JsonLines if as_json else Screen
+            progress = show(len(batch.students), [*batch.ignored, *problems], batch.absent)
+            with Reports(folder, found, book, batch.students) as reports, progress:
+                try:
+                    for step in batch.grade():
+                        progress.add(step.ran, reports.write(step.graded), before.changes(step.graded))
+                finally:
+                    rows = intake_table.write(folder / INTAKE_FILE, batch.doubts, decided)
+    except IsolationError as error:
+        isolation_report.print_refusal(error)
+        raise typer.Exit(NOT_ISOLATED) from None
+    doubts = (
+        f"What cannot be known for certain is in {folder / INTAKE_FILE}, with what was assumed "
+        f"({plural(rows, '{count} row', '{count} rows')}): write what is right under decision and grade again."
+    )
+    say(*filter(None, (reports.closed, reports.unknown, reports.hints, doubts if rows else "")), err=True)
+    raise typer.Exit(SOME_TROUBLE if progress.trouble else ALL_WELL)
+
+
+def _check_submissions(submissions: Path, results: Path) -> None:
+    """Refuse a folder that cannot be that of the submissions, before anything is made."""
+    if not submissions.exists() or (submissions.is_dir() and not any(submissions.iterdir())):
+        raise GradingError(f"There is nothing in {submissions}.")
+    if (submissions / GRADEBOOK_FILE).is_file():
+        raise GradingError(f"{submissions} is a class's folder of marks. Name that first, then the submissions.")
+    if results.resolve().is_relative_to(submissions.resolve()):
+        raise GradingError(f"{results} lies among the submissions: choose another folder for the results.")
+
+
+def _zone(name: str) -> tzinfo:
+    from zoneinfo import ZoneInfo
+
+    try:
+        return UTC if name == "UTC" else ZoneInfo(name)
+    except (ValueError, OSError, LookupError):
+        raise GradingError(f"There is no time zone {name!r}; write --time-zone as Europe/Berlin.") from None
+
+
+@app.command(rich_help_panel=_CLASS)
+def status(marks: Marks, course: CourseFolder = None, out: Out = None) -> None:
+    """Show the state of the class: who handed in, who is in trouble, what waits for you.
+
+    The same is written to class.html in the folder of results. This page names students: do not publish it.
+
+    Exit code: 0 all shown, 2 something could not be read or written.
+    """
+    from labcourse.grading.overview import glance, shown
+
+    found, folder = courses.find(course), _results_or_none(marks, out)
+    with _gradebook(marks) as book:
+        seen = glance.at(book, found)
+    say(*shown.lines(seen))
+    if folder is None:
+        typer.echo("\nNo page was written: say where by --out.")
+        return
+    folder.mkdir(parents=True, exist_ok=True)
+    files.write(folder / shown.CLASS_FILE, shown.page(seen))
+    typer.echo(f"\nThe same as a page: {folder / shown.CLASS_FILE}")
+
+
+@app.command(rich_help_panel=_CLASS)
+def score(
+    marks: Marks,
+    course: CourseFolder = None,
+    by: Annotated[list[str] | None, Option(metavar="NAME", help="Your name, for the record; once for each.")] = None,
+    port: Annotated[int, Option(min=0, max=65535, help="Port of the page; 0: any free port.")] = 0,
+    show_names: Annotated[bool, Option("--names", help="Show students' names instead of numbers.")] = False,
+    browser: Annotated[bool, Option(help="Open a browser for the first scorer.")] = True,
+    write: Annotated[Path | None, Option(help="Only write all answers into this table (.xlsx or .csv).")] = None,
+    read: Annotated[Path | None, Option(help="Read scores from this table of --write.", dir_okay=False)] = None,
+    force: Force = False,
+) -> None:
+    """Score the answers that a person must read: in a browser, or in a table (--write, --read).
+
+    Exit code: 0 all well, 1 some rows of a table were not read, 2 nothing done.
+    """
+    from labcourse.grading.scoring import rubric
+    from labcourse.grading.scoring.desk import Desk
+
+    names = [name.strip() for name in by or ()]
+    if write is not None and read is not None:
+        raise GradingError("Give --write or --read, and not both at once.")
+    if read is not None and len(names) != 1:
+        raise GradingError("Say who scored in the table: --by NAME, once.")
+    if write is None and (not names or len({*map(str.casefold, names), ""}) <= len(names)):
+        raise GradingError("Say who scores: --by NAME, once for each. Two scorers need two names.")
+    found = courses.find(course)
+    with _gradebook(marks) as book:
+        items = rubric.read(found.folder, found.catalogue)
+        desk = Desk(book, found.catalogue, items, found.settings.levels, show_names)
+        if write is not None:
+            _write_table(desk, write, force)
+        elif read is not None:
+            _read_table(desk, read, names[0])
+        else:
+            _serve(desk, names, port, browser, found.title)
+
+
+def _serve(desk: Desk, names: list[str], port: int, browser: bool, title: str) -> None:
+    import webbrowser
+
+    from labcourse.grading.scoring import server
+    from labcourse.grading.scoring.guards import Scorer
+
+    scorers = [Scorer(name) for name in names]
+    with server.listening(port) as listener:
+        listener.listen()
+        port = listener.getsockname()[1]
+        for scorer in scorers:
+            typer.echo(f"{scorer.name}: {scorer.address(port)}")
+        typer.echo("Each opens their own address, in a browser on this computer. Ctrl-C ends it; nothing is lost.")
+        if browser:
+            webbrowser.open(scorers[0].address(port))
+        server.serve(server.application(desk, scorers, port, title), listener)
+
+
+def _write_table(desk: Desk, path: Path, force: bool) -> None:
+    from labcourse.grading.scoring import tables
+
+    if path.exists() and not force:
+        raise GradingError(
+            f"{path} is there already, and scores may stand in it: take them by --read first, name another file, "
+            "or add --force to write over it."
+        )
+    count, asked = tables.write(desk, path)
+    answers = plural(count, "{count} answer", "{count} answers")
+    typer.echo(f"{answers}: {path}. {program.name()} score --read takes it in again.")
+    if asked:
+        typer.echo(f"Questions to the instructor: {asked}. The column “state” says who asks what.")
+
+
+def _read_table(desk: Desk, path: Path, by: str) -> None:
+    from labcourse.grading.scoring import tables
+
+    taken = tables.read(desk, path, by)
+    say(str(taken), *taken.replaced)
+    say(*taken.problems, err=True)
+    if taken.changed:
+        typer.echo(f"Pages and tables are as they were until {program.name()} report writes them anew.")
+    raise typer.Exit(SOME_TROUBLE if taken.problems else ALL_WELL)
+
+
+@app.command(rich_help_panel=_CLASS)
+def regrade(
+    marks: Marks,
+    course: CourseFolder = None,
+    question: Annotated[list[str] | None, Option(help="Mark only this question again; may be given again.")] = None,
+    out: Out = None,
+    jobs: Jobs = 1,
+    as_json: Json = False,
+) -> None:
+    """Mark all answers again with the present key, and show what changed. No notebook is run.
+
+    Marks that a person gave stay; if the key would give other points, they are listed. grades.csv and the feedback are
+    written anew; if MARKS is a database's URL, --out names the folder for them.
+
+    Exit code: 0 all marked, 1 some could not be marked (their marks stay), 2 nothing marked.
+    """
+    from labcourse.grading import batch
+    from labcourse.grading.graded_run import key_faults
+    from labcourse.grading.reports.changes import changes
+    from labcourse.grading.reports.grades import Reports
+
+    found, folder = courses.find(course), _results_or_none(marks, out)
+    changed, failed, faults = Counter[bool](), False, dict[str, None]()
+    with _gradebook(marks) as book, ExitStack() as stack:
+        reports = None if folder is None else stack.enter_context(Reports(folder, found, book))
+        for done in batch.regrade(book, found, question or (), jobs):
+            change = changes(done.before, done.after)
+            changed[bool(change.parts)] += 1
+            failed |= bool(done.problem)
+            faults |= dict.fromkeys(key_faults(done.after))
+            if as_json:
+                left_alone = [mark.as_data() for mark in done.unchanged]
+                typer.echo(json.dumps({**change.as_data(), "left_alone": left_alone, "problem": done.problem}))
+                continue
+            if done.problem:
+                say(f"{change.student}: {done.problem} The marks stay as they were.", err=True)
+            say(*([str(change)] if change.parts else []), *(f"{change.student}, {mark}" for mark in done.unchanged))
+    say(*faults, *([reports.hints] if reports and reports.hints else ()), err=True)
+    if not as_json:
+        say(f"Other marks than before: {_students(changed[True])}. The same: {changed[False]}.")
+    raise typer.Exit(SOME_TROUBLE if failed or faults else ALL_WELL)
+
+
+@app.command(rich_help_panel=_CLASS)
+def report(marks: Marks, out: Out = None, course: CourseFolder = None) -> None:
+    """Write grades.csv and all students' feedback from the gradebook. Nothing is run or marked.
+
+    Exit code: 0 all written, 2 something could not be written.
+    """
+    from labcourse.grading.reports.grades import Reports
+
+    found, folder = courses.find(course), _results(marks, out)
+    with _gradebook(marks) as book:
+        reports = Reports(folder, found, book)
+        count = reports.write_all()
+    say(f"{_students(count)}: {folder}", *filter(None, (reports.closed, reports.unknown, reports.hints)))
+
+
+@app.command(rich_help_panel=_CLASS)
+def publish(
+    marks: Marks,
+    by: By,
+    note: Annotated[str, Option(help="A remark for the record, for example: without the reports.")] = "",
+    course: CourseFolder = None,
+    out: Out = None,
+) -> None:
+    """Publish feedback: write all students' pages, record the time, and list what is not ready.
+
+    Your platform delivers the pages to students. If feedback opens later by course.toml, the pages show only this date
+    and problems with the submission, and nothing is recorded as published.
+
+    Exit code: 0 published, 1 the pages are not open yet, 2 something could not be written.
+    """
+    from labcourse.grading.overview import published
+    from labcourse.grading.overview.section import moment
+    from labcourse.grading.reports.grades import Reports
+
+    found, folder = courses.find(course), _results(marks, out)
+    begun = datetime.now(UTC)  # a change while pages are written may be on none of them; it is reported the next time
+    with _gradebook(marks) as book:
+        before = book.requests.publications()
+        changed = published.changed_since(book.audit(), before[-1].when) if before else []
+        count = Reports(folder, found, book).write_all()
+        unready = published.not_ready(book, found.settings, begun)
+        done = book.requests.publish(by, note, begun) if found.settings.feedback.is_open(begun) else None
+    say(f"Pages of {_students(count)}: {folder}", *unready)
+    if done is None:
+        raise typer.Exit(SOME_TROUBLE)
+    say(f"Published on {moment(done.when)}, by {done.actor}.")
+    if before:
+        names = sorted({change.student for change in changed})
+        since, to_tell = moment(before[-1].when), f"; tell them: {', '.join(names)}" if names else ""
+        say(f"Since {since} marks of {_students(len(names))} have changed{to_tell}.")
+
+
+def _decimal(text: str) -> Decimal:
+    """Read a number of points."""
+    try:
+        return Decimal(text)
+    except InvalidOperation:
+        raise typer.BadParameter(f"it should be a number of points, not {text!r}.") from None
+
+
+@app.command(rich_help_panel=_CLASS)
+def export(
+    marks: Marks,
+    into: Annotated[
+        Path,
+        Option(help="The file that you exported from Canvas, Moodle, Blackboard or Brightspace.", dir_okay=False),
+    ],
+    column: Annotated[str | None, Option(help="The column for the marks, if several can take marks.")] = None,
+    write: Annotated[
+        Path | None, Option(help="The file to write.", dir_okay=False, show_default="beside theirs, with-marks")
+    ] = None,
+    out_of: Annotated[
+        Decimal | None, Option(metavar="POINTS", parser=_decimal, help="Maximum, if the file does not say it.")
+    ] = None,
+    decimals: Annotated[
+        int | None,
+        Option(min=0, max=5, help="Decimals of a mark; rounded half up.", show_default="the course's, or 2"),
+    ] = None,
+    unfinished: Annotated[bool, Option("--unfinished", help="Write the points decided so far.")] = False,
+    cap: Annotated[bool, Option("--cap", help="Write the maximum for marks above it.")] = False,
+    feedback: Annotated[Path | None, Option(help="Write a zip of feedback pages here.", dir_okay=False)] = None,
+    submissions: Annotated[
+        Path | None, Option(help="The platform's zip of submissions: --feedback needs names.", dir_okay=False)
+    ] = None,
+    dry_run: DryRun = False,
+    course: CourseFolder = None,
+) -> None:
+    """Put marks into a file that you exported from Canvas, Moodle, Blackboard or Brightspace.
+
+    One column is filled, and nothing else is changed.
+
+    Exit code: 0 all students' marks are in, 1 some are not (each is named, with the reason), 2 nothing written.
+    """
+    from labcourse.grading.platforms import feedback_zip, filled, matching, recognised, rules, their_file
+    from labcourse.grading.platforms.earned import earned
+
+    if submissions is not None and feedback is None:
+        raise GradingError("--submissions gives names for --feedback: say where that is to be written.")
+    target = write or into.with_stem(f"{into.stem}-with-marks")
+    paths = [path.resolve() for path in (into, submissions, target, feedback) if path is not None]
+    if len({*paths}) < len(paths):
+        raise GradingError("Two of the files are the same. What is read is not written over: name another file.")
+    found = courses.find(course)
+    choice = filled.Choice(found.settings.marks.decimals if decimals is None else decimals, unfinished, cap)
+    with _gradebook(marks) as book:
+        try:
+            theirs = rules.recognised(their_file.read(into.read_bytes()))
+            place = theirs.column(column)
+            maximum = recognised.maximum(place, theirs.platform, out_of)
+            matches = matching.match(theirs, book.students())
+            done = filled.fill(theirs, place, maximum, matches, earned(book, found), choice)
+        except GradebookError:
+            raise
+        except GradingError as error:
+            raise GradingError(f"{into}: {error}") from None
+        contents, messages = {target: done.data}, list[str]()
+        if feedback is not None:  # what cannot be is refused while nothing is written
+            names = [] if submissions is None else feedback_zip.submissions_in(submissions)
+            places = feedback_zip.places(theirs, matches, names)
+            pages = feedback_zip.pages(book, found, list(places.paths))
+            contents[feedback], messages = feedback_zip.packed(places, pages)
+    for path, content in contents.items() if not dry_run else ():
+        files.write(path, content)
+    say(f"{theirs.platform}, column {place.heading!r}, out of {recognised.plain(maximum)}:")
+    say(*filled.told(theirs, done, matches, dry_run), *messages)
+    typer.echo("Nothing was written (--dry-run)." if dry_run else f"Written: {target}")
+    lacking = done.left or done.so_far or matches.unknown or matches.refused or matches.missing
+    raise typer.Exit(SOME_TROUBLE if lacking else ALL_WELL)
+
+
+@outcomes.command("report")
+def outcomes_report(
+    marks: Marks,
+    out: Out = None,
+    course: CourseFolder = None,
+    sections: Annotated[bool, Option(help="Show the sections of the class side by side.")] = True,
+) -> None:
+    """Write the levels of the class in each criterion and outcome: attainment.html, attainment.csv, students.csv.
+
+    Groups smaller than course.toml allows are not shown. students.csv has names: do not publish it.
+
+    Exit code: 0 all written, 2 something could not be written.
+    """
+    from labcourse.grading.outcomes import class_report
+
+    found, folder = courses.find(course), _results(marks, out)
+    with _gradebook(marks) as book:
+        done = class_report.write(folder, found, book, sections)
+    say(f"{_students(done.students)}: {folder / class_report.PAGE_FILE}", *done.notes)
+    say(f"{class_report.STUDENTS_FILE} has names: it is for you, and not for an accreditation.")
+
+
+@outcomes.command()
+def sheets(
+    marks: Marks,
+    out: Out = None,
+    course: CourseFolder = None,
+    student: Annotated[list[str] | None, Option(help="Only those of this student; may be given again.")] = None,
+) -> None:
+    """Write each student's scoring sheets as HTML, PDF and CSV, and one CSV of the whole class.
+
+    Exit code: 0 all written, 2 something could not be written.
+    """
+    from labcourse.grading.outcomes import sheet_files
+
+    found, folder = courses.find(course), _results(marks, out)
+    with _gradebook(marks) as book:
+        count, notes = sheet_files.write(folder, found, book, student or ())
+    say(f"{_students(count)}: {folder / sheet_files.FOLDER}", *notes)
+
+
+# --- a person ---------------------------------------------------------------------------------------------------------
+
+
+@app.command(rich_help_panel=_PERSON)
+def mark(
+    marks: Marks,
+    student: Student,
+    question: Question,
+    part: Part,
+    points: Annotated[float, Argument(metavar="POINTS", min=0, help="Points to give.")],
+    reason: Annotated[str, Option(help="The reason, for the student and for the record.")],
+    by: By,
+    expect: Annotated[
+        float | None,
+        Option(help="The points that are replaced; needed if a person gave them.", show_default="none yet"),
+    ] = None,
+) -> None:
+    """Give points to one answer by hand. They stay until the answer changes.
+
+    Points that a person gave are replaced only if --expect states them. So if two persons mark the same answer, the
+    second one gets a message with the name of the first.
+    """
+    from labcourse.grading.gradebook import FOR_A_PERSON, GIVEN_BY_A_PERSON
+
+    with _gradebook(marks) as book:
+        graded = book.current(student)
+        seen = next((entry for entry in (graded.marks if graded else ()) if entry.where == (question, part)), None)
+        expected = seen
+        if seen and expect is not None and f"{expect:g}" != f"{seen.points:g}":  # 1/3 is shown as 0.333333
+            expected = dataclasses.replace(seen, points=expect)
+        elif seen and expect is None and seen.status == GIVEN_BY_A_PERSON:
+            expected = dataclasses.replace(seen, status=FOR_A_PERSON)
+        book.set_mark(student, question, part, points, reason, by, expected)
+    shown = textwrap.shorten(seen.given if seen else "", _ANSWER_LENGTH, placeholder="…")
+    say(f"{student}, {question}, {part}: {points:g}, for the answer {shown!r}. {program.name()} report writes it down.")
+
+
+@app.command(rich_help_panel=_PERSON)
+def comment(
+    marks: Marks,
+    student: Student,
+    text: Annotated[str, Argument(metavar="TEXT", help="Your comment; it is shown in the student's feedback.")],
+    by: By,
+    question: Annotated[str | None, Option(help="The question, as 1.11; without it: the whole work.")] = None,
+) -> None:
+    """Write a comment into a student's feedback, on one question or on the whole work."""
+    with _gradebook(marks) as book:
+        graded = book.current(student)
+        if question is not None and graded is not None and question not in {entry.question for entry in graded.marks}:
+            raise GradingError(
+                f"{student!r} has no marks for a question {question!r}: nobody would see a comment on it."
+            )
+        book.comment(student, text, by, question)
+    say(f"{student}: noted. {program.name()} report writes it down.")
+
+
+@app.command(rich_help_panel=_PERSON)
+def history(
+    marks: Marks,
+    student: Annotated[
+        str | None, Argument(metavar="STUDENT", help="The student's ID; without it, all students.")
+    ] = None,
+    question: Annotated[str | None, Option(help="Only changes of this question.")] = None,
+) -> None:
+    """Show every change of a mark: before and after, when, by whom, and why."""
+    with _gradebook(marks) as book:
+        for entry in book.audit(student, question):
+            states = (entry.before, entry.after)
+            change = " → ".join("–" if state is None else f"{state.points:g} ({state.status})" for state in states)
+            where = f"{entry.when:%Y-%m-%d %H:%M} UTC  {entry.student}  {entry.question} {entry.part}"
+            say(f"{where}: {change}  {entry.actor}: {entry.reason}")
+
+
+@requests.command()
+def add(
+    marks: Marks,
+    student: Student,
+    question: Question,
+    part: Part,
+    text: Annotated[str, Argument(metavar="TEXT", help="The student's request; it is shown in their feedback.")],
+) -> None:
+    """Note a student's request to look at an answer again. It stays open until it is answered."""
+    with _gradebook(marks) as book:
+        made = book.requests.make(student, (question, part), text)
+    say(f"Request {made.number} of {made.student} is noted.")
+
+
+@requests.command("list")
+def list_requests(
+    marks: Marks, answered: Annotated[bool, Option("--all", help="Include answered requests.")] = False
+) -> None:
+    """List students' requests to look at an answer again."""
+    from labcourse.grading.overview.section import moment
+
+    with _gradebook(marks) as book:
+        stored = book.requests.all(open_only=not answered)
+    for entry in stored:
+        where = f"{entry.student}  {entry.question} {entry.part}"
+        say(f"{entry.number}  {moment(entry.made)}  {where}: {entry.text}")
+        if entry.answered is not None:
+            say(f"    {moment(entry.answered)}  {entry.answered_by}: {entry.answer}")
+    if not stored:
+        typer.echo("There are no requests." if answered else "No request is open.")
+
+
+@requests.command()
+def answer(
+    marks: Marks,
+    number: Annotated[int, Argument(metavar="NUMBER", help="The request's number in 'requests list'.")],
+    text: Annotated[str, Argument(metavar="TEXT", help="Your answer; it is shown in the student's feedback.")],
+    by: By,
+) -> None:
+    """Answer a student's request. This does not change the mark; the command 'mark' does."""
+    with _gradebook(marks) as book:
+        done = book.requests.answer(number, by, text)
+    where = f"Request {done.number} of {done.student}, {done.question} {done.part}"
+    say(f"{where}, is answered. {program.name()} report writes it down.")
+
+
+@person.command()
+def copy(
+    marks: Marks,
+    student: Student,
+    into: Annotated[Path, Argument(metavar="ZIP", help="The zip to write.", dir_okay=False)],
+    out: Out = None,
+    force: Force = False,
+    course: CourseFolder = None,
+) -> None:
+    """Write a zip for a student with all that is stored about them: records, and each file as it was received.
+
+    It holds the names of the scorers. It does not hold the records of class-mates.
+    """
+    from labcourse.grading.erasure import copied
+    from labcourse.grading.erasure.results import Results
+
+    if into.exists() and not force:
+        raise GradingError(f"{into} is there already; add --force to write over it.")
+    found, folder = courses.find(course), _results_or_none(marks, out)
+    with _gradebook(marks) as book:
+        count = copied.write(into, book, None if folder is None else Results(folder, found), student)
+    say(f"All records and {count} files that were handed in: {into}")
+
+
+@person.command()
+def erase(
+    marks: Marks,
+    student: Student,
+    by: By,
+    out: Out = None,
+    submissions: Annotated[Path | None, Option(help="Report the person's submissions in this folder, too.")] = None,
+    dry_run: DryRun = False,
+    yes: Annotated[bool, Option("--yes", help="Do not ask.")] = False,
+    course: CourseFolder = None,
+) -> None:
+    """Erase all that is stored about a student. This cannot be undone.
+
+    The gradebook records who erased somebody, but not who was erased. The files about the class are written anew. The
+    names of scorers stay: this command is for students.
+
+    Exit code: 0 erased (or shown), 1 erased, but you have to do what is printed at the end, 2 nothing erased.
+    """
+    from labcourse.grading.erasure import remains
+    from labcourse.grading.erasure.others import of_others
+    from labcourse.grading.erasure.results import Results
+
+    found, folder = courses.find(course), _results_or_none(marks, out)
+    results = None if folder is None else Results(folder, found)
+    with _gradebook(marks) as book:
+        others = of_others(book, found, student)
+        erased = book.persons.would_be_erased(student, others)
+        say(*_to_be_erased(erased, results))
+        handed_in = [] if submissions is None else [*remains.in_submissions(submissions, book, student)]
+        if dry_run:
+            say(*_remaining(erased, []), "Nothing was erased: --dry-run.")
+            return
+        if not yes and not typer.confirm("Erase all of it? It cannot be taken back."):
+            raise GradingError("Nothing was erased.")
+        of_class = [] if results is None else results.of_class()
+        if results is not None:
+            results.remove(student)  # first, so that it can be done again if what follows cannot be
+        try:
+            erased = book.persons.erase(student, by, others)
+        finally:
+            unwritten = [] if results is None else results.write(book, of_class)
+            say(*unwritten, err=True)  # here, as it is also said if erasing failed
+    named = [] if folder is None else [*remains.in_folder(folder, erased.about)]
+    named += [*handed_in, *remains.in_settings(found, erased.about)]
+    say(f"{erased.about.student} is erased.", *_remaining(erased, named))
+    unseen = "texts with another name, as a first name; backups, copies, the learning platform, e-mails"
+    unseen += "" if submissions else "; what they handed in, as you received it"
+    say(f"Look yourself where this command cannot: {unseen}{'' if folder else '; the folder of results'}.")
+    raise typer.Exit(SOME_TROUBLE if named or erased.still_named or unwritten else ALL_WELL)
+
+
+def _to_be_erased(erased: Erased, results: Results | None) -> Iterator[str]:
+    about = erased.about
+    yield f"Rows of the gradebook about {', '.join(filter(None, (about.student, about.name, about.email)))}:"
+    yield from (f"{count:8}  {kind}" for kind, count in erased.counts.items() if count)
+    if results is None:
+        yield "No folder of results is named (--out): files in one are not looked at."
+    else:
+        yield from (f"  to delete       {path}" for path in results.own(about.student))
+        yield from (f"  to write anew   {path}" for path in results.of_class())
+    yield from _section("The name is removed from texts about others:", erased.redacted)
+
+
+def _remaining(erased: Erased, named: Sequence[str]) -> Iterator[str]:
+    what = "The name stays in what others wrote themselves, or as the name of who decided:"
+    yield from _section(what, erased.still_named)
+    yield from _section("The name is still here; delete it yourself:", named)
+    yield from _section("Too short to be looked for in texts of others:", erased.too_short)
+
+
+def _section(heading: str, lines: Sequence[str]) -> Iterator[str]:
+    """Yield a heading and the first lines below it; nothing without lines."""
+    if lines:
+        yield from (heading, *(f"  {line}" for line in lines[:_MOST_LINES]))
+    if len(lines) > _MOST_LINES:
+        yield f"  and {len(lines) - _MOST_LINES} more"
