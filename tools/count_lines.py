@@ -77,7 +77,7 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
         ),
     ),
     "settings, release, commands, rest": (
-        3778,
+        3215,
         (
             "rotflex/cli.py",
             "labcourse/command_line.py",
@@ -85,8 +85,6 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
             "labcourse/lab_command.py",
             "labcourse/program.py",
             "labcourse/grading/*.py",
-            "labcourse/grading/commands/**/*.py",
-            "labcourse/grading/course_check/**/*.py",
             "labcourse/grading/new/**/*.py",
             "labcourse/grading/release/**/*.py",
         ),

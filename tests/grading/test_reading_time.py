@@ -5,6 +5,7 @@ import shutil
 from dataclasses import replace
 
 import pytest
+import reading_time
 from checkout import ROOT
 from made_courses import OURS
 from nbformat import NotebookNode
@@ -12,7 +13,6 @@ from nbformat.v4 import new_code_cell, new_markdown_cell, new_notebook, new_outp
 
 from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.parts import Question, ReportItem, figure, number, prose
-from labcourse.grading.course_check import reading_time
 
 TEN = "one two three four five six seven eight nine ten"
 COLLAPSED = {"jp-MarkdownHeadingCollapsed": True}
@@ -110,7 +110,7 @@ def copy(tmp_path):
 
 
 def test_this_course_states_what_the_formula_gives():
-    assert [str(finding) for finding in reading_time.check(OURS)] == []
+    assert [str(finding) for finding in reading_time.other_times(OURS)] == []
 
 
 def test_a_time_that_is_stated_otherwise_is_told_with_its_place(copy):
@@ -131,4 +131,4 @@ def stating(course, name, minutes):
             reading_time._TIME_IN_TITLE.sub(f"about {minutes} minutes", source) if cell["id"] == "title" else source,
         )
     path.write_text(json.dumps(notebook), encoding="utf-8")
-    return [str(finding) for finding in reading_time.check(course)]
+    return [str(finding) for finding in reading_time.other_times(course)]

@@ -13,8 +13,8 @@ from typing import Any
 from made_courses import copied
 
 from labcourse.grading import course as courses
+from labcourse.grading import course_check
 from labcourse.grading.course import Course
-from labcourse.grading.course_check import solutions
 from labcourse.grading.release import student_course
 from labcourse.run import execute, submit
 from rotflex.hil.student_benches import VirtualPlantSpec, student_bench
@@ -76,7 +76,7 @@ class RealClass:
         folder = where / student
         folder.mkdir(parents=True)
         pristine = {name: json.loads(text) for name, text in student_course.derive_notebooks(course).items()}
-        answered = solutions.solved_cells(course, pristine)
+        answered = course_check.solved_cells(course, pristine)
         for name, notebook in pristine.items():
             sources = {cell.id: cell.source for cell in answered[name]} | dict(changes or {})
             for cell in notebook["cells"]:

@@ -6,7 +6,7 @@ import pytest
 from made_courses import OURS
 
 from labcourse.benches import BenchPolicy
-from labcourse.grading.course_check import solutions
+from labcourse.grading import course_check
 from labcourse.grading.marking import marking
 from labcourse.grading.running import bundle
 from labcourse.grading.verdicts import Status
@@ -18,16 +18,16 @@ POLICIES = [BenchPolicy("same", seed=7), PRESETS[0].values[0], *PRESETS[1:]]
 @pytest.mark.parametrize("policy", POLICIES, ids=lambda policy: policy.preset or policy.which)
 def test_the_solutions_get_all_points_on_the_bench_that_everybody_has(sandbox, policy):
     course = replace(OURS, settings=replace(OURS.settings, bench=policy))
-    claims, _missing = solutions.answers_of_solutions(course, bundle.build(course))
+    claims, _missing = course_check.answers_of_solutions(course, bundle.build(course))
     assert claims.problems == []
     assert claims.bench.get("seed") == (policy.seed or None)
     assert claims.bench.get("preset", "") == policy.preset
-    marks = marking.mark(course, claims, course.true_bench(solutions.STUDENT), 20)
+    marks = marking.mark(course, claims, course.true_bench(course_check.STUDENT), 20)
     lost = [
         (mark.question, mark.part, mark.reason)
         for mark in marks
         if mark.status not in (Status.RIGHT, Status.FOR_A_PERSON)
     ]
     assert lost == []
-    own = marking.mark(course, claims, OURS.true_bench(solutions.STUDENT), 20)
+    own = marking.mark(course, claims, OURS.true_bench(course_check.STUDENT), 20)
     assert sum(mark.points for mark in own) < sum(mark.points for mark in marks)  # it is another bench than their own

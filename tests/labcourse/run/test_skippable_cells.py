@@ -5,7 +5,7 @@ import json
 from made_courses import OURS
 
 from labcourse.answers.words import where_of
-from labcourse.grading.course_check.solutions import solved_cells
+from labcourse.grading.course_check import solved_cells
 from labcourse.grading.release import student_notebooks
 from labcourse.grading.running import bundle, runner
 from labcourse.run import skippable_cells

@@ -1,0 +1,520 @@
+"""Check whether a course is complete: catalogue, key, cells and texts fit each other, and the key marks correctly.
+
+Nothing is changed. Each :class:`Finding` names its place. Without a run, questions, key, rubric, cells and numbers are
+compared. With one, the notebooks are run as they are handed out: a student who has written nothing yet must be able to
+go on. Then they are run with the solutions: the key must mark these as right, and wrong answers made of them as wrong.
+"""
+
+from __future__ import annotations
+
+import ast
+import contextlib
+import importlib.util
+import re
+from collections import defaultdict
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from nbformat import NotebookNode
+
+from labcourse import program
+from labcourse.answers import forms, schema, starts, words
+from labcourse.answers.catalogue import Catalogue
+from labcourse.answers.notebooks import Cell, Notebook, as_released
+from labcourse.answers.parts import Part, Question, Where
+from labcourse.answers.starts import Start
+from labcourse.benches import SAME, BenchPolicy
+from labcourse.errors import AnswerError, GradingError
+from labcourse.grading.course import OUTCOMES_FILE, RUBRIC_FILE, SHEETS_FILE, Course
+from labcourse.grading.isolation import selftest
+from labcourse.grading.marking import decoding, marking
+from labcourse.grading.marking.checks import ForAPerson
+from labcourse.grading.marking.decoding import Claims
+from labcourse.grading.marking.marking import KeyFault
+from labcourse.grading.marking.wrong_answers import wrong_answer
+from labcourse.grading.outcomes import outcome_map, sheet_layout
+from labcourse.grading.release import percent, student_course, student_notebooks
+from labcourse.grading.release.student_notebooks import BEGIN, INSTRUCTOR_TAG, PARAMETERS_TAG, is_answer
+from labcourse.grading.running import bundle, runner
+from labcourse.grading.running.bundle import Bundle
+from labcourse.grading.scoring import rubric
+from labcourse.grading.verdicts import Case, Check, OwnAnswers, Status
+from labcourse.run import reasons
+from labcourse.run.causes import Causes, RunCell
+from labcourse.run.merge import Merged, merged
+
+#: Student for the run of the solutions: on this bench no result is so near a limit that two answers are right.
+STUDENT = "checks"
+SEED = 20  #: from which the inputs of functions are drawn
+_LIMITS = runner.Limits(cell=300, submission=1800.0)  # generous: these are the course's own notebooks
+
+
+@dataclass(frozen=True)
+class Finding:
+    """Something that is missing in a course, or contradicts something else.
+
+    Attributes
+    ----------
+    where : its place, for people
+    what : the fault, as a sentence
+    """
+
+    where: str
+    what: str
+
+    def __str__(self) -> str:
+        return f"{self.where}: {self.what}"
+
+
+def check(course: Course, run: bool = True) -> Iterator[Finding]:
+    """Look for what is missing in a course, or contradicts itself.
+
+    Parameters
+    ----------
+    course : the course; its key has been compared with its catalogue when it was loaded
+    run : run the student notebooks as they are handed out, and those with solutions, and mark their answers: it takes
+        as long as grading two submissions
+    """
+    try:
+        outdated = percent.outdated(course)
+    except GradingError as error:
+        yield Finding("the texts of the notebooks", str(error))
+        return
+    for path in outdated:
+        yield Finding(path.name, f"it is not what its text gives now: say {program.name()} make-notebooks.")
+    if outdated:
+        return
+    for part in (check_key, check_files, check_cells, check_derived, check_starts, check_numbers, check_imports):
+        yield from part(course)
+    if run:
+        released = bundle.build(course)
+        yield from check_empty(course, released)
+        yield from check_solutions(course, released)
+
+
+def _in_cell(notebook: str, cell: str) -> str:
+    return f"{notebook}, cell {cell!r}"
+
+
+def _in_key(question: Question, part: Part) -> str:
+    return f"the key, {question.number} {part.name}"
+
+
+# --- catalogue, key, rubric, outcomes, modules ------------------------------------------------------------------------
+
+
+def check_key(course: Course) -> Iterator[Finding]:
+    """Find questions without a key, and parts that only the key, or only the catalogue, leaves to a person."""
+    for number, question in course.catalogue.marked.items():
+        if number not in course.key:
+            yield Finding("the key", f"question {number} has no entry.")
+            continue
+        for part in question.parts:
+            if isinstance(course.key[number][part.name], ForAPerson) != (part.marked == "person"):
+                contradiction = f"the catalogue says that it is marked by {part.marked}, the key does otherwise."
+                yield Finding(_in_key(question, part), contradiction)
+
+
+def check_files(course: Course) -> Iterator[Finding]:
+    """Find faults of the rubric, of codes of outcomes, of the map to outcomes, and of the scoring sheets."""
+    catalogue = course.catalogue
+    yield from (Finding(RUBRIC_FILE, fault) for fault in rubric.examine(course.folder, catalogue)[1])
+    for number, question in catalogue.marked.items():
+        for code in dict.fromkeys([*question.outcomes, *(part.outcome for part in question.parts if part.outcome)]):
+            if code not in catalogue.outcomes:
+                codes = ", ".join(catalogue.outcomes) or "none"
+                yield Finding(f"question {number}", f"there is no outcome {code!r}; the catalogue has {codes}.")
+    try:
+        outcome_map.find(course.folder, catalogue)
+    except GradingError as error:
+        yield Finding(OUTCOMES_FILE, str(error))
+    if not (course.folder / SHEETS_FILE).exists():
+        return
+    try:
+        without_sheet = sheet_layout.on_no_sheet(sheet_layout.read(course.folder, catalogue), catalogue)
+    except GradingError as error:
+        yield Finding(SHEETS_FILE, str(error))
+        return
+    for number, part in without_sheet:
+        if part.outcome:
+            yield Finding(SHEETS_FILE, f"{number}, {part.name}: it carries {part.outcome}, and is on no sheet.")
+
+
+def check_imports(course: Course) -> Iterator[Finding]:
+    """Find modules in the course's ``imports`` that are not installed."""
+    for name in course.imports:
+        with contextlib.suppress(ModuleNotFoundError):
+            if importlib.util.find_spec(name):
+                continue
+        yield Finding("course.py, imports", f"there is no module {name!r}.")
+
+
+# --- cells of the notebooks -------------------------------------------------------------------------------------------
+
+
+def check_cells(course: Course) -> Iterator[Finding]:
+    """Find questions that no cell records, or several; cells that record unknown questions, or in a wrong notebook."""
+    places: dict[Where, list[str]] = defaultdict(list)
+    for path in course.notebooks:
+        notebook = student_notebooks.read(path)
+        yield from _check_tags_and_headings(path.name, notebook.cells)
+        yield from _check_recorded(course, path, notebook, places)
+    names = {path.stem for path in course.notebooks}
+    for question in course.catalogue.everything.values():
+        if question.notebook not in names:
+            yield Finding(f"question {question.number}", f"there is no notebook {question.notebook}.")
+            continue
+        for part in question.parts:
+            cells = places[question.number, part.name]
+            if len(cells) != 1:
+                several = f"{len(cells)} cells record it: {'; '.join(cells)}."
+                what = several if cells else f"no cell of {question.notebook} records it."
+                yield Finding(f"question {question.number}, {part.name}", what)
+
+
+def _check_recorded(
+    course: Course, path: Path, notebook: NotebookNode, places: dict[Where, list[str]]
+) -> Iterator[Finding]:
+    """Check what the cells of a notebook record.
+
+    Parameters
+    ----------
+    path : of the notebook
+    places : (question, part) → cells that record it; those of this notebook are added
+    """
+    cells = notebook.cells
+    text_cells = {cell.id for cell in cells if words.where_of(cell)}
+    answered = set(text_cells)  # a text cell records itself, code is recorded by the cell after it
+    before = {cell.id: cells[index - 1].id for index, cell in enumerate(cells)}
+    for entry in student_notebooks.recorded(notebook):
+        where, is_text = _in_cell(path.name, entry.cell), entry.cell in text_cells
+        answered.add(before[entry.cell])
+        try:
+            question = course.catalogue.find(entry.question)
+            parts = [question.part(part) for part in entry.of(question)]
+        except AnswerError as error:
+            yield Finding(where, str(error))
+            continue
+        for part in parts:
+            if is_text and part.kind != "prose":
+                yield Finding(where, f"{part.name} is no answer in words, but of kind {part.kind}.")
+            places[question.number, part.name].append(where)
+        if question.notebook != path.stem:
+            place = f"which the catalogue has in {question.notebook}."
+            yield Finding(where, f"it records question {question.number}, {place}")
+    for cell in cells:
+        if is_answer(cell) and cell.id not in answered:
+            missing = "an answer cell, but the cell after it records nothing (lab.answer(...))."
+            yield Finding(_in_cell(path.name, cell.id), missing)
+
+
+def _check_tags_and_headings(name: str, cells: list[NotebookNode]) -> Iterator[Finding]:
+    """Find faults of the tag "parameters", solutions outside answer cells, and missing or repeated headings."""
+    tagged = sum(PARAMETERS_TAG in cell.metadata.get("tags", []) for cell in cells)
+    if tagged != 1:
+        yield Finding(name, f"{tagged} cells are tagged 'parameters'; one should be: a run sets the student after it.")
+    seen: dict[str, str] = {}
+    for cell in cells:
+        where = _in_cell(name, cell.id)
+        is_solution = BEGIN in cell.source or words.BEGIN in cell.source
+        if is_solution and INSTRUCTOR_TAG not in cell.metadata.get("tags", []) and not is_answer(cell):
+            yield Finding(where, "it has a solution, but its metadata do not make it an answer cell.")
+        if cell.cell_type != "markdown" or not is_answer(cell):
+            continue
+        headings = words.headings(cell.source.partition(words.BEGIN)[0])
+        if len(headings) != 1:
+            example = words.heading("Your answer: 1.1, why")
+            yield Finding(where, f"it should begin with one heading for students, such as {example}")
+        for heading in headings:
+            if heading in seen:
+                yield Finding(where, f"it has the heading of cell {seen[heading]!r}, too.")
+            seen[heading] = cell.id
+
+
+def check_derived(course: Course) -> Iterator[Finding]:
+    """Find stored student notebooks that differ from what would be derived now."""
+    try:
+        texts = student_course.derive_notebooks(course)
+    except GradingError as error:
+        yield Finding("the student notebooks", str(error))
+        return
+    folder = course.student_notebooks
+    stored = {path.name: path.read_text(encoding="utf-8") for path in folder.glob("*.ipynb")}
+    for name in sorted(texts.keys() | stored.keys()) if folder.is_dir() else ():
+        place = f"{folder.name}/{name}"
+        if name not in texts:
+            yield Finding(place, f"no notebook in {course.folder.name} leads to it: remove it.")
+        elif texts[name] != stored.get(name):
+            yield Finding(place, f"it is not what is derived now: say {program.name()} make-notebooks.")
+
+
+def check_numbers(course: Course) -> Iterator[Finding]:
+    """Find texts that state another number than the course has, and patterns that no text matches any more."""
+    cells = [
+        (_in_cell(path.name, cell.id), cell.source)
+        for path in sorted(course.folder.glob("*.ipynb"))
+        for cell in student_notebooks.read(path).cells
+    ]
+    for stated in course.stated:
+        pattern = re.compile(re.sub(r" +", r"\\s+", stated.pattern))
+        matches = [(where, match[1]) for where, text in cells for match in pattern.finditer(text)]
+        if not matches:
+            advice = f"no text has it as {stated.pattern!r} any more: mend the pattern, or take it out."
+            yield Finding(f"stated, {stated.what}", advice)
+        for where, number in matches:
+            if not np.isclose(float(number.replace("−", "-")), stated.value, rtol=1e-9, atol=0):
+                yield Finding(where, f"{stated.what} is {stated.value:g}; this text says {number}.")
+
+
+# --- classes that begin in the middle ---------------------------------------------------------------------------------
+
+
+def check_starts(course: Course) -> Iterator[Finding]:
+    """Find faults of the starts of classes that begin in the middle.
+
+    A start may name what the course does not have, give an answer no value, or leave a cell without an answer.
+    """
+    for start in course.catalogue.starts:
+        faults = [*_unknown_name_faults(course, start)]
+        if not faults:
+            faults = [*_given_value_faults(course, start)]
+            yield from _cells_without_answer(course, start)
+        yield from (Finding(f"start {start.name}", fault) for fault in faults)
+
+
+def _unknown_name_faults(course: Course, start: Start) -> Iterator[str]:
+    """Yield a fault for each notebook or part of a start that the course does not have, or that is still asked."""
+    for name in start.skips:
+        if name not in course.catalogue.notebooks:
+            yield f"it skips the notebook {name}, and there is no such notebook."
+    for number, part in start.gives:
+        try:
+            question = course.catalogue.find(number)
+            question.part(part)
+        except AnswerError as error:
+            yield str(error)
+        else:
+            if question.notebook not in start.skips:
+                yield f"it gives {number}, {part}, which {question.notebook} asks for; that is not skipped."
+
+
+def _given_value_faults(course: Course, start: Start) -> Iterator[str]:
+    """Yield a fault for each given answer without a usable value, on a bench that is the same for everybody."""
+    if course.given is None:
+        yield "course.py does not say what is given (Course.given)."
+        return
+    values = course.given(start.name, "", BenchPolicy(SAME, seed=1, draw=course.draw))
+    for number, part in start.gives:
+        try:
+            forms.encode(course.catalogue.find(number).part(part), values[number, part], 0)
+        except (KeyError, forms.FormError, forms.NotAnswered) as error:
+            yield f"{number}, {part} has no value that it could have: {error}"
+
+
+def _cells_without_answer(course: Course, start: Start) -> Iterator[Finding]:
+    """Find cells that need an answer which a class that begins here does not have."""
+    asked = starts.narrowed(course.catalogue, start).everything
+    available = {(number, part) for number, question in asked.items() for part in question.names} | set(start.gives)
+    for path in course.notebooks:
+        cells = student_notebooks.read(path).cells if path.stem not in start.skips else ()
+        for cell in cells:
+            for question, part in _needed_answers(cell.source) if cell.cell_type == "code" else ():
+                if (question, part) not in available and question in course.catalogue.everything:
+                    missing = f"it needs {question}, {part}; a class that begins with {start.name} does not have it."
+                    yield Finding(_in_cell(path.name, cell.id), missing)
+
+
+def _needed_answers(source: str) -> Iterator[Where]:
+    """Yield the (question, part) that the code of a cell needs: ``lab.value(question, part)`` without a default."""
+    with contextlib.suppress(SyntaxError):
+        for node in ast.walk(ast.parse(source)):
+            match node:
+                case ast.Call(
+                    func=ast.Attribute(attr="value"),
+                    args=[ast.Constant(value=str() as question), ast.Constant(value=str() as part)],
+                    keywords=[],
+                ):
+                    yield question, part
+
+
+# --- what a run brings out --------------------------------------------------------------------------------------------
+
+
+def check_empty(course: Course, released: Bundle) -> Iterator[Finding]:
+    """Run the student notebooks as they are handed out, and find cells that stop; only the first cause is reported.
+
+    Parameters
+    ----------
+    course : the course
+    released : its bundle
+    """
+    notebooks = merged(released.pristine, {}, every_cell=True)
+    run = run_notebooks(released, notebooks)
+    yield from (Finding("the student notebooks", problem) for problem in run.problems)
+    recorded = set(decoding.decode(run.answers, SEED, course.catalogue).values)
+    causes = Causes(released.pristine, notebooks, schema.read_reports(run.reports), recorded, course.catalogue)
+    stopped = (causes.root(cell) for cells in causes.cells.values() for cell in cells if cell.stopped)
+    for root in dict.fromkeys(cell for cell in stopped if isinstance(cell, RunCell)):
+        yield Finding(_in_cell(root.notebook, root.id), f"it stops when nothing is filled in: {_stop_reason(root)}")
+
+
+def _stop_reason(cell: RunCell) -> str:
+    """Return as text why a cell stopped."""
+    error = cell.report.error if cell.report else None
+    if error is None:
+        return "the Python process ended in it."
+    hint = " Preset it before the solution, as NAME = None." if error.type == "NameError" else ""
+    return f"{error.type}{f', line {error.line}' if error.line else ''}: {error.message}{hint}"
+
+
+def check_solutions(course: Course, released: Bundle) -> Iterator[Finding]:
+    """Run the solutions; find those that the key does not mark as right, and wrong answers that it marks as right."""
+    claims, missing = answers_of_solutions(course, released)
+    yield from (Finding("the solutions", problem) for problem in claims.problems)
+    yield from check_verdicts(course, claims, missing)
+
+
+def check_verdicts(course: Course, claims: Claims, missing: Mapping[Where, str]) -> Iterator[Finding]:
+    """Mark the solutions' answers, and wrong answers made of them; find verdicts that are not as expected.
+
+    Parameters
+    ----------
+    course : with the key
+    claims : answers, from :func:`answers_of_solutions`
+    missing : (question, part) → why there is no answer, from the same
+    """
+    claims = decoding.with_reports(claims, course.catalogue)
+    case = marking.case_of(course, claims, course.true_bench(STUDENT), SEED)
+    for number, checks in course.key.items():
+        question = course.catalogue.find_marked(number)
+        for part in question.parts:
+            own = _KnownAnswers(case.own, course.catalogue)
+            why = missing.get((number, part.name), "its cell runs to its end, and leaves it empty.")
+            for fault in _faults_of_check(question, part, checks[part.name], claims, replace(case, own=own), why):
+                yield Finding(_in_key(question, part), fault)
+            for fault in own.unknown:
+                yield Finding(_in_key(question, part), f"it uses an answer that does not exist. {fault}")
+
+
+class _KnownAnswers:
+    """The solutions' answers as ``own`` of a case. It collects messages on answers that do not exist (``unknown``)."""
+
+    def __init__(self, own: OwnAnswers, catalogue: Catalogue) -> None:
+        self._answers, self._catalogue = own, catalogue
+        self.unknown: dict[str, None] = {}  # an ordered set
+
+    def __call__(self, question: str, part: str) -> Any:
+        """Return the solution's answer to a part; raise LookupError if there is none or no such part."""
+        try:
+            self._catalogue.find(question).part(part)
+        except AnswerError as error:
+            self.unknown[str(error)] = None
+            raise LookupError(str(error)) from None
+        return self._answers(question, part)
+
+
+def _faults_of_check(
+    question: Question, part: Part, check: Check, claims: Claims, case: Case, missing_reason: str
+) -> Iterator[str]:
+    """Mark the solution of a part, and a wrong answer made of it; yield what is not as expected.
+
+    Parameters
+    ----------
+    claims : the solutions' answers
+    missing_reason : why there is no answer, if there is none
+    """
+    expected = Status.FOR_A_PERSON if isinstance(check, ForAPerson) else Status.RIGHT
+    try:
+        mark = marking.mark_part(question, part, check, claims, case)
+    except Exception as error:  # whatever a mistake in a key may raise
+        yield f"it fails: {_error_text(error)}"
+        return
+    if mark.status is Status.MISSING:
+        yield f"the solution records no answer: {missing_reason}"
+    elif mark.status is not expected:
+        yield f"the solution gets {mark.points:g} of {mark.out_of:g} points, {mark.status.value}: {mark.reason}"
+    value = claims.values.get((question.number, part.name))
+    if value is None or expected is Status.FOR_A_PERSON:
+        return
+    if part.plausible and not part.plausible[0] <= value <= part.plausible[1]:
+        yield f"the solution, {value:g}, is outside of what the catalogue calls plausible: right answers draw a hint."
+    try:
+        wrong = wrong_answer(part, value)
+        verdict = check.verdict(part, wrong, case)
+    except Exception as error:
+        yield f"on a wrong answer, it fails: {_error_text(error)}"
+        return
+    if verdict.status in (Status.RIGHT, Status.FOLLOW_THROUGH):
+        yield f"a wrong answer ({str(wrong)[:60]}) is taken for right: {verdict.reason}"
+
+
+def _error_text(error: Exception) -> str:
+    return str(error) if isinstance(error, KeyFault) else f"{type(error).__name__}: {error}"
+
+
+def solved_cells(course: Course, pristine: Mapping[str, dict[str, Any]]) -> dict[str, tuple[Cell, ...]]:
+    """Return file name → cells of a student who answered as the solutions do, and changed nothing else.
+
+    Parameters
+    ----------
+    course : with the solutions
+    pristine : file name → notebook as released
+    """
+    return {
+        path.name: as_released(
+            pristine[path.name],
+            {cell.id: cell.source for cell in student_notebooks.read(path).cells if is_answer(cell)},
+        )
+        for path in course.notebooks
+    }
+
+
+def answers_of_solutions(course: Course, released: Bundle) -> tuple[Claims, Mapping[Where, str]]:
+    """Run the notebooks with solutions.
+
+    Returns
+    -------
+    Claims
+        Their answers, with problems of the run.
+    Mapping
+        (question, part) → why there is no answer, for those that are missing.
+
+    Raises
+    ------
+    GradingError
+        If the course cannot be imported.
+    """
+    pristine = released.pristine
+    written = merged(pristine, solved_cells(course, pristine))
+    run = run_notebooks(released, written)
+    claims, reports = decoding.decode(run.answers, SEED, course.catalogue), schema.read_reports(run.reports)
+    why = reasons.explain(pristine, written, reports, claims.values, course.catalogue, handed_in=pristine)
+    claims.problems.extend(run.problems)
+    for path in course.notebooks:
+        texts = words.written(pristine[path.name]["cells"], Notebook.read(path.read_bytes()).cells)
+        decoding.add_words(claims, texts.words, course.catalogue)
+        claims.problems.extend(f"{path.name}: {problem}" for problem in [*texts.problems, *texts.notes])
+    return claims, why.missing
+
+
+def run_notebooks(released: Bundle, notebooks: Merged) -> runner.Run:
+    """Run notebooks of the course: in the sandbox if there is one on this computer, else without.
+
+    Raises
+    ------
+    GradingError
+        If the course cannot be imported.
+    """
+    job = runner.Job(
+        student=STUDENT,
+        notebooks=notebooks.notebooks,
+        probe_seed=SEED,
+        parameters=released.parameters,
+        imports=released.imports,
+        limits=_LIMITS,
+        isolated=all(layer.good for layer in selftest.layers() if layer.needed),
+    )
+    return runner.run(released.packed, job)
