@@ -110,20 +110,8 @@ def test_a_renamed_notebook_leaves_nothing_behind_and_what_others_wrote_stays(ta
     assert sorted(path.name for path in notebooks.glob("*.ipynb")) == [*left, "mine.ipynb"]
 
 
-def test_an_installed_course_is_found_from_elsewhere_by_its_name(tank, tmp_path):
-    labcourse(tmp_path, "--course", "tank", "release", "OUT", "--no-keep", installed=tank)
-    assert (tmp_path / "OUT" / "tank-course.zip").is_file()
-
-
 @pytest.mark.parametrize("name", ["two tanks", "2tanks", "Tank", "class", "../tank", "", "numpy"])
 def test_a_name_that_cannot_be_a_package_is_refused(tmp_path, name):
     with pytest.raises(GradingError):
         new.make(name, tmp_path)
     assert not list(tmp_path.iterdir())
-
-
-def test_a_folder_that_exists_is_left_alone(tmp_path):
-    (tmp_path / "tank").mkdir()
-    with pytest.raises(GradingError, match="tank"):
-        new.make("tank", tmp_path)
-    assert not list((tmp_path / "tank").iterdir())

@@ -132,16 +132,11 @@ class _CellMaker:
         self._separate = {(question.number, part.name) for _, question, parts in titled if question for part in parts}
         waiting: list[NotebookNode] = []
         for place, (cell, question, parts) in enumerate(titled):
-            if question is None:
-                waiting.append(_front_cell(cell) or _course_cell(cell))
-                if place == 0 and cell.cell_type == "markdown":
-                    yield from _with_names(waiting, "title")
-                    waiting.clear()
-            else:
-                made = [*self._answer_cells(cell, question, parts)]
-                yield from _with_names(waiting, made[0].id)
-                yield from made
-                waiting.clear()
+            made = [] if question is None else [*self._answer_cells(cell, question, parts)]
+            waiting += [] if made else [_course_cell(cell)]
+            if made or (place == 0 and cell.cell_type == "markdown"):
+                yield from (*_with_names(waiting, made[0].id if made else "title"), *made)
+                waiting = []
             if place == 0:
                 yield from self._opening_cells()
         yield from _with_names(waiting, "end")
@@ -193,24 +188,21 @@ class _CellMaker:
         yield _locked_cell("setup", _SETUP.format(module=self._course.imports[0]))
 
 
-def _front_cell(cell: NotebookNode) -> NotebookNode | None:
-    """Make the cell of a report's authors, captions and sources, to be filled in; None for any other cell."""
-    kind, _space, report = cell.metadata.get("title", "").partition(" ")
-    if kind != "front":
-        return None
-    source = f"{words.heading('Your text: authors, captions and sources')}\n\n{cell.source}"
-    metadata = {words.KEY: {FRONT: report}, "tags": [OPEN_TAG]}
-    return NotebookNode(new_markdown_cell(source, id=f"{report.lower().replace(' ', '-')}-front", metadata=metadata))
-
-
 def _course_cell(cell: NotebookNode) -> NotebookNode:
-    """Make a cell of the course's own text or code; its title, if it has one, becomes its name."""
-    tags = {"tags": cell.metadata.tags} if "tags" in cell.metadata else {}
-    name = re.sub(r"[^a-z0-9]+", "-", cell.metadata.get("title", "").lower()).strip("-") or _NO_NAME
+    """Make a cell of the course's own text or code, or the entries of a report (front); a title becomes its name."""
+    title, metadata = cell.metadata.get("title", ""), {"tags": cell.metadata.tags} if "tags" in cell.metadata else {}
+    kind, _space, report = title.partition(" ")
+    name = re.sub(r"[^a-z0-9]+", "-", title.lower()).strip("-") or _NO_NAME
+    if kind == "front":
+        source = f"{words.heading('Your text: authors, captions and sources')}\n\n{cell.source}"
+        name = f"{report.lower().replace(' ', '-')}-front"
+        return NotebookNode(
+            new_markdown_cell(source, id=name, metadata={words.KEY: {FRONT: report}, "tags": [OPEN_TAG]})
+        )
     if cell.cell_type != "code":
-        return NotebookNode(new_markdown_cell(cell.source, id=name, metadata=tags))
+        return NotebookNode(new_markdown_cell(cell.source, id=name, metadata=metadata))
     code = _locked_cell(name, cell.source)
-    code.metadata.update(tags)
+    code.metadata.update(metadata)
     return code
 
 

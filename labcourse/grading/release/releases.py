@@ -13,7 +13,7 @@ import re
 import unicodedata
 import zipfile
 import zlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import chain
 from pathlib import Path, PurePosixPath
@@ -31,6 +31,7 @@ from labcourse.grading.course import Course
 DATA = "data"  #: folder of a release with the recordings that are handed out
 _COURSE_FILE = f"{NOTEBOOKS}/{COURSE_FILE}"
 _PROJECT = "pyproject.toml"  # in the release's own folder
+_UNREADABLE = (OSError, EOFError, zipfile.BadZipFile, zlib.error, NotImplementedError, RuntimeError)
 
 
 # --- names ------------------------------------------------------------------------------------------------------------
@@ -146,79 +147,69 @@ def read(archive: Path) -> StoredRelease:
     GradingError
         If the zip cannot be read or is not a release.
     """
-    entries = _release_files(archive)
-    notebooks = _read_notebooks(archive, entries)
     try:
+        entries = _read_files(archive)
+        notebooks = {path.name: _read_notebook(path.name, entries[str(path)]) for path in _notebooks_in(entries)}
         course_json = course_file.parse(entries.get(_COURSE_FILE, b"{}"))
-        policy = benches.policy_of(course_json)
-    except ConfigurationError as error:
-        raise _unusable(archive, f"{COURSE_FILE}: {error}") from None
-    name = course_json.get(RELEASE)
-    if not (isinstance(name, str) and name):
-        raise _unusable(archive, f"its {COURSE_FILE} does not name the release")
-    packages = sorted({top for name in entries if f"{(top := name.partition('/')[0])}/__init__.py" in entries})
+        policy, name = benches.policy_of(course_json), course_json.get(RELEASE)
+        if not notebooks:
+            raise ConfigurationError("it holds no notebooks")
+        if not (isinstance(name, str) and name):
+            raise ConfigurationError(f"its {COURSE_FILE} does not name the release")
+    except (*_UNREADABLE, ConfigurationError, NotebookError) as error:
+        why = str(error).rstrip(".")
+        advice = "Replace it by the zip that was handed out, or remove it."
+        raise GradingError(f"{archive} is not a release of the course: {why}. {advice}") from None
+    packages = sorted({top for path in entries if f"{(top := path.partition('/')[0])}/__init__.py" in entries})
     return StoredRelease(name, policy, tuple(packages), notebooks, entries)
 
 
-def _read_notebooks(archive: Path, entries: Mapping[str, bytes]) -> dict[str, dict[str, Any]]:
-    """Return file name → notebook of a release's files; raise GradingError, which names the zip, if one is invalid."""
-    notebooks = {}
-    for place, content in sorted((PurePosixPath(name), content) for name, content in entries.items()):
-        if place.parent == PurePosixPath(NOTEBOOKS) and place.suffix == ".ipynb":
-            try:
-                Notebook.read(content)
-            except NotebookError as error:
-                raise _unusable(archive, f"{place.name}: {error}") from None
-            notebooks[place.name] = json.loads(content)
-    return notebooks
+def _notebooks_in(entries: Mapping[str, bytes]) -> list[PurePosixPath]:
+    paths = map(PurePosixPath, sorted(entries))
+    return [path for path in paths if path.parent == PurePosixPath(NOTEBOOKS) and path.suffix == ".ipynb"]
 
 
-def _release_files(archive: Path) -> dict[str, bytes]:
+def _read_notebook(name: str, content: bytes) -> dict[str, Any]:
+    """Return a notebook of a release; raise NotebookError, which names it, if it is invalid."""
+    try:
+        Notebook.read(content)
+    except NotebookError as error:
+        raise NotebookError(f"{name}: {error}") from None
+    return dict(json.loads(content))
+
+
+def _read_files(archive: Path) -> dict[str, bytes]:
     """Read the notebooks, packages and ``course.json`` of a release: relative path → content.
 
     Raises
     ------
-    GradingError
-        If the zip cannot be read, or holds no project or no notebooks.
+    ConfigurationError
+        If the zip has no project.
     """
-    try:
-        with zipfile.ZipFile(archive) as packed:
-            # The release is where its pyproject.toml is: the zip may have been packed again with folders around it.
-            projects = [place for name in packed.namelist() if (place := PurePosixPath(name)).name == _PROJECT]
-            if not projects:
-                raise _unusable(archive, f"it holds no {_PROJECT}")
-            entries = dict(_needed_files(packed, min(projects, key=lambda place: len(place.parts)).parent))
-    except (OSError, EOFError, zipfile.BadZipFile, zlib.error, NotImplementedError, RuntimeError) as error:
-        raise _unusable(archive, error) from None
-    if not any(name.startswith(f"{NOTEBOOKS}/") and name.endswith(".ipynb") for name in entries):
-        raise _unusable(archive, "it holds no notebooks")
+    entries: dict[str, bytes] = {}
+    with zipfile.ZipFile(archive) as packed:
+        # The release is where its pyproject.toml is: the zip may have been packed again with folders around it.
+        projects = [place for name in packed.namelist() if (place := PurePosixPath(name)).name == _PROJECT]
+        if not projects:
+            raise ConfigurationError(f"it holds no {_PROJECT}")
+        root = min(projects, key=lambda place: len(place.parts)).parent
+        for entry in packed.infolist():
+            place = PurePosixPath(entry.filename)
+            if entry.is_dir() or not place.is_relative_to(root) or ".." in place.parts:
+                continue
+            if place.suffix == ".whl":
+                entries |= _package_files(packed.read(entry))
+            elif (name := str(place.relative_to(root))).startswith(f"{NOTEBOOKS}/"):
+                entries[name] = packed.read(entry)
     return entries
 
 
-def _needed_files(packed: zipfile.ZipFile, root: PurePosixPath) -> Iterator[tuple[str, bytes]]:
-    """Yield (path, content) of the files in the notebooks' folder and in the wheels, below a folder of a zip."""
-    for entry in packed.infolist():
-        place = PurePosixPath(entry.filename)
-        if entry.is_dir() or not place.is_relative_to(root) or ".." in place.parts:
-            continue
-        name = str(place.relative_to(root))
-        if place.suffix == ".whl":
-            yield from _package_files(packed.read(entry))
-        elif name.startswith(f"{NOTEBOOKS}/"):
-            yield name, packed.read(entry)
-
-
-def _package_files(content: bytes) -> Iterator[tuple[str, bytes]]:
-    """Yield (path, content) of the package in a wheel, without the notebooks and data in it."""
+def _package_files(content: bytes) -> dict[str, bytes]:
+    """Read the package in a wheel, without the notebooks and data in it: path → content."""
     with zipfile.ZipFile(io.BytesIO(content)) as wheel:
-        for name in wheel.namelist():
-            parts = PurePosixPath(name).parts
-            if not parts[0].endswith(".dist-info") and not {NOTEBOOKS, DATA}.intersection(parts[:-1]):
-                yield name, wheel.read(name)
-
-
-def _unusable(archive: Path, why: object) -> GradingError:
-    """Return the error that a zip is not a release, and what to do."""
-    return GradingError(
-        f"{archive} is not a release of the course: {why}. Replace it by the zip that was handed out, or remove it."
-    )
+        names = {name: PurePosixPath(name).parts for name in wheel.namelist()}
+        return {
+            name: wheel.read(name)
+            for name, parts in names.items()
+            if not parts[0].endswith(".dist-info") and not {NOTEBOOKS, DATA}.intersection(parts[:-1])
+        }

@@ -6,17 +6,18 @@ withholds. The notebooks are in the course's package, too, as an installed cours
 
 from __future__ import annotations
 
-import contextlib
+import importlib.metadata
 import io
+import json
 import re
 import shutil
-import subprocess
 import sys
 import tempfile
-import time
 import zipfile
-from collections.abc import Iterable, Mapping
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from importlib.metadata import Distribution
 from pathlib import Path
 from typing import Any
 
@@ -24,22 +25,21 @@ import labcourse
 from labcourse import course_file, files, program
 from labcourse.answers import starts
 from labcourse.benches import OWN, PRESET, REAL, SAME
-from labcourse.courses import NOTEBOOKS
+from labcourse.courses import GROUP, NOTEBOOKS
 from labcourse.errors import GradingError
-from labcourse.files import ANSWERS_FILE, COURSE_FILE
+from labcourse.files import COURSE_FILE
 from labcourse.grading.course import Course, package_folder
-from labcourse.grading.release import percent, releases, student_notebooks, wheels
+from labcourse.grading.release import percent, releases, student_notebooks
 from labcourse.grading.release.releases import DATA, files_in
 
-ZipTime = tuple[int, int, int, int, int, int]  #: year, month, day, hour, minute, second
 PACKAGE = labcourse.__name__
 WHEELS = "wheels"  #: folder of a release
-_README = Path(__file__).with_name("student_readme.md")
+_README, _PROJECT = (Path(__file__).with_name(f"student_{name}") for name in ("readme.md", "pyproject.toml"))
 _NOT_FOR_STUDENTS = ("grading", "LICENSE", "pyproject.toml")  # of labcourse
 _UNCOPIED = ("__pycache__", "*.pyc", ".*")
-# The times that a zip can hold, s since 1970, UTC: from 1980 to 2107.
-_FIRST_ZIP_TIME, _LAST_ZIP_TIME = 315_532_800, 4_354_819_198
-_NOT_SOURCE = re.compile(rf"/(\.|__pycache__|{re.escape(ANSWERS_FILE)})")  # what is hidden, or left by a run
+_DATE = (2020, 2, 2, 0, 0, 0)  # of all files in zips, as hatchling has it in wheels: equal contents, equal bytes
+_INSTRUCTORS_EXTRAS = ("grading", "postgres", "cluster")  # extras of labcourse that students have no use for
+_EXTRA_MARKER = re.compile(r"\s*(?:;|\band\b)\s*extra == ['\"]([^'\"]+)['\"]$")  # the end of a requirement
 
 #: The content of a withheld module in a release.
 _STUB = """\
@@ -49,14 +49,12 @@ raise ImportError(
 )
 """
 
+_SAME_BENCH = "Everybody in the course has the same virtual bench."
 _BENCH_TEXT = {
     OWN: "Your own virtual bench is made from it.",
-    SAME: "Everybody in the course has the same virtual bench.",
-    PRESET: "Everybody in the course has the same virtual bench.",
-    REAL: (
-        "You are marked by what you record at the laboratory's own bench: your\nnotebooks store it in the folder "
-        "`recordings`, which is handed in with them."
-    ),
+    SAME: _SAME_BENCH,
+    PRESET: _SAME_BENCH,
+    REAL: "You are marked by what you record at the laboratory's own bench: the folder `recordings` is handed in, too.",
 }
 
 
@@ -150,7 +148,7 @@ def build(course: Course, folder: Path, with_data: bool = False) -> tuple[str, .
         shutil.copytree(course.data, folder / DATA, ignore=shutil.ignore_patterns(*_UNCOPIED))
     readme = _README.read_text(encoding="utf-8").format(
         title=course.title,
-        python=wheels.python(),
+        python=_python(),
         first=Path(next(iter(texts))).stem,
         bench=_BENCH_TEXT[course.settings.bench.which],
         command=course.command,
@@ -188,9 +186,7 @@ def release(course: Course, out: Path, with_data: bool = False, replace: bool = 
         names = build(course, built, with_data)
         course_json = course_file.read(built / NOTEBOOKS) or {}
         _pack_wheels(course, built, course_json[course_file.RELEASE])
-        sources = [course.folder, *map(package_folder, (PACKAGE, *course.packages))]
-        named = {f"{course.name}/{name}": path for name, path in files_in(built).items()}
-        packed = zip_files(named, zip_time_of(sources))
+        packed = zip_files({f"{course.name}/{name}": path for name, path in files_in(built).items()})
         files.write(archive, packed)  # first: if the disk is full, the earlier release stays whole
         if folder.exists():
             shutil.rmtree(folder)
@@ -217,30 +213,16 @@ def _course_json(course: Course, folder: Path) -> dict[str, Any]:
     }
     if settings.report.page_limit is not None:  # without one, names of releases stay the same
         course_json[course_file.PAGE_LIMIT] = settings.report.page_limit
-    if settings.given:
-        course_json[starts.GIVEN] = _given_values(course)
+    if settings.given:  # with own benches, each student's session works the values out
+        start, bench = starts.find(course.catalogue, settings.given), settings.bench
+        if bench.which != OWN and course.given is None:
+            raise GradingError("The course does not say what is given: course.py should define it (Course.given).")
+        values = course.given(start.name, "", bench) if bench.which != OWN and course.given else None
+        course_json[starts.GIVEN] = starts.as_json(start, values)
     name = releases.name_of(folder, course_json, settings.term or course.name)
     # The version of Python is no part of the name: work under another version is the same.
     python = settings.python or f"{sys.version_info.major}.{sys.version_info.minor}"
     return {**course_json, course_file.RELEASE: name, course_file.PYTHON: python}
-
-
-def _given_values(course: Course) -> dict[str, Any]:
-    """Return what is given to a class that begins in the middle, for ``course.json``.
-
-    With own benches it has no values: each student's session works them out.
-
-    Raises
-    ------
-    GradingError
-        If the course has no function ``given``.
-    """
-    start, bench = starts.find(course.catalogue, course.settings.given), course.settings.bench
-    if bench.which == OWN:
-        return starts.as_json(start, None)
-    if course.given is None:
-        raise GradingError("The course does not say what is given: course.py should define it (Course.given).")
-    return starts.as_json(start, course.given(start.name, "", bench))
 
 
 def _copy_package(package: Path, target: Path) -> None:
@@ -262,52 +244,114 @@ def _pack_wheels(course: Course, folder: Path, release: str) -> None:
     for name in (NOTEBOOKS, DATA):
         if (folder / name).is_dir():
             shutil.copytree(folder / name, home / name)
-    _write_text(folder / "LICENSE", wheels.licence())
-    wheel_files = [wheels.build(folder / PACKAGE, f"students.{releases.digest(folder / PACKAGE)}", folder / WHEELS)]
+    _write_text(folder / "LICENSE", importlib.metadata.distribution(PACKAGE).read_text("licenses/LICENSE") or "")
+    wheel_files = [_build_wheel(folder / PACKAGE, f"students.{releases.digest(folder / PACKAGE)}", folder / WHEELS)]
     (folder / "LICENSE").unlink()  # that was labcourse's, for its wheel; the course has its own, or none
     if (licence := course.folder.parent / "LICENSE").is_file():
         shutil.copy(licence, folder / licence.name)
     for name in course.packages:
         brings = course.package if course.package.partition(".")[0] == name else ""
         local = f"course.{release.rpartition('-')[2]}"
-        wheel_files.append(wheels.build(folder / name, local, folder / WHEELS, brings, course.requires))
+        wheel_files.append(_build_wheel(folder / name, local, folder / WHEELS, brings, course.requires))
     for name in (PACKAGE, *course.packages):
         shutil.rmtree(folder / name)
-    _write_text(folder / "pyproject.toml", wheels.release_project(course.name, course.title, wheel_files))
+    _write_text(folder / "pyproject.toml", _project(course.name, course.title, wheel_files))
 
 
-def zip_files(files: Mapping[str, Path], date: ZipTime) -> bytes:
-    """Zip files; the same names, contents and date give the same bytes.
-
-    Parameters
-    ----------
-    files : name in the zip → file
-    date : of all of them
-    """
+def zip_files(files: Mapping[str, Path]) -> bytes:
+    """Zip files, name in the zip → file; the same names and contents give the same bytes."""
     packed = io.BytesIO()
     with zipfile.ZipFile(packed, "w") as archive:
         for name, path in files.items():
-            entry = zipfile.ZipInfo(name, date)
+            entry = zipfile.ZipInfo(name, _DATE)
             entry.create_system = 3  # Unix, on whatever system it is made: the attributes are Unix's
             entry.external_attr = 0o644 << 16
             archive.writestr(entry, path.read_bytes(), zipfile.ZIP_DEFLATED)
     return packed.getvalue()
 
 
-def zip_time_of(folders: Iterable[Path]) -> ZipTime:
-    """Return the time of the last commit that changed something in one of the folders, in UTC, as zips have it.
+# --- wheels, and the project that installs them all by ``pip install .`` ----------------------------------------------
 
-    The same sources give the same bytes. A folder that is in no repository, as that of an installed package, counts by
-    its newest file.
+
+def _build_wheel(package: Path, local: str, out: Path, course: str = "", requires: Sequence[str] = ()) -> Path:
+    """Make the wheel of a package as students get it.
+
+    Parameters
+    ----------
+    package : its folder; if it is of an installed distribution, the metadata is taken from that
+    local : the local part of the version, as "course.3f2a9c41"
+    out : folder for the wheel; made if needed
+    course : import name of the course's package, if it is in this one
+    requires : what the course needs besides, as pip takes it
+
+    Returns
+    -------
+    Path
+        The wheel.
     """
-    newest = max(map(_source_time, folders))
-    return time.gmtime(min(max(newest, _FIRST_ZIP_TIME), _LAST_ZIP_TIME))[:6]
+    from hatchling.builders.wheel import WheelBuilder
+    from hatchling.metadata.core import ProjectMetadata
+    from hatchling.plugin.manager import PluginManager
+
+    root = str(package.parent)
+    tool = {"hatch": {"build": {"ignore-vcs": True, "targets": {"wheel": {"packages": [package.name]}}}}}
+    config = {"project": _wheel_metadata(package.name, local, course, requires), "tool": tool}
+    builder = WheelBuilder(root, metadata=ProjectMetadata(root, PluginManager(), config))
+    out.mkdir(exist_ok=True)
+    return Path(next(iter(builder.build(directory=str(out), versions=["standard"]))))
 
 
-def _source_time(folder: Path) -> float:
-    """Return when something in a folder was committed last, or else when its newest file was written, s since 1970."""
-    command = ["git", "log", "-1", "--format=%ct", "--", "."]
-    with contextlib.suppress(OSError, subprocess.SubprocessError, ValueError):  # no git, no repository, or no commit
-        return int(subprocess.run(command, cwd=folder, capture_output=True, timeout=20, check=True).stdout)
-    sources = (path for name, path in files_in(folder).items() if not _NOT_SOURCE.search(f"/{name}"))
-    return max(path.stat().st_mtime for path in sources)
+def _wheel_metadata(package: str, local: str, course: str, requires: Sequence[str]) -> dict[str, Any]:
+    """Return the metadata of a wheel, as in the table ``[project]``. Parameters as for :func:`build`, by name."""
+    distribution = _installed_distribution(package)
+    needed, extras = _requirements(distribution)
+    entry_points: dict[str, dict[str, str]] = defaultdict(dict)
+    for point in distribution.entry_points if distribution else ():
+        entry_points[point.group][point.name] = point.value
+    if course:
+        entry_points[GROUP].setdefault(course.partition(".")[0], course)
+    is_engine = package == PACKAGE
+    return {
+        "name": distribution.name if distribution else package,
+        "version": f"{distribution.version if distribution else labcourse.__version__}+{local}",
+        "requires-python": f">={_python()}",
+        "dependencies": needed if is_engine else [*needed, f"{PACKAGE}=={labcourse.__version__}", *requires],
+        "optional-dependencies": extras if is_engine else {},
+        "scripts": entry_points["console_scripts"],
+        "entry-points": {GROUP: entry_points[GROUP]} if entry_points[GROUP] else {},
+    }
+
+
+def _installed_distribution(package: str) -> Distribution | None:
+    """Find the distribution that a package was installed by; None for a package that lies beside a course."""
+    names = importlib.metadata.packages_distributions().get(package, [package])
+    try:
+        return importlib.metadata.distribution(names[0])
+    except importlib.metadata.PackageNotFoundError:
+        return None
+
+
+def _requirements(distribution: Distribution | None) -> tuple[list[str], dict[str, list[str]]]:
+    """Return the requirements of a distribution, and those of its extras for students: extra → requirements."""
+    needed: list[str] = []
+    extras: dict[str, list[str]] = {}
+    for requirement in (distribution.requires or []) if distribution else []:
+        extra = _EXTRA_MARKER.search(requirement)
+        if extra is None:
+            needed.append(requirement)
+        elif extra[1] not in _INSTRUCTORS_EXTRAS:
+            extras.setdefault(extra[1], []).append(requirement[: extra.start()])
+    return needed, extras
+
+
+def _project(name: str, title: str, wheel_files: Sequence[Path]) -> str:
+    """Write the ``pyproject.toml`` of a release: a project without files, which needs the wheels beside it."""
+    wheels = [f"{path.name.partition('-')[0]} @ {{root:uri}}/{path.parent.name}/{path.name}" for path in wheel_files]
+    texts = {"name": name, "title": title, "dependencies": wheels}  # texts and lists in JSON are valid TOML, too
+    as_toml = {key: json.dumps(value, ensure_ascii=False) for key, value in texts.items()}
+    return _PROJECT.read_text(encoding="utf-8").format(python=_python(), **as_toml)
+
+
+def _python() -> str:
+    """Return the oldest version of Python that labcourse runs on, as "3.11"."""
+    return importlib.metadata.metadata(PACKAGE)["Requires-Python"].removeprefix(">=")

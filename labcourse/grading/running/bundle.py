@@ -39,7 +39,6 @@ from labcourse.run.alignment import source_of
 INSIDE = "labcourse_inside"  #: package beside the course's packages: the programs that run notebooks
 FONTS = "matplotlib"  #: folder beside them, with matplotlib's list of fonts
 _PROGRAMS = Path(__file__).resolve().parent / "inside"
-_ZIP_DATE = (1980, 1, 1, 0, 0, 0)  # the first that a zip can have
 _SHOWN = 60  # characters of a name from a student's file
 
 Cells = frozenset[tuple[str, str]]  # notebook's file name, source
@@ -279,7 +278,7 @@ def _pack(packages: Mapping[str, Path]) -> bytes:
     for package, folder in packages.items():
         paths = releases.files_in(folder)
         files |= {f"{package}/{name}": path for name, path in paths.items() if path.suffix != ".pyc"}
-    return student_course.zip_files(files, _ZIP_DATE)
+    return student_course.zip_files(files)
 
 
 # --- where it is run --------------------------------------------------------------------------------------------------

@@ -11,7 +11,6 @@ import tomllib
 import zipfile
 from dataclasses import replace
 from importlib import metadata
-from pathlib import Path
 
 import nbformat
 import pytest
@@ -52,23 +51,6 @@ def test_every_solution_becomes_one_line_at_its_own_indentation():
     assert cell.source == "x = None\n# Your code here.\ndef f():\n    # Your code here.\n    return None"
 
 
-def test_instructor_cells_go_and_the_others_stay():
-    kept = stripped(
-        code("1", "a"), code("2", "b", tags=["instructor", "x"]), nbformat.v4.new_markdown_cell("w", id="c")
-    )
-    assert [cell.id for cell in kept] == ["a", "c"]
-
-
-def test_outputs_counts_and_traces_of_a_run_go_and_grading_metadata_stays():
-    cell = answer("### BEGIN SOLUTION\n1\n### END SOLUTION")
-    cell.outputs = [nbformat.v4.new_output("stream", text="K_s = 1.4")]
-    cell.execution_count = 7
-    cell.metadata["execution"] = {"iopub.status.busy": "2026"}
-    (kept,) = stripped(cell)
-    assert (kept.outputs, kept.execution_count) == ([], None)
-    assert set(kept.metadata) == {"deletable", "nbgrader", "labcourse"}
-
-
 @pytest.mark.parametrize(
     "source",
     [
@@ -85,41 +67,21 @@ def test_an_answer_that_would_be_released_with_its_solution_is_refused_by_name(s
         stripped(answer(source))
 
 
-@pytest.mark.parametrize("place", ["before", "in", "after"])
 @pytest.mark.parametrize(
     "spelt",
     [
-        *(
-            "### Begin Solution",
-            "### begin solution",
-            "###BEGIN SOLUTION",
-            "# BEGIN SOLUTION",
-            "### BEGIN SOLUTION ###",
-        ),
-        *("### BEGIN  SOLUTION", "### BEGIN\tSOLUTION", "### BEGIN\u00a0SOLUTION", "### BEGIN_SOLUTION"),
-        *("### BeginSolution", "### BEGIN-SOLUTIONS", "### beg\u0131n solution", "x = 0  ### BEGIN SOLUTION"),
+        *("### Begin Solution", "###BEGIN SOLUTION", "### BEGIN SOLUTION ###", "### BEGIN\u00a0SOLUTION"),
+        *("### BEGIN_SOLUTION", "### BEGIN-SOLUTIONS", "### beg\u0131n solution", "x = 0  ### BEGIN SOLUTION"),
     ],
 )
 @pytest.mark.parametrize("kind", ["code", "words"])
-def test_a_second_mark_in_other_letters_beside_a_right_pair_is_refused(kind, spelt, place):
+def test_a_second_mark_in_other_letters_beside_a_right_pair_is_refused(kind, spelt):
     begin, end, cell = (BEGIN, END, answer) if kind == "code" else (words.BEGIN, words.END, in_words)
-    other = spelt.replace("egin", "nd").replace("EGIN", "ND").replace("BND", "END").replace("Bnd", "End")
-    second = f"{spelt}\nsecret = 2\n{other}"
-    right = f"{begin}\nsecret = 1\n{second if place == 'in' else ''}\n{end}"
-    source = {"before": f"{second}\n{right}", "in": right, "after": f"{right}\n{second}"}[place]
     with pytest.raises(GradingError):
-        released_cells(cell(source))
-
-
-def test_prose_and_names_that_only_contain_the_words_of_a_mark_are_no_mark():
-    source = "backendsolution = weekend_solutions\n# at the end. Solution: see above"
-    assert stripped(code(source))[0].source == source
-
-
-def test_a_solution_outside_of_an_answer_cell_is_refused():
-    for source in ("### BEGIN SOLUTION\nx\n### END SOLUTION", f"{words.BEGIN}\nx\n{words.END}"):
-        with pytest.raises(GradingError, match=r"demo\.ipynb, cell 'm'"):
-            stripped(nbformat.v4.new_markdown_cell(source, id="m"))
+        released_cells(cell(f"{begin}\nsecret = 1\n{end}\n{spelt}\nsecret = 2"))
+    with pytest.raises(GradingError):
+        released_cells(cell(f"{begin}\nsecret = 1\n{spelt}\n{end}"))
+    assert stripped(code("backendsolution = 1\n# at the end. Solution: see above"))
 
 
 HEADING = words.heading("Your answer: 1.1, why")
@@ -161,13 +123,6 @@ def test_a_model_answer_in_words_becomes_a_line_to_be_written_over_and_its_pictu
 def test_a_model_answer_that_would_be_released_is_refused_by_name(source):
     with pytest.raises(GradingError, match=r"demo\.ipynb, cell 'q1-1-why'"):
         released_cells(in_words(source))
-
-
-def test_an_answer_cell_for_words_that_does_not_say_whose_is_refused():
-    cell = in_words(f"{HEADING}\n{words.BEGIN}\nx\n{words.END}")
-    del cell.metadata[words.KEY]
-    with pytest.raises(GradingError, match=r'"labcourse": \{"question"'):
-        released_cells(cell)
 
 
 def test_points_of_words_are_their_own_and_code_says_which_question_it_answers():
@@ -242,12 +197,7 @@ def test_a_release_holds_what_a_student_needs_and_nothing_else(released, install
 
 @pytest.mark.parametrize(
     ("policy", "said"),
-    [
-        (BenchPolicy(), "own virtual bench"),
-        (BenchPolicy("same", seed=3), "same virtual bench"),
-        (BenchPolicy("preset", preset="real_bench"), "same virtual bench"),
-        (BenchPolicy("real", benches=("north",)), "laboratory's own bench"),
-    ],
+    [(BenchPolicy(), "own virtual bench"), (BenchPolicy("real", benches=("north",)), "laboratory's own bench")],
 )
 def test_the_readme_says_whose_the_bench_is(tmp_path, policy, said):
     course = replace(OURS, settings=replace(OURS.settings, bench=policy))
@@ -272,18 +222,6 @@ def test_a_release_holds_nothing_of_the_modules_that_the_course_withholds(instal
         done = _run_in(installed, "-c", f"import {module}")
         assert (done.returncode, done.stderr.splitlines()[-1].partition(":")[0]) == (1, "ImportError")
         assert f"{module} is not in your course" in done.stderr
-
-
-def test_no_module_that_students_get_needs_one_that_is_withheld(installed):
-    code = "import importlib, pkgutil, rotflex\nfor one in pkgutil.iter_modules(rotflex.__path__):\n"
-    code += f"    one.name in {[name.partition('.')[2] for name in OURS.withheld]} or one.name == '__main__' or "
-    done = _run_in(installed, "-c", f"{code}importlib.import_module(f'rotflex.{{one.name}}')")
-    assert done.returncode == 0, done.stderr
-
-
-def test_a_withheld_module_that_does_not_exist_is_refused(tmp_path):
-    with pytest.raises(GradingError, match=r"rotflex\.modle"):
-        student_course.build(replace(OURS, withheld=("rotflex.modle",)), tmp_path / "out")
 
 
 def test_hidden_files_and_what_python_leaves_are_not_released_from_wherever(tmp_path, monkeypatch):
@@ -328,19 +266,12 @@ def _solution_lines(source):
     return lines
 
 
-def test_released_notebooks_are_valid_and_without_outputs(released):
-    for name in released.notebooks:
-        notebook = nbformat.read(released.folder / "notebooks" / name, as_version=4)
-        nbformat.validate(notebook)
-        assert not [cell for cell in notebook.cells if cell.get("outputs") or cell.get("execution_count")]
-        assert set(notebook.metadata) == {"kernelspec", "language_info"}
-
-
 def test_the_zip_holds_the_folder_and_is_the_same_every_time(released, tmp_path):
     again = student_course.release(OURS, tmp_path)
     assert again.archive.read_bytes() == released.archive.read_bytes()
     with zipfile.ZipFile(again.archive) as packed:
         names = set(packed.namelist())
+        assert {entry.date_time[:3] for entry in packed.infolist()} == {(2020, 2, 2)}
     assert names == {
         f"rotflex-course/{path.relative_to(again.folder).as_posix()}"
         for path in again.folder.rglob("*")
@@ -373,13 +304,6 @@ def test_the_released_command_has_no_instructors_commands(installed):
     assert " grade " not in done.stdout and " release " not in done.stdout
 
 
-def test_the_released_package_stands_alone(installed):
-    done = _run_in(installed, "-c", "import rotflex.course.lab, labcourse.grading")
-    assert "No module named 'labcourse.grading'" in done.stderr
-    done = _run_in(installed, "-c", "import rotflex.course.lab; print(rotflex.__file__)")
-    assert Path(done.stdout.strip()).is_relative_to(installed)
-
-
 def _run_in(folder, *arguments):
     return subprocess.run([sys.executable, *arguments], cwd=folder, capture_output=True, text=True, check=False)
 
@@ -403,12 +327,6 @@ def test_an_earlier_release_is_only_replaced_when_asked_and_if_there_is_room(tmp
     student_course.release(OURS, tmp_path, replace=True)
     assert not (first.folder / "notebooks" / "answers.json").exists()
     assert not [path for path in tmp_path.iterdir() if path.name.startswith(".")]
-
-
-def test_a_course_without_notebooks_is_refused(tmp_path):
-    with pytest.raises(GradingError, match="no notebooks"):
-        student_course.release(replace(OURS, folder=tmp_path), tmp_path / "out")
-    assert not (tmp_path / "out" / "rotflex-course").exists()
 
 
 def test_a_notebook_that_nothing_leads_to_is_not_deleted_but_reported(tmp_path):

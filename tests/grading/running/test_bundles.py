@@ -151,7 +151,7 @@ def test_the_same_content_has_the_same_name_and_is_kept_once(two, course, tmp_pa
     before = sorted(path.name for path in course.releases.iterdir())
     said = two_releases.release(two.course.parent, tmp_path / "again")
     name = two.about(two.second)["release"]
-    assert f"Release {name}, kept as {course.releases / name}.zip" in said
+    assert f"Release {name}, stored as {course.releases / name}.zip" in said
     assert sorted(path.name for path in course.releases.iterdir()) == before
 
 
@@ -165,7 +165,7 @@ def test_a_trial_is_not_kept(two, course, tmp_path):
     finally:
         for path, text in zip(files, written, strict=True):
             path.write_text(text, encoding="utf-8")
-    assert "not kept: what is done with it is run with the course as it is." in said
+    assert "not stored: what is done with it is run with the course as it is." in said
     assert two.about(two.second)["release"] not in said
     assert sorted(path.name for path in course.releases.iterdir()) == before
 
@@ -193,8 +193,8 @@ def damaged():
         ({"x/pyproject.toml": "", "x/springlab/__init__.py": ""}, "it holds no notebooks"),
         ({"x/pyproject.toml": "", "x/notebooks/a.ipynb": "{"}, "a.ipynb: it is not JSON"),
         (WHOLE, "its course.json does not name the release"),
-        ({**WHOLE, "x/notebooks/course.json": "["}, "course.json: "),
-        ({**WHOLE, "x/notebooks/course.json": '{"bench": {"which": "x"}}'}, 'course.json: "bench" should be'),
+        ({**WHOLE, "x/notebooks/course.json": "["}, "course.json"),
+        ({**WHOLE, "x/notebooks/course.json": '{"bench": {"which": "x"}}'}, '"bench" should be'),
     ],
     ids=["no zip", "damaged", "no project", "no notebooks", "no notebook", "no name", "no JSON", "no policy"],
 )
