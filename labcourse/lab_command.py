@@ -26,7 +26,7 @@ class LabCommand(typer.core.TyperCommand):
         known = {"--help", *(name for parameter in self.params for name in parameter.opts)}
         for word in itertools.takewhile(lambda word: word != "--", args):
             if word.startswith("-") and word.partition("=")[0] not in known:
-                example = f"{ctx.command_path} -- {word}"
+                example = f"{program.name()} lab -- {word}"
                 raise typer.BadParameter(
                     f"There is no option {word}. If it is JupyterLab's, write it after --: {example}"
                 )
@@ -136,24 +136,20 @@ def fill(folder: Path, student: str | None = None) -> list[str]:
     if folder.exists() and not folder.is_dir():
         raise ConfigurationError(f"{folder} is not a folder.")
     folder.mkdir(parents=True, exist_ok=True)
-    at_home, begun = _is_home(folder, course), _release_of(folder)
-    lines = [] if at_home else _updated(folder, course, student)
-    if begun is not None and begun == _release_of(course):
-        lines += _missing(folder, course)
-    elif not at_home:
-        lines += _copied(folder, course)
+    lines, begun = [], _about(folder).get(course_file.RELEASE)
+    if not _is_home(folder, course):
+        lines += _updated(folder, course, student)
+        if begun is None or begun != _release_of(course):
+            lines += _copied(folder, course)
+        elif names := [path.stem for path in sorted(course.glob("*.ipynb")) if not (folder / path.name).exists()]:
+            # Some hand out a course week by week.
+            lines.append(f"Not in {folder}: {', '.join(names)}. {program.name()} restore NAME brings one.")
     if student is not None:
         # In a checkout, the bench is as it is drawn now: a file that names the student alone is of the first draw.
         now = {} if _release_of(course) else {"draw": installed.draw}
         _write_course(folder, {**(_about(folder) or now), course_file.STUDENT: student})
         lines.append(f"Student: {student}")
     return lines
-
-
-def _missing(folder: Path, course: Path) -> list[str]:
-    """Name the notebooks that a folder of this release lacks: some hand out a course week by week."""
-    names = [path.stem for path in sorted(course.glob("*.ipynb")) if not (folder / path.name).exists()]
-    return [f"Not in {folder}: {', '.join(names)}. {program.name()} restore NAME brings one."] if names else []
 
 
 def _copied(folder: Path, course: Path) -> list[str]:

@@ -14,7 +14,7 @@ from typer.testing import CliRunner
 
 from labcourse import course_place, courses, lab_command
 from labcourse.grading.isolation.selftest import Attempt, Layer
-from rotflex import __version__, cli
+from rotflex import cli
 from rotflex.course.lab import Lab
 from rotflex.hil.student_benches import DRAW
 
@@ -65,11 +65,6 @@ def test_help_does_not_load_what_only_a_command_needs():
     assert done.stdout.strip() == "[]"
 
 
-def test_python_dash_m_is_the_command_and_shows_the_version():
-    done = subprocess.run([sys.executable, "-m", "rotflex", "--version"], capture_output=True, text=True, check=False)
-    assert (done.returncode, done.stdout.strip()) == (0, f"rotflex {__version__}")
-
-
 def test_lab_fills_a_new_folder_and_opens_it(course, opened):
     """With the ID as it is kept; recordings come with a release alone, never from a checkout."""
     assert rotflex("lab", "work", "--student", " ju\u0308rgen").exit_code == 0
@@ -95,13 +90,6 @@ def test_work_that_begins_in_a_checkout_has_the_bench_of_now_with_and_without_an
         assert rotflex("lab", folder, "--student", "ada").exit_code == 0
         now = Lab("ada", "virtual", Path(folder), quiet=True)
         assert begun.joint == now.joint == TrueBench("ada").joint
-
-
-def test_work_that_was_begun_under_the_first_draw_stays_there(course, opened):
-    Path("work").mkdir()
-    Path("work/course.json").write_text('{"student": "ada"}')
-    assert rotflex("lab", "work", "--student", "eve").exit_code == 0
-    assert about_work() == {"student": "eve"}
 
 
 def test_a_course_file_that_cannot_be_written_is_an_error_in_words(course, opened):
@@ -134,13 +122,6 @@ def released(course):
     for name in ("00_start.ipynb", "01_next.ipynb"):
         (course / "notebooks" / name).write_bytes(saved(notebook(text("title", "# New"), answer("q1", "k = None"))))
     return course
-
-
-def test_lab_writes_down_the_release_and_whose_folder_it_is(released, opened):
-    assert rotflex("lab", "work").exit_code == 0
-    assert about_work() == RELEASED
-    assert rotflex("lab", "work", "--student", "Ada").exit_code == 0
-    assert about_work() == {**RELEASED, "student": "Ada"}
 
 
 @pytest.mark.parametrize("about", [None, {"student": "ada"}, {"student": "ada", "release": "2025-y", "with": ["bob"]}])
@@ -176,14 +157,6 @@ def test_lab_adds_no_notebook_to_a_folder_of_the_same_release_and_names_what_is_
     assert {path.name for path in Path("work").iterdir()} == {"00_start.ipynb", "course.json"}
 
 
-def test_lab_tells_that_the_bench_is_another(released, opened):
-    Path("work").mkdir()
-    Path("work/00_start.ipynb").write_bytes(saved(notebook(text("title", "# New"))))
-    for bench in ({"which": "same", "seed": 3}, 3):
-        Path("work/course.json").write_text(json.dumps({"student": "ada", "bench": bench}))
-        assert "another bench" in rotflex("lab", "work").output
-
-
 def test_lab_leaves_a_notebook_that_it_cannot_read_and_tries_again(released, opened):
     Path("work").mkdir()
     Path("work/00_start.ipynb").write_text("{")
@@ -192,15 +165,6 @@ def test_lab_leaves_a_notebook_that_it_cannot_read_and_tries_again(released, ope
         assert "00_start.ipynb could not be read" in rotflex("lab", "work").output
     assert Path("work/00_start.ipynb").read_text() == "{"
     assert about_work()["release"] == "2025-y"
-
-
-def test_lab_leaves_a_broken_course_file_and_tells_unless_it_is_given_the_student(released, opened):
-    Path("work").mkdir()
-    Path("work/course.json").write_text('{"student": "ada"')
-    assert 'course.json should be {"student": "your id"}' in " ".join(rotflex("lab", "work").output.split())
-    assert Path("work/course.json").read_text() == '{"student": "ada"'
-    assert rotflex("lab", "work", "--student", "ada").exit_code == 0
-    assert about_work() == {**RELEASED, "student": "ada"}
 
 
 @pytest.fixture
@@ -213,12 +177,6 @@ def test_lab_asks_for_the_id_where_there_is_none_and_once_only(course, opened, a
     assert done.output.count("Your student ID") == 2 and "'a/b'" in done.output
     assert about_work()["student"] == "Ada" and len(opened) == 1
     assert "Your student ID" not in rotflex("lab", "work").output
-
-
-def test_who_gives_no_id_can_work_and_is_told(course, opened, at_a_terminal):
-    done = CliRunner().invoke(cli.app, ["lab", "work"], input="\n")
-    assert done.exit_code == 0 and "--student YOUR-ID" in done.output and len(opened) == 1
-    assert not Path("work/course.json").exists()
 
 
 def test_lab_opens_the_courses_own_notebooks_as_they_are_and_asks_nothing(course, opened, at_a_terminal, monkeypatch):
@@ -242,28 +200,11 @@ def test_no_second_course_is_begun_inside_a_course(course, opened, monkeypatch, 
     assert not list(work.glob("*/*.ipynb"))
 
 
-def test_lab_comes_back_to_the_folder_of_last_time_from_anywhere(course, opened, tmp_path, monkeypatch):
-    rotflex("lab", "work", "--student", "ada")
-    work = Path("work").resolve()
-    (tmp_path / "elsewhere").mkdir()
-    monkeypatch.chdir(tmp_path / "elsewhere")
-    done = rotflex("lab")
-    assert opened[-1] == (work, []) and "as last time" in done.output and not list(Path().iterdir())
-    done = rotflex("lab", "new", "--student", "bob")
-    assert "A new course is begun in new. The last one is in" in done.output
-    assert opened[-1] == (Path("new"), [])
-
-
-@pytest.mark.parametrize(
-    ("words", "folder", "options"),
-    [
-        (["--", "--no-browser"], "notebooks", ["--no-browser"]),
-        (["--student", "ada", "work", "--", "--no-browser", "--port", "1"], "work", ["--no-browser", "--port", "1"]),
-    ],
-)
-def test_lab_hands_on_jupyterlabs_own_options(course, opened, words, folder, options):
-    assert rotflex("lab", *words).exit_code == 0
-    assert opened == [(Path(folder), options)]
+def test_lab_passes_on_jupyterlabs_own_options_and_says_where_they_go(course, opened):
+    done = rotflex("lab", "--no-browser")
+    assert done.exit_code == 2 and "rotflex lab -- --no-browser" in " ".join(done.output.replace("│", " ").split())
+    assert rotflex("lab", "--student", "ada", "work", "--", "--no-browser", "--port", "1").exit_code == 0
+    assert opened == [(Path("work"), ["--no-browser", "--port", "1"])]
 
 
 @pytest.mark.parametrize(
@@ -292,33 +233,6 @@ def test_release_says_what_it_made_and_keeps_it(tmp_path):
     written = json.loads((notebooks / "course.json").read_text())
     here = f"{sys.version_info.major}.{sys.version_info.minor}"
     assert written == {**about, "reflect": "on", "release": kept.stem, "python": here}
-
-
-def test_a_release_that_cannot_be_kept_is_made_and_it_is_told(tmp_path):
-    course = copied(tmp_path / "course", ["00_start.ipynb"])
-    (tmp_path / "course" / "releases").write_text("in the way")
-    done = rotflex("release", tmp_path / "out", "--solutions", course)
-    assert done.exit_code == 2
-    assert "cannot be stored" in " ".join(done.output.split())
-    assert (tmp_path / "out" / "rotflex-course.zip").exists()
-
-
-def test_settings_that_are_not_understood_stop_every_command_in_words(tmp_path):
-    course = copied(tmp_path / "course", ["00_start.ipynb"])
-    (course / "course.toml").write_text('[bench]\nwhich = "mine"\n')
-    done = rotflex("release", tmp_path / "out", "--solutions", course)
-    assert done.exit_code == 2
-    said = " ".join(done.output.split())
-    assert "course.toml" in said and "bench.which" in said and "'mine'" in said
-
-
-@pytest.mark.parametrize("command", [["release", "out"], ["make-notebooks"]])
-def test_a_place_without_a_course_is_an_error_in_words(tmp_path, monkeypatch, command):
-    monkeypatch.setattr("labcourse.grading.course._solutions_beside_installed", lambda: None)
-    monkeypatch.chdir(tmp_path)
-    done = rotflex(*command)
-    assert done.exit_code == 2
-    assert "rotflex:" in done.output and str(tmp_path) in "".join(done.output.split())
 
 
 def test_without_the_instructors_libraries_a_command_says_what_to_install(monkeypatch):
@@ -382,19 +296,6 @@ def test_grade_without_submissions_is_an_error_in_words(tmp_path, make, isolated
     assert not (tmp_path / "out").exists()
 
 
-def test_grade_says_who_could_not_be_graded_and_ends_with_1(tmp_path, isolated):
-    done = graded(tmp_path, student="[red]ada")
-    assert done.exit_code == 1
-    assert "[red]ada" in done.output  # not taken for markup
-    assert "Run in isolation." in done.output
-    assert "cannot be read" in (tmp_path / "out" / "grades.csv").read_text()
-
-
-def test_results_among_the_submissions_are_refused(tmp_path, isolated):
-    done = graded(tmp_path, out="in/out")
-    assert done.exit_code == 2 and not (tmp_path / "in" / "out").exists()
-
-
 def test_folders_in_the_wrong_order_are_refused(tmp_path, isolated):
     graded(tmp_path)
     done = rotflex("grade", tmp_path / "in", tmp_path / "out", "--solutions", ROOT)
@@ -418,17 +319,9 @@ def test_what_was_graded_can_be_marked_again_and_by_hand_and_looked_back_on(tmp_
     assert "prof: Told me \\x1b[31m." in done.output
 
 
-@pytest.mark.parametrize(
-    "words",
-    [
-        ("regrade", ..., "--solutions", ROOT),
-        ("history", ...),
-        ("mark", ..., "ada", "2.11", "explanation", "1", "--reason", "x", "--by", "y"),
-    ],
-    ids=["regrade", "history", "mark"],
-)
+@pytest.mark.parametrize("words", [("regrade", "--solutions", ROOT), ("history",), ("outcomes", "sheets")])
 def test_a_slip_in_the_name_of_a_gradebook_makes_no_new_one(tmp_path, words):
-    done = rotflex(*(tmp_path / "slip.sqlite" if word is ... else word for word in words))
+    done = rotflex(*words, tmp_path / "slip.sqlite")
     assert done.exit_code == 2
     assert "There is no gradebook" in done.output
     assert list(tmp_path.iterdir()) == []
@@ -442,10 +335,3 @@ def test_doctor_shows_the_layers_and_says_what_to_do(monkeypatch):
     assert "apt-get install bubblewrap" in done.output and "optional" in done.output
     data = json.loads(rotflex("doctor", "--json").output)
     assert data["good"] is False and data["layers"][0]["name"] == "bubblewrap" and data["attempts"] == []
-
-
-def test_doctor_tries_to_break_out(sandbox):
-    done = rotflex("doctor", "--json")
-    data = json.loads(done.output)
-    assert done.exit_code == 0 and data["good"]
-    assert len(data["attempts"]) > 8 and all(one["contained"] for one in data["attempts"] if one["needed"])

@@ -47,11 +47,6 @@ def test_an_option_of_one_name_means_the_same_everywhere(option):
     assert len(found) == 1
 
 
-def test_nothing_has_an_old_name():
-    options = {option for _, command in EVERY.values() for one in command.params for option in one.opts}
-    assert not options & {"--gradebook", "--as"}
-
-
 ENTRIES = "[labcourse.courses]\ntanks = tanks_course\nsprings = springs_course\n"
 
 

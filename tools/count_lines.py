@@ -77,7 +77,7 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
         ),
     ),
     "settings, release, commands, rest": (
-        3215,
+        3081,
         (
             "rotflex/cli.py",
             "labcourse/command_line.py",

@@ -30,7 +30,6 @@ from labcourse.grading.graded_run import Facts, facts_of
 from labcourse.grading.marking import marking
 from labcourse.grading.marking.digest import marking_digest
 from labcourse.grading.marking.marking_processes import Marker
-from labcourse.grading.reports.result import points
 from labcourse.grading.running import pdf_pages, runner
 from labcourse.grading.running.bundle import Bundle, Bundles
 from labcourse.grading.running.prepared import Prepared, content_digest, prepare
@@ -469,26 +468,6 @@ def leave_out_erased(
 
 
 @dataclass(frozen=True)
-class UnchangedMark:
-    """A mark by a person, which marking again does not change, and the mark that the key gives now."""
-
-    by_person: MarkRecord
-    by_key: MarkRecord
-
-    def __str__(self) -> str:
-        """Describe it, as "1.2, speed: 1.5 of 2, given by a person, stays; the key gives 2 of 2 (right)."."""
-        person, key = self.by_person, self.by_key
-        stays = f"{points(person.points)} of {points(person.out_of)}, {person.status}, stays"
-        other = f"; the key gives {points(key.points)} of {points(key.out_of)} ({key.status})"
-        return f"{person.question}, {person.part}: {stays}{other if key.points != person.points else ''}."
-
-    def as_data(self) -> dict[str, Any]:
-        """Return question, part and both points as plain data, for JSON."""
-        where = {"question": self.by_person.question, "part": self.by_person.part}
-        return {**where, "points": self.by_person.points, "by_key": self.by_key.points}
-
-
-@dataclass(frozen=True)
 class Regraded:
     """A student's marks before and after.
 
@@ -496,13 +475,13 @@ class Regraded:
     ----------
     before, after : as in the gradebook
     problem : why they could not be marked again; "" where they could
-    unchanged : marks by persons, which stay, of answers that the key marks, too
+    unchanged : marks by persons, which stay, where the key gives other points: question, part, "points", and "by_key"
     """
 
     before: Graded
     after: Graded
     problem: str = ""
-    unchanged: tuple[UnchangedMark, ...] = ()
+    unchanged: tuple[dict[str, Any], ...] = ()
 
 
 def regrade(gradebook: Gradebook, course: Course, questions: Collection[str] = (), jobs: int = 1) -> Iterator[Regraded]:
@@ -565,7 +544,10 @@ def _store_regraded(gradebook: Gradebook, regraded: Regraded, questions: Collect
     """Store the new marks. Return them as they count, with the marks by persons that stay."""
     reason = f"marked again: {', '.join(questions) or 'all questions'}"
     after = _record(gradebook, regraded.after, "labcourse regrade", reason)
-    by_key = {mark.where: mark for mark in regraded.after.marks if mark.status not in (GIVEN_BY_A_PERSON, *UNDECIDED)}
-    by_person = [mark for mark in after.marks if mark.status == GIVEN_BY_A_PERSON and mark.where in by_key]
-    unchanged = tuple(UnchangedMark(mark, by_key[mark.where]) for mark in by_person)
+    by_key = {mark.where: mark.points for mark in regraded.after.marks if mark.status not in UNDECIDED}
+    unchanged = tuple(
+        {"question": mark.question, "part": mark.part, "points": mark.points, "by_key": by_key[mark.where]}
+        for mark in after.marks
+        if mark.status == GIVEN_BY_A_PERSON and by_key.get(mark.where, mark.points) != mark.points
+    )
     return replace(regraded, after=after, unchanged=unchanged)

@@ -36,7 +36,6 @@ if TYPE_CHECKING:
 ALL_WELL, SOME_TROUBLE, NOT_ISOLATED = 0, 1, 3  #: exit codes; 2 is for any error that stops the command
 _COURSE, _CLASS, _PERSON = "Course", "Class", "Person"  # panels of --help
 _ANSWER_LENGTH = 60  # characters of an answer that are shown when it is marked
-_MOST_LINES = 30  # of one list; they fill a screen
 
 app = typer.Typer()
 requests = typer.Typer(help="Note, list and answer students' requests to look at an answer again.")
@@ -65,6 +64,27 @@ Jobs = Annotated[int, Option(min=1, help="Number of submissions to work on in pa
 DryRun = Annotated[bool, Option("--dry-run", help="Show what would be done, but change nothing.")]
 Force = Annotated[bool, Option("--force", help="Overwrite an existing file.")]
 Json = Annotated[bool, Option("--json", help="Print JSON for scripts: one object per line.")]
+NewName = Annotated[str, Argument(metavar="NAME", help="Name of the course's folder and of its package.")]
+Run = Annotated[bool, Option(help="Run the notebooks without and with solutions, and mark these.")]
+ReleaseFolder = Annotated[Path, Argument(metavar="OUT", help="Folder for it; made if needed.", file_okay=False)]
+WithData = Annotated[bool, Option("--with-data", help="Include the sample recordings.")]
+Replace = Annotated[bool, Option("--replace", help="Delete an earlier release in OUT.")]
+Keep = Annotated[bool, Option(help="Store the zip; grading needs it for work begun with it.")]
+RosterFile = Annotated[Path | None, Argument(metavar="FILE", help="A CSV, a line for each student.", dir_okay=False)]
+Remove = Annotated[list[str] | None, Option(metavar="ID", help="Remove this student; may be given several times.")]
+Questions = Annotated[list[str] | None, Option(help="Mark only this question; may be given several times.")]
+Students = Annotated[list[str] | None, Option(help="Only those of this student; may be given several times.")]
+Note = Annotated[str, Option(help="A remark for the record, for example: without the reports.")]
+Sections = Annotated[bool, Option(help="Show the sections of the class side by side.")]
+Points = Annotated[float, Argument(metavar="POINTS", min=0, help="Points to give.")]
+Reason = Annotated[str, Option(help="The reason, for the student and for the record.")]
+Expect = Annotated[float | None, Option(help="The points that are replaced; needed if a person gave them.")]
+FeedbackText = Annotated[str, Argument(metavar="TEXT", help="The text; it is shown in the student's feedback.")]
+OneQuestion = Annotated[str | None, Option(help="Only this question, as 1.11.")]
+OneStudent = Annotated[str | None, Argument(metavar="STUDENT", help="The student's ID; all students without it.")]
+Answered = Annotated[bool, Option("--all", help="Include answered requests.")]
+RequestNumber = Annotated[int, Argument(metavar="NUMBER", help="The request's number in 'requests list'.")]
+Zip = Annotated[Path, Argument(metavar="ZIP", help="The zip to write.", dir_okay=False)]
 
 
 def _file_of(marks: str) -> Path | None:
@@ -110,7 +130,7 @@ def _students(count: int) -> str:
 
 
 @app.command(rich_help_panel=_COURSE)
-def new(name: Annotated[str, Argument(metavar="NAME", help="Name of the course's folder and of its package.")]) -> None:
+def new(name: NewName) -> None:
     """Make a folder with a small complete course, as a start for your own."""
     from labcourse.grading.new import make
 
@@ -128,10 +148,7 @@ def make_notebooks(course: CourseFolder = None) -> None:
 
 
 @app.command(rich_help_panel=_COURSE)
-def check_course(
-    course: CourseFolder = None,
-    run: Annotated[bool, Option(help="Run the notebooks without and with solutions, and mark these.")] = True,
-) -> None:
+def check_course(course: CourseFolder = None, run: Run = True) -> None:
     """Find what is missing or contradictory in a course: questions, key, cells, numbers in texts.
 
     Exit code: 0 no problems, 1 some problems.
@@ -152,11 +169,11 @@ def check_course(
 
 @app.command(rich_help_panel=_COURSE)
 def release(
-    out: Annotated[Path, Argument(metavar="OUT", help="Folder for the release; made if needed.", file_okay=False)],
+    out: ReleaseFolder,
     course: CourseFolder = None,
-    with_data: Annotated[bool, Option("--with-data", help="Include the sample recordings.")] = False,
-    replace: Annotated[bool, Option("--replace", help="Delete an earlier release in OUT.")] = False,
-    keep: Annotated[bool, Option(help="Store the zip; grading needs it.")] = True,
+    with_data: WithData = False,
+    replace: Replace = False,
+    keep: Keep = True,
 ) -> None:
     """Make the folder and zip that students get, without solutions, key and the instructor's modules."""
     from labcourse.grading.release import releases, student_course
@@ -191,14 +208,7 @@ def doctor(as_json: Json = False) -> None:
 
 
 @app.command(rich_help_panel=_CLASS)
-def roster(
-    marks: Marks,
-    file: Annotated[
-        Path | None, Argument(metavar="FILE", help="A CSV file with a line for each student.", dir_okay=False)
-    ] = None,
-    remove: Annotated[list[str] | None, Option(metavar="ID", help="Remove this student; may be given again.")] = None,
-    again: Again = None,
-) -> None:
+def roster(marks: Marks, file: RosterFile = None, remove: Remove = None, again: Again = None) -> None:
     """Read the names of a class from a CSV file into the gradebook, which is made if needed.
 
     The columns id, name, email and section are read. An empty cell changes nothing; a cell with - deletes the
@@ -440,7 +450,7 @@ def _read_table(desk: Desk, path: Path, by: str) -> None:
 def regrade(
     marks: Marks,
     course: CourseFolder = None,
-    question: Annotated[list[str] | None, Option(help="Mark only this question again; may be given again.")] = None,
+    question: Questions = None,
     out: Out = None,
     jobs: Jobs = 1,
     as_json: Json = False,
@@ -467,12 +477,14 @@ def regrade(
             failed |= bool(done.problem)
             faults |= dict.fromkeys(key_faults(done.after))
             if as_json:
-                left_alone = [mark.as_data() for mark in done.unchanged]
-                typer.echo(json.dumps({**change.as_data(), "left_alone": left_alone, "problem": done.problem}))
+                typer.echo(json.dumps({**change.as_data(), "left_alone": done.unchanged, "problem": done.problem}))
                 continue
             if done.problem:
                 say(f"{change.student}: {done.problem} The marks stay as they were.", err=True)
-            say(*([str(change)] if change.parts else []), *(f"{change.student}, {mark}" for mark in done.unchanged))
+            say(*([str(change)] if change.parts else []))
+            for mark in done.unchanged:
+                stays = f"{mark['points']:g} points, given by a person, stay; the key gives {mark['by_key']:g}"
+                say(f"{change.student}, {mark['question']}, {mark['part']}: {stays}.")
     say(*faults, *([reports.hints] if reports and reports.hints else ()), err=True)
     if not as_json:
         say(f"Other marks than before: {_students(changed[True])}. The same: {changed[False]}.")
@@ -495,13 +507,7 @@ def report(marks: Marks, out: Out = None, course: CourseFolder = None) -> None:
 
 
 @app.command(rich_help_panel=_CLASS)
-def publish(
-    marks: Marks,
-    by: By,
-    note: Annotated[str, Option(help="A remark for the record, for example: without the reports.")] = "",
-    course: CourseFolder = None,
-    out: Out = None,
-) -> None:
+def publish(marks: Marks, by: By, note: Note = "", course: CourseFolder = None, out: Out = None) -> None:
     """Publish feedback: write all students' pages, record the time, and list what is not ready.
 
     Your platform delivers the pages to students. If feedback opens later by course.toml, the pages show only this date
@@ -610,12 +616,7 @@ def export(
 
 
 @outcomes.command("report")
-def outcomes_report(
-    marks: Marks,
-    out: Out = None,
-    course: CourseFolder = None,
-    sections: Annotated[bool, Option(help="Show the sections of the class side by side.")] = True,
-) -> None:
+def outcomes_report(marks: Marks, out: Out = None, course: CourseFolder = None, sections: Sections = True) -> None:
     """Write the levels of the class in each criterion and outcome: attainment.html, attainment.csv, students.csv.
 
     Groups smaller than course.toml allows are not shown. students.csv has names: do not publish it.
@@ -632,12 +633,7 @@ def outcomes_report(
 
 
 @outcomes.command()
-def sheets(
-    marks: Marks,
-    out: Out = None,
-    course: CourseFolder = None,
-    student: Annotated[list[str] | None, Option(help="Only those of this student; may be given again.")] = None,
-) -> None:
+def sheets(marks: Marks, out: Out = None, course: CourseFolder = None, student: Students = None) -> None:
     """Write each student's scoring sheets as HTML, PDF and CSV, and one CSV of the whole class.
 
     Exit code: 0 all written, 2 something could not be written.
@@ -659,13 +655,10 @@ def mark(
     student: Student,
     question: Question,
     part: Part,
-    points: Annotated[float, Argument(metavar="POINTS", min=0, help="Points to give.")],
-    reason: Annotated[str, Option(help="The reason, for the student and for the record.")],
+    points: Points,
+    reason: Reason,
     by: By,
-    expect: Annotated[
-        float | None,
-        Option(help="The points that are replaced; needed if a person gave them.", show_default="none yet"),
-    ] = None,
+    expect: Expect = None,
 ) -> None:
     """Give points to one answer by hand. They stay until the answer changes.
 
@@ -688,13 +681,7 @@ def mark(
 
 
 @app.command(rich_help_panel=_PERSON)
-def comment(
-    marks: Marks,
-    student: Student,
-    text: Annotated[str, Argument(metavar="TEXT", help="Your comment; it is shown in the student's feedback.")],
-    by: By,
-    question: Annotated[str | None, Option(help="The question, as 1.11; without it: the whole work.")] = None,
-) -> None:
+def comment(marks: Marks, student: Student, text: FeedbackText, by: By, question: OneQuestion = None) -> None:
     """Write a comment into a student's feedback, on one question or on the whole work."""
     with _gradebook(marks) as book:
         graded = book.current(student)
@@ -707,13 +694,7 @@ def comment(
 
 
 @app.command(rich_help_panel=_PERSON)
-def history(
-    marks: Marks,
-    student: Annotated[
-        str | None, Argument(metavar="STUDENT", help="The student's ID; without it, all students.")
-    ] = None,
-    question: Annotated[str | None, Option(help="Only changes of this question.")] = None,
-) -> None:
+def history(marks: Marks, student: OneStudent = None, question: OneQuestion = None) -> None:
     """Show every change of a mark: before and after, when, by whom, and why."""
     with _gradebook(marks) as book:
         for entry in book.audit(student, question):
@@ -724,13 +705,7 @@ def history(
 
 
 @requests.command()
-def add(
-    marks: Marks,
-    student: Student,
-    question: Question,
-    part: Part,
-    text: Annotated[str, Argument(metavar="TEXT", help="The student's request; it is shown in their feedback.")],
-) -> None:
+def add(marks: Marks, student: Student, question: Question, part: Part, text: FeedbackText) -> None:
     """Note a student's request to look at an answer again. It stays open until it is answered."""
     with _gradebook(marks) as book:
         made = book.requests.make(student, (question, part), text)
@@ -738,9 +713,7 @@ def add(
 
 
 @requests.command("list")
-def list_requests(
-    marks: Marks, answered: Annotated[bool, Option("--all", help="Include answered requests.")] = False
-) -> None:
+def list_requests(marks: Marks, answered: Answered = False) -> None:
     """List students' requests to look at an answer again."""
     from labcourse.grading.overview.section import moment
 
@@ -756,12 +729,7 @@ def list_requests(
 
 
 @requests.command()
-def answer(
-    marks: Marks,
-    number: Annotated[int, Argument(metavar="NUMBER", help="The request's number in 'requests list'.")],
-    text: Annotated[str, Argument(metavar="TEXT", help="Your answer; it is shown in the student's feedback.")],
-    by: By,
-) -> None:
+def answer(marks: Marks, number: RequestNumber, text: FeedbackText, by: By) -> None:
     """Answer a student's request. This does not change the mark; the command 'mark' does."""
     with _gradebook(marks) as book:
         done = book.requests.answer(number, by, text)
@@ -771,12 +739,7 @@ def answer(
 
 @person.command()
 def copy(
-    marks: Marks,
-    student: Student,
-    into: Annotated[Path, Argument(metavar="ZIP", help="The zip to write.", dir_okay=False)],
-    out: Out = None,
-    force: Force = False,
-    course: CourseFolder = None,
+    marks: Marks, student: Student, into: Zip, out: Out = None, force: Force = False, course: CourseFolder = None
 ) -> None:
     """Write a zip for a student with all that is stored about them: records, and each file as it was received.
 
@@ -864,8 +827,5 @@ def _remaining(erased: Erased, named: Sequence[str]) -> Iterator[str]:
 
 
 def _section(heading: str, lines: Sequence[str]) -> Iterator[str]:
-    """Yield a heading and the first lines below it; nothing without lines."""
-    if lines:
-        yield from (heading, *(f"  {line}" for line in lines[:_MOST_LINES]))
-    if len(lines) > _MOST_LINES:
-        yield f"  and {len(lines) - _MOST_LINES} more"
+    """Yield a heading and the lines below it; nothing without lines."""
+    yield from (heading, *(f"  {line}" for line in lines)) if lines else ()

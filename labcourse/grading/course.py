@@ -238,18 +238,14 @@ def load(folder: Path) -> Course:
 
 
 def _origin(error: Exception, folder: Path) -> str:
-    """Return " (file, line)" of the course's code that an error came from.
-
-    Return "" if it came from other code, and for a syntax error, whose message names file and line already.
-    """
-    engine = Path(labcourse.__file__).parent
-    paths = [(Path(frame.filename), frame.lineno) for frame in traceback.extract_tb(error.__traceback__)]
-    of_course = [
-        (path.name, line)
-        for path, line in paths
-        if path.is_relative_to(folder.parent) and not path.is_relative_to(engine) and "site-packages" not in path.parts
-    ]
-    return "" if isinstance(error, SyntaxError) or not of_course else " ({}, line {})".format(*of_course[-1])
+    """Return " (file, line)" of the course's code that an error came from; "" for a syntax error, which names it."""
+    engine, where = Path(labcourse.__file__).parent, ""
+    for frame in () if isinstance(error, SyntaxError) else traceback.extract_tb(error.__traceback__):
+        path = Path(frame.filename)
+        is_library = path.is_relative_to(engine) or "site-packages" in path.parts
+        if path.is_relative_to(folder.parent) and not is_library:
+            where = f" ({path.name}, line {frame.lineno})"
+    return where
 
 
 def package_folder(name: str) -> Path:
@@ -285,18 +281,14 @@ def _check_key(course: Course) -> None:
             question = course.catalogue.find_marked(number)
         except AnswerError as error:
             raise GradingError(f"The key: {error}") from None
-        for name in checks:
-            if name not in question.names:
-                there = ", ".join(question.names)
-                raise GradingError(f"The key has a check for {number} {name}, but the question has only {there}.")
+        if set(checks) != set(question.names):
+            parts, names = ", ".join(question.names), ", ".join(checks)
+            raise GradingError(f"The key: question {number} has the parts {parts}, and the key has checks for {names}.")
         for part in question.parts:
-            if part.name not in checks:
-                raise GradingError(f"The key has no check for {number} {part.name}.")
-            kinds, where = getattr(checks[part.name], "kinds", ()), f"The key: {number}, {part.name}"
-            if not kinds or isinstance(kinds, str):
+            check = checks[part.name]
+            kinds = getattr(check, "kinds", ())
+            if isinstance(kinds, str) or part.kind not in kinds:
                 raise GradingError(
-                    f"{where}: its check, {type(checks[part.name]).__name__}, does not name the kinds of parts that it "
-                    f'can check; give it kinds = ("{part.kind}",).'
+                    f"The key: {number}, {part.name} is a {part.kind}; its check, {type(check).__name__}, is for "
+                    f'{kinds or "nothing"}. A check names what it can check, as kinds = ("{part.kind}",).'
                 )
-            if part.kind not in kinds:
-                raise GradingError(f"{where} is a {part.kind}; its check is for another kind.")

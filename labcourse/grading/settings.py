@@ -1,7 +1,7 @@
 """A course's settings: ``course.toml`` in its folder, what an instructor decides for a term without any Python.
 
-Each table of the file is a class here, and pydantic checks the file by it. A new table is a new class and a field of
-:class:`CourseSettings`. What Python code makes of the classes is not checked.
+Each table of the file is a class here, and pydantic checks the file by it. A new table is a new class, a field of
+:class:`CourseSettings` and an entry of ``_TABLES``. What Python code makes of the classes is not checked.
 """
 
 from __future__ import annotations
@@ -9,17 +9,20 @@ from __future__ import annotations
 import json
 import re
 import tomllib
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from datetime import date, datetime, time
 from decimal import Decimal
 from difflib import get_close_matches
 from functools import partial
+from operator import itemgetter
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, get_args, get_type_hints
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from pydantic import ConfigDict, Field, PlainValidator, Strict, TypeAdapter, ValidationError
-from pydantic_core import ErrorDetails
+from pydantic import AliasPath, Field, GetCoreSchemaHandler, GetPydanticSchema, PlainValidator, Strict, TypeAdapter
+from pydantic import ValidationError as Invalid
+from pydantic_core import CoreSchema, ErrorDetails
+from pydantic_core.core_schema import no_info_after_validator_function
 
 from labcourse import course_file
 from labcourse.benches import MOST_SEED, OWN, PRESET, REAL, SAME, THEIR_OWN, BenchPolicy
@@ -75,14 +78,8 @@ _THRESHOLDS: Mapping[int, float] = {4: 0.9, 3: 0.75, 2: 0.5, 1: 0.0}
 # --- tables -----------------------------------------------------------------------------------------------------------
 
 
-class _Table:
-    """A table of the file: entries that it does not have are refused."""
-
-    __pydantic_config__: ClassVar[ConfigDict] = ConfigDict(extra="forbid")
-
-
 @dataclass(frozen=True)
-class FeedbackSettings(_Table):
+class FeedbackSettings:
     """What students see of their marks, and when. (They never see the right answers of the key.)
 
     Attributes
@@ -102,7 +99,7 @@ class FeedbackSettings(_Table):
 
 
 @dataclass(frozen=True)
-class ReflectSettings(_Table):
+class ReflectSettings:
     """Whether and when ``lab.reflect()`` asks students about answers of theirs that contradict each other.
 
     Attributes
@@ -122,7 +119,7 @@ class ReflectSettings(_Table):
 
 
 @dataclass(frozen=True)
-class ReportSettings(_Table):
+class ReportSettings:
     """What a lab report may be like.
 
     Attributes
@@ -134,7 +131,7 @@ class ReportSettings(_Table):
 
 
 @dataclass(frozen=True)
-class MarkSettings(_Table):
+class MarkSettings:
     """How marks become a final grade.
 
     Attributes
@@ -174,7 +171,7 @@ def _matching_name(question: str, part: str, names: Collection[str]) -> str:
 
 
 @dataclass(frozen=True)
-class LevelSettings(_Table):
+class LevelSettings:
     """Levels of answers: 4, the best, to 1; and 0 for an answer that earns nothing.
 
     Attributes
@@ -198,7 +195,7 @@ class LevelSettings(_Table):
 
 
 @dataclass(frozen=True)
-class Deadline(_Table):
+class Deadline:
     """When notebooks are due.
 
     Attributes
@@ -214,7 +211,7 @@ class Deadline(_Table):
 
 
 @dataclass(frozen=True)
-class Extension(_Table):
+class Extension:
     """More time for some students.
 
     Attributes
@@ -232,7 +229,7 @@ class Extension(_Table):
 
 
 @dataclass(frozen=True)
-class LateSettings(_Table):
+class LateSettings:
     """What lateness costs.
 
     Attributes
@@ -248,7 +245,7 @@ class LateSettings(_Table):
 
 
 @dataclass(frozen=True)
-class OutcomeSettings(_Table):
+class OutcomeSettings:
     """When an outcome counts as attained.
 
     Attributes
@@ -264,47 +261,21 @@ class OutcomeSettings(_Table):
 
 
 @dataclass(frozen=True)
-class _Bench(_Table):
+class _Bench:
     which: Literal["own", "same", "preset", "real"] = "own"
     seed: Annotated[_Whole, Field(ge=0, le=MOST_SEED)] = 0
     preset: _Name = ""
     benches: Annotated[tuple[_Name, ...], Field(min_length=1)] = ()
 
 
-@dataclass(frozen=True)
-class _Course(_Table):
-    title: _Name = ""
-    term: _Line = ""
-    python: Annotated[str, Strict(), Field(pattern=r"^3\.[0-9]{1,2}$")] = ""
+def _bench_schema(_type: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+    """Return pydantic's schema of a BenchPolicy: the file's table, as :class:`_Bench`, is checked and converted."""
+    return no_info_after_validator_function(lambda bench: BenchPolicy(**vars(bench)), handler(_Bench))
 
 
-@dataclass(frozen=True)
-class _Given(_Table):
-    start: Annotated[_Name, Field(validation_alias="from")] = ""
-
-
-@dataclass(frozen=True)
-class _Releases(_Table):
-    folder: _Name = "releases"
-
-
-@dataclass(frozen=True)
-class _File(_Table):
-    """The whole file."""
-
-    course: _Course = _Course()
-    bench: _Bench = _Bench()
-    given: _Given = _Given()
-    feedback: FeedbackSettings = FeedbackSettings()
-    reflect: ReflectSettings = ReflectSettings()
-    report: ReportSettings = ReportSettings()
-    releases: _Releases = _Releases()
-    marks: MarkSettings = field(default_factory=MarkSettings)
-    levels: LevelSettings = field(default_factory=LevelSettings)
-    deadline: tuple[Deadline, ...] = ()
-    extension: tuple[Extension, ...] = ()
-    late: LateSettings = LateSettings()
-    outcomes: OutcomeSettings = OutcomeSettings()
+def _in_table(table: str, entry: str) -> Any:
+    """Return the pydantic field of an entry that is not in a class of its table."""
+    return Field(validation_alias=AliasPath(table, entry))
 
 
 @dataclass(frozen=True)
@@ -329,19 +300,19 @@ class CourseSettings:
     outcomes : when an outcome counts as attained
     """
 
-    title: str = ""
-    term: str = ""
-    python: str = ""
-    bench: BenchPolicy = THEIR_OWN
-    given: str = ""
+    title: Annotated[_Name, _in_table("course", "title")] = ""
+    term: Annotated[_Line, _in_table("course", "term")] = ""
+    python: Annotated[str, Strict(), Field(pattern=r"^3\.[0-9]{1,2}$"), _in_table("course", "python")] = ""
+    bench: Annotated[BenchPolicy, GetPydanticSchema(_bench_schema)] = THEIR_OWN
+    given: Annotated[_Name, _in_table("given", "from")] = ""
     feedback: FeedbackSettings = FeedbackSettings()
     reflect: ReflectSettings = ReflectSettings()
     report: ReportSettings = ReportSettings()
-    releases: str = "releases"
+    releases: Annotated[_Name, _in_table("releases", "folder")] = "releases"
     marks: MarkSettings = field(default_factory=MarkSettings)
     levels: LevelSettings = field(default_factory=LevelSettings)
-    deadlines: tuple[Deadline, ...] = ()
-    extensions: tuple[Extension, ...] = ()
+    deadlines: Annotated[tuple[Deadline, ...], Field(validation_alias="deadline")] = ()
+    extensions: Annotated[tuple[Extension, ...], Field(validation_alias="extension")] = ()
     late: LateSettings = LateSettings()
     outcomes: OutcomeSettings = OutcomeSettings()
 
@@ -363,19 +334,15 @@ def read_toml(file: Path) -> dict[str, Any]:
 
     Raises
     ------
-    FileNotFoundError
-        If there is none.
+    OSError
+        If it cannot be read.
     GradingError
-        If it cannot be read, or is not TOML.
+        If it is not TOML.
     """
     try:
         return tomllib.loads(file.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise
-    except tomllib.TOMLDecodeError as error:
+    except ValueError as error:  # also of text that is not UTF-8
         raise GradingError(f"{file} is not TOML: {error}") from None
-    except (OSError, ValueError) as error:
-        raise GradingError(f"{file} cannot be read: {error}") from None
 
 
 def refuse(file: Path, faults: Iterable[str]) -> None:
@@ -420,21 +387,13 @@ def read(
     """
     file = folder / SETTINGS_FILE
     data = read_toml(file) if file.exists() else {}
+    faults = dict(_unknown_entries(data))
     try:
-        tables = TypeAdapter(_File).validate_python(data)
-    except ValidationError as error:
-        _refuse_places(file, dict(map(_refused_entry, error.errors())).items())
-        raise  # it has faults, so that the line above raises
-    same = ("feedback", "reflect", "report", "marks", "levels", "late", "outcomes")
-    settings = CourseSettings(
-        **vars(tables.course),
-        bench=BenchPolicy(**vars(tables.bench), draw=draw),
-        given=tables.given.start,
-        releases=tables.releases.folder,
-        deadlines=tables.deadline,
-        extensions=tables.extension,
-        **{name: getattr(tables, name) for name in same},
-    )
+        settings = TypeAdapter(CourseSettings).validate_python(data)
+    except Invalid as error:
+        faults = dict(map(_refused_entry, error.errors())) | faults
+    _refuse_places(file, faults.items())
+    settings = replace(settings, bench=replace(settings.bench, draw=draw))
     bench = _bench_faults(data.get("bench", {}), presets, benches or {})
     names = () if catalogue is None else _unknown_names(settings, catalogue)
     _refuse_places(file, [*bench, *_contradictions(data, settings), *names])
@@ -443,17 +402,23 @@ def read(
 
 # --- faults, with their places ----------------------------------------------------------------------------------------
 
-_ROWS = ("deadline", "extension")  # tables of which there may be several
-_IN_FILE = {"opens": "from", "start": "from"}  # fields that have another name in the file
+_ROWS: Mapping[str, type] = {"deadline": Deadline, "extension": Extension}  # tables of which there may be several
+_TABLES: Mapping[str, type] = {
+    **{"bench": _Bench, "feedback": FeedbackSettings, "reflect": ReflectSettings, "report": ReportSettings},
+    **{"marks": MarkSettings, "levels": LevelSettings, "late": LateSettings, "outcomes": OutcomeSettings, **_ROWS},
+}
+#: Table → names of its entries.
+_ENTRIES: Mapping[str, list[str]] = {
+    **{"course": ["title", "term", "python"], "given": ["from"], "releases": ["folder"]},
+    **{name: ["from" if entry.name == "opens" else entry.name for entry in fields(t)] for name, t in _TABLES.items()},
+}
 
 
 def _refuse_places(file: Path, faults: Iterable[Fault]) -> None:
     """Raise GradingError if there are faults of the settings file; the message lists each with its line and place."""
     text = file.read_text(encoding="utf-8") if file.exists() else ""
-    rows = sorted(
-        (_line_number(text, place), number, *fault) for number, fault in enumerate(faults) for place in [fault[0]]
-    )
-    refuse(file, (f"line {line}: {_dotted(place)}: {fault}" for line, _number, place, fault in rows))
+    rows = sorted(((_line_number(text, place), place, fault) for place, fault in faults), key=itemgetter(0))
+    refuse(file, (f"line {line}: {_dotted(place)}: {fault}" for line, place, fault in rows))
 
 
 def _dotted(place: Place) -> str:
@@ -464,7 +429,8 @@ def _dotted(place: Place) -> str:
 def _line_number(text: str, place: Place) -> int:
     """Return the number of the line in which an entry of a TOML file begins; that of its table if it is missing."""
     lines = text.split("\n")
-    table, number, entry = place[0], next((part for part in place if isinstance(part, int)), 0), place[-1]
+    table, entry = (re.escape(str(part)) for part in (place[0], place[-1]))
+    number = next((part for part in place if isinstance(part, int)), 0)
     heading = re.compile(rf"\s*(\[+\s*{table}\s*\]|{table}\s*=)")
     begins = [index for index, line in enumerate(lines) if heading.match(line)] or [0]
     begin = begins[min(number, len(begins) - 1)]
@@ -476,28 +442,37 @@ def _line_number(text: str, place: Place) -> int:
     return begin + 1
 
 
+def _unknown_entries(data: Mapping[str, Any]) -> Iterator[Fault]:
+    """Yield a fault for each table and entry that does not exist, and for each name of a table that is none."""
+    for table, content in data.items():
+        rows = content if table in _ROWS else [content]
+        if table not in _ENTRIES:
+            homes = [f"It belongs under [{home}]. " for home, names in _ENTRIES.items() if table in names]
+            yield (table,), f"there is no such table. {(*homes, '')[0]}{_suggestion(table, [*_ENTRIES])}"
+        elif not isinstance(rows, list) or not all(isinstance(row, dict) for row in rows):
+            heading = f"[[{table}]]" if table in _ROWS else f"[{table}]"
+            yield (table,), f"it should be a table: a line {heading}, and its entries below."
+        else:
+            for number, row in enumerate(rows):
+                for name in row.keys() - _ENTRIES[table]:
+                    place = (table, number, name) if table in _ROWS else (table, name)
+                    yield place, f"there is no such entry. {_suggestion(name, _ENTRIES[table])}"
+
+
+def _suggestion(name: str, known: Sequence[str]) -> str:
+    """Return a text that suggests the most similar known name, and lists all."""
+    near = "".join(f"Did you mean {match}? " for match in get_close_matches(name, known, 1))
+    return f"{near}There are {', '.join(known)}."
+
+
 def _refused_entry(details: ErrorDetails) -> Fault:
     """Return the fault for an error of pydantic's: what is expected, and what is there."""
     place: Place = details["loc"][: 3 if details["loc"][0] in _ROWS else 2]
-    table = f"[[{place[0]}]]" if place[0] in _ROWS else f"[{place[0]}]"
-    if details["type"] == "unexpected_keyword_argument":
-        known = _entries_of(place[0]) if len(place) > 1 else _entries_of()
-        near = "".join(f"Did you mean {name}? " for name in get_close_matches(str(place[-1]), known, 1))
-        homes = "".join(f"It belongs under [{name}]. " for name in _entries_of() if place[-1] in _entries_of(name))
-        return place, f"there is no such entry. {near or homes}There are {', '.join(known)}."
-    if len(place) == 1 or not isinstance(place[-1], str):
-        return place[:1], f"it should be a table: a line {table}, and its entries below."
-    if details["type"] == "missing":
-        return place, "it is missing."
-    message = details["msg"].removeprefix("Value error, ")
-    value = details["input"]
-    return place, f"{message}; it is {str(value) if isinstance(value, date | time) else ascii(value):.80}."
-
-
-def _entries_of(table: str | int = "") -> list[str]:
-    """Return the names of the entries of a table of the file; without a name, those of the tables."""
-    hint = get_type_hints(_File)[str(table)] if table else _File
-    return [_IN_FILE.get(entry.name, entry.name) for entry in fields((get_args(hint) or [hint])[0])]
+    if not isinstance(place[-1], str):
+        place = place[:1]  # a row is no table: the fault of _unknown_entries replaces this one
+    message, value = details["msg"].removeprefix("Value error, "), details["input"]
+    shown = str(value) if isinstance(value, date | time) else ascii(value)
+    return place, "it is missing." if details["type"] == "missing" else f"{message}; it is {shown:.80}."
 
 
 def _name_list(names: Collection[str]) -> str:

@@ -216,23 +216,6 @@ def test_what_is_wrong_in_rubric_map_and_sheets_is_reported(copy, name, old, new
     assert finding.where == name and said in finding.what
 
 
-@pytest.mark.parametrize("files", [["rubric.toml"], ["outcomes.toml", "sheets.toml"]])
-def test_a_course_without_rubric_or_without_map_and_sheets_is_whole(copy, files):
-    course = copy()
-    for name in files:
-        (course.folder / name).unlink()
-    assert list(course_check.check_files(course)) == []
-
-
-def test_a_model_answer_that_is_not_there_is_missed(copy, sandbox):
-    def empty(cells):
-        cells[EXPLANATION]["source"][2:] = ["<!-- BEGIN SOLUTION -->\n", "<!-- END SOLUTION -->"]
-
-    course = copy()
-    edit(course, STIFFNESS, empty)
-    assert "the key, 2.11 explanation" in {one.where for one in course_check.check(course, run=True)}
-
-
 def test_each_number_that_texts_repeat_is_missed_when_it_changes():
     changed = [replace(one, what=f"number {n}", value=one.value + 1) for n, one in enumerate(OURS.stated)]
     said = [str(finding) for finding in course_check.check_numbers(replace(OURS, stated=changed))]

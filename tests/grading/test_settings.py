@@ -10,7 +10,6 @@ import pytest
 from checkout import ROOT
 from made_courses import OURS, copied
 
-from labcourse import course_file
 from labcourse.answers import reflection
 from labcourse.benches import BenchPolicy
 from labcourse.errors import GradingError
@@ -85,53 +84,36 @@ REFUSED = [
     ('title = "x"\n', "1 title"),
     ("\nbench = 3\n", "2 bench"),
     ("[feedback]\npoint = true\n", "2 feedback.point"),
-    ("[feedback]\nopens = 2026-11-02\n", "2 feedback.opens"),
     ("[bench]\ndraw = 1\n", "2 bench.draw"),
     ('[course]\ntitle = ""\n', "2 course.title"),
     ('[course]\nterm = "a\\nb"\n', "2 course.term"),
     (f'[course]\nterm = "{"a" * 121}"\n', "2 course.term"),
-    ('[course]\nterm = " a"\n', "2 course.term"),
     ("[course]\npython = 3.11\n", "2 course.python"),
-    ('[course]\npython = "3.11.1"\n', "2 course.python"),
     ('[bench]\nwhich = "mine"\n', "2 bench.which"),
     ('[bench]\nwhich = "same"\nseed = "7"\n', "3 bench.seed"),
-    ('[bench]\nwhich = "same"\nseed = true\n', "3 bench.seed"),
     ('[bench]\nwhich = "same"\nseed = 4294967296\n', "3 bench.seed"),
     ('[bench]\nwhich = "real"\n', "1 bench.benches"),
-    ('[bench]\nwhich = "real"\nbenches = []\n', "3 bench.benches"),
     ('[bench]\nwhich = "real"\nbenches = ["east"]\n', "3 bench.benches"),
     ('[bench]\nbenches = ["east"]\n', "2 bench.benches, 2 bench.benches"),
     ('[bench]\nwhich = "same"\n', "1 bench.seed"),
-    ('[bench]\nwhich = "preset"\n', "1 bench.preset"),
     ("[bench]\nseed = 7\n", "2 bench.seed"),
     ('[bench]\nwhich = "preset"\npreset = "mars"\n', "3 bench.preset"),
     ('[feedback]\nfrom = "2026-12-01"\n', "2 feedback.from"),
-    ("[feedback]\nfrom = 07:32:00\n", "2 feedback.from"),
-    ('[feedback]\npoints = "true"\n', "2 feedback.points"),
     ("[reflect]\nasks = 1\n", "2 reflect.asks"),
-    ("[reflect]\nfrom = 1\n", "2 reflect.from"),
     ("[report]\npage_limit = 0\n", "2 report.page_limit"),
-    ("[report]\npage_limit = 2.0\n", "2 report.page_limit"),
     ('[marks]\ndrop = "1.2"\n', "2 marks.drop"),
     ('[marks]\ndrop = ["1.2",\n  3]\ndecimals = 5\n', "2 marks.drop, 4 marks.decimals"),
     ("[marks]\nweights = {1.2 = 2}\n", "2 marks.weights"),
     ('[marks]\nweights = {"1.2" = 0}\n', "2 marks.weights"),
-    ('[marks]\nweights = {"1.2" = "2"}\n', "2 marks.weights"),
-    ("[marks]\npractice = 1\n", "2 marks.practice"),
     ("[levels]\nshares = {5 = 100}\n", "2 levels.shares"),
     ("[levels]\nshares = {4 = 101}\n", "2 levels.shares"),
-    ("[levels]\nshares = {4 = true}\n", "2 levels.shares"),
-    ("[levels]\nshares = {3 = 40}\n", "1 levels"),
-    ("[levels]\nthresholds = {4 = 70}\n", "1 levels"),
     ("[levels]\nshares = {3 = 95}\n", "1 levels"),
     ("[deadline]\ndue = 2026-11-21\n", "1 deadline"),
     ("deadline = [1]\n", "1 deadline"),
     ("[[marks]]\n", "1 marks"),
     ('[[deadline]]\nnotebooks = ["x"]\n', "1 deadline 1.due"),
     ("[[deadline]]\ndue = 9999-12-31\n", "2 deadline 1.due"),
-    (f"{DUE}for = 1\n", "3 deadline 1.for"),
     (f"{DUE}\n[[deadline]]\ndue = 2026-11-21\nnotebooks = []\n", "6 deadline 2.notebooks"),
-    (f'{DUE}section = ""\n', "3 deadline 1.section"),
     ("[late]\nper_day = 10\n", "1 late"),
     (f"{DUE}[late]\nper_day = 101\n", "4 late.per_day"),
     ("[[extension]]\nuntil = 2026-11-22\nstudents = ['a']\n", "1 extension 1"),
@@ -203,11 +185,6 @@ def test_per_cents_with_decimals_are_the_shares_that_they_say(tmp_path):
     assert (found.shares[3], found.thresholds[3], found.thresholds[1]) == (0.707, 0.707, 1e-7)  # 70.7 / 100 is not
 
 
-def test_the_points_of_a_level_are_that_level_again():
-    levels = CourseSettings().levels
-    assert {level: levels.level_of(worth) for level, worth in levels.shares.items()} == {n: n for n in range(5)}
-
-
 @pytest.mark.parametrize(
     ("share", "level"),
     [(1.0, 4), (0.9, 4), (0.899, 3), (0.75, 3), (0.749, 2), (0.5, 2), (0.49, 1), (0.001, 1), (0.0, 0)],
@@ -222,33 +199,15 @@ def test_a_share_of_points_has_the_highest_level_that_it_reaches(tmp_path, share
     ("text", "name"),
     [
         ('[marks]\ndrop = ["2.111"]', "2.11"),
-        ('[marks]\ndrop = ["2.11 omega"]', "omega_n"),
-        ('[marks]\nweights = {"2.11 omega_n" = 2, "Table 9" = 2}', "Table 9"),
+        ('[marks]\nweights = {"2.11 omega" = 2, "2.11" = 2}', "omega_n"),
         (f'{DUE}notebooks = ["02_stiffness"]', "02_stiffness"),
-        (f"{DUE}[[extension]]\nuntil = 2026-12-01\nstudents = ['a']\nnotebooks = ['x.ipynb']", "'x'"),
     ],
 )
 def test_names_that_the_catalogue_does_not_have_are_refused(tmp_path, text, name):
-    (tmp_path / "course.toml").write_text(text, encoding="utf-8")
-    with pytest.raises(GradingError, match=f"{name}") as raised:
-        settings.read(tmp_path, catalogue=OURS.catalogue)
-    assert len(str(raised.value).splitlines()) == 2
-    settings.read(tmp_path)  # nobody knows better without one
     (copied(tmp_path) / "course.toml").write_text(text, encoding="utf-8")
-    with pytest.raises(GradingError, match=f"{name}"):
+    with pytest.raises(GradingError, match=name) as raised:
         courses.load(tmp_path / "solutions")
-
-
-def test_names_that_it_has_are_taken(tmp_path):
-    names = ["2.11", "2.11 explanation", "Table 2", "Table 2 K_s", "Modeling report", "Modeling report model_procedure"]
-    (tmp_path / "course.toml").write_text(f"[marks]\ndrop = {names}\n{DUE}notebooks = ['00_start.ipynb']\n")
-    assert settings.read(tmp_path, catalogue=OURS.catalogue).marks.drop == tuple(names)
-
-
-def test_an_extension_may_end_before_the_deadline_of_others(tmp_path):
-    later = "[[deadline]]\ndue = 2026-12-05\nsection = 'B'\n"
-    found = read(tmp_path, f"{DUE}{later}[[extension]]\nuntil = 2026-11-28\nstudents = ['ada']\n")
-    assert found.deadlines[0].due < found.extensions[0].until < found.deadlines[1].due
+    assert len(str(raised.value).splitlines()) == 2
 
 
 def test_the_examples_in_our_file_are_understood(tmp_path):
@@ -266,11 +225,8 @@ def test_the_examples_in_our_file_are_understood(tmp_path):
     ("entry", "least", "most"),
     [
         ("marks.out_of", 0.001, 1000),
-        ("marks.decimals", 0, 4),
         ("late.per_day", 0, 100),
-        ("late.grace_hours", 0, 1000),
         ("outcomes.level", 1, 4),
-        ("outcomes.fewest", 1, 1000),
     ],
 )
 def test_numbers_are_accepted_from_the_least_to_the_most(tmp_path, entry, least, most):
@@ -302,14 +258,6 @@ def test_whether_reflect_asks_is_released_as_students_read_it(tmp_path, text, re
     assert asks == {"on": [True, True], "off": [False, False]}.get(released_as, [False, True])
 
 
-@pytest.mark.parametrize(("text", "limit"), [("", {}), ("[report]\npage_limit = 12\n", {"page_limit": 12})])
-def test_a_page_limit_is_released_where_there_is_one(tmp_path, text, limit):
-    decided = read(tmp_path, text)
-    (tmp_path / "notebooks").mkdir()
-    about = student_course._course_json(replace(OURS, settings=decided), tmp_path / "notebooks")
-    assert {name: value for name, value in about.items() if name == course_file.PAGE_LIMIT} == limit
-
-
 @pytest.mark.parametrize(
     ("text", "python"),
     [("", f"{sys.version_info.major}.{sys.version_info.minor}"), ('[course]\npython = "3.10"\n', "3.10")],
@@ -326,11 +274,6 @@ def test_a_file_that_is_no_text_or_no_toml_is_told(tmp_path, content):
     (tmp_path / "course.toml").write_bytes(content)
     with pytest.raises(GradingError, match=r"course\.toml"):
         settings.read(tmp_path)
-
-
-def test_our_file_says_what_counts_without_it_but_for_the_title():
-    assert OURS.settings.title == OURS.title == "The rotary flexible joint laboratory"
-    assert OURS.settings == CourseSettings(title=OURS.title, bench=BenchPolicy(draw=DRAW))
 
 
 def test_a_course_has_its_settings_and_the_presets_are_its_own(tmp_path):
@@ -373,7 +316,3 @@ def test_a_start_that_the_course_does_not_have_for_such_benches_is_refused(tmp_p
     with pytest.raises(GradingError) as error:
         read_ours(tmp_path, text, ("north", "south"))
     assert places(error) == ["2 given.from"]
-
-
-def test_what_is_given_changes_no_mark_by_itself():
-    assert CourseSettings(given="gain").of_marking() == CourseSettings().of_marking()

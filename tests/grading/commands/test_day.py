@@ -10,7 +10,6 @@ from gradebooks import rows
 from made_courses import OURS, copied
 
 from labcourse.grading.gradebook import Gradebook
-from labcourse.grading.reports import grades
 
 
 @pytest.fixture
@@ -59,22 +58,6 @@ def test_publish_writes_pages_records_it_and_tells_what_is_not_ready_and_who_is_
     )
 
 
-def test_a_mark_that_is_changed_while_pages_are_written_is_told_the_next_time(out, monkeypatch):
-    write = grades.Reports.write_all
-
-    def and_meanwhile_somebody_marks(reports):
-        count = write(reports)
-        with Gradebook(out / "gradebook.sqlite") as book:
-            book.set_mark("cleo", "2.12", "K_s", 1.5, "rounding", "lea")
-        return count
-
-    words = ("publish", out, "--by", "lea", "--solutions", OURS.folder)
-    with monkeypatch.context() as changed:
-        changed.setattr(grades.Reports, "write_all", and_meanwhile_somebody_marks)
-        assert rotflex(*words).exit_code == 0
-    assert "marks of 1 student have changed; tell them: cleo." in said(rotflex(*words))
-
-
 def test_while_feedback_is_closed_pages_say_so_and_nothing_counts_as_given_back(out, tmp_path):
     opens = (datetime.now(UTC) + timedelta(days=3)).isoformat(timespec="seconds")
     folder = copied(tmp_path / "closed")
@@ -108,12 +91,3 @@ def test_a_request_is_made_listed_seen_beside_the_answer_and_stays_until_it_is_a
     assert kept["text"] == "Why <i>not</i>?" and kept["answer"] == "Half a point more."
     assert "Why" not in said(rotflex("requests", "list", book))
     assert "tia: Half a point more." in said(rotflex("requests", "list", book, "--all"))
-
-
-def test_a_request_on_what_is_not_there_and_a_second_answer_are_told_as_mistakes(out):
-    book = out / "gradebook.sqlite"
-    wrong = rotflex("requests", "add", book, "cleo", "9.9", "x", "Why?")
-    assert wrong.exit_code == 2 and "'cleo' has no mark for question 9.9" in said(wrong)
-    again = rotflex("requests", "answer", book, "2", "Again.", "--by", "udo")
-    assert again.exit_code == 2 and "Request 2 was answered by tia" in said(again)
-    assert "There is no request 77." in said(rotflex("requests", "answer", book, "77", "What?", "--by", "udo"))

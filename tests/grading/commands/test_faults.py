@@ -3,7 +3,6 @@
 import errno
 import importlib
 import os
-import shutil
 import subprocess
 import sys
 
@@ -42,14 +41,6 @@ def book(tmp_path):
     with Gradebook(tmp_path / "book.sqlite") as opened:
         record(opened, graded("ada"))
     return tmp_path / "book.sqlite"
-
-
-def test_grade_outside_of_a_checkout(handed_in, tmp_path, monkeypatch, isolated):
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.delenv("LABCOURSE_SOLUTIONS", raising=False)
-    monkeypatch.setattr("labcourse.grading.course._solutions_beside_installed", lambda: None)
-    one_line(rotflex("grade", tmp_path / "out", handed_in), "There is no course at", "--solutions FOLDER")
-    assert not (tmp_path / "out").exists()
 
 
 @pytest.mark.parametrize(
@@ -127,14 +118,3 @@ def test_whatever_the_system_refuses_elsewhere_is_one_line_too(tmp_path, monkeyp
     module = importlib.import_module("labcourse.grading.release.student_course")
     monkeypatch.setattr(module, "write_notebooks", refuse)
     one_line(rotflex("make-notebooks", "--solutions", ROOT), "somewhere/notebooks: Permission denied.")
-
-
-def test_a_folder_that_cannot_be_copied_is_one_short_line(tmp_path, monkeypatch):
-    def full(source, target, **_):
-        why = str(OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(target)))
-        raise shutil.Error([(f"{source}/{number}", f"{target}/{number}", why) for number in range(100)])
-
-    monkeypatch.setattr(shutil, "copytree", full)
-    done = rotflex("release", tmp_path / "out", "--solutions", ROOT)
-    one_line(done, "No space left on device", str(tmp_path / "out"))
-    assert done.output.count("No space left") == 1

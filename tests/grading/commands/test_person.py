@@ -108,14 +108,6 @@ def test_what_would_go_is_told_and_stays_unless_it_is_confirmed(slim):
     assert forget(out, input="y\n").exit_code == 0
 
 
-@pytest.mark.parametrize("name", ["tia", "zed"])
-def test_a_scorer_and_an_unknown_person_are_not_erased(out, name):
-    before = files(out)
-    done = rotflex("person", "erase", out, name, "--by", "lea", "--solutions", OURS.folder, "--yes")
-    assert done.exit_code == 2 and f"no student '{name}'" in said(done)
-    assert {name for name in before if files(out)[name] != before[name]} <= {"gradebook.sqlite"}
-
-
 @pytest.mark.slow
 def test_where_they_are_named_still_is_told(out, tmp_path):
     (out / "attainment.html").unlink()

@@ -41,21 +41,6 @@ def test_what_is_missing_is_told(marks, words, said):
     assert said in str(done.exception or "") + done.output
 
 
-def test_no_gradebook_is_made_by_a_slip(tmp_path):
-    done = run(tmp_path / "nothing", "--by", "Ann")
-    assert done.exit_code == 2
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_a_port_that_is_taken_is_told(marks):
-    with server.listening(0) as other:
-        other.listen()
-        port = other.getsockname()[1]
-        done = run(marks, "--by", "Ann", "--no-browser", "--port", port)
-    assert done.exit_code == 2
-    assert f"Port {port} cannot be used" in str(done.exception or "") + done.output
-
-
 def test_each_has_an_address_and_the_first_a_browser(marks, monkeypatch):
     opened, served = [], []
     monkeypatch.setattr("webbrowser.open", opened.append)

@@ -154,7 +154,7 @@ def test_settings_of_what_is_made_of_marks_mark_nothing_again(tree, section):
 
 
 def test_the_settings_that_are_tried_are_all_there_are():
-    assert set(OTHERWISE) == set(settings._entries_of())
+    assert set(OTHERWISE) == set(settings._ENTRIES)
 
 
 @pytest.mark.parametrize("name", ["tables/limits.csv", "roster.txt", "expected.json", "expected.toml"])

@@ -57,7 +57,7 @@ def test_without_options_the_limits_are_the_usual_ones(settings_of):
     ("options", "limits"),
     [
         (("--cell-timeout", "7"), {"cell": 7}),
-        (("--deadline", "77.5"), {"submission": 77.5}),
+        (("--deadline", "77"), {"submission": 77}),
         (("--memory", "300"), {"memory": 300 * 2**20}),
         (("--processes", "9"), {"processes": 9}),
     ],
