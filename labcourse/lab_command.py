@@ -127,7 +127,9 @@ def fill(folder: Path, student: str | None = None) -> list[str]:
     Raises
     ------
     ConfigurationError
-        If the ID is not valid, there are no notebooks to copy, or ``course.json`` cannot be written.
+        If the ID is not valid, or there are no notebooks to copy.
+    OSError
+        If a file cannot be written.
     """
     if student is not None:
         student = student_id.normalised(student)
@@ -147,7 +149,7 @@ def fill(folder: Path, student: str | None = None) -> list[str]:
     if student is not None:
         # In a checkout, the bench is as it is drawn now: a file that names the student alone is of the first draw.
         now = {} if _release_of(course) else {"draw": installed.draw}
-        _write_course(folder, {**(_about(folder) or now), course_file.STUDENT: student})
+        files.write(folder / COURSE_FILE, course_file.text({**(_about(folder) or now), course_file.STUDENT: student}))
         lines.append(f"Student: {student}")
     return lines
 
@@ -190,7 +192,10 @@ def _updated(folder: Path, released: Path, student: str | None) -> list[str]:
             return lines
         if not _same_bench(begun, about):
             lines.append("The course gives you another bench now: run your notebooks again, to measure on that one.")
-    _write_course(folder, {**begun, **about, course_file.STUDENT: begun.get(course_file.STUDENT, "")})
+    files.write(
+        folder / COURSE_FILE,
+        course_file.text({**begun, **about, course_file.STUDENT: begun.get(course_file.STUDENT, "")}),
+    )
     return lines
 
 
@@ -211,10 +216,3 @@ def _about(folder: Path) -> dict[str, Any]:
 
 def _release_of(folder: Path) -> Any:
     return _about(folder).get(course_file.RELEASE)
-
-
-def _write_course(folder: Path, course: dict[str, Any]) -> None:
-    try:
-        files.write(folder / COURSE_FILE, course_file.text(course))
-    except OSError as error:
-        raise ConfigurationError(f"{folder / COURSE_FILE} cannot be written: {error.strerror}.") from None

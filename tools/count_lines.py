@@ -77,7 +77,7 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
         ),
     ),
     "settings, release, commands, rest": (
-        3081,
+        3052,
         (
             "rotflex/cli.py",
             "labcourse/command_line.py",

@@ -278,40 +278,32 @@ def check_starts(course: Course) -> Iterator[Finding]:
     A start may name what the course does not have, give an answer no value, or leave a cell without an answer.
     """
     for start in course.catalogue.starts:
-        faults = [*_unknown_name_faults(course, start)]
-        if not faults:
-            faults = [*_given_value_faults(course, start)]
-            yield from _cells_without_answer(course, start)
+        faults = [*_start_faults(course, start)]
         yield from (Finding(f"start {start.name}", fault) for fault in faults)
+        if not faults:
+            yield from _cells_without_answer(course, start)
 
 
-def _unknown_name_faults(course: Course, start: Start) -> Iterator[str]:
-    """Yield a fault for each notebook or part of a start that the course does not have, or that is still asked."""
-    for name in start.skips:
-        if name not in course.catalogue.notebooks:
-            yield f"it skips the notebook {name}, and there is no such notebook."
-    for number, part in start.gives:
-        try:
-            question = course.catalogue.find(number)
-            question.part(part)
-        except AnswerError as error:
-            yield str(error)
-        else:
-            if question.notebook not in start.skips:
-                yield f"it gives {number}, {part}, which {question.notebook} asks for; that is not skipped."
-
-
-def _given_value_faults(course: Course, start: Start) -> Iterator[str]:
-    """Yield a fault for each given answer without a usable value, on a bench that is the same for everybody."""
+def _start_faults(course: Course, start: Start) -> Iterator[str]:
+    """Yield a fault for each name that does not exist, part that is still asked, and value that is unusable."""
+    yield from (f"there is no notebook {name}." for name in start.skips if name not in course.catalogue.notebooks)
     if course.given is None:
         yield "course.py does not say what is given (Course.given)."
         return
     values = course.given(start.name, "", BenchPolicy(SAME, seed=1, draw=course.draw))
-    for number, part in start.gives:
+    for number, name in start.gives:
         try:
-            forms.encode(course.catalogue.find(number).part(part), values[number, part], 0)
+            question = course.catalogue.find(number)
+            part = question.part(name)
+        except AnswerError as error:
+            yield str(error)
+            continue
+        if question.notebook not in start.skips:
+            yield f"it gives {number}, {name}, which {question.notebook} asks for; that is not skipped."
+        try:
+            forms.encode(part, values[number, name], 0)
         except (KeyError, forms.FormError, forms.NotAnswered) as error:
-            yield f"{number}, {part} has no value that it could have: {error}"
+            yield f"{number}, {name} has no value that it could have: {error}"
 
 
 def _cells_without_answer(course: Course, start: Start) -> Iterator[Finding]:

@@ -7,7 +7,6 @@ Each table of the file is a class here, and pydantic checks the file by it. A ne
 from __future__ import annotations
 
 import json
-import re
 import tomllib
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
@@ -15,7 +14,6 @@ from datetime import date, datetime, time
 from decimal import Decimal
 from difflib import get_close_matches
 from functools import partial
-from operator import itemgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -382,8 +380,8 @@ def read(
     Raises
     ------
     GradingError
-        If the file cannot be read, or something in it is wrong. The message has a line for each fault: line of the
-        file, table, entry, and what is wrong.
+        If the file cannot be read, or something in it is wrong. The message has a line for each fault: table,
+        entry, and what is wrong.
     """
     file = folder / SETTINGS_FILE
     data = read_toml(file) if file.exists() else {}
@@ -415,31 +413,13 @@ _ENTRIES: Mapping[str, list[str]] = {
 
 
 def _refuse_places(file: Path, faults: Iterable[Fault]) -> None:
-    """Raise GradingError if there are faults of the settings file; the message lists each with its line and place."""
-    text = file.read_text(encoding="utf-8") if file.exists() else ""
-    rows = sorted(((_line_number(text, place), place, fault) for place, fault in faults), key=itemgetter(0))
-    refuse(file, (f"line {line}: {_dotted(place)}: {fault}" for line, place, fault in rows))
+    """Raise GradingError if there are faults of the settings file; the message lists each with its table and entry."""
+    refuse(file, (f"{_dotted(place)}: {fault}" for place, fault in faults))
 
 
 def _dotted(place: Place) -> str:
     """Write a place for people: "feedback.from", or "deadline 1.due", counted from 1."""
     return "".join(f" {part + 1}" if isinstance(part, int) else f".{part}" for part in place)[1:]
-
-
-def _line_number(text: str, place: Place) -> int:
-    """Return the number of the line in which an entry of a TOML file begins; that of its table if it is missing."""
-    lines = text.split("\n")
-    table, entry = (re.escape(str(part)) for part in (place[0], place[-1]))
-    number = next((part for part in place if isinstance(part, int)), 0)
-    heading = re.compile(rf"\s*(\[+\s*{table}\s*\]|{table}\s*=)")
-    begins = [index for index, line in enumerate(lines) if heading.match(line)] or [0]
-    begin = begins[min(number, len(begins) - 1)]
-    for index in range(begin + 1, len(lines)):
-        if lines[index].lstrip().startswith("["):
-            break
-        if re.match(rf"\s*{entry}\s*=", lines[index]):
-            return index + 1
-    return begin + 1
 
 
 def _unknown_entries(data: Mapping[str, Any]) -> Iterator[Fault]:

@@ -136,4 +136,4 @@ def test_a_class_is_graded_each_under_the_release_that_they_began_with(sandbox, 
     assert {name for name, row in rows.items() if older in row["notes"]} == {"ada", "bob"}
     assert "names the release '2025-autumn-00000000', which is not stored in" in rows["eve"]["notes"]
     again = rotflex(two, tmp_path, "regrade", tmp_path / "out" / "gradebook.sqlite")
-    assert again.stdout == "Nobody's marks changed.\n", again.stdout + again.stderr
+    assert again.stdout == "Other marks than before: 0 students. The same: 4.\n", again.stdout + again.stderr

@@ -72,66 +72,66 @@ def test_a_time_without_a_zone_is_this_computers_and_a_date_begins_at_midnight(t
 
 
 def places(error: pytest.ExceptionInfo[GradingError]) -> list[str]:
-    """Return line, table and entry of each fault, as "2 marks.decimals"."""
+    """Return table and entry of each fault, as "marks.decimals"."""
     first, *rows = str(error.value).splitlines()
     assert first.endswith("course.toml cannot be used:")
-    return [" ".join(re.match(r"  line (\d+): (.+?): ", row).groups()) for row in rows]
+    return sorted(re.match(r"  (.+?): ", row)[1] for row in rows)
 
 
-#: A file → line, table and entry of its faults.
+#: A file → table and entry of its faults.
 REFUSED = [
-    ("# a title\n[bank]\n", "2 bank"),
-    ('title = "x"\n', "1 title"),
-    ("\nbench = 3\n", "2 bench"),
-    ("[feedback]\npoint = true\n", "2 feedback.point"),
-    ("[bench]\ndraw = 1\n", "2 bench.draw"),
-    ('[course]\ntitle = ""\n', "2 course.title"),
-    ('[course]\nterm = "a\\nb"\n', "2 course.term"),
-    (f'[course]\nterm = "{"a" * 121}"\n', "2 course.term"),
-    ("[course]\npython = 3.11\n", "2 course.python"),
-    ('[bench]\nwhich = "mine"\n', "2 bench.which"),
-    ('[bench]\nwhich = "same"\nseed = "7"\n', "3 bench.seed"),
-    ('[bench]\nwhich = "same"\nseed = 4294967296\n', "3 bench.seed"),
-    ('[bench]\nwhich = "real"\n', "1 bench.benches"),
-    ('[bench]\nwhich = "real"\nbenches = ["east"]\n', "3 bench.benches"),
-    ('[bench]\nbenches = ["east"]\n', "2 bench.benches, 2 bench.benches"),
-    ('[bench]\nwhich = "same"\n', "1 bench.seed"),
-    ("[bench]\nseed = 7\n", "2 bench.seed"),
-    ('[bench]\nwhich = "preset"\npreset = "mars"\n', "3 bench.preset"),
-    ('[feedback]\nfrom = "2026-12-01"\n', "2 feedback.from"),
-    ("[reflect]\nasks = 1\n", "2 reflect.asks"),
-    ("[report]\npage_limit = 0\n", "2 report.page_limit"),
-    ('[marks]\ndrop = "1.2"\n', "2 marks.drop"),
-    ('[marks]\ndrop = ["1.2",\n  3]\ndecimals = 5\n', "2 marks.drop, 4 marks.decimals"),
-    ("[marks]\nweights = {1.2 = 2}\n", "2 marks.weights"),
-    ('[marks]\nweights = {"1.2" = 0}\n', "2 marks.weights"),
-    ("[levels]\nshares = {5 = 100}\n", "2 levels.shares"),
-    ("[levels]\nshares = {4 = 101}\n", "2 levels.shares"),
-    ("[levels]\nshares = {3 = 95}\n", "1 levels"),
-    ("[deadline]\ndue = 2026-11-21\n", "1 deadline"),
-    ("deadline = [1]\n", "1 deadline"),
-    ("[[marks]]\n", "1 marks"),
-    ('[[deadline]]\nnotebooks = ["x"]\n', "1 deadline 1.due"),
-    ("[[deadline]]\ndue = 9999-12-31\n", "2 deadline 1.due"),
-    (f"{DUE}\n[[deadline]]\ndue = 2026-11-21\nnotebooks = []\n", "6 deadline 2.notebooks"),
-    ("[late]\nper_day = 10\n", "1 late"),
-    (f"{DUE}[late]\nper_day = 101\n", "4 late.per_day"),
-    ("[[extension]]\nuntil = 2026-11-22\nstudents = ['a']\n", "1 extension 1"),
-    (f"{DUE}[[extension]]\nuntil = 2026-11-22\n", "3 extension 1"),
-    (f"{DUE}[[extension]]\nuntil = 2025-11-28\nstudents = ['a']\n", "4 extension 1.until"),
+    ("# a title\n[bank]\n", "bank"),
+    ('title = "x"\n', "title"),
+    ("\nbench = 3\n", "bench"),
+    ("[feedback]\npoint = true\n", "feedback.point"),
+    ("[bench]\ndraw = 1\n", "bench.draw"),
+    ('[course]\ntitle = ""\n', "course.title"),
+    ('[course]\nterm = "a\\nb"\n', "course.term"),
+    (f'[course]\nterm = "{"a" * 121}"\n', "course.term"),
+    ("[course]\npython = 3.11\n", "course.python"),
+    ('[bench]\nwhich = "mine"\n', "bench.which"),
+    ('[bench]\nwhich = "same"\nseed = "7"\n', "bench.seed"),
+    ('[bench]\nwhich = "same"\nseed = 4294967296\n', "bench.seed"),
+    ('[bench]\nwhich = "real"\n', "bench.benches"),
+    ('[bench]\nwhich = "real"\nbenches = ["east"]\n', "bench.benches"),
+    ('[bench]\nbenches = ["east"]\n', "bench.benches, bench.benches"),
+    ('[bench]\nwhich = "same"\n', "bench.seed"),
+    ("[bench]\nseed = 7\n", "bench.seed"),
+    ('[bench]\nwhich = "preset"\npreset = "mars"\n', "bench.preset"),
+    ('[feedback]\nfrom = "2026-12-01"\n', "feedback.from"),
+    ("[reflect]\nasks = 1\n", "reflect.asks"),
+    ("[report]\npage_limit = 0\n", "report.page_limit"),
+    ('[marks]\ndrop = "1.2"\n', "marks.drop"),
+    ('[marks]\ndrop = ["1.2",\n  3]\ndecimals = 5\n', "marks.decimals, marks.drop"),
+    ("[marks]\nweights = {1.2 = 2}\n", "marks.weights"),
+    ('[marks]\nweights = {"1.2" = 0}\n', "marks.weights"),
+    ("[levels]\nshares = {5 = 100}\n", "levels.shares"),
+    ("[levels]\nshares = {4 = 101}\n", "levels.shares"),
+    ("[levels]\nshares = {3 = 95}\n", "levels"),
+    ("[deadline]\ndue = 2026-11-21\n", "deadline"),
+    ("deadline = [1]\n", "deadline"),
+    ("[[marks]]\n", "marks"),
+    ('[[deadline]]\nnotebooks = ["x"]\n', "deadline 1.due"),
+    ("[[deadline]]\ndue = 9999-12-31\n", "deadline 1.due"),
+    (f"{DUE}\n[[deadline]]\ndue = 2026-11-21\nnotebooks = []\n", "deadline 2.notebooks"),
+    ("[late]\nper_day = 10\n", "late"),
+    (f"{DUE}[late]\nper_day = 101\n", "late.per_day"),
+    ("[[extension]]\nuntil = 2026-11-22\nstudents = ['a']\n", "extension 1"),
+    (f"{DUE}[[extension]]\nuntil = 2026-11-22\n", "extension 1"),
+    (f"{DUE}[[extension]]\nuntil = 2025-11-28\nstudents = ['a']\n", "extension 1.until"),
     (
         f"{DUE}notebooks = ['a']\n[[extension]]\nuntil = 2026-11-28\nstudents = ['a']\nnotebooks = ['b']\n",
-        "4 extension 1",
+        "extension 1",
     ),
     (
         '[course]\ntitel = "x"\n[bench]\nwhich = 1\n[feedback]\nfrom = 1\n',
-        "2 course.titel, 4 bench.which, 6 feedback.from",
+        "bench.which, course.titel, feedback.from",
     ),
 ]
 
 
 @pytest.mark.parametrize(("text", "faults"), REFUSED)
-def test_each_fault_is_reported_with_its_line_table_and_entry(tmp_path, text, faults):
+def test_each_fault_is_reported_with_its_table_and_entry(tmp_path, text, faults):
     with pytest.raises(GradingError) as error:
         read(tmp_path, text)
     assert ", ".join(places(error)) == faults
@@ -237,7 +237,7 @@ def test_numbers_are_accepted_from_the_least_to_the_most(tmp_path, entry, least,
     for value in (least - 0.0005, most + 1, "true", '"1"', "nan", "inf", "9" * 400):
         with pytest.raises(GradingError) as error:
             read(tmp_path, f"{DUE}[{table}]\n{name} = {value}\n")
-        assert places(error) == [f"4 {entry}"]
+        assert places(error) == [entry]
 
 
 @pytest.mark.parametrize(
@@ -315,4 +315,4 @@ def test_a_class_may_begin_in_the_middle(tmp_path):
 def test_a_start_that_the_course_does_not_have_for_such_benches_is_refused(tmp_path, text):
     with pytest.raises(GradingError) as error:
         read_ours(tmp_path, text, ("north", "south"))
-    assert places(error) == ["2 given.from"]
+    assert places(error) == ["given.from"]

@@ -11,8 +11,7 @@ locked.
 from __future__ import annotations
 
 import re
-from collections import defaultdict
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 from urllib.parse import quote
@@ -70,20 +69,20 @@ def student_version(notebook: NotebookNode, name: str, catalogue: Catalogue) -> 
         If a solution would stay in it: markers that do not pair, or an answer cell without any. If a cell records what
         the catalogue does not have, or is for an answer in words and does not name the question.
     """
-    points, asked = points_of(notebook, name, catalogue), _questions_by_cell(notebook)
+    answered = _answered(notebook, name, catalogue)
     cells = []
     for cell in notebook.cells:
         if INSTRUCTOR_TAG in cell.metadata.get("tags", []):
             continue
         source = _released_source(cell, f"{name}, cell {cell.id!r}")
-        if cell.cell_type == "code" and (questions := ", ".join(asked[cell.id])):
+        if cell.cell_type == "code" and is_answer(cell) and (questions := ", ".join(answered[cell.id][1])):
             cells.append(_answer_label_cell(cell.id, questions))
             if not source.startswith("%%"):  # a cell magic must come first
                 source = f"# {words.MARK} Your answer: {questions} ".ljust(_WIDTH, "─") + f"\n{source}"
         metadata = {key: cell.metadata[key] for key in _CELL_METADATA if key in cell.metadata} | _protection(cell)
         if is_answer(cell):  # so that a later release knows whether the student has written in it
             metadata[words.KEY] = {**metadata.get(words.KEY, {}), STUB_KEY: stub_digest(source)}
-            metadata["nbgrader"] = {**cell.metadata.nbgrader, "points": points[cell.id]}
+            metadata["nbgrader"] = {**cell.metadata.nbgrader, "points": answered[cell.id][0]}
         released = NotebookNode(id=cell.id, cell_type=cell.cell_type, metadata=NotebookNode(metadata), source=source)
         if cell.cell_type == "code":
             released.update(execution_count=None, outputs=[])
@@ -150,14 +149,6 @@ def _is_shown(source: str, name: str) -> bool:
     return f"attachment:{name}" in source or f"attachment:{quote(name)}" in source
 
 
-def _questions_by_cell(notebook: NotebookNode) -> Mapping[str, Iterable[str]]:
-    """Return id of each answer cell → numbers of the questions that it answers, in order; none for other cells."""
-    asked = defaultdict[str, dict[str, None]](dict)
-    for answer, entry in _recorded_with_answer_cell(notebook):
-        asked[answer][entry.question] = None
-    return asked
-
-
 def text(notebook: NotebookNode) -> str:
     """Return the text of a notebook's file; the same notebook gives the same text."""
     return str(nbformat.writes(notebook, version=nbformat.NO_CONVERT)).rstrip("\n") + "\n"
@@ -186,16 +177,15 @@ def set_points(notebook: NotebookNode, name: str, catalogue: Catalogue) -> bool:
         If a cell records what the catalogue does not have.
     """
     changed = False
-    points = points_of(notebook, name, catalogue)
+    answered = _answered(notebook, name, catalogue)
     for cell in notebook.cells:
-        if cell.id in points and cell.metadata.nbgrader.get("points") != points[cell.id]:
-            cell.metadata.nbgrader["points"] = points[cell.id]
-            changed = True
+        if cell.id in answered and cell.metadata.nbgrader.get("points") != answered[cell.id][0]:
+            cell.metadata.nbgrader["points"], changed = answered[cell.id][0], True
     return changed
 
 
-def points_of(notebook: NotebookNode, name: str, catalogue: Catalogue) -> dict[str, float]:
-    """Return the points of each answer cell: of all that is recorded from it until the next answer cell.
+def _answered(notebook: NotebookNode, name: str, catalogue: Catalogue) -> dict[str, tuple[float, list[str]]]:
+    """Find what is recorded from each answer cell until the next one.
 
     Parameters
     ----------
@@ -206,7 +196,7 @@ def points_of(notebook: NotebookNode, name: str, catalogue: Catalogue) -> dict[s
     Returns
     -------
     dict
-        Id of the cell → points.
+        Id of the cell → points, and numbers of the questions.
 
     Raises
     ------
@@ -214,6 +204,7 @@ def points_of(notebook: NotebookNode, name: str, catalogue: Catalogue) -> dict[s
         If a cell records what the catalogue does not have.
     """
     points: dict[str, float] = {cell.id: 0 for cell in notebook.cells if is_answer(cell)}
+    questions: dict[str, dict[str, None]] = {cell: {} for cell in points}
     for answer, entry in _recorded_with_answer_cell(notebook):
         try:
             question = catalogue.find(entry.question)
@@ -222,7 +213,8 @@ def points_of(notebook: NotebookNode, name: str, catalogue: Catalogue) -> dict[s
             raise GradingError(f"{name}, cell {entry.cell!r}: {error}") from None
         if answer:
             points[answer] += earned
-    return {cell: int(value) if value == int(value) else value for cell, value in points.items()}
+            questions[answer][entry.question] = None
+    return {cell: (int(p) if p == int(p) else p, list(questions[cell])) for cell, p in points.items()}
 
 
 def _recorded_with_answer_cell(notebook: NotebookNode) -> Iterator[tuple[str, Recorded]]:

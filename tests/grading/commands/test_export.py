@@ -70,6 +70,13 @@ def test_a_dry_run_tells_the_same_and_each_new_mark_and_writes_nothing(folder):
     assert will - would == {f"Written: {folder / 'worksheet-with-marks.csv'}"}
 
 
+def test_points_decimals_and_what_is_unfinished_are_as_asked(folder):
+    asked = ("--into", folder / "Moodle.csv", "--column", "Lab 3", "--out-of", "100", "--decimals", "0")
+    export(folder, *asked, "--unfinished")
+    written = (folder / "Moodle-with-marks.csv").read_text()
+    assert "ada@x.org,83," in written and "cleo@x.org,67," in written
+
+
 def test_feedback_for_moodle_and_for_canvas(folder):
     _, said = export(folder, "--into", folder / "worksheet.csv", "--feedback", folder / "moodle.zip")
     names = zipfile.ZipFile(folder / "moodle.zip").namelist()
@@ -90,6 +97,8 @@ def test_feedback_for_moodle_and_for_canvas(folder):
         (("--into", "{f}/Canvas.csv", "--write", "{f}/../{n}/Canvas.csv"), "Two of the files are the same"),
         (("--into", "{f}/Canvas.csv", "--write", "{f}/x", "--feedback", "{f}/x"), "Two of the files are the same"),
         (("--into", "{f}/none.csv"), "none.csv: No such file"),
+        (("--into", "{f}/Moodle.csv", "--column", "Lab 3", "--out-of", "many"), "a number of points, not 'many'"),
+        (("--into", "{f}/Moodle.csv", "--column", "Lab 3"), "Moodle's file does not say how many points"),
         (("--into", "{f}/out/roster.csv"), "roster.csv: It is not a file of Canvas, Moodle, Blackboard or Brightspace"),
         (("--into", "{f}/Canvas.csv", "--column", "Lab 9"), "Canvas.csv: It has no column 'Lab 9'"),
         (("--into", "{f}/Brightspace.csv", "--write", "{f}/none/x.csv"), "x.csv: No such file or directory"),
