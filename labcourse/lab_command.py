@@ -24,17 +24,17 @@ class LabCommand(typer.core.TyperCommand):
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Parse the arguments; an unknown option is refused with an example."""
         known = {"--help", *(name for parameter in self.params for name in parameter.opts)}
-        for word in itertools.takewhile(lambda word: word != "--", args):
-            if word.startswith("-") and word.partition("=")[0] not in known:
-                example = f"{program.name()} lab -- {word}"
+        for text in itertools.takewhile(lambda text: text != "--", args):
+            if text.startswith("-") and text.partition("=")[0] not in known:
+                example = f"{program.name()} lab -- {text}"
                 raise typer.BadParameter(
-                    f"There is no option {word}. If it is JupyterLab's, write it after --: {example}"
+                    f"There is no option {text}. If it is JupyterLab's, write it after --: {example}"
                 )
         return super().parse_args(ctx, args)
 
 
 def lab(
-    words: Annotated[
+    folder_and_options: Annotated[
         list[str] | None,
         typer.Argument(
             metavar="[FOLDER] [-- OPTIONS OF JUPYTERLAB]",
@@ -49,7 +49,7 @@ def lab(
     earlier release of the course, the course's own cells become those of the installed one. On a JupyterHub, where
     JupyterLab runs already, that is all.
     """
-    arguments = list(words or [])
+    arguments = list(folder_and_options or [])
     given = Path(arguments.pop(0)) if arguments and not arguments[0].startswith("-") else None
     if arguments and not arguments[0].startswith("-"):
         raise typer.BadParameter(f"One folder, please; {arguments[0]!r} is another. Put JupyterLab's options after --.")
@@ -60,7 +60,7 @@ def lab(
     say(*messages)
     is_source = _is_home(folder, installed.notebooks) and not _release_of(installed.notebooks)
     if student is None and not is_source:
-        student = _asked(folder)
+        student = _ask_for_student(folder)
     say(*fill(folder, student))
     if not is_source:
         course_place.remember(folder)
@@ -76,7 +76,7 @@ def _is_home(folder: Path, course: Path) -> bool:
     return folder.resolve() == course.resolve()
 
 
-def _asked(folder: Path) -> str | None:
+def _ask_for_student(folder: Path) -> str | None:
     """Ask the hub, or the person at the terminal, for the student's ID, if the folder has none; None if unknown."""
     try:
         known = (course_file.read(folder) or {}).get(course_file.STUDENT)

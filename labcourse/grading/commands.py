@@ -139,38 +139,38 @@ def new(name: NewName) -> None:
 
 
 @app.command(rich_help_panel=_COURSE)
-def make_notebooks(course: CourseFolder = None) -> None:
+def make_notebooks(solutions: CourseFolder = None) -> None:
     """Make the student notebooks in notebooks/ from the notebooks with solutions."""
     from labcourse.grading.release.student_course import write_notebooks
 
-    for path in write_notebooks(courses.find(course)):
+    for path in write_notebooks(courses.find(solutions)):
         typer.echo(str(path))
 
 
 @app.command(rich_help_panel=_COURSE)
-def check_course(course: CourseFolder = None, run: Run = True) -> None:
+def check_course(solutions: CourseFolder = None, run: Run = True) -> None:
     """Find what is missing or contradictory in a course: questions, key, cells, numbers in texts.
 
     Exit code: 0 no problems, 1 some problems.
     """
     from labcourse.grading.course_check import check
 
-    found = courses.find(course)
+    course = courses.find(solutions)
     count = 0
-    for finding in check(found, run):
+    for finding in check(course, run):
         count += 1
         say(str(finding))
     if count:
         typer.echo(f"{count} found.")
         raise typer.Exit(SOME_TROUBLE)
-    notebooks = plural(len(found.notebooks), "{count} notebook", "{count} notebooks")
-    typer.echo(f"{len(found.catalogue.everything)} questions, tables and reports in {notebooks}: everything fits.")
+    notebooks = plural(len(course.notebooks), "{count} notebook", "{count} notebooks")
+    typer.echo(f"{len(course.catalogue.everything)} questions, tables and reports in {notebooks}: everything fits.")
 
 
 @app.command(rich_help_panel=_COURSE)
 def release(
     out: ReleaseFolder,
-    course: CourseFolder = None,
+    solutions: CourseFolder = None,
     with_data: WithData = False,
     replace: Replace = False,
     keep: Keep = True,
@@ -178,12 +178,12 @@ def release(
     """Make the folder and zip that students get, without solutions, key and the instructor's modules."""
     from labcourse.grading.release import releases, student_course
 
-    found = courses.find(course)
-    made = student_course.release(found, out, with_data, replace)
+    course = courses.find(solutions)
+    made = student_course.release(course, out, with_data, replace)
     count = plural(len(made.notebooks), "{count} notebook", "{count} notebooks")
     typer.echo(f"{count}: {', '.join(made.notebooks)}\n{made.folder}\n{made.archive}")
     if keep:
-        typer.echo(f"Release {made.id}, stored as {releases.store(found, made.archive, made.id)}")
+        typer.echo(f"Release {made.id}, stored as {releases.store(course, made.archive, made.id)}")
     else:
         typer.echo(f"Release {made.id}, not stored: what is done with it is run with the course as it is.")
 
@@ -243,7 +243,7 @@ def grade(
     marks: Marks,
     submissions: Annotated[Path, Argument(metavar="SUBMISSIONS", help="A folder or zip, as a platform gives it.")],
     out: Out = None,
-    course: CourseFolder = None,
+    solutions: CourseFolder = None,
     jobs: Jobs = 1,
     scheduler: Annotated[str | None, Option(help=_CLUSTER)] = None,
     cell_timeout: Annotated[int, Option(min=1, help="Seconds that a cell may take.")] = 60,
@@ -293,8 +293,8 @@ def grade(
     when, problems = read_times(times, zone) if times else ({}, [])
     limits = Limits(cell_timeout, deadline, memory * 2**20, processes)
     try:
-        found = courses.find(course)
-        values = tuple(supplied.read(text, found.catalogue) for text in supply or ())
+        course = courses.find(solutions)
+        values = tuple(supplied.read(text, course.catalogue) for text in supply or ())
         if isolation is not None:  # on a cluster it is the workers' isolation that counts
             isolation.result()
         make_folder(folder)
@@ -302,11 +302,11 @@ def grade(
         decisions = {row.key: text for row, text in decided.items() if text}
         how = (limits, jobs, scheduler, probe_seed, not unsafe_no_isolation, every_cell, values, when, zone)
         with _gradebook(marks, make=True) as book:
-            batch = Batch(submissions, found, book, Settings(*how, again=tuple(again or ()), decisions=decisions))
+            batch = Batch(submissions, course, book, Settings(*how, again=tuple(again or ()), decisions=decisions))
             before = Before(book)
             show = JsonLines if as_json else Screen
             progress = show(len(batch.students), [*batch.ignored, *problems], batch.absent)
-            with Reports(folder, found, book, batch.students) as reports, progress:
+            with Reports(folder, course, book, batch.students) as reports, progress:
                 try:
                     for step in batch.grade():
                         progress.add(step.ran, reports.write(step.graded), before.changes(step.graded))
@@ -343,7 +343,7 @@ def _zone(name: str) -> tzinfo:
 
 
 @app.command(rich_help_panel=_CLASS)
-def status(marks: Marks, course: CourseFolder = None, out: Out = None) -> None:
+def status(marks: Marks, solutions: CourseFolder = None, out: Out = None) -> None:
     """Show the state of the class: who handed in, who is in trouble, what waits for you.
 
     The same is written to class.html in the folder of results. This page names students: do not publish it.
@@ -352,9 +352,9 @@ def status(marks: Marks, course: CourseFolder = None, out: Out = None) -> None:
     """
     from labcourse.grading.overview import glance, shown
 
-    found, folder = courses.find(course), _results_or_none(marks, out)
+    course, folder = courses.find(solutions), _results_or_none(marks, out)
     with _gradebook(marks) as book:
-        seen = glance.at(book, found)
+        seen = glance.at(book, course)
     say(*shown.lines(seen))
     if folder is None:
         typer.echo("\nNo page was written: say where by --out.")
@@ -367,7 +367,7 @@ def status(marks: Marks, course: CourseFolder = None, out: Out = None) -> None:
 @app.command(rich_help_panel=_CLASS)
 def score(
     marks: Marks,
-    course: CourseFolder = None,
+    solutions: CourseFolder = None,
     by: Annotated[list[str] | None, Option(metavar="NAME", help="Your name, for the record; once for each.")] = None,
     port: Annotated[int, Option(min=0, max=65535, help="Port of the page; 0: any free port.")] = 0,
     show_names: Annotated[bool, Option("--names", help="Show students' names instead of numbers.")] = False,
@@ -390,16 +390,16 @@ def score(
         raise GradingError("Say who scored in the table: --by NAME, once.")
     if write is None and (not names or len({*map(str.casefold, names), ""}) <= len(names)):
         raise GradingError("Say who scores: --by NAME, once for each. Two scorers need two names.")
-    found = courses.find(course)
+    course = courses.find(solutions)
     with _gradebook(marks) as book:
-        items = rubric.read(found.folder, found.catalogue)
-        desk = Desk(book, found.catalogue, items, found.settings.levels, show_names)
+        items = rubric.read(course.folder, course.catalogue)
+        desk = Desk(book, course.catalogue, items, course.settings.levels, show_names)
         if write is not None:
             _write_table(desk, write, force)
         elif read is not None:
             _read_table(desk, read, names[0])
         else:
-            _serve(desk, names, port, browser, found.title)
+            _serve(desk, names, port, browser, course.title)
 
 
 def _serve(desk: Desk, names: list[str], port: int, browser: bool, title: str) -> None:
@@ -449,7 +449,7 @@ def _read_table(desk: Desk, path: Path, by: str) -> None:
 @app.command(rich_help_panel=_CLASS)
 def regrade(
     marks: Marks,
-    course: CourseFolder = None,
+    solutions: CourseFolder = None,
     question: Questions = None,
     out: Out = None,
     jobs: Jobs = 1,
@@ -467,11 +467,11 @@ def regrade(
     from labcourse.grading.reports.changes import changes
     from labcourse.grading.reports.grades import Reports
 
-    found, folder = courses.find(course), _results_or_none(marks, out)
+    course, folder = courses.find(solutions), _results_or_none(marks, out)
     changed, failed, faults = Counter[bool](), False, dict[str, None]()
     with _gradebook(marks) as book, ExitStack() as stack:
-        reports = None if folder is None else stack.enter_context(Reports(folder, found, book))
-        for done in batch.regrade(book, found, question or (), jobs):
+        reports = None if folder is None else stack.enter_context(Reports(folder, course, book))
+        for done in batch.regrade(book, course, question or (), jobs):
             change = changes(done.before, done.after)
             changed[bool(change.parts)] += 1
             failed |= bool(done.problem)
@@ -492,22 +492,22 @@ def regrade(
 
 
 @app.command(rich_help_panel=_CLASS)
-def report(marks: Marks, out: Out = None, course: CourseFolder = None) -> None:
+def report(marks: Marks, out: Out = None, solutions: CourseFolder = None) -> None:
     """Write grades.csv and all students' feedback from the gradebook. Nothing is run or marked.
 
     Exit code: 0 all written, 2 something could not be written.
     """
     from labcourse.grading.reports.grades import Reports
 
-    found, folder = courses.find(course), _results(marks, out)
+    course, folder = courses.find(solutions), _results(marks, out)
     with _gradebook(marks) as book:
-        reports = Reports(folder, found, book)
+        reports = Reports(folder, course, book)
         count = reports.write_all()
     say(f"{_students(count)}: {folder}", *filter(None, (reports.closed, reports.unknown, reports.hints)))
 
 
 @app.command(rich_help_panel=_CLASS)
-def publish(marks: Marks, by: By, note: Note = "", course: CourseFolder = None, out: Out = None) -> None:
+def publish(marks: Marks, by: By, note: Note = "", solutions: CourseFolder = None, out: Out = None) -> None:
     """Publish feedback: write all students' pages, record the time, and list what is not ready.
 
     Your platform delivers the pages to students. If feedback opens later by course.toml, the pages show only this date
@@ -519,14 +519,14 @@ def publish(marks: Marks, by: By, note: Note = "", course: CourseFolder = None, 
     from labcourse.grading.overview.section import moment
     from labcourse.grading.reports.grades import Reports
 
-    found, folder = courses.find(course), _results(marks, out)
+    course, folder = courses.find(solutions), _results(marks, out)
     begun = datetime.now(UTC)  # a change while pages are written may be on none of them; it is reported the next time
     with _gradebook(marks) as book:
         before = book.requests.publications()
         changed = published.changed_since(book.audit(), before[-1].when) if before else []
-        count = Reports(folder, found, book).write_all()
-        unready = published.not_ready(book, found.settings, begun)
-        done = book.requests.publish(by, note, begun) if found.settings.feedback.is_open(begun) else None
+        count = Reports(folder, course, book).write_all()
+        unready = published.not_ready(book, course.settings, begun)
+        done = book.requests.publish(by, note, begun) if course.settings.feedback.is_open(begun) else None
     say(f"Pages of {_students(count)}: {folder}", *unready)
     if done is None:
         raise typer.Exit(SOME_TROUBLE)
@@ -570,7 +570,7 @@ def export(
         Path | None, Option(help="The platform's zip of submissions: --feedback needs names.", dir_okay=False)
     ] = None,
     dry_run: DryRun = False,
-    course: CourseFolder = None,
+    solutions: CourseFolder = None,
 ) -> None:
     """Put marks into a file that you exported from Canvas, Moodle, Blackboard or Brightspace.
 
@@ -587,15 +587,15 @@ def export(
     paths = [path.resolve() for path in (into, submissions, target, feedback) if path is not None]
     if len({*paths}) < len(paths):
         raise GradingError("Two of the files are the same. What is read is not written over: name another file.")
-    found = courses.find(course)
-    choice = filled.Choice(found.settings.marks.decimals if decimals is None else decimals, unfinished, cap)
+    course = courses.find(solutions)
+    choice = filled.Choice(course.settings.marks.decimals if decimals is None else decimals, unfinished, cap)
     with _gradebook(marks) as book:
         try:
             theirs = rules.recognised(their_file.read(into.read_bytes()))
             place = theirs.column(column)
             maximum = recognised.maximum(place, theirs.platform, out_of)
             matches = matching.match(theirs, book.students())
-            done = filled.fill(theirs, place, maximum, matches, earned(book, found), choice)
+            done = filled.fill(theirs, place, maximum, matches, earned(book, course), choice)
         except GradebookError:
             raise
         except GradingError as error:
@@ -604,7 +604,7 @@ def export(
         if feedback is not None:  # what cannot be is refused while nothing is written
             names = [] if submissions is None else feedback_zip.submissions_in(submissions)
             places = feedback_zip.places(theirs, matches, names)
-            pages = feedback_zip.pages(book, found, list(places.paths))
+            pages = feedback_zip.pages(book, course, list(places.paths))
             contents[feedback], messages = feedback_zip.packed(places, pages)
     for path, content in contents.items() if not dry_run else ():
         files.write(path, content)
@@ -616,7 +616,7 @@ def export(
 
 
 @outcomes.command("report")
-def outcomes_report(marks: Marks, out: Out = None, course: CourseFolder = None, sections: Sections = True) -> None:
+def outcomes_report(marks: Marks, out: Out = None, solutions: CourseFolder = None, sections: Sections = True) -> None:
     """Write the levels of the class in each criterion and outcome: attainment.html, attainment.csv, students.csv.
 
     Groups smaller than course.toml allows are not shown. students.csv has names: do not publish it.
@@ -625,24 +625,24 @@ def outcomes_report(marks: Marks, out: Out = None, course: CourseFolder = None, 
     """
     from labcourse.grading.outcomes import class_report
 
-    found, folder = courses.find(course), _results(marks, out)
+    course, folder = courses.find(solutions), _results(marks, out)
     with _gradebook(marks) as book:
-        done = class_report.write(folder, found, book, sections)
+        done = class_report.write(folder, course, book, sections)
     say(f"{_students(done.students)}: {folder / class_report.PAGE_FILE}", *done.notes)
     say(f"{class_report.STUDENTS_FILE} has names: it is for you, and not for an accreditation.")
 
 
 @outcomes.command()
-def sheets(marks: Marks, out: Out = None, course: CourseFolder = None, student: Students = None) -> None:
+def sheets(marks: Marks, out: Out = None, solutions: CourseFolder = None, student: Students = None) -> None:
     """Write each student's scoring sheets as HTML, PDF and CSV, and one CSV of the whole class.
 
     Exit code: 0 all written, 2 something could not be written.
     """
     from labcourse.grading.outcomes import sheet_files
 
-    found, folder = courses.find(course), _results(marks, out)
+    course, folder = courses.find(solutions), _results(marks, out)
     with _gradebook(marks) as book:
-        count, notes = sheet_files.write(folder, found, book, student or ())
+        count, notes = sheet_files.write(folder, course, book, student or ())
     say(f"{_students(count)}: {folder / sheet_files.FOLDER}", *notes)
 
 
@@ -739,7 +739,7 @@ def answer(marks: Marks, number: RequestNumber, text: FeedbackText, by: By) -> N
 
 @person.command()
 def copy(
-    marks: Marks, student: Student, into: Zip, out: Out = None, force: Force = False, course: CourseFolder = None
+    marks: Marks, student: Student, into: Zip, out: Out = None, force: Force = False, solutions: CourseFolder = None
 ) -> None:
     """Write a zip for a student with all that is stored about them: records, and each file as it was received.
 
@@ -750,9 +750,9 @@ def copy(
 
     if into.exists() and not force:
         raise GradingError(f"{into} is there already; add --force to write over it.")
-    found, folder = courses.find(course), _results_or_none(marks, out)
+    course, folder = courses.find(solutions), _results_or_none(marks, out)
     with _gradebook(marks) as book:
-        count = copied.write(into, book, None if folder is None else Results(folder, found), student)
+        count = copied.write(into, book, None if folder is None else Results(folder, course), student)
     say(f"All records and {count} files that were handed in: {into}")
 
 
@@ -765,7 +765,7 @@ def erase(
     submissions: Annotated[Path | None, Option(help="Report the person's submissions in this folder, too.")] = None,
     dry_run: DryRun = False,
     yes: Annotated[bool, Option("--yes", help="Do not ask.")] = False,
-    course: CourseFolder = None,
+    solutions: CourseFolder = None,
 ) -> None:
     """Erase all that is stored about a student. This cannot be undone.
 
@@ -778,10 +778,10 @@ def erase(
     from labcourse.grading.erasure.others import of_others
     from labcourse.grading.erasure.results import Results
 
-    found, folder = courses.find(course), _results_or_none(marks, out)
-    results = None if folder is None else Results(folder, found)
+    course, folder = courses.find(solutions), _results_or_none(marks, out)
+    results = None if folder is None else Results(folder, course)
     with _gradebook(marks) as book:
-        others = of_others(book, found, student)
+        others = of_others(book, course, student)
         erased = book.persons.would_be_erased(student, others)
         say(*_to_be_erased(erased, results))
         handed_in = [] if submissions is None else [*remains.in_submissions(submissions, book, student)]
@@ -799,7 +799,7 @@ def erase(
             unwritten = [] if results is None else results.write(book, of_class)
             say(*unwritten, err=True)  # here, as it is also said if erasing failed
     named = [] if folder is None else [*remains.in_folder(folder, erased.about)]
-    named += [*handed_in, *remains.in_settings(found, erased.about)]
+    named += [*handed_in, *remains.in_settings(course, erased.about)]
     say(f"{erased.about.student} is erased.", *_remaining(erased, named))
     unseen = "texts with another name, as a first name; backups, copies, the learning platform, e-mails"
     unseen += "" if submissions else "; what they handed in, as you received it"
