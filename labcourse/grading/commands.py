@@ -309,7 +309,7 @@ def grade(
             with Reports(folder, course, book, batch.students) as reports, progress:
                 try:
                     for step in batch.grade():
-                        progress.add(step.ran, reports.write(step.graded), before.changes(step.graded))
+                        progress.add(step.ran, reports.result(step.graded), before.changes(step.graded))
                 finally:
                     rows = intake_table.write(folder / INTAKE_FILE, batch.doubts, decided)
     except IsolationError as error:
@@ -319,7 +319,7 @@ def grade(
         f"What cannot be known for certain is in {folder / INTAKE_FILE}, with what was assumed "
         f"({plural(rows, '{count} row', '{count} rows')}): write what is right under decision and grade again."
     )
-    say(*filter(None, (reports.closed, reports.unknown, reports.hints, doubts if rows else "")), err=True)
+    say(*reports.notices(), *([doubts] if rows else []), err=True)
     raise typer.Exit(SOME_TROUBLE if progress.trouble else ALL_WELL)
 
 
@@ -485,7 +485,7 @@ def regrade(
             for mark in done.unchanged:
                 stays = f"{mark['points']:g} points, given by a person, stay; the key gives {mark['by_key']:g}"
                 say(f"{change.student}, {mark['question']}, {mark['part']}: {stays}.")
-    say(*faults, *([reports.hints] if reports and reports.hints else ()), err=True)
+    say(*faults, *(reports.notices() if reports else ()), err=True)
     if not as_json:
         say(f"Other marks than before: {_students(changed[True])}. The same: {changed[False]}.")
     raise typer.Exit(SOME_TROUBLE if failed or faults else ALL_WELL)
@@ -503,7 +503,7 @@ def report(marks: Marks, out: Out = None, solutions: CourseFolder = None) -> Non
     with _gradebook(marks) as book:
         reports = Reports(folder, course, book)
         count = reports.write_all()
-    say(f"{_students(count)}: {folder}", *filter(None, (reports.closed, reports.unknown, reports.hints)))
+    say(f"{_students(count)}: {folder}", *reports.notices())
 
 
 @app.command(rich_help_panel=_CLASS)

@@ -12,14 +12,14 @@ from packings import WANTED, lay, work
 
 from labcourse.grading import batch, intake
 from labcourse.grading.batch import regrade
-from labcourse.grading.gradebook import Gradebook
+from labcourse.grading.gradebook import Gradebook, StudentRecord
 from labcourse.grading.graded_run import key_faults
 from labcourse.grading.overview import waiting
 from labcourse.grading.platforms.earned import earned
 from labcourse.grading.reports import live_report
 from labcourse.grading.reports.changes import Before
 from labcourse.grading.reports.grades import Reports
-from labcourse.grading.reports.result import result_of
+from labcourse.grading.reports.result import Result
 from labcourse.grading.running import runner, supplied
 
 FAULTY = """
@@ -84,7 +84,7 @@ def test_where_grading_fails_nothing_shows_a_number(fake_class, tmp_path, capsys
         (problem,) = current.run.problems
         assert "Not graded" in problem and "the disk is full" in problem
         Reports(tmp_path / "out", fake_class.course, book).write_all()
-        result = result_of(current)
+        result = Result(current, StudentRecord("ada"))
         with live_report.Screen(1, [], []) as screen:
             screen.add(True, result)
         with live_report.JsonLines(1, [], []) as lines:

@@ -2,10 +2,13 @@
 
 import csv
 import io
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from labcourse.grading.gradebook import Gradebook, Graded, MarkRecord, RunRecord
+from labcourse.grading.gradebook import Gradebook, Graded, MarkRecord, RunRecord, StudentRecord
+from labcourse.grading.reports.result import Result
 
 
 def mark(status: str = "right", points: float = 2.0, reason: str = "Well.", given: str = "19.9 rad/s") -> MarkRecord:
@@ -28,6 +31,16 @@ def graded(student: str, *marks: MarkRecord, submission: str = "first", key: str
     values = {"master": "m", "software": "rotflex 0", "probe_seed": 7, "isolation": "Run in isolation."} | run
     record = RunRecord(f"{student} {submission}", student, submission, **values)
     return Graded(record, marks or (mark(), prose(), report_text()), key)
+
+
+def result(
+    *marks: MarkRecord, student: str = "ada", about: Sequence[str] = (), lapsed: Sequence[Any] = (), **more: Any
+) -> Result:
+    """What came out for a student with these marks: name, email and section in ``about``; more of the run or result."""
+    of_result = {name: more.pop(name) for name in ("comments", "requests", "account") if name in more}
+    one = more.pop("run", None) or graded(student, **more).run
+    made = graded(student, *marks)
+    return Result(replace(made, run=one, lapsed=tuple(lapsed)), StudentRecord(student, *about), **of_result)
 
 
 def record(book: Gradebook, *runs: Graded) -> None:

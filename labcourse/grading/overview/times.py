@@ -9,7 +9,7 @@ from datetime import datetime, timedelta
 from labcourse.grading.gradebook import Act, Answer, AuditRecord
 from labcourse.grading.overview.section import Section, Table, moment
 from labcourse.grading.scoring.desk import Where
-from labcourse.grading.scoring.pace import PAUSE, Reading, readings, usual
+from labcourse.grading.scoring.progress import PAUSE, Reading, readings, usual
 from labcourse.messages import plural
 
 _PAUSE = timedelta(seconds=PAUSE)

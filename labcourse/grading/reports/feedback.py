@@ -1,317 +1,119 @@
-"""The page that a student gets back: one HTML file, no scripts, nothing loaded from anywhere, all text escaped.
-
-First a summary by section: what was earned, what waits, what to look at again. Then each question with what was given,
-in full width; what is all well is folded away, and unfolded on paper.
-"""
+"""The page that a student gets back: one HTML file, no scripts, nothing loaded from anywhere, all text escaped."""
 
 from __future__ import annotations
 
-import base64
-import binascii
 import re
-from collections.abc import Collection, Iterable, Mapping
-from dataclasses import dataclass, replace
-from datetime import datetime
+from collections.abc import Collection, Mapping
+from datetime import UTC, datetime
+from functools import partial
 from itertools import groupby
 from typing import Any
 
 from markupsafe import Markup
 
-from labcourse.answers import answers, forms, report_files
+from labcourse.answers import answers, forms, predictions, report_files
 from labcourse.answers.catalogue import Catalogue
-from labcourse.answers.parts import WHOLE, Part, Question
+from labcourse.answers.json_values import clean
+from labcourse.answers.parts import WHOLE, Question
 from labcourse.errors import AnswerError
-from labcourse.grading.accounts.account import Account
 from labcourse.grading.accounts.exact import to_decimals
-from labcourse.grading.gradebook import CommentRecord, RunRecord
-from labcourse.grading.marking.marking import Mark
-from labcourse.grading.reports import drawn_figure, rendered_words
-from labcourse.grading.reports.predicted import Predicted, predicted
-from labcourse.grading.reports.result import Result, asked, lapse, points, worth
+from labcourse.grading.course import Course
+from labcourse.grading.gradebook import MarkRecord, RunRecord
+from labcourse.grading.reports import drawn_figure, markdown
+from labcourse.grading.reports.result import Result, asked, lapse, points, sums, worth
 from labcourse.grading.reports.templating import templates
-from labcourse.grading.settings import FeedbackSettings
 from labcourse.grading.verdicts import UNDECIDED, Status
-from labcourse.safe_text import no_escapes
 
-#: Style and sign; the words are there as well, for who cannot see colours or signs.
-_LOOK = {
-    Status.RIGHT: ("right", "✓"),
-    Status.FOLLOW_THROUGH: ("follow", "✓"),
-    Status.PARTLY: ("partly", "◐"),
-    Status.WRONG: ("wrong", "✗"),
-    Status.MISSING: ("missing", "○"),
-    Status.FOR_A_PERSON: ("person", "…"),
-    Status.BY_A_PERSON: ("person", "✎"),
-    Status.NOT_MARKED: ("fault", "⚑"),
-    Status.SUPPLIED: ("supplied", "↷"),
-}
+_GOOD = (Status.RIGHT, Status.BY_A_PERSON)
 _LOST = (Status.PARTLY, Status.WRONG, Status.MISSING, Status.SUPPLIED)  # look at it again, whatever it is worth
 
 
-@dataclass(frozen=True)
-class Sums:
-    """Points of several marks, in words; empty where there are none of that sort."""
-
-    earned: str
-    open: str
-    out_of: str
-
-
-def sums(marks: Iterable[Mark]) -> Sums:
-    """The points of marks. What is not decided yet is not earned as 0."""
-    marks = [mark for mark in marks if mark.out_of]
-    decided = [mark for mark in marks if mark.status not in UNDECIDED]
-    waiting = sum(mark.awaiting for mark in marks)
-    faults = sum(mark.out_of for mark in marks if mark.status is Status.NOT_MARKED)
-    left = [points(waiting)] if waiting else []
-    left += [f"{points(faults)} not marked"] if faults else []
-    return Sums(
-        points(sum(mark.points for mark in decided)) if decided else "",
-        " + ".join(left),
-        points(sum(mark.out_of for mark in marks)) if marks else "",
-    )
-
-
-@dataclass(frozen=True)
-class Shown:
-    """A part of a question on the page: its mark, what was asked, and what was given, ready for the page."""
-
-    mark: Mark
-    prompt: str
-    given: Markup
-
-    @property
-    def look(self) -> str:
-        """The class of its style."""
-        return _LOOK[self.mark.status][0]
-
-    @property
-    def sign(self) -> str:
-        """A sign that says the same as the colour."""
-        return _LOOK[self.mark.status][1]
-
-    @property
-    def status(self) -> str:
-        """What became of it, in words."""
-        return self.mark.status.value
-
-    @property
-    def earned(self) -> str:
-        """Points in words."""
-        mark = self.mark
-        if mark.status in UNDECIDED:
-            return f"{worth(mark.out_of)} not decided yet"
-        return f"{points(mark.points)} of {worth(mark.out_of)}"
-
-
-@dataclass(frozen=True)
-class Asked:
-    """A question on the page; section and notebook are empty where the catalogue does not have it any more."""
-
-    number: str
-    title: str
-    section: str
-    notebook: str
-    parts: tuple[Shown, ...]
-    comments: tuple[CommentRecord, ...]
-    predicted: Predicted | None = None
-
-    @property
-    def place(self) -> str:
-        """By which the page links to it."""
-        return "q-" + re.sub(r"\W+", "-", self.number)
-
-    @property
-    def marks(self) -> list[Mark]:
-        """Of its parts."""
-        return [part.mark for part in self.parts]
-
-    @property
-    def sums(self) -> Sums:
-        """Points of its parts."""
-        return sums(self.marks)
-
-    @property
-    def all_well(self) -> bool:
-        """Whether there is nothing to be seen in it but what is right."""
-        well = (Status.RIGHT, Status.BY_A_PERSON)
-        return not self.comments and all(one.status in well and one.points == one.out_of for one in self.marks)
-
-    @property
-    def nothing(self) -> bool:
-        """Whether all of it is missing for one reason: then that is said once."""
-        return all(one.status is Status.MISSING for one in self.marks) and len({one.reason for one in self.marks}) == 1
-
-    @property
-    def look_again(self) -> bool:
-        """Whether points were lost in it, or would have been."""
-        return any(
-            one.status in _LOST or (one.status is Status.BY_A_PERSON and one.points < one.out_of) for one in self.marks
-        )
-
-
-@dataclass(frozen=True)
-class Section:
-    """A line of the summary."""
-
-    section: str
-    notebook: str
-    questions: tuple[Asked, ...]
-
-    @property
-    def all_again(self) -> bool:
-        """Whether every question of it is to be looked at again, and there are several."""
-        return len(self.questions) > 1 and all(question.look_again for question in self.questions)
-
-    @property
-    def sums(self) -> Sums:
-        """Points of its questions."""
-        return sums(mark for question in self.questions for mark in question.marks)
-
-
-#: What the key decided, and says why; all other reasons say what happened, or are a person's.
-_BY_KEY = (Status.RIGHT, Status.FOLLOW_THROUGH, Status.PARTLY, Status.WRONG)
-
-
-def page(
-    result: Result,
-    catalogue: Catalogue,
-    title: str = "",
-    run: RunRecord | None = None,
-    term: str = "",
-    seen: FeedbackSettings | None = None,
-) -> str:
-    """The feedback for a student as HTML.
+def page(result: Result, course: Course) -> str:
+    """Return a student's feedback as HTML. Before it opens, it has the date and problems with the submission only.
 
     Parameters
     ----------
     result : what came out
-    catalogue : what the questions are called, where they stand, and what they ask for
-    title, term : of the course
-    run : the run that counts, for figures and for answers in words
-    seen : what students see of their marks; all of it unless given
+    course : with its questions, and the settings of what students see
     """
-    seen = seen or FeedbackSettings()
-    questions = _questions(result if seen.reasons else _without_reasons(result), catalogue, run)
-    sections = [
-        Section(section, notebook, tuple(group))
-        for (section, notebook), group in groupby(questions, key=lambda one: (one.section, one.notebook))
-    ]
-    return (
-        templates()
-        .get_template("feedback.html")
-        .render(
-            result=result,
-            seen=seen,
-            questions=questions,
-            sections=sections,
-            total=sums(result.marks),
-            account=result.account,
-            final=_final(result.account),
-            general=[one for one in result.comments if one.question is None],
-            lapsed=list(map(lapse, result.lapsed)),
-            course=" · ".join(filter(None, (title, term))),
-            points=points,
-            asked=asked,
-        )
-        + "\n"
-    )
+    seen, account = course.settings.feedback, result.account
+    questions = shown_questions(result, course.catalogue)
+    sections = groupby(questions, key=lambda one: (one["question"].section, one["question"].notebook))
+    final = account is not None and account.final is not None and to_decimals(account.final, account.marks.decimals)
+    context = {
+        "result": result,
+        "seen": seen,
+        "opens": None if seen.is_open(datetime.now(UTC)) else seen.opens,
+        "questions": questions,
+        "sections": [list(group) for _name, group in sections],
+        "final": final or "",
+        "course": " · ".join(filter(None, (course.title, course.settings.term))),
+        "undecided": UNDECIDED,
+    }
+    helpers = {"points": points, "worth": worth, "sums": sums, "asked": asked, "lapse": lapse}
+    return templates().get_template("feedback.html").render(**context, **helpers) + "\n"
 
 
-def _final(account: Account | None) -> str:
-    """The final grade, with all of its decimals; "" while there is none."""
-    return "" if account is None or account.final is None else to_decimals(account.final, account.marks.decimals)
-
-
-def not_open_yet(result: Result, opens: datetime, title: str = "", term: str = "") -> str:
-    """What stands in the feedback's place until it opens: when that is, and what went wrong with the hand-in.
-
-    Parameters
-    ----------
-    result : what came out
-    opens : when feedback may be seen
-    title, term : of the course
-    """
-    course = " · ".join(filter(None, (title, term)))
-    return (
-        templates()
-        .get_template("not_open_yet.html")
-        .render(result=result, opens=f"{opens:%Y-%m-%d %H:%M %Z}", course=course)
-        + "\n"
-    )
-
-
-def _without_reasons(result: Result) -> Result:
-    marks = tuple(replace(mark, reason="") if mark.status in _BY_KEY else mark for mark in result.marks)
-    return replace(result, marks=marks)
-
-
-def _questions(result: Result, catalogue: Catalogue, run: RunRecord | None) -> list[Asked]:
-    figures = {} if run is None else figures_of(run, catalogue)
-    words = {} if run is None else run.words
-    foretold = predicted(run, catalogue)
-    found = []
-    for number, marks in groupby(result.marks, key=lambda mark: mark.question):
+def shown_questions(result: Result, catalogue: Catalogue) -> list[dict[str, Any]]:
+    """Return what the template needs of each question, in the order of the marks."""
+    figures, predicted = figures_of(result.run, catalogue), predictions_of(result.run, catalogue)
+    shown = []
+    for number, group in groupby(result.marks, key=lambda mark: mark.question):
+        marks = list(group)
         question = catalogue.marked.get(number, Question(number, "", "", "", (), ()))
-        parts = {part.name: part for part in question.parts}
-        shown = tuple(_shown(mark, parts.get(mark.part), figures, words) for mark in marks)
-        comments = tuple(one for one in result.comments if one.question == number)
-        found.append(
-            Asked(
-                number,
-                question.title,
-                question.section,
-                question.notebook,
-                shown,
-                comments,
-                foretold.get(number),
-            )
+        comments = [comment for comment in result.comments if comment.question == number]
+        requests = [request for request in result.requests if request.question == number]
+        all_right = all(mark.status in _GOOD and mark.points == mark.out_of for mark in marks)
+        all_missing = all(mark.status == Status.MISSING and mark.reason == marks[0].reason for mark in marks)
+        shown.append(
+            {
+                "question": question,
+                "anchor": "q-" + re.sub(r"\W+", "-", number),
+                "marks": marks,
+                "sums": sums(marks),
+                "parts": [_part(mark, question, figures, result.run.words) for mark in marks],
+                "comments": comments,
+                "requests": requests,
+                "predicted": predicted.get(number),
+                "is_folded": all_right and not comments and not requests,
+                "common_reason": marks[0].reason if all_missing else None,  # then it is shown once
+                "look_again": any(map(_look_again, marks)),
+            }
         )
-    return found
+    return shown
 
 
-def _shown(mark: Mark, part: Part | None, figures: Mapping[tuple[str, str], Markup], words: Mapping[str, Any]) -> Shown:
-    written = words.get(mark.question, {}).get(mark.part)
-    figure = figures.get((mark.question, mark.part))
-    if written is not None:
-        words_shown = rendered_words.as_html(written["text"], pictures_of(written))
-        given = Markup('<div class="given words">{}</div>').format(words_shown)
-    elif figure is not None:
-        given = figure
-    elif part is not None and part.kind == WHOLE:  # its texts stand on the page by themselves
-        pdf = report_files.named_in(mark.given)
-        given = Markup('<div class="given data">{}</div>').format(pdf) if pdf else Markup("")
-    elif mark.given:
-        kind = "prose" if part is not None and part.kind == "prose" else "data"
-        given = Markup('<div class="given {}">{}</div>').format(
-            kind, no_escapes(report_files.without_digests(mark.given))
-        )
-    else:
-        given = Markup("")
-    return Shown(mark, part.prompt if part is not None else "", given)
+def _look_again(mark: MarkRecord) -> bool:
+    """Return whether points were lost, or would have been if there were any."""
+    return mark.status in _LOST or (mark.status == Status.BY_A_PERSON and mark.points < mark.out_of)
 
 
-def pictures_of(written: Mapping[str, Any]) -> dict[str, bytes]:
-    """The pictures of an answer in words; one that cannot be read is left out."""
-    pictures = {}
-    for name, coded in written.get("pictures", {}).items():
-        try:
-            pictures[name] = base64.b64decode(coded, validate=True)
-        except (binascii.Error, TypeError, ValueError):
-            continue
-    return pictures
+def _part(
+    mark: MarkRecord, question: Question, figures: Mapping[tuple[str, str], Markup], texts: Mapping[str, Any]
+) -> dict[str, Any]:
+    """Return what the template needs of a part: ``answer`` is HTML, if there is any; else ``text`` is shown."""
+    part = next((part for part in question.parts if part.name == mark.part), None)
+    kind, prompt = ("", "") if part is None else (part.kind, part.prompt)
+    written = texts.get(mark.question, {}).get(mark.part)
+    answer = figures.get(mark.where) if written is None else markdown.answer_as_html(written)
+    # A report as a whole is made of texts that are on the page already.
+    text = report_files.named_in(mark.given) if kind == WHOLE else report_files.without_digests(mark.given)
+    return {"mark": mark, "kind": kind, "prompt": prompt, "answer": answer, "text": text}
 
 
 def figures_of(
     run: RunRecord, catalogue: Catalogue, only: Collection[tuple[str, str]] | None = None
 ) -> dict[tuple[str, str], Markup]:
-    """The student's figures, drawn again; what the strict reader does not take is none. All of them, or only some."""
-    try:
-        claimed = answers.parse(run.answers or b"")["answers"]
-    except AnswerError:
-        return {}
+    """Draw a student's figures again; what is no valid figure is left out.
+
+    Parameters
+    ----------
+    run : with the answers
+    catalogue : of the course
+    only : question and part of those to draw; all of them unless given
+    """
     drawn = {}
-    for number, parts in claimed.items():
+    for number, parts in _answers(run).get("answers", {}).items():
         question = catalogue.everything.get(number)
         for part in question.parts if question is not None else ():
             wanted = only is None or (number, part.name) in only
@@ -321,3 +123,40 @@ def figures_of(
                 except (AnswerError, ArithmeticError, ValueError, RecursionError):
                     continue
     return drawn
+
+
+def predictions_of(run: RunRecord, catalogue: Catalogue) -> dict[str, tuple[list[str], str]]:
+    """Return the predictions in the answers of a run, which are never marked.
+
+    Returns
+    -------
+    dict
+        question → lines, each a prediction beside what was recorded; and what the student thought of it afterwards
+    """
+    content = _answers(run)
+    stored = content.get(predictions.SECTION, {})
+    find = partial(_answer, content.get("answers", {}), catalogue)
+    predicted = {}
+    for number, predictable in catalogue.predictions.items() if content else ():
+        about = stored.get(number, {})
+        lines = []
+        for item, _value, text in predictions.read(predictable, about):
+            recorded = predictions.describe_result(item, find)
+            lines.append(f"{text}; recorded: {recorded}" if recorded else text)
+        why = clean(about.get("why", ""))
+        if lines or why:
+            predicted[number] = (lines, why)
+    return predicted
+
+
+def _answers(run: RunRecord) -> dict[str, Any]:
+    """Return the content of a run's answers.json; nothing if it cannot be read."""
+    try:
+        return answers.parse(run.answers or b"")
+    except AnswerError:
+        return {}
+
+
+def _answer(given: Mapping[str, Any], catalogue: Catalogue, question: str, part: str) -> Any:
+    """Return an answer of the run. Raises AnswerError if there is none, or it cannot be read."""
+    return forms.decode(catalogue.everything[question].part(part), given.get(question, {}).get(part))

@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import hashlib
 import math
+from collections import defaultdict
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from decimal import Decimal
 from enum import StrEnum
 from itertools import combinations
@@ -25,7 +26,9 @@ from labcourse.files import ANSWERS_FILE, COURSE_FILE
 from labcourse.grading.course import Course
 from labcourse.grading.gradebook import Gradebook, Graded
 from labcourse.grading.graded_run import facts_of, marking_job
+from labcourse.grading.reports.templating import templates
 from labcourse.grading.verdicts import Key, OwnBench, Status
+from labcourse.messages import plural
 from labcourse.student_id import caseless
 
 Where = tuple[str, str]  # question and part
@@ -42,6 +45,7 @@ _EXACT = 1e-9  # relative; of numbers that were not rounded
 _MATLAB, _HEAD = b"MATLAB 5.0 MAT-file", 128  # how such a file begins, and the bytes of its head with the date
 _KIND, _BENCH = "recording", "bench"  # kind of an answer, and the metadata that any measured recording has
 _NOTEBOOK = ".ipynb"
+_DECIDED = (Status.RIGHT, Status.WRONG)
 
 
 class About(StrEnum):
@@ -68,38 +72,26 @@ class Hint:
 
 
 @dataclass(frozen=True)
-class Measured:
-    """The numbers that a student measured on their own bench.
-
-    Attributes
-    ----------
-    student : the ID
-    bench : the true value of each measured part, on the student's bench
-    given : the student's answers
-    right, wrong : parts that were marked so
-    """
-
-    student: str
-    bench: Mapping[Where, float]
-    given: Mapping[Where, float]
-    right: frozenset[Where]
-    wrong: frozenset[Where]
-
-
-@dataclass(frozen=True)
-class HandedIn:
-    """The recordings and files that a student handed in.
+class Work:
+    """What is compared of a student.
 
     Attributes
     ----------
     student : the ID
     group : equal for all who hand in together
+    bench : the true value of each measured part, on the student's bench; empty where it cannot be known
+    given : the student's answers to these parts
+    right, wrong : parts that were marked so
     recordings : part → its recordings, each channel scaled to a largest sample of 1
     files : digest → name of each file of the student's own
     """
 
     student: str
-    group: str
+    group: str = ""
+    bench: Mapping[Where, float] = field(default_factory=dict)
+    given: Mapping[Where, float] = field(default_factory=dict)
+    right: frozenset[Where] = frozenset()
+    wrong: frozenset[Where] = frozenset()
     recordings: Mapping[Where, Sequence[Samples]] = field(default_factory=dict)
     files: Mapping[str, str] = field(default_factory=dict)
 
@@ -111,40 +103,25 @@ def of_class(book: Gradebook, course: Course) -> list[Hint]:
     """Compare all students of a gradebook, by the runs that count and by what they handed in last."""
     given = course.data.rglob("*") if course.data.is_dir() else ()
     handed_out = frozenset(digest(path.read_bytes()) for path in given if path.is_file())
-    numbers: list[Measured] = []
-    everybody: list[HandedIn] = []
+    everybody = []
     for graded in book.all_current():
-        delivered = {one.name: one.content for one in book.delivered(graded.run.student)}
-        numbers += filter(None, [measured(graded, course)])
-        everybody.append(handed_in(graded, delivered, handed_out))
-    return [
-        *fitting_numbers(numbers, measured_parts(course.key)),
-        *equal_recordings(everybody),
-        *equal_files(everybody),
-    ]
+        delivered = {file.name: file.content for file in book.delivered(graded.run.student)}
+        everybody.append(replace(handed_in(graded, delivered, handed_out), **measured(graded, course)))
+    by_numbers = fitting_numbers(everybody, measured_parts(course.key))
+    return [*by_numbers, *equal_recordings(everybody), *equal_files(everybody)]
 
 
 def by_students(hints: Iterable[Hint]) -> dict[tuple[str, ...], list[Hint]]:
     """Group hints by students; groups with more sorts of hints come first."""
-    groups: dict[tuple[str, ...], list[Hint]] = {}
+    groups: dict[tuple[str, ...], list[Hint]] = defaultdict(list)
     for hint in hints:
-        groups.setdefault(tuple(sorted(hint.students, key=caseless)), []).append(hint)
-    sorts = {students: len({one.about for one in those}) for students, those in groups.items()}
-    return dict(sorted(groups.items(), key=lambda item: (-sorts[item[0]], item[0])))
+        groups[tuple(sorted(hint.students, key=caseless))].append(hint)
+    return dict(sorted(groups.items(), key=lambda group: (-len({hint.about for hint in group[1]}), group[0])))
 
 
 def as_markdown(hints: Iterable[Hint]) -> str:
     """Write the text of ``hints.md``."""
-    lines = [
-        "# What class-mates have in common\n\n"
-        "**A hint, never a verdict.** Numbers that are wrong on a student's own bench may fit somebody else's by "
-        "chance, above all in a large class, or through a name typed wrongly, or through help that you allow. Two who "
-        "worked at one bench together have the same files; so has whoever took them from somebody. No mark depends on "
-        "it. Ask before you conclude anything.\n"
-    ]
-    for students, those in by_students(hints).items():
-        lines += [f"## {', '.join(students)}", "", *(f"* {one.evidence}" for one in those), ""]
-    return "\n".join(lines)
+    return templates().get_template("hints.md").render(groups=by_students(hints))
 
 
 # --- numbers that fit a class-mate's bench ----------------------------------------------------------------------------
@@ -152,44 +129,33 @@ def as_markdown(hints: Iterable[Hint]) -> str:
 
 def measured_parts(key: Key) -> dict[Where, OwnBench]:
     """List the parts that are measured on a student's own bench: those whose check has an ``own_bench``."""
-    return {
-        (question, part): own
-        for question, parts in key.items()
-        for part, check in parts.items()
-        if (own := getattr(check, "own_bench", None)) is not None
-    }
+    checks = {(question, part): check for question, parts in key.items() for part, check in parts.items()}
+    benches = {where: getattr(check, "own_bench", None) for where, check in checks.items()}
+    return {where: own for where, own in benches.items() if own is not None}
 
 
-def measured(graded: Graded, course: Course) -> Measured | None:
-    """Read a student's measured numbers from the run that counts; None where they cannot be read."""
+def measured(graded: Graded, course: Course) -> dict[str, Any]:
+    """Read a student's measured numbers from the run that counts, as fields of :class:`Work`; none if unreadable."""
     parts = measured_parts(course.key)
-    asked = marking_job(graded.run)
+    job = marking_job(graded.run)
     try:
-        bench = course.true_bench(asked.student, asked.policy, asked.evidence)
+        bench = course.true_bench(job.student, job.policy, job.evidence)
         content = answers.parse(graded.run.answers or b"")["answers"]
         expected = {where: float(own.expected(bench)) for where, own in parts.items()}
-        given = {where: number for where in parts if (number := _number(content, where)) is not None}
+        numbers = {where: content.get(where[0], {}).get(where[1], {}).get("value") for where in parts}
+        given = {where: float(number) for where, number in numbers.items() if _is_number(number)}
     except Exception:  # a fault of the course's own code, or an unknown bench: a hint is not worth losing a report
-        return None
-    status = {one.where: one.status for one in graded.marks}
-    return Measured(
-        graded.run.student,
-        expected,
-        given,
-        frozenset(where for where in given if status.get(where) == Status.RIGHT),
-        frozenset(where for where in given if status.get(where) == Status.WRONG),
-    )
+        return {}
+    status = {mark.where: mark.status for mark in graded.marks}
+    right, wrong = (frozenset(where for where in given if status.get(where) == one) for one in _DECIDED)
+    return {"bench": expected, "given": given, "right": right, "wrong": wrong}
 
 
-def _number(content: Mapping[str, Any], where: Where) -> float | None:
-    question, part = where
-    value = content.get(question, {}).get(part, {}).get("value")
-    if isinstance(value, bool) or not isinstance(value, int | float) or not value or not math.isfinite(value):
-        return None
-    return float(value)
+def _is_number(value: object) -> bool:
+    return type(value) in (int, float) and bool(value) and math.isfinite(value)  # type: ignore[arg-type]
 
 
-def fitting_numbers(everybody: Sequence[Measured], parts: Mapping[Where, OwnBench]) -> list[Hint]:
+def fitting_numbers(everybody: Sequence[Work], parts: Mapping[Where, OwnBench]) -> list[Hint]:
     """Find wrong numbers that are a class-mate's right ones, or that together fit a class-mate's bench.
 
     A number with few digits, and one that fits several class-mates, is no hint. Students with the same bench are not
@@ -200,43 +166,40 @@ def fitting_numbers(everybody: Sequence[Measured], parts: Mapping[Where, OwnBenc
     everybody : of the class
     parts : from :func:`measured_parts`
     """
-    hints: list[Hint] = []
-    for one in everybody:
-        others = [other for other in everybody if other.bench != one.bench]
-        for where in sorted(where for where in one.wrong if parts[where].is_discriminating):
-            mates = _with_that_number(one, where, others)
-            number = f"{_numbers({where: one.given[where]})} is wrong on their own bench, and the right answer of"
-            hints += [_hint(one, mate, f"{number} {mate.student}") for mate in mates]
-        if len(one.wrong) >= FEWEST_TOGETHER and not _fits(one, one, parts):
-            mates = [other for other in others if _fits(one, other, parts)]
-            if len(mates) <= MOST_MATES:
-                numbers = _numbers(one.given)
-                hints += [
-                    _hint(one, mate, f"{numbers} fit the bench of {mate.student} together, and not their own")
-                    for mate in mates
-                ]
-    return hints
+    return [hint for student in everybody for hint in _fitting(student, everybody, parts)]
 
 
-def _with_that_number(one: Measured, where: Where, others: Sequence[Measured]) -> list[Measured]:
-    """List class-mates whose right number is one's wrong number, to its digits; none if it may be chance."""
-    value = one.given[where]
+def _fitting(student: Work, everybody: Iterable[Work], parts: Mapping[Where, OwnBench]) -> Iterator[Hint]:
+    others = [mate for mate in everybody if mate.bench and mate.bench != student.bench]
+    for where in sorted(where for where in student.wrong if parts[where].is_discriminating):
+        number = _numbers({where: student.given[where]})
+        for mate in _with_that_number(student, where, others):
+            yield _hint(student, mate, f"{number} is wrong on their own bench, and the right answer of {mate.student}")
+    if len(student.wrong) >= FEWEST_TOGETHER and not _fits(student, student, parts):
+        mates = [mate for mate in others if _fits(student, mate, parts)]
+        for mate in mates if len(mates) <= MOST_MATES else ():
+            together = f"{_numbers(student.given)} fit the bench of {mate.student} together, and not their own"
+            yield _hint(student, mate, together)
+
+
+def _with_that_number(student: Work, where: Where, others: Sequence[Work]) -> list[Work]:
+    """List class-mates whose right number is a student's wrong number, to its digits; none if it may be chance."""
+    value = student.given[where]
     digits = len(Decimal(str(value)).normalize().as_tuple().digits)
     half_a_digit = 10.0 ** (math.floor(math.log10(abs(value))) + 1 - digits) / 2
     room = max(half_a_digit * (1 + _EXACT), _EXACT * abs(value))
-    near = [
-        other for other in others if where in other.right and abs(other.given[where] - value) <= NEIGHBOURHOOD * room
-    ]
+    away = [(abs(mate.given[where] - value), mate) for mate in others if where in mate.right]
+    near = [mate for distance, mate in away if distance <= NEIGHBOURHOOD * room]
     if digits < FEWEST_DIGITS or len(near) > MOST_MATES:
         return []
-    return [other for other in near if abs(other.given[where] - value) <= room]
+    return [mate for distance, mate in away if distance <= room]
 
 
-def _fits(one: Measured, mate: Measured, parts: Mapping[Where, OwnBench]) -> bool:
+def _fits(student: Work, mate: Work, parts: Mapping[Where, OwnBench]) -> bool:
     """Decide whether all numbers of a student are near what another's bench gives."""
     return all(
-        abs(value - mate.bench[where]) <= parts[where].rtol * abs(mate.bench[where])
-        for where, value in one.given.items()
+        math.isclose(value, mate.bench[where], rel_tol=0, abs_tol=parts[where].rtol * abs(mate.bench[where]))
+        for where, value in student.given.items()
     )
 
 
@@ -244,14 +207,14 @@ def _numbers(given: Mapping[Where, float]) -> str:
     return ", ".join(f"{question} {part} = {value:g}" for (question, part), value in given.items())
 
 
-def _hint(one: Measured, mate: Measured, what: str) -> Hint:
-    return Hint((one.student, mate.student), About.NUMBERS, f"{one.student}: {what}.")
+def _hint(student: Work, mate: Work, what: str) -> Hint:
+    return Hint((student.student, mate.student), About.NUMBERS, f"{student.student}: {what}.")
 
 
 # --- recordings and files ---------------------------------------------------------------------------------------------
 
 
-def handed_in(graded: Graded, delivered: Mapping[str, bytes], handed_out: Collection[str] = ()) -> HandedIn:
+def handed_in(graded: Graded, delivered: Mapping[str, bytes], handed_out: Collection[str] = ()) -> Work:
     """Gather a student's recordings and files.
 
     Recordings are those of the run that counts and of the ``answers.json`` that was handed in. Where the course gives
@@ -264,35 +227,37 @@ def handed_in(graded: Graded, delivered: Mapping[str, bytes], handed_out: Collec
     handed_out : digests (:func:`digest`) of files that all students were given
     """
     facts = facts_of(graded.run)
-    recordings: dict[Where, list[Samples]] = {}
+    recordings: dict[Where, list[Samples]] = defaultdict(list)
     if facts.policy is None or facts.policy.which in (OWN, REAL):
         for data in (graded.run.answers, delivered.get(ANSWERS_FILE)):
             for where, samples in _recordings(data):
-                recordings.setdefault(where, []).append(samples)
+                recordings[where].append(samples)
     files = {
-        known: name
+        digest(content): name
         for name, content in sorted(delivered.items())
         # Notebooks that were not changed are equal, and so are the files that the course itself makes.
         if content and not name.endswith(_NOTEBOOK) and name not in (ANSWERS_FILE, COURSE_FILE)
-        if (known := digest(content)) not in handed_out
     }
+    own = {known: name for known, name in files.items() if known not in handed_out}
     group = caseless(facts.bench_of or graded.run.student)
-    return HandedIn(graded.run.student, group, recordings, files)
+    return Work(graded.run.student, group, recordings=recordings, files=own)
 
 
 def _recordings(data: bytes | None) -> Iterator[tuple[Where, Samples]]:
+    """Yield the scaled channels of each measured recording. The content is untrusted."""
     try:
         content = answers.parse(data or b"")["answers"]
     except AnswerError:
         return
     for question, parts in content.items():
-        for part, one in parts.items():
-            if isinstance(one, Mapping) and one.get("kind") == _KIND and (samples := _samples(one)) is not None:
-                yield (question, part), samples
+        for part, answer in parts.items():
+            if isinstance(answer, Mapping) and answer.get("kind") == _KIND:
+                samples = _samples(answer)
+                if samples is not None:
+                    yield (question, part), samples
 
 
 def _samples(content: Mapping[str, Any]) -> Samples | None:
-    """Read the scaled channels of a measured recording; None if it is none. A stranger wrote the content."""
     try:
         if not isinstance(content["metadata"][_BENCH], Mapping):
             return None
@@ -311,21 +276,15 @@ def digest(content: bytes) -> str:
     return hashlib.sha256(content[_HEAD:] if content.startswith(_MATLAB) else content).hexdigest()
 
 
-def equal_recordings(everybody: Sequence[HandedIn]) -> list[Hint]:
+def equal_recordings(everybody: Sequence[Work]) -> list[Hint]:
     """Find pairs of students, of different groups, with equal samples in the same part."""
-    found: dict[tuple[str, str], list[str]] = {}
-    for where in dict.fromkeys(where for one in everybody for where in one.recordings):
-        for one, other in combinations((each for each in everybody if where in each.recordings), 2):
+    places: dict[tuple[str, str], list[str]] = defaultdict(list)
+    for where in dict.fromkeys(where for student in everybody for where in student.recordings):
+        for one, other in combinations((student for student in everybody if where in student.recordings), 2):
             if one.group != other.group and _same(one.recordings[where], other.recordings[where]):
-                found.setdefault((one.student, other.student), []).append(" ".join(where))
-    return [
-        Hint(
-            pair,
-            About.MEASURED,
-            f"{', '.join(pair)} have the same samples in {', '.join(places)}, though each has a bench of their own.",
-        )
-        for pair, places in found.items()
-    ]
+                places[one.student, other.student].append(" ".join(where))
+    text = "{} have the same samples in {}, though each has a bench of their own."
+    return [Hint(pair, About.MEASURED, text.format(", ".join(pair), ", ".join(of))) for pair, of in places.items()]
 
 
 def _same(some: Iterable[Samples], others: Sequence[Samples]) -> bool:
@@ -336,19 +295,22 @@ def _same(some: Iterable[Samples], others: Sequence[Samples]) -> bool:
     )
 
 
-def equal_files(everybody: Iterable[HandedIn]) -> list[Hint]:
+def equal_files(everybody: Iterable[Work]) -> list[Hint]:
     """Find students, of different groups, with equal files."""
-    owners: dict[str, list[HandedIn]] = {}
-    for one in everybody:
-        for known in one.files:
-            owners.setdefault(known, []).append(one)
-    found: dict[tuple[str, ...], list[str]] = {}
+    owners: dict[str, list[Work]] = defaultdict(list)
+    for student in everybody:
+        for known in student.files:
+            owners[known].append(student)
+    names: dict[tuple[str, ...], list[str]] = defaultdict(list)
     for known, those in owners.items():
-        if 1 < len({one.group for one in those}) <= MOST_ALIKE:
-            found.setdefault(tuple(one.student for one in those), []).append(those[0].files[known])
-    return [Hint(students, About.MEASURED, _files_line(students, names)) for students, names in found.items()]
+        if 1 < len({student.group for student in those}) <= MOST_ALIKE:
+            names[tuple(student.student for student in those)].append(those[0].files[known])
+    text = "{} handed in the same {}: {}."
+    return [
+        Hint(students, About.MEASURED, text.format(", ".join(students), *_counted(files)))
+        for students, files in names.items()
+    ]
 
 
-def _files_line(students: Iterable[str], names: Sequence[str]) -> str:
-    files = "1 file" if len(names) == 1 else f"{len(names)} files"
-    return f"{', '.join(students)} handed in the same {files}: {names[0]}{' and others' if names[1:] else ''}."
+def _counted(files: Sequence[str]) -> tuple[str, str]:
+    return plural(len(files), "1 file", "{count} files"), files[0] + (" and others" if files[1:] else "")

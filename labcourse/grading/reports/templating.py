@@ -1,4 +1,4 @@
-"""Templates of pages. Whatever is put into one is text: it is escaped, and turns no direction of writing."""
+"""Templates of pages. Values are escaped in HTML, and cannot turn the direction of writing."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _PACKAGE, _SHARED = "labcourse.grading", "reports/templates"
 
 @cache
 def templates(folder: str = _SHARED) -> Environment:
-    """The templates of a folder of labcourse/grading; behind them those of reports, which all pages share.
+    """Return the templates of a folder of labcourse/grading; behind them those of reports, which all pages share.
 
     Parameters
     ----------
@@ -27,16 +27,16 @@ def templates(folder: str = _SHARED) -> Environment:
     from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined
 
     folders = dict.fromkeys([folder, _SHARED])
-    made = Environment(
+    environment = Environment(
         loader=ChoiceLoader([PackageLoader(_PACKAGE, one) for one in folders]),
-        autoescape=True,
+        autoescape=lambda name: not (name or "").endswith(".md"),  # Markdown is read as text
         finalize=_plain,
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    made.globals["plural"] = plural
-    return made
+    environment.globals["plural"] = plural
+    return environment
 
 
 def _plain(value: object) -> object:

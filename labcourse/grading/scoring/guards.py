@@ -1,22 +1,23 @@
-"""Who is let in to the scoring page, and what its answers say to a browser.
+"""Decide who is let in to the scoring page, and set what its answers tell a browser.
 
 The server listens on the loopback interface only. Each scorer has an address of their own; it is exchanged for a cookie
-at once. A request has to name this very host and port (else another site could be made to look like it), an act has
+at once. A request has to name this very host and port (else another site could be made to look like it). An act has
 to come from this very page, with a header that only the page knows.
 """
 
 from __future__ import annotations
 
-import json
 import secrets
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from starlette.types import ASGIApp, Message, Receive, Scope, Send
+from starlette.datastructures import MutableHeaders
+from starlette.exceptions import HTTPException
+from starlette.requests import Request
+from starlette.responses import JSONResponse, PlainTextResponse, RedirectResponse, Response
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-HEADER = "x-labcourse-page"  #: of each act: the word that its page was given
+HEADER = "x-labcourse-page"  #: of each act: the secret that its page was given
 ACTOR = "labcourse.actor"  #: in a request's scope: the :class:`Scorer`
 MOST_BYTES = 64_000  #: of an act; a remark and fifty answers' keys, ten times
 POLICY = (
@@ -32,6 +33,10 @@ _HEADERS = {
     "cross-origin-resource-policy": "same-origin",
 }
 _ENTER = "/enter/"
+_CLOSED = (
+    "This page opens by the address that the command score printed when it was started last. Open that address again; "
+    "what was scored before is kept."
+)
 
 
 def _secret() -> str:
@@ -40,7 +45,7 @@ def _secret() -> str:
 
 @dataclass(frozen=True)
 class Scorer:
-    """Somebody who scores: the name in the gradebook; of their address, their browser and their pages a word each."""
+    """Somebody who scores: the name in the gradebook, and a secret each of their address, browser and pages."""
 
     name: str
     token: str = field(default_factory=_secret, repr=False)
@@ -48,20 +53,12 @@ class Scorer:
     page: str = field(default_factory=_secret, repr=False)
 
     def address(self, port: int) -> str:
-        """Where they begin."""
+        """Return the address where they begin."""
         return f"http://127.0.0.1:{port}{_ENTER}{self.token}"
 
 
-class Refused(Exception):
-    """A request that is not let in: the status of the answer, and the reason in words."""
-
-    def __init__(self, status: int, why: str) -> None:
-        super().__init__(why)
-        self.status, self.why = status, why
-
-
 class Guard:
-    """Lets in only what belongs here; the application behind it knows who asks.
+    """Middleware that lets in only what belongs here, and tells the application who asks.
 
     Parameters
     ----------
@@ -79,100 +76,71 @@ class Guard:
         """Serve a request."""
         if scope["type"] != "http":
             return
-        headers = {name.decode("latin-1"): value.decode("latin-1") for name, value in scope["headers"]}
-        guarded = _with_headers(send)
+
+        async def guarded(message: Message) -> None:
+            if message["type"] == "http.response.start":
+                headers = MutableHeaders(scope=message)
+                for name, value in _HEADERS.items():
+                    headers.setdefault(name, value)  # a stranger's file has a stricter policy
+            await send(message)
+
+        request = Request(scope, receive)
         try:
-            self._check_host(headers)
-            entered = self._entering(scope)
-            if entered is not None:
-                await self._let_in(entered, guarded)
-                return
-            scorer = self._who(headers)
-            if scope["method"] == "POST":
-                _check_act(scorer, headers)
-            elif scope["method"] not in ("GET", "HEAD"):
-                raise Refused(405, "This is not done here.")
-        except Refused as refused:
-            await _refuse(refused, scope["method"], guarded)
-            return
-        await self._app({**scope, ACTOR: scorer}, receive, guarded)
+            answer = self._checked(request)
+        except HTTPException as refused:
+            answer = refusal(request, refused)
+        await (answer or self._app)(scope, receive, guarded)
 
-    def _check_host(self, headers: Mapping[str, str]) -> None:
-        if headers.get("host") not in self._hosts:
-            raise Refused(421, "This server answers to 127.0.0.1 and localhost only.")
+    def _checked(self, request: Request) -> Response | None:
+        """Let a scorer in by their address, or check a request and note who asks. Raises HTTPException."""
+        if request.headers.get("host") not in self._hosts:
+            raise HTTPException(421, "This server answers to 127.0.0.1 and localhost only.")
+        path = request.scope["path"]
+        if path.startswith(_ENTER) and request.method == "GET":
+            scorer = self._scorer("token", path.removeprefix(_ENTER))
+            response = RedirectResponse("/", 303)
+            response.set_cookie(self._cookie, scorer.session, httponly=True, samesite="strict")
+            return response
+        scorer = self._scorer("session", request.cookies.get(self._cookie, ""))
+        if request.method == "POST":
+            _check_act(scorer, request)
+        elif request.method not in ("GET", "HEAD"):
+            raise HTTPException(405, "This is not done here.")
+        request.scope[ACTOR] = scorer
+        return None
 
-    def _entering(self, scope: Scope) -> Scorer | None:
-        """Whose address this is; None if it is a page's."""
-        path: str = scope["path"]
-        if not path.startswith(_ENTER) or scope["method"] != "GET":
-            return None
-        for one in self._scorers:
-            if _same(one.token, path.removeprefix(_ENTER)):
-                return one
-        raise Refused(403, _CLOSED)
-
-    async def _let_in(self, scorer: Scorer, send: Send) -> None:
-        cookie = f"{self._cookie}={scorer.session}; HttpOnly; SameSite=Strict; Path=/"
-        headers = [(b"location", b"/"), (b"set-cookie", cookie.encode()), (b"content-length", b"0")]
-        await send({"type": "http.response.start", "status": 303, "headers": headers})
-        await send({"type": "http.response.body", "body": b""})
-
-    def _who(self, headers: Mapping[str, str]) -> Scorer:
-        from starlette.requests import cookie_parser
-
-        # As browsers write them: the cookies of whatever else is served on this computer come along.
-        given = cookie_parser(headers.get("cookie", "")).get(self._cookie, "")
-        for one in self._scorers:
-            if _same(one.session, given):
-                return one
-        raise Refused(403, _CLOSED)
+    def _scorer(self, secret: str, given: str) -> Scorer:
+        for scorer in self._scorers:
+            if _same(getattr(scorer, secret), given):
+                return scorer
+        raise HTTPException(403, _CLOSED)
 
 
-_CLOSED = (
-    "This page opens by the address that the command score printed when it was started last. Open that address again; "
-    "what was scored before is kept."
-)
-
-
-def _check_act(scorer: Scorer, headers: Mapping[str, str]) -> None:
+def _check_act(scorer: Scorer, request: Request) -> None:
     """Refuse an act that does not come from a page of this scorer's."""
+    headers = request.headers
     if headers.get("origin") != f"http://{headers['host']}":
-        raise Refused(403, "This was sent by another site. Nothing was done.")
+        raise HTTPException(403, "This was sent by another site. Nothing was done.")
     if not _same(scorer.page, headers.get(HEADER, "")):
-        raise Refused(
+        raise HTTPException(
             403,
             f"This page belongs to another scorer or to an earlier start: this browser is {scorer.name}'s now. "
             "Nothing was done. Open your own address again, in a browser of your own.",
         )
     if headers.get("content-type", "").partition(";")[0].strip() != "application/json":
-        raise Refused(415, "An act is sent as JSON. Nothing was done.")
+        raise HTTPException(415, "An act is sent as JSON. Nothing was done.")
     length = headers.get("content-length", "")
     if not (length.isascii() and length.isdigit()) or int(length) > MOST_BYTES:
-        raise Refused(413, f"That is too long: {MOST_BYTES} bytes at most. Nothing was done.")
+        raise HTTPException(413, f"That is too long: {MOST_BYTES} bytes at most. Nothing was done.")
 
 
 def _same(secret: str, given: str) -> bool:
     return secrets.compare_digest(secret.encode(), given.encode("utf-8", "replace"))
 
 
-def _with_headers(send: Send) -> Send:
-    async def sending(message: Message) -> None:
-        if message["type"] == "http.response.start":
-            given = list(message.get("headers", ()))
-            # What says more of itself, as a stranger's file does, keeps to that: two policies would both count.
-            said = {name.lower() for name, _value in given}
-            own = [(name.encode(), value.encode()) for name, value in _HEADERS.items() if name.encode() not in said]
-            message = {**message, "headers": [*given, *own]}
-        await send(message)
-
-    return sending
-
-
-async def _refuse(refused: Refused, method: str, send: Send) -> None:
-    if method == "POST":
-        kind, body = "application/json", json.dumps({"problem": refused.why})
-    else:
-        kind, body = "text/plain; charset=utf-8", refused.why + "\n"
-    headers = [(b"content-type", kind.encode()), (b"content-length", str(len(body.encode())).encode())]
-    await send({"type": "http.response.start", "status": refused.status, "headers": headers})
-    await send({"type": "http.response.body", "body": b"" if method == "HEAD" else body.encode()})
+def refusal(request: Request, refused: Exception) -> Response:
+    """Answer a request that is refused with the reason; JSON for an act."""
+    assert isinstance(refused, HTTPException)
+    if request.method == "POST":
+        return JSONResponse({"problem": refused.detail}, refused.status_code)
+    return PlainTextResponse(refused.detail + "\n", refused.status_code)

@@ -1,4 +1,4 @@
-"""A course's rubric: what to look for in each answer that a person reads, and what tells one level from the next.
+"""Read a course's rubric: what to look for in each answer that a person reads, and what each level is like.
 
 It is a file of the course's folder, ``rubric.toml``, with a table for each part that a person marks::
 
@@ -15,27 +15,27 @@ Remarks are for students, and may be used again. A course need not have a rubric
 
 from __future__ import annotations
 
-import tomllib
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
+
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
 
 from labcourse.answers.catalogue import Catalogue
-from labcourse.errors import AnswerError, GradingError
+from labcourse.errors import GradingError
 from labcourse.grading.course import RUBRIC_FILE
+from labcourse.grading.settings import read_toml, refuse
 
 LEVELS = (4, 3, 2, 1)  #: exemplary, proficient, developing, beginning
 LONGEST = 500  #: characters of a text; five lines, read before each of eighty answers
 
 Where = tuple[str, str]  #: question, part
 
-_NAMES = ("look_for", *map(str, LEVELS), "remarks")
-
 
 @dataclass(frozen=True)
 class Item:
-    """What a scorer has before them when they read the answers to one part.
+    """What a scorer sees when they read the answers to one part.
 
     Attributes
     ----------
@@ -51,8 +51,32 @@ class Item:
     remarks: tuple[str, ...] = ()
 
 
+def _one_line(text: str) -> str:
+    """Join a text that was written over several lines."""
+    line = " ".join(text.split())
+    if not (1 <= len(line) <= LONGEST and line.isprintable()):
+        raise ValueError(f"a text of 1 to {LONGEST} printable characters is expected")
+    return line
+
+
+_Text = Annotated[str, AfterValidator(_one_line)]
+
+
+class _Entry(BaseModel):
+    """The table of one part."""
+
+    model_config = ConfigDict(extra="forbid", strict=True)
+
+    look_for: _Text
+    level_4: _Text = Field(alias="4")
+    level_3: _Text = Field(alias="3")
+    level_2: _Text = Field(alias="2")
+    level_1: _Text = Field(alias="1")
+    remarks: list[_Text] = []
+
+
 def read(folder: Path, catalogue: Catalogue) -> Mapping[Where, Item]:
-    """The rubric of the course in a folder, in the catalogue's order; empty where there is no file.
+    """Return the rubric of the course in a folder, in the catalogue's order; empty without a file.
 
     Parameters
     ----------
@@ -62,105 +86,51 @@ def read(folder: Path, catalogue: Catalogue) -> Mapping[Where, Item]:
     Raises
     ------
     GradingError
-        If the file cannot be read, or is not the rubric of this course: each fault is told.
+        If the file cannot be read, or is not the rubric of this course. The message lists each fault.
     """
     items, faults = examine(folder, catalogue)
-    if faults:
-        file = folder / RUBRIC_FILE
-        raise GradingError("\n  ".join([f"{file} cannot be used:", *faults]))
+    refuse(folder / RUBRIC_FILE, faults)
     return items
 
 
 def examine(folder: Path, catalogue: Catalogue) -> tuple[dict[Where, Item], list[str]]:
-    """What is right in a rubric, and each fault of it in words. Parameters as for :func:`read`."""
+    """Return the valid entries of a rubric, and a message on each fault. Parameters as for :func:`read`."""
     try:
-        content = tomllib.loads((folder / RUBRIC_FILE).read_text(encoding="utf-8"))
+        content = read_toml(folder / RUBRIC_FILE)
     except FileNotFoundError:
         return {}, []
-    except (OSError, UnicodeDecodeError) as error:
-        return {}, [f"it cannot be read: {error}"]
-    except tomllib.TOMLDecodeError as error:
-        return {}, [f"it is not TOML: {error}"]
+    except GradingError as error:
+        return {}, [str(error)]
+    tables = {number: parts if isinstance(parts, Mapping) else {"": parts} for number, parts in content.items()}
+    entries = {(number, name): entry for number, parts in tables.items() for name, entry in parts.items()}
     wanted = [(q.number, part.name) for q in catalogue.marked.values() for part in q.parts if part.marked == "person"]
-    entries = {(number, name): one for number, parts in content.items() for name, one in _entries(parts)}
-    faults = [*_unknown(content, wanted, catalogue)]
+    strange = [where for where in entries if where not in wanted]
+    faults = [f"{_place(where)}: there is no such part that a person marks." for where in strange]
     items = {}
     for where in wanted:
-        place = _place(where)
-        if where not in entries:
-            faults.append(f"{place} is missing: a person marks it.")
-            continue
-        found = [f"{place}: {fault}" for fault in _misfits(entries[where])]
-        if not found:
+        try:
             items[where] = _item(where, entries[where])
-        faults += found
+        except KeyError:
+            faults.append(f"{_place(where)} is missing: a person marks it.")
+        except ValidationError as error:
+            faults += [_fault(where, details) for details in error.errors()]
+        except ValueError as error:
+            faults.append(f"{_place(where)}: {error}")
     return items, faults
 
 
-def _entries(parts: Any) -> list[tuple[str, Any]]:
-    return list(parts.items()) if isinstance(parts, Mapping) else []
-
-
 def _place(where: Where) -> str:
-    """As it stands in the file."""
+    """Write question and part as in the file."""
     return f'["{where[0]}".{where[1]}]'
 
 
-def _unknown(content: Mapping[str, Any], wanted: list[Where], catalogue: Catalogue) -> Iterator[str]:
-    """Tables of questions and parts that there are not, or that no person marks."""
-    for number, parts in content.items():
-        try:
-            question = catalogue.find_marked(number)
-        except AnswerError as error:
-            yield str(error)
-            continue
-        if not isinstance(parts, Mapping):
-            yield (
-                f"{number!r} should be a table, a line {_place((number, question.names[0]))} with its entries below."
-            )
-        for name, _entry in _entries(parts):
-            try:
-                question.part(name)
-            except AnswerError as error:
-                yield str(error)
-                continue
-            if (number, name) not in wanted:
-                yield f"{_place((number, name))}: the key marks it, and no person does. Take it out."
+def _fault(where: Where, details: Any) -> str:
+    return f"{_place(where)}: {'.'.join(map(str, details['loc']))}: {details['msg']}."
 
 
-def _misfits(entry: Any) -> Iterator[str]:
-    """What is wrong with what stands of one part."""
-    if not isinstance(entry, Mapping):
-        yield f"it should be a table with {', '.join(_NAMES)}."
-        return
-    for name in entry:
-        if name not in _NAMES:
-            yield f"there is no entry {name!a}; there are {', '.join(_NAMES)}."
-    for name in _NAMES[:-1]:
-        if name not in entry:
-            yield f"{name} is missing."
-        elif not _is_text(entry[name]):
-            yield f"{name}: {_EXPECTED}"
-    remarks = entry.get("remarks", [])
-    if not (isinstance(remarks, list) and all(map(_is_text, remarks))):
-        yield f"remarks: a list, and in it {_EXPECTED}"
-    levels = [_plain(entry[name]) for name in map(str, LEVELS) if _is_text(entry.get(name))]
-    if len(set(levels)) < len(levels):
-        yield "two of its levels say the same, so nobody can tell them apart."
-
-
-_EXPECTED = f"a text of 1 to {LONGEST} characters is expected."
-
-
-def _is_text(value: object) -> bool:
-    return isinstance(value, str) and 1 <= len(_plain(value)) <= LONGEST and _plain(value).isprintable()
-
-
-def _plain(text: str) -> str:
-    """A text that was written over several lines, in one."""
-    return " ".join(text.split())
-
-
-def _item(where: Where, entry: Mapping[str, Any]) -> Item:
-    levels = {level: _plain(entry[str(level)]) for level in LEVELS}
-    return Item(where, _plain(entry["look_for"]), levels, tuple(map(_plain, entry.get("remarks", ()))))
+def _item(where: Where, content: Any) -> Item:
+    entry = _Entry.model_validate(content).model_dump(by_alias=True)
+    levels = {level: entry[str(level)] for level in LEVELS}
+    if len(set(levels.values())) < len(levels):
+        raise ValueError("two of its levels say the same, so nobody can tell them apart.")
+    return Item(where, entry["look_for"], levels, tuple(entry["remarks"]))

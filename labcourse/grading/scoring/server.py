@@ -3,49 +3,75 @@
 from __future__ import annotations
 
 import socket
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from importlib import resources
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated, Any
+from urllib.parse import quote
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from starlette.applications import Starlette
+from starlette.concurrency import run_in_threadpool
+from starlette.exceptions import HTTPException
+from starlette.requests import Request
+from starlette.responses import FileResponse, HTMLResponse, JSONResponse, Response
+from starlette.routing import Route
+from starlette.types import ASGIApp
 
 from labcourse import program
 from labcourse.errors import GradebookError, GradingError
-from labcourse.grading.gradebook import Act, Answer
+from labcourse.grading.gradebook import Answer
+from labcourse.grading.graded_run import facts_of
 from labcourse.grading.reports.result import points as shown_points
 from labcourse.grading.reports.result import worth as in_points
 from labcourse.grading.reports.templating import templates
-from labcourse.grading.scoring import cards, documents, progress
-from labcourse.grading.scoring.desk import Desk, Done, Where, key_of, seen, state
-from labcourse.grading.scoring.guards import ACTOR, Guard, Scorer
-from labcourse.grading.scoring.sent import BadRequest, Sheet, sent_sheet, sent_text, sent_where
+from labcourse.grading.scoring import cards, progress
+from labcourse.grading.scoring.desk import Desk, Done, Pick, Where, key_of, seen, state
+from labcourse.grading.scoring.guards import ACTOR, Guard, Scorer, refusal
 
-if TYPE_CHECKING:
-    from starlette.requests import Request
-    from starlette.responses import Response
-    from starlette.types import ASGIApp
-
-_MOST_POINTS = 1e6  # how many there are for an answer, the gradebook knows
-_PAGE, _REPORTS = "scoring/page", "reports/templates"  # in labcourse/grading
+LONGEST_REMARK = 2000  #: characters; a page
+MOST_ANSWERS = 50  #: in one act; a page shows several times fewer
+#: Of a student's PDF, which nothing here opens. "sandbox" allows it nothing: no script, no form, an origin of its own.
+REPORT_POLICY = "default-src 'none'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'; sandbox"
+_MOST_POINTS = 1e6  # the gradebook knows how many there are for an answer
+_FOLDER = Path(__file__).parents[1]
 _ASSETS = {
-    "scoring.js": (_PAGE, "text/javascript"),
-    "scoring.css": (_PAGE, "text/css"),
-    "drawn.css": (_REPORTS, "text/css"),
+    "scoring.js": _FOLDER / "scoring/page/scoring.js",
+    "scoring.css": _FOLDER / "scoring/page/scoring.css",
+    "drawn.css": _FOLDER / "reports/templates/drawn.css",
 }
+_Text = Annotated[str, Field(max_length=LONGEST_REMARK)]
+_Name = Annotated[str, Field(min_length=1, max_length=LONGEST_REMARK)]
 
 
-@dataclass(frozen=True)
-class Again:
-    """What a scorer took back in one go, or could not give: to be shown as it was.
+class Sent(BaseModel):
+    """What a page sends with an act.
 
     Attributes
     ----------
-    ticked : keys of answers
-    remark, points : as they were typed
+    question, part : which answers
+    key : of the answer to show, or to hold
+    skip : key of the answer that is put off
+    answers : those that are ticked
+    shown : keys of all, in their order
+    level, points, remark : to give
     """
 
-    ticked: frozenset[str]
-    remark: str
-    points: str = ""
+    model_config = ConfigDict(strict=True)
+
+    question: _Name
+    part: _Name
+    key: _Text = ""
+    skip: _Text = ""
+    answers: Annotated[list[Pick], Field(max_length=MOST_ANSWERS)] = []
+    shown: Annotated[list[_Text], Field(max_length=MOST_ANSWERS)] = []
+    level: int | None = None
+    points: Annotated[float, Field(ge=-_MOST_POINTS, le=_MOST_POINTS)] | None = None
+    remark: _Text = ""
+
+    @property
+    def where(self) -> Where:
+        """Question and part."""
+        return self.question, self.part
 
 
 class Pages:
@@ -59,201 +85,200 @@ class Pages:
 
     def __init__(self, desk: Desk, title: str) -> None:
         self.desk, self.title = desk, title
-        self._again: dict[tuple[str, Where], dict[str, Again]] = {}
+        self._acts = {act.__name__: act for act in (self.next, self.give, self.ask, self.undo, self.renew, self.leave)}
 
     # --- pages --------------------------------------------------------------------------------------------------------
 
-    def overview(self, scorer: Scorer, query: Mapping[str, str]) -> str:
-        """All parts, how far each is, and what waits for the instructor."""
-        asked = [one for one in self.desk.book.scores.answers() if one.asked]
-        held = {where: self.desk.book.scores.claimed(where) for where in {one.where for one in asked}}
-        return self._page(
-            "overview.html",
-            scorer,
-            rows=progress.rows(self.desk),
-            asked=[
-                (
-                    one.where,
-                    key_of(one.student, one.where),
-                    self._label(one),
-                    state(one),
-                    held[one.where].get(one.student, ("",))[0],
-                )
-                for one in asked
-            ],
-        )
+    def overview(self, request: Request) -> Response:
+        """Show all parts, how far each is, and what waits for the instructor."""
+        scores = self.desk.book.scores
+        by_part: dict[Where, list[Answer]] = {}
+        for answer in scores.answers():
+            by_part.setdefault(answer.where, []).append(answer)
+        rows, asked = [], []
+        for where in self.desk.in_order(list(by_part)):
+            question, held = self.desk.catalogue.marked.get(where[0]), scores.claimed(where)
+            readers = sorted({actor for actor, _until in held.values()})
+            rows.append((where, question.title if question else "", progress.tally(by_part[where]), readers))
+            asked += [(one, held.get(one.student, ("",))[0]) for one in by_part[where] if one.asked]
+        return self._page("overview.html", request, rows=rows, asked=asked)
 
-    def scoring(self, scorer: Scorer, query: Mapping[str, str]) -> str:
-        """The page on which one part is scored; what changes on it comes by acts."""
-        where = sent_where(query)
-        question = self.desk.catalogue.marked.get(where[0])
+    def scoring(self, request: Request) -> Response:
+        """Show the page on which one part is scored; what changes on it comes by acts."""
+        where = _where(request)
+        question, item = self.desk.catalogue.marked.get(where[0]), self.desk.rubric.get(where)
         part = next((one for one in (question.parts if question else ()) if one.name == where[1]), None)
-        item = self.desk.rubric.get(where)
-        return self._page(
-            "scoring.html",
-            scorer,
-            where=where,
-            key=query.get("key", ""),
-            title=question.title if question else "",
-            prompt=part.prompt if part else "",
-            look_for=item.look_for if item else "",
-        )
+        key = request.query_params.get("key", "")
+        return self._page("scoring.html", request, where=where, key=key, question=question, part=part, item=item)
 
-    def _page(self, template: str, scorer: Scorer, **values: Any) -> str:
-        return (
-            templates(_PAGE)
-            .get_template(template)
-            .render(course=self.title, program=program.name(), scorer=scorer, points=shown_points, **values)
-        )
+    def _page(self, template: str, request: Request, **values: Any) -> Response:
+        about = {"course": self.title, "program": program.name(), "scorer": request.scope[ACTOR]}
+        return HTMLResponse(self._rendered(template, **about, **values))
 
-    def _label(self, answer: Answer) -> str:
-        return self.desk.label(answer.student, answer.where)
+    def _rendered(self, template: str, **values: Any) -> str:
+        helpers = {"points": shown_points, "key_of": key_of, "state": state, "label": self.desk.label}
+        return templates("scoring/page").get_template(template).render(**values, **helpers)
+
+    def report(self, request: Request) -> Response:
+        """Send the PDF that belongs to an answer. It is found by the answer, never by a name or a path."""
+        answer = self.desk.find(_where(request), request.query_params.get("key", ""))
+        graded = self.desk.book.current(answer.student) if answer is not None else None
+        about = cards.report_of(self.desk, graded.run, answer.where) if answer and graded else None
+        if answer and graded and about:
+            # Of a pair, what only the partner handed in is stored as theirs.
+            for student in dict.fromkeys((answer.student, facts_of(graded.run).bench_of or answer.student)):
+                content = self.desk.book.content(student, about.name, about.digest)
+                if content is not None:
+                    headers = {
+                        "content-security-policy": REPORT_POLICY,
+                        "content-disposition": f"inline; filename*=UTF-8''{quote(about.name)}",
+                    }
+                    return Response(content, media_type="application/pdf", headers=headers)
+        raise HTTPException(404, "There is no such report any more: open the answer again.")
+
+    async def act(self, request: Request) -> Response:
+        """Do what a page asks for, and answer with what it shows next."""
+        act = self._acts.get(request.path_params["name"])
+        if act is None:
+            raise HTTPException(404, "There is no such act.")
+        try:
+            sent = Sent.model_validate_json(await request.body())
+            return JSONResponse(await run_in_threadpool(act, request.scope[ACTOR], sent))
+        except ValidationError as error:
+            fault = error.errors()[0]
+            place = ".".join(map(str, fault["loc"])) or "the act"
+            raise HTTPException(400, f"{place}: {fault['msg']}. Nothing was done.") from None
+        except GradebookError as error:
+            raise HTTPException(500, str(error)) from None
 
     # --- acts ---------------------------------------------------------------------------------------------------------
 
-    def next(self, scorer: Scorer, sent: Mapping[str, Any]) -> dict[str, Any]:
-        """The next answer; the one of a key if there is one."""
-        where = sent_where(sent)
-        key = sent_text(sent, "key")
-        if sent_text(sent, "skip"):
-            self.desk.put_off(scorer.name, where, sent_text(sent, "skip"))
-        if not key:
-            return self._reply(scorer, where)
-        answer = self.desk.find(where, key)
+    def next(self, scorer: Scorer, sent: Sent) -> dict[str, Any]:
+        """Show the next answer, or that of a key."""
+        if sent.skip:
+            self.desk.put_off(scorer.name, sent.where, sent.skip)
+        if not sent.key:
+            return self._reply(scorer, sent.where)
+        answer = self.desk.find(sent.where, sent.key)
         if answer is None:
-            return self._reply(scorer, where, ["That answer is not there any more; here is the next one."])
-        told = self.desk.renew(scorer.name, where, key)
-        return self._reply(scorer, where, [told] if told else (), [answer], trouble=bool(told))
+            return self._reply(scorer, sent.where, ["That answer is not there any more; here is the next one."])
+        problem = self.desk.renew(scorer.name, sent.where, sent.key)
+        return self._reply(scorer, sent.where, [problem], [answer], trouble=bool(problem))
 
-    def give(self, scorer: Scorer, sent: Mapping[str, Any]) -> dict[str, Any]:
+    def give(self, scorer: Scorer, sent: Sent) -> dict[str, Any]:
         """Score what was shown and ticked."""
-        where, sheet = sent_where(sent), sent_sheet(sent)
-        level, points = sent.get("level"), sent.get("points")
-        if (level is None) == (points is None):
-            raise BadRequest("Give either a level or points.")
-        if level is not None and not (type(level) is int and level in self.desk.levels.shares):
-            raise BadRequest(f"There is no level {level!r}.")
-        if points is not None and not (type(points) in (int, float) and abs(points) <= _MOST_POINTS):
-            raise BadRequest("Points are a number, and not as large.")
-        done = self.desk.give(scorer.name, where, sheet.picks, level=level, points=points, remark=sheet.remark)
-        return self._after(scorer, where, sheet, done)
+        if not sent.answers or (sent.level is None) == (sent.points is None):
+            raise HTTPException(400, "Tick at least one answer, and give either a level or points.")
+        if sent.level is not None and sent.level not in self.desk.levels.shares:
+            raise HTTPException(400, f"There is no level {sent.level}.")
+        done = self.desk.give(
+            scorer.name, sent.where, sent.answers, level=sent.level, points=sent.points, remark=sent.remark.strip()
+        )
+        return self._after(scorer, sent, done)
 
-    def ask(self, scorer: Scorer, sent: Mapping[str, Any]) -> dict[str, Any]:
+    def ask(self, scorer: Scorer, sent: Sent) -> dict[str, Any]:
         """Leave what was shown and ticked to the instructor."""
-        where, sheet = sent_where(sent), sent_sheet(sent)
-        done = self.desk.ask(scorer.name, where, sheet.picks, sheet.remark)
-        return self._after(scorer, where, sheet, done)
+        if not sent.answers:
+            raise HTTPException(400, "Tick at least one answer.")
+        return self._after(scorer, sent, self.desk.ask(scorer.name, sent.where, sent.answers, sent.remark.strip()))
 
-    def undo(self, scorer: Scorer, sent: Mapping[str, Any]) -> dict[str, Any]:
-        """Take back what was done last, and show it again."""
-        where = sent_where(sent)
+    def undo(self, scorer: Scorer, sent: Sent) -> dict[str, Any]:
+        """Take back what was done last, and show it again with its remark."""
         done = self.desk.undo(scorer.name)
-        told = list(done.problems)
-        again = None
+        messages, answers, again = list(done.problems), [], {}
         if done.acts:
             act = done.acts[0]
-            told.append(
-                "Taken back: {labels}, {question} {part}.".format(
-                    labels=", ".join(self.desk.label(one.student, one.where) for one in done.acts),
-                    question=act.question,
-                    part=act.part,
-                )
-            )
-            keys = {key_of(one.student, one.where) for one in done.acts}
-            again_there = self._again.setdefault((scorer.name, act.where), {})
-            again_there |= dict.fromkeys(keys, Again(frozenset(keys), act.remark))
-            if act.where == where:
-                there = [one for one in self.desk.due(where) if key_of(one.student, where) in keys]
-                again = there or None
-                if there:
-                    self.desk.renew(scorer.name, where, key_of(there[0].student, where))
-        return self._reply(scorer, where, told, again, trouble=bool(done.problems))
+            labels = ", ".join(self.desk.label(one.student, one.where) for one in done.acts)
+            messages.append(f"Taken back: {labels}, {act.question} {act.part}.")
+            if act.where == sent.where:
+                students = [one.student for one in done.acts]
+                answers = [one for one in self.desk.due(sent.where) if one.student in students]
+                again = {"remark": act.remark}
+        if answers:
+            self.desk.renew(scorer.name, sent.where, key_of(answers[0].student, sent.where))
+        return self._reply(scorer, sent.where, messages, answers, again, trouble=bool(done.problems))
 
-    def renew(self, scorer: Scorer, sent: Mapping[str, Any]) -> dict[str, Any]:
+    def renew(self, scorer: Scorer, sent: Sent) -> dict[str, Any]:
         """Hold on to what is shown."""
-        return {"message": self.desk.renew(scorer.name, sent_where(sent), sent_text(sent, "key"))}
+        return {"message": self.desk.renew(scorer.name, sent.where, sent.key) or ""}
 
-    def leave(self, scorer: Scorer, sent: Mapping[str, Any]) -> dict[str, Any]:
+    def leave(self, scorer: Scorer, sent: Sent) -> dict[str, Any]:
         """Let others have what is shown."""
         self.desk.book.scores.let_go(scorer.name)
         return {}
 
-    def _after(self, scorer: Scorer, where: Where, sheet: Sheet, done: Done) -> dict[str, Any]:
-        """What comes next; if nothing was written, the same answers as they are now, with all that was typed."""
-        told = list(dict.fromkeys(done.problems))
-        again = self._again.setdefault((scorer.name, where), {})
-        for act in done.acts:
-            again.pop(key_of(act.student, where), None)
-        there = self._there(where, sheet) if not done.acts else []
-        if there:
-            ticked = frozenset(pick.key for pick in sheet.picks)
-            again |= dict.fromkeys(ticked, Again(ticked, sheet.remark, sheet.points))
-            now = {key_of(one.student, where): seen(one) for one in there}
-            if any(now.get(pick.key, pick.seen) != pick.seen for pick in sheet.picks):
-                told.append("Here it is as it is now: what you give replaces that, s leaves it.")
-            return self._reply(scorer, where, told, there, trouble=True)
+    def _after(self, scorer: Scorer, sent: Sent, done: Done) -> dict[str, Any]:
+        """Show what comes next; if nothing was written, the same answers as they are now, with all that was typed."""
+        messages = list(dict.fromkeys(done.problems))
         if len(done.acts) > 1:
-            told.insert(0, f"{len(done.acts)} answers in one go; u takes them all back.")
-        elif done.acts:
-            told.insert(0, self._said(done.acts[0]))
-        return self._reply(scorer, where, told, trouble=bool(done.problems))
-
-    def _there(self, where: Where, sheet: Sheet) -> list[Answer]:
-        """Find what a page showed, if what was ticked is still there."""
-        known = {key_of(one.student, where): one for one in self.desk.book.scores.answers([where])}
-        ticked = any(pick.key in known for pick in sheet.picks)
-        return [known[key] for key in sheet.shown if key in known] if ticked else []
-
-    def _said(self, act: Act) -> str:
-        label = self.desk.label(act.student, act.where)
-        if act.asked:
-            return f"{label}: left to the instructor."
-        given = in_points(act.points or 0.0)
-        if act.level is None:
-            return f"{label}: {given}."
-        return f"{label}: level {act.level}, {given}."
+            messages.insert(0, f"{len(done.acts)} answers in one go; u takes them all back.")
+        for act in done.acts if len(done.acts) == 1 else ():
+            level = "" if act.level is None else f"level {act.level}, "
+            given = "left to the instructor" if act.asked else f"{level}{in_points(act.points or 0.0)}"
+            messages.insert(0, f"{self.desk.label(act.student, act.where)}: {given}.")
+        ticked = {pick.key: pick.seen for pick in sent.answers}
+        found = [] if done.acts else [self.desk.find(sent.where, key) for key in sent.shown or ticked]
+        now = {key_of(one.student, one.where): one for one in found if one is not None}
+        if not ticked.keys() & now.keys():
+            return self._reply(scorer, sent.where, messages, trouble=bool(done.problems))
+        if any(seen(now[key]) != ticked[key] for key in ticked.keys() & now.keys()):
+            messages.append("Here it is as it is now: what you give replaces that, s leaves it.")
+        again = {"ticked": set(ticked), "remark": sent.remark, "points": sent.points}
+        return self._reply(scorer, sent.where, messages, list(now.values()), again, trouble=True)
 
     def _reply(
         self,
         scorer: Scorer,
         where: Where,
-        told: Sequence[str] = (),
-        answers: Sequence[Answer] | None = None,
+        messages: Sequence[str | None] = (),
+        answers: Sequence[Answer] = (),
+        again: dict[str, Any] | None = None,
         trouble: bool = False,
     ) -> dict[str, Any]:
-        """The next card, how far the part is, and what there is to say."""
-        found = self.desk.next(scorer.name, where) if answers is None else answers
-        card = cards.card(self.desk, found) if found else None
-        before = self._again.get((scorer.name, where), {})
-        again = next((before[one.key] for one in card.answers if one.key in before), None) if card else None
+        """Return the next card, how far the part is, and messages.
+
+        Parameters
+        ----------
+        scorer : who scores
+        where : question and part
+        messages : for the scorer
+        answers : to show; the next ones unless given
+        again : what was ticked and typed before, to show it again
+        trouble : whether a message is on something that failed
+        """
+        found = answers or self.desk.next(scorer.name, where)
         tally = progress.tally(self.desk.book.scores.answers([where]))
         left = len(self.desk.due(where))
-        time = progress.time_left(self.desk.book.scores.acts([where], scorer.name), where, left)
-        html = (
-            templates(_PAGE)
-            .get_template("card.html")
-            .render(
-                card=card,
-                again=again,
-                points=shown_points,
-                left=left,
-                asked=tally.asked,
-                after=None if card else self.desk.part_after(where),
-            )
-        )
-        state = (
-            templates(_PAGE)
-            .get_template("tally.html")
-            .render(tally=tally, left=left, time=progress.in_words(time) if left else "")
-        )
-        return {"html": html, "state": state, "message": " ".join(told), "trouble": trouble}
+        seconds = progress.time_left(self.desk.book.scores.acts([where], scorer.name), where, left) if left else None
+        card = cards.card(self.desk, found) if found else None
+        after = None if found else self.desk.part_after(where)
+        values = {"card": card, "again": again or {}, "left": left, "asked": tally.asked, "after": after}
+        return {
+            "html": self._rendered("card.html", **values),
+            "state": self._rendered("tally.html", tally=tally, seconds=seconds),
+            "message": " ".join(filter(None, messages)),
+            "trouble": trouble,
+        }
+
+
+def _where(request: Request) -> Where:
+    question, part = (request.query_params.get(name, "") for name in ("question", "part"))
+    if not question or not part:
+        raise HTTPException(400, "Say which question and part.")
+    return question, part
+
+
+def _asset(request: Request) -> Response:
+    if request.path_params["name"] not in _ASSETS:
+        raise HTTPException(404, "Not found.")
+    return FileResponse(_ASSETS[request.path_params["name"]])
 
 
 # --- the server -------------------------------------------------------------------------------------------------------
 
 
 def application(desk: Desk, scorers: Sequence[Scorer], port: int, title: str = "") -> ASGIApp:
-    """The application, guarded.
+    """Return the application, guarded.
 
     Parameters
     ----------
@@ -262,25 +287,19 @@ def application(desk: Desk, scorers: Sequence[Scorer], port: int, title: str = "
     port : where the server listens
     title : of the course
     """
-    from starlette.applications import Starlette
-    from starlette.routing import Route
-
     pages = Pages(desk, title)
     routes = [
-        Route("/", _shown(pages.overview)),
-        Route("/score", _shown(pages.scoring)),
-        Route("/report", documents.endpoint(desk)),
-        *(Route(f"/{name}", _asset(name, *where)) for name, where in _ASSETS.items()),
-        *(
-            Route(f"/act/{act.__name__}", _done(act), methods=["POST"])
-            for act in (pages.next, pages.give, pages.ask, pages.undo, pages.renew, pages.leave)
-        ),
+        Route("/", pages.overview),
+        Route("/score", pages.scoring),
+        Route("/report", pages.report),
+        Route("/act/{name}", pages.act, methods=["POST"]),
+        Route("/{name}", _asset),
     ]
-    return Guard(Starlette(routes=routes), scorers, port)
+    return Guard(Starlette(routes=routes, exception_handlers={HTTPException: refusal}), scorers, port)
 
 
 def listening(port: int) -> socket.socket:
-    """A socket of the loopback interface.
+    """Return a socket of the loopback interface.
 
     Raises
     ------
@@ -308,45 +327,3 @@ def serve(app: ASGIApp, listener: socket.socket) -> None:
         app, log_level="warning", access_log=False, server_header=False, lifespan="off", ws="none", workers=1
     )
     uvicorn.Server(config).run(sockets=[listener])
-
-
-def _shown(page: Callable[[Scorer, Mapping[str, str]], str]) -> Callable[[Request], Response]:
-    def endpoint(request: Request) -> Response:
-        from starlette.responses import HTMLResponse, PlainTextResponse
-
-        try:
-            return HTMLResponse(page(request.scope[ACTOR], request.query_params))
-        except BadRequest as error:
-            return PlainTextResponse(str(error), 400)
-
-    return endpoint
-
-
-def _done(act: Callable[[Scorer, Mapping[str, Any]], dict[str, Any]]) -> Callable[[Request], Any]:
-    async def endpoint(request: Request) -> Response:
-        from starlette.concurrency import run_in_threadpool
-        from starlette.responses import JSONResponse
-
-        try:
-            sent = await request.json()
-            if not isinstance(sent, dict):
-                raise BadRequest("An act is an object.")
-            return JSONResponse(await run_in_threadpool(act, request.scope[ACTOR], sent))
-        except (ValueError, RecursionError):
-            return JSONResponse({"problem": "That is no JSON. Nothing was done."}, 400)
-        except BadRequest as error:
-            return JSONResponse({"problem": str(error)}, 400)
-        except GradebookError as error:
-            return JSONResponse({"problem": str(error)}, 500)
-
-    return endpoint
-
-
-def _asset(name: str, folder: str, kind: str) -> Callable[[Request], Response]:
-    def endpoint(request: Request) -> Response:
-        from starlette.responses import Response
-
-        content = resources.files("labcourse.grading").joinpath(folder, name).read_text(encoding="utf-8")
-        return Response(content, media_type=kind)
-
-    return endpoint

@@ -1,15 +1,17 @@
-"""What another marking changed, in words and as data."""
+"""What another marking changed, in words and as data; how a batch is going."""
 
 import json
+import re
 from dataclasses import replace
 from datetime import UTC, datetime
 
-from gradebooks import graded, mark, prose, record
+import pytest
+from gradebooks import graded, mark, prose, record, result
 
 from labcourse.grading.gradebook import GivenMark, Gradebook, MarkRecord
+from labcourse.grading.reports import live_report
 from labcourse.grading.reports.changes import HANDED_IN_AGAIN, KEY_CHANGED, RUN_AGAIN, Before, changes
 from labcourse.grading.reports.live_report import JsonLines, Screen
-from labcourse.grading.reports.result import result_of
 
 
 def test_each_part_that_changed_is_told_from_what_to_what_and_why():
@@ -35,16 +37,10 @@ def test_each_part_that_changed_is_told_from_what_to_what_and_why():
 
 def test_a_part_that_comes_or_goes_is_told():
     new = MarkRecord("2.12", "K_s", "right", 1.0, 1.0, "Well.")
-    came, went = changes(graded("ada", mark(), prose()), graded("ada", mark(), new)).parts
-    assert (came.as_data()["before"], went.as_data()["after"]) == (None, None)
-    assert "2.12, K_s" in str(came) and "2.11, explanation" in str(went)
-
-
-def test_points_that_shift_between_parts_are_told_though_the_sum_stays():
-    before = graded("ada", mark(points=1.0), prose("given by a person", 1.0))
-    after = graded("ada", mark(points=2.0), prose("given by a person", 0.0))
-    found = changes(before, after)
-    assert found.before == found.after and len(found.parts) == 2
+    found = changes(graded("ada", mark(), prose()), graded("ada", mark(), new))
+    came, went = found.as_data()["changes"]
+    assert (came["before"], went["after"]) == (None, None)
+    assert "2.12, K_s: no mark → 1 of 1" in str(found) and "2.11, explanation: not decided, of 1" in str(found)
 
 
 def test_another_reason_for_the_same_mark_is_no_change():
@@ -85,8 +81,7 @@ LAPSED = GivenMark(
 
 def shown(kind, after, capsys, lapsed=()):
     with kind(1, [], []) as report:
-        result = result_of(type(after)(after.run, after.marks, after.key_digest, lapsed))
-        report.add(False, result, changes(BEFORE, after))
+        report.add(False, result(*after.marks, run=after.run, lapsed=lapsed), changes(BEFORE, after))
     return capsys.readouterr().out
 
 
@@ -94,10 +89,6 @@ def test_the_screen_says_what_a_changed_key_changed(capsys):
     text = shown(Screen, REMARKED, capsys)
     assert "ada: 2 → 0" in text and "key has changed" in text
     assert "2.11, omega_n" in text and REMARKED.marks[0].reason in text
-
-
-def test_the_screen_leaves_out_what_changed_as_other_work_was_handed_in(capsys):
-    assert "→" not in shown(Screen, AGAIN, capsys)
 
 
 def test_scripts_are_told_what_changed_and_why(capsys):
@@ -111,3 +102,31 @@ def test_a_mark_that_lapsed_is_told(capsys):
         shown(Screen, REMARKED, capsys, (LAPSED,)).split()
     )
     assert json.loads(shown(JsonLines, REMARKED, capsys, (LAPSED,)).splitlines()[0])["lapsed"][0].startswith("2.11, ")
+
+
+def names(number):
+    return [f"student{place:02}" for place in range(number)]
+
+
+def screen(capsys, monkeypatch, students, trouble=()):
+    monkeypatch.setenv("COLUMNS", "200")
+    with Screen(len(students), [], []) as report:
+        for student in students:
+            problems = (f"trouble of {student}",) if student in trouble else ()
+            report.add(False, result(mark(), prose(), student=student, problems=problems))
+    return capsys.readouterr().out
+
+
+@pytest.mark.parametrize("number", [3, 4, 7])
+def test_a_class_is_listed_up_to_a_screenful_and_the_rest_counted(number, capsys, monkeypatch):
+    monkeypatch.setattr(live_report, "_MOST_ROWS", 3)
+    text = screen(capsys, monkeypatch, names(number)[::-1])
+    assert [name for name in names(number) if f"{name}: 2 of 3 points" in text] == names(number)[:3]
+    assert re.findall(r"and (\d+) more, in grades.csv", text) == ([str(number - 3)] if number > 3 else [])
+
+
+@pytest.mark.parametrize(("number", "order"), [(9, [5, 8, 0]), (3, [0, 1, 2])])
+def test_in_a_large_class_those_with_trouble_come_first(number, order, capsys, monkeypatch):
+    monkeypatch.setattr(live_report, "_MOST_ROWS", 3)
+    text = screen(capsys, monkeypatch, names(number), trouble=("student05", "student08"))
+    assert re.findall(r"student(\d\d): ", text) == [f"{place:02}" for place in order]

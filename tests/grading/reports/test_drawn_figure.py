@@ -1,4 +1,4 @@
-"""A student's figure from its curves: where the points come to lie, and what is not drawn."""
+"""A student's figure from its curves: axes, where points come to lie, and what is not drawn."""
 
 import re
 from xml.etree import ElementTree
@@ -8,67 +8,143 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from labcourse.grading.reports.drawn_figure import drawn
-
-
-def diagram(*curves, title="", xlabel="time (s)", ylabel="angle (deg)"):
-    lines = [{"label": label, "n": len(x), "x": np.array(x, float), "y": np.array(y, float)} for label, x, y in curves]
-    return {"title": title, "xlabel": xlabel, "ylabel": ylabel, "lines": lines}
-
-
-def pictures(*axes):
-    root = ElementTree.fromstring(f"<div>{drawn(axes)}</div>")
-    return [svg for svg in root.iter("svg") if svg.get("class") == "drawn"]
-
-
-def curves(svg):
-    paths = [path.get("d") for path in svg.iter("path") if "curve" in path.get("class")]
-    return [
-        [tuple(int(number) / 10 for number in point.split()) for point in re.split("[ML]", path)[1:]] for path in paths
-    ]
-
-
-def words(svg):
-    return ["".join(text.itertext()) for text in svg.iter("text")]
-
-
-def test_a_curve_goes_where_its_numbers_are():
-    (svg,) = pictures(diagram(("a", [0, 5, 10], [-1, 0, 1])))
-    ((first, middle, last),) = curves(svg)
-    assert first[0] < middle[0] < last[0] and first[1] > middle[1] > last[1]  # down is more, on a page
-    assert middle == pytest.approx(((first[0] + last[0]) / 2, (first[1] + last[1]) / 2), abs=0.1)
-    assert {"0", "2", "10", "-1", "1", "time (s)", "angle (deg)"} <= set(words(svg))
-
-
-def test_several_curves_differ_in_more_than_colour_and_are_named():
-    axis = diagram(("measured", [0, 1], [0, 1]), ("", [0, 1], [1, 0]))
-    text = str(drawn([axis]))
-    assert 'class="curve look0"' in text and 'class="curve look1"' in text
-    assert "measured</li>" in text and "no label</li>" in text
-
-
-def test_the_description_says_what_is_to_be_seen():
-    (svg,) = pictures(diagram(("measured", [0, 10], [-3, 4.5]), ("", [0, 3], [2, 4])))
-    assert svg.get("role") == "img"
-    said = svg.get("aria-label")
-    assert "angle (deg)" in said and "time (s)" in said and "measured (" in said
-    assert re.findall(r"from (\S+) to ([\d.]*\d)", said) == [("0", "10"), ("-3", "4.5"), ("2", "4")]
-
-
-def test_formulas_in_labels_are_made_readable():
-    (svg,) = pictures(
-        diagram(("a", [0, 1], [0, 1]), xlabel=r"$\omega_n t$ / s", ylabel=r"$|\mathrm{\alpha}|$ in $^\circ$")
-    )
-    assert words(svg)[-2:] == ["ω_n t / s", "|α| in °"]
+from labcourse.grading.reports.drawn_figure import BOTTOM, LEFT, RIGHT, TOP, Axis, curve, drawn, make_axis
 
 
 @pytest.mark.parametrize(
-    "curve",
-    [("a", [0, 1], [-1.7e308, 1.7e308]), ("a", [0, 1.7e308], [0, 1]), ("a", [], [])],
-    ids=["too large", "too far", "empty"],
+    ("low", "high", "logarithmic", "numbers"),
+    [
+        (0.0, 6.0, False, range(7)),
+        (0.0, 15.0, False, [0, 2.5, 5, 7.5, 10, 12.5, 15]),
+        (-1.0, 1.0, False, [-1, -0.5, 0, 0.5, 1]),
+        (0.3, 5.9, False, range(1, 6)),
+        (0.0, 0.006, False, [0, 0.001, 0.002, 0.003, 0.004, 0.005, 0.006]),
+        (1000.0, 7000.0, False, range(1000, 8000, 1000)),
+        (-7.0, -1.0, False, range(-7, 0)),
+        (0.0, 3.0, True, [1, 10, 100, 1000]),
+        (-0.3, 1.7, True, [1, 10]),
+        (0.3, 0.9, True, []),
+    ],
 )
-def test_what_cannot_be_drawn_is_said(curve):
-    assert "cannot be drawn" in drawn([diagram(curve)])
+def test_the_numbers_on_an_axis_are_round_or_powers_of_ten_and_within_it(low, high, logarithmic, numbers):
+    texts = [text for _at, text in Axis(low, high, 0, 100, logarithmic).ticks()]
+    assert texts == [f"{number:g}" for number in numbers]
+
+
+def test_values_stand_by_their_share_between_the_ends():
+    assert Axis(10.0, 20.0, 100.0, 300.0).at(np.array([10.0, 12.5, 20.0])).tolist() == [100.0, 150.0, 300.0]
+    assert Axis(10.0, 20.0, 300.0, 100.0).at(np.array([10.0, 12.5])).tolist() == [300.0, 250.0]
+    assert Axis(0.0, 2.0, 0.0, 10.0, True).at(np.array([1.0, 10.0, 100.0])) == pytest.approx([0, 5, 10])
+
+
+@pytest.mark.parametrize(
+    ("lines", "margin", "low", "high"),
+    [
+        ([[0.0, 15.0]], 0.0, 0.0, 15.0),
+        ([[0.0, 10.0]], 0.05, -0.5, 10.5),
+        ([[4.0, 4.0]], 0.0, 2.0, 6.0),
+        ([[-4.0, -4.0]], 0.05, -6.0, -2.0),
+        ([[0.0, 0.0]], 0.05, -1.0, 1.0),
+        ([[3.0]], 0.0, 1.5, 4.5),
+        ([[1.0, 2.0], [-3.0, 0.0], [7.0]], 0.0, -3.0, 7.0),
+    ],
+)
+def test_an_axis_holds_all_values_with_a_margin(lines, margin, low, high):
+    found = make_axis(list(map(np.array, lines)), 5, 50, margin)
+    assert (found.low, found.high) == pytest.approx((low, high))
+    assert (found.start, found.end, found.logarithmic) == (5, 50, False)
+
+
+@pytest.mark.parametrize(
+    ("largest", "is_drawn"), [(9.9e299, True), (-9.9e299, True), (1.1e300, False), (-1.1e300, False)]
+)
+def test_an_axis_goes_as_far_as_differences_are_finite(largest, is_drawn):
+    assert (make_axis([np.array([0.0, largest])], 0, 1) is not None) == is_drawn
+
+
+EVEN = np.geomspace(1.0, 10.0, 5)
+
+
+@pytest.mark.parametrize(
+    ("lines", "even"),
+    [
+        ([EVEN], True),
+        ([EVEN[::-1]], False),
+        ([EVEN[:4]], False),
+        ([np.geomspace(1.0, 9.99, 5)], False),
+        ([EVEN - 1.0], False),
+        ([np.linspace(1.0, 100.0, 50)], False),
+        ([EVEN * np.array([1.0, 1.2, 1.0, 1.0, 1.0])], False),
+        ([EVEN * np.array([1.0, 1.05, 1.0, 1.0, 1.0])], True),
+        ([np.array([1.0, 5.0]), EVEN], True),  # the longest curve decides
+        ([np.linspace(1, 10, 6), EVEN], False),
+    ],
+)
+def test_a_logarithmic_axis_has_points_that_stand_evenly_over_a_decade(lines, even):
+    assert make_axis(lines, 0, 1, may_be_logarithmic=True).logarithmic == even
+    assert not make_axis(lines, 0, 1).logarithmic
+
+
+def test_a_curve_is_a_line_through_its_points_in_tenths_and_a_point_a_cross():
+    x, y = Axis(0.0, 10.0, 0.0, 100.0), Axis(0.0, 1.0, 100.0, 0.0)
+    line = {"x": np.array([0.0, 5.0, 10.0]), "y": np.array([0.0, 1.0, 0.25])}
+    assert curve(line, x, y) == "M0 1000L500 0L1000 750"
+    assert curve({"x": np.array([5.0]), "y": np.array([0.5])}, x, y) == "M460 500h80M500 460v80"
+
+
+def diagram(*curves, title="", xlabel="time (s)", ylabel="angle (deg)"):
+    lines = [{"label": label, "x": np.array(x, float), "y": np.array(y, float)} for label, x, y in curves]
+    return {"title": title, "xlabel": xlabel, "ylabel": ylabel, "lines": lines}
+
+
+def parsed(*axes):
+    return ElementTree.fromstring(f"<div>{drawn(axes)}</div>")
+
+
+def test_numbers_and_labels_stand_beside_the_plot():
+    (svg,) = parsed(diagram(("", [0.0, 6.0], [0.0, 10.0])))
+    assert svg.get("viewBox") == "0 0 720 270"
+    texts = [(text.get("x"), text.get("y"), text.get("text-anchor"), text.text) for text in svg.iter("text")]
+    assert texts[:2] == [("76", "242", "middle", "0"), ("181", "242", "middle", "1")]
+    beside = [(x, text) for x, _y, anchor, text in texts if anchor == "end"]
+    assert beside == [("68", number) for number in ("0", "2", "4", "6", "8", "10")]
+    assert texts[-2:] == [("392", "262", "middle", "time (s)"), (None, None, "middle", "angle (deg)")]
+    grid, line = (path.get("d") for path in svg.iter("path"))
+    assert grid.startswith("M76 224V10M181 224V10") and "H708" in grid
+    assert line.startswith(f"M{10 * LEFT} ") and f"L{10 * RIGHT} " in line
+    assert all(10 * TOP < int(down) < 10 * BOTTOM for down in re.findall(r" (\d+)", line))
+
+
+def test_curves_take_six_looks_in_turn_and_are_named():
+    page = parsed(diagram(*((f"curve {n}" if n else "", [0.0, 1.0], [0.0, float(n)]) for n in range(8))))
+    looks = [path.get("class") for path in page.iter("path")]
+    assert looks == ["grid", *2 * [f"curve look{n}" for n in (0, 1, 2, 3, 4, 5, 0, 1)]]
+    assert ["".join(one.itertext()).strip() for one in page.iter("li")][:2] == ["no label", "curve 1"]
+
+
+def test_the_description_says_what_is_to_be_seen():
+    (svg,) = parsed(diagram(("measured", [0, 10], [-3, 4.5]), ("", [0, 3], [2, 4])))[:1]
+    assert svg.get("role") == "img"
+    text = svg.get("aria-label")
+    assert "angle (deg)" in text and "time (s)" in text and "measured (" in text
+    assert re.findall(r"from (\S+) to ([\d.]*\d)", text) == [("0", "10"), ("-3", "4.5"), ("2", "4")]
+
+
+def test_formulas_in_labels_are_made_readable():
+    page = parsed(diagram(("a", [0, 1], [0, 1]), xlabel=r"$\omega_n t$ / s", ylabel=r"$|\mathrm{\alpha}|$ in $^\circ$"))
+    assert [text.text for text in page.iter("text")][-2:] == ["ω_n t / s", "|α| in °"]
+
+
+@pytest.mark.parametrize("number", [1, 2, 3])
+def test_several_diagrams_are_numbered_with_or_without_a_title(number):
+    page = parsed(*(diagram(("", [0, 1], [0, 1]), title=title) for title in ("A", "", "B")[:number]))
+    expected = ["A"] if number == 1 else ["Diagram 1: A", "Diagram 2", "Diagram 3: B"][:number]
+    assert [heading.text for heading in page.iter("p")] == expected
+
+
+@pytest.mark.parametrize("line", [("a", [0, 1], [-1.7e308, 1.7e308]), ("a", [0, 1.7e308], [0, 1]), ("a", [], [])])
+def test_a_figure_that_cannot_be_drawn_says_so(line):
+    assert "cannot be drawn" in drawn([diagram(line)])
 
 
 number = st.floats(-1e299, 1e299, allow_nan=False)
@@ -77,17 +153,6 @@ number = st.floats(-1e299, 1e299, allow_nan=False)
 @given(st.lists(st.tuples(number, number), min_size=1, max_size=40), st.text(max_size=20))
 def test_any_numbers_and_labels_give_a_picture_of_finite_points(points, label):
     x, y = zip(*points, strict=True)
-    axis = diagram((label, x, y), title=label, xlabel=label, ylabel=label)
-    text = str(drawn([axis]))
-    assert "nan" not in re.sub(r">[^<]*<|aria-label=\"[^\"]*\"", "", text) and "inf" not in re.sub(
-        r">[^<]*<|aria-label=\"[^\"]*\"", "", text
-    )
-    assert len(text) < 20_000
-
-
-@pytest.mark.parametrize("value", [0.0, 5.0, -3e-9, 1e200])
-def test_a_flat_line_and_a_single_point_are_drawn(value):
-    (flat, dot) = pictures(diagram(("a", [0, 1], [value, value])), diagram(("a", [value], [value])))
-    ((start, end),) = curves(flat)
-    assert start[1] == end[1]
-    assert any("curve" in path.get("class") for path in dot.iter("path"))
+    text = str(drawn([diagram((label, x, y), title=label, xlabel=label, ylabel=label)]))
+    bare = re.sub(r">[^<]*<|aria-label=\"[^\"]*\"", "", text)
+    assert "nan" not in bare and "inf" not in bare and len(text) < 20_000

@@ -3,23 +3,23 @@
 import pytest
 from accessible import findings
 from contrast import CONTRASTS
+from gradebooks import result
+from made_courses import OURS
 
-from labcourse.grading.marking.marking import Mark
+from labcourse.grading.gradebook import MarkRecord
 from labcourse.grading.reports import feedback
-from labcourse.grading.reports.result import Result
 from labcourse.grading.verdicts import Status
-from rotflex.course.questions import CATALOGUE
 
 MARKS = (
-    Mark("2.11", "omega_n", Status.RIGHT, 2.0, 2.0, "Folded reason.", "19.9 rad/s"),
-    *(Mark("2.12", status.name, status, 0.0, 1.0, "Open reason.", "1.3") for status in Status),
+    MarkRecord("2.11", "omega_n", Status.RIGHT, 2.0, 2.0, "Folded reason.", "19.9 rad/s"),
+    *(MarkRecord("2.12", status.name, status, 0.0, 1.0, "Open reason.", "1.3") for status in Status),
 )
 
 
 @pytest.fixture(params=["light", "dark"])
 def page(request, chromium, tmp_path):
     file = tmp_path / "feedback.html"
-    file.write_text(feedback.page(Result("ada", MARKS), CATALOGUE, "A course"), encoding="utf-8")
+    file.write_text(feedback.page(result(*MARKS), OURS), encoding="utf-8")
     context = chromium.new_context(color_scheme=request.param, viewport={"width": 800, "height": 900})
     opened, said = context.new_page(), []
     opened.on("console", lambda message: said.append(message.text))

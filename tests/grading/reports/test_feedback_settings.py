@@ -7,23 +7,20 @@ from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 
 import pytest
-from gradebooks import graded, record
+from gradebooks import graded, record, result
 from made_courses import OURS
 
 from labcourse.grading.accounts import account_of
 from labcourse.grading.gradebook import MarkRecord, StudentRecord
-from labcourse.grading.marking.marking import Mark
 from labcourse.grading.reports import feedback
 from labcourse.grading.reports.grades import Reports
-from labcourse.grading.reports.result import Result
 from labcourse.grading.settings import CourseSettings, FeedbackSettings, MarkSettings
 from labcourse.grading.verdicts import Status
-from rotflex.course.questions import CATALOGUE
 
 MARKS = (
-    Mark("2.11", "omega_n", Status.WRONG, 0.0, 2.0, "Look at the units.", "omega_n = 3.1"),
-    Mark("2.12", "K_s", Status.BY_A_PERSON, 1.5, 2.0, "Nearly: see me.", "K_s = 1.2"),
-    Mark("2.13", "J_l", Status.MISSING, 0.0, 1.0, "2.13 stopped: NameError, line 3.", ""),
+    MarkRecord("2.11", "omega_n", Status.WRONG, 0.0, 2.0, "Look at the units.", "omega_n = 3.1"),
+    MarkRecord("2.12", "K_s", Status.BY_A_PERSON, 1.5, 2.0, "Nearly: see me.", "K_s = 1.2"),
+    MarkRecord("2.13", "J_l", Status.MISSING, 0.0, 1.0, "2.13 stopped: NameError, line 3.", ""),
 )
 POINTS = re.compile(r"\d of \d|points|Earned")
 
@@ -32,13 +29,19 @@ def text_of(page):
     return " ".join(html.unescape(re.sub(r"<style.*?</style>|<[^>]+>", " ", page, flags=re.DOTALL)).split())
 
 
-def page(**seen):
-    return text_of(feedback.page(Result("ada", MARKS), CATALOGUE, seen=FeedbackSettings(**seen)))
+ALL = FeedbackSettings()
+
+
+def course(seen=ALL, **more):
+    return replace(OURS, settings=CourseSettings(term="2026 autumn", feedback=seen, **more))
+
+
+def page(*marks, **seen):
+    return text_of(feedback.page(result(*(marks or MARKS)), course(FeedbackSettings(**seen))))
 
 
 def test_points_and_reasons_are_shown_unless_the_settings_say_otherwise():
     shown = page()
-    assert shown == text_of(feedback.page(Result("ada", MARKS), CATALOGUE))
     assert "1.5 of 5 points" in shown and "Earned" in shown and "0 of 2 points" in shown
     assert all(mark.reason in shown for mark in MARKS)
 
@@ -57,51 +60,37 @@ def test_without_reasons_the_keys_go_and_those_of_a_person_and_what_stopped_stay
 
 @pytest.fixture
 def book(book):
-    marks = tuple(
-        MarkRecord(one.question, one.part, one.status.value, one.points, one.out_of, one.reason, one.given)
-        for one in (MARKS[0], replace(MARKS[1], status=Status.PARTLY), MARKS[2])
-    )
+    marks = (MARKS[0], replace(MARKS[1], status=Status.PARTLY), MARKS[2])
     record(book, graded("ada", *marks, problems=("02_finding_stiffness.ipynb could not be read.",)))
     return book
 
 
-def course(opens):
-    settings = replace(OURS.settings, term="2026 autumn", feedback=FeedbackSettings(opens=opens))
-    return replace(OURS, settings=settings)
-
-
 def test_before_their_time_pages_say_when_they_open_and_what_went_wrong_and_nothing_of_the_marks(tmp_path, book):
     opens = datetime.now(UTC) + timedelta(hours=1)
-    reports = Reports(tmp_path / "out", course(opens), book)
+    reports = Reports(tmp_path / "out", course(FeedbackSettings(opens=opens)), book)
     reports.write_all()
     shown = text_of((tmp_path / "out" / "ada" / "feedback.html").read_text(encoding="utf-8"))
     when = f"{opens:%Y-%m-%d %H:%M} UTC"
     assert f"What came of it can be read here from {when} on." in shown
     assert "02_finding_stiffness.ipynb could not be read." in shown and "2026 autumn" in shown
     assert not POINTS.search(shown) and not any(mark.reason in shown or mark.question in shown for mark in MARKS)
-    assert reports.closed == f"Feedback pages say that they open at {when} (course.toml); then say rotflex report."
+    assert list(reports.notices()) == [
+        f"Feedback pages say that they open at {when} (course.toml); then say rotflex report."
+    ]
     assert json.loads((tmp_path / "out" / "ada" / "marks.json").read_text())["total"] == 1.5  # the instructor's
-
-
-@pytest.mark.parametrize("opens", [None, datetime(2026, 1, 1, tzinfo=UTC)])
-def test_from_then_on_they_are_whole(tmp_path, book, opens):
-    reports = Reports(tmp_path / "out", course(opens), book)
-    reports.write_all()
-    assert "1.5 of 5 points" in text_of((tmp_path / "out" / "ada" / "feedback.html").read_text(encoding="utf-8"))
-    assert reports.closed == ""
 
 
 MARKED = tuple(replace(mark, status=Status.PARTLY) for mark in MARKS)
 
 
-def accounted(given=MARKED, seen=None, **decided):
-    course = replace(OURS, settings=CourseSettings(**decided))
-    account = account_of(given, course, StudentRecord("ada"), {})
-    return text_of(feedback.page(Result("ada", given, account=account), CATALOGUE, seen=seen))
+def accounted(given=MARKED, seen=ALL, **decided):
+    made = course(seen, **decided)
+    account = account_of(given, made, StudentRecord("ada"), {})
+    return text_of(feedback.page(result(*given, account=account), made))
 
 
 def test_where_no_setting_applies_the_page_is_as_it_was():
-    assert accounted() == text_of(feedback.page(Result("ada", MARKED), CATALOGUE))
+    assert accounted() == page(*MARKED)
     assert accounted(marks=MarkSettings(drop=("3.1",), weights={"3.2": 2})) == accounted()  # not this student's
 
 
@@ -110,12 +99,6 @@ def test_where_one_does_the_student_reads_how_it_counts(snapshot):
     start = shown.index("Final grade")
     assert "Final grade: 3.75 of 10" in shown
     assert shown[start : shown.index("Summary")].replace(". ", ".\n") == snapshot
-
-
-def test_what_waits_is_told_there_too():
-    waiting = (*MARKED[:2], replace(MARKED[2], status=Status.FOR_A_PERSON))
-    shown = accounted(waiting, marks=MarkSettings(weights={"2.13": 2}))
-    assert "There is no final grade yet: still to be decided are 2 points." in shown and "Final grade:" not in shown
 
 
 def test_without_points_how_it_counts_is_said_without_them():

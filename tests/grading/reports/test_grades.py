@@ -11,9 +11,7 @@ from made_courses import OURS
 from labcourse import files
 from labcourse.errors import GradingError
 from labcourse.grading.gradebook import Delivery
-from labcourse.grading.reports import feedback
-from labcourse.grading.reports.grades import Reports, make_folder
-from labcourse.grading.reports.grades_table import NOT_GRADED_YET
+from labcourse.grading.reports.grades import NOT_GRADED_YET, Reports
 
 
 @pytest.fixture
@@ -25,7 +23,7 @@ def test_everybody_is_in_the_reports_whoever_was_graded_just_now(book, out, tmp_
     record(book, graded("bob"), graded("ada"), graded("zoe"))
     enrol(book, tmp_path, ("ada", "Ada L.", "ada@x.org", "B"), ("eve", "Eve E.", "", "A"))
     with Reports(out, OURS, book) as reports:
-        reports.write(graded("bob"))
+        assert reports.result(graded("bob")).total == 2
     found = rows(out)
     assert list(found) == ["ada", "bob", "eve", "zoe"]
     assert found["ada"]["name"] == "Ada L." and found["ada"]["total"] == "2"
@@ -37,25 +35,13 @@ def test_everybody_is_in_the_reports_whoever_was_graded_just_now(book, out, tmp_
 @pytest.mark.parametrize("end", [KeyboardInterrupt, GradingError("The scheduler is gone.")])
 def test_whatever_ends_a_batch_everybody_is_in_the_reports(book, out, tmp_path, end):
     record(book, graded("ada"), graded("bob"))
-    with pytest.raises(BaseException) as caught, Reports(out, OURS, book, ["cleo", "Ada"]) as reports:
-        reports.write(graded("ada"))
+    with pytest.raises(BaseException) as caught, Reports(out, OURS, book, ["cleo", "Ada"]):
         raise end
     assert caught.type is (end if isinstance(end, type) else type(end))
     found = rows(out)
     assert list(found) == ["ada", "bob", "cleo"]
     assert found["cleo"]["notes"] == "handed in, not graded yet"
     assert not (out / "cleo").exists()
-
-
-def test_at_the_end_a_page_is_written_again_only_if_something_on_it_has_changed(book, out, monkeypatch):
-    record(book, graded("ada"), graded("bob"))
-    shown = []
-    monkeypatch.setattr(feedback, "page", lambda result, *_: shown.append(result.student) or "")
-    with Reports(out, OURS, book) as reports:
-        reports.write(graded("ada"))
-        reports.write(graded("bob"))
-        book.comment("bob", "Well done.", "prof")
-    assert shown == ["ada", "bob", "bob"]
 
 
 def test_who_has_files_in_the_gradebook_and_no_marks_has_handed_in(book, out):
@@ -85,15 +71,6 @@ def test_marks_as_data_hold_what_people_said(book, out):
     assert lapsed.startswith("2.11, explanation: tutor gave 0.5 of 1 points on ")
 
 
-def test_a_question_that_the_course_does_not_have_any_more_stops_nothing(book, out):
-    gone = [mark(), prose()]
-    gone[0] = type(gone[0])("9.9", "gone", "right", 1.0, 1.0, "Well.", "1")
-    record(book, graded("ada", *gone))
-    Reports(out, OURS, book).write_all()
-    assert rows(out)["ada"]["9.9"] == "1"
-    assert "Question 9.9" in (out / "ada" / "feedback.html").read_text(encoding="utf-8")
-
-
 @pytest.mark.parametrize("in_the_way", ["folder", "file", "read-only"])
 def test_a_place_that_cannot_be_written_to_is_told_before_anything_is_run(book, out, monkeypatch, in_the_way):
     def refuse(target, content):
@@ -107,18 +84,6 @@ def test_a_place_that_cannot_be_written_to_is_told_before_anything_is_run(book, 
         monkeypatch.setattr(files, "write", refuse)
     with pytest.raises(GradingError, match=r"grades\.csv" if in_the_way == "folder" else "out"):
         Reports(out, OURS, book)
-
-
-def test_a_grader_that_begins_at_the_same_moment_does_not_stop_this_one(out, monkeypatch):
-    written = files.write
-
-    def taken_away_by_the_other(target, content):
-        written(target, content)
-        target.unlink()
-
-    monkeypatch.setattr(files, "write", taken_away_by_the_other)
-    make_folder(out)
-    assert list(out.iterdir()) == []
 
 
 def test_a_folder_of_a_student_that_cannot_be_made_costs_the_others_nothing(book, out):
@@ -146,10 +111,3 @@ def test_a_disk_that_is_full_is_told_once_and_what_was_there_stays(book, out, mo
         reports.write_all()
     assert "rotflex report" not in str(told.value)
     assert {path: path.read_bytes() for path in out.rglob("*") if path.is_file()} == before
-
-
-def test_a_page_that_cannot_be_written_in_the_course_of_a_batch_stops_nothing(book, out, monkeypatch):
-    record(book, graded("ada"))
-    with pytest.raises(GradingError, match="No space left"), Reports(out, OURS, book) as reports:
-        monkeypatch.setattr("pathlib.Path.write_bytes", full)
-        assert reports.write(graded("ada")).total == 2

@@ -5,35 +5,34 @@ import io
 import re
 from datetime import UTC, datetime
 
+import gradebooks
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from labcourse.grading.gradebook import GivenMark, MarkRecord, StudentRecord
-from labcourse.grading.marking.marking import Mark
-from labcourse.grading.reports import grades_table
-from labcourse.grading.reports.grades_table import NOT_GRADED_YET, Unmarked
-from labcourse.grading.reports.result import Result
+from labcourse.grading.reports.grades import grades_table
 from labcourse.grading.verdicts import Status
 from labcourse.safe_text import as_csv, from_spreadsheet_cell, no_escapes, spreadsheet_cell
 
-NUMBER = Mark("2.11", "omega_n", Status.RIGHT, 1.5, 2.0, "Reason.", "19.9 rad/s")
-WORDS = Mark("2.11", "explanation", Status.FOR_A_PERSON, 0.0, 1.0, "Reason.", "So.")
-ALL_WORDS = Mark("2.16", "comparison", Status.FOR_A_PERSON, 0.0, 2.0, "Reason.", "So.")
-FAULTY = Mark("3.1", "stability", Status.NOT_MARKED, 0.0, 1.0, "The key has a fault.", "stable")
-NO_POINTS = Mark("0.1", "resolution", Status.WRONG, 0.0, 0.0, "Reason.", "1")
+NUMBER = MarkRecord("2.11", "omega_n", Status.RIGHT, 1.5, 2.0, "Reason.", "19.9 rad/s")
+WORDS = MarkRecord("2.11", "explanation", Status.FOR_A_PERSON, 0.0, 1.0, "Reason.", "So.")
+ALL_WORDS = MarkRecord("2.16", "comparison", Status.FOR_A_PERSON, 0.0, 2.0, "Reason.", "So.")
+FAULTY = MarkRecord("3.1", "stability", Status.NOT_MARKED, 0.0, 1.0, "The key has a fault.", "stable")
+NO_POINTS = MarkRecord("0.1", "resolution", Status.WRONG, 0.0, 0.0, "Reason.", "1")
 
 
 def result(student="ada", *marks, **more):
-    return Result(student, marks or (NUMBER, WORDS, ALL_WORDS), stamp="Run in isolation.", **more)
+    return gradebooks.result(*(marks or (NUMBER, WORDS, ALL_WORDS)), student=student, **more)
 
 
-def table(*rows, order=()):
-    return {row["student"]: row for row in csv.DictReader(io.StringIO(grades_table.text(rows, order), newline=""))}
+def table(*rows, handed_in=(), order=()):
+    text = grades_table(rows, handed_in, order)
+    return {row["student"]: row for row in csv.DictReader(io.StringIO(text, newline=""))}
 
 
 def test_the_columns_and_a_row(snapshot):
-    text = grades_table.text([result(name="Ada L.", email="ada@x.org", section="B")])
+    text = grades_table([result(about=("Ada L.", "ada@x.org", "B"))])
     assert text.count("\r\n") == 2 and text.replace("\r", "") == snapshot
 
 
@@ -45,17 +44,17 @@ def test_what_waits_and_what_the_key_could_not_mark_is_0_in_no_column():
 
 
 def test_no_points_that_were_decided_are_0():
-    wrong = Mark("2.11", "omega_n", Status.WRONG, 0.0, 2.0, "Reason.", "3")
+    wrong = MarkRecord("2.11", "omega_n", Status.WRONG, 0.0, 2.0, "Reason.", "3")
     row = table(result("ada", wrong, WORDS))["ada"]
     assert (row["2.11"], row["total"], row["awaiting a person"]) == ("0", "0", "1")
 
 
 def test_who_has_not_handed_in_has_a_row_without_points():
     bob = StudentRecord("bob", "Bob B.", "bob@x.org", "A")
-    found = table(result(), Unmarked(bob), Unmarked(StudentRecord("cleo"), NOT_GRADED_YET))
+    found = table(result(), bob, StudentRecord("Cleo"), handed_in={"cleo"})
     shown = [value for value in found["bob"].values() if value]
     assert shown == ["bob", "Bob B.", "bob@x.org", "A", "nothing handed in"]
-    assert found["cleo"]["notes"] == "handed in, not graded yet" and found["cleo"]["total"] == ""
+    assert found["Cleo"]["notes"] == "handed in, not graded yet" and found["Cleo"]["total"] == ""
 
 
 def test_columns_stand_in_the_keys_order_and_hold_what_only_one_has():
@@ -67,7 +66,7 @@ def test_columns_stand_in_the_keys_order_and_hold_what_only_one_has():
 def test_a_persons_mark_that_lapsed_is_in_the_notes():
     mark = MarkRecord("2.11", "explanation", "given by a person", 0.5, 1.0, "Well.", "Before.")
     lapsed = GivenMark(mark, "A. Teacher", datetime(2026, 3, 2, tzinfo=UTC))
-    notes = table(result(lapsed=(lapsed,), problems=("Trouble.",)))["ada"]["notes"]
+    notes = table(result(lapsed=[lapsed], problems=("Trouble.",)))["ada"]["notes"]
     assert notes.startswith("Trouble. 2.11, explanation: A. Teacher gave 0.5 of 1 points on 2026-03-02 for another")
     assert "a person has to look again" in notes and notes.endswith("Run in isolation.")
 
@@ -76,10 +75,7 @@ def test_cells_that_a_spreadsheet_would_calculate_are_made_text():
     names = ["=1+1", "+1", "-1", "@x", "\tx", "\rx", "plain"]
     assert list(table(*map(result, names))) == ["'=1+1", "'+1", "-1", "'@x", "'\tx", "\\rx", "plain"]
     about = StudentRecord("ada", "=HYPERLINK()", "@x", "-1")
-    for row in (
-        *table(result("ada", name=about.name, email=about.email, section=about.section)).values(),
-        *table(Unmarked(about)).values(),
-    ):
+    for row in (*table(result(about=("=HYPERLINK()", "@x", "-1"))).values(), *table(about).values()):
         assert (row["name"], row["email"], row["section"]) == ("'=HYPERLINK()", "'@x", "-1")
 
 

@@ -20,7 +20,7 @@ from labcourse.grading.graded_run import Facts
 from labcourse.grading.marking.checks import ForAPerson, Number
 from labcourse.grading.reports import hints
 from labcourse.grading.reports.grades import Reports
-from labcourse.grading.reports.hints import About, Hint, Measured
+from labcourse.grading.reports.hints import Work
 from labcourse.grading.verdicts import OwnBench, Status
 from rotflex import experiments, hil
 from rotflex.course.questions import CATALOGUE
@@ -41,7 +41,7 @@ def right(name, random):
     bench[Z] = bench[Y] * bench[X] ** 2
     x = STEP * round(bench[X] / STEP)
     given = {X: x, Y: bench[Y], Z: bench[Y] * x**2}
-    return Measured(name, bench, given, frozenset(PARTS), frozenset())
+    return Work(name, bench=bench, given=given, right=frozenset(PARTS))
 
 
 def answering(one, wrong, **given):
@@ -81,14 +81,6 @@ def test_whoever_copies_all_numbers_is_named_with_each_that_says_something_but_n
     assert {hint.students[0] for hint in found} <= {one.student}
 
 
-@pytest.mark.parametrize(("digits", "size"), [(6, 300), (5, 300), (4, 30), (3, 10)])
-def test_a_rounded_copy_is_found_with_as_many_digits_as_the_class_needs(digits, size):
-    friend, one, *others = CLASS[:size]
-    z = float(f"{friend.given[Z]:.{digits}g}")
-    (line,) = evidence(friend, answering(one, {Z}, z=z), *others)
-    assert line.startswith(f"s001: 1.2 z = {z:g} ") and "s000" in line
-
-
 def test_a_number_in_two_digits_is_no_hint_but_several_may_fit_a_bench_together():
     friend, one, *_ = CLASS
     x, z = (float(f"{friend.given[where]:.2g}") for where in (X, Z))
@@ -113,18 +105,6 @@ def test_a_number_that_three_have_says_nothing_and_neither_does_one_that_is_wron
     assert evidence(*alike, copier) == [] and len(evidence(*alike[:2], copier)) == 2
     assert evidence(answering(first, {Z}, z=1.2345), copier) == []
     assert evidence(first, answering(one, set(), z=first.given[Z])) == []
-
-
-def test_numbers_that_fit_the_own_bench_are_no_hint_at_another_that_is_near():
-    friend, *_ = CLASS
-    near = replace(friend, student="near", bench={where: 1.0005 * value for where, value in friend.bench.items()})
-    assert evidence(friend, answering(near, {X, Z}, x=near.bench[X] * 1.03, z=near.bench[Z] * 1.05)) == []
-
-
-@given_of(value=st.floats(allow_nan=False, allow_infinity=False).filter(bool))
-def test_any_number_can_be_compared(value):
-    friend, one, *_ = CLASS
-    evidence(friend, answering(one, PARTS, x=value, y=value, z=value))
 
 
 def test_in_this_course_what_is_measured_on_the_own_bench_is_compared():
@@ -167,10 +147,10 @@ def pairs(*everybody):
 
 @pytest.fixture(scope="module")
 def sweeps():
-    return {f"s{number:02}": sweep_of(f"s{number:02}") for number in range(60)}
+    return {f"s{number:02}": sweep_of(f"s{number:02}") for number in range(20)}
 
 
-def test_the_recordings_of_sixty_benches_are_all_different_and_each_copy_is_found(sweeps):
+def test_the_recordings_of_twenty_benches_are_all_different_and_each_copy_is_found(sweeps):
     everybody = [recorded(name, recording) for name, recording in sweeps.items()]
     assert pairs(*everybody) == []
     rows = [one.recordings["2.9", "sweep"][0][1] for one in everybody]
@@ -256,6 +236,7 @@ def test_a_group_is_no_hint_but_a_third_with_their_file_is():
     assert lines(*pair) == []
     (line,) = lines(*pair, of_bench("eve", a=b"1"))
     assert line.startswith("ada, bob, eve ")
+    assert [len(lines(*(having(f"s{n}", a_py=b"x") for n in range(size)))) for size in (5, 6)] == [1, 0]
 
 
 def test_a_matlab_file_that_was_saved_again_is_equal_and_one_of_other_samples_is_not():
@@ -274,11 +255,6 @@ def test_notebooks_files_of_the_course_empty_ones_and_what_was_handed_out_are_no
     assert lines(having("ada", given, **files), having("bob", given, **files)) == []
     (line,) = lines(having("ada", **files), having("bob", **files))
     assert "1 file: data.csv" in line
-
-
-def test_a_file_of_many_says_nothing():
-    assert len(lines(*(having(f"s{number}", a_py=b"x = 1") for number in range(5)))) == 1
-    assert lines(*(having(f"s{number}", a_py=b"x = 1") for number in range(6))) == []
 
 
 BENCHES = {"ada": 1.0, "bob": 2.0, "cleo": 3.0, "dan": 4.0}
@@ -313,12 +289,12 @@ def test_hints_md_has_an_entry_for_each_pair_and_goes_when_there_is_nothing(book
         deliver(book, student, own_py=b"x = 1")
     reports, file = Reports(tmp_path / "out", course, book), tmp_path / "out" / "hints.md"
     reports.write_all()
-    assert [str(file) in line for line in reports.hints.splitlines()] == [True, True]
+    assert [str(file) in line for line in reports.notices()] == [True, True]
     assert file.read_text(encoding="utf-8") == snapshot
     record(book, answered("bob", 2.0, Status.RIGHT))
     deliver(book, "bob", own_py=b"y = 2")
     reports.write_all()
-    assert not file.exists() and reports.hints == ""
+    assert not file.exists() and list(reports.notices()) == []
 
 
 def test_a_pair_that_hands_in_together_is_no_hint_and_neither_are_answers_that_cannot_be_read(book, course):
@@ -327,22 +303,3 @@ def test_a_pair_that_hands_in_together_is_no_hint_and_neither_are_answers_that_c
     for student in ("cleo", "dan"):
         deliver(book, student, own_py=b"x = 1")
     assert hints.of_class(book, course) == []
-
-
-def test_those_who_have_more_sorts_in_common_come_first():
-    found = [
-        Hint(("bob", "ada"), About.NUMBERS, "b"),
-        Hint(("eve", "dan"), About.NUMBERS, "e"),
-        Hint(("dan", "eve"), About.MEASURED, "c"),
-        Hint(("ada", "bob"), About.NUMBERS, "d"),
-    ]
-    assert list(hints.by_students(found)) == [("dan", "eve"), ("ada", "bob")]
-
-
-def test_names_of_files_that_steer_a_terminal_are_written_out(book, tmp_path):
-    for student in ("ada", "bob"):
-        record(book, graded(student, mark()))
-        deliver(book, student, **{"\u202e\x1b[2J_py": b"x = 1"})
-    Reports(tmp_path / "out", OURS, book).write_all()
-    text = (tmp_path / "out" / "hints.md").read_text(encoding="utf-8")
-    assert "the same 1 file" in text and "\u202e" not in text and "\x1b" not in text

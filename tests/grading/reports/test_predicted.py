@@ -3,15 +3,16 @@
 import json
 
 import pytest
+from gradebooks import result
 from made_courses import OURS
 
 import rotflex.course.lab
 from labcourse.grading.gradebook import RunRecord
+from labcourse.grading.graded_run import mark_records
 from labcourse.grading.marking.decoding import decode
 from labcourse.grading.marking.marking import mark
 from labcourse.grading.reports import feedback
-from labcourse.grading.reports.predicted import predicted
-from labcourse.grading.reports.result import Result
+from labcourse.grading.reports.feedback import predictions_of
 from rotflex import experiments
 from rotflex.course.questions import CATALOGUE
 from rotflex.hil.student_benches import student_seed
@@ -42,11 +43,11 @@ def run_of(data):
 
 def marks_of(data):
     seed = student_seed("ada")
-    return tuple(mark(OURS, decode(data, seed, OURS.catalogue), TrueBench("ada"), seed))
+    return mark_records(tuple(mark(OURS, decode(data, seed, OURS.catalogue), TrueBench("ada"), seed)))
 
 
 def test_it_stands_beside_what_was_recorded_by_the_students_own_word(foretold):
-    page = feedback.page(Result("ada", marks_of(foretold)), CATALOGUE, run=run_of(foretold))
+    page = feedback.page(result(*marks_of(foretold), run=run_of(foretold)), OURS)
     assert "Predicted before the experiment" in page
     assert "By the student’s own word; never marked." in page
     assert "time_of_largest_swing = 3 s; recorded: time_of_largest_swing = " in page
@@ -59,9 +60,9 @@ def test_no_mark_depends_on_it(answered, foretold):
 
 
 def test_where_nothing_was_predicted_the_page_says_nothing_of_it(answered):
-    page = feedback.page(Result("ada", marks_of(answered)), CATALOGUE, run=run_of(answered))
+    page = feedback.page(result(*marks_of(answered), run=run_of(answered)), OURS)
     assert "Predicted" not in page
-    assert predicted(None, CATALOGUE) == predicted(run_of(b"{"), CATALOGUE) == predicted(run_of(None), CATALOGUE) == {}
+    assert predictions_of(run_of(b"{"), CATALOGUE) == predictions_of(run_of(None), CATALOGUE) == {}
 
 
 def test_what_cannot_be_read_of_it_is_left_out_and_text_is_written_as_it_can_be(foretold):
@@ -74,7 +75,7 @@ def test_what_cannot_be_read_of_it_is_left_out_and_text_is_written_as_it_can_be(
         "7.7": {"why": "what question?"},
         "2.15": {"said": {"turns_farther": {"kind": "choice", "value": "the moon"}}},
     }
-    found = predicted(run_of(json.dumps(content).encode()), CATALOGUE)
+    found = predictions_of(run_of(json.dumps(content).encode()), CATALOGUE)
     assert found.keys() == {"2.9"}
-    assert found["2.9"].lines == ()
-    found["2.9"].why.encode()
+    assert found["2.9"][0] == []
+    found["2.9"][1].encode()

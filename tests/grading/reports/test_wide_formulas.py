@@ -3,7 +3,7 @@
 import pytest
 from checkout import ROOT
 
-from labcourse.grading.reports.rendered_words import as_html
+from labcourse.grading.reports.markdown import as_html
 
 STYLES = ("reports/templates/feedback.css", "scoring/page/scoring.css")
 WIDE = [r"\hspace{99999em}", r"\hspace{-9999em} x", r"\qquad" * 160, r"\rule{99999em}{1em}", "x" * 900]

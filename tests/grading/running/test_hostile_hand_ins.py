@@ -23,7 +23,7 @@ from labcourse.answers.own_files import MAX_FILES, MAX_TOTAL
 from labcourse.grading import course as courses
 from labcourse.grading import intake
 from labcourse.grading.release import student_course
-from labcourse.grading.reports.rendered_words import as_html
+from labcourse.grading.reports.markdown import as_html
 from labcourse.grading.running.bundle import Bundle
 from labcourse.grading.running.prepared import prepare
 from labcourse.run.reasons import explain

@@ -10,7 +10,6 @@ from scoring_class import COMPARED, RUBRIC, WORDS, desk
 
 from labcourse.grading.gradebook import MarkRecord
 from labcourse.grading.scoring.cards import card
-from rotflex.course.questions import CATALOGUE
 
 REPORT = "Modeling report"
 ANALYSIS = (REPORT, "stiffness_analysis")  # about 2.11 and 2.12
@@ -48,17 +47,15 @@ def shown(book, where, *marks, **run):
 
 def test_beside_a_text_stand_the_marks_of_its_question_with_what_the_machine_found(book):
     other = number(("2.12", "K_s"), "1.31 N·m/rad", "wrong", "Twice too much.")
-    found = shown(book, WORDS, mark(status="wrong", reason="A factor of 2π is missing."), prose(), other)
-    (fact,) = found.first.found
-    assert (fact.name, fact.given, fact.status) == ("omega_n", "19.9 rad/s", "wrong")
-    assert fact.reason == "A factor of 2π is missing."
-    same_section = CATALOGUE.find("2.12").section == CATALOGUE.find("2.11").section
-    assert [one.given for one in found.first.section] == (["1.31 N·m/rad"] if same_section else [])
+    (answer,) = shown(book, WORDS, mark(status="wrong", reason="A factor of 2π is missing."), prose(), other)["answers"]
+    assert [list(fact.values()) for fact in answer["facts"]] == [
+        ["omega_n", "19.9 rad/s", "wrong", "A factor of 2π is missing."]
+    ]
 
 
 def test_the_levels_are_the_rubrics_and_what_they_are_worth(book):
     found = shown(book, WORDS, mark(), prose())
-    assert [(one.level, one.points, one.text) for one in found.levels] == [
+    assert found["levels"] == [
         *((level, level / 4, RUBRIC[WORDS].levels[level]) for level in (4, 3, 2, 1)),
         (0, 0.0, ""),
     ]
@@ -66,22 +63,16 @@ def test_the_levels_are_the_rubrics_and_what_they_are_worth(book):
 
 def test_a_part_without_a_rubric_is_scored_all_the_same(book):
     found = shown(book, COMPARED, text(COMPARED))
-    assert [one.text for one in found.levels] == [""] * 5
-    assert found.remarks == []
+    assert [text for _level, _worth, text in found["levels"]] == [""] * 5
+    assert found["remarks"] == {}
 
 
 def test_beside_a_reports_text_stands_what_it_is_about(book):
     marks = [mark(), prose(given="Of 2.11."), number(("2.12", "K_s"), "1.31 N·m/rad"), number(("2.14", "A"), "[[0]]")]
     found = shown(book, ANALYSIS, *marks, text(ANALYSIS, "The report says so."))
-    assert {one.name for one in found.first.found} == {"2.11 omega_n", "2.11 explanation", "2.12 K_s"}
-    words = next(one for one in found.first.found if one.name == "2.11 explanation")
-    assert (words.given, words.status) == ("Of 2.11.", "")  # another's mark is not to sway
-
-
-def test_what_is_cut_says_so(book):
-    found = shown(book, ANALYSIS, prose(given="x" * 400), text(ANALYSIS))
-    (fact,) = found.first.found
-    assert fact.given == "x" * 300 + " …"
+    assert {one["name"] for one in found["answers"][0]["facts"]} == {"2.11 omega_n", "2.11 explanation", "2.12 K_s"}
+    words = next(one for one in found["answers"][0]["facts"] if one["name"] == "2.11 explanation")
+    assert (words["given"], words["status"]) == ("Of 2.11.", "")  # another's mark is not to sway
 
 
 def test_pictures_of_a_text_are_shown_and_of_a_report_as_a_whole_those_of_its_texts(book):
@@ -90,18 +81,18 @@ def test_pictures_of_a_text_are_shown_and_of_a_report_as_a_whole_those_of_its_te
     marks = [text(ANALYSIS, "See ![the peak](attachment:a.png)"), text(WHOLE, "All. ![the peak](attachment:a.png)")]
     for where in (ANALYSIS, WHOLE):
         found = shown(book, where, *marks, words=written)
-        assert f'"data:image/png;base64,{png("red")}" alt="the peak"' in found.first.words
+        assert f'"data:image/png;base64,{png("red")}" alt="the peak"' in found["answers"][0]["text"]
 
 
 def test_formulas_are_shown_as_formulas(book):
-    assert "<math" in shown(book, WORDS, prose(given=r"So $\omega = \sqrt{k / J}$.")).first.words
+    assert "<math" in shown(book, WORDS, prose(given=r"So $\omega = \sqrt{k / J}$."))["answers"][0]["text"]
 
 
 def test_the_students_figure_is_drawn_beside_what_it_belongs_to(book):
     content = {"format": 2, "student": "ada", "bench": {}, "software": "rotflex 0", "probe_seed": 7}
     answers = json.dumps({**content, "answers": {"2.10": {"figure": {"kind": "figure", "axes": [FIGURE]}}}}).encode()
     found = shown(book, WHOLE, text(WHOLE), text(ANALYSIS), answers=answers)
-    ((name, drawn),) = found.first.figures
+    ((name, drawn),) = found["answers"][0]["figures"]
     assert name == "2.10 figure"
     assert '<path class="curve' in drawn
-    assert shown(book, ANALYSIS, text(WHOLE), text(ANALYSIS), answers=answers).first.figures == []
+    assert shown(book, ANALYSIS, text(WHOLE), text(ANALYSIS), answers=answers)["answers"][0]["figures"] == []

@@ -56,26 +56,6 @@ def acts(folder):
         return book.scores.acts()
 
 
-def test_sixty_answers_are_scored_by_keys_alone(tmp_path, chromium):
-    with serving(new_class(tmp_path, texts(60)), "Ann") as (_process, (address,)):
-        seat = Seat(chromium, address).open()
-        given = []
-        for n in count():
-            if not seat.keys:
-                break
-            (key,) = seat.keys
-            level = "43210"[n % 5]
-            seat.press(level)
-            given.append((key, int(level)))
-        assert "All of this part is scored" in seat.page.inner_text("#card")
-        assert seat.errors == seat.abroad == []
-        seat.close()
-    written = acts(tmp_path)
-    assert len({act.student for act in written}) == len(written) == len(given) == 60
-    assert [act.level for act in written] == [level for _key, level in given]
-    assert [act.points for act in written] == [level / 4 for _key, level in given]
-
-
 def test_keys_for_remarks_points_asking_skipping_and_undoing(tmp_path, chromium):
     with serving(new_class(tmp_path, texts(5)), "Ann") as (_process, (address,)):
         seat = Seat(chromium, address).open()
@@ -101,6 +81,10 @@ def test_keys_for_remarks_points_asking_skipping_and_undoing(tmp_path, chromium)
         assert seat.keys == [skipped]
         seat.press("4")
         assert seat.keys == []
+        for key in "?430xsrpa":
+            page.evaluate("() => say('')")
+            seat.press(key)
+            assert "There is no answer on this page" in seat.message, key
         seat.press("u")
         assert seat.keys == [skipped]
         assert "Taken back" in seat.message
@@ -124,27 +108,12 @@ def test_keys_for_remarks_points_asking_skipping_and_undoing(tmp_path, chromium)
     assert first != skipped
 
 
-def test_a_key_that_comes_too_soon_scores_nothing_that_was_not_seen(tmp_path, chromium):
-    with serving(new_class(tmp_path, texts(3)), "Ann") as (_process, (address,)):
-        seat = Seat(chromium, address).open()
-        pressed = "new KeyboardEvent('keydown', { key, bubbles: true })"
-        seat.page.evaluate(f"() => {{ for (const key of '40') document.body.dispatchEvent({pressed}); }}")
-        seat.page.wait_for_function("() => document.getElementById('message').textContent.includes('level')")
-        seat.page.wait_for_function(QUIET)
-        assert "Nothing of yours" not in seat.message
-        assert [act.level for act in acts(tmp_path)] == [4]
-        seat.close()
-
-
-def test_what_is_alike_is_scored_together_and_none_that_was_not_in_view(tmp_path, chromium):
-    text = " ".join(f"The curve of word{n} bends in the model as we saw." for n in range(12))
-    alike = [text.replace("word7", f"wort{chr(97 + n)}") for n in range(7)]
-    with serving(new_class(tmp_path, alike), "Ann") as (_process, (address,)):
+def test_equal_answers_are_scored_together_and_none_that_was_not_in_view(tmp_path, chromium):
+    equal = [" ".join(f"The curve of word{n} bends in the model as we saw." for n in range(12))] * 7
+    with serving(new_class(tmp_path, equal), "Ann") as (_process, (address,)):
         seat = Seat(chromium, address).open()
         page = seat.page
         assert len(seat.keys) == 7
-        assert page.locator(".answer ins").count() == 6
-        assert page.locator(".answer").first.locator("ins").count() == 0
         page.evaluate("() => { document.querySelector('.answers').style.maxHeight = '150px'; }")
         page.wait_for_timeout(200)
         page.evaluate("() => watch()")  # as if the window had been this low at the beginning
@@ -248,32 +217,11 @@ def test_nothing_of_a_students_runs_or_loads(tmp_path, chromium):
     assert len(acts(tmp_path)) == 8
 
 
-def test_keys_without_an_answer_say_so_and_do_nothing(tmp_path, chromium):
-    with serving(new_class(tmp_path, texts(2)), "Ann") as (_process, (address,)):
-        seat = Seat(chromium, address).open()
-        seat.press("n")
-        assert "This part is not done" in seat.message
-        seat.press("x")
-        assert "only this one answer" in seat.message
-        for _answer in range(2):
-            seat.press("?")
-        assert "2 answers are with the instructor" in seat.page.inner_text("#card")
-        for key in "?430xsrpa":
-            seat.page.evaluate("() => say('')")
-            seat.press(key)
-            assert "There is no answer on this page" in seat.message, key
-        assert len(acts(tmp_path)) == 2
-        seat.press("u")
-        assert len(seat.keys) == 1
-        assert seat.errors == []
-        seat.close()
-
-
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_the_pages_can_be_used_by_everybody(tmp_path, chromium, scheme):
-    alike = ["It bends, for there is friction in the joint.", "It bends for there was friction in the joint"]
+    equal = ["It bends, for there is friction in the joint.", "It bends for there is friction in the joint"]
     with Gradebook(tmp_path / GRADEBOOK_FILE) as book:
-        fill(book, [*alike, *texts(3)])
+        fill(book, [*equal, *texts(3)])
         book.scores.ask("student-004", WORDS, "Ann", remark="Is it?")
     with serving(tmp_path, "Ann") as (_process, (address,)):
         seat = Seat(chromium, address, scheme)

@@ -35,11 +35,9 @@ const field = (name) => document.getElementById(name);
 // --- what is shown ---------------------------------------------------------------------------------------------------
 
 const show = (reply) => {
-  const open = card.querySelector(".numbers")?.open ?? false;
   card.innerHTML = reply.html; // the server's own; all that is a student's in it is escaped there
   field("state").innerHTML = reply.state;
   card.setAttribute("aria-busy", "false");
-  if (card.querySelector(".numbers")) card.querySelector(".numbers").open = open; // as it was left
   say(reply.message, reply.trouble);
   card.querySelector("[data-first]")?.focus({ preventScroll: true });
   watch();

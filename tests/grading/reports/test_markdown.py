@@ -9,8 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from PIL import Image
 
-from labcourse.grading.reports.formulas import FormulaError, as_mathml
-from labcourse.grading.reports.rendered_words import MOST_BYTES, as_html
+from labcourse.answers.attached_pictures import MAX_STORED
+from labcourse.grading.reports import markdown
+from labcourse.grading.reports.markdown import MOST_BYTES, FormulaError, as_html, as_mathml
 
 USUAL = re.compile("p|strong|em|s|code|pre|[uo]l|li|blockquote|[hb]r|img|span|table|thead|tbody|t[rhd]")
 MATHS = re.compile(
@@ -109,15 +110,10 @@ def test_what_is_no_png_is_not_shown():
     assert "<img" not in as_html("![a](attachment:a)", {"attachment:a": b"<svg onload='alert(1)'/>"})
 
 
-def test_the_address_of_a_link_is_shown_and_is_no_markup():
-    page = as_html("[see](https://example.org/%3Cimg%20src=x%20onerror=alert(1)%3E)")
-    assert "<img" not in page and "see (https://example.org/&lt;img" in page
-
-
-def test_links_are_words_with_their_address():
-    page = as_html("[see](https://example.org/x) <https://example.org/y>")
-    assert "see (https://example.org/x)" in page and page.count("https://example.org/y") == 1
-    assert "href" not in page and "<a" not in page
+def test_links_are_shown_as_they_were_typed():
+    page = as_html("[see](https://example.org/%3Cimg%20src=x%20onerror=alert(1)%3E) <https://example.org/y>")
+    assert "[see](https://example.org/%3Cimg" in page and "&lt;https://example.org/y&gt;" in page
+    assert "href" not in page and "<a" not in page and "<img" not in page
 
 
 def test_headings_are_the_pages_own():
@@ -193,3 +189,62 @@ def test_what_is_built_to_be_large_takes_little_room(text):
 
 def test_a_reference_does_not_bring_back_what_turns_the_direction_of_writing():
     assert "\u202e" not in as_html("right &#x202e; left") and "\\u202e" in as_html("right &#x202e; left")
+
+
+FITS = pytest.mark.parametrize("fits", [True, False], ids=["fits", "one more"])
+
+
+def is_shown(latex):
+    try:
+        return as_mathml(latex).startswith("<math")
+    except FormulaError:
+        return False
+
+
+@FITS
+def test_characters_of_a_formula(fits):
+    assert is_shown("x" * (markdown.LONGEST_FORMULA + (not fits))) == fits
+
+
+@FITS
+@pytest.mark.parametrize(("opening", "closing"), [("{", "}"), (r"\left(", r"\right)"), (r"\sqrt{", "}")])
+def test_groups_of_a_formula_in_each_other(fits, opening, closing):
+    depth = markdown._DEEPEST_FORMULA + (not fits)
+    latex = opening * depth + "x" + closing * depth
+    assert is_shown(latex) == fits
+
+
+TYPED = 'class="words-source"'
+
+
+@FITS
+def test_characters_of_words(fits):
+    page = as_html("y" * (markdown.LONGEST + (not fits)))
+    assert (TYPED in page) != fits and page.count("y" * markdown.LONGEST) == 1
+
+
+@FITS
+def test_bars_in_a_line(fits):
+    columns = markdown._WIDEST - 1 + (not fits)
+    wide = "\n".join("|" + cell * columns for cell in ("a|", "-|", "b|"))
+    assert ("<table" in as_html(wide)) == fits
+
+
+@FITS
+def test_quotes_in_each_other(fits):
+    assert (TYPED in as_html("> " * (markdown._DEEPEST + (not fits)) + "so")) != fits
+
+
+@FITS
+def test_bytes_of_a_page_without_its_pictures(monkeypatch, fits):
+    text, pictures = "So. ![a](a.png)", {"a.png": png()}
+    size = len(re.sub("<img[^>]*>", "", as_html(text, pictures)))
+    monkeypatch.setattr(markdown, "MOST_BYTES", size - (not fits))
+    assert (TYPED in as_html(text, pictures)) != fits
+
+
+@FITS
+def test_bytes_of_a_picture(fits):
+    data = png() + bytes(MAX_STORED - len(png()) + (not fits))
+    page = as_html("![a](a.png)", {"a.png": data})
+    assert ("<img" in page, "picture not available" in page) == (fits, not fits)

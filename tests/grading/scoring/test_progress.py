@@ -1,11 +1,12 @@
-"""How long the rest takes: by the median of one's own times, several at one key counted as one, tables left out."""
+"""How long the rest takes: by the median of one's own times; several at one key count as one, tables do not."""
 
 from datetime import UTC, datetime, timedelta
 
 import pytest
 
 from labcourse.grading.gradebook import Act
-from labcourse.grading.scoring.progress import in_words, time_left
+from labcourse.grading.reports.templating import templates
+from labcourse.grading.scoring.progress import tally, time_left
 
 WHERE = ("7", "why")
 BEGIN = datetime(2026, 3, 1, 9, tzinfo=UTC)
@@ -54,6 +55,7 @@ def test_taking_back_is_no_reading_and_what_follows_begins_with_it():
     assert found == 10
 
 
-@pytest.mark.parametrize(("seconds", "words"), [(None, ""), (20, "a minute"), (200, "3 min"), (9000, "2.5 h")])
-def test_in_words(seconds, words):
-    assert words in in_words(seconds) and bool(words) == bool(in_words(seconds))
+@pytest.mark.parametrize(("seconds", "text"), [(None, None), (20, "a minute"), (200, "3 min"), (9000, "2.5 h")])
+def test_the_page_has_the_time_in_words(seconds, text):
+    page = templates("scoring/page").get_template("tally.html").render(tally=tally([]), seconds=seconds)
+    assert (f"{text} left" in page) if text else "left" not in page
