@@ -20,21 +20,27 @@ beyond the book   ``frequency_response``, ``naive_against_true``, ``free_decay``
 ================  ===========================================================
 """
 
-from rotflex.figures.diagrams import (
+from rotflex.figures.drawings import (
+    desired_poles,
     implementation_loop,
+    joint_angles,
+    lumped_model,
     simulation_loop,
     state_feedback,
     sweep_experiment,
     validation_experiment,
 )
-from rotflex.figures.mechanism import desired_poles, joint_angles, lumped_model
 from rotflex.figures.pictures import ROLES, Picture, new_picture, show, style
-from rotflex.figures.poles import motions_of_poles, pole_map
-from rotflex.figures.spectra import compound_sine_spectrum, frequency_response, naive_against_true, spectrum_plot
-from rotflex.figures.traces import (
+from rotflex.figures.plots import (
     compare_tracking,
+    compound_sine_spectrum,
     free_decay,
+    frequency_response,
+    motions_of_poles,
+    naive_against_true,
+    pole_map,
     reading_a_response,
+    spectrum_plot,
     sweep_response,
     tracking,
     validation,

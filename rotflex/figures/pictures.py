@@ -13,6 +13,7 @@ import os
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Any, Literal
 
 import matplotlib as mpl
@@ -37,37 +38,18 @@ DOTS_PER_INCH = 130  # crisp on paper and on dense screens ...
 SHOWN_PER_INCH = 100  # ... while the notebook shows it at this size
 SWITCH = "LABCOURSE_PICTURES"  #: environment variable; "off" draws no image, as where nobody looks at the notebook
 
-STYLE: Any = {
-    "axes.axisbelow": True,
-    "axes.edgecolor": "#333333",
-    "axes.grid": True,
-    "axes.labelsize": 12,
-    "axes.spines.right": False,
-    "axes.spines.top": False,
-    "figure.facecolor": "white",  # opaque: it must read on a dark notebook too
-    "font.family": "DejaVu Sans",  # comes with matplotlib, so that figures are the same everywhere
-    "font.size": 11,
-    "grid.color": "#DDDDDD",
-    "grid.linewidth": 0.8,
-    "legend.fontsize": 10.5,
-    "legend.frameon": False,
-    "legend.handlelength": 2.8,
-    "mathtext.fontset": "cm",
-    "savefig.facecolor": "white",
-    "xtick.labelsize": 10.5,
-    "ytick.labelsize": 10.5,
-}
+_STYLE = mpl.rc_params_from_file(Path(__file__).with_name("laboratory.mplstyle"), use_default_template=False)
 
 
 @contextmanager
 def style() -> Iterator[None]:
-    """The course's matplotlib settings, for the length of a ``with`` block.
+    """Use the laboratory's matplotlib settings within a ``with`` block.
 
-    Only these are put back afterwards. (``rc_context`` puts back all: a pyplot that is first imported inside the block
+    Only these are restored afterwards. (``rc_context`` restores all: a pyplot that is first imported inside the block
     would lose its notebook backend's settings, and students' plots would not show.)
     """
-    before = {name: mpl.rcParams[name] for name in STYLE}
-    mpl.rcParams.update(STYLE)
+    before = {name: mpl.rcParams[name] for name in _STYLE}
+    mpl.rcParams.update(_STYLE)
     try:
         yield
     finally:

@@ -99,5 +99,5 @@ def test_show_works_without_a_notebook_and_prints_nothing(capsys):
 def test_figures_load_neither_pyplot_nor_an_instructor_module():
     code = "import sys, rotflex.figures; print(*sys.modules)"
     loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
-    assert "rotflex.figures.traces" in loaded
+    assert "rotflex.figures.plots" in loaded
     assert [name for name in loaded if name.startswith(("matplotlib.pyplot", "labcourse.grading"))] == []

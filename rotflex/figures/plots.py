@@ -1,0 +1,528 @@
+"""Plots of what is measured, modelled and designed: against time, against frequency, and in the s-plane."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from itertools import cycle
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.ticker import MaxNLocator
+from numpy.typing import ArrayLike, NDArray
+
+from rotflex.figures.pictures import (
+    BLACK,
+    BLUE,
+    GREEN,
+    PURPLE,
+    ROLES,
+    VERMILLION,
+    WIDTH,
+    Picture,
+    new_picture,
+    style,
+)
+from rotflex.specifications import LIMITS, SETTLING_BAND
+from rotflex.units import DEG
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from rotflex.recording import Recording
+
+Vector = NDArray[np.float64]
+
+_THETA, _ALPHA, _VOLTS = r"$\theta$ (deg)", r"$\alpha$ (deg)", "$V_m$ (V)"  # labels of axes
+_CHANNELS = {"theta": r"$\theta$", "alpha": r"$\alpha$", "vm": "$V_m$"}
+_DRAWN_IN = "The settling band, the limits of alpha and of the voltage are drawn in."
+_MARKS = (("x", BLUE), ("s", VERMILLION), ("D", GREEN), ("+", BLACK))  # groups of poles differ by shape, too
+_GRID_ZETA = (0.2, 0.4, 0.6, 0.8)
+
+
+# --- against time -----------------------------------------------------------------------------------------------------
+
+
+def sweep_response(recording: Recording) -> Picture:
+    """Servo angle and deflection during the sine sweep, in degrees against time (Figure 2.5).
+
+    Parameters
+    ----------
+    recording : with channels ``theta`` and ``alpha``; ``theta_ref`` is drawn if it is there
+    """
+    with style():
+        figure, (upper, lower) = _stack(_THETA, _ALPHA)
+        if "theta_ref" in recording:
+            _draw(upper, recording, "theta_ref", "reference", ROLES["reference"])
+        _draw(upper, recording, "theta", "measured", ROLES["measured"])
+        _draw(lower, recording, "alpha", "measured", ROLES["measured"])
+        _legend(upper)
+    alpha = np.abs(recording.degrees("alpha"))
+    figure.alt_text = (
+        f"Two plots against time, 0 to {recording.time[-1]:.2g} s. The servo angle theta swings ever faster. The "
+        f"deflection alpha swings with it, and most of all near {recording.time[alpha.argmax()]:.0f} s, by about "
+        f"{alpha.max():.0f} deg."
+    )
+    return figure
+
+
+def free_decay(recording: Recording, peaks: ArrayLike | None = None) -> Picture:
+    """Deflection after a release with the servo held, in degrees against time.
+
+    Parameters
+    ----------
+    recording : with channel ``alpha``
+    peaks : (n,) times of the peaks to mark, s
+    """
+    with style():
+        figure, (axes,) = _stack(_ALPHA)
+        _draw(axes, recording, "alpha", "measured", ROLES["measured"])
+        if peaks is not None:
+            times = np.asarray(peaks, dtype=float)
+            heights = np.interp(times, recording.time, recording.degrees("alpha"))
+            look: dict[str, Any] = {"color": PURPLE, "linestyle": "none", "markeredgecolor": "black", "zorder": 4}
+            axes.plot(times, heights, marker="o", label="peaks", **look)
+            _legend(axes)
+    figure.alt_text = (
+        f"The deflection alpha against time, 0 to {recording.time[-1]:.2g} s: it swings back and forth and dies away."
+    ) + ("" if peaks is None else f" Peaks marked: {times.size}.")
+    return figure
+
+
+def validation(recording: Recording) -> Picture:
+    """Measured and modelled response to the same voltage: theta above, alpha below (Figures 2.7 and 2.8).
+
+    Parameters
+    ----------
+    recording : with channels ``theta``, ``theta_model``, ``alpha`` and ``alpha_model``
+    """
+    with style():
+        figure, panels = _stack(_THETA, _ALPHA)
+        for axes, angle in zip(panels, ("theta", "alpha"), strict=True):
+            _draw(axes, recording, angle, "measured", ROLES["measured"])
+            _draw(axes, recording, f"{angle}_model", "model", ROLES["model"])
+        _legend(panels[0])
+    figure.alt_text = (
+        f"Two plots against time, 0 to {recording.time[-1]:.2g} s: the servo angle theta and the deflection "
+        "alpha, each as measured (solid) and as the model has it (dash-dotted)."
+    )
+    return figure
+
+
+def tracking(recording: Recording, specifications: bool = True) -> Picture:
+    """The closed loop following its reference: theta, alpha and the voltage (Figures 3.4, 3.6 and 3.7).
+
+    Parameters
+    ----------
+    recording : with channels ``theta_ref``, ``theta``, ``alpha`` and ``vm``
+    specifications : whether to draw the settling band and the limits of Section 3.1
+    """
+    with style():
+        figure, panels = _stack(_THETA, _ALPHA, _VOLTS)
+        for axes, channel, role in zip(panels, _CHANNELS, ("measured", "measured", "voltage"), strict=True):
+            _draw(axes, recording, channel, _CHANNELS[channel], ROLES[role])
+        _command(panels, recording, specifications)
+    reference, alpha, vm = recording.degrees("theta_ref"), recording.degrees("alpha"), recording["vm"]
+    figure.alt_text = (
+        f"Three plots against time, 0 to {recording.time[-1]:.2g} s. The servo angle theta follows a reference "
+        f"between {reference.min():.0f} and {reference.max():.0f} deg; the deflection alpha goes up to about "
+        f"{np.abs(alpha).max():.0f} deg and the voltage to about {np.abs(vm).max():.0f} V."
+    ) + (f" {_DRAWN_IN}" if specifications else "")
+    return figure
+
+
+def compare_tracking(full: Recording, partial: Recording) -> Picture:
+    """Full and partial state feedback following the same reference, laid over each other (Section 3.4.4).
+
+    Parameters
+    ----------
+    full, partial : with channels ``theta_ref``, ``theta``, ``alpha`` and ``vm``
+    """
+    dashed: dict[str, Any] = {"color": BLUE, "linestyle": (0, (4, 1.5)), "linewidth": 1.5}
+    with style():
+        figure, panels = _stack(_THETA, _ALPHA, _VOLTS)
+        for label, recording, look in (("partial", partial, dashed), ("full", full, ROLES["measured"])):
+            for axes, channel in zip(panels, _CHANNELS, strict=True):
+                _draw(axes, recording, channel, label, look | ({"linewidth": 1.0} if channel == "vm" else {}))
+        _command(panels, full)
+    rms = [float(np.sqrt(np.mean(recording.degrees("alpha") ** 2))) for recording in (full, partial)]
+    figure.alt_text = (
+        f"Three plots against time, 0 to {full.time[-1]:.2g} s: the servo angle theta with its reference, the "
+        "deflection alpha, and the voltage, each with full (solid) and with partial state feedback (dashed). "
+        f"The deflection's root mean square is {rms[0]:.1f} deg with full and {rms[1]:.1f} deg with partial "
+        f"feedback. {_DRAWN_IN}"
+    )
+    return figure
+
+
+def reading_a_response() -> Picture:
+    """Draw how settling time and overshoot are read off a step from -20 to 20 degrees, on a made-up response."""
+    zeta, omega = 0.55, 16.0
+    omega_d = omega * np.sqrt(1 - zeta**2)
+    time = np.linspace(0, 0.8, 801)
+    decay = np.exp(-zeta * omega * time) * (np.cos(omega_d * time) + zeta * omega / omega_d * np.sin(omega_d * time))
+    angle = 20 - 40 * decay
+    band = SETTLING_BAND * 20
+    settled = np.flatnonzero(np.abs(angle - 20) > band)[-1] + 1
+    peak = angle.argmax()
+    between: dict[str, Any] = {"arrowstyle": "<->", "shrinkA": 0, "shrinkB": 0}
+    with style():
+        figure = new_picture(WIDTH, 3.6)
+        axes = figure.subplots()
+        axes.axhspan(20 - band, 20 + band, color=PURPLE, alpha=0.35, label=f"band, 20 ± {band:g} deg")
+        axes.plot([-0.1, 0, 0.02, 0.8], [-20, -20, 20, 20], label=r"command $\theta_d$", **ROLES["reference"])
+        axes.plot([-0.1, *time], [-20, *angle], color=BLUE, label=r"servo angle $\theta$")
+        axes.plot(time[settled], angle[settled], "o", color=VERMILLION, label="in the band for good")
+        for moment in (0, time[settled]):
+            axes.axvline(moment, color=BLACK, linewidth=0.8, linestyle=":")
+        axes.annotate("", (0, -8), (time[settled], -8), arrowprops=between)
+        axes.text(0.6 * time[settled], -6.5, "settling time $t_s$", ha="center")
+        axes.annotate("", (time[peak], 20), (time[peak], angle[peak]), arrowprops=between)
+        axes.annotate("overshoot (deg)", (time[peak], 22.6), (0.36, 26), arrowprops={"arrowstyle": "-"})
+        axes.annotate("", (0.46, -20), (0.46, 20), arrowprops=between)
+        axes.text(0.47, 3, "step, 40 deg")
+        axes.set(xlabel="time since the command began to move (s)", ylabel="angle (deg)")
+        axes.set(xlim=(-0.1, 0.8), ylim=(-24, 30))
+        axes.legend(loc="lower right", fontsize=9)
+    figure.alt_text = (
+        "A made-up step response from -20 to 20 degrees. It overshoots, comes back, and stays within the band of 20 "
+        "plus or minus 0.8 degrees; the settling time runs from the first movement of the command to the point at "
+        "which the curve enters the band for the last time. The overshoot is the height of the peak above 20 "
+        "degrees; the step is 40 degrees high."
+    )
+    return figure
+
+
+def _stack(*labels: str) -> tuple[Picture, Any]:
+    """Make plots above each other, with these y labels, which share the time axis."""
+    figure = new_picture(WIDTH, 0.9 + 1.75 * len(labels) if len(labels) > 1 else 3.0)
+    panels = figure.subplots(len(labels), 1, sharex=True, squeeze=False)[:, 0]
+    for axes, label in zip(panels, labels, strict=True):
+        axes.set_ylabel(label)
+        axes.margins(y=0.08)
+    panels[-1].set_xlabel("time (s)")
+    return figure, panels
+
+
+def _draw(axes: Axes, recording: Recording, channel: str, label: str, look: dict[str, Any]) -> None:
+    """Draw a channel, angles in degrees, and end the time axis where the recording ends."""
+    values = recording["vm"] if channel == "vm" else recording.degrees(channel)
+    axes.plot(recording.time, values, label=label, **look)
+    axes.set_xlim(recording.time[0], recording.time[-1])
+
+
+def _legend(axes: Axes) -> None:
+    """A legend above the plot, where it hides nothing."""
+    count = len(axes.get_legend_handles_labels()[0])
+    axes.legend(loc="lower right", bbox_to_anchor=(1.0, 0.97), ncols=count, borderaxespad=0.0)
+
+
+def _command(panels: Sequence[Axes], recording: Recording, specifications: bool = True) -> None:
+    """Draw the command and, if asked, the specifications: the settling bands about its two levels, and the limits."""
+    _draw(panels[0], recording, "theta_ref", "reference", ROLES["reference"])
+    if specifications:
+        reference = recording.degrees("theta_ref")
+        label = f"settling band, ±{100 * SETTLING_BAND:g} %"
+        for level in sorted({float(reference.min()), float(reference.max())} - {0.0}):
+            half = SETTLING_BAND * abs(level)
+            look: dict[str, Any] = {"facecolor": PURPLE, "alpha": 0.45, "zorder": 1}
+            panels[0].axhspan(level - half, level + half, label=label, **look)
+            label = "_the same"
+        for axes, limit, unit in ((panels[1], LIMITS["max_alpha"] / DEG, "deg"), (panels[2], LIMITS["max_vm"], "V")):
+            axes.axhline(limit, label=f"limit ±{limit:g} {unit}", **ROLES["highlight"])
+            axes.axhline(-limit, **ROLES["highlight"])
+    for axes in panels:
+        _legend(axes)
+
+
+# --- against frequency ------------------------------------------------------------------------------------------------
+
+
+def compound_sine_spectrum() -> Picture:
+    """A sum of three sines, and the amplitude spectrum in which each stands alone (Figure 2.3)."""
+    duration, sample_time = 10.0, 0.01
+    t = np.arange(0.0, duration, sample_time)
+    g = 3 * np.sin(2 * np.pi * t) + 2 * np.sin(4 * np.pi * t) + 0.5 * np.sin(10 * np.pi * t)
+    f = np.fft.rfftfreq(t.size, sample_time)
+    # A sine of amplitude a puts N a/2 into its bin and N a/2 into the bin of the negative frequency. (There is nothing
+    # at 0 Hz or at half the sampling rate, which have no such twin.)
+    amplitude = 2 * np.abs(np.fft.rfft(g)) / t.size
+    with style():
+        figure = new_picture(WIDTH, 5.0)
+        signal, spectrum = figure.subplots(2, 1)
+        signal.plot(t, g, **ROLES["measured"])
+        signal.set(xlabel="time (s)", ylabel="$g(t)$ (–)", xlim=(0, 3))
+        inside = f <= 8
+        spectrum.plot(f[inside], amplitude[inside], marker=".", **ROLES["model"] | {"linestyle": "-", "linewidth": 1.2})
+        for frequency in (1, 2, 5):
+            height = float(amplitude[f.searchsorted(frequency)])
+            label = f"{frequency} Hz: {height:.1f}"
+            spectrum.annotate(label, (frequency, height), xytext=(8, -3), textcoords="offset points")
+        spectrum.set(xlabel="frequency (Hz)", ylabel="amplitude of $g$ (–)", xlim=(0, 8), ylim=(0, 3.4))
+    figure.alt_text = (
+        "Above, the sum of three sine waves against time, which repeats every second. Below, its amplitude "
+        "spectrum: three narrow peaks, of 3 at 1 Hz, 2 at 2 Hz and 0.5 at 5 Hz, and nothing in between."
+    )
+    return figure
+
+
+def spectrum_plot(
+    f_hz: ArrayLike,
+    amplitude_deg: ArrayLike,
+    peak: float | None = None,
+    f_max: float = 10.0,
+    quantity: str = r"$\alpha$",
+) -> Picture:
+    """An amplitude spectrum.
+
+    Parameters
+    ----------
+    f_hz : (n,) frequencies, Hz
+    amplitude_deg : (n,) amplitudes, deg
+    peak : frequency to mark, Hz
+    f_max : draw up to this frequency, Hz
+    quantity : what the amplitude is of, for the axis
+    """
+    with style():
+        figure = new_picture(WIDTH, 3.2)
+        axes = figure.subplots()
+        f, amplitude = _curve(axes, f_hz, amplitude_deg, (0.0, f_max), ROLES["measured"])
+        axes.set(
+            xlabel="frequency (Hz)",
+            ylabel=f"amplitude of {quantity} (deg)",
+            ylim=(0, 1.15 * amplitude.max()),
+        )
+        if peak is not None:
+            _mark(axes, peak, f"{peak:.2f} Hz")
+    figure.alt_text = f"An amplitude spectrum against frequency, up to {f.max():.0f} Hz." + (
+        "" if peak is None else f" Its peak at {peak:.1f} Hz is marked."
+    )
+    return figure
+
+
+def frequency_response(
+    f_hz: ArrayLike,
+    ratio: ArrayLike,
+    coherence: ArrayLike | None = None,
+    peak: float | None = None,
+    f_range: tuple[float, float] = (0.5, 6.0),
+) -> Picture:
+    """The gain from servo angle to deflection, |alpha/theta|, against frequency, and the coherence below it.
+
+    Parameters
+    ----------
+    f_hz : (n,) frequencies, Hz
+    ratio : (n,) gains |alpha/theta|
+    coherence : (n,) coherence of theta and alpha, 0 to 1
+    peak : frequency to mark, Hz
+    f_range : the frequencies between which to draw, Hz
+    """
+    with style():
+        rows = 1 if coherence is None else 2
+        figure = new_picture(WIDTH, 3.0 if rows == 1 else 4.6)
+        panels = figure.subplots(rows, 1, sharex=True, squeeze=False, height_ratios=(2.2, 1)[:rows])[:, 0]
+        _f, gain = _curve(panels[0], f_hz, ratio, f_range, ROLES["measured"])
+        panels[0].set(ylabel="$|\\alpha/\\theta|$ (rad/rad)", ylim=(0, 1.15 * gain.max()))
+        if peak is not None:
+            _mark(panels[0], peak, f"{peak:.2f} Hz")
+        if coherence is not None:
+            _curve(panels[1], f_hz, coherence, f_range, ROLES["measured"])
+            panels[1].set(ylabel="coherence (–)", ylim=(0, 1.05))
+        panels[-1].set_xlabel("frequency (Hz)")
+    figure.alt_text = (
+        f"The ratio of deflection to servo angle against frequency, {f_range[0]:g} to {f_range[1]:g} Hz."
+        + ("" if peak is None else f" Its peak at {peak:.1f} Hz is marked.")
+        + ("" if coherence is None else " Below it, the coherence of the two signals.")
+    )
+    return figure
+
+
+def naive_against_true(
+    voltage_driven: Sequence[ArrayLike],
+    position_driven: Sequence[ArrayLike],
+    ratio: Sequence[ArrayLike],
+    resonance: float,
+    f_range: tuple[float, float] = (0.5, 6.0),
+) -> Picture:
+    """Why the peak of a spectrum is not yet the natural frequency: two sweeps and |alpha/theta|.
+
+    Parameters
+    ----------
+    voltage_driven, position_driven : (f, amplitude): Hz and deg, the spectrum of alpha when the sweep is the motor's
+        voltage, and when the servo follows it
+    ratio : (f, |alpha/theta|): Hz and rad/rad
+    resonance : the link's natural frequency with the servo held, sqrt(K_s/J_l), Hz
+    f_range : the frequencies between which to draw, Hz
+    """
+    rows = (
+        (voltage_driven, "voltage", "amplitude of $\\alpha$ (deg)", "the sweep is the motor's voltage"),
+        (position_driven, "measured", "amplitude of $\\alpha$ (deg)", "the servo follows the sweep"),
+        (ratio, "measured", r"$|\alpha/\theta|$ (rad/rad)", "deflection per servo angle"),
+    )
+    peaks = []
+    with style():
+        figure = new_picture(WIDTH, 6.8)
+        panels = figure.subplots(3, 1, sharex=True)
+        for axes, ((f_hz, values), role, quantity, title) in zip(panels, rows, strict=True):
+            f, curve = _curve(axes, f_hz, values, f_range, ROLES[role])
+            peaks.append(float(f[curve.argmax()]))
+            axes.plot(peaks[-1], curve.max(), marker="v", markersize=8, color=BLACK, linestyle="none", zorder=5)
+            axes.axvline(resonance, **ROLES["highlight"])
+            axes.set(ylabel=quantity, ylim=(0, 1.2 * curve.max()))
+            axes.set_title(f"{title}: peak at {peaks[-1]:.2f} Hz", loc="left", fontsize=11)
+        label = rf"$\sqrt{{K_s/J_l}}$ = {resonance:.2f} Hz"
+        panels[0].legend(
+            [panels[0].lines[-1]], [label], loc="lower right", bbox_to_anchor=(1.0, 0.98), borderaxespad=0.0
+        )
+        panels[-1].set_xlabel("frequency (Hz)")
+    figure.alt_text = (
+        f"Three plots against frequency, each with the link's natural frequency of {resonance:.1f} Hz marked. "
+        f"When the sweep is the motor's voltage, the spectrum of alpha peaks at {peaks[0]:.1f} Hz; when the "
+        f"servo follows the sweep, at {peaks[1]:.1f} Hz; the ratio of alpha to theta peaks at {peaks[2]:.1f} Hz."
+    )
+    return figure
+
+
+def _curve(
+    axes: Axes, f_hz: ArrayLike, values: ArrayLike, f_range: tuple[float, float], look: dict[str, Any]
+) -> tuple[Vector, Vector]:
+    """Draw the part of a curve within ``f_range``, and return it."""
+    f, y = np.asarray(f_hz, dtype=float), np.asarray(values, dtype=float)
+    inside = (f >= f_range[0]) & (f <= f_range[1])
+    axes.plot(f[inside], y[inside], **look)
+    axes.set_xlim(*f_range)
+    return f[inside], y[inside]
+
+
+def _mark(axes: Axes, frequency: float, label: str) -> None:
+    """A vertical line at a frequency, with its name beside its top."""
+    axes.axvline(frequency, **ROLES["highlight"])
+    place: dict[str, Any] = {"xycoords": ("data", "axes fraction"), "textcoords": "offset points", "va": "top"}
+    axes.annotate(label, (frequency, 1.0), xytext=(6, 0), **place)
+
+
+# --- in the s-plane ---------------------------------------------------------------------------------------------------
+
+
+def pole_map(
+    poles: ArrayLike | Mapping[str, ArrayLike], zeta: float | None = None, omega_n: float | None = None
+) -> Picture:
+    """Poles in the s-plane, over rays of constant damping ratio and arcs of constant natural frequency (Figure 3.1).
+
+    Parameters
+    ----------
+    poles : (n,) complex poles, rad/s; or a mapping of a label to each group of poles
+    zeta, omega_n : damping ratio and natural frequency (rad/s) to emphasise
+    """
+    given = poles if isinstance(poles, Mapping) else {"poles": poles}
+    groups = {label: np.atleast_1d(np.asarray(group, dtype=complex)) for label, group in given.items()}
+    every = np.concatenate(list(groups.values()))
+    with style():
+        figure = new_picture(WIDTH, 4.8)
+        axes = figure.subplots()
+        axes.grid(False)
+        reach = 1.2 * max(float(np.abs(every.real).max()), 1.25 * float(np.abs(every.imag).max()), omega_n or 1.0)
+        height = max(0.62 * reach, 1.2 * float(np.abs(every.imag).max()))
+        right = max(0.18 * reach, 1.3 * float(every.real.max()))
+        _grid(axes, reach, height, leave_out=zeta)
+        if zeta is not None:
+            _rays(axes, zeta, 3 * reach, ROLES["highlight"] | {"label": rf"$\zeta$ = {zeta:g}"})
+        if omega_n is not None:
+            _arc(axes, omega_n, ROLES["reference"] | {"label": rf"$\omega_n$ = {omega_n:g} rad/s"})
+        for (label, group), (marker, color) in zip(groups.items(), cycle(_MARKS)):
+            look: dict[str, Any] = {"color": color, "linestyle": "none", "markersize": 10, "markeredgewidth": 2.4}
+            axes.plot(
+                group.real, group.imag, marker=marker, fillstyle="none", label=label, zorder=5, clip_on=False, **look
+            )
+        axes.set(
+            xlabel="real part (rad/s)",
+            ylabel="imaginary part (rad/s)",
+            xlim=(-reach, right),
+            ylim=(-height, height),
+        )
+        axes.set_aspect("equal")
+        axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=4, handlelength=2.2)
+    listed = "; ".join(f"{label}: " + ", ".join(map(_spoken, group)) for label, group in groups.items())
+    emphasis = [] if zeta is None else [f"the damping ratio {zeta:g}"]
+    emphasis += [] if omega_n is None else [f"the natural frequency {omega_n:g} rad/s"]
+    figure.alt_text = f"Poles in the s-plane. {listed}." + (
+        f" Marked are {' and '.join(emphasis)}." if emphasis else ""
+    )
+    return figure
+
+
+def motions_of_poles() -> Picture:
+    """Draw the motions that belong to stable, marginally stable and unstable poles, in eight panels against time."""
+    t = np.linspace(0, 6, 601)
+    motions = (
+        ("−1", np.exp(-t), "stable"),
+        ("−0.4 ± 3j", np.exp(-0.4 * t) * np.cos(3 * t), "stable"),
+        ("0", np.ones_like(t), "marginally stable"),
+        ("± 3j", np.cos(3 * t), "marginally stable"),
+        ("0.4", np.exp(0.4 * t), "unstable"),
+        ("0.2 ± 3j", np.exp(0.2 * t) * np.cos(3 * t), "unstable"),
+        ("0, twice", 0.5 * t, "unstable"),
+        ("± 3j, twice", 0.5 * t * np.sin(3 * t), "unstable"),
+    )
+    colors = {"stable": GREEN, "marginally stable": BLUE, "unstable": VERMILLION}
+    with style():
+        figure = new_picture(WIDTH, 3.8)
+        panels = figure.subplots(2, 4, sharex=True, sharey=True)
+        for axes, (poles, motion, verdict) in zip(panels.flat, motions, strict=True):
+            axes.plot(t, motion, color=colors[verdict])
+            axes.axhline(0, color=BLACK, linewidth=0.6)
+            axes.set_title(f"{poles}\n{verdict}", fontsize=9.5)
+            axes.set(xlim=(0, 6), ylim=(-3, 3), yticks=(-2, 0, 2))
+        figure.supxlabel("time (s)", fontsize=11)
+        figure.supylabel("motion (any unit)", fontsize=11)
+    figure.alt_text = (
+        "Eight small plots of motion against time. Poles -1 and -0.4 plus or minus 3j: it dies away. Poles 0 and "
+        "plus or minus 3j: it stays as large as it is. Poles 0.4 and 0.2 plus or minus 3j: it grows. The poles 0 "
+        "and plus or minus 3j, each twice: it grows, too."
+    )
+    return figure
+
+
+def _spoken(pole: complex) -> str:
+    """A pole to one decimal, without a negative zero."""
+    real, imag = round(float(pole.real), 1) + 0.0, round(float(pole.imag), 1) + 0.0
+    return f"{real:g}" if imag == 0 else f"{real:g} {'+' if imag > 0 else '-'} {abs(imag):g}j"
+
+
+def _grid(axes: Axes, reach: float, height: float, leave_out: float | None) -> None:
+    """The imaginary axis, faint arcs, and faint rays with their damping ratios, but for one beside ``leave_out``."""
+    faint: dict[str, Any] = {"color": "#BBBBBB", "linewidth": 0.8, "linestyle": "-", "zorder": 1}
+    axes.axvline(0.0, color=BLACK, linewidth=1.0, zorder=1.5)
+    axes.axhline(0.0, **faint)
+    small: dict[str, Any] = {"fontsize": 9, "color": "#555555"}
+    for zeta in _GRID_ZETA:
+        if leave_out is not None and abs(zeta - leave_out) < 0.07:
+            continue
+        _rays(axes, zeta, 3 * reach, faint)
+        slope = np.sqrt(1 - zeta**2) / zeta
+        # Where the ray leaves the picture: through the top, or through the left side.
+        x, y = (
+            (-0.93 * height / slope, 0.93 * height) if height / slope < reach else (-0.93 * reach, 0.93 * reach * slope)
+        )
+        axes.text(
+            x,
+            y,
+            rf"$\zeta$ {zeta:g}",
+            ha="center",
+            va="center",
+            **small | {"bbox": {"fc": "white", "ec": "none", "pad": 1}},
+        )
+    for omega in MaxNLocator(5).tick_values(0.0, reach):
+        if 0 < omega < 1.4 * reach:
+            _arc(axes, omega, faint)
+
+
+def _rays(axes: Axes, zeta: float, length: float, look: dict[str, Any]) -> None:
+    """The two rays from the origin on which the damping ratio is ``zeta``."""
+    x, y = -zeta * length, np.sqrt(1 - zeta**2) * length
+    axes.plot([x, 0.0, x], [y, 0.0, -y], **look)
+
+
+def _arc(axes: Axes, omega_n: float, look: dict[str, Any]) -> None:
+    """The half circle on which the natural frequency is ``omega_n``."""
+    turn: NDArray[np.float64] = np.linspace(np.pi / 2, 3 * np.pi / 2, 181)
+    axes.plot(omega_n * np.cos(turn), omega_n * np.sin(turn), **look)
