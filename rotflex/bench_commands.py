@@ -361,7 +361,7 @@ def fit(
 def _check_fit(path: str, recording: Recording) -> None:
     """Raise IdentificationError where nothing moves in a recording, or too many samples came late; print how many."""
     from rotflex import unanswered
-    from rotflex.channels import channel
+    from rotflex.identification import channel
 
     try:
         channel(recording, "theta"), channel(recording, "alpha")

@@ -20,7 +20,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from rotflex.channels import FEWEST_SAMPLES, channel, signal_of
 from rotflex.errors import IdentificationError
 from rotflex.recording import Recording
 from rotflex.units import DEG, HZ
@@ -33,6 +32,7 @@ __all__ = [
     "Estimate",
     "FreeDecay",
     "FrequencyResponse",
+    "channel",
     "frequency_response",
     "logarithmic_decrement",
     "resonance",
@@ -56,11 +56,51 @@ _COHERENT = 0.5  # a ratio of signals that share less than this is not looked at
 _LARGEST_DAMPING = 0.5  # beyond, there is hardly a peak
 _LARGEST_MISFIT = 0.2  # of the response, in the mean square
 _FEWEST_PEAKS = 6
+_FEWEST_SAMPLES = 64
 _FLOOR = 0.05  # of the largest swing; smaller ones are not used
 _FLOOR_STEPS = 6  # of the encoder; the same
 _PARABOLA = 0.2  # of a half period, to either side of a turning point
 _STANDS_WITHIN, _GIVES_WAY = 0.05, 0.1  # of its travel, of alpha: a servo so near to where it ends stands
 _UNSURE_OF_SERVO = 0.15  # of the correction for a servo that gives way: it sticks in small swings
+
+
+def channel(recording: Recording, name: str, may_be_constant: bool = False) -> Vector:
+    """Samples (n,) of a channel that identification needs.
+
+    Raises
+    ------
+    IdentificationError
+        If the recording lacks it, or if it is too short or constant.
+    """
+    if name not in recording:
+        raise IdentificationError(
+            f"This needs the channel {name!r}; the recording has {', '.join(recording.channels)}."
+        )
+    return _signal(f"The channel {name!r}", recording[name], may_be_constant)
+
+
+def _signal(what: str, values: ArrayLike, may_be_constant: bool = False) -> Vector:
+    """An array (n,) that identification can use.
+
+    Parameters
+    ----------
+    what : it is, for the message
+    values : as they were given
+    may_be_constant : whether it need not move
+
+    Raises
+    ------
+    IdentificationError
+        If it is no vector of finite numbers, or too short or constant.
+    """
+    signal = np.asarray(values, dtype=float)
+    if signal.ndim != 1 or not np.isfinite(signal).all():
+        raise IdentificationError(f"{what} must be a vector of finite numbers; its shape is {signal.shape}.")
+    if signal.size < _FEWEST_SAMPLES:
+        raise IdentificationError(f"{what} has {signal.size} samples; at least {_FEWEST_SAMPLES} are needed.")
+    if not may_be_constant and np.ptp(signal) == 0:
+        raise IdentificationError(f"{what} is constant, {signal[0]:g}: nothing moved, or a cable is loose.")
+    return signal
 
 
 @dataclass(frozen=True)
@@ -145,7 +185,7 @@ def welch_spectrum(x: ArrayLike, dt: float, segment: float | None = None) -> tup
     """
     from scipy.signal import welch
 
-    signal = signal_of("The signal", x)
+    signal = _signal("The signal", x)
     return welch(signal, **_segments(signal.size, dt, segment))
 
 
@@ -178,7 +218,7 @@ def frequency_response(
     if isinstance(data, Recording):
         x, y, dt = channel(data, input), channel(data, output), data.sample_time
     else:
-        x, y, dt = signal_of("The input", data[0]), signal_of("The output", data[1]), float(data[2])
+        x, y, dt = _signal("The input", data[0]), _signal("The output", data[1]), float(data[2])
     if x.size != y.size:
         raise IdentificationError(f"The input has {x.size} samples, the output {y.size}; record them together.")
     options = _segments(x.size, dt, segment)
@@ -310,7 +350,7 @@ def logarithmic_decrement(
         moving = np.abs(theta - theta[-1]) > standing
         start = int(np.flatnonzero(moving)[-1]) + 1 if moving.any() else 0
     else:
-        x, theta, start = signal_of("alpha", data), np.zeros(np.size(data)), 0
+        x, theta, start = _signal("alpha", data), np.zeros(np.size(data)), 0
     if dt is None or not dt > 0:
         raise IdentificationError(f"The sample time is {dt!r}; give dt, in s, with an array.")
     times, peaks = _turning_points(x[start:], dt, floor)
@@ -399,10 +439,10 @@ def _segments(samples: int, dt: float, segment: float | None) -> dict[str, Any]:
     if not (math.isfinite(dt) and dt > 0):
         raise IdentificationError(f"The sample time is {dt!r}; it must be a positive number, in s.")
     length = round(samples * _SEGMENT if segment is None else segment / dt)
-    if not FEWEST_SAMPLES // 2 <= length <= samples:
+    if not _FEWEST_SAMPLES // 2 <= length <= samples:
         raise IdentificationError(
             f"Segments of {length * dt:g} s do not fit a signal of {samples * dt:g} s; choose between "
-            f"{FEWEST_SAMPLES // 2 * dt:g} s and its length."
+            f"{_FEWEST_SAMPLES // 2 * dt:g} s and its length."
         )
     return {
         "fs": 1 / dt,

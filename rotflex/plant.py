@@ -24,6 +24,7 @@ keeps the energy bounded.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import NamedTuple, Protocol
@@ -351,6 +352,27 @@ class Plant:
     def _prepare(self, limited: bool, h: float) -> _Step:
         step = self._steps[limited][h] = _discretised(self.parameters, limited, h)
         return step
+
+
+def driven(parameters: PlantParameters, state: State, volts: Sequence[float], dt: float) -> NDArray[np.float64]:
+    """Drive a plant by voltages that are held from each sample to the next.
+
+    Parameters
+    ----------
+    parameters, state : the plant, and where it starts
+    volts : (n,) commanded voltages, V
+    dt : s, between two samples
+
+    Returns
+    -------
+    (n, 4) array
+        theta, alpha (rad) and their rates (rad/s) at each sample; the first is ``state``.
+    """
+    plant, states = Plant(parameters, state), []
+    for voltage in volts:
+        states.append(plant.state)
+        plant.advance(voltage, dt)
+    return np.array(states)
 
 
 @lru_cache(maxsize=512)  # an experiment needs some fifty, and the next one on the same bench needs them again

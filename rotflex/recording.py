@@ -14,7 +14,6 @@ whose first column is the time in seconds and whose angles are in degrees,
 
 from __future__ import annotations
 
-import base64
 import csv
 import html
 import json
@@ -28,7 +27,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rotflex import csv_files, files, mat_files, unanswered
+from rotflex import files, recording_files, unanswered
 from rotflex.errors import RecordingError
 from rotflex.units import DEG
 
@@ -49,7 +48,6 @@ UNITS = {
     "vm": "V",
 }
 _OTHER = "other_channels"  # in a file's description: those that it has no usual place for, name → unit
-_DRAWN = 300  # points of a line in the small picture
 _SAMPLE_TIME_TOLERANCE = 1e-3  # of the sample time; a log's time column carries rounding
 
 
@@ -132,40 +130,18 @@ class Recording:
         return f"<Recording: {duration:g} s at {self.sample_time * 1e3:g} ms; {listed}>"
 
     def _repr_html_(self) -> str:
-        """A table of the channels, angles in degrees, and a picture of their course, for a notebook."""
-        duration = f"{self.time[-1] - self.time[0]:g} s"
-        rows, told = [], []
+        """A table of the channels, angles in degrees, for a notebook."""
+        rows = []
         for name, channel in self.channels.items():
             values, unit = (self.degrees(name), "deg") if channel.unit == "rad" else (channel.values, channel.unit)
-            told.append(f"{name} from {values.min():.4g} to {values.max():.4g} {unit}")
             numbers = (f"{one:.4g}" for one in (values.min(), values.max(), values.mean(), values[-1]))
             cells = "".join(f"<td>{one}</td>" for one in (html.escape(unit), *numbers))
             rows.append(f'<tr><th scope="row">{html.escape(name)}</th>{cells}</tr>')
         heads = "".join(f'<th scope="col">{one}</th>' for one in ("channel", "unit", "min", "max", "mean", "last"))
-        picture = base64.b64encode(self._svg().encode()).decode()
-        alt = html.escape(f"{duration} of {'; '.join(told)}.")
+        about = f"{self.time[-1] - self.time[0]:g} s at {self.sample_time * 1e3:g} ms, {len(self)} samples"
         return (
-            f"<table><caption>Recording: {duration} at {self.sample_time * 1e3:g} ms, {len(self)} samples</caption>"
-            f"<thead><tr>{heads}</tr></thead><tbody>{''.join(rows)}</tbody></table>"
-            f'<img src="data:image/svg+xml;base64,{picture}" alt="{alt}">'
-        )
-
-    def _svg(self) -> str:
-        """The channels against time, one below the other, each in its own range."""
-        step = -(-len(self) // _DRAWN)
-        parts = []
-        for row, (name, channel) in enumerate(self.channels.items()):
-            values = channel.values[::step]
-            heights = 40 * row + 35 - 30 * (values - values.min()) / (np.ptp(values) or 1.0)
-            points = " ".join(
-                f"{x:.0f},{y:.1f}" for x, y in zip(np.linspace(0, 400, values.size), heights, strict=True)
-            )
-            parts.append(f'<polyline points="{points}" fill="none" stroke="#0072B2"/>')
-            parts.append(f'<text x="408" y="{40 * row + 25}" font-size="12">{html.escape(name)}</text>')
-        size = f'width="500" height="{40 * len(self.channels)}"'
-        return (
-            f'<svg xmlns="http://www.w3.org/2000/svg" {size} font-family="sans-serif">'
-            f'<rect width="100%" height="100%" fill="#fff"/>{"".join(parts)}</svg>'
+            f"<table><caption>Recording: {about}</caption><thead><tr>{heads}</tr></thead>"
+            f"<tbody>{''.join(rows)}</tbody></table>"
         )
 
     @property
@@ -239,7 +215,7 @@ class Recording:
         names = columns.split(",") if isinstance(columns, str) and columns else list(columns)
         if names and len(paths) > 1:
             raise RecordingError("columns= names those of one file: load one file at a time.")
-        if names or (len(paths) == 1 and Path(paths[0]).suffix.lower() in csv_files.ENDINGS):
+        if names or (len(paths) == 1 and Path(paths[0]).suffix.lower() in recording_files.ENDINGS):
             return _read_table(Path(paths[0]), names)
         arrays: dict[str, NDArray[np.float64]] = {}
         metadata: dict[str, Any] = {}
@@ -279,12 +255,12 @@ class Recording:
             placed = self._placed(arrays)
         other = [name for name in self.channels if name not in placed]
         if other:
-            arrays[mat_files.OTHER] = np.column_stack([self.time, *(self[name] for name in other)])
+            arrays[recording_files.OTHER] = np.column_stack([self.time, *(self[name] for name in other)])
         return arrays
 
     def _placed(self, arrays: Mapping[str, NDArray[np.float64]]) -> set[str]:
         """Names of the channels that some of the laboratory's arrays hold."""
-        usual = {name: array for name, array in arrays.items() if name != mat_files.OTHER}
+        usual = {name: array for name, array in arrays.items() if name != recording_files.OTHER}
         return set(self._from_arrays(usual, self.metadata).channels) if usual else set()
 
     @classmethod
@@ -306,7 +282,7 @@ class Recording:
                 if array.shape[1] == 3:
                     second = f"{angle}_model" if validation or angle == "alpha" else "theta_ref"
                     channels[second] = Channel(array[:, 1] * DEG, "rad")
-            elif name == mat_files.OTHER:
+            elif name == recording_files.OTHER:
                 if len(other) != array.shape[1] - 1:
                     raise RecordingError(f"{name} has {array.shape[1] - 1} channels, and its description {len(other)}.")
                 channels |= {one: Channel(array[:, n], unit) for n, (one, unit) in enumerate(other.items(), 1)}
@@ -321,8 +297,8 @@ class Recording:
         if missing:
             raise RecordingError(f"This recording cannot give {missing[0]}; it can give {', '.join(arrays)}.")
         content: dict[str, Any] = {name: arrays[name] for name in wanted}
-        other = set(self.channels) - self._placed(arrays) if mat_files.OTHER in wanted else ()
-        content[mat_files.METADATA] = self._description(other)
+        other = set(self.channels) - self._placed(arrays) if recording_files.OTHER in wanted else ()
+        content[recording_files.METADATA] = self._description(other)
         savemat(str(path), content, appendmat=False, format="5", do_compression=True)
 
     def _write_csv(self, path: Path, variables: Iterable[str] | None) -> None:
@@ -382,8 +358,8 @@ def _finite_vector(what: str, values: Any) -> NDArray[np.float64]:
 
 
 def _read_mat(path: Path) -> tuple[dict[str, NDArray[np.float64]], dict[str, Any]]:
-    arrays, described = mat_files.arrays(path)
-    return arrays, csv_files.metadata_of(described, path.name) if described else {}
+    arrays, described = recording_files.arrays(path)
+    return arrays, recording_files.metadata_of(described, path.name) if described else {}
 
 
 def _take_other(metadata: dict[str, Any]) -> dict[str, str]:
@@ -398,13 +374,13 @@ def _take_other(metadata: dict[str, Any]) -> dict[str, str]:
 
 
 def _read_table(path: Path, names: Sequence[str]) -> Recording:
-    if path.suffix.lower() in csv_files.ENDINGS:
-        headings, numbers, metadata = csv_files.table(path, names)
+    if path.suffix.lower() in recording_files.ENDINGS:
+        headings, numbers, metadata = recording_files.table(path, names)
     else:
-        headings, numbers, metadata = names, mat_files.matrix(path, len(names)), {}
+        headings, numbers, metadata = names, recording_files.matrix(path, len(names)), {}
     written = {f"{name}_{unit}": (name, unit) for name, unit in _take_other(metadata).items()}
     usual = [n for n, heading in enumerate(headings) if n == 0 or heading not in written]
-    time, columns = csv_files.signals(path.name, [headings[n] for n in usual], numbers[:, usual], UNITS)
+    time, columns = recording_files.signals(path.name, [headings[n] for n in usual], numbers[:, usual], UNITS)
     try:
         channels = {name: Channel(values, UNITS[name]) for name, values in columns.items()}
         for n in set(range(len(headings))).difference(usual):

@@ -21,10 +21,10 @@ def test_a_bar_is_written_to_a_terminal_only(monkeypatch, stderr, shown):
     monkeypatch.setattr(progress, "AFTER", 0.0)
     monkeypatch.delenv(progress.SWITCH, raising=False)
     assert list(progress.progress(range(3), "experiment", "sample")) == [0, 1, 2]
-    with progress.counter("fit", "run") as count:
-        count()
+    with progress.progress(None, "fit", "run") as counter:
+        counter.update()
     assert bool(stderr.getvalue()) is shown
 
 
 def test_a_notebook_keeps_its_bar():
-    assert bar_of_a_notebook(range(3), disable=progress._IN_LOGS, display=False).disable is False
+    assert bar_of_a_notebook(range(3), disable=progress._NOT_IN_LOGS, display=False).disable is False

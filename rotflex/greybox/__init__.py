@@ -41,11 +41,9 @@ from dataclasses import replace
 
 from rotflex.config import Joint, Servo, one_of
 from rotflex.errors import IdentificationError
-from rotflex.greybox.choice import FREE, Chosen, choose
-from rotflex.greybox.left_out import LeftOut
 from rotflex.greybox.problem import TYPICAL, Problem
-from rotflex.greybox.result import FitResult, Prediction, result_of
-from rotflex.greybox.solving import search, sureness
+from rotflex.greybox.result import FitResult, LeftOut, Prediction, result_of
+from rotflex.greybox.solving import FREE, Chosen, choose, search, sureness
 from rotflex.plant import PlantParameters
 from rotflex.progress import progress as bar
 from rotflex.recording import Recording

@@ -10,10 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rotflex.errors import IdentificationError
-from rotflex.greybox.record import WINDOW, Record
-from rotflex.identification import Vector
-from rotflex.plant import PlantParameters
-from rotflex.recording import Recording
+from rotflex.identification import Vector, channel
+from rotflex.plant import PlantParameters, State, driven
+from rotflex.recording import Channel, Recording
 
 #: What can be fitted, and about how large it is: where the search starts unless told, and the unit of its steps.
 TYPICAL = {
@@ -34,6 +33,85 @@ _OFFSET, _RATE = 1e-3, 0.1  # rad, rad/s: the units of alpha_offset and of the i
 _POSITIVE = 0.05  # of the unit: the smallest inertia, stiffness or torque per volt
 _FEWEST_WINDOWS = 3
 Jacobian = NDArray[np.float64]
+WINDOW = 1.0  #: s, in which theta is compared less its mean, and beyond which residuals are independent
+_BEGINNING = 10  # samples without a count, after which a recording is taken to begin at rest
+
+
+# --- one recording ----------------------------------------------------------------------------------------------------
+
+
+class Record:
+    """A recording with theta, alpha and vm.
+
+    Attributes
+    ----------
+    begins_at_rest : whether nothing moves in its first samples
+    windows : of each value of the residual, the window that it lies in (0, 1, ...)
+
+    Raises
+    ------
+    IdentificationError
+        If a channel is missing, or an angle constant.
+    """
+
+    def __init__(self, recording: Recording) -> None:
+        self.recording = recording
+        self.theta, self.alpha = channel(recording, "theta"), channel(recording, "alpha")
+        self._volts: list[float] = channel(recording, "vm", may_be_constant=True).tolist()
+        angles = (self.theta, self.alpha)
+        self.begins_at_rest = all(np.ptp(angle[:_BEGINNING]) == 0 for angle in angles)
+        self._counts = [np.flatnonzero(np.diff(angle)) for angle in angles]  # samples after which an angle has changed
+        self._windows = [self._window(at) for at in self._counts]
+        self.windows = np.concatenate(self._windows)
+
+    def simulate(
+        self, plant: PlantParameters, delay: float, offset: float, rates: tuple[float, float]
+    ) -> tuple[Vector, Vector]:
+        """theta and alpha (n,), rad, as the encoders would see them."""
+        begin = State(float(self.theta[0]), float(self.alpha[0]) - offset, *rates)
+        angles, speeds = np.hsplit(driven(plant, begin, self._volts, self.recording.sample_time), 2)
+        late = angles - delay * speeds  # a delay is short beside all that moves
+        return late[:, 0], late[:, 1] + offset
+
+    def residual(self, theta: Vector, alpha: Vector) -> Vector:
+        """Measured minus simulated where the encoders count, rad: theta less its mean in each window, then alpha."""
+        difference = _less_mean(_between(self.theta - theta, self._counts[0]), self._windows[0])
+        return np.concatenate([difference, _between(self.alpha - alpha, self._counts[1])])
+
+    def rms(self, theta: Vector, alpha: Vector) -> dict[str, float]:
+        """Root mean square of measured minus simulated over all samples, rad: see ``FitResult.residual_rms``."""
+        left = _less_mean(self.theta - theta, self._window(np.arange(len(self.recording))))
+        return {"theta": rms(left), "alpha": rms(self.alpha - alpha)}
+
+    def beside(self, theta: Vector, alpha: Vector) -> Recording:
+        """The recording with what was simulated, for plots."""
+        kept = {name: self.recording.channels[name] for name in ("theta", "alpha", "vm")}
+        simulated = {"theta_model": Channel(theta, "rad"), "alpha_model": Channel(alpha, "rad")}
+        return Recording(self.recording.time, {**kept, **simulated}, self.recording.metadata)
+
+    def _window(self, samples: NDArray[np.intp]) -> NDArray[np.intp]:
+        """The window of each sample; a rest at the end belongs to the last whole one."""
+        window = (samples * self.recording.sample_time / WINDOW + 1e-9).astype(np.intp)
+        whole = int(len(self.recording) * self.recording.sample_time / WINDOW + 1e-9)
+        return np.minimum(window, max(whole - 1, 0))
+
+
+def rms(values: Vector) -> float:
+    """Root mean square."""
+    return float(np.sqrt(np.mean(values**2)))
+
+
+def _between(signal: Vector, samples: NDArray[np.intp]) -> Vector:
+    """Mean of each sample and the next."""
+    return (signal[samples] + signal[samples + 1]) / 2
+
+
+def _less_mean(signal: Vector, windows: NDArray[np.intp]) -> Vector:
+    """The signal less its mean in each window."""
+    return signal - (np.bincount(windows, signal) / np.maximum(np.bincount(windows), 1))[windows]
+
+
+# --- all of them ------------------------------------------------------------------------------------------------------
 
 
 class Unknown(NamedTuple):
@@ -64,8 +142,6 @@ class Problem:
     count : called at each run of the plant
     """
 
-    count: Callable[[], object]
-
     def __init__(
         self,
         recordings: Sequence[Recording],
@@ -76,7 +152,7 @@ class Problem:
     ) -> None:
         self.records = [Record(recording) for recording in recordings]
         self.start, self.free, self.delay = start, tuple(free), delay
-        self.count = _nobody
+        self.count: Callable[[], object] = lambda: None
         several = len(self.records) > 1
         self.own = tuple(name for name in free if name in per_recording) if several else ()
         self.unknowns = [one for name in self.free if name not in self.own for one in self._of_plant(name, None)]
@@ -174,10 +250,6 @@ def changed(plant: PlantParameters, values: Mapping[str, float]) -> PlantParamet
     if "braking" not in values:
         return other
     return replace(other, back_emf=(values["braking"] - other.B_eq) / other.torque_per_volt)
-
-
-def _nobody() -> None:
-    """Nobody counts."""
 
 
 def known(plant: PlantParameters, name: str, delay: float = 0.0) -> Any:

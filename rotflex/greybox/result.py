@@ -12,10 +12,8 @@ from numpy.typing import NDArray
 
 from rotflex import hil
 from rotflex.config import Joint, Servo
-from rotflex.greybox.choice import Chosen
-from rotflex.greybox.problem import Problem, changed
-from rotflex.greybox.record import rms
-from rotflex.greybox.solving import search, student
+from rotflex.greybox.problem import Problem, changed, rms
+from rotflex.greybox.solving import Chosen, search, student
 from rotflex.hil.bench import Bench
 from rotflex.hil.student_benches import FIRST_RUN, VirtualPlantSpec
 from rotflex.hil.virtual import Timing
@@ -209,6 +207,39 @@ class FitResult:
             f"all of them. omega_n = {Estimate(self.omega_n.value, 2 * self.omega_n.uncertainty)} rad/s (95 %) does "
             "not depend on it."
         )
+
+
+@dataclass(frozen=True)
+class LeftOut:
+    """Each recording as the others predict it. ``print`` it for a table.
+
+    Attributes
+    ----------
+    fits : to all recordings but the first, but the second, ...
+    predictions : of the first, of the second, ..., each by the fit that has not seen it
+    """
+
+    fits: tuple[FitResult, ...]
+    predictions: tuple[Prediction, ...]
+
+    @property
+    def rms(self) -> Mapping[str, float]:
+        """Root mean square errors of the predictions over all recordings, rad: see ``FitResult.residual_rms``."""
+        return joined_rms(self.predictions)
+
+    def __str__(self) -> str:
+        return self.table()
+
+    def table(self, recordings: Sequence[str] = ()) -> str:
+        """What is printed. Each recording is named by ``recordings``, else by its place."""
+        names = recordings or [f"[{place}]" for place in range(len(self.fits))]
+        head = ("Left out", "predicted (RMS, deg)", "the others, fitted without it")
+        width = max(12, len(head[0]), *(len(name) for name in names))
+        lines = [f"{head[0]:{width}} {head[1]:24} {head[2]}"]
+        for name, found, prediction in zip(names, self.fits, self.predictions, strict=True):
+            lines.append(f"{name:{width}} {in_degrees(prediction.rms):24} {in_degrees(found.residual_rms)}")
+        lines.append(f"{'all':{width}} {in_degrees(self.rms)}")
+        return "\n".join(lines)
 
 
 def result_of(chosen: Chosen, servo: Servo, joint: Joint) -> FitResult:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from rotflex.channels import channel
 from rotflex.errors import IdentificationError
+from rotflex.identification import channel
 from rotflex.plant import Plant, PlantParameters, State
 from rotflex.recording import Channel, Recording
 

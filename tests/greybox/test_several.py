@@ -10,8 +10,7 @@ from rotflex import experiments, hil
 from rotflex.config import joint, srv02
 from rotflex.errors import ConfigurationError, IdentificationError
 from rotflex.greybox import FREE, fit, leave_one_out
-from rotflex.greybox.choice import _fix, _least_told
-from rotflex.greybox.solving import Found, Sureness, sureness
+from rotflex.greybox.solving import Found, Sureness, _fix, _least_told, sureness
 from rotflex.hil.controllers import StateFeedback
 from rotflex.hil.loop import run
 from rotflex.hil.student_benches import student_bench
