@@ -14,18 +14,17 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.linalg import expm
 
 from rotflex.config import in_radians, one_of
 from rotflex.controller import Controller, name_of
-from rotflex.errors import BenchError, DesignError
+from rotflex.errors import BenchError
 from rotflex.hil.bench import Bench
 from rotflex.hil.controllers import OpenLoop, PositionServo, StateFeedback
 from rotflex.hil.loop import listen, run
 from rotflex.hil.replay import RecordedRuns
 from rotflex.recording import Channel, Recording
 from rotflex.signals import chirp, smooth_square_wave, square_wave, step, time_axis
-from rotflex.simulation import takes_systems
+from rotflex.simulation import along, matrices, takes_systems
 from rotflex.specifications import AMPLITUDE, DURATION, FREQUENCY, RATE, SAMPLE_TIME
 from rotflex.units import DEG, HZ
 
@@ -153,11 +152,13 @@ def validation(
     """
     steered = bench.recorded is None or isinstance(bench.recorded, RecordedRuns)
     one_of("signal", signal, ("square", "step") if steered else ("square", "step", "recorded"))
-    model = _discrete_model(A, B)
+    matrices(A, B)  # before anything moves
     settings = {"experiment": "validation", "signal": signal}
     measured = _validated(bench, signal, amplitude, duration, settings, progress)
-    theta_model, alpha_model, cut = _simulate(*model, measured["vm"])
-    simulated = {"theta_model": Channel(theta_model, "rad"), "alpha_model": Channel(alpha_model, "rad")}
+    angles, cut = along(A, B, measured["vm"], SAMPLE_TIME, MODEL_BOUND)
+    simulated = {
+        f"{name}_model": Channel(values, "rad") for name, values in zip(("theta", "alpha"), angles, strict=True)
+    }
     metadata = dict(measured.metadata)
     if cut is not None:
         metadata["model_cut_at"] = float(measured.time[cut])
@@ -317,39 +318,8 @@ def _validated(
     return _run(bench, OpenLoop(), volts, settings, progress)
 
 
-def _discrete_model(A: ArrayLike, B: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """The model from one sample to the next, its input held."""
-    a, b = np.asarray(A, dtype=float), np.asarray(B, dtype=float).reshape(-1, 1)
-    if a.shape != (4, 4) or b.shape != (4, 1):
-        raise DesignError(f"The model needs A of 4 by 4 and B of 4 by 1; they are {np.shape(A)} and {np.shape(B)}.")
-    if not (np.isfinite(a).all() and np.isfinite(b).all()):
-        raise DesignError("A or B holds a value that is not finite.")
-    with np.errstate(over="ignore", invalid="ignore"):  # a model that runs away at once is told of when it is simulated
-        step_matrix = expm(np.block([[a, b], [np.zeros((1, 5))]]) * SAMPLE_TIME)
-    return step_matrix[:4, :4], step_matrix[:4, 4]
-
-
 _RAN_AWAY = (
     "Your model runs away: at {time:.2f} s an angle of it passed {bound:g} rad ({turns:.0f} turns), and its curves are "
     "cut there. No bench does that by itself. Look at the signs in the last two rows of A, row by row: the spring "
     "pulls servo and link towards each other, and friction brakes. Then look at B."
 )
-
-
-def _simulate(
-    a: NDArray[np.float64], b: NDArray[np.float64], volts: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64], int | None]:
-    """Angles (rad) of the discrete model from rest under the voltages, and the sample at which they were cut."""
-    state = np.zeros(4)
-    angles = np.empty((2, volts.size))
-    with np.errstate(over="ignore", invalid="ignore"):
-        for index, voltage in enumerate(volts):
-            # Written so that what is no number counts as run away, too.
-            if not np.abs(state[:2]).max() <= MODEL_BOUND:
-                angles[:, index:] = np.clip(np.nan_to_num(state[:2], nan=np.inf), -MODEL_BOUND, MODEL_BOUND)[
-                    :, np.newaxis
-                ]
-                return angles[0], angles[1], index
-            angles[:, index] = state[:2]
-            state = a @ state + b * voltage
-    return angles[0], angles[1], None

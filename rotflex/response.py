@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -40,6 +40,7 @@ _SHORTEST_PART = 0.75  # of the usual time between steps: with less of it, a las
 _START_UP = 0.1  # of the wave's height: a servo that begins so far from the first commanded level is on its way there
 _ON_COMMAND = 0.01  # of the wave's height: an angle so near is where its command is
 _FOLLOWED = 0.5  # of the step: with less, the servo has not followed the command at all
+_QUANTITIES = ("settling_time", "overshoot", "steady_state_error", "max_alpha", "max_vm")  # of a summary
 _FULL_SIZE = 0.99  # of the largest step
 
 
@@ -155,7 +156,7 @@ def measure(recording: Recording, band: float = SETTLING_BAND, final: str = "com
         step = StepResponse(float(recording.time[move.start]), move.before, move.after)
         if stop == len(recording) and (move.at_rest >= stop or stop - move.start < _SHORTEST_PART * usual):
             held = (stop - move.start) * recording.sample_time
-            responses.append(_with(step, remark=f"not measurable: the recording ends {held:.3g} s after this step"))
+            responses.append(replace(step, remark=f"not measurable: the recording ends {held:.3g} s after this step"))
         else:
             responses.append(_measure_step(recording, slice(move.start, stop), step, band, final))
     return responses
@@ -183,11 +184,7 @@ def worst(steps: Sequence[StepResponse]) -> Summary:
         return None if None in values else max(abs(value) for value in values)
 
     return Summary(
-        settling_time=largest_of("settling_time"),
-        overshoot=largest_of("overshoot"),
-        steady_state_error=largest_of("steady_state_error"),
-        max_alpha=largest_of("max_alpha"),
-        max_vm=largest_of("max_vm"),
+        **{name: largest_of(name) for name in _QUANTITIES},
         steps=len(full),
         left_out=len(steps) - len(full),
         remarks=tuple(_at(step) for step in steps if step.remark),
@@ -260,7 +257,7 @@ def _measure_step(recording: Recording, part: slice, step: StepResponse, band: f
     moved = (rest - theta[0]) * step.direction
     if moved < _FOLLOWED * step.size:
         seconds = theta.size * recording.sample_time
-        return _with(step, **measured, settling_time=math.inf, remark=_did_not_follow(moved, seconds, step))
+        return replace(step, **measured, settling_time=math.inf, remark=_did_not_follow(moved, seconds, step))
 
     final_value = step.after if final == "commanded" else rest
     beyond = (theta - final_value) * step.direction
@@ -276,12 +273,8 @@ def _measure_step(recording: Recording, part: slice, step: StepResponse, band: f
         words = f"not settled within ±{half_width / DEG:.3g} deg of {final_value / DEG:.4g} deg after {seen:.3g} s"
         if abs(final_value - rest) > half_width:
             words += f": it comes to rest {error:.3g} deg from the command"
-        return _with(step, **measured, settling_time=math.inf, remark=words)
-    return _with(step, **measured, settling_time=settled * recording.sample_time)
-
-
-def _with(step: StepResponse, **figures: Any) -> StepResponse:
-    return StepResponse(step.start, step.before, step.after, **figures)
+        return replace(step, **measured, settling_time=math.inf, remark=words)
+    return replace(step, **measured, settling_time=settled * recording.sample_time)
 
 
 def _did_not_follow(moved: float, seconds: float, step: StepResponse) -> str:
@@ -302,22 +295,15 @@ def _at(step: StepResponse) -> str:
 
 
 def _judge(summary: Summary, specification: Specification) -> Finding:
-    value = getattr(summary, specification.quantity)
-    limit = specification.limit
+    value, limit = getattr(summary, specification.quantity), specification.limit
     title = f"Specification {specification.number}, {specification.name}"
     allowed = f"at most {_shown(limit, specification.unit)}"
     if value is None:
         return Finding(specification, None, None, f"{title}: not measured ({allowed}).")
     if math.isinf(value):
-        return Finding(
-            specification,
-            value,
-            False,
-            f"{title}: not met, the angle does not settle; {allowed}.",
-        )
+        return Finding(specification, value, False, f"{title}: not met, the angle does not settle; {allowed}.")
     met = bool(value <= limit * (1 + 1e-9))
-    judged = "{title}: met, {shown}; {allowed}." if met else "{title}: not met, {shown}; {allowed}."
-    words = judged.format(title=title, shown=_shown(value, specification.unit), allowed=allowed)
+    words = f"{title}: {'met' if met else 'not met'}, {_shown(value, specification.unit)}; {allowed}."
     if specification.quantity == "max_vm" and math.isclose(value, limit):
         words += " The voltage was at its limit: the controller may have asked for more."
     return Finding(specification, value, met, words)

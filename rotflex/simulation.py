@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING, Any, TypeVar, overload
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import expm
 
 from rotflex import __version__
 from rotflex.config import DAC_LIMIT, Servo, in_radians, one_of
@@ -33,7 +34,7 @@ from rotflex.units import HZ
 if TYPE_CHECKING:
     from control import StateSpace
 
-__all__ = ["DERIVATIVE_CUTOFF", "STATES", "closed_loop", "run", "with_actuator"]
+__all__ = ["DERIVATIVE_CUTOFF", "STATES", "along", "closed_loop", "run", "with_actuator"]
 
 
 def __dir__() -> list[str]:
@@ -55,7 +56,7 @@ def takes_systems(function: Callable[..., Result]) -> Callable[..., Result]:
 
     @wraps(function)
     def taking(*given: Any, **named: Any) -> Result:
-        return function(*(part for one in given for part in (_matrices(one) if _is_system(one) else (one,))), **named)
+        return function(*(part for one in given for part in (_parts(one) if _is_system(one) else (one,))), **named)
 
     return taking
 
@@ -64,7 +65,7 @@ def _is_system(value: Any) -> bool:
     return all(hasattr(value, name) for name in ("A", "B", "state_labels"))
 
 
-def _matrices(system: StateSpace) -> tuple[Vector, Vector]:
+def _parts(system: StateSpace) -> tuple[Vector, Vector]:
     """A and B of a continuous-time system, with the states in our order where they have our names.
 
     Raises
@@ -78,6 +79,17 @@ def _matrices(system: StateSpace) -> tuple[Vector, Vector]:
     if tuple(labels) != STATES and sorted(labels) == sorted(STATES):
         raise DesignError(f"The states must be in the order {', '.join(STATES)}; they are {', '.join(labels)}.")
     return system.A, system.B
+
+
+def matrices(A: Any, B: Any) -> tuple[Vector, Vector]:
+    """Check a model's matrices, and return them as arrays (4, 4) and (4, 1).
+
+    Raises
+    ------
+    DesignError
+        If one has the wrong shape or a value that is not finite.
+    """
+    return _matrix("A", A, [(4, 4)]), _matrix("B", B, [(4,), (4, 1)]).reshape(4, 1)
 
 
 @takes_systems
@@ -125,7 +137,8 @@ def closed_loop(
     ConfigurationError
         If a choice does not exist, or ``sample_time`` or ``saturation`` is not positive.
     """
-    A, B = _matrix("A", A, [(4, 4)]), _matrix("B", B, [(4,), (4, 1)]).reshape(4)
+    A, B = matrices(A, B)
+    B = B.reshape(4)
     K, state = _matrix("K", K, [(4,), (1, 4)]).reshape(4), _matrix("x0", x0, [(4,), (4, 1)]).reshape(4)
     theta_ref = _reference(reference)
     in_radians("reference", float(np.abs(theta_ref).max()))
@@ -155,17 +168,8 @@ def closed_loop(
                 raise DesignError(_why_it_ran_away(A, B, K, sample_time, fidelity, k))
             state = advance(state, theta_d)
 
-    metadata = {
-        "source": "simulation",
-        "experiment": "closed_loop",
-        "fidelity": fidelity,
-        "feedback": feedback,
-        "saturation": saturation,
-        "sample_time": sample_time,
-        "software": f"rotflex {__version__}",
-    }
-    time = np.arange(theta_ref.size) * sample_time
-    return Recording.of(time, metadata, theta_ref=theta_ref, theta=theta, alpha=alpha, vm=vm)
+    settings = {"fidelity": fidelity, "feedback": feedback, "saturation": saturation}
+    return _recorded("closed_loop", settings, sample_time, theta_ref=theta_ref, theta=theta, alpha=alpha, vm=vm)
 
 
 def run(
@@ -215,15 +219,45 @@ def run(
             raise DesignError(f"The controller returned {asked} V at t = {k * sample_time:.3g} s: check its gain.")
         vm[k] = min(max(asked, -plant.V_max), plant.V_max)
         moving.advance(vm[k], sample_time)
-    metadata = {
-        "source": "simulation",
-        "experiment": "run",
-        "controller": name_of(controller),
-        "sample_time": sample_time,
-        "software": f"rotflex {__version__}",
-    }
-    time = np.arange(theta_ref.size) * sample_time
-    return Recording.of(time, metadata, theta_ref=theta_ref, theta=theta, alpha=alpha, vm=vm)
+    settings = {"controller": name_of(controller)}
+    return _recorded("run", settings, sample_time, theta_ref=theta_ref, theta=theta, alpha=alpha, vm=vm)
+
+
+def along(
+    A: Any, B: Any, volts: Vector, sample_time: float = 0.002, bound: float = np.inf
+) -> tuple[Vector, int | None]:
+    """Simulate a linear model from rest along a voltage that is held from each sample to the next.
+
+    Parameters
+    ----------
+    A, B : (4, 4) and (4,) or (4, 1), with the motor voltage as input
+    volts : (n,) V
+    sample_time : s
+    bound : rad; a model whose angle passes it is cut there, and stays there
+
+    Returns
+    -------
+    angles : (2, n) theta and alpha, rad
+    cut : the sample from which on the angles were cut; None if they were not
+
+    Raises
+    ------
+    DesignError
+        If a matrix has the wrong shape or a value that is not finite.
+    """
+    A, B = matrices(A, B)
+    state, angles = np.zeros(4), np.empty((2, volts.size))
+    with np.errstate(over="ignore", invalid="ignore"):
+        step = expm(np.block([[A, B], [np.zeros((1, 5))]]) * sample_time)
+        a, b = step[:4, :4], step[:4, 4]
+        for k, voltage in enumerate(volts.tolist()):
+            # Written so that a NaN counts as run away, too.
+            if not np.abs(state[:2]).max() <= bound:
+                angles[:, k:] = np.clip(np.nan_to_num(state[:2], nan=np.inf), -bound, bound)[:, np.newaxis]
+                return angles, k
+            angles[:, k] = state[:2]
+            state = a @ state + b * voltage
+    return angles, None
 
 
 @overload
@@ -259,8 +293,8 @@ def with_actuator(A: Any, B: Any, servo: Servo | None = None) -> Any:
     system = None
     if servo is None:
         system, servo = A, B
-        A, B = _matrices(system)
-    A, B = _matrix("A", A, [(4, 4)]), _matrix("B", B, [(4,), (4, 1)]).reshape(4, 1)
+        A, B = _parts(system)
+    A, B = matrices(A, B)
     back_emf = np.array([[0.0, 0.0, servo.back_emf_damping, 0.0]])
     A, B = A - B @ back_emf, B * servo.torque_per_volt
     if system is None:
@@ -363,6 +397,12 @@ def _euler(A: Vector, B: Vector, K: Vector, gain_d: float, sample_time: float, l
         return Phi @ state + Gamma * u
 
     return advance
+
+
+def _recorded(experiment: str, settings: dict[str, Any], sample_time: float, **channels: Vector) -> Recording:
+    about = {"source": "simulation", "experiment": experiment, **settings, "sample_time": sample_time}
+    time = np.arange(channels["theta"].size) * sample_time
+    return Recording.of(time, {**about, "software": f"rotflex {__version__}"}, **channels)
 
 
 # --- what can be wrong -----------------------------------------------------------------------------------------------

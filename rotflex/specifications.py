@@ -34,13 +34,7 @@ class Specification:
 
 
 SPECIFICATIONS = (
-    Specification(
-        1,
-        f"servo angle {100 * SETTLING_BAND:g} % settling time",
-        "settling_time",
-        0.5,
-        "s",
-    ),
+    Specification(1, f"servo angle {100 * SETTLING_BAND:g} % settling time", "settling_time", 0.5, "s"),
     Specification(2, "servo angle overshoot", "overshoot", 5.0, "%"),
     Specification(3, "largest link deflection", "max_alpha", 12.5 * DEG, "rad"),
     Specification(4, "largest motor voltage", "max_vm", 10.0, "V"),

@@ -204,7 +204,7 @@ def test_unknown_choices_name_the_known_ones_and_a_model_is_four_by_four():
                 (ConfigurationError, "'square', 'step'", partial(experiments.validation, bench, A, B, signal=signal))
                 for signal in ("chirp", "recorded")  # the second one is a replay's alone
             ),
-            (DesignError, "4 by 4", lambda: experiments.validation(bench, A[:3], B)),
+            (DesignError, r"\(4, 4\)", lambda: experiments.validation(bench, A[:3], B)),
             (DesignError, "finite", lambda: experiments.validation(bench, A, np.full(4, np.inf))),
         ):
             with pytest.raises(error, match=named):
