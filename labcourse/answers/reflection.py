@@ -30,11 +30,11 @@ class Check:
     Attributes
     ----------
     about : the answers that it needs, (question, part)
-    ask : their values, in that order → a question to the student; "" if they agree
+    ask : their values, in that order → a question to the student; None if they agree
     """
 
     about: tuple[Where, ...]
-    ask: Callable[..., str]
+    ask: Callable[..., str | None]
 
     @property
     def questions(self) -> list[str]:

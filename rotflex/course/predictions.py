@@ -48,17 +48,18 @@ def _arm_swings(partial: Kept, full: Kept) -> str:
     return _compared(longer / shorter, _ALIKE, "longer", "about as long", "less long")
 
 
+_WHEN = "The sweep goes from 1 Hz to 5 Hz in 15 s. When will the arm swing widest?"
+_WHOSE = (
+    "The same voltage goes to your bench and to your model. Whose servo turns farther (by more than "
+    f"{_AS_FAR:.0%}; otherwise it is about the same)?"
+)
+_LARGEST = "Your simulation gave a largest deflection of the arm. What will it be on your bench?"
+_HOW_LONG = "Without feedback of the arm: how long will it swing after each turn, compared with full feedback?"
+
 PREDICTIONS = {
     "2.9": (
         Predictable(
-            number(
-                "time_of_largest_swing",
-                "s",
-                (0.0, 15.0),
-                "",
-                "The sweep goes from 1 Hz to 5 Hz in 15 s. When will the arm swing widest?",
-                points=0,
-            ),
+            number("time_of_largest_swing", "s", (0.0, 15.0), "", _WHEN, points=0),
             (("2.9", "sweep"),),
             _time_of_largest_swing,
             "Which frequency did the sweep have then? Why does the arm swing widest there, in one sentence?",
@@ -66,14 +67,7 @@ PREDICTIONS = {
     ),
     "2.15": (
         Predictable(
-            choice(
-                "turns_farther",
-                ("bench", "model", "about the same"),
-                "",
-                "The same voltage goes to your bench and to your model. Whose servo turns farther (by more "
-                f"than {_AS_FAR:.0%}; otherwise it is about the same)?",
-                points=0,
-            ),
+            choice("turns_farther", ("bench", "model", "about the same"), "", _WHOSE, points=0),
             (("2.15", "validation"),),
             _turns_farther,
             "What does the bench have that the model lacks, and does it show, in one sentence?",
@@ -81,14 +75,7 @@ PREDICTIONS = {
     ),
     "3.13": (
         Predictable(
-            number(
-                "largest_deflection_deg",
-                "deg",
-                (2.0, 60.0),
-                "",
-                "Your simulation gave a largest deflection of the arm. What will it be on your bench?",
-                points=0,
-            ),
+            number("largest_deflection_deg", "deg", (2.0, 60.0), "", _LARGEST, points=0),
             (("3.13", "response"),),
             _largest_deflection,
             "Why is it larger or smaller than you expected, in one sentence?",
@@ -96,13 +83,7 @@ PREDICTIONS = {
     ),
     "3.15": (
         Predictable(
-            choice(
-                "arm_swings",
-                ("longer", "about as long", "less long"),
-                "",
-                "Without feedback of the arm: how long will it swing after each turn, compared with full feedback?",
-                points=0,
-            ),
+            choice("arm_swings", ("longer", "about as long", "less long"), "", _HOW_LONG, points=0),
             (("3.15", "response"), ("3.13", "response")),
             _arm_swings,
             "What took the energy out of the arm before, and what does it now, in one sentence?",

@@ -1,4 +1,4 @@
-"""What a student's own answers and recordings can be held against each other by (``lab.reflect()``).
+"""What a student's own answers and recordings can be compared by (``lab.reflect()``).
 
 All of it is what students could work out from what they have recorded themselves and are told of their parts. Nothing
 here knows what is right: an answer on which all others are built consistently is not asked about.
@@ -7,16 +7,21 @@ here knows what is right: an answer on which all others are built consistently i
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import partial
 from typing import Any
 
+from labcourse.answers.parts import Part
 from labcourse.answers.reflection import Check
 from rotflex.config import Joint, Servo
 from rotflex.course.questions import CATALOGUE
-from rotflex.course.reflection import derivation, design, model, recordings, responses
+from rotflex.course.reflection import control, modeling
+from rotflex.course.reflection.common import Stored
+
+_SAME_BENCH = ("seed", "preset")  # what tells virtual benches apart
 
 
 def checks(servo: Servo, joint: Joint, bench: Mapping[str, Any], probe_seed: int) -> list[Check]:
-    """All that can be held against each other, in the order of the questions.
+    """All that can be compared, in the order of the questions.
 
     Parameters
     ----------
@@ -24,12 +29,32 @@ def checks(servo: Servo, joint: Joint, bench: Mapping[str, Any], probe_seed: int
     bench : identity of the student's own bench
     probe_seed : from which the inputs of functions are drawn
     """
-    found = (
-        *derivation.checks(servo, joint),
-        *recordings.settings(bench),
-        *model.checks(servo, probe_seed),
-        *design.checks(servo),
-        *responses.checks(servo),
-    )
+    recorded = [
+        Check(((question.number, part.name),), partial(_made_otherwise, part=part, bench=bench))
+        for question in CATALOGUE.questions.values()
+        for part in question.parts
+        if part.kind == "recording"
+    ]
     order = {number: place for place, number in enumerate(CATALOGUE.everything)}
+    found = (*recorded, *modeling.checks(servo, joint, probe_seed), *control.checks(servo))
     return sorted(found, key=lambda check: order[check.about[0][0]])
+
+
+def _made_otherwise(stored: Stored, *, part: Part, bench: Mapping[str, Any]) -> str | None:
+    """Ask about a recording that was not made as the question asks, on the student's own bench."""
+    about = stored["metadata"]
+    if about.get("drive") == "voltage":
+        return "The motor had the sweep as a voltage here. Did you mean the one in which the servo follows the sweep?"
+    for name, value in part.settings:
+        if about.get(name, value) != value:
+            return (
+                f"This recording's {name} is {str(about[name])[:40]!r}, and the question asks for {value!r}. Is "
+                "it the one?"
+            )
+    made_on = about.get("bench")
+    if isinstance(made_on, Mapping) and any(made_on.get(key) != bench.get(key) for key in _SAME_BENCH):
+        return (
+            "This was recorded on another bench than yours (a practice bench, or somebody else's). Is there one that "
+            "you made with lab.bench()?"
+        )
+    return None

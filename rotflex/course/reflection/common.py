@@ -1,0 +1,126 @@
+"""How near two own answers must be to agree, how numbers are shown, and what is read off stored recordings.
+
+Tolerances are wide: an answer may be rounded to two digits, and what is built on it worked out from all of them. A
+question to the student must be beyond all that honest work gives (``tests/course/test_reflection.py`` compares it with
+the right ways on several benches).
+
+A stored recording has 400 points of each channel, evenly spread; frequencies of the arm and sizes of a response are in
+it, the height of a voltage's short peak is not.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from labcourse.answers.json_values import thin
+from rotflex.identification import SWEEP_BAND
+from rotflex.recording import UNITS, Recording
+from rotflex.units import DEG, HZ
+
+Array = NDArray[Any]
+Stored = Mapping[str, Any]  # a recording as the answers have it
+
+CARRIED = 0.06  #: relative: a number that is repeated, perhaps with two digits
+BUILT = 0.12  #: relative: a number that follows from others of two digits, one of them squared
+_LOST = 0.005  # of a power of the fastest pole: a coefficient that is smaller is lost in rounding
+_ZEROS = 16  # times as many points, so that a peak is not held to the grid
+
+
+def hertz(omega: float) -> str:
+    """A frequency (rad/s) in Hz, for people."""
+    return f"{omega / HZ:.3g} Hz"
+
+
+def alike(one: ArrayLike, other: ArrayLike, rtol: float, atol: float = 0.0) -> bool:
+    """Whether two numbers or arrays are the same, entry by entry; of 0 only ``atol`` is near."""
+    a, b = np.ravel(one), np.ravel(other)
+    return a.shape == b.shape and bool(np.all(np.abs(a - b) <= atol + rtol * np.maximum(np.abs(a), np.abs(b))))
+
+
+def same_polynomial(one: ArrayLike, other: ArrayLike, rtol: float = CARRIED) -> bool:
+    """Whether two polynomials, highest power first and 1, have the same coefficients."""
+    a, b = np.ravel(np.real(one)), np.ravel(np.real(other))
+    if a.shape != b.shape:
+        return False
+    fastest = max(1.0, float(np.abs(np.roots(b)).max(initial=0.0)))
+    room = rtol * np.abs(b) + _LOST * fastest ** np.arange(b.size)
+    return bool(np.all(np.abs(a - b) <= room))
+
+
+def same_poles(one: ArrayLike, other: ArrayLike, rtol: float = CARRIED) -> bool:
+    """Whether two sets of poles are the same, each within a part of the fastest one of the second."""
+    left, right = list(np.ravel(one)), list(np.ravel(other))
+    room = rtol * max(np.abs(right).max(), 1e-9)
+    for pole in right:
+        nearest = min(left, key=lambda candidate: abs(candidate - pole), default=None)
+        if nearest is None or abs(nearest - pole) > room:
+            return False
+        left.remove(nearest)
+    return not left
+
+
+def listed(poles: ArrayLike) -> str:
+    """Poles for people, slowest first."""
+    every = sorted(np.ravel(np.asarray(poles, dtype=complex)), key=lambda p: (round(-p.real, 6), p.imag))
+    return ", ".join(f"{complex(p):.3g}" if abs(p.imag) > 1e-6 else f"{p.real:.3g}" for p in every)
+
+
+#: Ratio of what is given to what is expected → what that ratio is usually due to.
+UNITS_MEANT = (
+    (1 / HZ, "hertz in place of rad/s"),
+    (HZ, "rad/s in place of hertz"),
+    (DEG, "radians in place of degrees"),
+    (1 / DEG, "degrees in place of radians"),
+    (1e3, "a thousandth of the unit that is asked for: g for kg, mm for m, ms for s, mN for N"),
+    (1e-3, "a thousand times the unit that is asked for: kg for g, m for mm, s for ms"),
+    (1e7, "g·cm² in place of kg·m²"),
+    (1e4, "kg·cm² in place of kg·m²"),
+    (HZ**-2, "the frequency in hertz, squared"),
+)
+
+
+def unit_of(ratio: float, room: float = BUILT) -> str | None:
+    """What a number that is so many times too large may be due to; None if no unit is that."""
+    return next((why for factor, why in UNITS_MEANT if abs(ratio / factor - 1) <= room), None)
+
+
+# --- stored recordings ------------------------------------------------------------------------------------------------
+
+
+def channel(stored: Stored, name: str) -> Array:
+    """The stored points of a channel.
+
+    Raises
+    ------
+    LookupError
+        If it was not recorded.
+    """
+    found: Array = stored["channels"][name]["values"]
+    return found
+
+
+def recording(stored: Stored) -> Recording:
+    """A stored recording as one of fewer samples."""
+    time = stored["sample_time"] * thin_indices(stored)
+    step = float(time[-1]) / (time.size - 1)
+    channels = {name: one["values"] for name, one in stored["channels"].items() if name in UNITS}
+    return Recording.of(step * np.arange(time.size), dict(stored["metadata"]), **channels)
+
+
+def thin_indices(stored: Stored) -> Array:
+    """Which samples were stored."""
+    return thin(stored["n"], next(iter(stored["channels"].values()))["values"].size)
+
+
+def sweep_spectrum(stored: Stored) -> tuple[Array, Array]:
+    """Frequencies (rad/s) that the sweep goes through, and the amplitude of alpha there, of the largest."""
+    alpha = channel(stored, "alpha")
+    dt = stored["sample_time"] * (stored["n"] - 1) / (alpha.size - 1)
+    f = np.fft.rfftfreq(_ZEROS * alpha.size, dt)
+    amplitude = np.abs(np.fft.rfft(alpha - alpha.mean(), _ZEROS * alpha.size))
+    swept = (f >= SWEEP_BAND[0]) & (f <= SWEEP_BAND[1])
+    return HZ * f[swept], amplitude[swept] / amplitude[swept].max()
