@@ -233,8 +233,7 @@ def watch(bench: Bench, duration: float = 10.0, progress: bool = True) -> Record
     if isinstance(bench.recorded, RecordedRuns):
         bench.recorded.choose(settings, None, np.zeros(samples), SAMPLE_TIME)
     bench.renew()
-    heard = listen(bench, samples, SAMPLE_TIME, settings, progress)
-    return _handed_over(bench, _as_recorded(bench, heard))
+    return _finished(bench, listen(bench, samples, SAMPLE_TIME, settings, progress))
 
 
 def rest(bench: Bench) -> None:
@@ -277,20 +276,16 @@ def _run(
     if isinstance(bench.recorded, RecordedRuns):
         bench.recorded.choose(settings, controller, reference, SAMPLE_TIME)
     rest(bench)
-    measured = _as_recorded(bench, run(bench, controller, reference, SAMPLE_TIME, settings, progress))
-    return _handed_over(bench, measured)
+    return _finished(bench, run(bench, controller, reference, SAMPLE_TIME, settings, progress))
 
 
-def _as_recorded(bench: Bench, measured: Recording) -> Recording:
-    """What was measured, with the very angles of the recording where the bench is one of recordings."""
-    return bench.recorded.exactly(measured) if isinstance(bench.recorded, RecordedRuns) else measured
-
-
-def _handed_over(bench: Bench, recording: Recording) -> Recording:
-    """A recording, which whoever keeps those of the bench has been given, too."""
+def _finished(bench: Bench, measured: Recording) -> Recording:
+    """What was measured, with the very angles of the recording on a bench of recordings; tell who stores it."""
+    if isinstance(bench.recorded, RecordedRuns):
+        measured = bench.recorded.exactly(measured)
     if bench.on_recorded is not None:
-        bench.on_recorded(recording)
-    return recording
+        bench.on_recorded(measured)
+    return measured
 
 
 def _validated(

@@ -36,7 +36,6 @@ __all__ = [
     "frequency_response",
     "logarithmic_decrement",
     "resonance",
-    "welch_spectrum",
 ]
 
 
@@ -162,31 +161,6 @@ class FrequencyResponse:
         return control.frd(
             self.ratio[kept], self.f_hz[kept] * HZ, inputs=[self.input], outputs=[self.output], name="measured"
         )
-
-
-def welch_spectrum(x: ArrayLike, dt: float, segment: float | None = None) -> tuple[Vector, Vector]:
-    """Power spectral density by Welch's method (compare Equation 2.23).
-
-    Parameters
-    ----------
-    x : (n,) signal
-    dt : sample time, s
-    segment : length of the overlapping segments that are averaged, s; two thirds of the signal unless given
-
-    Returns
-    -------
-    f_hz, density : frequencies, Hz, and the one-sided density in the unit of ``x`` squared per Hz. Its integral is the
-        variance of ``x``.
-
-    Raises
-    ------
-    IdentificationError
-        If the signal is too short, constant, or not finite.
-    """
-    from scipy.signal import welch
-
-    signal = _signal("The signal", x)
-    return welch(signal, **_segments(signal.size, dt, segment))
 
 
 def frequency_response(

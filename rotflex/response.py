@@ -6,7 +6,6 @@ Conventions, which the workbook leaves open; figures can only be compared when t
 * The settling band is ±4 % of the **final value**: ±0.8 deg for the ±20 deg wave, which is 2 % of its 40 deg step. For
   a step that ends nearer to zero than it began, 20 → 0 deg for example, it is 4 % of the value it came from.
 * The final value is the commanded one, so that a servo that sticks outside the band has not settled.
-  ``final="measured"`` takes the angle at which the servo comes to rest: the workbook's words read literally.
 * The settling time runs to the first sample from which on the angle stays inside the band.
 * The overshoot is per cent **of the step** (40 deg; of 20 deg when the wave starts from 0), beyond the final value.
 """
@@ -21,7 +20,6 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rotflex.config import one_of
 from rotflex.errors import ConfigurationError, IdentificationError
 from rotflex.recording import Recording
 from rotflex.specifications import SETTLING_BAND, SPECIFICATIONS, Specification
@@ -123,7 +121,7 @@ class Finding:
     words: str
 
 
-def measure(recording: Recording, band: float = SETTLING_BAND, final: str = "commanded") -> list[StepResponse]:
+def measure(recording: Recording, band: float = SETTLING_BAND) -> list[StepResponse]:
     """Find the steps of the command and measure the response to each.
 
     Every step of ``theta_ref`` is listed, measurable or not. A recording that opens with the servo on its way to the
@@ -134,7 +132,6 @@ def measure(recording: Recording, band: float = SETTLING_BAND, final: str = "com
     recording : with theta_ref and theta; alpha and vm are measured where they are there. For arrays:
         ``Recording.of(t, theta_ref=..., theta=..., alpha=..., vm=...)``, in rad and V
     band : half width of the settling band, as a fraction of the final value
-    final : "commanded" or "measured", the final value that settling and overshoot refer to; see the module
 
     Raises
     ------
@@ -143,9 +140,8 @@ def measure(recording: Recording, band: float = SETTLING_BAND, final: str = "com
     IdentificationError
         If the command has no steps: it is constant, or is no square wave.
     ConfigurationError
-        If ``band`` is not between 0 and 1, or ``final`` is not one of the two.
+        If ``band`` is not between 0 and 1.
     """
-    one_of("final", final, ("commanded", "measured"))
     if not 0 < band < 1:
         raise ConfigurationError(f"band is {band!r}; it is a fraction of the final value, 0.04 for 4 %.")
     moves = _find_moves(recording["theta_ref"], recording["theta"])
@@ -158,7 +154,7 @@ def measure(recording: Recording, band: float = SETTLING_BAND, final: str = "com
             held = (stop - move.start) * recording.sample_time
             responses.append(replace(step, remark=f"not measurable: the recording ends {held:.3g} s after this step"))
         else:
-            responses.append(_measure_step(recording, slice(move.start, stop), step, band, final))
+            responses.append(_measure_step(recording, slice(move.start, stop), step, band))
     return responses
 
 
@@ -247,7 +243,7 @@ def _with_start_up(
 # --- measuring one ---------------------------------------------------------------------------------------------------
 
 
-def _measure_step(recording: Recording, part: slice, step: StepResponse, band: float, final: str) -> StepResponse:
+def _measure_step(recording: Recording, part: slice, step: StepResponse, band: float) -> StepResponse:
     theta = recording["theta"][part]
     rest = float(np.mean(theta[-max(1, round(_STEADY_PART * theta.size)) :]))
     measured: dict[str, Any] = {"steady_state_error": step.after - rest}
@@ -259,8 +255,7 @@ def _measure_step(recording: Recording, part: slice, step: StepResponse, band: f
         seconds = theta.size * recording.sample_time
         return replace(step, **measured, settling_time=math.inf, remark=_did_not_follow(moved, seconds, step))
 
-    final_value = step.after if final == "commanded" else rest
-    beyond = (theta - final_value) * step.direction
+    beyond = (theta - step.after) * step.direction
     peak = int(np.argmax(beyond))
     half_width = band * max(abs(step.before), abs(step.after))
     outside = np.flatnonzero(np.abs(beyond) > half_width)
@@ -270,8 +265,8 @@ def _measure_step(recording: Recording, part: slice, step: StepResponse, band: f
     if settled > (1 - _STEADY_PART) * theta.size:
         error = abs(step.after - rest) / DEG
         seen = (1 - _STEADY_PART) * theta.size * recording.sample_time
-        words = f"not settled within ±{half_width / DEG:.3g} deg of {final_value / DEG:.4g} deg after {seen:.3g} s"
-        if abs(final_value - rest) > half_width:
+        words = f"not settled within ±{half_width / DEG:.3g} deg of {step.after / DEG:.4g} deg after {seen:.3g} s"
+        if abs(step.after - rest) > half_width:
             words += f": it comes to rest {error:.3g} deg from the command"
         return replace(step, **measured, settling_time=math.inf, remark=words)
     return replace(step, **measured, settling_time=settled * recording.sample_time)

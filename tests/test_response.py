@@ -5,13 +5,10 @@ import math
 import control
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
-from hypothesis import strategies as st
 
 from rotflex import response, signals
 from rotflex.errors import ConfigurationError, IdentificationError, RecordingError
 from rotflex.recording import Recording
-from rotflex.specifications import SPECIFICATIONS
 from rotflex.units import DEG
 
 SAMPLE_TIME = 0.002
@@ -92,19 +89,6 @@ def test_a_rate_limited_step_counts_from_the_start_of_its_ramp():
         assert (other.before, other.after) == (one.before, one.after)
 
 
-def test_largest_deflection_and_voltage_belong_to_their_own_step():
-    recording = wave([-1, 1, -1], start=-1)
-    alpha, vm = np.zeros(len(recording)), np.zeros(len(recording))
-    half = len(recording) // 3
-    alpha[half + 50], vm[half + 5] = -0.15, 8.0
-    alpha[2 * half + 50], vm[2 * half + 5] = 0.12, -9.0
-    first, second = response.measure(changed(recording, alpha=alpha, vm=vm))
-    assert (first.max_alpha, first.max_vm) == (0.15, 8.0)
-    assert (second.max_alpha, second.max_vm) == (0.12, 9.0)
-    summary = response.worst([first, second])
-    assert (summary.max_alpha, summary.max_vm) == (0.15, 9.0)
-
-
 def test_a_recording_of_the_servo_alone_is_measured_without_deflection_and_voltage():
     whole = wave([-1, 1, -1], start=-1)
     summary = response.worst(
@@ -142,11 +126,6 @@ def test_the_first_step_does_not_flatter_the_summary():
     assert [step.direction for step in response.measure(wave([1, -1, 1], start=1))] == [-1, 1]
 
 
-def test_the_step_back_to_zero_has_the_band_of_the_value_it_came_from():
-    up, down = response.measure(wave([0, 1, 0], hold=1.5))
-    assert down.settling_time == pytest.approx(up.settling_time, abs=1e-9)
-
-
 def sticking(error_deg):
     """A servo that rests ``error_deg`` short of 20 deg after the step up, and on its command after the step down."""
     recording = wave([-1, 1, -1], hold=1.5, start=-1)
@@ -164,14 +143,10 @@ def test_steady_state_error_is_command_minus_angle():
     assert response.worst([up, down]).steady_state_error == up.steady_state_error
 
 
-def test_a_servo_that_sticks_outside_the_band_settles_only_about_its_own_rest():
+def test_a_servo_that_sticks_outside_the_band_does_not_settle():
     up, _ = response.measure(sticking(1.0))
     assert up.settling_time == math.inf
     assert "rest 1 deg from the command" in up.remark
-    literally, _ = response.measure(sticking(1.0), final="measured")
-    assert literally.settling_time < 0.5
-    assert literally.overshoot == pytest.approx(9.478 * 39 / 40, abs=0.02)  # 9.478 % for zeta = 0.6
-    assert literally.steady_state_error == up.steady_state_error
 
 
 @pytest.mark.parametrize("quantised", [True, False])
@@ -215,9 +190,9 @@ def test_what_cannot_be_measured_is_an_error_that_says_why():
             response.measure(Recording.of(t, theta_ref=command, theta=reference))
     with pytest.raises(RecordingError, match="theta_ref"):
         response.measure(Recording.of(t, theta=reference))
-    for choice in (*({"band": band} for band in (4, 1, 0, -0.04, math.nan)), {"final": "20 deg"}):
+    for band in (4, 1, 0, -0.04, math.nan):
         with pytest.raises(ConfigurationError):
-            response.measure(wave([-1, 1, -1], start=-1), **choice)
+            response.measure(wave([-1, 1, -1], start=-1), band)
 
 
 @pytest.mark.parametrize("frequency", [2.3, 5.0, 31.0])
@@ -231,48 +206,19 @@ def test_an_angle_that_keeps_ringing_never_settles(frequency):
 
 def test_an_angle_of_the_wrong_sign_or_that_does_not_move_is_found_out():
     recording = wave([1, -1, 1], hold=1.5)
-    for final in ("commanded", "measured"):
-        steps = response.measure(changed(recording, theta=-recording["theta"]), final=final)
-        for step in steps:
-            assert (step.settling_time, step.overshoot) == (math.inf, None)
-            assert "sign" in step.remark
+    steps = response.measure(changed(recording, theta=-recording["theta"]))
+    for step in steps:
+        assert (step.settling_time, step.overshoot) == (math.inf, None)
+        assert "sign" in step.remark
     assert [finding.met for finding in response.verdict(response.worst(steps))[:2]] == [False, None]
     steps = response.measure(changed(recording, theta=np.zeros(len(recording))))
     assert all("it moved 0 deg of" in step.remark for step in steps)
     assert response.worst(steps).settling_time == math.inf
 
 
-servos = {"zeta": st.floats(0.3, 0.9), "omega_n": st.floats(12, 40)}
-
-
-@settings(max_examples=30)
-@given(**servos, amplitude_deg=st.floats(0.5, 90))
-def test_figures_do_not_depend_on_the_amplitude(zeta, omega_n, amplitude_deg):
-    steps = response.measure(wave([1, -1, 1], zeta, omega_n))
-    larger = response.measure(wave([1, -1, 1], zeta, omega_n, amplitude_deg=amplitude_deg))
-    for a, b in zip(steps, larger, strict=True):
-        assert (a.settling_time, a.peak_time, a.overshoot) == pytest.approx(
-            (b.settling_time, b.peak_time, b.overshoot), abs=1e-6
-        )
-
-
-@settings(max_examples=40, deadline=None)
-@given(**servos, narrow=st.floats(0.01, 0.1), wide=st.floats(0.01, 0.1))
-def test_a_wider_band_is_never_reached_later(zeta, omega_n, narrow, wide):
-    assume(narrow < wide)
-    recording = wave([-1, 1], zeta, omega_n, hold=1.5, start=-1)
-    (late,), (early,) = response.measure(recording, band=narrow), response.measure(recording, band=wide)
-    assert early.settling_time <= late.settling_time
-
-
 def summary(**values):
     plain = {"settling_time": 0.4, "overshoot": 3.4, "steady_state_error": 0.0, "max_alpha": 10.9 * DEG, "max_vm": 8.6}
     return response.Summary(**(plain | values), steps=4, left_out=1, remarks=())
-
-
-def test_the_specifications_are_the_four_of_the_workbook():
-    stated = [(s.number, s.limit / DEG if s.unit == "rad" else s.limit, s.unit) for s in SPECIFICATIONS]
-    assert stated == [(1, 0.5, "s"), (2, 5.0, "%"), (3, pytest.approx(12.5), "rad"), (4, 10.0, "V")]
 
 
 def test_the_printed_simulation_meets_all_four():
@@ -308,5 +254,3 @@ def test_the_real_bench_measures_as_was_checked(real_log):
     assert worst.max_alpha / DEG == pytest.approx(9.7, abs=0.06)
     assert worst.max_vm == pytest.approx(8.4, abs=0.05)
     assert [finding.met for finding in response.verdict(worst)] == [False, True, True, True]
-    sooner = [step.settling_time for step in response.measure(real_log, final="measured")[1:]]
-    assert max(sooner) == pytest.approx(0.52, abs=0.001)

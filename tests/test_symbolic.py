@@ -7,7 +7,7 @@ import sympy
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
-from sympy import Eq, Matrix, Rational, Symbol, symbols
+from sympy import Eq, Rational, Symbol, symbols
 from sympy.physics.mechanics import KanesMethod, Point, ReferenceFrame, RigidBody, dynamicsymbols, inertia
 
 from rotflex import model, symbolic
@@ -30,13 +30,6 @@ def same(left: sympy.Expr, right: sympy.Expr) -> bool:
 def accelerations() -> tuple[sympy.Expr, sympy.Expr]:
     first, second = (symbolic.without_time(a) for a in symbolic.accelerations())
     return first, second
-
-
-def test_energies_are_those_of_two_turning_bodies_and_a_spring():
-    T, V = symbolic.without_time(symbolic.kinetic_energy()), symbolic.without_time(symbolic.potential_energy())
-    assert same(T, J_eq * theta_dot**2 / 2 + J_l * (theta_dot + alpha_dot) ** 2 / 2)
-    assert same(V, K_s * alpha**2 / 2)
-    assert same(symbolic.without_time(symbolic.lagrangian()), T - V)
 
 
 def test_power_of_the_motor_is_what_the_dampers_take_and_what_is_stored(accelerations):
@@ -79,44 +72,12 @@ def test_accelerations_are_those_of_kanes_method(accelerations):
     assert same(accelerations[1], expected[1])
 
 
-def test_motor_torque_is_equation_2_8():
-    expected = eta_g * K_g * eta_m * k_t * (V_m - K_g * k_m * theta_dot) / R_m
-    assert same(symbolic.without_time(symbolic.motor_torque()), expected)
-
-
 def test_inertia_of_the_link_is_the_integral_over_both_rods_about_the_pivot():
     m_1, L_1, m_2, L_2, d_12, r = symbols("m_1 L_1 m_2 L_2 d_12 r")
     directly = sympy.integrate(r**2 * m_1 / L_1, (r, 0, L_1))
     directly += sympy.integrate(r**2 * m_2 / L_2, (r, d_12 - L_2 / 2, d_12 + L_2 / 2))
     assert same(symbolic.link_inertia(), directly)
     assert same(symbolic.link_inertia(), m_1 * L_1**2 / 3 + m_2 * L_2**2 / 12 + m_2 * d_12**2)
-
-
-def test_torque_matrices_without_link_damping_are_those_of_the_workbook():
-    A, B = symbolic.state_space("torque", link_damping=0)
-    expected = Matrix(
-        [
-            [0, 0, 1, 0],
-            [0, 0, 0, 1],
-            [0, K_s / J_eq, -B_eq / J_eq, 0],
-            [0, -K_s * (J_l + J_eq) / (J_l * J_eq), B_eq / J_eq, 0],
-        ]
-    )
-    assert (A - expected).applyfunc(sympy.simplify) == sympy.zeros(4)
-    assert (B - Matrix([0, 0, 1 / J_eq, -1 / J_eq])).applyfunc(sympy.simplify) == sympy.zeros(4, 1)
-
-
-def test_link_damping_stands_beside_the_stiffness():
-    A, _ = symbolic.state_space("torque")
-    assert A[:, 1].subs(K_s, B_l) == A[:, 3] - Matrix([0, 1, 0, 0])
-
-
-def test_voltage_matrices_are_the_torque_matrices_with_the_motor_in_front():
-    (A_tau, B_tau), (A, B) = symbolic.state_space("torque"), symbolic.state_space()
-    motor = eta_g * K_g * eta_m * k_t / R_m
-    change = A - A_tau + B_tau * motor * K_g * k_m * Matrix([[0, 0, 1, 0]])
-    assert change.applyfunc(sympy.simplify) == sympy.zeros(4)
-    assert (B - motor * B_tau).applyfunc(sympy.simplify) == sympy.zeros(4, 1)
 
 
 # No friction, or enough of it: numbers near 1e-310 have lost their digits.

@@ -10,13 +10,12 @@ figure            drawn by
 2.3               ``compound_sine_spectrum``
 2.4, 2.6          ``sweep_experiment``, ``validation_experiment``
 2.5, Ans.2.1      ``sweep_response``
-Ans.2.2           ``spectrum_plot``
 2.7, 2.8          ``validation``
 3.1               ``desired_poles`` in symbols, ``pole_map`` in numbers
 3.2, 3.3, 3.5     ``state_feedback``, ``simulation_loop``, ``implementation_loop``
 3.4, 3.6, 3.7     ``tracking``
-beyond the book   ``frequency_response``, ``naive_against_true``, ``free_decay``, ``compare_tracking``,
-                  ``motions_of_poles``, ``reading_a_response``
+beyond the book   ``naive_against_true``, ``free_decay``, ``compare_tracking``, ``motions_of_poles``,
+                  ``reading_a_response``
 ================  ===========================================================
 """
 
@@ -35,12 +34,10 @@ from rotflex.figures.plots import (
     compare_tracking,
     compound_sine_spectrum,
     free_decay,
-    frequency_response,
     motions_of_poles,
     naive_against_true,
     pole_map,
     reading_a_response,
-    spectrum_plot,
     sweep_response,
     tracking,
     validation,
@@ -53,7 +50,6 @@ __all__ = [
     "compound_sine_spectrum",
     "desired_poles",
     "free_decay",
-    "frequency_response",
     "implementation_loop",
     "joint_angles",
     "lumped_model",
@@ -64,7 +60,6 @@ __all__ = [
     "reading_a_response",
     "show",
     "simulation_loop",
-    "spectrum_plot",
     "state_feedback",
     "style",
     "sweep_experiment",

@@ -265,77 +265,6 @@ def compound_sine_spectrum() -> Picture:
     return figure
 
 
-def spectrum_plot(
-    f_hz: ArrayLike,
-    amplitude_deg: ArrayLike,
-    peak: float | None = None,
-    f_max: float = 10.0,
-    quantity: str = r"$\alpha$",
-) -> Picture:
-    """An amplitude spectrum.
-
-    Parameters
-    ----------
-    f_hz : (n,) frequencies, Hz
-    amplitude_deg : (n,) amplitudes, deg
-    peak : frequency to mark, Hz
-    f_max : draw up to this frequency, Hz
-    quantity : what the amplitude is of, for the axis
-    """
-    with style():
-        figure = new_picture(WIDTH, 3.2)
-        axes = figure.subplots()
-        f, amplitude = _curve(axes, f_hz, amplitude_deg, (0.0, f_max), ROLES["measured"])
-        axes.set(
-            xlabel="frequency (Hz)",
-            ylabel=f"amplitude of {quantity} (deg)",
-            ylim=(0, 1.15 * amplitude.max()),
-        )
-        if peak is not None:
-            _mark(axes, peak, f"{peak:.2f} Hz")
-    figure.alt_text = f"An amplitude spectrum against frequency, up to {f.max():.0f} Hz." + (
-        "" if peak is None else f" Its peak at {peak:.1f} Hz is marked."
-    )
-    return figure
-
-
-def frequency_response(
-    f_hz: ArrayLike,
-    ratio: ArrayLike,
-    coherence: ArrayLike | None = None,
-    peak: float | None = None,
-    f_range: tuple[float, float] = (0.5, 6.0),
-) -> Picture:
-    """The gain from servo angle to deflection, |alpha/theta|, against frequency, and the coherence below it.
-
-    Parameters
-    ----------
-    f_hz : (n,) frequencies, Hz
-    ratio : (n,) gains |alpha/theta|
-    coherence : (n,) coherence of theta and alpha, 0 to 1
-    peak : frequency to mark, Hz
-    f_range : the frequencies between which to draw, Hz
-    """
-    with style():
-        rows = 1 if coherence is None else 2
-        figure = new_picture(WIDTH, 3.0 if rows == 1 else 4.6)
-        panels = figure.subplots(rows, 1, sharex=True, squeeze=False, height_ratios=(2.2, 1)[:rows])[:, 0]
-        _f, gain = _curve(panels[0], f_hz, ratio, f_range, ROLES["measured"])
-        panels[0].set(ylabel="$|\\alpha/\\theta|$ (rad/rad)", ylim=(0, 1.15 * gain.max()))
-        if peak is not None:
-            _mark(panels[0], peak, f"{peak:.2f} Hz")
-        if coherence is not None:
-            _curve(panels[1], f_hz, coherence, f_range, ROLES["measured"])
-            panels[1].set(ylabel="coherence (–)", ylim=(0, 1.05))
-        panels[-1].set_xlabel("frequency (Hz)")
-    figure.alt_text = (
-        f"The ratio of deflection to servo angle against frequency, {f_range[0]:g} to {f_range[1]:g} Hz."
-        + ("" if peak is None else f" Its peak at {peak:.1f} Hz is marked.")
-        + ("" if coherence is None else " Below it, the coherence of the two signals.")
-    )
-    return figure
-
-
 def naive_against_true(
     voltage_driven: Sequence[ArrayLike],
     position_driven: Sequence[ArrayLike],
@@ -391,13 +320,6 @@ def _curve(
     axes.plot(f[inside], y[inside], **look)
     axes.set_xlim(*f_range)
     return f[inside], y[inside]
-
-
-def _mark(axes: Axes, frequency: float, label: str) -> None:
-    """A vertical line at a frequency, with its name beside its top."""
-    axes.axvline(frequency, **ROLES["highlight"])
-    place: dict[str, Any] = {"xycoords": ("data", "axes fraction"), "textcoords": "offset points", "va": "top"}
-    axes.annotate(label, (frequency, 1.0), xytext=(6, 0), **place)
 
 
 # --- in the s-plane ---------------------------------------------------------------------------------------------------

@@ -39,18 +39,6 @@ def test_outline_names_what_a_row_still_lacks_and_says_when_it_is_complete(lab):
     assert rows(reports.outline("Control report", lab))["III.7"][4] == "recorded"
 
 
-def test_row_that_shows_a_whole_question_wants_all_its_parts(lab):
-    state = rows(reports.outline("Control report", lab))["II.1"][4]
-    assert state.endswith("3.7 T, 3.7 T_c, 3.7 W")
-
-
-def test_rows_on_the_report_as_a_whole_rest_on_nothing(lab):
-    for report in CATALOGUE.reports:
-        for number, cells in rows(reports.outline(report, lab)).items():
-            if number.startswith("Format"):
-                assert cells[3:] == ["", ""]
-
-
 def test_one_piece_has_the_texts_under_their_headings_in_order():
     texts = {"model_conclusion": "It is good.", "stiffness_procedure": "We shook it."}
     text = in_one_piece(CATALOGUE.items("Modeling report"), texts)

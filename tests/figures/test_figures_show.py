@@ -59,11 +59,6 @@ def test_where_nobody_looks_a_figure_is_checked_and_closed_but_not_drawn(shell, 
         figures.show(mpl.figure.Figure())
 
 
-def test_show_asks_for_a_description():
-    with pytest.raises(RotflexError, match="description"):
-        figures.show(mpl.figure.Figure())
-
-
 def test_a_picture_left_at_the_end_of_a_cell_brings_its_alt_text(shell):
     figure = figures.state_feedback()
     data, metadata = shell.display_formatter.format(figure)
@@ -88,11 +83,6 @@ def test_web_page_made_of_a_notebook_carries_the_description(shell, template, wh
     cell = nbformat.v4.new_code_cell("show()", outputs=outputs)
     page, _ = HTMLExporter(template_name=template).from_notebook_node(nbformat.v4.new_notebook(cells=[cell]))
     assert re.search(where, page)
-
-
-def test_show_works_without_a_notebook_and_prints_nothing(capsys):
-    assert figures.show(figures.state_feedback(), caption="The loop.") is None
-    assert capsys.readouterr() == ("", "")
 
 
 @pytest.mark.slow

@@ -73,14 +73,6 @@ def test_each_recording_has_its_own_friction_and_the_plant_their_mean(together):
     assert {plant.K_s for plant in together.plants} == {together.parameters.K_s}
 
 
-def test_each_recording_has_its_own_offset_and_the_correlations_are_of_what_was_fitted(together):
-    names = list(together.estimates)[: len(together.correlation)]
-    assert [name for name in names if "alpha_offset" in name] == [f"alpha_offset[{place}]" for place in range(3)]
-    assert "servo_friction_plus" not in names
-    assert np.abs(together.correlation).max() <= 1 + 1e-9
-    assert [len(one.recording) for one in together.predictions] == [1601] * 3
-
-
 def test_the_fitted_bench_moves_as_the_true_one_in_another_experiment(together):
     again = replace(SPEC, parameters=replace(SPEC.parameters, servo_friction=together.parameters.servo_friction))
     with together.bench() as ours, hil.open("virtual", plant=again) as true:
@@ -177,24 +169,6 @@ def test_a_friction_and_a_delay_that_are_not_there_are_given_up_in_words():
     assert found.parameters.B_l == pytest.approx(parameters.B_l, rel=0.1)
 
 
-def test_a_delay_that_is_asked_for_and_not_there_is_none_found():
-    prompt = replace(SPEC, timing=replace(SPEC.timing, delay=0.0, jitter=0.0, late=0.0))
-    recording = run_of(prompt, 1.0)
-    volts = np.append(0.0, recording["vm"][:-1])  # noted a sample late, so that what moves seems to come early
-    early = Recording.of(recording.time, theta=recording["theta"], alpha=recording["alpha"], vm=volts)
-    found = fit(early, srv02(), SPEC.joint, ("K_s", "delay"), initial=prompt.parameters, progress=False)
-    assert found.delay == found.estimates["delay"].value == 0.0
-    (line,) = [line for line in str(found).splitlines() if line.startswith("delay")]
-    assert "none found" in line
-
-
-def test_a_link_that_rubs_keeps_its_friction():
-    spec = student_bench(4, draw=1)
-    found = fit(run_of(spec, 1.0, duration=4.0), srv02(), spec.joint, progress=False)
-    assert "link_friction" not in found.fixed
-    assert sum(found.parameters.link_friction) == pytest.approx(sum(spec.parameters.link_friction), rel=0.2)
-
-
 @pytest.mark.parametrize(
     ("logs", "spread", "given_up"),
     [
@@ -240,13 +214,6 @@ def test_a_fit_that_leaves_much_is_doubted_in_words(together):
             fitted = replace(together, predictions=(first, bad, third))
             assert [("b.mat" in doubt) for doubt in fitted.doubts(("a.mat", "b.mat", "c.mat"))] == [True] * doubted
             assert ("[1]" in "".join(fitted.doubts())) == ("This fit is doubted" in str(fitted)) == doubted
-
-
-@pytest.mark.parametrize(("factor", "doubted"), [(1.0, False), (3.0, False), (175.0, True), (0.01, True)])
-def test_a_fit_of_an_implausible_inertia_is_doubted(together, factor, doubted):
-    """Of angles in radians that are headed deg, and of an inertia in g·m², what is left is small."""
-    scaled = replace(together, parameters=replace(together.parameters, J_eq=factor * together.parameters.J_eq))
-    assert bool(scaled.doubts()) == doubted and ("J_eq" in "".join(scaled.doubts())) == doubted
 
 
 def test_a_log_of_another_mechanism_is_doubted(other_mechanism_path):
@@ -295,14 +262,3 @@ def test_a_table_names_recordings_and_tells_the_ends_of_an_interval_apart(togeth
     assert any(line.startswith("K_s ") and "1.34582 … 1.34604 N·m/rad" in line for line in lines)
     assert any(line.startswith("alpha_offset[run_1.mat] ") for line in lines)
     assert "alpha_offset[1] " in str(together)
-
-
-def test_what_is_told_together_better_than_apart_is_said_in_words(together):
-    names, size = list(together.estimates), len(together.correlation)
-    assert "hardly told apart" not in str(replace(together, correlation=np.eye(size)))
-    alike = np.eye(size)
-    alike[0, 2] = alike[2, 0] = -0.97
-    alike[1, 3] = alike[3, 1] = 0.9
-    said = str(replace(together, correlation=alike))
-    assert f"{names[0]} and {names[2]} are hardly told apart (correlation -0.97): an error of one goes with" in said
-    assert said.count("hardly told apart") == 1
