@@ -7,8 +7,9 @@ const CONTROLS = {
     const range = make("input", "", label);
     const number = make("input", "", label);
     make("span", "unit", label, control.unit);
-    Object.assign(range, { type: "range", min: control.min, max: control.max, step: control.step });
-    Object.assign(number, { type: "number", min: control.min, max: control.max, step: control.step });
+    const span = { min: control.low, max: control.high, step: control.step };
+    Object.assign(range, { type: "range", ...span });
+    Object.assign(number, { type: "number", ...span });
     const name = control.unit ? `${control.label}, ${control.unit}` : control.label;
     for (const [input, what] of [[range, ""], [number, ", number"]]) {
       input.setAttribute("aria-label", name + what);

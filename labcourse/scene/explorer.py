@@ -7,14 +7,16 @@ import math
 import os
 import threading
 from collections.abc import Callable, Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import anywidget
 import traitlets
 
+from labcourse import files
 from labcourse.errors import CourseError, speaks_for_itself
-from labcourse.pictures import SWITCH, Picture, bundle
+from labcourse.pictures import DOTS_PER_INCH, SWITCH, Picture, bundle, style
 from labcourse.scene import still
 from labcourse.scene.saved_explorers import EXPLORER, VIEW
 from labcourse.scene.scene import Scene
@@ -133,6 +135,24 @@ class Explorer(anywidget.AnyWidget):
         else:
             call(*values)
 
+    def save_picture(self, name: str) -> None:
+        """Save the picture as PNG and as SVG beside the notebook, and say so; earlier ones of that name are replaced.
+
+        Raises
+        ------
+        CourseError
+            If they cannot be written.
+        """
+        picture = self.picture()
+
+        def draw(path: Path, kind: str) -> None:
+            with style():
+                picture.savefig(path, format=kind, dpi=2 * DOTS_PER_INCH, facecolor="white")
+
+        for kind in ("png", "svg"):
+            written(Path.cwd() / f"{name}.{kind}", partial(draw, kind=kind))
+        self.notice = f"Saved for your report: {name}.png and {name}.svg."
+
     def _on_message(self, _: object, content: Mapping[str, Any], __: object) -> None:
         """Take a message of the page, on the kernel's own loop: JupyterLab may send it to a thread beside it."""
         self.later(self.receive, content)
@@ -158,6 +178,21 @@ class Explorer(anywidget.AnyWidget):
 
     def __repr__(self) -> str:
         return f"{type(self).__name__}: {self.scene.get('alt', '')}"
+
+
+def written(path: Path, content: files.Content) -> Path:
+    """Write a file whole or not at all, see :func:`labcourse.files.write`.
+
+    Raises
+    ------
+    CourseError
+        If it cannot be written.
+    """
+    try:
+        files.write(path, content)
+    except OSError as error:
+        raise CourseError(f"{path.name} cannot be written: {error.strerror or error}.") from None
+    return path
 
 
 def _result(work: Callable[[], Any]) -> Any:

@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING
 
 from labcourse import safe_text
 from labcourse.answers.tables import ResultsTable, heads
-from labcourse.scene.explorer import Explorer
-from labcourse.scene.saved_pictures import written
+from labcourse.scene.explorer import Explorer, written
 from labcourse.scene.scene import Button, Readout, Row, Scene
 
 if TYPE_CHECKING:
     from labcourse.session import Session
 
 _EMPTY = "not filled in yet"
+_BUTTONS = {"refresh": "Read the answers again", "csv": "Save as CSV", "html": "Save as HTML"}
 _PAGE = """<!doctype html>
 <html lang="en"><head><meta charset="utf-8"><title>{title}</title>
 <style>body {{ font-family: sans-serif }} table {{ border-collapse: collapse }} caption {{ font-weight: bold;
@@ -49,10 +49,9 @@ class ResultsExplorer(Explorer):
         if name == "refresh":
             return
         file_name = f"{self._number.lower().replace(' ', '_')}.{name}"
-        text = as_csv(self.table) if name == "csv" else as_html(self.table)
-        # The mark tells spreadsheets that it is UTF-8.
-        encoding = "utf-8-sig" if name == "csv" else "utf-8"
-        path = written(Path.cwd() / file_name, text.encode(encoding))
+        # The mark at the beginning tells spreadsheets that it is UTF-8.
+        content = as_csv(self.table).encode("utf-8-sig") if name == "csv" else as_html(self.table).encode()
+        path = written(Path.cwd() / file_name, content)
         self.notice = f"Saved as {path.name}, beside the notebook."
 
     def view(self) -> Scene:
@@ -62,13 +61,7 @@ class ResultsExplorer(Explorer):
         left = f"{missing} of {len(rows)} entries are missing." if missing else "All entries are there."
         return Scene(
             alt=str(self.table),
-            controls=[
-                [
-                    Button("refresh", "Read the answers again"),
-                    Button("csv", "Save as CSV"),
-                    Button("html", "Save as HTML"),
-                ]
-            ],
+            controls=[[Button(name, label) for name, label in _BUTTONS.items()]],
             readouts=[Readout(f"{self.table.title}. {left}", rows, heads())],
             height=0,
         )

@@ -2,6 +2,18 @@
 
 A scene knows nothing of the page it is drawn on. ``packed`` gives it as the page takes it: JSON, and all curves in one
 buffer of 32-bit floats. Angles on handles and in plots are in whatever unit the axis says.
+
+A drawing that moves (:class:`Moving`) has shapes whose points stand in frames, which signals turn and shift. A pendulum
+on a cart, whose signals are the cart's place ``x`` (m) and the pendulum's ``angle`` (rad)::
+
+    cart = GROUND.shifted(1, 0, by="x")
+    rod = cart.turned(by="angle")
+    drawing = Moving({"x": 0.1, "angle": 0.2}, x=(-1, 1), y=(-1, 1))
+    drawing.rectangle(cart, (-0.2, -0.1), (0.2, 0.1))
+    drawing.line(rod.at(0, 0), rod.at(0, -0.6), "measured", width=5)
+    drawing.reading("x", "x", " m", digits=2)
+
+The page has the frames, and so can go through a recording by itself.
 """
 
 from __future__ import annotations
@@ -13,11 +25,35 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from labcourse import pictures
 from labcourse.errors import CourseError
-from labcourse.scene.moving import Item, Moving
-from labcourse.scene.roles import checked
+
+Item = dict[str, Any]
 
 MOST_POINTS = 1200  #: of a curve; more than a screen has across
+#: What a curve or a shape stands for, and how it is drawn: on the page (drawing.js) by its name, in a still picture by
+#: these keyword arguments of ``Axes.plot``.
+ROLES: dict[str, dict[str, Any]] = {
+    **pictures.ROLES,
+    "ghost": {"color": "#777777", "linestyle": (0, (3, 4)), "linewidth": 1.2},
+    "grid": {"color": "#BBBBBB", "linewidth": 0.8},
+    "axis": {"color": pictures.BLACK, "linewidth": 0.8},
+    "text": {"color": pictures.BLACK, "linewidth": 1.0},
+    "body": {"color": "#CFD8DC", "linewidth": 1.0},
+}
+
+
+def checked(role: str) -> str:
+    """Return a role.
+
+    Raises
+    ------
+    CourseError
+        If there is none of that name.
+    """
+    if role not in ROLES:
+        raise CourseError(f"There is no role {role!r}; the roles are {', '.join(ROLES)}.")
+    return role
 
 
 @dataclass
@@ -46,7 +82,7 @@ class Panel:
     handles: list[Item] = field(default_factory=list)
 
     def line(self, x: ArrayLike, y: ArrayLike, role: str, label: str = "", **look: Any) -> None:
-        """A curve; ``role`` is one of :data:`~labcourse.scene.roles.ROLES`, as of all that is drawn."""
+        """A curve; ``role`` is one of :data:`ROLES`, as of all that is drawn."""
         curve = thinned(np.asarray(x, dtype=float), np.asarray(y, dtype=float))
         self.items.append({"kind": "line", "x": curve[0], "y": curve[1], "role": checked(role), "label": label, **look})
 
@@ -105,6 +141,125 @@ class Panel:
         self.handles.append(found | {"role": checked(role), "shape": shape, "axis": axis, "legend": legend})
 
 
+# --- drawings that move -----------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Frame:
+    """Axes that points are given in: x to the right, y up, until they are turned and shifted.
+
+    Attributes
+    ----------
+    steps : from the ground; each is taken in the axes to which those before it have led
+    """
+
+    steps: tuple[Item, ...] = ()
+
+    def turned(self, by: str) -> Frame:
+        """These axes turned anticlockwise about their own origin, by a signal (rad)."""
+        return Frame((*self.steps, {"turn": by}))
+
+    def shifted(self, x: float, y: float, by: str | None = None) -> Frame:
+        """These axes shifted by (x, y), or by so much for each unit of a signal."""
+        return Frame((*self.steps, {"shift": [x, y], "by": by}))
+
+    def at(self, x: float, y: float) -> Point:
+        """A point by its place in these axes."""
+        return Point(self, x, y)
+
+    @property
+    def signals(self) -> list[str]:
+        """Names of the signals that move it."""
+        names = (step.get("turn", step.get("by")) for step in self.steps)
+        return [name for name in names if name is not None]
+
+
+@dataclass(frozen=True)
+class Point:
+    """A point of a shape; see :meth:`Frame.at`."""
+
+    frame: Frame
+    x: float
+    y: float
+
+    def packed(self) -> Item:
+        """As the page takes it."""
+        return {"frame": list(self.frame.steps), "at": [self.x, self.y]}
+
+
+GROUND = Frame()  #: does not move
+
+
+@dataclass
+class Moving:
+    """A drawing to scale, as wide and as high as there is room for.
+
+    A role is what a shape stands for: one of :data:`ROLES`. Later shapes cover earlier
+    ones. A role that there is not, and a signal's name that is not among ``signals``, raise CourseError.
+
+    Attributes
+    ----------
+    signals : name → value now; a scene's player puts recorded values in their place
+    x, y : limits of what is to be seen
+    height : share of its column
+    """
+
+    signals: Mapping[str, float]
+    x: tuple[float, float]
+    y: tuple[float, float]
+    height: float = 1.0
+    shapes: list[Item] = field(default_factory=list)
+    readings: list[Item] = field(default_factory=list)
+
+    def line(self, start: Point, end: Point, role: str, width: float | None = None) -> None:
+        """A straight line; one of a given ``width`` (px) is a rod with round ends."""
+        self._add({"kind": "line", "role": role, "width": width}, start, end)
+
+    def rectangle(self, frame: Frame, low: tuple[float, float], high: tuple[float, float]) -> None:
+        """A body: a rectangle along a frame's axes, by two opposite corners."""
+        (left, bottom), (right, top) = low, high
+        corners = [frame.at(*corner) for corner in ((left, bottom), (right, bottom), (right, top), (left, top))]
+        self._add({"kind": "rectangle", "role": "text", "fill": "body"}, *corners)
+
+    def circle(self, middle: Point, radius: float, role: str) -> None:
+        """A circle's outline, to scale."""
+        self._add({"kind": "circle", "role": role, "radius": radius}, middle)
+
+    def dot(self, middle: Point, size: float = 4, role: str = "text") -> None:
+        """A pivot or the like: a filled circle whose radius is in px."""
+        self._add({"kind": "dot", "role": role, "size": size}, middle)
+
+    def spring(self, start: Point, end: Point, role: str, turns: int = 9, swing: float = 4) -> None:
+        """A zigzag; ``swing`` (px) is how far it goes to either side."""
+        self._add({"kind": "spring", "role": role, "turns": turns, "swing": swing}, start, end)
+
+    def reading(self, label: str, signal: str, unit: str = "", scale: float = 1.0, digits: int = 1) -> None:
+        """A signal's value in words, above the drawing: times ``scale``, with so many decimals."""
+        self._check([signal])
+        about = {"label": label, "signal": signal, "unit": unit}
+        self.readings.append(about | {"scale": scale, "digits": digits})
+
+    def packed(self) -> Item:
+        """As the page takes it."""
+        limits = {"x": list(self.x), "y": list(self.y), "height": self.height}
+        fixed = {"kind": "moving", "signals": dict(self.signals), **limits}
+        return fixed | {"shapes": self.shapes, "readings": self.readings}
+
+    def _add(self, shape: Item, *points: Point) -> None:
+        checked(shape["role"])
+        for point in points:
+            self._check(point.frame.signals)
+        self.shapes.append(shape | {"points": [point.packed() for point in points]})
+
+    def _check(self, names: list[str]) -> None:
+        for name in names:
+            if name not in self.signals:
+                raise CourseError(f"The drawing has no signal {name!r}; it has {', '.join(self.signals)}.")
+
+
+# --- the whole --------------------------------------------------------------------------------------------------------
+
+
 @dataclass
 class Column:
     """Plots and drawings above each other; ``width`` is the column's share."""
@@ -113,8 +268,16 @@ class Column:
     width: float = 1.0
 
 
+class _Control:
+    """Something above the plots; the page knows it by its class's name."""
+
+    def packed(self) -> Item:
+        """As the page takes it."""
+        return {"kind": type(self).__name__.lower(), **vars(self)}
+
+
 @dataclass(frozen=True)
-class Slider:
+class Slider(_Control):
     """A number, by slider or box."""
 
     name: str
@@ -126,17 +289,10 @@ class Slider:
     value: float
     disabled: bool = False
 
-    def packed(self) -> Item:
-        """As the page takes it."""
-        span = {"min": self.low, "max": self.high, "step": self.step, "value": self.value}
-        return {"kind": "slider", "name": self.name, "label": self.label, "unit": self.unit, **span} | {
-            "disabled": self.disabled
-        }
-
 
 @dataclass(frozen=True)
-class Choice:
-    """One of several; ``options`` is value → text, a message that is still to be said."""
+class Choice(_Control):
+    """One of several; ``options`` is value → text."""
 
     name: str
     label: str
@@ -145,14 +301,12 @@ class Choice:
     disabled: bool = False
 
     def packed(self) -> Item:
-        """As the page takes it."""
-        options = [[value, text] for value, text in self.options.items()]
-        named = {"name": self.name, "label": self.label, "options": options}
-        return {"kind": "choice", **named, "value": self.value, "disabled": self.disabled}
+        """As the page takes it: the options in their order."""
+        return super().packed() | {"options": [*self.options.items()]}
 
 
 @dataclass(frozen=True)
-class Button:
+class Button(_Control):
     """Something to press; ``look`` is "main", "stop" (which goes out at once, also by Escape) or plain."""
 
     name: str
@@ -160,11 +314,6 @@ class Button:
     look: str = ""
     disabled: bool = False
     title: str = ""
-
-    def packed(self) -> Item:
-        """As the page takes it."""
-        fixed = {"name": self.name, "label": self.label, "look": self.look, "title": self.title}
-        return {"kind": "button", **fixed, "disabled": self.disabled}
 
 
 @dataclass(frozen=True)
@@ -175,10 +324,6 @@ class Row:
     values: Sequence[str] = ()
     mark: str = ""
     words: str = ""
-
-    def packed(self) -> Item:
-        """As the page takes it."""
-        return {"label": self.label, "values": list(self.values), "mark": self.mark, "words": self.words}
 
 
 @dataclass(frozen=True)
@@ -192,8 +337,8 @@ class Readout:
 
     def packed(self) -> Item:
         """As the page takes it."""
-        rows = [row.packed() for row in self.rows]
-        return {"title": self.title, "rows": rows, "head": list(self.head) or None, "folded": self.folded}
+        rows = [vars(row) | {"values": list(row.values)} for row in self.rows]
+        return vars(self) | {"rows": rows, "head": list(self.head) or None}
 
 
 @dataclass

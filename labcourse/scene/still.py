@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
+import textwrap
 from typing import Any
 
 import numpy as np
 
 from labcourse.errors import CourseError
 from labcourse.pictures import SHOWN_PER_INCH, WIDTH, Picture, new_picture, style
-from labcourse.scene.moving import Item, Moving
-from labcourse.scene.roles import ROLES
-from labcourse.scene.scene import Panel, Scene
+from labcourse.scene.scene import ROLES, Item, Moving, Panel, Readout, Scene
 
 _MARKERS = {"cross": "x", "square": "s", "circle": "o", "dot": "o"}
 _POINTS = 72 / SHOWN_PER_INCH  # of matplotlib, in a px
+_LETTERS, _LINE = 13, 16  # of a readout: letters in an inch, px of a line
 
 
 def picture(scene: Scene) -> Picture:
@@ -26,9 +26,15 @@ def picture(scene: Scene) -> Picture:
     """
     if not scene.columns:
         raise CourseError("There is nothing to draw yet.")
-    rows = [row for readout in scene.readouts if not readout.folded for row in readout.rows]
+    width = WIDTH * (1.35 if len(scene.columns) > 1 else 1.0)
+    lines = [
+        line
+        for readout in scene.readouts
+        if not readout.folded
+        for line in textwrap.wrap(_in_words(readout), round(_LETTERS * width))
+    ]
     with style():
-        figure = new_picture(WIDTH * (1.35 if len(scene.columns) > 1 else 1.0), scene.height / SHOWN_PER_INCH)
+        figure = new_picture(width, (scene.height + _LINE * len(lines)) / SHOWN_PER_INCH)
         columns = figure.add_gridspec(1, len(scene.columns), width_ratios=[one.width for one in scene.columns])
         for place, column in enumerate(scene.columns):
             heights = [panel.height for panel in column.panels]
@@ -39,29 +45,41 @@ def picture(scene: Scene) -> Picture:
                     _drawing(axes, panel)
                 else:
                     _plot(axes, panel)
-        if rows:
-            figure.supxlabel("\n".join(" ".join((row.label, *row.values, row.words)) for row in rows), fontsize="small")
+        if lines:
+            figure.supxlabel("\n".join(lines), fontsize="small")
     figure.alt_text = scene.alt
     return figure
 
 
+def _in_words(readout: Readout) -> str:
+    rows = (" ".join(filter(None, (row.label, *row.values, row.words))) for row in readout.rows)
+    return f"{readout.title}: {'; '.join(rows)}"
+
+
 def _plot(axes: Any, panel: Panel) -> None:
-    axes.set(xlim=panel.x, ylim=panel.y, xlabel=panel.xlabel, ylabel=panel.ylabel)
+    axes.set(xlim=panel.x, ylim=panel.y)
+    axes.set_xlabel(panel.xlabel, fontsize="small")
+    axes.set_ylabel(panel.ylabel, fontsize="small")
     axes.grid(not panel.bare)
     axes.tick_params(labelbottom=bool(panel.xlabel))
     if panel.equal:
-        axes.set_aspect("equal", adjustable="datalim")
+        axes.set_aspect("equal")
     if panel.xticks is not None:
         axes.set_xticks([*panel.xticks], [*panel.xticks.values()])
     for item in panel.items:
-        _item(axes, item)
+        if not item.get("clock"):  # where a player is
+            _item(axes, item)
     for handle in panel.handles:
         if handle["shape"] == "cursor":
             _item(axes, handle | {"kind": "level", "at": handle[handle["axis"]], "label": handle["legend"]})
         else:
             _item(axes, handle | {"kind": "mark", "at": [handle["x"], handle["y"]], "label": handle["legend"]})
-    if axes.get_legend_handles_labels()[1]:
-        axes.legend()
+    labels = axes.get_legend_handles_labels()[1]
+    if labels and panel.equal:  # one above it would take its width
+        axes.legend(loc="lower left", fontsize="x-small", frameon=True)
+    elif labels:
+        look = {"fontsize": "x-small", "ncols": min(len(labels), 3), "borderaxespad": 0.0, "columnspacing": 1.0}
+        axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.01), **look)
 
 
 def _item(axes: Any, item: Item) -> None:
@@ -82,7 +100,7 @@ def _item(axes: Any, item: Item) -> None:
         case "level":
             (axes.axhline if item["axis"] == "y" else axes.axvline)(item["at"], label=label, **look)
         case "text":
-            axes.text(*item["at"], item["text"], ha=item["anchor"], va="center", color="#555555")
+            axes.text(*item["at"], item["text"], ha=item["anchor"], va="center", color="#555555", fontsize="x-small")
         case "mark" | "points":
             x, y = item["at"] if "at" in item else (item["x"], item["y"])
             fill = "full" if item["shape"] == "dot" else "none"

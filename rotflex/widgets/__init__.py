@@ -13,13 +13,10 @@ results                  ``results_table(lab, "Table 2")``               ``lab.t
 
 from labcourse.scene.results import results_table
 from rotflex.widgets.console import open_console
-from rotflex.widgets.margins import margins
-from rotflex.widgets.overlay import fit_percent, overlay
-from rotflex.widgets.placement import Dominant, design, with_gain
+from rotflex.widgets.placement import Dominant, design, margins, with_gain
 from rotflex.widgets.poles import explore_poles
-from rotflex.widgets.spectra import spectra, stiffness_at
-from rotflex.widgets.sweeps import explore_sweep
-from rotflex.widgets.validations import explore_validation
+from rotflex.widgets.sweeps import explore_sweep, spectra, stiffness_at
+from rotflex.widgets.validations import explore_validation, fit_percent, overlay
 
 __all__ = [
     "Dominant",

@@ -20,16 +20,16 @@ from numpy.typing import ArrayLike
 
 from labcourse.pictures import Picture
 from labcourse.scene.explorer import Explorer
-from labcourse.scene.scene import Button, Choice, Column, Readout, Row, Scene
+from labcourse.scene.scene import Button, Choice, Column, Panel, Readout, Row, Scene
 from rotflex import experiments
 from rotflex.config import one_of
 from rotflex.errors import BenchError
-from rotflex.hil.bench import Bench
+from rotflex.hil.bench import WATCHDOG_TIMEOUT, Bench
 from rotflex.recording import Recording
 from rotflex.simulation import with_actuator
-from rotflex.widgets.mechanism import mechanism
+from rotflex.units import DEG
+from rotflex.widgets.mechanism import mechanism, played
 from rotflex.widgets.running import Experiment, Running, outcome
-from rotflex.widgets.scope import SECONDS, alt_text_of, picture, playable, reported, scope
 
 if TYPE_CHECKING:
     from rotflex.course.lab import Lab
@@ -39,6 +39,8 @@ SAFETY = (
     "The bench's own emergency stop comes first. STOP here (and the Escape key) is software: it works only "
     "while computer and page do. Interrupting the kernel does not stop a run."
 )
+_SECONDS = 5.0  # that the scope shows of a run
+_ANGLES = {1: "theta", 2: "alpha"}  # their rows among the samples
 _FRAME = 1 / 40  # s between two pictures of a run
 _SILENCE = 3.0  # s without a sign of life from the page, after which a run stops
 _LONGEST_STOP = 10.0  # s to wait for a board that does not answer
@@ -297,35 +299,34 @@ class BenchConsole(Explorer):
         """Servo and arm beside the scope."""
         samples = self._samples()
         latest = samples[:, -1] if samples.size else np.zeros(4)
-        play = None
-        if self.recording is not None and not self.running:
-            play = playable(self.recording)
+        play, recording = None, self.recording
+        if recording is not None and not self.running:
+            play = played(recording, float(recording.time[0]), float(recording.time[-1]))
         return Scene(
-            alt=alt_text_of(samples, self._state, self._message),
+            alt=_alt_text(samples, self._state, self._message),
             columns=[
                 Column([mechanism(float(latest[1]), float(latest[2]))], 0.7),
-                Column(scope(samples, self.running, self._modelled()), 1.3),
+                Column(_scope(samples, self.running, self._modelled()), 1.3),
             ],
             controls=self._controls(),
-            readouts=[self._status(), reported(self._bench)],
+            readouts=[self._status(), _reported(self._bench)],
             height=420,
             play=play,
             live=self.running,
         )
 
     def picture(self) -> Picture:
-        """The last run as a static figure."""
-        samples = self._samples()
-        if not samples.size:
+        """The last run as a still picture."""
+        if not self._samples().size:
             raise BenchError("Nothing has been run yet.")
-        return picture(samples, alt_text_of(samples, self._state, self._message))
+        return super().picture()
 
     def _samples(self) -> Any:
         if self.recording is not None and not self.running:
             one = self.recording
             volts = one["vm"] if "vm" in one else np.zeros(len(one))  # a replay may have none
             return np.stack([one.time, one["theta"], one["alpha"], volts])
-        return np.empty((4, 0)) if self._run is None else self._run.samples(SECONDS if self.running else np.inf)
+        return np.empty((4, 0)) if self._run is None else self._run.samples(_SECONDS if self.running else np.inf)
 
     def _modelled(self) -> dict[str, Any]:
         """The angles of the model that ran beside the bench, rad, when it is done."""
@@ -347,13 +348,7 @@ class BenchConsole(Explorer):
         return [
             *([bench] if bench else []),
             [
-                Choice(
-                    "experiment",
-                    "experiment",
-                    {one: one for one in self._names()},
-                    self.choice,
-                    running,
-                ),
+                Choice("experiment", "experiment", {one: one for one in self._names()}, self.choice, running),
                 Button("start", "Start", "main" if ready or connected else "", not ready),
                 Button("stop", "STOP", "stop", title="0 V at once; also by the Escape key, while it runs"),
                 Button("save", "Save the recording", disabled=self.recording is None),
@@ -372,6 +367,64 @@ class BenchConsole(Explorer):
             *([Row("mind", (SAFETY,))] if self._message else []),
         ]
         return Readout("State", rows)
+
+
+# --- what there is to see ---------------------------------------------------------------------------------------------
+
+
+def _scope(samples: Any, live: bool, model: Mapping[str, Any] | None = None) -> list[Panel]:
+    """Servo angle, deflection and voltage against time.
+
+    Parameters
+    ----------
+    samples : (4, n) time (s), theta, alpha (rad), voltage (V)
+    live : whether it is still coming; else a line shows where a player is
+    model : "theta" and "alpha" (rad) of a model, at the same times
+    """
+    time_ = samples[0]
+    span = (float(time_[0]), max(float(time_[-1]), float(time_[0]) + _SECONDS)) if time_.size else (0.0, _SECONDS)
+    panels = []
+    for index, label, scale, least, role in (
+        (1, "θ (deg)", DEG, 25.0, "measured"),
+        (2, "α (deg)", DEG, 15.0, "measured"),
+        (3, "Vₘ (V)", 1.0, 10.0, "voltage"),
+    ):
+        values = samples[index] / scale
+        reach = max(least, 1.1 * float(np.abs(values).max())) if values.size else least
+        panel = Panel(label, span, (-reach, reach), "time (s)" if index == 3 else "", 1.25 if index == 3 else 1.0)
+        if values.size:
+            panel.line(time_, values, role)
+            if model and index in _ANGLES:
+                panel.line(time_, np.clip(model[_ANGLES[index]] / scale, -reach, reach), "model", "your model")
+            if not live:
+                panel.level(float(time_[0]), "highlight", axis="x", clock=True)
+        panels.append(panel)
+    return panels
+
+
+def _reported(bench: Bench | None) -> Readout:
+    """What a bench says of itself."""
+    if bench is None:
+        return Readout("The bench", [Row("not connected", ())])
+    limits = bench.limits
+    rows = [Row(str(name), (str(value),)) for name, value in bench.identity.items() if name != "uri"]
+    rows += [  # a replay has none
+        Row(name, (f"within ±{limit / DEG:.0f} deg",))
+        for name, limit in (("servo angle", limits.theta), ("deflection", limits.alpha))
+        if np.isfinite(limit)
+    ]
+    rows.append(Row("motor", (f"within ±{min(limits.voltage, bench.servo.V_max):g} V",)))
+    rows.append(Row("watchdog", (f"0 V after {WATCHDOG_TIMEOUT:g} s without the program",)))
+    return Readout("The bench reports", rows, folded=True)
+
+
+def _alt_text(samples: Any, state: str, message: str) -> str:
+    """The console in words, for somebody who cannot see it."""
+    begun = f"The bench console: {state}. {message}"
+    if not samples.size:
+        return begun.strip()
+    theta, alpha = samples[1, -1] / DEG, samples[2, -1] / DEG
+    return f"{begun} The servo stands at {theta:.0f} deg, the arm is deflected by {alpha:.1f} deg.".strip()
 
 
 def open_console(

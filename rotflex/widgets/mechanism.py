@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from labcourse.scene.moving import GROUND, Moving
+import numpy as np
+
+from labcourse.scene.scene import GROUND, Moving, Play
+from rotflex.recording import Recording
 from rotflex.units import DEG
 
 # Lengths are shares of the radius of the circle that is drawn around it.
@@ -11,6 +14,7 @@ _ARM = 0.94
 _BODY = 0.24, 0.3  # half of its width, of its length
 _SPRINGS_ON_BODY = 0.208, 0.24  # to either side; ahead
 _SPRINGS_ON_ARM = 0.62
+_PLAYED = 60  # 1/s, samples of a recording that the mechanism goes through
 
 
 def mechanism(theta: float, alpha: float) -> Moving:
@@ -35,3 +39,17 @@ def mechanism(theta: float, alpha: float) -> Moving:
         drawing.spring(body.at(side * _SPRINGS_ON_BODY[0], _SPRINGS_ON_BODY[1]), arm.at(0, _SPRINGS_ON_ARM), "voltage")
     drawing.dot(axle)
     return drawing
+
+
+def played(recording: Recording, begin: float, end: float, auto: bool = False) -> Play:
+    """A recording as the mechanism goes through it.
+
+    Parameters
+    ----------
+    recording : with theta and alpha
+    begin, end : s, the part that is played
+    auto : whether it begins by itself
+    """
+    instants = np.linspace(begin, end, max(2, round((end - begin) * _PLAYED)))
+    signals = {name: np.interp(instants, recording.time, recording[name]) for name in ("theta", "alpha")}
+    return Play(signals, end - begin, auto)

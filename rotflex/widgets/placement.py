@@ -1,6 +1,8 @@
-"""Pole placement as the explorer does it, without a page: poles in, gain and response out (Sections 3.1 and 3.4).
+"""A design without a page: poles in, gain and response out, and how good that is (Sections 3.1 and 3.4).
 
-The library places the poles; how it is done by hand is what the notebooks ask.
+The library places the poles; how it is done by hand is what the notebooks ask. Beside the design: what an unstable loop
+does on a bench, where the pair may lie so that all specifications are met, margins of the loop as a bench runs it, the
+poles when the stiffness is not quite what it was taken for, and the linear quadratic regulator.
 """
 
 from __future__ import annotations
@@ -8,30 +10,54 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.linalg import expm, solve_continuous_are
+from scipy.special import ndtri
 
 from rotflex import response, simulation
 from rotflex.errors import DesignError
+from rotflex.hil.bench import Limits
+from rotflex.hil.controllers import DERIVATIVE_CUTOFF
 from rotflex.recording import Recording
 from rotflex.signals import rate_limit, step, time_axis
+from rotflex.simulation import matrices
 from rotflex.specifications import (
     AMPLITUDE,
     FREQUENCY,
+    LIMITS,
     OMEGA_N,
     P_3,
     P_4,
     RATE,
     SAMPLE_TIME,
+    SETTLING_BAND,
     ZETA,
 )
-from rotflex.widgets.runaway import BORDER, LEAD, Runaway, run_away
+from rotflex.units import DEG, HZ
 
 Vector = NDArray[np.float64]
 
 _PARTIAL = np.array([1.0, 0.0, 1.0, 0.0])  # of the state, the servo's alone
 HALF_PERIOD = 0.5 / FREQUENCY  #: s, of the square wave
+STEP = 2 * DEG  #: rad; small, so that the swing can be seen to grow: the larger step meets a limit at its first swing
+LEAD = 0.06  #: s before the step
+LONGEST = 4.0  #: s, that a loop is followed after the step
+_AFTER = 0.6  # s, that the arm is followed after the stop
+BORDER = 1e-6  #: rad/s; a pole that is no further right than this is taken to lie on the imaginary axis
+# s, sample time, beginning and end: fine enough for the peak of the voltage, then coarse
+_PHASES = ((0.002, 0.0, 0.12), (0.01, 0.12, 1.0))
+_GRID = (24, 22)  # damping ratios and natural frequencies tried
+DELAY = 2e-3  #: s from sample to voltage, unless another one is given; virtual benches take 1 to 3.5 ms
+_LOWEST = 0.1  # rad/s; no loop with a pole nearer to 0 settles within a turn
+_LEAST = 1e-3  # of a loop gain; a smaller one is a zero of the loop on the imaginary axis, as of a link without damping
+BIN = 1 / (8192 * SAMPLE_TIME)  #: Hz, of the notebooks' spectrum: the sweep, filled up with zeros to 8192 samples
+#: Limits, relative, as ``04_modeling_results`` has them: of the peak, as the servo's loop gives way; of the inertia.
+LOOP, INERTIA = 0.03, 0.01
+COUNT = 41  #: stiffnesses that are tried
+ERROR, DEFLECTION = 40.0, 25.0  #: deg, that the notebook calls as bad as all of the voltage
 
 
 @dataclass(frozen=True)
@@ -68,6 +94,55 @@ class Dominant:
     def poles(self) -> NDArray[np.complex128]:
         """All four, rad/s."""
         return np.array([self.pair, self.partner, self.p3, self.p4])
+
+
+@dataclass(frozen=True)
+class Runaway:
+    """A loop that does not settle.
+
+    Attributes
+    ----------
+    growth : rad/s, the largest real part of its poles
+    recording : theta_ref, theta, alpha (rad) and vm (V), until some time after the stop
+    stopped : s after the step, when a limit of the bench was reached; None if none was
+    what : the angle that reached it, or ""
+    limit : rad
+    """
+
+    growth: float
+    recording: Recording
+    stopped: float | None
+    what: str
+    limit: float
+
+    @property
+    def doubled(self) -> float:
+        """s, in which what swings becomes twice as large."""
+        return math.log(2) / self.growth if self.growth > BORDER else math.inf
+
+    @property
+    def sentences(self) -> tuple[str, str, str]:
+        """Where it lies, what it means, what comes of it."""
+        if self.growth <= BORDER:
+            return (
+                "The closed loop is at the border of stability: a pole lies on the imaginary axis.",
+                "What swings there does not die away.",
+                self._end,
+            )
+        return (
+            f"The closed loop is unstable: a pole lies right of the imaginary axis, at +{self.growth:.2g} rad/s.",
+            f"What swings grows: twice as large every {self.doubled:.2g} s.",
+            self._end,
+        )
+
+    @property
+    def _end(self) -> str:
+        if self.stopped is None:
+            return f"A step of {STEP / DEG:.0f} deg: no limit of the bench is reached within {LONGEST:g} s."
+        return (
+            f"A step of {STEP / DEG:.0f} deg: after {self.stopped:.2f} s the {self.what} is at its limit of "
+            f"{self.limit / DEG:.0f} deg, and the safety stops it at 0 V."
+        )
 
 
 @dataclass(frozen=True)
@@ -182,28 +257,344 @@ def with_gain(
     return Design(asked, feedback, gain, np.real(np.poly(asked)), found, recording, findings, trouble, runaway)
 
 
-def matrices(A: ArrayLike, B: ArrayLike) -> tuple[Vector, Vector]:
-    """A and B as arrays of shape (4, 4) and (4, 1).
-
-    Raises
-    ------
-    DesignError
-        If they are not.
-    """
-    try:
-        a, b = np.asarray(A, dtype=float), np.asarray(B, dtype=float).reshape(-1, 1)
-    except (TypeError, ValueError):
-        raise DesignError("A and B must be arrays of numbers.") from None
-    if a.shape != (4, 4) or b.shape != (4, 1) or not (np.isfinite(a).all() and np.isfinite(b).all()):
-        raise DesignError(
-            f"A must be 4 by 4 and B 4 by 1, all finite, with the voltage as input; they are {np.shape(A)} and "
-            f"{np.shape(B)}."
-        )
-    return a, b
-
-
 def described(value: complex) -> str:
     """A pole for people, to one decimal."""
     real, imaginary = round(value.real, 1) + 0.0, round(abs(value.imag), 1)
     text = f"{real:.1f}".replace("-", "−")
     return text if imaginary == 0 else f"{text} {'+' if value.imag > 0 else '−'} {imaginary:.1f}j"
+
+
+# --- an unstable loop: it swings up until the bench's safety stops it -------------------------------------------------
+
+
+def run_away(a: Vector, b: Vector, applied: Vector, growth: float) -> Runaway:
+    """Follow a small step until a limit of the bench stops it, and the arm after that.
+
+    Parameters
+    ----------
+    a, b : (4, 4) and (4, 1), the model with the motor voltage as input; nothing limits the voltage here
+    applied : (1, 4) gain that is fed back
+    growth : rad/s, the largest real part of the loop's poles
+    """
+    driven, free = _transition(a - b @ applied, b * applied[0, 0]), _transition(a, 0 * b)
+    what, limit = "", 0.0
+    samples: list[tuple[float, float, float, float]] = []
+    state, stopped = np.array([-STEP / 2, 0.0, 0.0, 0.0, 0.0]), None
+    for number in range(round((LEAD + LONGEST) / SAMPLE_TIME) + 1):
+        t = number * SAMPLE_TIME - LEAD
+        command = STEP / 2 * min(max(RATE * (t + SAMPLE_TIME), 0.0) - 1, 1.0)
+        state[4] = command
+        theta, alpha = float(state[0]), float(state[1])
+        if stopped is None:
+            what, limit = _reached(theta, alpha)
+            stopped = t if what else None
+        volts = float(applied[0, 0] * command - applied[0] @ state[:4]) if stopped is None else 0.0
+        samples.append((command, theta, alpha, volts))
+        if stopped is not None and t >= stopped + _AFTER:
+            break
+        state = (driven if stopped is None else free) @ state
+    command_, theta_, alpha_, vm = np.array(samples).T
+    time = np.arange(len(samples)) * SAMPLE_TIME - LEAD
+    about = {"source": "simulation", "experiment": "runaway"}
+    recording = Recording.of(time, about, theta_ref=command_, theta=theta_, alpha=alpha_, vm=vm)
+    return Runaway(growth, recording, stopped, what, limit)
+
+
+def _transition(a: Vector, input_: Vector) -> Vector:
+    """Of the state and an input that is held, from each sample to the next."""
+    moved = np.zeros((5, 5))
+    moved[:4, :4], moved[:4, 4:] = a, input_
+    found: Vector = expm(moved * SAMPLE_TIME)
+    return found
+
+
+def _reached(theta: float, alpha: float) -> tuple[str, float]:
+    """What is beyond its limit on a bench, and that limit (rad)."""
+    limits = Limits()
+    if abs(theta) > limits.theta:
+        return "servo angle", limits.theta
+    return ("deflection", limits.alpha) if abs(alpha) > limits.alpha else ("", 0.0)
+
+
+# --- where the dominant pair may lie: many designs, simulated at once -------------------------------------------------
+
+
+class Region:
+    """Where the dominant pair may lie so that all four specifications are met, the real poles being where they are.
+
+    Many designs at once, at a coarse sample time: quick enough to follow a pole that is dragged.
+
+    Parameters
+    ----------
+    A, B : as in :func:`design`
+    """
+
+    def __init__(self, A: ArrayLike, B: ArrayLike) -> None:
+        self._a, self._b = matrices(A, B)
+        powers = [np.linalg.matrix_power(self._a, n) for n in range(5)]
+        reach = np.hstack([power @ self._b for power in powers[:4]])
+        last = np.linalg.solve(reach.T, np.array([0.0, 0.0, 0.0, 1.0]))
+        # K is the coefficients of the desired polynomial times these (Ackermann's formula).
+        self._rows = np.array([last @ power for power in powers[::-1]])
+        zeta, omega = np.meshgrid(np.linspace(0.2, 0.99, _GRID[0]), np.linspace(6.0, 40.0, _GRID[1]))
+        self.zeta, self.omega = zeta, omega
+
+    def excess(self, p3: float, p4: float, feedback: str = "full") -> Vector:
+        """How far the worst specification is exceeded, as a fraction of its limit: negative where all are met.
+
+        Returns
+        -------
+        (m, n) array over ``omega`` and ``zeta``
+        """
+        zeta, omega = self.zeta.ravel(), self.omega.ravel()
+        fast = np.poly([p3, p4])
+        pairs = np.stack([np.ones_like(zeta), 2 * zeta * omega, omega**2], axis=1)
+        polynomials = np.zeros((zeta.size, 5))
+        for shift, coefficient in enumerate(fast):
+            polynomials[:, shift : shift + 3] += coefficient * pairs
+        gains = polynomials @ self._rows
+        applied = gains * [1, 0, 1, 0] if feedback == "partial" else gains
+        return excess_of(self._a, self._b, applied).reshape(self.zeta.shape)
+
+    def outline(self, p3: float, p4: float, feedback: str = "full") -> list[tuple[Vector, Vector]]:
+        """The region's borders in the s-plane, upper half: closed curves (real part, imaginary part), rad/s."""
+        import contourpy
+
+        real = -self.zeta * self.omega
+        imaginary = self.omega * np.sqrt(1 - self.zeta**2)
+        excess = np.clip(self.excess(p3, p4, feedback), -1.0, 1.0)
+        lines: Any = contourpy.contour_generator(real, imaginary, excess, fill_type=contourpy.FillType.OuterCode)
+        curves, _ = lines.filled(-2.0, 0.0)
+        return [(np.array(curve[:, 0]), np.array(curve[:, 1])) for curve in curves]
+
+
+def excess_of(a: Vector, b: Vector, gains: Vector) -> Vector:
+    """The worst of the four specifications, exceeded by this fraction (n,), for gains (n, 4).
+
+    Parameters
+    ----------
+    a, b : (4, 4), or one for each gain (n, 4, 4), and (4, 1)
+    gains : that are fed back, V/rad and V/(rad/s)
+    """
+    n = len(gains)
+    M = np.zeros((n, 5, 5))
+    M[:, :4, :4] = a - b[None] * gains[:, None, :]
+    M[:, :4, 4] = b[:, 0] * gains[:, :1]
+    phases = [(dt, expm(M * dt), round((until - since) / dt)) for dt, since, until in _PHASES]
+    steps = [(dt, transition) for dt, transition, count in phases for _ in range(count)]
+    t = np.cumsum([0.0, *(dt for dt, _ in steps)])
+    theta_ref = np.minimum(AMPLITUDE * (RATE * (t + SAMPLE_TIME) - 1), AMPLITUDE)
+    state = np.zeros((n, 5, 1))
+    state[:, 0] = -AMPLITUDE
+    theta, alpha, volts = np.empty((3, t.size, n))
+    with np.errstate(over="ignore", invalid="ignore"):
+        for k, target in enumerate(theta_ref.tolist()):
+            state[:, 4] = target
+            theta[k], alpha[k] = state[:, 0, 0], state[:, 1, 0]
+            volts[k] = gains[:, 0] * target - (gains * state[:, :4, 0]).sum(axis=1)
+            if k < len(steps):
+                state = steps[k][1] @ state
+    beyond = theta - AMPLITUDE
+    overshoot = 100 * beyond.max(axis=0) / (2 * AMPLITUDE)
+    late = t > LIMITS["settling_time"]
+    band = SETTLING_BAND * AMPLITUDE
+    settling = np.abs(beyond[late]).max(axis=0)  # in the band at the limit, and for good
+    measures = (
+        settling / band,
+        overshoot / LIMITS["overshoot"],
+        np.abs(alpha).max(axis=0) / LIMITS["max_alpha"],
+        np.abs(volts).max(axis=0) / LIMITS["max_vm"],
+    )
+    excess: Vector = np.nan_to_num(np.max(measures, axis=0) - 1, nan=1e3, posinf=1e3)
+    return excess
+
+
+# --- loop gain and margins --------------------------------------------------------------------------------------------
+
+
+# The loop is opened at the motor voltage. It is the one that a bench runs: a voltage held from each sample to the next,
+# velocities from the two band-limited derivatives of rotflex.hil.controllers, and a delay from sample to voltage.
+
+
+@dataclass(frozen=True)
+class Margins:
+    """How far a stable loop is from instability.
+
+    Attributes
+    ----------
+    gain_up, gain_down : factors by which the loop gain may rise, and fall to; infinite, and 0, if there is no limit
+    gain_up_at, gain_down_at : rad/s, where the loop then swings
+    phase : deg that the loop may lose or gain, infinite if its gain is 1 nowhere
+    phase_at : rad/s
+    delay : s by which the voltage may come later than it does
+    delay_at : rad/s
+    """
+
+    gain_up: float
+    gain_up_at: float
+    gain_down: float
+    gain_down_at: float
+    phase: float
+    phase_at: float
+    delay: float
+    delay_at: float
+
+
+def loop_gain(A: ArrayLike, B: ArrayLike, K: ArrayLike, omega: Vector, delay: float = DELAY) -> NDArray[np.complex128]:
+    """Find the loop gain as it runs at frequencies (rad/s); see :func:`margins`."""
+    transition, entry, law = _sampled(A, B, K)
+    z = np.exp(1j * omega * SAMPLE_TIME)
+    states = np.linalg.solve(z[:, None, None] * np.eye(6) - transition, entry[:, None])[..., 0]
+    found: NDArray[np.complex128] = states @ law * np.exp(-1j * omega * delay)
+    return found
+
+
+def bode(A: ArrayLike, B: ArrayLike, K: ArrayLike, omega: Vector, delay: float = DELAY) -> tuple[Vector, Vector]:
+    """Magnitude (dB) and phase (deg, without jumps) of :func:`loop_gain`."""
+    value = loop_gain(A, B, K, omega, delay)
+    magnitude: Vector = 20 * np.log10(np.maximum(np.abs(value), 1e-12))
+    phase: Vector = np.degrees(np.unwrap(np.angle(value)))
+    return magnitude, phase
+
+
+def margins(A: ArrayLike, B: ArrayLike, K: ArrayLike, delay: float = DELAY) -> Margins | None:
+    """Find the margins of a state feedback as a bench runs it.
+
+    Parameters
+    ----------
+    A, B : (4, 4) and (4,) or (4, 1), the model with the motor voltage as input
+    K : (4,) or (1, 4) gain that is fed back
+    delay : s from sample to voltage
+
+    Returns
+    -------
+    Margins or None
+        None if the loop is unstable, with that delay or without.
+    """
+    transition, entry, law = _sampled(A, B, K)
+    omega = np.geomspace(_LOWEST, np.pi / SAMPLE_TIME, 10000)
+    at_once = loop_gain(A, B, K, omega, 0.0)
+    late = at_once * np.exp(-1j * omega * delay)
+    crossed = _crossings(np.abs(at_once) - 1, omega, at_once)
+    allowed, delay_at = min(
+        ((float(np.angle(-value)) % (2 * math.pi) / where, where) for where, value in crossed),
+        default=(math.inf, math.nan),
+    )
+    if np.abs(np.linalg.eigvals(transition - np.outer(entry, law))).max() >= 1 or allowed <= delay:
+        return None
+    real = [(1 / abs(value), where) for where, value in _crossings(late.imag, omega, late) if value.real < -_LEAST]
+    up = min(((factor, where) for factor, where in real if factor > 1), default=(math.inf, math.nan))
+    down = max(((factor, where) for factor, where in real if factor < 1), default=(0.0, math.nan))
+    phase = min(
+        ((abs(math.degrees(np.angle(-value * np.exp(-1j * where * delay)))), where) for where, value in crossed),
+        default=(math.inf, math.nan),
+    )
+    return Margins(*up, *down, *phase, allowed - delay, delay_at)
+
+
+def _sampled(A: ArrayLike, B: ArrayLike, K: ArrayLike) -> tuple[Vector, Vector, Vector]:
+    """Transition (6, 6), input (6,) and gain (6,) from sample to sample: the plant's states, and the filters' two."""
+    a, b = matrices(A, B)
+    k = np.asarray(K, dtype=float).reshape(4)
+    share = DERIVATIVE_CUTOFF * SAMPLE_TIME
+    held = expm(np.block([[a, b], [np.zeros((1, 5))]]) * SAMPLE_TIME)
+    transition = np.zeros((6, 6))
+    transition[:4, :4] = held[:4, :4]
+    transition[4:, :2], transition[4:, 4:] = share * np.eye(2), (1 - share) * np.eye(2)
+    law = np.concatenate([k[:2] + DERIVATIVE_CUTOFF * k[2:], [0.0, 0.0], -DERIVATIVE_CUTOFF * k[2:]])
+    return transition, np.append(held[:4, 4], [0.0, 0.0]), law
+
+
+def _crossings(signed: Vector, omega: Vector, value: NDArray[np.complex128]) -> list[tuple[float, complex]]:
+    """Find where a curve changes its sign: the frequency, and the loop gain there."""
+    at = np.flatnonzero(np.diff(np.sign(signed)))
+    share = signed[at] / (signed[at] - signed[at + 1])
+    between = [one[at] + share * (one[at + 1] - one[at]) for one in (omega, value)]
+    return list(zip(between[0].tolist(), between[1].tolist(), strict=True))
+
+
+# --- a stiffness that is not quite certain ----------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Cloud:
+    """One gain on many models.
+
+    Attributes
+    ----------
+    spread : relative standard uncertainty of K_s
+    factors : (n,) of K_s, all equally likely
+    poles : (n, 4) of the closed loop, rad/s
+    share : of the models, on which all four specifications are met
+    """
+
+    spread: float
+    factors: Vector
+    poles: NDArray[np.complex128]
+    share: float
+
+
+def spread_of(a: Vector) -> float:
+    """The relative standard uncertainty of K_s = J_l·omega_n², as the notebooks work it out.
+
+    Of what may lie anywhere within a limit, it is the limit over √3; omega_n counts twice. Limits: half a bin of the
+    spectrum, the loop, the inertia.
+
+    Raises
+    ------
+    DesignError
+        If the model has no spring between servo and link.
+    """
+    squared = -a[3, 1] - a[2, 1]  # K_s / J_l
+    if not squared > 0:
+        raise DesignError("The model has no spring between servo and link: look at the second column of A.")
+    half_a_bin = BIN / 2 * HZ / np.sqrt(squared)
+    return float(np.hypot(INERTIA, 2 * np.hypot(half_a_bin, LOOP)) / np.sqrt(3))
+
+
+def cloud(a: Vector, b: Vector, applied: Vector, spread: float) -> Cloud:
+    """Put a gain on models whose stiffness differs.
+
+    Parameters
+    ----------
+    a, b : (4, 4) and (4, 1), the model with the motor voltage as input; K_s is in the second column of its lower half
+    applied : (1, 4) gain that is fed back
+    spread : relative standard uncertainty of K_s
+    """
+    factors = np.maximum(1 + spread * ndtri((np.arange(COUNT) + 0.5) / COUNT), 0.0)
+    models = np.repeat(a[None], COUNT, axis=0)
+    models[:, 2:, 1] *= factors[:, None]
+    poles = np.asarray(np.linalg.eigvals(models - b @ applied), dtype=complex)
+    met = excess_of(models, b, np.repeat(applied, COUNT, axis=0)) <= 0
+    return Cloud(spread, factors, poles, float(met.mean()))
+
+
+# --- the linear quadratic regulator -----------------------------------------------------------------------------------
+
+
+def lqr(a: Vector, b: Vector, error: float = ERROR, deflection: float = DEFLECTION) -> Vector:
+    """The gain (1, 4) that makes the weighted squares of error, deflection and voltage least, added up over all time.
+
+    Parameters
+    ----------
+    a, b : (4, 4) and (4, 1), the model with the motor voltage as input
+    error, deflection : deg, of theta + alpha and of alpha, that are as bad as the largest voltage of the specifications
+
+    Raises
+    ------
+    DesignError
+        If there is no such gain.
+    """
+    direction, bent = np.array([[1.0, 1.0, 0.0, 0.0]]), np.array([[0.0, 1.0, 0.0, 0.0]])
+    Q = direction.T @ direction / (error * DEG) ** 2 + bent.T @ bent / (deflection * DEG) ** 2
+    R = np.array([[1 / LIMITS["max_vm"] ** 2]])
+    try:
+        S = solve_continuous_are(a, b, Q, R)
+    except (ValueError, np.linalg.LinAlgError) as error_:
+        raise DesignError(f"There is no optimal gain for this model: {error_}. Look at A and B.") from None
+    found: Vector = np.linalg.solve(R, b.T @ S)
+    if np.linalg.eigvals(a - b @ found).real.max() > -BORDER:
+        raise DesignError(
+            "There is no optimal gain for this model: a motion of it cannot be controlled. Look at A and B."
+        )
+    return found

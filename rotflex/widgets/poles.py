@@ -2,29 +2,36 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from labcourse.pictures import Picture
 from labcourse.scene.explorer import Explorer
-from labcourse.scene.saved_pictures import save
 from labcourse.scene.scene import Button, Choice, Column, Readout, Scene, Slider
 from rotflex.errors import DesignError
+from rotflex.simulation import matrices
 from rotflex.specifications import AMPLITUDE
-from rotflex.widgets import pole_plots, pole_words
-from rotflex.widgets.cloud import Cloud, cloud, spread_of
-from rotflex.widgets.dragging import OMEGA, REAL, ZETA, dragged, within
-from rotflex.widgets.margins import Margins, margins
+from rotflex.widgets import pole_views
 from rotflex.widgets.mechanism import mechanism
-from rotflex.widgets.optimal import DEFLECTION, ERROR, lqr
-from rotflex.widgets.placement import Design, Dominant, design, matrices, with_gain
-from rotflex.widgets.pole_picture import picture
-from rotflex.widgets.pole_plots import P3, P4
-from rotflex.widgets.region import Region
+from rotflex.widgets.placement import (
+    DEFLECTION,
+    ERROR,
+    Cloud,
+    Design,
+    Dominant,
+    Margins,
+    Region,
+    cloud,
+    design,
+    lqr,
+    margins,
+    spread_of,
+    with_gain,
+)
+from rotflex.widgets.pole_views import P3, P4, PAIR, PARTNER
 
 if TYPE_CHECKING:
     from rotflex.course.lab import Lab
@@ -38,6 +45,47 @@ _BESIDE = {
 }
 _WEIGHTS = {"error": (5.0, 90.0, 1.0), "deflection": (5.0, 60.0, 1.0)}  # deg
 _MOST_GHOSTS = 3
+_START = Dominant()  # the workbook's poles: to begin with, and to go back to
+ZETA, OMEGA, REAL = (-1.0, 3.0), (5.0, 40.0), (-80.0, 10.0)  #: damping ratio; rad/s; rad/s: how far each may go
+_ON_AXIS = 1.2  # rad/s; a pair that is so near to the real axis is two real poles
+_SLOWEST = -0.5  # rad/s, of two real poles of the pair
+
+
+# --- where poles come to lie when they are dragged, or set by numbers -------------------------------------------------
+
+
+def within(wanted: Dominant) -> Dominant:
+    """The nearest poles that the explorer takes: a pair's faster real pole is no further left than the others."""
+    omega_n = _clamped(wanted.omega_n, OMEGA)
+    fastest = -REAL[0] / omega_n
+    zeta = _clamped(wanted.zeta, (ZETA[0], min(ZETA[1], (fastest + 1 / fastest) / 2)))
+    return Dominant(zeta, omega_n, _clamped(wanted.p3, REAL), _clamped(wanted.p4, REAL))
+
+
+def dragged(wanted: Dominant, name: str, x: float, y: float) -> Dominant:
+    """The poles, after the one with a name ("pair", "partner", "p3", "p4") was dragged to (x, y), rad/s.
+
+    A pair that comes to the real axis becomes two real poles there, each of which then moves along it; away from the
+    axis they are a pair again.
+    """
+    if name not in (PAIR, PARTNER):
+        return within(replace(wanted, **{name: x}))
+    if abs(y) > _ON_AXIS or x > _SLOWEST:
+        size = math.hypot(x, y) or 1.0
+        return within(replace(wanted, zeta=-x / size, omega_n=size))
+    if wanted.zeta < 1:
+        return within(replace(wanted, zeta=1.0, omega_n=-x))
+    slow, fast = wanted.pair.real, wanted.partner.real
+    slow, fast = (max(x, fast), fast) if name == PAIR else (slow, min(x, slow))
+    omega_n = math.sqrt(slow * fast)
+    return within(replace(wanted, zeta=max(1.0, -(slow + fast) / (2 * omega_n)), omega_n=omega_n))
+
+
+def _clamped(value: float, limits: tuple[float, float]) -> float:
+    return min(max(float(value), limits[0]), limits[1])
+
+
+# --- the explorer -----------------------------------------------------------------------------------------------------
 
 
 class PoleExplorer(Explorer):
@@ -47,10 +95,7 @@ class PoleExplorer(Explorer):
     ----------
     A, B : (4, 4) and (4,) or (4, 1), the model with the motor voltage as input
     K : (1, 4) the student's own gain, drawn for comparison
-    lab : the student's session; "Keep this design" stores the gain there
-    question, part : the answer that it is stored as
-    start : the poles to begin with, and to go back to
-    spread : relative standard uncertainty of K_s; as ``04_modeling_results`` works it out unless given
+    lab : the student's session; "Keep this design" stores the gain there, as answer 3.8
 
     Raises
     ------
@@ -58,27 +103,15 @@ class PoleExplorer(Explorer):
         If a matrix has the wrong shape, or the model's poles cannot be placed.
     """
 
-    def __init__(
-        self,
-        A: ArrayLike,
-        B: ArrayLike,
-        K: ArrayLike | None = None,
-        lab: Lab | None = None,
-        question: str = "3.8",
-        part: str = "K",
-        start: Dominant | None = None,
-        spread: float | None = None,
-    ) -> None:
+    def __init__(self, A: ArrayLike, B: ArrayLike, K: ArrayLike | None = None, lab: Lab | None = None) -> None:
         self._a, self._b = matrices(A, B)
-        self._lab, self._question, self._part = lab, question, part
-        self._start = start or Dominant()
+        self._lab = lab
         self._outline: tuple[Any, Any] = (None, [])
         self.ghosts: list[Design] = []
-        self.wanted, self.feedback, self.beside = self._start, "full", "step"
+        self.wanted, self.feedback, self.beside = _START, "full", "step"
         self.weights = {"error": ERROR, "deflection": DEFLECTION}
-        self._spread = spread
         self._own = None if K is None else with_gain(self._a, self._b, K)
-        self.design = design(self._a, self._b, self._start.poles)  # first: it says so if the model cannot be controlled
+        self.design = design(self._a, self._b, _START.poles)  # first: it says so if the model cannot be controlled
         self._region = Region(self._a, self._b)
         super().__init__()
 
@@ -108,7 +141,7 @@ class PoleExplorer(Explorer):
     def press(self, name: str) -> None:
         """A button."""
         if name == "reset":
-            self._redesign(self._start, "full")
+            self._redesign(_START, "full")
         elif name == "ghost":
             self.ghosts = [*self.ghosts, self.design][-_MOST_GHOSTS:]
         elif name == "forget":
@@ -116,8 +149,7 @@ class PoleExplorer(Explorer):
         elif name == "keep":
             self.keep()
         elif name == "figure":
-            files = save(self.picture(), Path.cwd(), "pole_design")
-            self.notice = f"Saved for your report: {' and '.join(path.name for path in files)}."
+            self.save_picture("pole_design")
 
     def keep(self) -> None:
         """Store the gain as the student's answer.
@@ -129,18 +161,17 @@ class PoleExplorer(Explorer):
         """
         if self._lab is None:
             raise DesignError("There is no session to keep the design in: make the explorer with lab=lab.")
-        replies = self._lab.record(self._question, **{self._part: self.design.K})
         messages = [
-            *replies,
-            "The notebooks that follow use it from now on. Marks come from the code in your cell of question "
-            f"{self._question}, which this button does not change: running that cell stores its own gain again.",
+            *self._lab.record("3.8", K=self.design.K),
+            "The notebooks that follow use it from now on. Marks come from the code in your cell of question 3.8, "
+            "which this button does not change: running that cell stores its own gain again.",
         ]
         if self.design.runaway is not None:
             messages.append("This design is unstable: nothing can be recorded with it on a bench.")
-        if not np.allclose(self.design.wanted, self._start.poles):
+        if not np.allclose(self.design.wanted, _START.poles):
             messages.append(
-                f"Question {self._question} asks for the workbook's poles, and these are others: for the report, "
-                "set them back, or explain your choice."
+                "Question 3.8 asks for the workbook's poles, and these are others: for the report, set them back, or "
+                "explain your choice."
             )
         self.notice = "\n".join(messages)
 
@@ -155,34 +186,32 @@ class PoleExplorer(Explorer):
 
     def view(self) -> Scene:
         """The s-plane beside the response and the arm, verdicts and gain below."""
-        found, other = self.design, self._optimal()
-        plane = pole_plots.plane(self._a, self.wanted, self._where_met())
-        margin, scattered = self._margins(), self._cloud()
+        found, a, b = self.design, self._a, self._b
+        plane = pole_views.plane(a, self.wanted, self._where_met())
+        other = with_gain(a, b, lqr(a, b, **self.weights)) if self.beside == "lqr" else None
+        margin = margins(a, b, found.applied) if self.beside == "margins" else None
+        scattered = cloud(a, b, found.applied, spread_of(a)) if self.beside == "cloud" else None
         start = -AMPLITUDE if found.motion is None else float(found.motion["theta"][0])
         if self._own is not None:
-            pole_plots.marks(plane, self._own.poles, "highlight", "square", "your K")
+            pole_views.marks(plane, self._own.poles, "highlight", "square", "your K")
         if self.feedback == "partial":
-            pole_plots.marks(plane, found.poles, "model", "square", "closed loop, partial")
+            pole_views.marks(plane, found.poles, "model", "square", "closed loop, partial")
         if other is not None:
-            pole_plots.marks(plane, other.poles, "model", "circle", "LQR", 8)
+            pole_views.marks(plane, other.poles, "model", "circle", "LQR", 8)
         if scattered is not None:
-            pole_plots.scattered(plane, scattered)
+            pole_views.scattered(plane, scattered)
         if self.beside == "margins":
-            traces = pole_plots.loop_gain(self._a, self._b, found, margin)
+            traces = pole_views.loop_gain(a, b, found, margin)
         else:
-            traces = pole_plots.traces(found, self.ghosts, other)
+            traces = pole_views.traces(found, self.ghosts, other)
         return Scene(
-            alt=pole_words.alt_text_of(found),
+            alt=pole_views.alt_text_of(found),
             columns=[Column([plane], 1.0), Column(traces, 1.1), Column([mechanism(start, 0.0)], 0.55)],
             controls=self._controls(),
             readouts=self._readouts(other, margin, scattered),
             height=460,
-            play=pole_plots.played(found),
+            play=pole_views.played_by_arm(found),
         )
-
-    def picture(self) -> Picture:
-        """The same as a static figure."""
-        return picture(self.design, self.ghosts)
 
     def _controls(self) -> list[list[Slider | Choice | Button]]:
         wanted = self.wanted
@@ -197,13 +226,9 @@ class PoleExplorer(Explorer):
             ],
         ]
         if self.beside == "lqr":
-            rows.append(
-                [
-                    Slider("error", "LQR: θ + α of", "deg", *_WEIGHTS["error"], self.weights["error"]),
-                    Slider("deflection", "LQR: α of", "deg", *_WEIGHTS["deflection"], self.weights["deflection"]),
-                ]
-            )
-        keep = f"Store K as answer {self._question}; marks come from the code in that question's cell"
+            labels = {"error": "LQR: θ + α of", "deflection": "LQR: α of"}
+            rows.append([Slider(name, labels[name], "deg", *_WEIGHTS[name], self.weights[name]) for name in _WEIGHTS])
+        keep = "Store K as answer 3.8; marks come from the code in that question's cell"
         return [
             *rows,
             [
@@ -222,29 +247,13 @@ class PoleExplorer(Explorer):
     def _readouts(self, other: Design | None, margin: Margins | None, scattered: Cloud | None) -> list[Readout]:
         more = []
         if self.beside == "margins":
-            more.append(pole_words.margin_rows(margin))
+            more.append(pole_views.margin_rows(margin))
         if other is not None:
-            more.append(pole_words.weight_rows(self.weights))
+            more.append(pole_views.weight_rows(self.weights))
         if scattered is not None:
-            more.append(pole_words.cloud_rows(scattered))
+            more.append(pole_views.cloud_rows(scattered))
         found = self.design
-        return [pole_words.verdicts(found), pole_words.gain(found, other), *more, pole_words.polynomial(found)]
-
-    def _optimal(self) -> Design | None:
-        if self.beside != "lqr":
-            return None
-        return with_gain(self._a, self._b, lqr(self._a, self._b, **self.weights))
-
-    def _margins(self) -> Margins | None:
-        if self.beside != "margins":
-            return None
-        return margins(self._a, self._b, self.design.applied)
-
-    def _cloud(self) -> Cloud | None:
-        if self.beside != "cloud":
-            return None
-        spread = spread_of(self._a) if self._spread is None else self._spread
-        return cloud(self._a, self._b, self.design.applied, spread)
+        return [pole_views.verdicts(found), pole_views.gain(found, other), *more, pole_views.polynomial(found)]
 
     def _where_met(self) -> list[tuple[Any, Any]]:
         asked = (self.wanted.p3, self.wanted.p4, self.feedback)

@@ -2,25 +2,105 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from labcourse.pictures import ROLES, WIDTH, Picture, new_picture, style
+import numpy as np
+from numpy.typing import NDArray
+
 from labcourse.scene.explorer import Explorer
 from labcourse.scene.scene import Button, Choice, Column, Panel, Readout, Row, Scene, Slider, around
 from rotflex import experiments
-from rotflex.errors import BenchError
+from rotflex.errors import BenchError, IdentificationError
+from rotflex.identification import Estimate, frequency_response
 from rotflex.recording import Recording
 from rotflex.units import DEG
-from rotflex.widgets.spectra import SHOWN, Spectra, alt_text_of, spectra, stiffness_at
 
 if TYPE_CHECKING:
     from rotflex.course.lab import Lab
 
+Vector = NDArray[np.float64]
+
+SHOWN = (0.5, 8.0)  #: Hz, that spectra are drawn and peaks looked for in
+_COHERENT = 0.5  # a ratio of signals that share less than this is not looked at
 _DRIVE = {"position": "position loop", "voltage": "motor voltage"}
 _AMPLITUDE = {"position": (4.0, "deg", 0.5, 6.0, DEG), "voltage": (0.8, "V", 0.2, 2.0, 1.0)}
 _RANGES = {"f_start": (0.5, 3.0, 0.1), "f_stop": (2.0, 8.0, 0.1), "duration": (5.0, 30.0, 1.0)}  # Hz, Hz, s
 _LOOK = {"spectrum": "spectrum of α", "ratio": "ratio |α/θ|"}
 _STEP = 0.01  # Hz, of the cursor
+
+
+@dataclass(frozen=True)
+class Spectra:
+    """A sweep in terms of frequency.
+
+    Attributes
+    ----------
+    f_hz, amplitude : (n,) Hz and rad, the amplitude spectrum of the deflection
+    f_ratio, ratio : (m,) Hz and rad/rad, |alpha/theta|, where the two belong together
+    spacing : Hz, from one point of the spectrum to the next: 1/duration
+    """
+
+    f_hz: Vector
+    amplitude: Vector
+    f_ratio: Vector
+    ratio: Vector
+    spacing: float
+
+    def peak(self, of: str = "spectrum") -> float:
+        """Frequency (Hz) of the largest value of the "spectrum" or of the "ratio"."""
+        f, values = (self.f_hz, self.amplitude) if of == "spectrum" else (self.f_ratio, self.ratio)
+        return float(f[values.argmax()])
+
+    def height(self, f: float, of: str = "spectrum") -> float:
+        """The value at a frequency (Hz)."""
+        x, values = (self.f_hz, self.amplitude) if of == "spectrum" else (self.f_ratio, self.ratio)
+        return float(np.interp(f, x, values))
+
+
+def spectra(recording: Recording) -> Spectra:
+    """The deflection's amplitude spectrum, and the ratio of deflection to servo angle, of a sweep.
+
+    Raises
+    ------
+    IdentificationError
+        If the recording is too short, or nothing moves.
+    RecordingError
+        If theta or alpha is missing.
+    """
+    alpha = recording["alpha"]
+    found = frequency_response(recording)
+    inside = (found.f_hz >= SHOWN[0]) & (found.f_hz <= SHOWN[1]) & (found.coherence >= _COHERENT)
+    f = np.asarray(np.fft.rfftfreq(alpha.size, recording.sample_time), dtype=np.float64)
+    shown = (f >= SHOWN[0]) & (f <= SHOWN[1])
+    if not inside.any() or shown.sum() < 3:
+        raise IdentificationError("The recording has too little between 0.5 and 8 Hz. Sweep for longer.")
+    amplitude: Vector = 2 * np.abs(np.fft.rfft(alpha - alpha.mean())) / alpha.size
+    ratio: Vector = np.abs(found.ratio)
+    return Spectra(f[shown], amplitude[shown], found.f_hz[inside], ratio[inside], float(f[1]))
+
+
+def stiffness_at(f: float, J_l: float, spacing: float) -> Estimate:
+    """The stiffness (N·m/rad), if the link's natural frequency is where the cursor stands: K_s = J_l ω_n².
+
+    Parameters
+    ----------
+    f : Hz
+    J_l : kg·m²
+    spacing : Hz; the frequency is known to half of it either way, evenly spread
+    """
+    omega, spread = 2 * np.pi * f, 2 * np.pi * spacing / np.sqrt(12)
+    return Estimate(J_l * omega**2, 2 * J_l * omega * spread)
+
+
+def alt_text_of(found: Spectra, recording: Recording) -> str:
+    """A sweep in words, for somebody who cannot see it."""
+    largest = np.abs(recording.degrees("alpha")).max()
+    return (
+        f"A sweep of {recording.time[-1]:.3g} s: the deflection reaches {largest:.2g} deg. Its spectrum peaks at "
+        f"{found.peak():.2f} Hz, at {found.height(found.peak()) / DEG:.2g} deg; the ratio of deflection to servo "
+        f"angle peaks at {found.peak('ratio'):.2f} Hz."
+    )
 
 
 class SweepExplorer(Explorer):
@@ -104,11 +184,9 @@ class SweepExplorer(Explorer):
         span = (float(recording.time[0]), float(recording.time[-1]))
         theta = Panel("θ (deg)", span, around(recording.degrees("theta")))
         alpha = Panel("α (deg)", span, around(recording.degrees("alpha")), "time (s)", height=1.15)
+        theta.line(recording.time, recording.degrees("theta"), "measured", "servo angle")
         if "theta_ref" in recording:
-            theta.line(recording.time, recording.degrees("theta"), "measured", "servo angle")
             theta.line(recording.time, recording.degrees("theta_ref"), "reference", "command")
-        else:
-            theta.line(recording.time, recording.degrees("theta"), "measured", "servo angle")
         alpha.line(recording.time, recording.degrees("alpha"), "measured", "deflection")
         top = 1.25 * found.amplitude.max() / DEG
         spectrum = Panel("amplitude of α (deg)", SHOWN, (0.0, float(top)))
@@ -129,29 +207,22 @@ class SweepExplorer(Explorer):
             height=420,
         )
 
-    def picture(self) -> Picture:
-        """The same as a static figure."""
-        return picture(self.recording, self.found, self.cursor)
-
     def _controls(self) -> list[list[Slider | Choice | Button]]:
-        settings, fixed = self.settings, self._lab is None
-        _start, unit, low, high, _scale = _AMPLITUDE[settings["drive"]]
-        sweep: list[list[Slider | Choice | Button]] = [
-            [
-                Slider("f_start", "from", "Hz", *_RANGES["f_start"], settings["f_start"]),
-                Slider("f_stop", "to", "Hz", *_RANGES["f_stop"], settings["f_stop"]),
-            ],
-            [
-                Slider("duration", "duration", "s", *_RANGES["duration"], settings["duration"]),
-                Slider("amplitude", "amplitude", unit, low, high, 0.1, settings["amplitude"]),
-            ],
-        ]
         below: list[Slider | Choice | Button] = [
             Choice("look", "cursor on the", _LOOK, self.look),
             Button("peak", "Cursor to the peak"),
         ]
+        if self._lab is None:
+            return [below]
+        settings = self.settings
+        _start, unit, low, high, _scale = _AMPLITUDE[settings["drive"]]
+        start, stop, duration = (
+            Slider(name, label, of, *_RANGES[name], settings[name])
+            for name, label, of in (("f_start", "from", "Hz"), ("f_stop", "to", "Hz"), ("duration", "duration", "s"))
+        )
+        amplitude = Slider("amplitude", "amplitude", unit, low, high, 0.1, settings["amplitude"])
         drive = Choice("drive", "the sweep drives", _DRIVE, settings["drive"])
-        return [below] if fixed else [*sweep, [drive, *below]]
+        return [[start, stop], [duration, amplitude], [drive, *below]]
 
     def _stiffness(self) -> Readout:
         found = stiffness_at(self.cursor, self.J_l, self.found.spacing)
@@ -182,30 +253,3 @@ def explore_sweep(
 ) -> SweepExplorer:
     """Make the sweep explorer; see :class:`SweepExplorer`."""
     return SweepExplorer(lab, recording, J_l)
-
-
-def picture(recording: Recording, found: Spectra, cursor: float) -> Picture:
-    """A sweep as a static figure: both angles against time, spectrum and ratio against frequency.
-
-    Parameters
-    ----------
-    recording : the sweep
-    found : from :func:`~rotflex.widgets.spectra.spectra`
-    cursor : Hz, to be marked
-    """
-    with style():
-        figure = new_picture(1.35 * WIDTH, 4.4)
-        (theta, spectrum), (alpha, ratio) = figure.subplots(2, 2)
-        theta.plot(recording.time, recording.degrees("theta"), **ROLES["measured"])
-        alpha.plot(recording.time, recording.degrees("alpha"), **ROLES["measured"])
-        spectrum.plot(found.f_hz, found.amplitude / DEG, **ROLES["measured"])
-        ratio.plot(found.f_ratio, found.ratio, **ROLES["model"])
-        for axes in (spectrum, ratio):
-            axes.axvline(cursor, **ROLES["highlight"])
-            axes.set(xlim=SHOWN)
-        theta.set(ylabel="θ (deg)")
-        alpha.set(ylabel="α (deg)", xlabel="time (s)")
-        spectrum.set(ylabel="amplitude of α (deg)")
-        ratio.set(ylabel="|α/θ| (rad/rad)", xlabel="frequency (Hz)")
-    figure.alt_text = f"{alt_text_of(found, recording)} The cursor is at {cursor:.2f} Hz."
-    return figure

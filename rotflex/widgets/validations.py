@@ -6,17 +6,19 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from labcourse.pictures import ROLES, WIDTH, Picture, new_picture, style
 from labcourse.scene.explorer import Explorer
 from labcourse.scene.scene import Button, Choice, Column, Panel, Readout, Row, Scene, Slider, around
 from rotflex import greybox
 from rotflex.config import Joint, Servo
-from rotflex.errors import RotflexError
+from rotflex.errors import IdentificationError, RotflexError
 from rotflex.greybox import FitResult
-from rotflex.plant import PlantParameters
-from rotflex.recording import Recording
-from rotflex.widgets.overlay import alt_text_of, fit_percent, overlay
+from rotflex.identification import channel
+from rotflex.plant import PlantParameters, State, driven
+from rotflex.recording import Channel, Recording
+
+Vector = NDArray[np.float64]
 
 _RANGES = {"K_s": (0.5, 4.0, 0.005), "B_eq": (0.0, 0.05, 0.0005), "B_l": (0.0, 0.01, 0.0001)}
 _ANGLES = ("theta", "alpha")
@@ -25,6 +27,56 @@ _TOLD = {"K_s": "N·m/rad", "B_l": "N·m·s/rad", "torque_per_volt": "N·m/V", "
 _FRICTION = {"none": "left out (linear model)", "typical": "typical", "fitted": "as fitted"}
 _TYPICAL: dict[str, Any] = {name: (greybox.TYPICAL[name],) * 2 for name in ("servo_friction", "link_friction")}
 _NONE: dict[str, Any] = {"servo_friction": (0.0, 0.0), "link_friction": (0.0, 0.0)}
+
+
+def overlay(recording: Recording, parameters: PlantParameters) -> Recording:
+    """A recording with what a plant does under the same voltage: channels theta_model and alpha_model, rad.
+
+    The model starts where the recording does, at rest; the voltage is held from each sample to the next.
+
+    Parameters
+    ----------
+    recording : with theta, alpha and vm
+    parameters : of the plant; with no friction, it is the linear model
+
+    Raises
+    ------
+    IdentificationError
+        If a channel is missing, or an angle does not move.
+    """
+    theta, alpha = channel(recording, "theta"), channel(recording, "alpha")
+    volts = channel(recording, "vm", may_be_constant=True)
+    begin = State(float(theta[0]), float(alpha[0]), 0.0, 0.0)
+    states = driven(parameters, begin, volts.tolist(), recording.sample_time)
+    modelled = {"theta_model": Channel(states[:, 0], "rad"), "alpha_model": Channel(states[:, 1], "rad")}
+    kept = {name: recording.channels[name] for name in ("theta", "alpha", "vm")}
+    return Recording(recording.time, {**kept, **modelled}, recording.metadata)
+
+
+def fit_percent(measured: Vector, model: Vector) -> float:
+    """How much of the measured motion the model explains, per cent: 100 (1 - |y - y_model| / |y - mean of y|).
+
+    100 is a perfect fit; 0 is no better than a constant, and less is worse than that.
+
+    Raises
+    ------
+    IdentificationError
+        If the measured signal does not move.
+    """
+    motion = float(np.linalg.norm(measured - measured.mean()))
+    if motion == 0:
+        raise IdentificationError("The measured signal does not move: there is nothing to explain.")
+    return 100 * (1 - float(np.linalg.norm(measured - model)) / motion)
+
+
+def alt_text_of(compared: Recording) -> str:
+    """A comparison in words, for somebody who cannot see it."""
+    fits = {name: fit_percent(compared[name], compared[f"{name}_model"]) for name in ("theta", "alpha")}
+    return (
+        f"Measured and modelled servo angle and deflection over {compared.time[-1] - compared.time[0]:.3g} s. "
+        f"The model explains {fits['theta']:.0f} % of the servo angle's motion and {fits['alpha']:.0f} % of the "
+        "deflection's."
+    )
 
 
 class ValidationExplorer(Explorer):
@@ -149,10 +201,6 @@ class ValidationExplorer(Explorer):
             height=460,
         )
 
-    def picture(self) -> Picture:
-        """The same as a static figure."""
-        return picture(self.compared)
-
     def _residuals(self) -> tuple[Any, Any]:
         theta, alpha = (self.compared.degrees(name) - self.compared.degrees(f"{name}_model") for name in _ANGLES)
         return theta, alpha
@@ -169,28 +217,3 @@ class ValidationExplorer(Explorer):
 def explore_validation(recording: Recording, servo: Servo, joint: Joint, K_s: float = 1.4) -> ValidationExplorer:
     """The validation explorer, as a notebook makes it; see :class:`ValidationExplorer`."""
     return ValidationExplorer(recording, servo, joint, K_s)
-
-
-def picture(compared: Recording) -> Picture:
-    """A comparison as a static figure: both angles and what is left of them.
-
-    Parameters
-    ----------
-    compared : from :func:`~rotflex.widgets.overlay.overlay`
-    """
-    with style():
-        figure = new_picture(WIDTH, 6.0)
-        theta, alpha, residual = figure.subplots(3, 1, sharex=True)
-        for axes, name, label in ((theta, "theta", "θ (deg)"), (alpha, "alpha", "α (deg)")):
-            measured, model = compared.degrees(name), compared.degrees(f"{name}_model")
-            axes.plot(compared.time, measured, label="measured", **ROLES["measured"])
-            axes.plot(compared.time, model, label="model", **ROLES["model"])
-            axes.set(ylabel=label)
-            residual.plot(compared.time, measured - model, label=label[0], linewidth=1.2)
-        residual.set(ylabel="left over (deg)", xlabel="time (s)")
-        residual.axhline(0.0, color="black", linewidth=0.8)
-        for axes in (theta, residual):
-            axes.legend(loc="lower right", bbox_to_anchor=(1.0, 0.97), ncols=2, borderaxespad=0.0)
-    theta.set_xlim(compared.time[0], compared.time[-1])
-    figure.alt_text = alt_text_of(compared)
-    return figure

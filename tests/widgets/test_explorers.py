@@ -1,9 +1,6 @@
 """The explorers without a page: what they show, what they do with events, what they leave on paper."""
 
 import asyncio
-import csv
-import io
-import json
 from dataclasses import replace
 
 import numpy as np
@@ -12,8 +9,7 @@ from explorer_events import change, control, notice, press, readout
 
 import rotflex.course.lab
 from labcourse.scene.explorer import Explorer
-from labcourse.scene.results import as_csv, as_html
-from labcourse.scene.scene import MOST_POINTS, Column, Panel, Scene, thinned
+from labcourse.scene.scene import Scene
 from rotflex import experiments, widgets
 from rotflex.errors import BenchError, IdentificationError, RotflexError
 from rotflex.hil.student_benches import student_bench, student_seed
@@ -21,36 +17,8 @@ from rotflex.model import state_space
 from rotflex.plant import PlantParameters
 from rotflex.recording import Recording
 from rotflex.units import DEG
-from rotflex.widgets.spectra import spectra, stiffness_at
-from rotflex.widgets.sweeps import SweepExplorer
+from rotflex.widgets.sweeps import SweepExplorer, spectra, stiffness_at
 from rotflex.widgets.validations import ValidationExplorer
-
-
-def test_a_scene_is_plain_json_and_its_numbers_come_back():
-    x, y = np.linspace(0, 1, 50), np.linspace(3, 4, 50) ** 2
-    panel = Panel("y (m)", (0, 1), (0, 20), "x (s)")
-    panel.line(x, y, "measured", "curve")
-    panel.line(x, -y, "model")
-    scene, data = Scene("a curve", [Column([panel])]).packed()
-    assert json.loads(json.dumps(scene, allow_nan=False)) == scene
-    numbers = np.frombuffer(data, dtype=np.float32)
-    first, second = scene["columns"][0]["panels"][0]["items"]
-    for item, expected in ((first, y), (second, -y)):
-        offset, count = item["y"]
-        assert numbers[offset : offset + count] == pytest.approx(expected, rel=1e-6)
-    assert first["x"][1] == 50
-
-
-def test_a_long_curve_is_thinned_and_keeps_its_peaks():
-    rng = np.random.default_rng(3)
-    x = np.arange(20_000.0)
-    y = rng.normal(size=x.size)
-    y[[137, 19_998]] = 99, -99
-    few_x, few_y = thinned(x, y)
-    assert few_x.size <= MOST_POINTS
-    assert (np.diff(few_x) >= 0).all()
-    assert (few_y.max(), few_y.min()) == (99, -99)
-    assert few_x[few_y.argmax()] == 137
 
 
 class Fragile(Explorer):
@@ -119,14 +87,6 @@ def test_the_spectrum_and_the_ratio_of_a_known_link():
     assert found.ratio[near] == pytest.approx(4.0, rel=1e-6)
 
 
-def test_the_explorers_own_sweep_is_the_laboratorys(lab):
-    with lab.bench() as bench:
-        recorded = experiments.sweep(bench, progress=False)
-    again = SweepExplorer(lab).recording
-    np.testing.assert_allclose(again["theta_ref"], recorded["theta_ref"], rtol=1e-12)
-    np.testing.assert_array_equal(again["alpha"], recorded["alpha"])
-
-
 def test_the_stiffness_under_the_cursor_and_its_uncertainty(lab):
     explorer = SweepExplorer(lab)
     explorer.receive({"kind": "moved", "name": "cursor", "x": 3.0, "y": 9.9})
@@ -147,19 +107,6 @@ def test_a_number_that_is_typed_is_held_to_its_sliders_range(lab):
     for name, asked, taken in (("duration", 1e5, 30.0), ("f_start", -3.0, 0.5), ("amplitude", 0.0, 0.5)):
         change(explorer, name, asked)
         assert explorer.settings[name] == taken == control(explorer, name)["value"]
-
-
-def test_a_sweep_that_fails_changes_nothing(lab, monkeypatch):
-    explorer = SweepExplorer(lab)
-    before = explorer.recording
-
-    def broken(*_, **__):
-        raise BenchError("The cable is loose.")
-
-    monkeypatch.setattr(experiments, "sweep", broken)
-    change(explorer, "f_start", 1.5)
-    assert notice(explorer)["text"] == "The cable is loose."
-    assert explorer.recording is before and explorer.settings["f_start"] == 1.0
 
 
 def test_a_recording_of_another_bench_is_looked_at_and_not_run_again(lab):
@@ -247,35 +194,6 @@ def test_a_fit_that_is_refused_leaves_the_explorer_usable(lab, model):
     press(explorer, "fit")
     assert notice(explorer)["kind"] == "error" and "Record for longer" in notice(explorer)["text"]
     assert not control(explorer, "K_s")["disabled"]
-
-
-def test_a_results_table_follows_the_answers_and_is_taken_along(lab, tmp_path):
-    explorer = widgets.results_table(lab, "Table 2")
-    assert "7 of 7" in explorer.scene["readouts"][0]["title"]
-    lab.book.answer(lab.catalogue.find("Table 2"), {"K_s": 1.37, "omega_n": 20.5})
-    press(explorer, "refresh")
-    assert "5 of 7" in explorer.scene["readouts"][0]["title"]
-    press(explorer, "csv")
-    rows = list(csv.reader(io.StringIO((tmp_path / "table_2.csv").read_text(encoding="utf-8-sig"))))
-    assert rows[0] == ["Description", "Name", "Value", "Unit"]
-    assert [row[2] for row in rows[1:3]] == ["20.5", "1.37"]
-    press(explorer, "html")
-    page = (tmp_path / "table_2.html").read_text(encoding="utf-8")
-    assert "<caption>" in page and "1.37" in page and "<script" not in page
-
-
-class Table:
-    title = "<b>T</b>"
-    rows = (("=1+1", "@x", "-5 apples", "m"), ("fine", "y", "-5.25", ""))
-
-    def _repr_html_(self):
-        return "<table></table>"
-
-
-def test_no_cell_becomes_a_formula_and_numbers_stay_numbers():
-    rows = list(csv.reader(io.StringIO(as_csv(Table()))))
-    assert rows[1:] == [["'=1+1", "'@x", "'-5 apples", "m"], ["fine", "y", "-5.25", ""]]
-    assert "<title>&lt;b&gt;" in as_html(Table())
 
 
 def test_every_explorer_leaves_something_for_a_page_without_widgets(lab, model, validated, monkeypatch):

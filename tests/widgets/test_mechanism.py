@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from rotflex.recording import Recording
-from rotflex.widgets.mechanism import mechanism
-from rotflex.widgets.scope import playable
+from rotflex.widgets.mechanism import mechanism, played
 
 
 def placed(point, signals):
@@ -46,7 +45,7 @@ def test_the_angles_are_read_in_degrees():
 def test_a_recording_is_played_under_the_names_that_move_the_drawing():
     time = np.linspace(3, 5, 1001)
     recording = Recording.of(time, {}, theta=np.sin(time), alpha=0.1 * np.cos(time), vm=0 * time)
-    play = playable(recording)
+    play = played(recording, 3.0, 5.0)
     assert play.signals.keys() == mechanism(0, 0).signals.keys()
     assert play.duration == pytest.approx(2)
     assert play.signals["theta"] == pytest.approx(np.sin(np.linspace(3, 5, 120)), abs=1e-5)

@@ -5,14 +5,15 @@ import json
 import numpy as np
 import pytest
 from explorer_events import change, control, notice, press, readout
+from hypothesis import given
+from hypothesis import strategies as st
 
 from rotflex import widgets
 from rotflex.errors import DesignError
 from rotflex.units import DEG
-from rotflex.widgets.cloud import COUNT, cloud, spread_of
-from rotflex.widgets.margins import margins
-from rotflex.widgets.optimal import lqr
-from rotflex.widgets.poles import PoleExplorer
+from rotflex.widgets.placement import COUNT, Dominant, cloud, lqr, margins, spread_of
+from rotflex.widgets.pole_views import PLANE
+from rotflex.widgets.poles import OMEGA, REAL, ZETA, PoleExplorer, dragged, within
 
 MARGINS = "Margins with 2 ms of delay"
 
@@ -31,17 +32,6 @@ def test_dragging_the_pair_is_the_same_as_the_plain_function(model):
     assert marks == ["met" if finding.met else "missed" for finding in expected.findings]
     assert control(explorer, "zeta")["value"] == pytest.approx(18 / np.hypot(18, 13))
     assert explorer.scene["answered"] == {"view": "page", "n": 3}
-
-
-def test_a_pole_dragged_out_of_the_plane_stays_in_range(model):
-    explorer = PoleExplorer(*model)
-    for x, y in ((50, 300), (0, 0), (-500, 0), (-10, -20)):
-        explorer.receive({"kind": "moved", "name": "pair", "x": x, "y": y})
-        assert notice(explorer)["text"] == ""
-        assert -1 <= explorer.wanted.zeta <= 3 and 5 <= explorer.wanted.omega_n <= 40
-        assert explorer.design.wanted.real.min() >= -80
-    explorer.receive({"kind": "moved", "name": "p3", "x": 20.0, "y": 0})
-    assert explorer.wanted.p3 == 10.0
 
 
 def test_an_unstable_design_is_shown_running_away_and_said_in_words(model, lab):
@@ -137,21 +127,19 @@ def test_margins_stand_beside_the_step(model):
 
 
 def test_the_cloud_is_of_the_students_own_uncertainty(model):
-    explorer = PoleExplorer(*model, spread=0.15)
+    explorer = PoleExplorer(*model)
     change(explorer, "beside", "cloud")
     (plane,) = explorer.scene["columns"][0]["panels"]
     (points,) = [item for item in plane["items"] if item["kind"] == "points"]
     offset, count = points["x"]
     assert count == 4 * COUNT
-    expected = cloud(*model, explorer.design.K, 0.15)
+    spread = spread_of(model[0])
+    expected = cloud(*model, explorer.design.K, spread)
     found = np.frombuffer(explorer.data, np.float32)[offset : offset + count]
     assert found == pytest.approx(expected.poles.real.ravel(), rel=1e-5)
     rows = {row["label"]: row["values"] for row in readout(explorer, "If K_s is not quite that")["rows"]}
-    assert rows["all four met on"] == [f"{100 * expected.share:.0f} %"] and rows["u(K_s)/K_s"] == ["15 %"]
-    by_itself = PoleExplorer(*model)
-    change(by_itself, "beside", "cloud")
-    rows = {row["label"]: row["values"] for row in readout(by_itself, "If K_s is not quite that")["rows"]}
-    assert rows["u(K_s)/K_s"] == [f"{100 * spread_of(model[0]):.2g} %"]
+    assert rows["all four met on"] == [f"{100 * expected.share:.0f} %"]
+    assert rows["u(K_s)/K_s"] == [f"{100 * spread:.2g} %"]
 
 
 def test_the_regulators_weights_are_a_handle_of_their_own_and_change_nothing_of_the_design(model, lab):
@@ -210,7 +198,7 @@ def test_the_students_own_gain_is_drawn_where_its_poles_are(model):
 
 
 def test_what_cannot_be_is_said(model):
-    for A, B, named in ((model[0], 0 * model[1], "placed"), (np.eye(2), np.ones(2), "4 by 4")):
+    for A, B, named in ((model[0], 0 * model[1], "placed"), (np.eye(2), np.ones(2), r"\(4, 4\)")):
         with pytest.raises(DesignError, match=named):
             PoleExplorer(A, B)
     explorer = PoleExplorer(*model)
@@ -232,6 +220,38 @@ def test_a_figure_for_the_report(model, lab, tmp_path, monkeypatch):
     assert "<svg" in (tmp_path / "pole_design.svg").read_text(encoding="utf-8")
     assert not list(tmp_path.glob(".pole_design*"))
     assert "pole_design.svg" in notice(explorer)["text"]
-    monkeypatch.setattr("rotflex.widgets.poles.Path.cwd", lambda: tmp_path / "not there")
+    monkeypatch.setattr("labcourse.scene.explorer.Path.cwd", lambda: tmp_path / "not there")
     press(explorer, "figure")
     assert "cannot be written" in notice(explorer)["text"]
+
+
+# --- where poles come to lie when they are dragged ---
+
+PLACE = st.tuples(st.floats(*PLANE[0]), st.floats(*PLANE[1]))
+
+
+def test_a_pair_that_comes_to_the_axis_splits_into_two_real_poles_and_comes_together_again():
+    double = dragged(Dominant(), "pair", -20.0, 0.3)
+    assert double.zeta == 1 and double.poles == pytest.approx([-20, -20, -30, -40])
+    split = dragged(double, "pair", -10.0, -0.3)
+    assert (split.pair, split.partner) == pytest.approx((-10, -20)) and split.zeta > 1
+    wider = dragged(split, "partner", -40.0, 0.0)
+    assert (wider.pair, wider.partner) == pytest.approx((-10, -40))
+    assert wider.zeta == pytest.approx(50 / (2 * 20)) and wider.omega_n == pytest.approx(20)
+    passed = dragged(wider, "pair", -60.0, 0.0)  # one does not pass the other
+    assert (passed.pair, passed.partner) == pytest.approx((-40, -40))
+    again = dragged(wider, "partner", -15.0, 9.0)
+    assert again.zeta < 1 and again.pair == pytest.approx(-15 + 9j)
+
+
+@given(PLACE, PLACE, st.sampled_from(["pair", "partner", "p3", "p4"]), st.sampled_from(["pair", "partner", "p3", "p4"]))
+def test_wherever_poles_are_dragged_they_are_on_the_plane_and_in_range(first, second, one, other):
+    found = dragged(dragged(Dominant(), one, *first), other, *second)
+    assert ZETA[0] <= found.zeta <= ZETA[1] and OMEGA[0] <= found.omega_n <= OMEGA[1]
+    assert all(REAL[0] - 1e-6 <= pole.real for pole in found.poles)
+    assert np.abs(np.imag(np.poly(found.poles))).max() < 1e-6
+
+
+def test_numbers_are_kept_within_their_range():
+    assert within(Dominant(9.0, 90.0, 90.0, -900.0)) == Dominant(1.25, 40.0, REAL[1], REAL[0])
+    assert within(Dominant(-9.0, 1.0)).zeta == ZETA[0]

@@ -8,8 +8,7 @@ from checkout import ROOT
 
 from labcourse.errors import CourseError
 from labcourse.scene.explorer import Explorer
-from labcourse.scene.moving import GROUND, Moving
-from labcourse.scene.scene import MOST_POINTS, Column, Panel, Play, Scene, thinned
+from labcourse.scene.scene import GROUND, MOST_POINTS, Column, Moving, Panel, Play, Scene, thinned
 
 FOLDER = ROOT / "labcourse" / "scene"
 SIGNALS = {"x": 0.7, "angle": 0.4, "bend": -1.1}
@@ -196,13 +195,6 @@ def test_what_is_played_takes_the_place_of_what_is_now_and_the_rest_stays(page):
     words, dot = drawn(page, shown, {"angle": -0.5})
     assert words[1] == "x 0.70 m   φ -28.6°"
     assert dot[1:3] == pytest.approx(on_canvas(expected("rod", (1, 0), **SIGNALS | {"angle": -0.5})))
-
-
-def test_a_narrow_box_shows_all_of_the_drawing(page):
-    shown = drawing()
-    shown.circle(GROUND.at(0, 0), 1, "grid")
-    _, circle = page.evaluate(DRAWN, [shown.packed(), None, BOX | {"width": 160}])  # 160 px for 8 units of width
-    assert circle[1:] == pytest.approx([30 + 80, 10 + 24 + 3 * 20, 20])
 
 
 PLAYED = """async ([module, scene, data, times]) => {

@@ -5,7 +5,7 @@ import explorer_page
 import numpy as np
 import pytest
 
-from labcourse.scene.scene import Button, Choice, Column, Panel, Play, Readout, Row, Scene, Slider
+from labcourse.scene.scene import Button, Choice, Column, Moving, Panel, Play, Readout, Row, Scene, Slider
 
 pytestmark = pytest.mark.skipif(browser.CHROMIUM is None, reason="chromium is not installed (apt-get install chromium)")
 
@@ -135,8 +135,6 @@ def test_keys_stay_in_the_explorer_wherever_it_was_clicked(page, element):
     """JupyterLab listens at the document, or looks at the focused element and those around it for a mark."""
     drawing = marked()
     signals = {"x": np.zeros(3)}
-    from labcourse.scene.moving import Moving
-
     shown = scene(columns=[Column([drawing, Moving({"x": 0.0}, (0, 1), (0, 1))])], play=Play(signals, 1.0))
     explorer_page.show(page, shown)
     page.evaluate(HEARD)
@@ -211,8 +209,6 @@ def test_given_ticks_stand_at_their_values(page):
 
 
 def test_a_recording_that_changes_begins_by_itself_once_nothing_is_held(page):
-    from labcourse.scene.moving import Moving
-
     def playing(end):
         drawing = Moving({"x": 0.0}, (0, 1), (0, 1))
         return scene(columns=[Column([marked(), drawing])], play=Play({"x": np.linspace(0, end, 5)}, 0.2, auto=True))

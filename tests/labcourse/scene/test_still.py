@@ -5,8 +5,7 @@ import pytest
 
 from labcourse.errors import CourseError
 from labcourse.scene.explorer import Explorer
-from labcourse.scene.moving import GROUND, Moving
-from labcourse.scene.scene import Column, Panel, Readout, Row, Scene
+from labcourse.scene.scene import GROUND, Column, Moving, Panel, Readout, Row, Scene
 
 T = np.linspace(0, 1, 50)
 ANGLE = 0.3

@@ -1,22 +1,34 @@
-"""What the pole explorer draws: the plane of the poles, the response, the loop gain, the arm."""
+"""What the pole explorer shows: the plane of the poles, the response, the loop gain, verdicts, gain and margins."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from labcourse.scene.scene import Panel, Play
+from labcourse.scene.scene import Panel, Play, Readout, Row
 from rotflex.hil.bench import Limits
 from rotflex.specifications import AMPLITUDE, LIMITS, SETTLING_BAND
 from rotflex.units import DEG
-from rotflex.widgets.cloud import Cloud
-from rotflex.widgets.margins import Margins, bode
-from rotflex.widgets.placement import Design, Dominant, described
-from rotflex.widgets.runaway import LEAD
+from rotflex.widgets.mechanism import played
+from rotflex.widgets.placement import (
+    BORDER,
+    COUNT,
+    DELAY,
+    LEAD,
+    LONGEST,
+    STEP,
+    Cloud,
+    Design,
+    Dominant,
+    Margins,
+    Runaway,
+    bode,
+    described,
+)
 
 Vector = NDArray[np.float64]
 
@@ -30,7 +42,9 @@ SHOWN = 1.0  #: s after the step
 _STEP = 0.5  # rad/s, of one press of a key
 _OFF_AXIS = 1.5  # rad/s, by which a key takes a real pair off the axis
 _FREQUENCIES = (-0.5, 2.7)  # powers of ten, rad/s, that the loop gain is drawn between
-_PLAYED = 60  # samples a second
+_NAMES = ("settling time", "overshoot", "deflection", "voltage")
+_UNITS = ("V/rad", "V/rad", "V/(rad/s)", "V/(rad/s)")
+_MARKS = {True: ("met", "met"), False: ("missed", "not met"), None: ("unknown", "not measured")}
 
 
 def plane(a: Vector, wanted: Dominant, met: Sequence[tuple[Vector, Vector]]) -> Panel:
@@ -91,7 +105,7 @@ def _handle(panel: Panel, name: str, pole: complex, label: str, step: tuple[floa
     panel.handle(name, pole.real, pole.imag, label, f"{described(pole)} rad/s", step, **more)
 
 
-# --- the response ---------------------------------------------------------------------------------------------------
+# --- the response -----------------------------------------------------------------------------------------------------
 
 
 def traces(found: Design, ghosts: Sequence[Design], other: Design | None) -> list[Panel]:
@@ -155,18 +169,14 @@ def _draw(found: Design, panels: Sequence[Panel], role: str, label: str = "") ->
         panel.line(time, values, role, label if panel is panels[0] else "")
 
 
-def played(found: Design) -> Play | None:
+def played_by_arm(found: Design) -> Play | None:
     """What the arm goes through from the step on, for the drawing of the mechanism."""
     if found.motion is None:
         return None
-    motion = found.motion
-    duration = SHOWN if found.runaway is None else float(motion.time[-1])
-    instants = np.linspace(0.0, duration, round(duration * _PLAYED))
-    signals = {name: np.interp(instants, motion.time, motion[name]) for name in ("theta", "alpha")}
-    return Play(signals, duration, auto=True)
+    return played(found.motion, 0.0, SHOWN if found.runaway is None else float(found.motion.time[-1]), auto=True)
 
 
-# --- the loop gain --------------------------------------------------------------------------------------------------
+# --- the loop gain ----------------------------------------------------------------------------------------------------
 
 
 def loop_gain(a: Vector, b: Vector, found: Design, margin: Margins | None) -> list[Panel]:
@@ -202,3 +212,115 @@ def _crossings(size: Panel, turned: Panel, powers: Vector, curves: tuple[Vector,
     if math.isfinite(margin.phase_at):
         at = math.log10(margin.phase_at)
         turned.mark(at, float(np.interp(at, powers, phase)), "highlight", "square", "phase margin")
+
+
+# --- in words ---------------------------------------------------------------------------------------------------------
+
+
+def verdicts(found: Design) -> Readout:
+    """The four specifications, or why there is nothing to hold against them."""
+    rows = []
+    for finding, name in zip(found.findings, _NAMES, strict=bool(found.findings)):
+        unit = finding.specification.unit
+        scale = DEG if unit == "rad" else 1.0
+        unit = "deg" if unit == "rad" else unit
+        value = finding.value
+        shown = "–" if value is None else "does not settle" if math.isinf(value) else f"{value / scale:.3g} {unit}"
+        mark, words = _MARKS[finding.met]
+        rows.append(Row(name, (shown, f"≤ {finding.specification.limit / scale:g} {unit}"), mark, words))
+    if found.runaway is not None:
+        rows = _of_a_runaway(found.runaway)
+    elif not found.findings:
+        rows = [Row("no response", (found.trouble.split(":")[0],), "missed", "not met")]
+    return Readout("Specifications", rows)
+
+
+def _of_a_runaway(found: Runaway) -> list[Row]:
+    """As many rows as there are specifications, so that nothing moves when a pole crosses the border."""
+    grows = f"twice as large every {found.doubled:.2g} s" if found.growth > BORDER else "for ever"
+    end = [Row("limit of the bench", (f"not within {LONGEST:g} s",)), Row("", ())]
+    if found.stopped is not None:
+        reached = f"{found.limit / DEG:.0f} deg of {found.what} after {found.stopped:.2f} s"
+        end = [
+            Row(f"step of {STEP / DEG:.0f} deg", (reached,)),
+            Row("then", ("stopped by the safety, 0 V",)),
+        ]
+    where = f"at {number(round(found.growth, 3) + 0.0)} rad/s"
+    words = "unstable" if found.growth > BORDER else "on the border"
+    return [Row("rightmost pole", (where,), "missed", words), Row("swings", (grows,)), *end]
+
+
+def gain(found: Design, other: Design | None) -> Readout:
+    """The gain, beside the one that it is compared with."""
+    names = ("k₁", "k₂", "k₃", "k₄")
+    values: list[tuple[str, ...]] = [(number(value),) for value in found.K.ravel().tolist()]
+    head: tuple[str, ...] = ()
+    if other is not None:
+        values = [(*one, number(value)) for one, value in zip(values, other.K.ravel().tolist(), strict=True)]
+        head = ("", "placed", "LQR", "")
+    rows = [Row(name, (*value, unit)) for name, value, unit in zip(names, values, _UNITS, strict=True)]
+    return Readout("Gain K", rows, head)
+
+
+def polynomial(found: Design) -> Readout:
+    """The characteristic polynomial of the poles asked for."""
+    powers = ("s⁴", "s³", "s²", "s", "1")
+    rows = [Row(power, (number(value),)) for power, value in zip(powers, found.polynomial.tolist(), strict=True)]
+    return Readout("Characteristic polynomial", rows, folded=True)
+
+
+def margin_rows(margin: Margins | None) -> Readout:
+    """Gain, phase and delay margin of the loop as it runs, each with the frequency at which it would swing."""
+    heading = f"Margins with {1000 * DELAY:g} ms of delay"
+    if margin is None:
+        return Readout(heading, [Row("none", ("As it runs, the loop is unstable.",))])
+
+    def at(omega: float) -> str:
+        return f"at {omega:.3g} rad/s" if math.isfinite(omega) else ""
+
+    up = f"× {margin.gain_up:.3g}" if math.isfinite(margin.gain_up) else "no limit"
+    down = f"× {margin.gain_down:.3g}" if margin.gain_down > 0 else "no limit"
+    phase = f"{margin.phase:.3g} deg" if math.isfinite(margin.phase) else "no limit"
+    delay = f"{1000 * margin.delay:.3g} ms" if math.isfinite(margin.delay) else "no limit"
+    return Readout(
+        heading,
+        [
+            Row("gain, up to", (up, at(margin.gain_up_at))),
+            Row("gain, down to", (down, at(margin.gain_down_at))),
+            Row("phase", (phase, at(margin.phase_at))),
+            Row("more delay", (delay, at(margin.delay_at))),
+        ],
+    )
+
+
+def cloud_rows(found: Cloud) -> Readout:
+    """How certain the design is, with the student's own uncertainty of the stiffness."""
+    return Readout(
+        "If K_s is not quite that",
+        [
+            Row("u(K_s)/K_s", (f"{100 * found.spread:.2g} %",)),
+            Row("stiffnesses tried", (f"{COUNT}",)),
+            Row("all four met on", (f"{100 * found.share:.0f} %",)),
+        ],
+    )
+
+
+def weight_rows(weights: Mapping[str, float]) -> Readout:
+    """What the regulator's weights say."""
+    return Readout(
+        f"LQR: as bad as {LIMITS['max_vm']:g} V",
+        [Row("θ + α of", (f"{weights['error']:g} deg",)), Row("α of", (f"{weights['deflection']:g} deg",))],
+    )
+
+
+def number(value: float) -> str:
+    """Four digits, with a true minus sign."""
+    text = f"{value:.4g}" if abs(value) < 1e4 else f"{value:.0f}"
+    return text.replace("-", "−")
+
+
+def alt_text_of(found: Design) -> str:
+    """A design in words, for somebody who cannot see it."""
+    listed = ", ".join(described(pole) for pole in found.wanted)
+    text = f"Desired poles {listed} rad/s, {found.feedback} state feedback. "
+    return text + (" ".join(finding.words for finding in found.findings) or found.trouble)
