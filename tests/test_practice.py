@@ -67,19 +67,6 @@ def test_what_is_no_answer_or_no_bench_is_refused_and_reveals_nothing(lab, capsy
             lab.practice(number)
 
 
-def test_it_is_nobodys_own_bench(lab):
-    """Seeds of students have 32 bits, and so have those of a bench that is everybody's."""
-    for number in (1, practice.MOST):
-        assert lab.practice(number).bench().identity["seed"] > 2**32 - 1 >= student_seed("anybody")
-
-
-def test_nothing_of_it_is_kept(lab, tmp_path):
-    one = lab.practice()
-    swept(one)
-    one.answer(omega_n=20, K_s=np.float64(1.2))
-    assert not (tmp_path / "answers.json").exists()
-
-
 def test_a_recording_of_it_that_is_handed_in_is_another_benchs(lab, tmp_path):
     lab.answer("2.9", sweep=swept(lab.practice()))
     seed = student_seed("ada")
