@@ -11,8 +11,7 @@ In a ``.mat`` file, an array of time and signals, ``data_theta``, is found as
   columns, of one signal or several;
 * one of these within other structures, as ``log.run.data_theta``.
 
-Names are found however they are capitalised (the workbook has ``data_Vm`` and ``data_vm``). Where none of them is
-there, vectors named as the columns of a ``.csv`` file are taken, in rows or columns: ``t_s``, ``theta_deg``, ``vm_V``.
+Names are found however they are capitalised (the workbook has ``data_Vm`` and ``data_vm``).
 
 The matrix of Simulink's *To File* has a row for the time and one for each signal, and no names: see :func:`matrix`.
 Files of MATLAB's format 7.3 (HDF5), which *To File* writes as well, are read by h5py, the extra ``hdf5``.
@@ -205,8 +204,6 @@ def arrays(path: Path) -> tuple[dict[str, Array], str]:
             )
         found.setdefault(name, (where, value))
     made = {name: _array(path, *found[name], COLUMNS[name]) for name in COLUMNS if name in found}
-    if not made:
-        made = _of_vectors(path, content)
     other = np.asarray(content.get(OTHER, ()))
     if other.ndim == 2 and other.dtype.kind in "fiu":
         made[OTHER] = other.astype(np.float64)
@@ -358,25 +355,3 @@ def _columns(values: Any, samples: int) -> Array:
     if array.shape[:1] != (samples,):
         raise ValueError(array.shape)
     return array.reshape(samples, -1)
-
-
-def _of_vectors(path: Path, content: Mapping[str, Any]) -> dict[str, Array]:
-    """The arrays, put together of vectors by the names of the columns of a ``.csv`` file."""
-    names = {
-        "data_theta": ("theta_ref_deg", "theta_model_deg", "theta_deg"),
-        "data_alpha": ("alpha_model_deg", "alpha_deg"),
-        "data_vm": ("vm_V",),
-    }
-    if "t_s" not in content:
-        return {}
-    made = {}
-    for array, vectors in names.items():
-        there = ["t_s", *(name for name in vectors if name in content)]
-        if there[-1] == vectors[-1]:
-            try:
-                made[array] = np.column_stack([np.asarray(content[name], dtype=np.float64).ravel() for name in there])
-            except (TypeError, ValueError):
-                raise RecordingError(
-                    f"{path.name}: {' and '.join(there)} should be vectors of numbers, all of one length."
-                ) from None
-    return made
