@@ -244,16 +244,6 @@ def test_a_run_is_recorded_and_played(opened, served):
     assert (served[1] / "console_free_decay.mat").exists()
 
 
-@pytest.mark.parametrize("opened", ["results"], indirect=True)
-def test_a_results_table_follows_the_answers_and_is_saved(opened, served):
-    page = opened
-    table = page.locator("table.readout")
-    assert "omega_n" in table.inner_text()
-    button(page, "Save as CSV").click()
-    wait_for_text(page, ".labcourse-explorer .notice", "table_2.csv")
-    assert (served[1] / "table_2.csv").read_text(encoding="utf-8-sig").startswith('"Description","Name","Value","Unit"')
-
-
 @pytest.mark.parametrize("opened", ["poles"], indirect=True)
 def test_a_theme_that_changes_and_a_kernel_that_is_restarted_are_noticed(opened):
     page = opened
