@@ -1,10 +1,10 @@
-"""How long a student waits for `rotflex check`: the whole course, with all of its questions answered.
+"""How long a student waits for a check of the whole course, with the warm runner and in kernels.
 
     python benchmarks/check.py [FOLDER]
 
 The course's notebooks with solutions are taken as a student's, in a new folder, or a student's own are in the one that
-is named. Besides the wall time of the command it shows that of each notebook, and the processor time of all that was
-started.
+is named. Each way runs in turn, as the command ``rotflex check`` does. Besides the wall times it shows the processor
+times and, of both, the ratio of the kernels to the warm runner, which depends less on how busy the computer is.
 """
 
 from __future__ import annotations
@@ -20,50 +20,57 @@ import time
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
+_PROGRAM = """
+import sys
+from labcourse.run import execute
+from rotflex import cli
+execute.CAN_FORK = execute.CAN_FORK and {warm}
+sys.argv[1:] = ["check", {folder!r}]
+cli.run()
+"""
 
 
 def fill(folder: Path) -> None:
     """Fill a student's folder, with every question answered."""
-    for path in sorted((ROOT / "solutions").glob("[0-8]*.ipynb")):
+    for path in sorted((ROOT / "solutions").glob("[0-9]*.ipynb")):
         shutil.copyfile(path, folder / path.name)
     (folder / "course.json").write_text('{"student": "ada"}\n', encoding="utf-8")
 
 
-def check(folder: Path) -> int:
-    """Check it, print how long it took, and return the exit code."""
-    command = [sys.executable, "-P", "-m", "rotflex.cli", "check", str(folder)]
-    environment = {**os.environ, "PYTHONPATH": str(ROOT), "PYTHONUNBUFFERED": "1"}
-    begun = latest = time.perf_counter()
-    running = ""
-    with subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, text=True) as child:
-        assert child.stdout is not None
-        said = []
-        for line in child.stdout:
-            now = time.perf_counter()
-            if line.startswith("Running ") or (running and not line.strip()):
-                print(f"{running or 'until the first kernel is ready':<34}{now - latest:6.1f} s")
-                running, latest = line.rpartition(" ")[2].strip(), now
-            else:
-                said.append(line)
-    wall = time.perf_counter() - begun
+def check(folder: Path, warm: bool) -> tuple[float, float]:
+    """Check a folder; return wall and processor time, s."""
+    environment = {**os.environ, "PYTHONPATH": str(ROOT), "LABCOURSE_RUNNING": ""}
+    before, begun = _used(), time.perf_counter()
+    program = _PROGRAM.format(warm=warm, folder=str(folder))
+    command = [sys.executable, "-P", "-c", program]
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+    times = time.perf_counter() - begun, _used() - before
+    if done.returncode != 0:
+        print(f"exit code {done.returncode}\n{done.stdout}{done.stderr}")
+    return times
+
+
+def _used() -> float:
     used = resource.getrusage(resource.RUSAGE_CHILDREN)
-    print(f"{'all':<34}{wall:6.1f} s, {used.ru_utime + used.ru_stime:.1f} s of processor time, of {os.cpu_count()}")
-    print(f"exit code {child.returncode}")
-    print("".join(said))
-    return child.returncode
+    return used.ru_utime + used.ru_stime
 
 
-def main() -> int:
+def main() -> None:
     """Measure and print."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folder", type=Path, nargs="?")
     asked = parser.parse_args()
-    if asked.folder is not None:
-        return check(asked.folder)
     with tempfile.TemporaryDirectory(prefix="rotflex-benchmark-") as scratch:
-        fill(Path(scratch))
-        return check(Path(scratch))
+        folder = asked.folder or Path(scratch)
+        if asked.folder is None:
+            fill(folder)
+        print(f"{os.cpu_count()} processors; load before: {os.getloadavg()[0]:.1f}", flush=True)
+        warm, kernels = (check(folder, is_warm) for is_warm in (True, False))
+    print(f"{'':24}{'wall, s':>10}{'processor, s':>14}")
+    for name, (wall, used) in {"warm runner": warm, "kernels": kernels}.items():
+        print(f"{name:24}{wall:10.1f}{used:14.1f}")
+    print(f"{'kernels to warm runner':24}{kernels[0] / warm[0]:10.2f}{kernels[1] / warm[1]:14.2f}")
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

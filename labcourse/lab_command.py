@@ -185,7 +185,7 @@ def _updated(folder: Path, released: Path, student: str | None) -> list[str]:
         return []
     lines: list[str] = []
     if any((folder / path.name).exists() for path in released.glob("*.ipynb")):
-        from labcourse.run.update import update
+        from labcourse.run.restore import update
 
         lines, whole = update(folder, released, release)
         if not whole:  # to be tried again

@@ -229,7 +229,7 @@ class Batch:
             key=content_digest([content, seed]),
             submission=prepared.digest(),
             probe_seed=seed,
-            claim=dict(prepared.claim.cells) if prepared.claim else {},
+            claim=dict(prepared.claim or {}),
             words=graded_run.words_as_json(prepared.words),
             supplied=prepared.supplied,
             release=prepared.bundle.release,

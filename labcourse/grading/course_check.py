@@ -43,8 +43,9 @@ from labcourse.grading.running.bundle import Bundle
 from labcourse.grading.scoring import rubric
 from labcourse.grading.verdicts import Case, Check, OwnAnswers, Status
 from labcourse.run import reasons
-from labcourse.run.causes import Causes, RunCell
+from labcourse.run.alignment import recorded
 from labcourse.run.merge import Merged, merged
+from labcourse.run.reasons import Causes, RunCell
 
 #: Student for the run of the solutions: on this bench no result is so near a limit that two answers are right.
 STUDENT = "checks"
@@ -186,12 +187,11 @@ def _check_recorded(
     places : (question, part) → cells that record it; those of this notebook are added
     """
     cells = notebook.cells
-    text_cells = {cell.id for cell in cells if words.where_of(cell)}
-    answered = set(text_cells)  # a text cell records itself, code is recorded by the cell after it
-    before = {cell.id: cells[index - 1].id for index, cell in enumerate(cells)}
-    for entry in student_notebooks.recorded(notebook):
-        where, is_text = _in_cell(path.name, entry.cell), entry.cell in text_cells
-        answered.add(before[entry.cell])
+    ids = [cell.id for cell in cells]
+    answered = set()  # a text cell records itself, code is recorded by the cell after it
+    for entry in recorded(cells):
+        where = _in_cell(path.name, entry.cell)
+        answered.add(entry.cell if entry.in_words else ids[ids.index(entry.cell) - 1])
         try:
             question = course.catalogue.find(entry.question)
             parts = [question.part(part) for part in entry.of(question)]
@@ -199,7 +199,7 @@ def _check_recorded(
             yield Finding(where, str(error))
             continue
         for part in parts:
-            if is_text and part.kind != "prose":
+            if entry.in_words and part.kind != "prose":
                 yield Finding(where, f"{part.name} is no answer in words, but of kind {part.kind}.")
             places[question.number, part.name].append(where)
         if question.notebook != path.stem:
@@ -346,8 +346,8 @@ def check_empty(course: Course, released: Bundle) -> Iterator[Finding]:
     notebooks = merged(released.pristine, {}, every_cell=True)
     run = run_notebooks(released, notebooks)
     yield from (Finding("the student notebooks", problem) for problem in run.problems)
-    recorded = set(decoding.decode(run.answers, SEED, course.catalogue).values)
-    causes = Causes(released.pristine, notebooks, schema.read_reports(run.reports), recorded, course.catalogue)
+    values = set(decoding.decode(run.answers, SEED, course.catalogue).values)
+    causes = Causes(released.pristine, notebooks, schema.read_reports(run.reports), values, course.catalogue)
     stopped = (causes.root(cell) for cells in causes.cells.values() for cell in cells if cell.stopped)
     for root in dict.fromkeys(cell for cell in stopped if isinstance(cell, RunCell)):
         yield Finding(_in_cell(root.notebook, root.id), f"it stops when nothing is filled in: {_stop_reason(root)}")

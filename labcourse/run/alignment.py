@@ -2,19 +2,22 @@
 
 A cell is found by its id, else by the name in its grading metadata, which an editor keeps where it gives new ids (as
 JupyterLab does when a cell is split), else by its content, else, if it is an answer, by its place. The order is the
-student's, for it is the order in which they ran their work, but for the course's own cells that were moved away from
-their place or deleted; and what records an answer comes after it.
+student's, because they ran their work in this order. The course's own cells that were moved or deleted are put back,
+and what records an answer (``lab.answer(question, part=..., ...)``) comes after it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+import ast
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from enum import StrEnum
-from functools import cached_property
 from typing import Any
 
+from labcourse.answers import words
+from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.notebooks import CODE, Cell
+from labcourse.answers.parts import Question
 
 PARAMETERS = "parameters"  #: tag of the cell after which a run puts its parameters
 OPEN = "open"  #: tag of course cells that students may change
@@ -23,9 +26,9 @@ OPEN = "open"  #: tag of course cells that students may change
 class Role(StrEnum):
     """What a cell is in a notebook that is to be run."""
 
-    LOCKED = "locked"  # code of the course's
-    TEXT = "text"  # the course's
-    OPEN = "open"  # the course's, which students may change
+    LOCKED = "locked"  # code of the course
+    TEXT = "text"  # of the course
+    OPEN = "open"  # of the course, which students may change
     ANSWER = "answer"  # to be written by the student, code or text
     ADDED = "added"  # the student's own
 
@@ -37,8 +40,8 @@ class Placed:
     Attributes
     ----------
     role : what it is
-    master : its number among the course's cells; None if it is the student's own
-    student : its number among the student's cells; None if it is not there
+    master : its index among the course's cells; None if it is the student's own
+    student : its index among the student's cells; None if it is not there
     """
 
     role: Role
@@ -47,28 +50,18 @@ class Placed:
 
 
 class Happened(StrEnum):
-    """What became of a cell of the course's in a student's notebook."""
+    """What happened to a cell of the course in a student's notebook; completes "the cell was ..."."""
 
     CHANGED = "changed"
-    MISSING = "missing"
+    MISSING = "deleted"
     MOVED = "moved"
-    RENAMED = "renamed"
-    OTHER_KIND = "of another kind"
-
-
-_WORDS = {
-    Happened.CHANGED: "the course's cell {cell} was changed; it is run as the course has it.",
-    Happened.MISSING: "the cell {cell} is not there.",
-    Happened.MOVED: "the course's cell {cell} was moved; it is run where the course has it.",
-    Happened.RENAMED: "the cell {cell} has lost its name; what stands in its place is taken for it.",
-    Happened.OTHER_KIND: "the answer cell {cell} is no longer a {kind} cell, and cannot be taken.",
-}
-_KINDS = {CODE: "code"}
+    RENAMED = "replaced by a new cell"  # what stands in its place is taken for it
+    OTHER_KIND = "turned into another kind of cell"
 
 
 @dataclass(frozen=True)
 class Change:
-    """Something that happened to a cell of the course's. ``str()`` of it is a sentence without its beginning."""
+    """What happened to a cell of the course. ``str()`` of it is a sentence that begins with a small letter."""
 
     what: Happened
     cell: str
@@ -76,7 +69,9 @@ class Change:
     kind: str = CODE
 
     def __str__(self) -> str:
-        return _WORDS[self.what].format(cell=self.cell, kind=_KINDS.get(self.kind, "text"))
+        if self.role is Role.ANSWER:
+            return f"the answer cell {self.cell} was {self.what}."
+        return f"the course's cell {self.cell} was {self.what}; it is run as the course has it."
 
 
 @dataclass(frozen=True)
@@ -86,7 +81,7 @@ class Alignment:
     Attributes
     ----------
     placed : all cells of either, in the order in which they are run; an answer cell that is not there is placed, too
-    changes : what happened to cells of the course's
+    changes : what happened to cells of the course
     """
 
     placed: tuple[Placed, ...]
@@ -94,7 +89,7 @@ class Alignment:
 
 
 def role_of(cell: Mapping[str, Any]) -> Role:
-    """What a cell of the course's notebooks is."""
+    """Return what a cell of the course's notebooks is."""
     metadata = cell.get("metadata", {})
     if metadata.get("nbgrader", {}).get("solution", False):
         return Role.ANSWER
@@ -103,15 +98,74 @@ def role_of(cell: Mapping[str, Any]) -> Role:
     return Role.LOCKED if cell["cell_type"] == CODE else Role.TEXT
 
 
-def name_of(cell: Mapping[str, Any]) -> str:
-    """The id of a cell of the course's."""
-    return str(cell["id"])
-
-
 def source_of(cell: Mapping[str, Any]) -> str:
-    """The text of a cell of the course's."""
-    source = cell["source"]
-    return source if isinstance(source, str) else "".join(source)
+    """Return the text of a cell of a notebook's file, which may be a list of lines."""
+    return "".join(cell["source"])
+
+
+# --- what the course's cells record -----------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Recorded:
+    """What a cell records.
+
+    Attributes
+    ----------
+    cell : id of the cell
+    question : its number
+    names : part → the variable that is recorded for it, or None if that is not a plain name; None as a whole if the
+        call does not write its parts out (``**``)
+    in_words : whether it is a text cell, which is itself the answer
+    """
+
+    cell: str
+    question: str
+    names: Mapping[str, str | None] | None
+    in_words: bool = False
+
+    def of(self, question: Question) -> tuple[str, ...]:
+        """Return the names of the parts; all of the question if they are not written out."""
+        return question.names if self.names is None else tuple(self.names)
+
+
+def recorded(cells: Iterable[Mapping[str, Any]]) -> Iterator[Recorded]:
+    """Yield what the cells of a course's notebook record, in order. Cells that are not plain Python record nothing."""
+    for cell in cells:
+        if (where := words.where_of(cell)) is not None:
+            yield Recorded(cell["id"], where[0], {where[1]: None}, in_words=True)
+        elif cell["cell_type"] == CODE and role_of(cell) is not Role.ANSWER:
+            for number, call in _calls(source_of(cell)):
+                names = {
+                    keyword.arg: keyword.value.id if isinstance(keyword.value, ast.Name) else None
+                    for keyword in call.keywords
+                    if keyword.arg is not None
+                }
+                yield Recorded(cell["id"], number, names if len(names) == len(call.keywords) else None)
+
+
+def asked(cells: Iterable[Mapping[str, Any]], catalogue: Catalogue) -> Iterator[tuple[Recorded, tuple[str, ...]]]:
+    """Yield what the cells of a course's notebook record of what a catalogue has, each with the names of its parts."""
+    for entry in recorded(cells):
+        if (question := catalogue.everything.get(entry.question)) is not None:
+            yield entry, tuple(part for part in entry.of(question) if part in question.names)
+
+
+def _calls(source: str) -> Iterator[tuple[str, ast.Call]]:
+    """Yield the calls of ``lab.answer`` in a source, each with its question."""
+    try:
+        body = ast.parse(source).body
+    except SyntaxError:
+        return
+    for statement in body:
+        match statement:
+            case ast.Expr(
+                value=ast.Call(func=ast.Attribute(attr="answer"), args=[ast.Constant(value=str() as number)]) as call
+            ):
+                yield number, call
+
+
+# --- a student's cells beside the course's ----------------------------------------------------------------------------
 
 
 def align(master: Sequence[Mapping[str, Any]], cells: Sequence[Cell]) -> Alignment:
@@ -122,212 +176,194 @@ def align(master: Sequence[Mapping[str, Any]], cells: Sequence[Cell]) -> Alignme
     master : cells of the notebook as released
     cells : of the student's notebook
     """
-    return _Aligner(master, cells).result()
+    aligner = _Aligner(master, cells)
+    aligner.find_cells()
+    aligner.note_differences()
+    return Alignment(tuple(aligner.ordered()), tuple(aligner.changes))
 
 
-@dataclass
 class _Aligner:
-    master: Sequence[Mapping[str, Any]]
-    cells: Sequence[Cell]
-    of_cell: dict[int, int] = field(default_factory=dict)  # student's number → the course's
-    pieces: dict[int, list[int]] = field(default_factory=dict)  # the course's number → student's numbers
-    changes: list[Change] = field(default_factory=list)
+    """Finds the course's cells by several rules, one after the other, and puts all cells in order.
 
-    def result(self) -> Alignment:
-        self.roles = [role_of(cell) for cell in self.master]
-        self._by_id()
-        self._by_grade_id()
-        self._by_content()
-        self._by_place()
-        self._note_differences()
-        return Alignment(tuple(self._ordered()), tuple(self.changes))
+    Attributes
+    ----------
+    of_cell : index of a student's cell → index of the course's cell that it is
+    pieces : index of a course's cell → indices of the student's cells that it is; several if it was split
+    changes : what happened to cells of the course
+    """
+
+    def __init__(self, master: Sequence[Mapping[str, Any]], cells: Sequence[Cell]) -> None:
+        self.master, self.cells = master, cells
+        self.roles = [role_of(cell) for cell in master]
+        self._released = [_visible(source_of(cell)) for cell in master]
+        self._own = [_visible(cell.source) for cell in cells]
+        self.of_cell: dict[int, int] = {}
+        self.pieces: dict[int, list[int]] = {}
+        self.changes: list[Change] = []
 
     # --- which is which ----------------------------------------------------------------------------------------------
 
-    def _take(self, master: int, cell: int) -> None:
-        self.of_cell[cell] = master
-        self.pieces.setdefault(master, []).append(cell)
+    def find_cells(self) -> None:
+        """Find the course's cells among the student's."""
+        named = {cell["id"]: index for index, cell in enumerate(self.master)}
+        for index, cell in enumerate(self.cells):
+            if (master := named.get(cell.id)) is not None and master not in self.pieces:
+                self._take(master, index)
+        for master in range(len(self.master)):
+            self._find_by_grade_id(master)
+        for master in self._missing():
+            same = (index for index in self._free() if not self.cells[index].grade_id and self._is_same(master, index))
+            if (first := next(same, None)) is not None:
+                self._take(master, first)
+        for master in self._missing():
+            if self.roles[master] is Role.ANSWER:
+                self._find_by_place(master)
+
+    def _take(self, master: int, index: int) -> None:
+        self.of_cell[index] = master
+        self.pieces.setdefault(master, []).append(index)
 
     def _free(self) -> list[int]:
-        return [number for number in range(len(self.cells)) if number not in self.of_cell]
+        return [index for index in range(len(self.cells)) if index not in self.of_cell]
 
     def _missing(self) -> list[int]:
-        return [number for number in range(len(self.master)) if number not in self.pieces]
+        return [index for index in range(len(self.master)) if index not in self.pieces]
 
-    def _by_id(self) -> None:
-        named = {name_of(cell): number for number, cell in enumerate(self.master)}
-        for number, cell in enumerate(self.cells):
-            found = named.get(cell.id)
-            if found is not None and found not in self.pieces:
-                self._take(found, number)
+    def _is_same(self, master: int, index: int) -> bool:
+        same_kind = self.master[master]["cell_type"] == self.cells[index].kind
+        return same_kind and self._released[master] == self._own[index]
 
-    def _by_grade_id(self) -> None:
-        """Cells that have new ids: all pieces of one that was split, but no copy that stands elsewhere."""
-        for master, cell in enumerate(self.master):
-            name = cell.get("metadata", {}).get("nbgrader", {}).get("grade_id")
-            bearers = [number for number in self._free() if name and self.cells[number].grade_id == name]
-            if master in self.pieces:  # of a split cell, one piece may have kept the id
-                self._take_neighbours(master, bearers)
-                continue
-            if self.roles[master] is not Role.ANSWER:
-                # Of copies, the one that is as the course has it; the others are the student's own.
-                same = [number for number in bearers if self._same(master, number)]
-                bearers = (same or bearers)[:1]
-            for number in bearers:
-                if master in self.pieces and self._parted(self.pieces[master][-1], number):
-                    break
-                self._take(master, number)
-
-    def _take_neighbours(self, master: int, bearers: Sequence[int]) -> None:
-        if self.roles[master] is not Role.ANSWER:
+    def _find_by_grade_id(self, master: int) -> None:
+        """Take cells that have new ids: all pieces of one that was split, but no copy that stands elsewhere."""
+        name = self.master[master].get("metadata", {}).get("nbgrader", {}).get("grade_id")
+        bearers = [index for index in self._free() if name and self.cells[index].grade_id == name]
+        is_answer = self.roles[master] is Role.ANSWER
+        if master in self.pieces:  # of a split cell, one piece may have kept the id
+            (piece,) = self.pieces[master]
+            near = [index for index in bearers if is_answer and not self._are_parted(*sorted((index, piece)))]
+            for index in near:
+                self._take(master, index)
+            self.pieces[master].sort()
             return
-        (found,) = self.pieces[master]
-        before = [number for number in bearers if number < found and not self._parted(number, found)]
-        after = [number for number in bearers if number > found and not self._parted(found, number)]
-        for number in (*before, *after):
-            self._take(master, number)
-        self.pieces[master].sort()
+        if not is_answer:  # of copies, the one that is as the course has it; the others are the student's own
+            bearers = ([index for index in bearers if self._is_same(master, index)] or bearers)[:1]
+        for index in bearers:
+            if master in self.pieces and self._are_parted(self.pieces[master][-1], index):
+                break
+            self._take(master, index)
 
-    def _parted(self, one: int, other: int) -> bool:
-        """Whether a cell of the course's stands between two of the student's."""
-        return any(number in self.of_cell for number in range(one + 1, other))
+    def _are_parted(self, first: int, second: int) -> bool:
+        """Return whether a cell of the course stands between two of the student's cells."""
+        return any(index in self.of_cell for index in range(first + 1, second))
 
-    def _by_content(self) -> None:
-        for master in self._missing():
-            for number in self._free():
-                if not self.cells[number].grade_id and self._same(master, number):
-                    self._take(master, number)
-                    break
-
-    def _same(self, master: int, cell: int) -> bool:
-        mine, theirs = self.master[master], self.cells[cell]
-        return mine["cell_type"] == theirs.kind and self._lines[0][master] == self._lines[1][cell]
-
-    @cached_property
-    def _lines(self) -> tuple[list[str], list[str]]:
-        """The text of the course's cells, and of the student's, without what cannot be seen: each is compared often."""
-        return [_plain(source_of(cell)) for cell in self.master], [_plain(cell.source) for cell in self.cells]
-
-    def _by_place(self) -> None:
-        """An answer cell that lost its name: what stands between its neighbours, all of it."""
-        for master in self._missing():
-            if self.roles[master] is not Role.ANSWER:
-                continue
-            before = max((self.pieces[number][-1] for number in range(master) if number in self.pieces), default=-1)
-            later = (self.pieces[number][0] for number in range(master + 1, len(self.master)) if number in self.pieces)
-            after = min((place for place in later if place > before), default=len(self.cells))
-            kind = self.master[master]["cell_type"]
-            found = [
-                number
-                for number in range(before + 1, after)
-                if number not in self.of_cell and self.cells[number].kind == kind
-            ]
-            for number in found:
-                self._take(master, number)
-            if found:
-                self._note(Happened.RENAMED, master)
+    def _find_by_place(self, master: int) -> None:
+        """Take all that stands between the neighbours of an answer cell that lost its name."""
+        before = max((self.pieces[other][-1] for other in range(master) if other in self.pieces), default=-1)
+        later = (self.pieces[other][0] for other in range(master + 1, len(self.master)) if other in self.pieces)
+        after = min((place for place in later if place > before), default=len(self.cells))
+        kind = self.master[master]["cell_type"]
+        for index in range(before + 1, after):
+            if index not in self.of_cell and self.cells[index].kind == kind:
+                self._take(master, index)
+        if master in self.pieces:
+            self._note(Happened.RENAMED, master)
 
     def _note(self, what: Happened, master: int) -> None:
         cell = self.master[master]
-        self.changes.append(Change(what, name_of(cell), self.roles[master], cell["cell_type"]))
+        self.changes.append(Change(what, str(cell["id"]), self.roles[master], cell["cell_type"]))
 
-    def _note_differences(self) -> None:
+    def note_differences(self) -> None:
+        """Note which of the course's cells are missing, changed, or of another kind."""
         for master, role in enumerate(self.roles):
-            if master not in self.pieces:
+            pieces = self.pieces.get(master)
+            if pieces is None:
                 self._note(Happened.MISSING, master)
-            elif role in (Role.LOCKED, Role.TEXT) and not self._same(master, self.pieces[master][0]):
+            elif role in (Role.LOCKED, Role.TEXT) and not self._is_same(master, pieces[0]):
                 self._note(Happened.CHANGED, master)
-            elif role is Role.ANSWER:
-                kinds = {self.cells[number].kind for number in self.pieces[master]}
-                if self.master[master]["cell_type"] not in kinds:
-                    self._note(Happened.OTHER_KIND, master)
+            elif role is Role.ANSWER and self.master[master]["cell_type"] not in {self.cells[i].kind for i in pieces}:
+                self._note(Happened.OTHER_KIND, master)
 
     # --- in what order -----------------------------------------------------------------------------------------------
 
-    def _ordered(self) -> list[Placed]:
+    def ordered(self) -> list[Placed]:
+        """Return all cells in the order in which they are run, and note which were moved."""
         firsts = {places[0]: master for master, places in self.pieces.items()}
-        self._settled = _longest_rise([firsts[number] for number in sorted(firsts)], self._goes_along)
-        stays = {master for master in self.pieces if master in self._settled or self._goes_along(master)}
-        moved = [master for master in sorted(self.pieces) if master not in stays]
+        self._in_place = _longest_rise([firsts[index] for index in sorted(firsts)], self._goes_along)
+        stay = {master for master in self.pieces if master in self._in_place or self._goes_along(master)}
+        moved = [master for master in sorted(self.pieces) if master not in stay]
         for master in moved:
             if self.roles[master] is Role.LOCKED:
                 self._note(Happened.MOVED, master)
-        order = [
-            self._placed(number)
-            for number in range(len(self.cells))
-            if number not in self.of_cell or self.of_cell[number] in stays
-        ]
+        order = []
+        for index in range(len(self.cells)):
+            place = self.of_cell.get(index)
+            if place is None or place in stay:
+                order.append(Placed(Role.ADDED if place is None else self.roles[place], place, index))
         for master in sorted([*moved, *self._missing()]):
-            order.insert(self._place_of(master, order), self._back(master))
-        return self._recorders_last(order)
+            piece = self.pieces.get(master, [None])[0]
+            order.insert(self._place_of(master, order), Placed(self.roles[master], master, piece))
+        self._put_recorders_last(order)
+        return order
 
     def _goes_along(self, master: int) -> bool:
-        """Whether a cell may stand anywhere: an answer, and what records it, behind it and the student's own cells."""
+        """Return whether a cell may stand anywhere: an answer; and what records it, behind it and the student's own."""
         if self.roles[master] is Role.ANSWER:
             return True
-        recorded = self.pieces.get(master - 1) if self._records(master) else None
-        if not recorded:
+        answer = self.pieces.get(master - 1) if self._is_recorder(master) else None
+        if not answer:
             return False
         here = self.pieces[master][0]
-        return recorded[-1] < here and not self._parted(recorded[-1], here)
+        return answer[-1] < here and not self._are_parted(answer[-1], here)
 
-    def _records(self, master: int) -> bool:
+    def _is_recorder(self, master: int) -> bool:
         return master > 0 and self.roles[master] is Role.LOCKED and self.roles[master - 1] is Role.ANSWER
 
-    def _placed(self, number: int) -> Placed:
-        master = self.of_cell.get(number)
-        return Placed(Role.ADDED if master is None else self.roles[master], master, number)
-
-    def _back(self, master: int) -> Placed:
-        return Placed(self.roles[master], master, self.pieces.get(master, [None])[0])
-
     def _place_of(self, master: int, order: Sequence[Placed]) -> int:
-        """Where a cell of the course's belongs: after the last one before it that is in its place; what records an
-        answer, after all of it, wherever that is.
+        """Return where a cell of the course belongs: after the last one before it that is in its place.
 
-        A cell that the student added below an answer belongs to it.
+        What records an answer belongs after all of it, wherever that is. A cell that the student added below an answer
+        is part of it.
         """
-        records = self._records(master)
-        before = master - 1 if records else max((one for one in self._settled if one < master), default=None)
-        if before in (None, *self._settled):
-            self._settled.add(master)
+        is_recorder = self._is_recorder(master)
+        before = max((other for other in self._in_place if other < master), default=None)
+        if is_recorder:
+            before = master - 1
+        if before is None or before in self._in_place:
+            self._in_place.add(master)
         if before is None:
             return 0
         place = next(i for i in reversed(range(len(order))) if order[i].master == before) + 1
-        while records and place < len(order) and order[place].master is None:
+        while is_recorder and place < len(order) and order[place].master is None:
             place += 1
         return place
 
-    def _recorders_last(self, order: list[Placed]) -> list[Placed]:
-        """Let no cell that records an answer come before it, wherever a student may have moved the one or the other."""
-        for master, role in enumerate(self.roles[1:], start=1):
-            if role is not Role.LOCKED or self.roles[master - 1] is not Role.ANSWER:
-                continue
-            here = next(i for i, one in enumerate(order) if one.master == master)
-            last = max(i for i, one in enumerate(order) if one.master == master - 1)
+    def _put_recorders_last(self, order: list[Placed]) -> None:
+        """Move each cell that records an answer behind it, wherever a student may have moved either."""
+        for master in filter(self._is_recorder, range(len(self.master))):
+            here = next(i for i, cell in enumerate(order) if cell.master == master)
+            last = max(i for i, cell in enumerate(order) if cell.master == master - 1)
             if last > here and order[last].student is not None:
-                recorder = order.pop(here)
-                order.insert(last, recorder)  # which is behind it, now that the recorder is gone from before it
-        return order
+                order.insert(last, order.pop(here))
 
 
-def _plain(source: str) -> str:
+def _visible(source: str) -> str:
+    """Return a text without white space at the ends of its lines."""
     return "\n".join(line.rstrip() for line in source.strip().splitlines())
 
 
-def _longest_rise(numbers: Sequence[int], light: Callable[[int], bool]) -> set[int]:
-    """The longest selection of different numbers that rises, as they come; of equally long ones, one with few light."""
+def _longest_rise(numbers: Sequence[int], is_light: Callable[[int], bool]) -> set[int]:
+    """Return the longest rising selection of different numbers; of equally long ones, one with few light numbers."""
     best: list[tuple[int, int]] = []  # length and number of heavy ones of the best selection that ends here
     before: list[int | None] = []
     for number in numbers:
         earlier = [place for place in range(len(best)) if numbers[place] < number]
         last = max(earlier, key=lambda place: best[place], default=None)
         length, heavy = best[last] if last is not None else (0, 0)
-        best.append((length + 1, heavy + (not light(number))))
+        best.append((length + 1, heavy + (not is_light(number))))
         before.append(last)
-    found = set()
+    selected = set()
     place = max(range(len(best)), key=lambda place: best[place], default=None)
     while place is not None:
-        found.add(numbers[place])
+        selected.add(numbers[place])
         place = before[place]
-    return found
+    return selected

@@ -1,50 +1,44 @@
-"""A student's work, run at home as grading runs it: what is recorded, what is not, and why. Nothing is marked.
+"""Check a student's work at home: run it as grading runs it, and report what is recorded, what is not, and why.
 
 The notebooks as they were saved are put into the course's frame and run from the first cell to the last, in a copy of
-the folder. There is no sandbox: it is the student's own code, on their own machine.
+the folder. There is no sandbox: it is the student's own code, on their own computer. Nothing is marked.
 """
 
 from __future__ import annotations
 
 import tempfile
 import time
-from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
 from typing import Any
 
 import labcourse
 from labcourse import course_file, courses, files, program, released
-from labcourse.answers import (
-    answers,
-    report_files,
-    schema,
-    words,
-)
+from labcourse.answers import answers, report_files, schema, words
 from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.cell_reports import REPORTS_FILE, Reports
+from labcourse.answers.parts import Where
+from labcourse.answers.report_files import ReportFile
 from labcourse.errors import AnswerError
 from labcourse.files import ANSWERS_FILE, COURSE_FILE
-from labcourse.run import (
-    alignment,
-    execute,
-    merge,
-    portability,
-    reasons,
-    reports_along,
-    student_folder,
-)
-from labcourse.run.alignment import Change, Role
-from labcourse.run.alike import alike
-from labcourse.run.asked import Asked, Where, asked
-from labcourse.run.execute import Broken, Report
+from labcourse.messages import listed, plural
+from labcourse.run import execute, merge, portability, reasons, student_folder
+from labcourse.run.alignment import Change, Happened, Role, asked, source_of
 from labcourse.run.merge import Merged
-from labcourse.run.reasons import Claim
+from labcourse.run.reasons import Reasons
 from labcourse.run.student_folder import Work
 from labcourse.student_id import caseless
 
-_ROUGHLY = 2.0  # s by which the clocks of files may differ from ours
+CLOSE = 1e-4  #: relative: answers are stored to six digits, and another library may differ in the last of them
+_CLOCKS = 2.0  # s by which the times of files may differ; FAT counts in two
+_NAMED = 6  # cells that are named before "and 12 more"
+_DIFFERENT = (
+    "Other than on your page: your saved notebook, run from its first cell to its last, gives another answer than the "
+    "one that you recorded. Choose Kernel → Restart Kernel and Run All Cells…, and look at it. Random numbers need a "
+    "seed."
+)
 
 
 class State(StrEnum):
@@ -54,7 +48,7 @@ class State(StrEnum):
     WRITTEN = "written"  # an answer in words
     IN_PDF = "in a PDF"  # of the student's own: a text of a report
     DIFFERENT = "different"  # from what was recorded at home
-    MISSING = "missing"  # and there is something to say of it
+    MISSING = "missing"  # and there is something to say about it
     EMPTY = "empty"
 
 
@@ -74,29 +68,27 @@ class Part:
 
 @dataclass(frozen=True)
 class Checked:
-    """What a check found.
+    """The result of a check: plain data, and sentences for the student.
 
     Attributes
     ----------
     student, folder : whose work, and where
     parts : all that is asked, in the notebooks' order
-    stops : what stopped, and what builds on it, a sentence each
-    lost : what was recorded at home and is not here, though nothing stopped; a sentence each
-    changes : notebook's file name → what happened to cells of the course's
-    unsaved : notebook's file name → a sentence, where something was recorded after it was saved
-    problems : what could not be read or run
-    notes : what is worth knowing
+    problems : what could not be read
+    stops : what stopped, and what builds on it
+    lost : what was recorded at home and is not here, though nothing stopped
+    unsaved : notebooks in which something was recorded after they were saved
+    notes : what else is worth knowing
     seconds : that it took
     """
 
     student: str
     folder: Path
     parts: tuple[Part, ...]
+    problems: tuple[str, ...] = ()
     stops: tuple[str, ...] = ()
     lost: tuple[str, ...] = ()
-    changes: Mapping[str, tuple[Change, ...]] = field(default_factory=dict)
-    unsaved: Mapping[str, str] = field(default_factory=dict)
-    problems: tuple[str, ...] = ()
+    unsaved: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
     seconds: float = 0.0
 
@@ -108,21 +100,30 @@ class Checked:
     @property
     def questions(self) -> dict[str, bool]:
         """Question → whether all of its parts are there."""
-        found: dict[str, bool] = {}
-        for part in self.parts:
-            found[part.question] = found.get(part.question, True) and part.state in GOOD
-        return found
+        return {part.question: not self._states(part.question) - {*GOOD} for part in self.parts}
 
+    @property
+    def summary(self) -> str:
+        """How much is there, as a sentence."""
+        missing = [question for question, is_there in self.questions.items() if not is_there]
+        count = plural(len(self.questions), "{count} question", "{count} questions")
+        if not missing:
+            return f"All there: {count}."
+        states = [self._states(question) for question in missing]
+        wrong = sum(bool(state & {State.MISSING, State.DIFFERENT}) for state in states)
+        empty = sum(state == {State.EMPTY} for state in states)
+        counts = {"with something to look at": wrong, "answered in part": len(states) - wrong - empty, "empty": empty}
+        rest = ", ".join(f"{number} {text}" for text, number in counts.items() if number)
+        return f"{len(self.questions) - len(missing)} of {count} are all there; {rest}."
 
-@dataclass(frozen=True)
-class _Home:
-    """What a student's own ``answers.json`` says."""
+    @property
+    def advice(self) -> tuple[str, ...]:
+        """What to look at first, a sentence each."""
+        different = [_DIFFERENT] if any(part.state is State.DIFFERENT for part in self.parts) else []
+        return (*self.problems, *self.stops, *self.lost, *self.unsaved, *different)
 
-    answers: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
-    seed: int | None = None
-    when: Mapping[str, Mapping[str, int]] = field(default_factory=dict)
-    claim: Claim | None = None
-    note: str = ""
+    def _states(self, question: str) -> set[State]:
+        return {part.state for part in self.parts if part.question == question}
 
 
 def check(
@@ -132,18 +133,18 @@ def check(
     *,
     student: str = "",
     cell_timeout: float = execute.CELL_TIMEOUT,
-    report: Report = lambda name, done, of: None,
+    report: Callable[[str], None] = lambda name: None,
 ) -> Checked:
     """Run a student's saved notebooks as grading does, and compare with what they recorded.
 
     Parameters
     ----------
     folder : the student's, with the notebooks in it
-    masters : file name → notebook as handed out
+    masters : file name → notebook as released
     catalogue : of the course
-    student : whose bench to use; else the student of the folder
-    cell_timeout : what a cell may take, s
-    report : told as the run goes on, see :data:`labcourse.run.execute.Report`
+    student : ID, of whose bench; else the student of the folder
+    cell_timeout : time for a cell, s
+    report : called with the file name of each notebook that begins
 
     Raises
     ------
@@ -154,61 +155,65 @@ def check(
     work = student_folder.read(folder, list(masters), released.packages_of(masters), catalogue)
     student = student_folder.student_of(work, student)
     merged = merge.merged(masters, work.hand_in.notebooks)
-    data, reports, broken = _run(work, merged, student, released.imports_of(masters), cell_timeout, report)
-    found, unreadable = _answers(data)
-    home = _home(work, student)
+    data, reports = _run(work, merged, student, masters, cell_timeout, report)
+    (run, unreadable), (home, incomparable) = _parsed(data), _at_home(work, student)
+    given = {(question, part) for question, parts in run.get("answers", {}).items() for part in parts}
+    limits: dict[str, Any] = {"handed_in": work.hand_in.notebooks, "seconds": cell_timeout, "place": "here"}
+    why = reasons.explain(masters, merged, reports, given, catalogue, claim=home.get("cells"), **limits)
+    own_files = work.hand_in.files
     written = {
-        name: words.written(master["cells"], work.hand_in.notebooks.get(name, ()), work.hand_in.files)
+        name: words.written(master["cells"], work.hand_in.notebooks.get(name, ()), own_files)
         for name, master in masters.items()
     }
-    why = reasons.explain(
-        masters,
-        merged,
-        reports,
-        {(question, part) for question, parts in found.items() for part in parts},
-        catalogue,
-        handed_in=work.hand_in.notebooks,
-        claim=home.claim,
-        seconds=cell_timeout,
-        place="here",
-    )
-    along = report_files.of_files(work.hand_in.reports, catalogue)
-    own = {number for number, one in along.items() if one.own}
-    parts = tuple(
-        _part(one, written[one.notebook].words, (found, _seed(data)), home, why.missing.get(one.where, ""), own)
-        for one in asked(masters, merged, catalogue)
-    )
-    changes = {name: changed for name, changed in merged.changes.items() if changed}
+    pdfs = report_files.of_files(work.hand_in.reports, catalogue)
+    texts_in_pdf = {number for number, pdf in pdfs.items() if pdf.own}
+    parts: dict[Where, Part] = {}
+    for name, master in masters.items():
+        for entry, names in asked(master["cells"], catalogue):
+            for where in ((entry.question, part) for part in names):
+                state = State.EMPTY
+                if not entry.in_words:
+                    state = _state(where, run, home, why)
+                elif where in written[name].words:
+                    state = State.WRITTEN
+                elif entry.question in texts_in_pdf:
+                    state = State.IN_PDF
+                parts.setdefault(where, Part(name, *where, state, why.missing[where] if state is State.MISSING else ""))
+    texts = [f"{name}: {note}" for name, of in written.items() for note in (*of.problems, *of.notes, *of.asked)]
+    changes = (_of_changes(name, changed) for name, changed in merged.changes.items() if changed)
     return Checked(
         student,
         folder,
-        parts,
-        why.stops,
-        why.lost,
-        changes,
-        _unsaved(parts, work.saved, home),
-        (*work.problems, *unreadable, *_broken(broken), *_too_new(work, merged)),
-        (
+        tuple(parts.values()),
+        problems=(*work.problems, *([unreadable] if unreadable else []), *_too_new(work, merged)),
+        stops=why.stops,
+        lost=why.lost,
+        unsaved=tuple(_unsaved(parts.values(), work.saved, home.get("when", {}))),
+        notes=(
+            *changes,
             *work.notes,
-            *filter(None, (home.note, _other_release(work))),
-            *(f"{name}: {one}" for name, of in written.items() for one in (*of.problems, *of.notes, *of.asked)),
+            *filter(None, (incomparable, _other_release(work))),
+            *texts,
             *_foreign(work, merged),
-            *reports_along.notes(
-                work, along, {(one.question, one.name) for one in parts if one.state is State.WRITTEN}, catalogue
-            ),
+            *_of_reports(work, pdfs.values(), catalogue),
             *why.harmless,
         ),
-        time.monotonic() - begun,
+        seconds=time.monotonic() - begun,
     )
 
 
-# --- the run ----------------------------------------------------------------------------------------------------------
+# --- the run, and what was recorded at home ---------------------------------------------------------------------------
 
 
 def _run(
-    work: Work, merged: Merged, student: str, imports: Sequence[str], cell_timeout: float, report: Report
-) -> tuple[bytes | None, Reports, tuple[Broken, ...]]:
-    """Run in a copy of the folder: what was recorded, what became of cells, and which did not end by themselves."""
+    work: Work,
+    merged: Merged,
+    student: str,
+    masters: Mapping[str, dict[str, Any]],
+    cell_timeout: float,
+    report: Callable[[str], None],
+) -> tuple[bytes | None, Reports]:
+    """Run in a copy of the folder; return what was recorded, and what became of cells."""
     with tempfile.TemporaryDirectory(prefix="labcourse-check-", ignore_cleanup_errors=True) as scratch:
         place = Path(scratch)
         for name, content in work.hand_in.files.items():
@@ -217,123 +222,103 @@ def _run(
         if work.hand_in.course:
             about = {**work.hand_in.course, course_file.STUDENT: student}
             (place / COURSE_FILE).write_text(course_file.text(about), encoding="utf-8")
-        log = place / REPORTS_FILE
-
-        def begin(name: str) -> str:
-            return f"import labcourse.answers.cell_reports as _r; _r.begin({str(log)!r}, {name!r}); del _r"
-
-        broken = execute.run(
-            merged.notebooks,
-            place,
-            parameters={"student": student},
-            imports=imports,
-            first=begin,
-            cell_timeout=cell_timeout,
-            report=report,
-        )
+        options: dict[str, Any] = {"parameters": {"student": student}, "imports": released.imports_of(masters)}
+        execute.run(merged.notebooks, place, cell_timeout=cell_timeout, report=report, **options)
+        log, recorded = place / REPORTS_FILE, place / ANSWERS_FILE
         reports = schema.read_reports(files.read(log) if log.exists() else b"")
-        recorded = place / ANSWERS_FILE
-        return (files.read(recorded) if recorded.exists() else None), reports, broken
+        return (files.read(recorded) if recorded.exists() else None), reports
 
 
-def _answers(data: bytes | None) -> tuple[Mapping[str, Mapping[str, Any]], tuple[str, ...]]:
-    """What a run recorded, and why it cannot be read."""
-    if data is None:
-        return {}, ()
+def _parsed(data: bytes | None) -> tuple[Mapping[str, Any], str]:
+    """Parse an ``answers.json``, of the run or of the student; return an empty mapping and why if that fails."""
     try:
-        return answers.parse(data)["answers"], ()
+        return (answers.parse(data) if data is not None else {}), ""
     except AnswerError as error:
-        return {}, (f"What the run recorded cannot be read. {error}",)
+        return {}, str(error)
 
 
-def _seed(data: bytes | None) -> int | None:
-    try:
-        return int(answers.parse(data)["probe_seed"]) if data is not None else None
-    except AnswerError:
-        return None
-
-
-def _broken(broken: Sequence[Broken]) -> Iterator[str]:
-    for one in broken:
-        if one.how == execute.EXITED:
-            yield f"{one.notebook}: the cell {one.cell} ends Python (exit); nothing after it was run."
-
-
-def _home(work: Work, student: str) -> _Home:
-    """What was recorded at home."""
-    if work.hand_in.claim is None:
-        return _Home(
-            note=f"There is no {ANSWERS_FILE} here: nothing was recorded on the page. That costs no points, for your "
+def _at_home(work: Work, student: str) -> tuple[Mapping[str, Any], str]:
+    """Return what the student recorded at home, and a note if there is nothing to compare with."""
+    home, problem = _parsed(work.hand_in.claim)
+    if problem:
+        return {}, f"{ANSWERS_FILE} cannot be compared with. {problem}"
+    if not home:
+        return {}, (
+            f"There is no {ANSWERS_FILE} here: nothing was recorded on the page. That costs no points, for your "
             "notebooks are run anew. But what they answer then cannot be compared with what you saw."
         )
-    try:
-        content = answers.parse(work.hand_in.claim)
-    except AnswerError as error:
-        return _Home(note=f"{ANSWERS_FILE} cannot be compared with. {error}")
-    if caseless(content["student"]) != caseless(student):
-        return _Home(note=f"{ANSWERS_FILE} holds the answers of {content['student'][:40]!r}, and is not compared with.")
-    return _Home(content["answers"], content["probe_seed"], content.get("when", {}), Claim(content["cells"]))
+    if caseless(home["student"]) != caseless(student):
+        return {}, f"{ANSWERS_FILE} has the answers of {home['student'][:40]!r}, and is not compared with."
+    return home, ""
 
 
-# --- what it means ----------------------------------------------------------------------------------------------------
+def _state(where: Where, run: Mapping[str, Any], home: Mapping[str, Any], why: Reasons) -> State:
+    """Compare what the run recorded of a part with what the student recorded."""
+    now, before = (content.get("answers", {}).get(where[0], {}).get(where[1]) for content in (run, home))
+    if now is None:  # of what nobody has begun it is not reported that it builds on others
+        is_begun = where in why.begun or before is not None
+        return State.MISSING if where in why.missing and is_begun else State.EMPTY
+    is_same_trial = now.get("kind") != "function" or run["probe_seed"] == home.get("probe_seed")
+    return State.DIFFERENT if before is not None and is_same_trial and not alike(now, before) else State.RECORDED
 
 
-def _part(
-    asked_for: Asked,
-    written: Mapping[Where, Any],
-    recorded: tuple[Mapping[str, Mapping[str, Any]], int | None],
-    home: _Home,
-    why: str,
-    own_documents: Collection[str] = (),
-) -> Part:
-    """What became of a part. Of one that nobody has begun it is not told that it builds on others."""
-    (question, name), (found, seed) = asked_for.where, recorded
+def alike(one: Any, other: Any, scale: float = 0.0) -> bool:
+    """Return whether two pieces of plain data are equal, numbers to within :data:`CLOSE`.
 
-    def is_(state: State, why: str = "") -> Part:
-        return Part(asked_for.notebook, question, name, state, why)
-
-    if asked_for.in_words and asked_for.where in written:
-        return is_(State.WRITTEN)
-    if asked_for.in_words:
-        return is_(State.IN_PDF if question in own_documents else State.EMPTY)
-    now, before = found.get(question, {}).get(name), home.answers.get(question, {}).get(name)
-    if now is None:
-        return is_(State.MISSING, why) if why and (asked_for.begun or before is not None) else is_(State.EMPTY)
-    if before is None or alike(now, before) or (now.get("kind") == "function" and seed != home.seed):
-        return is_(State.RECORDED)
-    return is_(State.DIFFERENT)
+    That is relative to the larger one, or to the largest number beside them in a list, or to ``scale``.
+    """
+    if _is_number(one) and _is_number(other):
+        return bool(abs(one - other) <= CLOSE * max(abs(one), abs(other), scale))
+    if type(one) is not type(other):
+        return False
+    if isinstance(one, dict):
+        return one.keys() == other.keys() and all(alike(one[key], other[key]) for key in one)
+    if isinstance(one, list):
+        largest = max((abs(number) for number in (*one, *other) if _is_number(number)), default=scale)
+        return len(one) == len(other) and all(alike(a, b, largest) for a, b in zip(one, other, strict=True))
+    return bool(one == other)
 
 
-def _unsaved(parts: Sequence[Part], saved: Mapping[str, float], home: _Home) -> dict[str, str]:
-    """Notebooks in which something was recorded after they were saved."""
-    latest: dict[str, tuple[float, Part]] = {}
-    for part in parts:
-        when = home.when.get(part.question, {}).get(part.name)
-        if when is not None and when > latest.get(part.notebook, (0.0, part))[0]:
-            latest[part.notebook] = when, part
-    return {
-        name: (
-            f"was saved at {_clock(saved[name])}, and {part.question} was recorded at {_clock(when)}: save it "
-            "(Ctrl+S), and check again"
-        )
-        for name, (when, part) in latest.items()
-        if name in saved and when > saved[name] + _ROUGHLY
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+# --- what else is worth knowing ---------------------------------------------------------------------------------------
+
+
+def _unsaved(
+    parts: Iterable[Part], saved: Mapping[str, float], when: Mapping[str, Mapping[str, float]]
+) -> Iterator[str]:
+    """Yield a sentence on each notebook in which something was recorded after it was saved."""
+    questions = {
+        part.notebook: part.question
+        for part in parts
+        if when.get(part.question, {}).get(part.name, 0.0) > saved.get(part.notebook, float("inf")) + _CLOCKS
     }
+    for name, question in questions.items():
+        yield f"{name} was saved before {question} was recorded: save it (Ctrl+S), and check again."
 
 
-def _other_release(work: Work) -> str:
-    """A word on work that was begun under another release than the one that is installed; "" else."""
+def _of_changes(name: str, changes: Iterable[Change]) -> str:
+    """Say what happened to the course's cells in a notebook."""
+    cells = {what: [change.cell for change in changes if change.what is what] for what in Happened}
+    happened = "; ".join(f"{what}: {listed(names, _NAMED)}" for what, names in cells.items() if names)
+    number = name.partition("_")[0]
+    return (
+        f"{name}: of the course's cells, {happened}. They are run as the course has them; {program.name()} restore "
+        f'{number}, or lab.restore("{number}") in a notebook, gives them back and touches no answer.'
+    )
+
+
+def _other_release(work: Work) -> str | None:
+    """Say that work was begun under another release than the one that is installed."""
     begun, here = work.hand_in.course.get(course_file.RELEASE), released.release()
     if not here or not isinstance(begun, str) or begun == here:
-        return ""
+        return None
     return (
         f"This folder was begun with release {begun[:80]} of the course, and is checked with {here}, which is "
         f"installed. Started once more, {program.name()} lab brings the folder to it, and touches no answer."
     )
-
-
-def _clock(seconds: float) -> str:
-    return time.strftime("%H:%M:%S" if time.time() - seconds < 43_200 else "%Y-%m-%d %H:%M", time.localtime(seconds))
 
 
 def _too_new(work: Work, merged: Merged) -> Iterator[str]:
@@ -341,7 +326,7 @@ def _too_new(work: Work, merged: Merged) -> Iterator[str]:
     grader = portability.version(work.hand_in.course.get(course_file.PYTHON))
     if grader is None or grader >= portability.HERE:
         return
-    here, there = map(portability.in_words, (portability.HERE, grader))
+    here, there = map(portability.version_text, (portability.HERE, grader))
     for name, source in _own_code(work, merged):
         why = portability.too_new(source, grader)
         if why is not None:
@@ -351,23 +336,18 @@ def _too_new(work: Work, merged: Merged) -> Iterator[str]:
             )
 
 
-def _packages() -> tuple[str, str]:
-    """Return the packages that bring what a course's work may import."""
-    return labcourse.__name__, courses.current().package.partition(".")[0]
-
-
 def _foreign(work: Work, merged: Merged) -> Iterator[str]:
     """Yield a message on each module and each file that is here and may be missing elsewhere."""
     sources = [*_own_code(work, merged)]
-    files = work.hand_in.files
-    own = {name.partition("/")[0].partition(".")[0] for name in files}
-    for name in portability.foreign((source for _name, source in sources), own, _packages()):
+    own = {name.partition("/")[0].partition(".")[0] for name in work.hand_in.files}
+    packages = (labcourse.__name__, courses.current().package.partition(".")[0])
+    for name in portability.foreign((source for _name, source in sources), own, packages):
         yield (
             f"{name} does not come with the course: it may be missing where your work is graded. Ask your "
             "instructor, or do without it."
         )
-    packed = {*files, *work.hand_in.reports, *work.saved, ANSWERS_FILE, COURSE_FILE}
-    left = ((place, name) for place, one in sources for name in portability.not_packed(one, work.folder, packed))
+    packed = {*work.hand_in.files, *work.hand_in.reports, *work.saved, ANSWERS_FILE, COURSE_FILE}
+    left = ((place, name) for place, code in sources for name in portability.not_packed(code, work.folder, packed))
     for place, name in dict.fromkeys(left):
         yield (
             f"{place} names the file {name!r}, which is not handed in: put it beside your notebooks, and name it as "
@@ -378,9 +358,24 @@ def _foreign(work: Work, merged: Merged) -> Iterator[str]:
 def _own_code(work: Work, merged: Merged) -> Iterator[tuple[str, str]]:
     """Yield the student's own code, cells and modules: file name and source."""
     for name, notebook in merged.notebooks.items():
-        for cell in notebook["cells"]:
-            if merge.role_of(cell) is not Role.LOCKED:
-                yield name, alignment.source_of(cell)
+        yield from ((name, source_of(cell)) for cell in notebook["cells"] if merge.role_of(cell) is not Role.LOCKED)
     for name, content in work.hand_in.files.items():
         if name.endswith(".py"):
             yield name, content.decode(errors="replace")
+
+
+def _of_reports(work: Work, pdfs: Iterable[ReportFile], catalogue: Catalogue) -> Iterator[str]:
+    """Yield notes on the reports that are handed in as PDF."""
+    for pdf in pdfs:
+        yield str(pdf)
+        notebook = catalogue.reports[pdf.report].notebook
+        if pdf.own:
+            yield (
+                f"{pdf.report}: a text that is not written in its cell is looked for in your own document, {pdf.name}: "
+                "let its headings say which is which. A text cell that is filled in is read first."
+            )
+        elif (work.folder / pdf.name).stat().st_mtime + _CLOCKS < work.saved.get(f"{notebook}.ipynb", 0.0):
+            yield (
+                f"{pdf.name} was made before {notebook} was saved last. If you changed a text, a figure or a table "
+                "since, run the cell with lab.report() again: whoever judges the report as a whole reads the PDF."
+            )

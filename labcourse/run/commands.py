@@ -1,10 +1,10 @@
-"""The commands by which a student looks at their work, packs it, and puts notebooks in order: for everybody."""
+"""The commands by which a student checks their work, packs it, and puts notebooks in order."""
 
 from __future__ import annotations
 
 import contextlib
+import itertools
 import signal
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -13,12 +13,13 @@ import typer
 
 from labcourse import program
 from labcourse.errors import CheckError
+from labcourse.messages import plural
 from labcourse.run import by_program
 from labcourse.run.from_notebook import nothing_here
 from labcourse.safe_text import say
 
 if TYPE_CHECKING:  # modules load when a command needs them
-    from labcourse.run.check import Checked
+    from labcourse.run.check import Checked, Part
 
 FINE, LOOK, STOPPED = 0, 1, 130  #: exit codes, besides 2 for what cannot be done
 _ENDINGS = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]  # Windows has no SIGHUP
@@ -45,9 +46,7 @@ def check(folder: _Folder = None, student: _Student = "") -> None:
     Exit codes: 0 all is recorded, 1 there is something to look at, 2 it cannot be checked.
     """
     with _a_run("check"):
-        checked = _checked(_place(folder), student)
-        typer.echo("")
-        _show(checked)
+        checked = _checked(folder, student)
     raise typer.Exit(FINE if checked.good else LOOK)
 
 
@@ -69,27 +68,16 @@ def submit(
     from labcourse.run import submit as packing
 
     with _a_run("submit"):
-        place = _place(folder)
         masters = released.masters()
+        place = student_folder.find(folder, masters)
         student = packing.owner(student_folder.read(place, list(masters)), student)
         checked = None if no_check else _checked(place, student)
         if checked is not None:
             typer.echo("")
-            _show(checked)
-            typer.echo("")
-        done = packing.submit(
-            place,
-            list(masters),
-            student=student,
-            partners=partners or (),
-            out=out,
-            checked=checked,
-            modules=released.packages_of(masters),
-            catalogue=released.catalogue_of(masters),
-        )
-        for line in done.lines:
-            say(line)
-        say(f"Your receipts are kept in {done.receipts}.")
+        catalogue = released.catalogue_of(masters)
+        options: dict[str, Any] = {"student": student, "partners": partners or (), "out": out, "checked": checked}
+        packed = packing.submit(place, masters, catalogue, **options)
+        say(*packed.lines, f"Your receipts are stored in {packed.receipts}.")
     raise typer.Exit(FINE if checked is None or checked.good else LOOK)
 
 
@@ -105,10 +93,11 @@ def restore(
     """Get back the course's own cells and texts that you changed or deleted; your answers stay."""
     from labcourse import courses, released
     from labcourse.run import restore as restoring
+    from labcourse.run import student_folder
 
     with _a_run("restore"):
         masters = released.masters()
-        place = _place(folder)
+        place = student_folder.find(folder, masters)
         if place == courses.current().notebooks.resolve():
             raise CheckError(
                 f"The notebooks in {place} are the only ones that this installation has: it has nothing to give "
@@ -117,13 +106,16 @@ def restore(
         changed, failed = False, []
         for name in restoring.named(notebooks or [], list(masters)):
             try:
-                done = restoring.restore(place, name, masters[name], dry_run)
+                restored = restoring.restore(place, name, masters[name], dry_run)
             except CheckError as error:  # restore the others first
                 failed.append(str(error))
                 continue
-            changed = changed or bool(done.lines)
-            for line in _of_restored(done, dry_run):
-                say(line)
+            if not restored.lines:
+                say(f"{name}: all that is the course's is there.")
+                continue
+            changed = True
+            backup = f" The notebook as it was is saved as {restored.backup}." if restored.backup else ""
+            say(f"{name} {'can be' if dry_run else 'is'} restored.{backup}", *(f"  {line}" for line in restored.lines))
         if changed and not dry_run:
             typer.echo(
                 "A notebook that is open in JupyterLab still shows its old state: choose File → Reload Notebook "
@@ -133,80 +125,75 @@ def restore(
             raise CheckError("\n".join(failed))
 
 
-def _of_restored(done: Any, dry_run: bool) -> Iterator[str]:
-    if not done.lines:
-        yield f"{done.notebook}: all that is the course's is there."
-        return
-    kept = f" As it was, it is kept as {done.kept}." if done.kept else ""
-    head = "{name}, if you ask for it:" if dry_run else "{name}:{kept}"
-    yield head.format(name=done.notebook, kept=kept)
-    yield from (f"  {line}" for line in done.lines)
-
-
-def _place(folder: Path | None) -> Path:
-    from labcourse import released
-    from labcourse.run import student_folder
-
-    return student_folder.find(folder, released.masters())
-
-
-def _checked(folder: Path, student: str) -> Checked:
+def _checked(given: Path | None, student: str) -> Checked:
+    """Check a folder, and show what was found."""
     from labcourse import courses, released
     from labcourse.run import check as checking
+    from labcourse.run import student_folder
 
     masters = released.masters()
-    if folder.resolve() == courses.current().notebooks.resolve():  # texts would be compared with themselves
+    folder = student_folder.find(given, masters)
+    if folder == courses.current().notebooks.resolve():  # texts would be compared with themselves
         raise CheckError(
             "Here your own notebooks stand for the course's, and none of your texts would be found. This happens "
             f"with python -m {program.name()} in the course's folder, or after pip install -e. Install the course once "
             f"(pip install .), and say {program.name()} check as its README does. ({program.name()} submit --no-check "
             "packs unseen.)"
         )
-    progress = _Progress(len(masters))
-    try:
-        return checking.check(
-            folder, masters, released.asked_of(masters, folder), student=student, report=progress.report
-        )
-    finally:
-        progress.close()
+    count = itertools.count(1)
+    checked = checking.check(
+        folder,
+        masters,
+        released.asked_of(masters, folder),
+        student=student,
+        report=lambda name: typer.echo(f"Running {next(count)} of {len(masters)}: {name}"),
+    )
+    typer.echo("")
+    say(*lines(checked))
+    return checked
 
 
-def _show(checked: Checked) -> None:
-    from labcourse.run import check_words
+def lines(checked: Checked) -> Iterator[str]:
+    """Yield the result of a check as text: how much is there, what to look at first, then notebook by notebook."""
+    yield f"Checked in {checked.seconds:.0f} s, as your work is run for marking (and nothing was marked)."
+    yield f"Student {checked.student}, folder {checked.folder}"
+    yield from ("", checked.summary)
+    blocks = {
+        "Look at this first": checked.advice,
+        "By notebook": _by_notebook(checked),
+        "Worth knowing": checked.notes,
+    }
+    for title, content in blocks.items():
+        if shown := [f"  {line}" for line in content]:
+            yield from ("", title, *shown)
 
-    for line in check_words.lines(checked):
-        say(line)
+
+def _by_notebook(checked: Checked) -> Iterator[str]:
+    from labcourse.run.check import GOOD, State
+
+    notebooks = {name: list(parts) for name, parts in itertools.groupby(checked.parts, lambda part: part.notebook)}
+    width = max((len(name) for name in notebooks), default=0) - len(".ipynb")
+    for name, parts in notebooks.items():
+        questions = {part.question for part in parts}
+        lacking = [part for part in parts if part.state not in GOOD]
+        done = len(questions - {part.question for part in lacking})
+        count = plural(len(questions), "{count} question", "{count} questions")
+        text = f"{done} of {count} all there" if lacking else "all there"
+        if all(part.state is State.EMPTY for part in parts):
+            text, lacking = "nothing yet", []
+        yield f"{name.removesuffix('.ipynb'):<{width}}  {text}"
+        for (question, why), group in itertools.groupby(lacking, lambda part: (part.question, _why(part))):
+            yield f"    {question}  {', '.join(part.name for part in group)}: {why}"
 
 
-class _Progress:
-    """Where the run is: one line that changes, in a terminal; else a line for each notebook."""
-
-    def __init__(self, notebooks: int) -> None:
-        self._line = sys.stdout.isatty()
-        self._notebooks, self._begun, self._name = notebooks, 0, ""
-
-    def report(self, name: str, done: int, of: int) -> None:
-        """Show how many cells of a notebook have been run."""
-        if name != self._name:
-            self._name, self._begun = name, self._begun + 1
-            if not self._line:
-                typer.echo(self._where(name))
-        if self._line:
-            cell = f"cell {done} of {of}"
-            typer.echo(f"\r\x1b[K{self._where(name)}  {cell}", nl=False)
-
-    def _where(self, name: str) -> str:
-        return f"Running {self._begun} of {self._notebooks}: {name}"
-
-    def close(self) -> None:
-        """Leave a clean line."""
-        if self._line:
-            typer.echo("\r\x1b[K", nl=False)
+def _why(part: Part) -> str:
+    texts = {"different": "recorded, but other than on your page", "missing": f"not recorded. {part.why}"}
+    return texts.get(part.state, part.state)
 
 
 @contextlib.contextmanager
 def _a_run(command: str) -> Iterator[None]:
-    """Do it, unless a program runs the notebooks that ask for it; end in order when it is stopped."""
+    """Run a command, unless a program runs the notebooks that ask for it; end in order when it is stopped."""
     if by_program():
         typer.echo(nothing_here(command))
         raise typer.Exit(FINE)
@@ -222,6 +209,6 @@ def _a_run(command: str) -> Iterator[None]:
 
 
 def _interrupt(*_arguments: Any) -> None:
-    for number in _ENDINGS:  # it is heard: what ends now is not to be disturbed
+    for number in _ENDINGS:  # another one must not disturb what ends now
         signal.signal(number, signal.SIG_IGN)
     raise KeyboardInterrupt

@@ -1,7 +1,8 @@
-"""The notebooks of a run: the course's, with what a student wrote in them, where it stands."""
+"""Make the notebooks of a run: the course's, with what a student wrote in them, where it stands."""
 
 from __future__ import annotations
 
+import itertools
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -9,11 +10,11 @@ from typing import Any
 
 from labcourse.answers.notebooks import CODE, Cell
 from labcourse.run import alignment, skippable_cells
-from labcourse.run.alignment import Change, Placed, Role
+from labcourse.run.alignment import Change, Placed, Role, source_of
 
 Notebook = dict[str, Any]
 ROLE = "role"  #: key of the role of a cell that is run, in its metadata's ``labcourse``
-_NAME = re.compile(r"[a-zA-Z0-9_-]{1,64}")  # what the format of notebooks has for an id
+CELL_ID = re.compile(r"[a-zA-Z0-9_-]{1,64}")  #: what the format of notebooks allows
 
 
 @dataclass(frozen=True)
@@ -22,8 +23,8 @@ class Merged:
 
     Attributes
     ----------
-    notebooks : file name → notebook, code only; it goes on to the next cell whatever happens in one
-    changes : file name → what happened to cells of the course's
+    notebooks : file name → notebook, code only; after an error in a cell, the next cell is run
+    changes : file name → what happened to cells of the course
     skipped : file name → ids of cells that are left out, as they only show something
     """
 
@@ -38,7 +39,7 @@ def merged(
     every_cell: bool = False,
     supplied: Mapping[str, Mapping[str, str]] | None = None,
 ) -> Merged:
-    """The course's notebooks with a student's cells in them.
+    """Put a student's cells into the course's notebooks.
 
     Locked cells are always the course's. Text is left out, and so are cells that only show something
     (:mod:`~labcourse.run.skippable_cells`). A notebook that was not handed in is run as released.
@@ -52,33 +53,30 @@ def merged(
     """
     made = Merged({}, {}, {})
     for name, notebook in pristine.items():
-        cells, changes = _cells(notebook["cells"], handed_in.get(name))
-        cells = _with_supplied(cells, (supplied or {}).get(name, {}))
-        idle = frozenset() if every_cell else frozenset(skippable_cells.skippable(cells))
-        kept = [cell for cell in cells if cell["id"] not in idle]
-        made.notebooks[name] = {**notebook, "cells": kept}
-        made.changes[name] = changes
-        made.skipped[name] = idle
+        cells, made.changes[name] = _cells(notebook["cells"], handed_in.get(name))
+        inserted = (supplied or {}).get(name, {})
+        cells = list(itertools.chain.from_iterable(_with_supplied(cell, inserted) for cell in cells))
+        made.skipped[name] = frozenset(() if every_cell else skippable_cells.skippable(cells))
+        made.notebooks[name] = {**notebook, "cells": [cell for cell in cells if cell["id"] not in made.skipped[name]]}
     return made
 
 
 def role_of(cell: Mapping[str, Any]) -> Role:
-    """Whose a cell of a merged notebook is."""
+    """Return the role of a cell of a merged notebook."""
     return Role(cell["metadata"]["labcourse"][ROLE])
 
 
 def _cells(
     master: Sequence[dict[str, Any]], student: Sequence[Cell] | None
 ) -> tuple[list[dict[str, Any]], tuple[Change, ...]]:
-    """The code cells to be run, in order, each with an id of its own."""
+    """Return the code cells to be run, in order, each with an id of its own; and what happened to the course's."""
     if student is None:
-        return [
-            _code(cell, cell["id"], cell["source"], alignment.role_of(cell)) for cell in master if _is_code(cell)
-        ], ()
+        code = [cell for cell in master if cell["cell_type"] == CODE]
+        return [_code(cell["id"], cell["source"], alignment.role_of(cell), cell) for cell in code], ()
     aligned = alignment.align(master, student)
     names = {cell["id"] for cell in master}
-    begun: set[int] = set()  # cells of the course's that have a piece already, which bears their name
-    found = []
+    begun: set[int] = set()  # the course's cells of which there is a piece already, which has their id
+    cells = []
     for place in aligned.placed:
         source = _source(place, master, student)
         if source is None:
@@ -86,57 +84,41 @@ def _cells(
         if place.master is not None and place.master not in begun:
             begun.add(place.master)
             template = master[place.master]
-            found.append(_code(template, template["id"], source, place.role))
+            cells.append(_code(template["id"], source, place.role, template))
         else:
-            name = _name(student, place, names)
+            name = _new_id(student[place.student or 0].id, place.student or 0, names)
             names.add(name)
-            found.append(_code(None, name, source, place.role))
-    return found, aligned.changes
+            cells.append(_code(name, source, place.role))
+    return cells, aligned.changes
 
 
 def _source(place: Placed, master: Sequence[dict[str, Any]], student: Sequence[Cell]) -> str | None:
-    """What is run there; None if it is no code, or nothing."""
+    """Return what is run in a place; None if it is no code, or nothing."""
     if place.role is Role.LOCKED or (place.role is Role.OPEN and place.student is None):
         cell = master[place.master or 0]
-        return alignment.source_of(cell) if _is_code(cell) else None
+        return source_of(cell) if cell["cell_type"] == CODE else None
     if place.student is None or student[place.student].kind != CODE:
         return None
     return student[place.student].source
 
 
-def _is_code(cell: Mapping[str, Any]) -> bool:
-    return bool(cell["cell_type"] == CODE)
-
-
-def _code(template: Mapping[str, Any] | None, name: str, source: object, role: Role) -> dict[str, Any]:
+def _code(name: str, source: object, role: Role, template: Mapping[str, Any] | None = None) -> dict[str, Any]:
+    """Return a code cell, with the metadata of a cell of the course if it is one."""
     metadata = dict(template["metadata"]) if template else {}
     metadata["tags"] = [*metadata.get("tags", []), "raises-exception"]
     metadata["labcourse"] = {**metadata.get("labcourse", {}), ROLE: role.value}
-    return {
-        "id": name,
-        "cell_type": CODE,
-        "execution_count": None,
-        "metadata": metadata,
-        "outputs": [],
-        "source": source,
-    }
+    content = {"id": name, "cell_type": CODE, "execution_count": None}
+    return {**content, "metadata": metadata, "outputs": [], "source": source}
 
 
-def _name(student: Sequence[Cell], place: Placed, taken: set[str]) -> str:
-    """An id of its own for a cell of the student's: theirs, if it can be one."""
-    given = student[place.student or 0].id
-    if _NAME.fullmatch(given) and given not in taken:
+def _new_id(given: str, place: int, taken: set[str]) -> str:
+    """Return an id for a cell of the student's: theirs if possible."""
+    if CELL_ID.fullmatch(given) and given not in taken:
         return given
-    number = place.student or 0
-    while f"added-{number}" in taken:
-        number += 1
-    return f"added-{number}"
+    return next(name for number in itertools.count(place) if (name := f"added-{number}") not in taken)
 
 
-def _with_supplied(cells: list[dict[str, Any]], supplied: Mapping[str, str]) -> list[dict[str, Any]]:
-    found = []
-    for cell in cells:
-        if cell["id"] in supplied:
-            found.append(_code(None, f"supplied-{cell['id']}"[:64], supplied[cell["id"]], Role.LOCKED))
-        found.append(cell)
-    return found
+def _with_supplied(cell: dict[str, Any], supplied: Mapping[str, str]) -> list[dict[str, Any]]:
+    source = supplied.get(cell["id"])
+    before = [] if source is None else [_code(f"supplied-{cell['id']}"[:64], source, Role.LOCKED)]
+    return [*before, cell]

@@ -15,32 +15,29 @@ from pathlib import Path
 
 Version = tuple[int, int]  #: of Python: major, minor
 HERE: Version = (sys.version_info.major, sys.version_info.minor)
-
-_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]*")
-_EXTRA = re.compile(r"extra\s*==")
 _VERSION = re.compile(r"(3)\.(\d{1,3})(?!\d)")
 
 
 def version(text: object) -> Version | None:
     """Return the version that a text begins with, as "3.12.1"; None if it is no such text."""
-    found = _VERSION.match(text) if isinstance(text, str) else None
-    return (int(found[1]), int(found[2])) if found else None
+    match = _VERSION.match(text) if isinstance(text, str) else None
+    return (int(match[1]), int(match[2])) if match else None
 
 
-def in_words(python: Version) -> str:
+def version_text(python: Version) -> str:
     """Return a version as people write it: major and minor, with a dot."""
     return ".".join(map(str, python))
 
 
 def too_new(source: str, grader: Version) -> str | None:
-    """Return what of a source this Python can read and an older one cannot, in words; None if there is nothing.
+    """Return what in a source this Python can read and an older one cannot; None if there is nothing.
 
     Parameters
     ----------
     source : of a cell or a module
     grader : the older Python
     """
-    code = _plain(source)
+    code = _python(source)
     tree = _tree(code)
     if tree is None:  # the run says so
         return None
@@ -49,27 +46,26 @@ def too_new(source: str, grader: Version) -> str | None:
     except SyntaxError as error:
         return error.msg
     formats = {getattr(node, "format_spec", None) for node in ast.walk(tree)}  # ":.2f" is a JoinedStr, too
-    texts = (node for node in ast.walk(tree) if isinstance(node, ast.JoinedStr) and node not in formats)
-    strings = (ast.get_source_segment(code, node) or "" for node in texts)
-    return next((f"the text {one}" for one in strings if not _reads(one, grader)), None)
+    strings = (node for node in ast.walk(tree) if isinstance(node, ast.JoinedStr) and node not in formats)
+    texts = (ast.get_source_segment(code, node) or "" for node in strings)
+    return next((f"the text {text}" for text in texts if not is_readable(text, grader)), None)
 
 
-def _reads(string: str, grader: Version) -> bool:
-    """Whether an older Python can read an f-string, of which ``feature_version`` takes no notice."""
+def is_readable(string: str, grader: Version) -> bool:
+    """Return whether an older Python can read an f-string, which ``feature_version`` does not check."""
     try:
         from parso.grammar import (
-            load_grammar,  # IPython brings it; of ``match`` it knows nothing: it reads strings only
+            load_grammar,  # IPython brings it. It does not know ``match``, so it reads strings only
         )
 
-        grammar = load_grammar(version=in_words(grader))
+        grammar = load_grammar(version=version_text(grader))
     except (ImportError, NotImplementedError):
         return True
-    tree = grammar.parse(f"({string})")  # in brackets it may have several lines
-    return not any(grammar.iter_errors(tree))
+    return not any(grammar.iter_errors(grammar.parse(f"({string})")))  # in brackets it may have several lines
 
 
 def not_packed(source: str, folder: Path, packed: Collection[str]) -> Iterator[str]:
-    """Return names in a source of files that are there at home, and that are not handed in.
+    """Yield names in a source of files that exist at home, and that are not handed in.
 
     Parameters
     ----------
@@ -77,7 +73,7 @@ def not_packed(source: str, folder: Path, packed: Collection[str]) -> Iterator[s
     folder : from which relative names go
     packed : paths of the files that are handed in, with "/"
     """
-    tree = _tree(_plain(source))
+    tree = _tree(_python(source))
     for node in ast.walk(tree) if tree else ():
         if isinstance(node, ast.Constant) and isinstance(node.value, str):
             name = posixpath.normpath(unicodedata.normalize("NFC", node.value))
@@ -85,7 +81,44 @@ def not_packed(source: str, folder: Path, packed: Collection[str]) -> Iterator[s
                 yield node.value
 
 
-def _plain(source: str) -> str:
+def foreign(sources: Iterable[str], own: Iterable[str], packages: Collection[str]) -> list[str]:
+    """Return the modules here that sources import, and that neither the course, Python nor the student brings.
+
+    Parameters
+    ----------
+    sources : source code; code that cannot be parsed is ignored
+    own : names of the student's own modules
+    packages : the course's and labcourse; their distributions list what comes with them
+
+    Returns
+    -------
+    list
+        Names, in order; none if it is not known what the course brings.
+    """
+    known = {*own, *packages, "__main__", *sys.stdlib_module_names}
+    names = {name for source in sources for name in imported(source)} - known
+    if not names:
+        return []
+    homes = importlib.metadata.packages_distributions()
+    starts = [home for package in packages for home in homes.get(package, (package,))]
+    brought = _with_requirements(starts)
+    if brought <= {_canonical(start) for start in starts}:
+        return []
+    others = (name for name in names if not brought & {_canonical(home) for home in homes.get(name, ())})
+    return sorted(name for name in others if name in homes or importlib.util.find_spec(name))  # else the run says so
+
+
+def imported(source: str) -> Iterator[str]:
+    """Yield the top-level names of the modules that a source imports, anywhere in it."""
+    tree = _tree(_python(source))
+    for node in ast.walk(tree) if tree else ():
+        if isinstance(node, ast.Import):
+            yield from (alias.name.partition(".")[0] for alias in node.names)
+        elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
+            yield node.module.partition(".")[0]
+
+
+def _python(source: str) -> str:
     """Return the source of a cell as Python alone: IPython's magics become calls."""
     from IPython.core.inputtransformer2 import TransformerManager
 
@@ -102,59 +135,23 @@ def _tree(code: str) -> ast.Module | None:
         return None
 
 
-def foreign(sources: Iterable[str], own: Iterable[str], packages: Collection[str]) -> list[str]:
-    """Return the modules here that these sources import, and that neither the course, Python nor the student brings.
-
-    Parameters
-    ----------
-    sources : source code; code that cannot be parsed is ignored
-    own : names of the student's own modules
-    packages : the course's and labcourse; their distributions list what comes with them
-
-    Returns
-    -------
-    list
-        Names, in order; none where it is not known what the course brings.
-    """
-    known = {*own, *packages, "__main__", *sys.stdlib_module_names}
-    asked = {name for source in sources for name in imported(source)} - known
-    if not asked:
-        return []
-    homes = importlib.metadata.packages_distributions()
-    starts = [home for package in packages for home in homes.get(package, (package,))]
-    brought = {name for start in starts for name in _closure(start)}
-    if brought <= {_canonical(start) for start in starts}:
-        return []
-    others = (name for name in asked if not brought & {_canonical(home) for home in homes.get(name, ())})
-    return sorted(name for name in others if name in homes or importlib.util.find_spec(name))  # else the run says so
-
-
-def imported(source: str) -> Iterator[str]:
-    """Top-level names of the modules that a source imports, somewhere in it."""
-    tree = _tree(_plain(source))
-    for node in ast.walk(tree) if tree else ():
-        if isinstance(node, ast.Import):
-            yield from (alias.name.partition(".")[0] for alias in node.names)
-        elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
-            yield node.module.partition(".")[0]
-
-
-def _closure(distribution: str) -> set[str]:
-    """A distribution and all that it needs, as far as it is installed."""
-    found: set[str] = set()
-    waiting = [distribution]
+def _with_requirements(distributions: Iterable[str]) -> set[str]:
+    """Return distributions and all that they need, as far as it is installed."""
+    names: set[str] = set()
+    waiting = [*distributions]
     while waiting:
         name = _canonical(waiting.pop())
-        if name in found:
-            continue
-        found.add(name)
-        try:
-            needed = importlib.metadata.distribution(name).requires or ()
-        except importlib.metadata.PackageNotFoundError:
-            continue
-        waiting += [match[0] for one in needed if not _EXTRA.search(one) and (match := _NAME.match(one))]
-    return found
+        if name not in names:
+            names.add(name)
+            try:
+                needed = importlib.metadata.distribution(name).requires or ()
+            except importlib.metadata.PackageNotFoundError:
+                continue
+            waiting += [text for text in needed if not re.search(r"extra\s*==", text)]
+    return names
 
 
-def _canonical(name: str) -> str:
-    return re.sub(r"[-_.]+", "-", name).lower()
+def _canonical(requirement: str) -> str:
+    """Return the normalized name of the distribution that a requirement begins with."""
+    name = re.match(r"[A-Za-z0-9._-]*", requirement)
+    return re.sub(r"[-_.]+", "-", name[0] if name else "").lower()

@@ -1,56 +1,57 @@
-"""Why answers are missing after a run: what stopped, what builds on it, and what was recorded at home all the same.
+"""Explain why answers are missing after a run: what stopped, what builds on it, and what was recorded at home.
 
-In words, for students and instructors; what caused what is found by :mod:`~labcourse.run.causes`.
+For each answer that was not recorded, the cells are examined from the one that recorded the answer before it. If one of
+them stopped, the cause is sought upwards: in earlier cells that stopped and bind a name which this one uses, and in
+earlier answers that it asked for. All of this is taken from claims of the run, and used for explanations alone.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from bisect import bisect_left
+from collections import deque
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import islice
 from typing import Any
 
 from labcourse.answers.catalogue import Catalogue
-from labcourse.answers.cell_reports import LEFT, CellError, Reports
+from labcourse.answers.cell_reports import LEFT, CellReport, Reports
+from labcourse.answers.parts import Where
 from labcourse.messages import listed
-from labcourse.run.alignment import Role
-from labcourse.run.causes import Cause, Causes, Refused, RunCell, Unanswered, Where
-from labcourse.run.merge import Merged
-from labcourse.run.portability import HERE, Version, in_words
+from labcourse.run import skippable_cells
+from labcourse.run.alignment import Role, asked, source_of
+from labcourse.run.merge import Merged, role_of
+from labcourse.run.portability import HERE, Version, version_text
 
+_UNDEFINED = re.compile(r"name '(\w+)' is not defined")
 _NO_MODULE = re.compile(r"No module named '([\w.]+)'")
 _NAMED = 2  # questions that are named before "and 12 more"
-_MOST_HARMLESS = 20  # cells that are told of though they cost nothing
+_MOST_HARMLESS = 20  # cells that are mentioned though they cost nothing
 
-
-@dataclass(frozen=True)
-class Claim:
-    """What a student's own ``answers.json`` says was recorded.
-
-    Attributes
-    ----------
-    cells : question → part → id of the cell that recorded it; "" if none did
-    """
-
-    cells: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
+#: What a student's own ``answers.json`` says was recorded: question → part → id of the cell; "" if no cell did it.
+Claim = Mapping[str, Mapping[str, str]]
 
 
 @dataclass(frozen=True)
 class Reasons:
-    """What there is to say of answers that are not there.
+    """What there is to say about missing answers.
 
     Attributes
     ----------
-    missing : (question, part) → why, for the student; only where there is more to say than that nothing was written
+    missing : (question, part) → why, for the student; only if there is more to say than that nothing was written
     stops : what stopped, a sentence each, and what builds on it
     lost : what was recorded at home and is not here, though nothing stopped; a sentence each
     harmless : what stopped, and cost no answer; a sentence each
+    begun : (question, part) of what the student wrote code for, or what needs none of theirs
     """
 
     missing: Mapping[Where, str]
     stops: tuple[str, ...] = ()
     lost: tuple[str, ...] = ()
     harmless: tuple[str, ...] = ()
+    begun: frozenset[Where] = frozenset()
 
 
 def explain(
@@ -66,7 +67,7 @@ def explain(
     place: str = "",
     python: Version | None = None,
 ) -> Reasons:
-    """Why answers are missing.
+    """Explain why answers are missing.
 
     Parameters
     ----------
@@ -77,146 +78,323 @@ def explain(
     catalogue : of the course
     handed_in : file names of the notebooks that were handed in
     claim : what was recorded at home; None if it is not known
-    seconds : that a cell might take
+    seconds : time limit of a cell
     place : where it was run, as in "pandas is not installed ..."
-    python : version that the notebooks were saved with, where that is known
+    python : version that the notebooks were saved with, if it is known
     """
-    words = _Words(seconds, place or "where grading runs", python or HERE)
     run = Causes(pristine, merged, reports, set(recorded), catalogue)
-    missing: dict[Where, str] = {}
-    built: dict[RunCell, list[str]] = {}
-    for where in run.missing():
-        cause = run.cause_of(where)
+    texts = _Texts(run, seconds, place or "where grading runs", python or HERE)
+    causes = {where: run.cause_of(where) for where in run.missing()}
+    built_on: dict[RunCell, list[str]] = {}
+    for where, cause in causes.items():
         if isinstance(cause, RunCell):
-            built.setdefault(cause, []).append(where[0])
-        said = words.of_missing(run, where, cause)
-        if said:
-            missing[where] = said
-    stops = tuple(words.of_stop(run, cell, list(dict.fromkeys(questions))) for cell, questions in built.items())
-    stopped = {where for where in run.missing() if isinstance(run.cause_of(where), RunCell)}
-    lost = _lost(run, claim, stopped, handed_in) if claim else {}
-    for where, why in lost.items():
-        missing.setdefault(where, f"It was recorded at home; {why}.")
-    stopped_cells = [cell for cells in run.cells.values() for cell in cells if cell.stopped]
-    harmless = [
-        words.of_harmless(run, cell) for cell in stopped_cells if cell not in built and not run.is_passed_on(cell)
-    ]
-    return Reasons(missing, stops, tuple(_grouped(lost)), tuple(harmless[:_MOST_HARMLESS]))
+            built_on.setdefault(cause, []).append(where[0])
+    stops = (texts.of_stop(cell, list(dict.fromkeys(questions))) for cell, questions in built_on.items())
+    lost = _lost(run, claim, causes, handed_in) if claim else {}
+    missing = {where: text for where, cause in causes.items() if (text := texts.of_missing(where, cause))}
+    missing |= {where: f"It was recorded at home; {why}." for where, why in lost.items() if where not in missing}
+    by_reason: dict[str, list[str]] = {}
+    for (question, part), why in lost.items():
+        by_reason.setdefault(why, []).append(f"{question} {part}")
+    stopped = [cell for cells in run.cells.values() for cell in cells if cell.stopped]
+    harmless = [cell for cell in stopped if cell not in built_on and not run.is_passed_on(cell)]
+    return Reasons(
+        missing,
+        tuple(stops),
+        tuple(f"Recorded at home and missing here: {', '.join(parts)}; {why}." for why, parts in by_reason.items()),
+        tuple(f"{texts.stop(cell)}; no answer is missing for it." for cell in harmless[:_MOST_HARMLESS]),
+        frozenset(filter(run.is_begun, run.recorder)),
+    )
 
 
-# --- in words ---------------------------------------------------------------------------------------------------------
+def _lost(run: Causes, claim: Claim, causes: Mapping[Where, Cause], handed_in: Collection[str]) -> dict[Where, str]:
+    """Return what is claimed, and missing though nothing stopped: (question, part) → why."""
+    lost = {}
+    for where, cause in causes.items():
+        cell = claim.get(where[0], {}).get(where[1])
+        if cell is None or isinstance(cause, RunCell | Refused):
+            continue
+        notebook = run.recorder[where][0]
+        if notebook not in handed_in:
+            lost[where] = f"{notebook} was not handed in"
+        elif not cell:
+            lost[where] = (
+                "that was done by the button of an explorer or by hand, and no cell that was handed in records it"
+            )
+        elif all(cell != other.id for other in run.cells[notebook]):
+            lost[where] = f"the cell that did it, {cell[:64]}, is no longer in {notebook}"
+        else:
+            lost[where] = f"{notebook}, run from top to bottom, leaves it empty"
+    return lost
 
 
 @dataclass(frozen=True)
-class _Words:
+class _Texts:
+    """The sentences about causes."""
+
+    run: Causes
     seconds: float | None
     place: str
     python: Version
 
-    def of_missing(self, run: Causes, where: Where, cause: Cause) -> str:
-        """Why one answer is missing, for the student."""
-        if isinstance(cause, Refused):
-            return f"It was given, and not recorded: {cause.why.rstrip('.')}."
-        if isinstance(cause, Unanswered):
-            return f"It builds on {cause.question}, which is not answered."
-        if cause is None:
-            return ""
-        cell, error = self.name(run, cause), self.of_error(cause)
-        if run.question_of(cause) == where[0]:
-            return f"{cell} stopped: {error}."
-        return f"It builds on what stopped before it: {cell} ({error})."
+    def of_missing(self, where: Where, cause: Cause) -> str:
+        """Say why one answer is missing, for the student."""
+        match cause:
+            case Refused():
+                return f"It was given, and not recorded: {cause.why.rstrip('.')}."
+            case Unanswered():
+                return f"It builds on {cause.question}, which is not answered."
+            case RunCell() if self.run.question_of(cause) == where[0]:
+                return f"{self.stop(cause)}."
+            case RunCell():
+                return f"It builds on what stopped before it: {self._name(cause)} ({self._error(cause)})."
+        return ""
 
-    def of_stop(self, run: Causes, cell: RunCell, questions: Sequence[str]) -> str:
-        """What stopped, and all that builds on it, in a sentence."""
-        own = run.question_of(cell)
-        others = [question for question in questions if question != own]
-        shown = f"{self.name(run, cell)} stopped: {self.of_error(cell)}"
+    def of_stop(self, cell: RunCell, questions: Sequence[str]) -> str:
+        """Say what stopped, and which questions build on it."""
+        others = [question for question in questions if question != self.run.question_of(cell)]
         if not others:
-            return f"{shown}."
-        return f"{shown}; {_several(others, 'builds', 'build')} on it."
+            return f"{self.stop(cell)}."
+        if len(others) > _NAMED + 1:
+            return f"{self.stop(cell)}; {listed(others, _NAMED)} build on it."
+        *most, last = others
+        building = f"{', '.join(most)} and {last} build" if most else f"{last} builds"
+        return f"{self.stop(cell)}; {building} on it."
 
-    def of_harmless(self, run: Causes, cell: RunCell) -> str:
-        """What stopped, and cost nothing."""
-        shown = f"{self.name(run, cell)} stopped: {self.of_error(cell)}"
-        return f"{shown}; no answer is missing for it."
+    def stop(self, cell: RunCell) -> str:
+        """Say that a cell stopped, and why."""
+        return f"{self._name(cell)} stopped: {self._error(cell)}"
 
-    def name(self, run: Causes, cell: RunCell) -> str:
-        """What a cell is called."""
-        question = run.question_of(cell)
+    def _name(self, cell: RunCell) -> str:
+        question = self.run.question_of(cell)
         if cell.role is Role.ADDED:
-            if question:
-                return f"Your own cell before {question}"
-            return f"Your own cell {cell.id} in {cell.notebook}"
-        if cell.role is Role.ANSWER or cell.place in run.questions.get(cell.notebook, ()):
+            return f"Your own cell before {question}" if question else f"Your own cell {cell.id} in {cell.notebook}"
+        if cell.role is Role.ANSWER or cell.place in self.run.questions.get(cell.notebook, ()):
             return question or cell.id
         return f"The course's cell {cell.id} in {cell.notebook}"
 
-    def of_error(self, cell: RunCell) -> str:
-        """What stopped a cell."""
-        report = cell.report
-        if report is None or report.error is None:
+    def _error(self, cell: RunCell) -> str:
+        error = cell.report.error if cell.report else None
+        if error is None:
             return "the Python process ended in it, and nothing after it in this notebook was run"
-        error = report.error
         if error.type == LEFT:
             return "it called exit(), which ends Python: nothing after it in this notebook was run"
         line = f", line {error.line}" if error.line else ""
-        if error.type == "KeyboardInterrupt" and self.seconds is not None:
-            return f"it took longer than {self.seconds:g} s and was stopped{line}"
-        if error.type == "SyntaxError" and self.python > HERE:
-            line += f": it seems that this needs Python {in_words(self.python)}; grading runs {in_words(HERE)}"
-        return f"{self._what(error)}{line}"
-
-    def _what(self, error: CellError) -> str:
         message = " ".join(error.message.split()).rstrip(".")
         no_module = _NO_MODULE.search(message)
+        if error.type == "KeyboardInterrupt" and self.seconds is not None:
+            return f"it took longer than {self.seconds:g} s and was stopped{line}"
         if error.type == "ModuleNotFoundError" and no_module:
-            return (
-                f"{no_module[1].partition('.')[0]} is not installed {self.place}, and no file of that name was "
-                "handed in"
-            )
+            name = no_module[1].partition(".")[0]
+            return f"{name} is not installed {self.place}, and no file of that name was handed in{line}"
         if error.type == "LimitExceeded":
-            return f"your bench stopped: {message}"
-        return f"{error.type}, {message}" if message else error.type
+            return f"your bench stopped: {message}{line}"
+        if error.type == "SyntaxError" and self.python > HERE:
+            needed, here = version_text(self.python), version_text(HERE)
+            line += f": it seems that this needs Python {needed}; grading runs {here}"
+        return f"{error.type}, {message}{line}" if message else f"{error.type}{line}"
 
 
-def _several(questions: Sequence[str], one: str, many: str) -> str:
-    """As "1.2 builds", "1.2 and 1.3 build", "1.2, 1.3 and 12 more build"."""
-    if len(questions) > _NAMED + 1:
-        return f"{listed(questions, _NAMED)} {many}"
-    *most, last = questions
-    if not most:
-        return f"{last} {one}"
-    return f"{', '.join(most)} and {last} {many}"
+# --- what stopped first -----------------------------------------------------------------------------------------------
 
 
-# --- what was recorded at home ----------------------------------------------------------------------------------------
+@dataclass(frozen=True, eq=False)
+class RunCell:
+    """A cell of a run, in its place."""
+
+    notebook: str
+    place: int
+    id: str
+    role: Role
+    source: str
+    report: CellReport | None
+    readable: bool  # whether its names can be looked at
+    written: bool  # whether the student wrote something in it
+
+    @property
+    def stopped(self) -> bool:
+        """Whether an error stopped it, or it did not come to its end."""
+        return self.report is not None and (self.report.error is not None or not self.report.finished)
+
+    @property
+    def ended_all(self) -> bool:
+        """Whether nothing after it was run."""
+        report = self.report
+        return report is not None and (not report.finished or (report.error is not None and report.error.type == LEFT))
+
+    @cached_property
+    def binds(self) -> frozenset[str]:
+        """The names that it binds."""
+        return self._names(skippable_cells.bound)
+
+    @cached_property
+    def uses(self) -> frozenset[str]:
+        """The names that it uses; if one of them was not defined, only that one."""
+        error = self.report.error if self.report else None
+        undefined = _UNDEFINED.search(error.message) if error and error.type == "NameError" else None
+        return frozenset({undefined[1]}) if undefined else self._names(skippable_cells.uses)
+
+    def _names(self, read: Callable[[str], frozenset[str]]) -> frozenset[str]:
+        try:
+            return read(self.source) if self.readable else frozenset()
+        except skippable_cells.NO_PYTHON:
+            return frozenset()
 
 
-def _lost(run: Causes, claim: Claim, stopped: Collection[Where], handed_in: Collection[str]) -> dict[Where, str]:
-    """What is claimed, and missing though nothing stopped: why."""
-    found = {}
-    for where in run.missing():
-        cell = claim.cells.get(where[0], {}).get(where[1])
-        if cell is None or where in stopped or isinstance(run.cause_of(where), Refused):
-            continue
-        notebook = run.recorder[where][0]
-        if notebook not in handed_in:
-            found[where] = f"{notebook} was not handed in"
-        elif not cell:
-            found[where] = (
-                "that was done by the button of an explorer or by hand, and no cell that was handed in records it"
-            )
-        elif cell not in {one.id for one in run.cells[notebook]}:
-            found[where] = f"the cell that did it, {cell[:64]}, is no longer in {notebook}"
-        else:
-            found[where] = f"{notebook}, run from top to bottom, leaves it empty"
-    return found
+@dataclass(frozen=True)
+class Unanswered:
+    """An earlier answer that is missing, though nothing stopped."""
+
+    question: str
 
 
-def _grouped(lost: Mapping[Where, str]) -> Iterator[str]:
-    """A sentence for each reason."""
-    by_reason: dict[str, list[str]] = {}
-    for (question, part), why in lost.items():
-        by_reason.setdefault(why, []).append(f"{question} {part}")
-    for why, parts in by_reason.items():
-        yield f"Recorded at home and missing here: {', '.join(parts)}; {why}."
+@dataclass(frozen=True)
+class Refused:
+    """An answer that was given and not recorded."""
+
+    why: str
+
+
+Cause = RunCell | Unanswered | Refused | None
+
+
+class Causes:
+    """The cells of a run, and what stopped first.
+
+    Parameters
+    ----------
+    pristine, merged, reports, recorded, catalogue : as for :func:`explain`
+
+    Attributes
+    ----------
+    cells : file name of a notebook → its cells
+    recorder : (question, part) → notebook of the cell that records it, and the cell's place
+    questions : file name of a notebook → place of a cell that records → question
+    """
+
+    def __init__(
+        self,
+        pristine: Mapping[str, dict[str, Any]],
+        merged: Merged,
+        reports: Reports,
+        recorded: set[Where],
+        catalogue: Catalogue,
+    ) -> None:
+        self._catalogue, self._recorded = catalogue, recorded
+        self._refusals = {(refusal.question, refusal.part): refusal.why for refusal in reports.refusals}
+        by_cell = {(report.notebook, report.cell): report for report in reports.cells}
+        self.cells: dict[str, list[RunCell]] = {}
+        self.recorder: dict[Where, tuple[str, int]] = {}
+        self.questions: dict[str, dict[int, str]] = {}
+        for name, notebook in merged.notebooks.items():
+            readable = skippable_cells.readable(map(source_of, notebook["cells"]))
+            released = {cell["id"]: source_of(cell) for cell in pristine[name]["cells"]}
+            self.cells[name] = []
+            for index, cell in enumerate(notebook["cells"]):
+                role, source, report = role_of(cell), source_of(cell), by_cell.get((name, cell["id"]))
+                written = role is Role.ADDED or (role is Role.ANSWER and source != released.get(cell["id"]))
+                self.cells[name].append(RunCell(name, index, cell["id"], role, source, report, readable, written))
+            places = {cell.id: cell.place for cell in self.cells[name]}
+            for entry, parts in asked(pristine[name]["cells"], catalogue):
+                if (place := places.get(entry.cell)) is not None and not entry.in_words:
+                    self.questions.setdefault(name, {})[place] = entry.question
+                    self.recorder |= dict.fromkeys(((entry.question, part) for part in parts), (name, place))
+        self._causes: dict[Where, Cause] = {}
+        self._roots: dict[RunCell, Cause] = {}
+
+    def missing(self) -> list[Where]:
+        """Return what was asked and not recorded, in the order in which it is asked."""
+        questions = self._catalogue.everything.items()
+        every = ((number, part) for number, question in questions for part in question.names)
+        return [where for where in every if where in self.recorder and where not in self._recorded]
+
+    def question_of(self, cell: RunCell) -> str:
+        """Return the question whose answer is recorded next after a cell, or by it; "" if there is none."""
+        places = self.questions.get(cell.notebook, {})
+        return next((places[place] for place in sorted(places) if place >= cell.place), "")
+
+    def cause_of(self, where: Where) -> Cause:
+        """Return why an answer is missing; None if there is no more to say than that it is."""
+        if where not in self._causes:
+            self._causes[where] = None  # should it be asked for again on the way
+            self._causes[where] = self._cause(where)
+        return self._causes[where]
+
+    def is_begun(self, where: Where) -> bool:
+        """Return whether the student wrote code for an answer, or had none to write."""
+        own = self._cells_of(where)
+        return any(cell.written for cell in own) or all(cell.role is not Role.ANSWER for cell in own)
+
+    def _cells_of(self, where: Where) -> list[RunCell]:
+        """Return the cells after the one that recorded the answer before, up to the one that records this one."""
+        name, recorder = self.recorder[where]
+        before = max((place for place in self.questions[name] if place < recorder), default=-1)
+        return self.cells[name][before + 1 : recorder + 1]
+
+    def _cause(self, where: Where) -> Cause:
+        name, recorder = self.recorder[where]
+        cells, own = self.cells[name], self._cells_of(where)
+        if (stopped := next((cell for cell in own if cell.stopped), None)) is not None:
+            return self.root(stopped)
+        if cells[recorder].report is None:  # it was never reached
+            return next((cell for cell in reversed(cells[:recorder]) if cell.ended_all), None)
+        for cell in self._upstream(own):
+            lacked = self._lacked(cell, where)
+            if lacked is not None or cell.stopped:
+                return lacked or self.root(cell)
+        return Refused(self._refusals[where]) if where in self._refusals else None
+
+    def root(self, cell: RunCell) -> Cause:
+        """Return the first cause of the stop of a cell: the cell itself, or what it builds on."""
+        passed = []
+        cause: Cause = None
+        while cause is None:
+            passed.append(cell)
+            cause = self._roots.get(cell) or self._lacked(cell)
+            for earlier in () if cause else islice(self._upstream([cell]), 1, None):
+                cause = self._lacked(earlier)
+                if cause or earlier.stopped:
+                    cell = earlier
+                    break
+            else:
+                cause = cause or cell
+        self._roots |= dict.fromkeys(passed, cause)
+        return cause
+
+    def is_passed_on(self, cell: RunCell) -> bool:
+        """Return whether it is known that what stopped in a cell was caused elsewhere."""
+        return self._roots.get(cell, cell) is not cell
+
+    def _upstream(self, cells: Sequence[RunCell]) -> Iterator[RunCell]:
+        """Yield cells, and all that they build on by the names that they use: those that bound a name last."""
+        seen = set(cells)
+        waiting = deque(cells)
+        yield from cells
+        while waiting:
+            cell = waiting.popleft()
+            for name in sorted(cell.uses):
+                places = self._binders[cell.notebook].get(name, ())
+                place = bisect_left(places, cell.place) - 1
+                binder = self.cells[cell.notebook][places[place]] if place >= 0 else cell
+                if binder not in seen:
+                    seen.add(binder)
+                    waiting.append(binder)
+                    yield binder
+
+    @cached_property
+    def _binders(self) -> dict[str, dict[str, list[int]]]:
+        """Notebook → name → places of the cells that bind it."""
+        binders: dict[str, dict[str, list[int]]] = {}
+        for notebook, cells in self.cells.items():
+            names = binders.setdefault(notebook, {})
+            for cell in cells:
+                for name in cell.binds:
+                    names.setdefault(name, []).append(cell.place)
+        return binders
+
+    def _lacked(self, cell: RunCell, where: Where | None = None) -> Cause:
+        """Return the cause that lies in an earlier answer which a cell asked for and did not get."""
+        for needed in cell.report.lacked if cell.report else ():
+            if needed in self.recorder and needed not in self._recorded and needed != where:
+                return self.cause_of(needed) or Unanswered(needed[0])
+        return None

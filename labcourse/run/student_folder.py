@@ -1,4 +1,4 @@
-"""The folder that a student works in, as its files were saved: what they would hand in, read where they are at home."""
+"""Read the folder that a student works in, as its files were saved: what they would hand in."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class Work:
 
     Attributes
     ----------
-    folder : where it lies
+    folder : where it is
     hand_in : what counts of it
     saved : notebook's file name → when it was saved last, s since 1970
     problems : what cannot be read
@@ -37,7 +37,7 @@ class Work:
 
 
 def find(given: Path | None, notebooks: Iterable[str]) -> Path:
-    """The folder that is meant: the given one, else this one, else the folder ``notebooks`` in it.
+    """Find a student's folder: the given one, else this one, else the folder ``notebooks`` in it.
 
     Parameters
     ----------
@@ -53,17 +53,14 @@ def find(given: Path | None, notebooks: Iterable[str]) -> Path:
     for folder in (Path(), Path(courses.NOTEBOOKS)) if given is None else (given,):
         if any((folder / name).is_file() for name in names):
             return folder.resolve()
-    if given is None:
-        looked = f"There is no notebook of the course in this folder ({Path().resolve()})."
-    else:
-        looked = f"There is no notebook of the course in {given}."
-    raise CheckError(f"{looked} Name the folder that holds {names[0]}.")
+    where = given if given is not None else f"this folder ({Path().resolve()})"
+    raise CheckError(f"There is no notebook of the course in {where}. Name the folder that holds {names[0]}.")
 
 
 def read(
     folder: Path, notebooks: Sequence[str], modules: Sequence[str] = (), catalogue: Catalogue | None = None
 ) -> Work:
-    """What lies in a student's folder.
+    """Read what is in a student's folder.
 
     Parameters
     ----------
@@ -74,7 +71,7 @@ def read(
     """
     cells: dict[str, tuple[Cell, ...]] = {}
     saved: dict[str, float] = {}
-    problems = []
+    problems: list[str] = []
     for name in notebooks:
         path = folder / name
         try:
@@ -83,79 +80,67 @@ def read(
             problems += [f"{name}: {problem}" for problem in notebook.problems]
         except FileNotFoundError:
             problems.append(_not_there(folder, name))
-        except NotebookError as error:
-            problems.append(f"{name} cannot be read: {error}")
-        except OSError as error:
-            problems.append(f"{name} cannot be read: {error.strerror}.")
+        except (NotebookError, OSError) as error:
+            problems.append(f"{name} cannot be read: {files.reason(error)}")
     reports: dict[str, bytes] = {}
+    pdfs: Iterable[str] = ()
     if catalogue is not None:
+        pdfs = report_files.names(catalogue).values()
         reports, refused = report_files.read_all(folder, catalogue)
         problems += refused
-    names = report_files.names(catalogue).values() if catalogue is not None else ()
-    own, notes = own_files.read(folder, [*notebooks, *report_files.made_files(names)], modules)
-    if names and not reports:
-        notes += [
-            (
-                f"{path} comes along as a file of your own. If it is your report, hand it in as that: "
-                f'lab.report("NAME OF THE REPORT", pdf="{path}").'
+    own, notes = own_files.read(folder, [*notebooks, *report_files.made_files(pdfs)], modules)
+    for path_ in own if pdfs and not reports else ():
+        if path_.casefold().endswith(report_files.PDF) and "/" not in path_:
+            notes.append(
+                f"{path_} comes along as a file of your own. If it is your report, hand it in as that: "
+                f'lab.report("NAME OF THE REPORT", pdf="{path_}").'
             )
-            for path in own
-            if path.casefold().endswith(report_files.PDF) and "/" not in path
-        ]
+    claim, about = (_read_file(folder / name, problems) for name in (ANSWERS_FILE, COURSE_FILE))
     course: dict[str, Any] = {}
-    content: dict[str, bytes] = {}
-    for name in (COURSE_FILE, ANSWERS_FILE):
-        try:
-            content[name] = files.read(folder / name)
-        except FileNotFoundError:
-            continue
-        except OSError as error:
-            problems.append(f"{name} cannot be read: {error.strerror}.")
-    if (data := content.get(COURSE_FILE)) is not None:
-        try:
-            course = course_file.parse(data)
-        except ConfigurationError as error:
-            problems.append(str(error))
-    hand_in = HandIn(cells, own, content.get(ANSWERS_FILE), course, reports)
-    return Work(folder, hand_in, saved, tuple(problems), tuple(notes))
+    try:
+        course = course_file.parse(about) if about is not None else {}
+    except ConfigurationError as error:
+        problems.append(str(error))
+    return Work(folder, HandIn(cells, own, claim, course, reports), saved, tuple(problems), tuple(notes))
+
+
+def _read_file(path: Path, problems: list[str]) -> bytes | None:
+    """Return the content of a file; None if it is not there, or cannot be read, which is added to the problems."""
+    try:
+        return files.read(path)
+    except FileNotFoundError:
+        pass
+    except OSError as error:
+        problems.append(f"{path.name} cannot be read: {error.strerror}.")
+    return None
+
+
+def _not_there(folder: Path, name: str) -> str:
+    """Return the message on a notebook that is missing, with files that may be it."""
+    similar = folder.glob(f"{name.partition('_')[0]}*.ipynb")
+    names = sorted(files.shown(path.name) for path in similar if own_files.BACKUP not in path.name)
+    ask = f"Is it {' or '.join(names)}? Then give it its name again. Else " if names else ""
+    return f"{name} is not there. ({ask}{program.name()} restore {name} gives a new one.)"
 
 
 def student_of(work: Work, given: str = "") -> str:
-    """Whose work it is: as given, else as ``course.json`` says, ``answers.json``, or the hub; else "demo".
+    """Return the ID of the student: as given, else as in ``course.json``, ``answers.json``, or on the hub; else "demo".
 
     Raises
     ------
     CheckError
         If it cannot be an ID.
     ConfigurationError
-        If the hub's name for its user has to do, and cannot be an ID.
+        If the hub's name for its user is needed, and cannot be an ID.
     """
-    claimed = _json(work.hand_in.claim).get("student")
+    try:
+        content = files.from_json(work.hand_in.claim or b"{}")
+    except ValueError:
+        content = {}
+    claimed = content.get("student") if isinstance(content, dict) else None
     named = (given, work.hand_in.course.get("student"), claimed if claimed != NOBODY else "")
-    student = next((one for one in named if isinstance(one, str) and one), "") or hub.user() or NOBODY
+    student = next((name for name in named if isinstance(name, str) and name), "") or hub.user() or NOBODY
     try:
         return student_id.normalised(student)
     except StudentIDError as error:
         raise CheckError(str(error)) from None
-
-
-def _not_there(folder: Path, name: str) -> str:
-    """Words on a notebook that is missing, and on a file that may be it."""
-    number = name.partition("_")[0]
-    found = sorted(
-        files.shown(path.name) for path in folder.glob(f"{number}*.ipynb") if own_files.BACKUP not in path.name
-    )
-    if not found:
-        return f"{name} is not there. ({program.name()} restore {name} gives a new one.)"
-    return (
-        f"{name} is not there. (Is it {' or '.join(found)}? Then give it its name again. Else {program.name()} restore "
-        f"{name} gives a new one.)"
-    )
-
-
-def _json(data: bytes | None) -> dict[str, Any]:
-    try:
-        found = files.from_json(data or b"{}")
-    except ValueError:
-        return {}
-    return found if isinstance(found, dict) else {}

@@ -11,7 +11,6 @@ from labcourse.grading.batch import Batch, Settings
 from labcourse.grading.running import runner
 from labcourse.grading.running.prepared import Prepared
 from labcourse.grading.running.supplied import Supplied
-from labcourse.run.reasons import Claim
 
 #: Settings that a run does not depend on, each with another value than the default.
 NO_PART = {
@@ -140,7 +139,7 @@ WORDS = TextAnswer("A pole lies on the axis.")
 #: Fields of what was prepared that are not run but marked or shown → another value.
 NOT_RUN = {
     "words": {("2.11", "explanation"): WORDS},
-    "claim": Claim({"2.11": {"omega_n": "q1"}}),
+    "claim": {"2.11": {"omega_n": "q1"}},
     "handed_in": (),
     "reports": {"modeling_report.pdf": b"%PDF-1.7"},
     "problems": ("a problem",),
@@ -168,7 +167,7 @@ def test_words_differ_by_their_text_and_their_pictures(taken):
     pictured = [replace(WORDS, pictures={name: data}) for name, data in (("a", b"1"), ("a", b"2"), ("b", b"1"))]
     written = [WORDS, replace(WORDS, text="A pole lies left of the axis."), *pictured]
     submissions = {replace(one, words={("2.11", "explanation"): words}).digest() for words in written}
-    claims = [Claim({"2.11": {"omega_n": cell}}) for cell in ("q1", "q2")]
+    claims = [{"2.11": {"omega_n": cell}} for cell in ("q1", "q2")]
     claimed = {replace(one, claim=claim).digest() for claim in claims}
     assert (len(submissions), len(claimed)) == (5, 2)
 

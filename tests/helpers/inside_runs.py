@@ -12,7 +12,7 @@ import nbformat
 from checkout import ROOT
 from made_courses import OURS
 
-from labcourse.grading.running.inside import main
+from labcourse.run.inside import main
 
 #: The command that starts the program, which reads a specification from its standard input.
 PROGRAM = [sys.executable, "-P", "-m", main.__name__]
@@ -40,7 +40,7 @@ def specification(
     return {
         "notebooks": dict(notebooks),
         "parameters": {"student": student, "bench": "virtual"},
-        "imports": list(OURS.imports),
+        "imports": [f"import {name}" for name in OURS.imports],
         "files": {},
         "cell_timeout": cell_timeout,
     }

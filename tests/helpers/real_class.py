@@ -11,7 +11,10 @@ from pathlib import Path
 from typing import Any
 
 from made_courses import copied
+from made_notebooks import code
 
+from labcourse.answers.cell_reports import REPORTS_FILE
+from labcourse.answers.schema import read_reports
 from labcourse.grading import course as courses
 from labcourse.grading import course_check
 from labcourse.grading.course import Course
@@ -87,7 +90,7 @@ class RealClass:
         return folder
 
     def at_the_bench(self, folder: Path, student: str, only: Iterable[str] = (), name: str = "north") -> None:
-        """Run a student's notebooks at the laboratory's bench, in a kernel each: recordings and answers stay there.
+        """Run a student's notebooks at the laboratory's bench, one after the other: recordings and answers stay there.
 
         Cells that only show something are left out, for the time.
 
@@ -102,14 +105,12 @@ class RealClass:
             if not only or path.name in only:
                 notebook = json.loads(path.read_text(encoding="utf-8"))
                 cells = [cell for cell in notebook["cells"] if "illustration" not in cell["metadata"].get("tags", ())]
-                notebooks[path.name] = {**notebook, "cells": cells}
-        broken = execute.run(
-            notebooks,
-            folder,
-            parameters={"student": student, "bench": ADDRESS},
-            first=lambda _name: _AT_THE_BENCH.format(seed=SEED, address=ADDRESS, name=name),
-        )
-        assert broken == ()
+                first = code("at-the-bench", _AT_THE_BENCH.format(seed=SEED, address=ADDRESS, name=name))
+                notebooks[path.name] = {**notebook, "cells": [first, *cells]}
+        execute.run(notebooks, folder, parameters={"student": student, "bench": ADDRESS})
+        reports = folder / REPORTS_FILE
+        assert all(report.finished for report in read_reports(reports.read_bytes()).cells)
+        reports.unlink()
 
     def copy(self, folder: Path, where: Path, student: str) -> Path:
         """Another student's folder with the same in it.
@@ -128,8 +129,8 @@ class RealClass:
 
     def hand_in(self, folder: Path, out: Path, partners: Iterable[str] = ()) -> Path:
         """Pack a folder as ``rotflex submit`` does, without its check."""
-        notebooks = [path.name for path in self.course.notebooks]
-        return submit.submit(folder, notebooks, partners=list(partners), out=out).path
+        masters = {path.name: json.loads(path.read_text(encoding="utf-8")) for path in self.course.notebooks}
+        return submit.submit(folder, masters, self.course.catalogue, partners=list(partners), out=out).path
 
 
 def made(folder: Path, notebooks: Iterable[str], more: str = "") -> RealClass:

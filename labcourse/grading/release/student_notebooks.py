@@ -23,9 +23,8 @@ from nbformat.reader import NotJSONError
 from labcourse.answers import words
 from labcourse.answers.catalogue import Catalogue
 from labcourse.errors import AnswerError, GradingError
-from labcourse.run import recorders
-from labcourse.run.recorders import Recorded
-from labcourse.run.update import STUB_KEY, stub_digest
+from labcourse.run.alignment import Recorded, recorded
+from labcourse.run.restore import STUB_KEY, stub_digest
 
 BEGIN, END = "### BEGIN SOLUTION", "### END SOLUTION"
 _ALMOST_A_MARKER = re.compile(r"(?<![^\W_])(?:begin|end)[\s_-]*solution", re.IGNORECASE)
@@ -159,15 +158,6 @@ def is_answer(cell: Mapping[str, Any]) -> bool:
     return bool(cell["metadata"].get("nbgrader", {}).get("solution", False))
 
 
-def recorded(notebook: NotebookNode) -> Iterator[Recorded]:
-    """Yield what the cells of a course notebook record, in order; a text cell for an answer in words records itself."""
-    for cell in notebook.cells:
-        where = words.where_of(cell)
-        if where is not None and is_answer(cell):
-            yield Recorded(cell.id, where[0], {where[1]: None})
-        yield from recorders.recorded([cell])
-
-
 def set_points(notebook: NotebookNode, name: str, catalogue: Catalogue) -> bool:
     """Write the catalogue's points into a notebook's answer cells; return whether there was anything to change.
 
@@ -223,7 +213,7 @@ def _recorded_with_answer_cell(notebook: NotebookNode) -> Iterator[tuple[str, Re
     The id is "" if no answer cell comes before.
     """
     entries: dict[str, list[Recorded]] = {}
-    for entry in recorded(notebook):
+    for entry in recorded(notebook.cells):
         entries.setdefault(entry.cell, []).append(entry)
     latest = ""
     for cell in notebook.cells:

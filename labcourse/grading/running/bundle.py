@@ -16,15 +16,13 @@ import shutil
 import tempfile
 import threading
 import zipfile
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
-from itertools import chain
 from pathlib import Path
 from typing import Any
 
 from labcourse import course_file
 from labcourse.answers import starts
-from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.notebooks import HandIn
 from labcourse.answers.starts import Start
 from labcourse.benches import THEIR_OWN, BenchPolicy
@@ -34,11 +32,12 @@ from labcourse.files import COURSE_FILE
 from labcourse.grading.course import Course
 from labcourse.grading.release import releases, student_course, student_notebooks
 from labcourse.grading.release.releases import StoredRelease
-from labcourse.run.alignment import source_of
+from labcourse.run import inside
+from labcourse.run.alignment import asked, source_of
 
-INSIDE = "labcourse_inside"  #: package beside the course's packages: the programs that run notebooks
+INSIDE = "labcourse_inside"  #: package beside the course's packages: the warm runner
 FONTS = "matplotlib"  #: folder beside them, with matplotlib's list of fonts
-_PROGRAMS = Path(__file__).resolve().parent / "inside"
+_PROGRAMS = Path(inside.__file__).resolve().parent
 _SHOWN = 60  # characters of a name from a student's file
 
 Cells = frozenset[tuple[str, str]]  # notebook's file name, source
@@ -216,6 +215,7 @@ def _bundle(course: Course, folder: Path, packages: tuple[str, ...], release: st
     """
     paths = sorted((folder / NOTEBOOKS).glob("*.ipynb"))
     texts = {path.name: path.read_text(encoding="utf-8") for path in paths}
+    pristine = {name: json.loads(text) for name, text in texts.items()}
     start = _place_course_file(folder, course)
     packed = _pack({**{name: folder / name for name in packages}, INSIDE: _PROGRAMS})
     names = ("labcourse.answers.schema", *course.imports)  # a session imports that with its first answer
@@ -223,13 +223,18 @@ def _bundle(course: Course, folder: Path, packages: tuple[str, ...], release: st
     depends = [texts, dict(course.parameters), imports]
     return Bundle(
         packed=packed,
-        pristine={name: json.loads(text) for name, text in texts.items()},
+        pristine=pristine,
         parameters=dict(course.parameters),
         imports=imports,
         digest=hashlib.sha256(packed + json.dumps(depends, sort_keys=True).encode()).hexdigest(),
         release=release,
         policy=policy,
-        asked=frozenset(_asked_parts(paths, starts.narrowed(course.catalogue, start))),
+        asked=frozenset(
+            (entry.question, part)
+            for notebook in pristine.values()
+            for entry, parts in asked(notebook["cells"], starts.narrowed(course.catalogue, start))
+            for part in parts
+        ),
         start=start,
     )
 
@@ -262,14 +267,6 @@ def _can_be_imported(module: str, folder: Path, packages: tuple[str, ...]) -> bo
     path = folder.joinpath(*module.split("."))
     is_of_library = module.partition(".")[0] not in packages
     return is_of_library or path.with_suffix(".py").is_file() or (path / "__init__.py").is_file()
-
-
-def _asked_parts(notebooks: Iterable[Path], catalogue: Catalogue) -> Iterator[tuple[str, str]]:
-    """Yield the (question, part) that the cells of notebooks record, for those that the catalogue has."""
-    for cell in chain.from_iterable(student_notebooks.recorded(student_notebooks.read(path)) for path in notebooks):
-        question = catalogue.everything.get(cell.question)
-        if question is not None:
-            yield from ((cell.question, part) for part in cell.of(question) if part in question.names)
 
 
 def _pack(packages: Mapping[str, Path]) -> bytes:

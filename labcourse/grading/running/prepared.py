@@ -185,7 +185,7 @@ def _read_claim(data: bytes, catalogue: Catalogue, student: str) -> Claim:
         raise AnswerError(
             f"The answers.json that was handed in is {content['student'][:LONGEST]!r}'s, and is not compared."
         )
-    cells = {
+    return {
         number: {
             name: content["cells"].get(number, {}).get(name, "")[:_LONGEST_CELL]
             for name in question.names
@@ -194,4 +194,3 @@ def _read_claim(data: bytes, catalogue: Catalogue, student: str) -> Claim:
         for number, question in catalogue.everything.items()
         if number in content["answers"]
     }
-    return Claim(cells)

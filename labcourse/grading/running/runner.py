@@ -21,9 +21,8 @@ from labcourse.errors import GradingError
 from labcourse.files import ANSWERS_FILE
 from labcourse.grading.isolation import sandbox
 from labcourse.grading.isolation.sandbox import Ending, Outcome
-from labcourse.grading.running import inside
 from labcourse.grading.running.bundle import FONTS, INSIDE, unpacked
-from labcourse.run import RUNNING
+from labcourse.run import RUNNING, inside
 
 MAX_ANSWERS = 2_000_000  #: bytes: twice those of answers.json, for others' formats
 MAX_EVIDENCE = 40_000_000  #: bytes: 20 recordings of 30,000 samples in four channels, 13 characters each
@@ -130,12 +129,12 @@ def run(packed: bytes, job: Job, cancelled: threading.Event | None = None) -> Ru
 
 
 def _run_in_sandbox(packed: bytes, job: Job, cancelled: threading.Event | None) -> Outcome:
-    """Run the program of the folder ``inside`` on a job, in a sandbox if it is to be isolated; return how it ended."""
+    """Run the warm runner on a job, in a sandbox if it is to be isolated; return how it ended."""
     folder, limits = unpacked(packed), job.limits
     specification = {  # as inside/main.py reads it
         "notebooks": dict(job.notebooks),
         "parameters": {**job.parameters, "student": job.student},
-        "imports": list(job.imports),
+        "imports": [f"import {name}" for name in job.imports],
         "files": {name: b64encode(content).decode("ascii") for name, content in job.files.items()},
         "cell_timeout": limits.cell,
         "evidence": job.evidence,

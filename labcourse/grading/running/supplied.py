@@ -17,7 +17,7 @@ import numpy as np
 from labcourse.answers import forms
 from labcourse.answers.catalogue import Catalogue
 from labcourse.errors import AnswerError, GradingError, StudentIDError
-from labcourse.run.recorders import recorded
+from labcourse.run.alignment import recorded
 from labcourse.student_id import caseless, normalised
 
 _SINGLE, _LISTS = ("number", "choice"), ("matrix", "poles")  # kinds of parts that can be supplied

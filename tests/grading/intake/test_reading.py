@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 from packings import NOTEBOOKS, WANTED, lay, notebook, renamed, tarred, under, work, zipped
 
 from labcourse.answers import notebooks, own_files
+from labcourse.answers.catalogue import Catalogue
 from labcourse.grading import intake
 from labcourse.grading.intake import archives, finding
 from labcourse.run import student_folder, submit
@@ -77,7 +78,8 @@ def test_notebooks_own_files_the_claim_and_the_course_file_are_taken(taken):
 def test_what_rotflex_submit_packs_is_taken_just_as_it_is_at_home(tmp_path, partners):
     own = {"helpers.py": b"G = 2\n", "data/m\u00fc.csv": b"1", "receipt.json": b"of an earlier zip", "random.py": b""}
     home = lay(tmp_path / "home" / "work", work("ada", release="r7") | own | {"answers.json": b"{}"})
-    submitted = submit.submit(home, WANTED, partners=partners, out=tmp_path / "in")
+    masters = {name: {"cells": []} for name in WANTED}
+    submitted = submit.submit(home, masters, Catalogue([]), partners=partners, out=tmp_path / "in")
     submitted.receipts.unlink()
     found = intake.find(tmp_path / "in")
     assert [one.student for one in found.submissions] == ["ada", *partners] and found.ignored == []

@@ -18,8 +18,8 @@ from labcourse.grading.isolation import sandbox, unisolated
 from labcourse.grading.isolation.process import Ending, Outcome
 from labcourse.grading.isolation.process import Limits as SandboxLimits
 from labcourse.grading.running import isolation_report, runner
-from labcourse.grading.running.inside import BROKEN, EVIDENCE_FILE
 from labcourse.run import from_notebook
+from labcourse.run.inside import BROKEN, EVIDENCE_FILE
 from rotflex.cli import app
 
 USUAL = runner.Limits()

@@ -5,7 +5,7 @@ import json
 import pytest
 from inside_runs import ENVIRONMENT, notebook, run, specification
 
-from labcourse.grading.running.inside import BROKEN, DIED, FINE, TIMED_OUT
+from labcourse.run.inside import BROKEN, DIED, FINE, TIMED_OUT
 
 pytestmark = pytest.mark.slow
 
@@ -66,7 +66,7 @@ QUIET = {
 def quiet(tmp_path_factory):
     folder = tmp_path_factory.mktemp("quiet")
     done = run(specification({name: notebook([NOTE, *cells]) for name, cells in QUIET.items()}), folder)
-    assert (done.stdout, done.stderr) == ("", "")
+    assert (done.stdout.split(), done.stderr) == ([*QUIET], "")
     return done.returncode, [json.loads(line) for line in (folder / NOTES).read_text().splitlines()]
 
 

@@ -13,7 +13,7 @@ from inside_runs import ROOT, notebook
 from nbclient.exceptions import DeadKernelError
 
 from labcourse.answers.cell_reports import REPORTS_FILE
-from labcourse.grading.running.inside import DIED, FINE
+from labcourse.run.inside import DIED, FINE
 
 pytestmark = pytest.mark.slow
 

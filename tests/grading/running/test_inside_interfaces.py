@@ -17,8 +17,8 @@ from scipy._lib import _docscrape as docscrape
 
 from labcourse.errors import GradingError
 from labcourse.grading.running import bundle, runner
-from labcourse.grading.running.inside import BROKEN
-from labcourse.grading.running.inside import private_interfaces as interfaces
+from labcourse.run.inside import BROKEN
+from labcourse.run.inside import private_interfaces as interfaces
 
 pytestmark = pytest.mark.slow
 
@@ -86,7 +86,7 @@ def test_where_cells_do_not_run_for_another_reason_the_libraries_are_named(custo
     assert done.returncode == BROKEN
     last = done.stderr.splitlines()[-1]
     assert last.startswith("Cells do not run with these libraries: ")
-    assert all(f"{library} {metadata.version(library)} (tested: " in last for library in interfaces.TESTED)
+    assert all(f"'{library}': '{metadata.version(library)}'" in last for library in interfaces.TESTED)
     assert not (tmp_path / "ran").exists()
 
 

@@ -13,7 +13,7 @@ import time
 
 import pytest
 
-from labcourse.grading.running.inside import DIED, FINE, TIMED_OUT, watch
+from labcourse.run.inside import DIED, FINE, TIMED_OUT, watch
 
 pytestmark = pytest.mark.slow
 
@@ -167,7 +167,7 @@ def test_reports_beyond_those_that_there_can_be_win_no_time():
 ALONE = f"""
 import contextlib, os, signal, time
 import psutil
-from labcourse.grading.running.inside import watch
+from labcourse.run.inside import watch
 
 {inspect.getsource(steps)}
 {inspect.getsource(nap)}

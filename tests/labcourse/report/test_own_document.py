@@ -10,12 +10,13 @@ from report_texts import of_text
 
 from labcourse.answers import report_files
 from labcourse.answers.catalogue import Catalogue
+from labcourse.answers.cell_reports import Reports
 from labcourse.answers.parts import Question, ReportItem, number
 from labcourse.errors import AnswerError
 from labcourse.report import checklist, making, writing
-from labcourse.run import reports_along, student_folder
-from labcourse.run.asked import Asked
-from labcourse.run.check import GOOD, State, _Home, _part
+from labcourse.run import check as checking
+from labcourse.run import student_folder
+from labcourse.run.check import GOOD, State
 from labcourse.run.submit import submit
 from labcourse.session import Session
 
@@ -125,43 +126,45 @@ def test_a_report_that_is_made_of_empty_cells_is_no_document_of_ones_own(lab, fo
     assert not report_files.is_composed(typeset())
 
 
+def checked(folder, monkeypatch, text=""):
+    """What a check finds, without a run."""
+    about = {"nbgrader": {"solution": True}, "labcourse": {"question": "First report", "part": "Results"}}
+    cell = {"cell_type": "markdown", "id": "results", "metadata": about, "source": "**✎ Your answer**"}
+    (folder / "02.ipynb").write_bytes(saved(notebook({**cell, "source": f"{cell['source']}\n\n{text}"})))
+    monkeypatch.setattr(checking, "_run", lambda *_: (None, Reports()))
+    return checking.check(folder, {"02.ipynb": notebook(cell)}, CATALOGUE)
+
+
 @pytest.mark.parametrize(
-    ("written", "own", "state"),
+    ("text", "pdf", "state"),
     [
-        ([], [], State.EMPTY),
-        ([], ["First report"], State.IN_PDF),
-        ([("First report", "Results")], ["First report"], State.WRITTEN),
-        ([], ["Other report"], State.EMPTY),
+        ("", None, State.EMPTY),
+        ("", composed(), State.EMPTY),
+        ("", typeset(), State.IN_PDF),
+        ("It swings.", typeset(), State.WRITTEN),
     ],
+    ids=["nothing", "made of the notebook", "own", "own and a text"],
 )
-def test_what_a_check_says_of_a_text(written, own, state):
-    asked = Asked("02.ipynb", ("First report", "Results"), True, True)
-    assert _part(asked, dict.fromkeys(written), ({}, None), _Home(), "", own).state is state
+def test_what_a_check_says_of_a_text(folder, monkeypatch, text, pdf, state):
+    if pdf is not None:
+        (folder / NAME).write_bytes(pdf)
+    found = checked(folder, monkeypatch, text)
+    assert [part.state for part in found.parts] == [state]
     assert (state in GOOD) == (state is not State.EMPTY)
+    assert any("own document" in note and "headings" in note for note in found.notes) == (pdf == typeset())
 
 
-def along(folder, written=()):
-    work = student_folder.read(folder, ["02.ipynb"], catalogue=CATALOGUE)
-    return list(reports_along.notes(work, report_files.of_files(work.hand_in.reports, CATALOGUE), written, CATALOGUE))
-
-
-def test_a_check_names_the_texts_that_are_looked_for_in_it(folder):
-    (folder / NAME).write_bytes(typeset())
-    about, texts = along(folder)
-    assert "your own document" in about and NAME in about
-    assert "Procedure, Results, Analysis, Conclusion are not written in their cells" in texts
-    assert "some text cells are filled in, too" in along(folder, [("First report", "Results")])[-1]
-
-
-def test_a_report_that_is_older_than_its_notebook_is_asked_about(folder):
+def test_a_report_that_is_older_than_its_notebook_is_asked_about(folder, monkeypatch):
     (folder / NAME).write_bytes(composed())
-    assert len(along(folder)) == 1
-    os.utime(folder / NAME, (0, 1000))
-    assert "was made before 02 was saved last" in along(folder)[1]
+    for time, is_older in ((None, False), ((0, 1000), True)):
+        if time:
+            os.utime(folder / NAME, time)
+        notes = checked(folder, monkeypatch).notes
+        assert any("was made before 02 was saved last" in note for note in notes) is is_older
 
 
 def packed(folder, **options):
-    done = submit(folder, ["02.ipynb"], student="ada", **{"catalogue": CATALOGUE, **options})
+    done = submit(folder, {"02.ipynb": notebook()}, CATALOGUE, student="ada", **options)
     with zipfile.ZipFile(done.path) as found:
         return {name: found.read(name) for name in found.namelist()}, "\n".join(done.lines)
 

@@ -21,7 +21,7 @@ from labcourse.answers import answers, reflection, schema
 from labcourse.answers.answers import AnswerBook
 from labcourse.answers.notebooks import Notebook
 from labcourse.errors import AnswerError, ConfigurationError, CourseError
-from labcourse.run import check, from_notebook, restore, student_folder, submit, update
+from labcourse.run import check, from_notebook, restore, student_folder, submit
 from labcourse.session import Session
 from rotflex.course.questions import CATALOGUE
 
@@ -81,7 +81,7 @@ def laid(folder, files):
 def _nothing_is_run():
     """Instead of the kernels' book of answers, the check gets the one that is to be compared with it."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(check, "_run", lambda work, *_others: (work.hand_in.claim, schema.read_reports(b""), ()))
+        patch.setattr(check, "_run", lambda work, *_others: (work.hand_in.claim, schema.read_reports(b"")))
         yield
 
 
@@ -108,7 +108,7 @@ def _packed_and_checked(folder, name):
     assert work.hand_in.notebooks[FIRST] == Notebook.read(saved(NEW)).cells
     assert (BROKEN in work.hand_in.notebooks) != any(BROKEN in line for line in work.problems)
     for act in (
-        lambda: submit.submit(folder, list(MASTERS), student="ada", catalogue=CATALOGUE),
+        lambda: submit.submit(folder, MASTERS, CATALOGUE, student="ada"),
         lambda: check.check(folder, MASTERS, CATALOGUE, student="ada"),
     ):
         try:
@@ -150,7 +150,7 @@ def _mended(folder, released, name):
     else:
         nbformat.v4.reads((folder / BROKEN).read_text(encoding="utf-8"))
         assert restore.restore(folder, BROKEN, MASTER).lines == ()
-    lines, whole = update.update(folder, released, "r2")
+    lines, whole = restore.update(folder, released, "r2")
     assert whole or any(BROKEN in line and "could not be read" in line for line in lines)
     assert Notebook.read((folder / FIRST).read_bytes()).content["cells"][0]["source"] == "# New"
 
@@ -163,7 +163,7 @@ def test_a_file_name_that_is_no_utf_8_is_named_and_all_else_is_packed(tmp_path):
     folder = laid(
         tmp_path / "work", {FIRST: saved(NEW), NOT_UTF_8: b"{}", os.fsdecode(b"\xfe.csv"): b"1", "a.csv": b"2"}
     )
-    done = submit.submit(folder, list(MASTERS), student="ada", catalogue=CATALOGUE)
+    done = submit.submit(folder, MASTERS, CATALOGUE, student="ada")
     with zipfile.ZipFile(done.path) as packed:
         assert {FIRST, "a.csv"} <= set(packed.namelist())
     told = "\n".join(done.lines).encode().decode()

@@ -2,54 +2,66 @@
 
 import pytest
 
-from labcourse.run.asked import Asked
-from labcourse.run.check import State, _Home, _part
+from labcourse.run.check import State, _state, alike
+from labcourse.run.reasons import Reasons
 
 WHERE = ("2.10", "spectrum")
 
 
+def recorded(content, seed=1):
+    return {"answers": {WHERE[0]: {WHERE[1]: content}} if content else {}, "probe_seed": seed}
+
+
 def function(output, seed=1):
-    return {"kind": "function", "value": [[output, 2.0]]}, seed
+    return recorded({"kind": "function", "value": [[output, 2.0]]}, seed)
 
 
 def number(value, seed=1):
-    return {"kind": "number", "value": value}, seed
+    return recorded({"kind": "number", "value": value}, seed)
 
 
-def became(now=None, before=None, why="", begun=True, in_words=False, written=()):
-    """``now``, ``before``: what was recorded, and the seed of the inputs that functions were tried on."""
-    (content, seed), (content_before, seed_before) = now or (None, 1), before or (None, 1)
-    found, home = ({} if one is None else {WHERE[0]: {WHERE[1]: one}} for one in (content, content_before))
-    asked = Asked("02_finding_stiffness.ipynb", WHERE, in_words, begun)
-    return _part(asked, written, (found, seed), _Home(home, seed_before), why)
+NONE, STOPPED, BEGUN = recorded(None), Reasons({WHERE: "It stopped."}), frozenset([WHERE])
 
 
 @pytest.mark.parametrize(
-    ("now", "before", "state"),
+    ("now", "before", "why", "state"),
     [
-        (number(20.0), None, State.RECORDED),
-        (number(20.0), number(20.0), State.RECORDED),
-        (number(20.0), number(21.0), State.DIFFERENT),
-        (number(20.0), number(21.0, seed=2), State.DIFFERENT),
-        (function(1.0), function(1.0), State.RECORDED),
-        (function(1.0), function(1.5), State.DIFFERENT),
-        (function(1.0), function(1.5, seed=2), State.RECORDED),  # tried on other inputs: nothing to compare
-        (None, number(20.0), State.EMPTY),
+        (number(20.0), NONE, STOPPED, State.RECORDED),
+        (number(20.0), number(20.0), STOPPED, State.RECORDED),
+        (number(20.0), number(21.0), STOPPED, State.DIFFERENT),
+        (number(20.0), number(21.0, seed=2), STOPPED, State.DIFFERENT),
+        (function(1.0), function(1.0), STOPPED, State.RECORDED),
+        (function(1.0), function(1.5), STOPPED, State.DIFFERENT),
+        (function(1.0), function(1.5, seed=2), STOPPED, State.RECORDED),  # tried on other inputs: nothing to compare
+        (NONE, number(20.0), Reasons({}), State.EMPTY),
+        (NONE, NONE, Reasons({WHERE: "It stopped."}, begun=BEGUN), State.MISSING),
+        (NONE, number(20.0), STOPPED, State.MISSING),
+        (NONE, NONE, STOPPED, State.EMPTY),  # of what nobody has begun
     ],
 )
-def test_a_part_is_other_than_on_the_page_where_it_can_be_compared_and_differs(now, before, state):
-    assert became(now, before).state is state
+def test_a_part_is_other_than_on_the_page_or_missing_where_that_can_be_known(now, before, why, state):
+    assert _state(WHERE, now, before, why) is state
 
 
-@pytest.mark.parametrize(
-    ("begun", "before", "state"),
-    [(True, None, State.MISSING), (False, number(20.0), State.MISSING), (False, None, State.EMPTY)],
-)
-def test_why_a_part_is_missing_is_told_of_what_somebody_began(begun, before, state):
-    part = became(None, before, "It stopped.", begun)
-    assert (part.state, part.why) == (state, "It stopped." if state is State.MISSING else "")
+ALIKE = [
+    ({"kind": "number", "value": 19.8765}, {"kind": "number", "value": 19.8766}),
+    ({"y": [1e-12, 5.0, -3.0]}, {"y": [-1e-12, 5.0, -3.0]}),  # noise beside what is large
+    ({"a": [[1, 2], [3, 4.0]]}, {"a": [[1, 2], [3, 4]]}),
+    ({"a": None, "b": True, "c": "x"}, {"c": "x", "b": True, "a": None}),
+    (0.0, 0.0),
+]
+OTHER = [({"value": 19.87}, {"value": 19.89}), ({"value": 1e-12}, {"value": -1e-12}), ({"value": 1}, {"value": True})]
+OTHER += [({"value": 1}, {"value": "1"}), ({"y": [1.0, 2.0]}, {"y": [1.0]}), ({"y": [1.0, 2.0]}, {"y": [2.0, 1.0]})]
+OTHER += [({"a": 1}, {"b": 1}), ({"text": "yes"}, {"text": "no"}), (0.0, 1e-12)]
 
 
-@pytest.mark.parametrize(("written", "state"), [([WHERE], State.WRITTEN), ([], State.EMPTY)])
-def test_words_are_there_or_not_whatever_was_recorded(written, state):
-    assert became(number(1.0), number(2.0), "It stopped.", in_words=True, written=written).state is state
+def test_two_answers_are_alike_or_not():
+    for pairs, same in ((ALIKE, True), (OTHER, False)):
+        assert [pair for pair in pairs if alike(*pair) is not same or alike(*reversed(pair)) is not same] == []
+
+
+@pytest.mark.parametrize(("other", "same"), [(1.000099, True), (1.000102, False), (0.9999, True), (0.99989, False)])
+def test_answers_are_alike_to_within_a_ten_thousandth(other, same):
+    assert alike(1.0, other) == alike(-1.0, -other) == same
+    assert alike([1.0, 1e-5], [1.0, 1e-5 + (other - 1.0)]) == same  # of the largest beside them
+    assert alike({"a": 1.0, "b": 1e-5}, {"a": 1.0, "b": 1e-5 + (other - 1.0)}) is (abs(other - 1.0) <= 1e-9)

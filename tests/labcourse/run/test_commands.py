@@ -59,7 +59,7 @@ def finds(monkeypatch):
     def prepare(state):
         def check(folder, masters, catalogue, *, student, report):
             asked.append((folder, catalogue, student))
-            report("01_swing.ipynb", 0, 3)
+            report("01_swing.ipynb")
             return Checked("ada", folder, (Part("01_swing.ipynb", "2.11", "omega_n", state, "It stopped."),))
 
         monkeypatch.setattr(checking, "check", check)
@@ -137,8 +137,8 @@ def test_restore_says_what_it_gave_back_and_that_an_open_notebook_is_to_be_read_
     looked, done, again = rotflex("restore", "--dry-run"), rotflex("restore", "01"), rotflex("restore", "01")
     assert (looked.exit_code, done.exit_code, again.exit_code, rotflex("restore", "07").exit_code) == (0, 0, 0, 2)
     for ended, fragments in (
-        (looked, ["01_swing.ipynb, if you ask for it:", "title is there again", "02_later.ipynb: all"]),
-        (done, ["it is kept as 01_swing.before-restore.ipynb.", "title is there again", "Reload Notebook from Disk"]),
+        (looked, ["01_swing.ipynb can be restored.", "title was deleted", "02_later.ipynb: all"]),
+        (done, ["saved as 01_swing.before-restore.ipynb.", "title was deleted", "Reload Notebook from Disk"]),
         (again, ["01_swing.ipynb: all that is the course's is there."]),
     ):
         lines = ended.output.splitlines()

@@ -1,4 +1,4 @@
-"""Notebooks are run as JupyterLab would, with a real kernel each; whatever a cell does, others run, and it is told."""
+"""Notebooks run at home, by the warm runner and in kernels: whatever a cell does, the next notebook is run."""
 
 import contextlib
 import os
@@ -12,17 +12,28 @@ import pytest
 from checkout import ROOT
 from made_notebooks import code, notebook, text
 
+from labcourse.answers.cell_reports import REPORTS_FILE
+from labcourse.answers.schema import read_reports
 from labcourse.errors import CheckError
 from labcourse.run import execute
-from labcourse.run.execute import Broken
 
 pytestmark = pytest.mark.slow
 
 STUBBORN = "import time\nwhile True:\n    try:\n        time.sleep(100)\n    except KeyboardInterrupt:\n        pass"
 
 
-def run(folder, notebooks, **options):
-    return execute.run(notebooks, folder, **{"parameters": {"student": "ada"}, **options})
+@pytest.fixture(params=["warm", "kernels"])
+def run(request, tmp_path, monkeypatch):
+    """A function that runs notebooks in ``tmp_path``, and returns what became of their cells."""
+    warm = request.param == "warm"
+    monkeypatch.setattr(execute, "CAN_FORK", warm)
+    monkeypatch.setattr(execute, "_run_in_kernels" if warm else "_run_warm", lambda *_: pytest.fail("the other way"))
+
+    def run_in(notebooks, **options):
+        execute.run(notebooks, tmp_path, **{"parameters": {"student": "ada"}, **options})
+        return {one.cell: one for one in read_reports((tmp_path / REPORTS_FILE).read_bytes()).cells}
+
+    return run_in
 
 
 def put(name, value):
@@ -30,10 +41,10 @@ def put(name, value):
 
 
 def left(folder):
-    return {path.name: path.read_text() for path in folder.iterdir()}
+    return {path.name: path.read_text() for path in folder.iterdir() if path.name != REPORTS_FILE}
 
 
-def test_cells_are_run_in_order_with_their_ids_and_parameters_and_an_error_stops_none(tmp_path):
+def test_cells_are_run_in_order_with_their_ids_and_parameters_and_an_error_stops_none(run, tmp_path):
     ran = notebook(
         text("words", "not run"),
         code("a", 'student = "nobody"', ["parameters"]),
@@ -43,69 +54,76 @@ def test_cells_are_run_in_order_with_their_ids_and_parameters_and_an_error_stops
         code("d", put("cell", 'get_ipython().get_parent()["metadata"]["cellId"]')),
         code("e", "await __import__('asyncio').sleep(0)\n" + put("last", "In[-2]")),
     )
-    assert run(tmp_path, {"one.ipynb": ran}) == ()
+    reports = run({"one.ipynb": ran})
     assert left(tmp_path) == {"student": "ada", "cell": "d", "last": ran["cells"][5]["source"]}
+    assert [name for name, report in reports.items() if report.error] == ["c"] and list(reports) == list("abcde")
 
 
-def test_without_a_cell_for_them_parameters_come_first(tmp_path):
-    run(tmp_path, {"one.ipynb": notebook(code("a", put("student", "student")))})
-    assert left(tmp_path) == {"student": "ada"}
-
-
-def test_each_notebook_has_a_kernel_of_its_own_that_has_imported_and_named_nothing(tmp_path):
-    loaded = put("loaded", "('fractions' in sys.modules, 'fractions' in dir(), 'seen' in dir(), 'first' in dir())")
+def test_each_notebook_has_a_process_of_its_own_that_has_named_nothing(run, tmp_path):
+    loaded = put("names", "[name for name in ('fractions', 'Fraction', 'seen', 'student') if name in globals()]")
+    begun = []
     run(
-        tmp_path,
-        {"one.ipynb": notebook(code("a", "seen = 1")), "two.ipynb": notebook(code("b", "import sys; " + loaded))},
-        imports=["import fractions", "import no_such_module_anywhere", "from fractions import Fraction"],
-        first=lambda name: f"first = {name!r}" if name == "two.ipynb" else "",
+        {"one.ipynb": notebook(code("a", "seen = 1")), "two.ipynb": notebook(code("b", loaded))},
+        imports=["import fractions", "from fractions import Fraction"],
+        report=begun.append,
     )
-    assert left(tmp_path) == {"loaded": "(True, False, False, True)"}
+    assert left(tmp_path) == {"names": "['student']"}
+    assert begun == ["one.ipynb", "two.ipynb"]
 
 
-def test_a_run_is_marked_and_shows_nothing(tmp_path, monkeypatch):
+def test_a_run_is_marked_and_draws_nothing_unasked(run, tmp_path, monkeypatch):
     monkeypatch.setenv("IPYTHONDIR", str(tmp_path / "ipython"))
     names = ["LABCOURSE_RUNNING", "TQDM_DISABLE", "LABCOURSE_PICTURES", "OMP_NUM_THREADS"]
+    shows = "class Shown:\n    def _repr_png_(self):\n        raise SystemExit\nShown()"
     cell = f"import os; {put('told', f'[os.environ[name] for name in {names}]')}"
-    run(tmp_path, {"one.ipynb": notebook(code("a", cell), code("b", put("python", "__import__('sys').executable")))})
+    run({"one.ipynb": notebook(code("a", cell), code("b", put("python", "__import__('sys').executable")))})
+    assert run({"one.ipynb": notebook(code("c", shows))})["c"].error is None
     assert left(tmp_path) == {"told": "['check', '1', 'off', '1']", "python": sys.executable}
 
 
 @pytest.mark.parametrize(
-    ("source", "how", "gone"),
+    ("source", "goes_on"),
     [
-        ("import os; os._exit(3)", execute.DIED, True),
-        ("exit()", execute.EXITED, True),
-        ("import time; time.sleep(100)", execute.TIMED_OUT, False),
-        (STUBBORN, execute.TIMED_OUT, True),
+        ("import os; os._exit(3)", False),
+        ("exit()", False),
+        ("import time; time.sleep(100)", True),
+        (STUBBORN, False),
     ],
     ids=["dies", "exits", "sleeps", "does not stop"],
 )
-def test_a_cell_that_does_not_end_by_itself_is_named_and_the_next_notebook_is_run(
-    tmp_path, monkeypatch, source, how, gone
-):
-    monkeypatch.setattr(execute, "GRACE", 0.5)
+def test_after_a_cell_that_does_not_end_by_itself_the_next_notebook_is_run(run, tmp_path, monkeypatch, source, goes_on):
+    monkeypatch.setattr(execute, "GRACE", 0.5 if source == STUBBORN else execute.GRACE)
     one = notebook(code("a", put("a", 1)), code("bad", source), code("after", put("after", 1)))
-    two = notebook(code("b", put("b", 1)))
-    told = []
-    found = run(
-        tmp_path, {"one.ipynb": one, "two.ipynb": two}, cell_timeout=2, report=lambda *about: told.append(about)
-    )
-    assert found == (Broken("one.ipynb", "bad", how, gone),)
-    assert set(left(tmp_path)) == {"a", "b"} | (set() if gone else {"after"})
-    assert told[:2] == [("one.ipynb", 0, 4), ("one.ipynb", 1, 4)] and told[-1] == ("two.ipynb", 2, 2)
+    reports = run({"one.ipynb": one, "two.ipynb": notebook(code("b", put("b", 1)))}, cell_timeout=2)
+    assert set(left(tmp_path)) == {"a", "b"} | ({"after"} if goes_on else set())
+    assert reports["bad"].error is not None or not reports["bad"].finished
+    assert reports["b"].finished
 
 
-def test_what_cannot_be_begun_is_an_error_in_words(tmp_path):
-    with pytest.raises(CheckError, match="ZeroDivisionError"):
-        run(tmp_path, {"one.ipynb": notebook(code("a", "1"))}, first=lambda name: "1 / 0")
+@pytest.mark.parametrize("broken", ["another version", "an import that fails"])
+def test_where_the_warm_runner_cannot_run_kernels_do(tmp_path, monkeypatch, broken):
+    customize = "from importlib import metadata\nmetadata.version = lambda name: '9.99'"
+    if broken == "another version":
+        (tmp_path / "sitecustomize.py").write_text(customize)
+        monkeypatch.setenv("PYTHONPATH", f"{tmp_path}{os.pathsep}{ROOT}")
+    ran = notebook(code("a", put("done", "'debugpy' in __import__('sys').modules")))
+    imports = ["import no_such_module_anywhere"] if broken != "another version" else []
+    execute.run({"one.ipynb": ran}, tmp_path, parameters={}, imports=imports)
+    assert (tmp_path / "done").read_text() == "True"  # a kernel has imported it, and the warm runner does not
 
 
 def test_a_kernel_that_does_not_start_is_an_error_that_says_what_to_do(tmp_path, monkeypatch):
     (tmp_path / "kernel.py").write_text("")
     monkeypatch.setattr(execute, "KERNEL", tmp_path / "kernel.py")
+    monkeypatch.setattr(execute, "CAN_FORK", False)
     with pytest.raises(CheckError, match="ipykernel"):
-        run(tmp_path, {"one.ipynb": notebook(code("a", "1"))})
+        execute.run({"one.ipynb": notebook(code("a", "1"))}, tmp_path, parameters={})
+
+
+def test_a_runner_that_was_killed_is_an_error(tmp_path):
+    kill = "import os, signal; os.kill(os.getppid(), signal.SIGKILL)"
+    with pytest.raises(CheckError, match="from outside"):
+        execute.run({"one.ipynb": notebook(code("a", kill))}, tmp_path, parameters={})
 
 
 def alive(process):
@@ -116,14 +134,16 @@ def alive(process):
 
 
 @pytest.mark.parametrize("ending", [signal.SIGINT, signal.SIGKILL], ids=["Ctrl-C", "killed"])
+@pytest.mark.parametrize("can_fork", [True, False], ids=["warm", "kernels"])
 @pytest.mark.skipif(not Path("/proc").is_dir(), reason="processes are looked for in /proc")
-def test_no_process_is_left_behind(tmp_path, ending):
+def test_no_process_is_left_behind(tmp_path, can_fork, ending):
     program = f"""
 import pathlib, signal, sys
 signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell has its background ignore it
 sys.path[:0] = [{str(ROOT)!r}, {str(ROOT / "tests/helpers")!r}]
 from made_notebooks import code, notebook
 from labcourse.run import execute
+execute.CAN_FORK = {can_fork}
 cell = "import os, pathlib, time; pathlib.Path('pid').write_text(str(os.getpid())); time.sleep(300)"
 ran = {{"a": notebook(code("a", cell)), "b": notebook(code("b", "1"))}}
 execute.run(ran, pathlib.Path({str(tmp_path)!r}), parameters={{}})
@@ -134,15 +154,15 @@ execute.run(ran, pathlib.Path({str(tmp_path)!r}), parameters={{}})
         while not (tmp_path / "pid").exists() or not (tmp_path / "pid").read_text():
             assert child.poll() is None and time.monotonic() < until
             time.sleep(0.05)
-        kernel = int((tmp_path / "pid").read_text())
+        runs_cells = int((tmp_path / "pid").read_text())
         others = {int(one.name) for one in Path("/proc").iterdir() if one.name.isdigit() and _parent(one) == child.pid}
-        assert kernel in others and len(others) >= 2  # the next one's, too
+        assert others and (runs_cells in others) is not can_fork
         child.send_signal(ending)
         child.wait(timeout=30)
-        until = time.monotonic() + 15  # a killed one ends its kernels by their own watch
-        while any(map(alive, others)) and time.monotonic() < until:
+        until = time.monotonic() + 15  # after SIGKILL, they find out for themselves
+        while any(map(alive, {*others, runs_cells})) and time.monotonic() < until:
             time.sleep(0.1)
-        assert not any(map(alive, others))
+        assert not any(map(alive, {*others, runs_cells}))
     finally:
         child.kill()
 

@@ -14,7 +14,7 @@ from labcourse.answers import notebooks, schema
 from labcourse.answers.cell_reports import CellError, CellReport, Reports
 from labcourse.answers.notebooks import CODE, Cell
 from labcourse.run.merge import merged
-from labcourse.run.reasons import Claim, explain
+from labcourse.run.reasons import explain
 from rotflex.course.questions import CATALOGUE
 
 SECONDS = 60.0  # after which a test that hangs ends; each of these took minutes, or would
@@ -138,7 +138,7 @@ def test_what_records_an_answer_is_the_courses_whatever_bears_its_id():
 
 
 def test_a_claim_that_is_all_names_is_told_in_few_words():
-    claim = Claim({number: dict.fromkeys(CATALOGUE.find(number).names, "<b>\x1b[2J" * 100) for number in QUESTIONS})
+    claim = {number: dict.fromkeys(CATALOGUE.find(number).names, "<b>\x1b[2J" * 100) for number in QUESTIONS}
     assert all(len(sentence) < 300 for sentence in explained([], claim=claim).lost)
 
 

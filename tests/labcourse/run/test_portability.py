@@ -77,7 +77,7 @@ def test_what_an_older_python_cannot_read(source, grader, what):
 
 @pytest.mark.parametrize(("string", "reads"), [('f"{d["unit"]}"', False), ("f'{d[\"unit\"]}'\n  f'{1:>{2}}'", True)])
 def test_strings_that_an_older_python_reads(string, reads):
-    assert portability._reads(string, (3, 11)) is reads
+    assert portability.is_readable(string, (3, 11)) is reads
 
 
 @pytest.mark.parametrize(

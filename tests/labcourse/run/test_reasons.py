@@ -7,7 +7,7 @@ from labcourse.answers.cell_reports import LEFT, CellError, CellReport, Refusal,
 from labcourse.answers.notebooks import CODE, Cell, as_released
 from labcourse.answers.parts import Question, number
 from labcourse.run.merge import merged
-from labcourse.run.reasons import Claim, explain
+from labcourse.run.reasons import explain
 
 ONE, TWO = "1_one.ipynb", "2_two.ipynb"
 
@@ -70,7 +70,7 @@ def told(answers, reports, recorded, claim=None, added=(), handed_in=(ONE, TWO),
 
 
 def test_nothing_is_said_where_all_is_well_or_nothing_was_written():
-    found = told({"q1": "a = 1"}, {}, "1234", claim=Claim({"1": {"x": "q1-answer"}}))
+    found = told({"q1": "a = 1"}, {}, "1234", claim={"1": {"x": "q1-answer"}})
     assert (found.missing, found.stops, found.lost) == ({}, (), ())
     assert told({}, {}, "").missing == {}
 
@@ -128,10 +128,10 @@ def test_what_builds_on_a_cell_that_stopped_names_it_and_a_module_that_lacks_is_
 
 def test_what_was_recorded_at_home_and_is_missing_says_what_became_of_it():
     for claim, handed_in, fragment in (
-        (Claim({"1": {"x": ""}}), (ONE, TWO), "button of an explorer"),
-        (Claim({"1": {"x": "gone"}}), (ONE, TWO), "the cell that did it, gone, is no longer in 1_one.ipynb"),
-        (Claim({"1": {"x": "q1-answer"}}), (ONE, TWO), "1_one.ipynb, run from top to bottom, leaves it empty"),
-        (Claim({"1": {"x": "q1-answer"}}), (TWO,), "1_one.ipynb was not handed in"),
+        ({"1": {"x": ""}}, (ONE, TWO), "button of an explorer"),
+        ({"1": {"x": "gone"}}, (ONE, TWO), "the cell that did it, gone, is no longer in 1_one.ipynb"),
+        ({"1": {"x": "q1-answer"}}, (ONE, TWO), "1_one.ipynb, run from top to bottom, leaves it empty"),
+        ({"1": {"x": "q1-answer"}}, (TWO,), "1_one.ipynb was not handed in"),
     ):
         found = told({}, {}, "234", claim=claim, handed_in=handed_in)
         (lost,), (missing,) = found.lost, found.missing.values()
@@ -160,5 +160,5 @@ def test_a_cell_of_no_consequence_is_not_held_against_anybody():
 
 
 def test_of_what_stopped_it_is_not_said_again_that_it_was_recorded_at_home():
-    found = told({"q1": "a = omgea"}, {"q1": NAME}, "234", claim=Claim({"1": {"x": "q1-answer"}}))
+    found = told({"q1": "a = omgea"}, {"q1": NAME}, "234", claim={"1": {"x": "q1-answer"}})
     assert found.lost == () and len(found.stops) == 1

@@ -159,7 +159,7 @@ def test_the_notebook_as_it_was_is_kept_beside_it_and_another_time_beside_that(t
     for kept in ("01_springs.before-restore.ipynb", "01_springs-2.before-restore.ipynb"):
         (tmp_path / "01_springs.ipynb").write_bytes(saved(own))
         done = restore.restore(tmp_path, "01_springs.ipynb", MASTER)
-        assert (done.lines, done.kept) == (("setup is there again",), kept)
+        assert (done.lines, done.backup) == (("setup was deleted",), kept)
         assert (tmp_path / kept).read_bytes() == saved(own)
         assert json.loads((tmp_path / "01_springs.ipynb").read_bytes())["cells"][2] == MASTER["cells"][2]
 
@@ -169,7 +169,7 @@ def test_looking_alone_writes_nothing(tmp_path):
     del own["cells"][2]
     (tmp_path / "a.ipynb").write_bytes(saved(own))
     done = restore.restore(tmp_path, "a.ipynb", MASTER, dry_run=True)
-    assert (done.lines, done.kept) == (("setup is there again",), "")
+    assert (done.lines, done.backup) == (("setup was deleted",), "")
     assert restore.restore(tmp_path, "b.ipynb", MASTER, dry_run=True).lines
     assert [path.name for path in tmp_path.iterdir()] == ["a.ipynb"]
     assert (tmp_path / "a.ipynb").read_bytes() == saved(own)

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 from made_notebooks import answer, locked, notebook, saved
 
+from labcourse.answers.catalogue import Catalogue
 from labcourse.errors import CheckError
 from labcourse.run.check import Checked, Part, State
 from labcourse.run.submit import MAX_OUTPUT, slim, submit
@@ -32,7 +33,7 @@ def folder(tmp_path):
 
 
 def pack(folder, **options):
-    return submit(folder, [NAME], **{"now": NOON, "checked": CHECKED, **options})
+    return submit(folder, {NAME: NOTEBOOK}, Catalogue([]), **{"now": NOON, "checked": CHECKED, **options})
 
 
 def content(path):
@@ -53,7 +54,7 @@ def test_a_zip_named_by_the_id_holds_what_counts_and_a_receipt(folder):
     }
     assert (receipt["student"], receipt["with"], receipt["time"]) == ("ada", [], "2026-03-01T12:00:00+00:00")
     assert (receipt["answered"], receipt["not_answered"], receipt["checked"]) == (["1"], ["2"], True)
-    assert receipt["content"] == done.digest and receipt["files"].keys() == found.keys()
+    assert receipt == {**done.receipt} and receipt["files"].keys() == found.keys()
 
 
 def test_the_receipt_is_printed_and_added_to_those_before(folder):
@@ -62,8 +63,14 @@ def test_the_receipt_is_printed_and_added_to_those_before(folder):
     receipts = "\n".join([*first.lines, "", *second.lines, "", ""])
     assert (folder.parent / "ada-receipts.txt").read_text() == receipts
     for receipt, fragments in (
-        (first.lines, ["Receipt    ada", "2026-03-01", f"{first.digest[:16]} (4 files)", "1 of 2", "2", "numpy.py"]),
-        (second.lines, ["Receipt    ada", "2026-03-01", f"{first.digest[:16]} (4 files)", "not checked", "numpy.py"]),
+        (
+            first.lines,
+            ["Receipt    ada", "2026-03-01", f"{first.receipt['content'][:16]} (4 files)", "1 of 2", "2", "numpy.py"],
+        ),
+        (
+            second.lines,
+            ["Receipt    ada", "2026-03-01", f"{first.receipt['content'][:16]} (4 files)", "not checked", "numpy.py"],
+        ),
     ):
         assert len(receipt) == len(fragments) + 1
         assert all(fragment in line for fragment, line in zip(fragments, receipt, strict=False))
@@ -76,9 +83,12 @@ def test_the_receipt_is_printed_and_added_to_those_before(folder):
 
 def test_the_same_content_has_the_same_hash_whenever_and_wherever_it_is_packed(folder, tmp_path):
     first = pack(folder)
-    assert pack(folder, now=NOON.replace(year=2027), out=tmp_path / "new", checked=None).digest == first.digest
+    assert (
+        pack(folder, now=NOON.replace(year=2027), out=tmp_path / "new", checked=None).receipt["content"]
+        == first.receipt["content"]
+    )
     (folder / "helpers.py").write_text("x = 2")
-    assert pack(folder).digest != first.digest
+    assert pack(folder).receipt["content"] != first.receipt["content"]
 
 
 def test_partners_are_named_in_the_course_file(folder):

@@ -1,18 +1,18 @@
 """Run notebooks, one after the other, each in a process forked from this one.
 
-    python -P -m labcourse_inside.main < SPECIFICATION
+    python -P -m labcourse.run.inside.main < SPECIFICATION
 
 The specification is JSON::
 
     {"notebooks": {"one.ipynb": {"cells": [...], ...}, ...}, "parameters": {"student": "ada", ...},
-     "imports": ["numpy", ...], "cell_timeout": 60, "files": {"helpers.py": "(base64)", ...},
+     "imports": ["import numpy", ...], "cell_timeout": 60, "files": {"helpers.py": "(base64)", ...},
      "evidence": "package.module:function"}
 
 Cells work in the current folder, where the files are put. What a cell outputs is discarded, and pictures that nobody
 asked for are not drawn; what stopped a cell is written down (``labcourse.answers.cell_reports``).
 With "evidence", that function of the course's is called with the current folder before any notebook is run, and the
 plain data that it returns is left as JSON: it reads files of the student's that only a sandbox may open.
-The exit code says how it ended; the package has its constants.
+The name of each notebook is printed when it begins. The exit code says how it ended; the package has its constants.
 """
 
 from __future__ import annotations
@@ -24,6 +24,7 @@ import gc
 import importlib
 import json
 import os
+import signal
 import sys
 import threading
 import traceback
@@ -34,15 +35,10 @@ from . import BROKEN, EVIDENCE_FILE, FINE, private_interfaces, watch
 
 _PARAMETERS_TAG = "parameters"
 _TRIAL_TIMEOUT = 60.0  # s; as a cell has
-#: What any notebook needs; the specification names what those of a course need besides.
+#: What any notebook needs; the specification has the statements for a course.
 _ALWAYS_IMPORTED = (
-    "IPython.core.logger",
-    "IPython.core.pylabtools",
-    "bdb",
-    "ipykernel.ipkernel",
-    "matplotlib.backends.backend_agg",
-    "matplotlib.pyplot",
-    "numpy",
+    "import bdb, numpy, matplotlib.pyplot, matplotlib.backends.backend_agg",
+    "import ipykernel.ipkernel, IPython.core.logger, IPython.core.pylabtools",
 )
 #: Imported by some library where it is installed, and not needed by a notebook: a debugger, which starts threads; a
 #: grammar of web addresses, which takes seconds (``labcourse.grading``, which is not here, keeps it out as well).
@@ -54,7 +50,7 @@ def _prepared_kernel(imports: list[str]) -> Any:
 
     Parameters
     ----------
-    imports : modules that the notebooks use
+    imports : import statements of the modules that the notebooks use
 
     Raises
     ------
@@ -70,8 +66,8 @@ def _prepared_kernel(imports: list[str]) -> Any:
         sys.modules[name] = None  # type: ignore[assignment]  # the import fails at once
     private_interfaces.check_versions()
     with private_interfaces.plain_docstrings():
-        for name in (*_ALWAYS_IMPORTED, *imports):
-            importlib.import_module(name)
+        for statement in (*_ALWAYS_IMPORTED, *imports):
+            exec(statement, {})
     from .kernel import Kernel  # not before its libraries: they compose their docstrings when they are imported
 
     kernel = Kernel()
@@ -80,7 +76,7 @@ def _prepared_kernel(imports: list[str]) -> Any:
     gc.enable()
     if watch.run(kernel.try_out, steps=1, timeout=_TRIAL_TIMEOUT) != FINE:
         raise private_interfaces.UntestedVersionError(
-            f"Cells do not run with these libraries: {private_interfaces.versions()}."
+            f"Cells do not run with these libraries: {private_interfaces.installed()}."
         )
     return kernel
 
@@ -148,12 +144,14 @@ def run(specification: dict[str, Any]) -> int:
         watch.run(functools.partial(_read_evidence, specification["evidence"]), 1, timeout)
     worst = FINE
     for name, notebook in specification["notebooks"].items():
+        print(name)  # the fork flushes it
         cells = sources(notebook, specification["parameters"])
         worst = max(worst, watch.run(functools.partial(kernel.run, name, cells), len(cells), timeout))
     return worst
 
 
 if __name__ == "__main__":
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # so that a forked process is ended with this one
     code = run(json.load(sys.stdin))
     sys.stdout.flush()
     sys.stderr.flush()

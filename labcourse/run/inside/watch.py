@@ -21,6 +21,7 @@ GRACE = 5.0  #: s after the interrupt until the end; time to tidy up
 _PAUSE = 0.002  # s between two looks at a child that cannot report any more
 _LONGEST_TRACEBACK = 2000  # characters
 _STEP = b"+"
+_PARENT = os.getppid()
 _FINISHED = 99  # exit status of a child that has come to its end; 0 is what a cell's own exit would give
 
 ReportStep = Callable[[], None]  #: reports that a step has begun or ended
@@ -47,9 +48,11 @@ def run(work: Callable[[ReportStep], None], steps: int, timeout: float) -> int:
     if child == 0:
         _work_as_child(work, reading, writing)
     os.close(writing)
+    watched = _Watch(child, reading, 2 * steps, timeout)
     try:
-        return _Watch(child, reading, 2 * steps, timeout).wait()
+        return watched.wait()
     finally:
+        watched.kill()
         os.close(reading)
 
 
@@ -67,6 +70,7 @@ def _work_as_child(
     code = DIED
     try:
         os.setsid()
+        signal.signal(signal.SIGTERM, signal.SIG_DFL)
         os.close(reading)
         parents_stderr = os.dup(2)  # the parent's standard error, wherever cells write to
         own_pid = os.getpid()
@@ -110,6 +114,8 @@ class _Watch:
         interrupted = False
         since = time.monotonic()
         while (status := self._exit_status()) is None:
+            if os.getppid() != _PARENT:
+                raise SystemExit("The program that asked for this run has ended.")
             left = since + (GRACE if interrupted else self.timeout) - time.monotonic()
             if left <= 0:
                 ended = TIMED_OUT
@@ -119,11 +125,13 @@ class _Watch:
                 interrupted, since = True, time.monotonic()
             elif self._wait_for_report(left):
                 interrupted, since = False, time.monotonic()
-        self._signal(signal.SIGKILL)  # whatever else is left of its process group, too
-        if status is None:
+        return ended if status in (None, _FINISHED) else DIED
+
+    def kill(self) -> None:
+        """Kill the child, and whatever else is left of its process group."""
+        self._signal(signal.SIGKILL)
+        with contextlib.suppress(ChildProcessError):  # it had ended
             os.waitpid(self.child, 0)
-            return ended
-        return ended if status == _FINISHED else DIED
 
     def _wait_for_report(self, seconds: float) -> bool:
         """Wait for a report of the child, for so many seconds at most; return whether one came that is believed."""

@@ -1,10 +1,12 @@
-"""The program that runs a submission's notebooks, in whatever sandbox it is started.
+"""The warm runner: a program that runs a student's notebooks, in a sandbox for grading, and at home for a check.
 
-A bundle has it as the package ``labcourse_inside``, beside the course's packages as students have them, in which there
-is no grading. One warm process imports what notebooks use, and forks for each notebook. The child runs the cells in its
-own process, with ipykernel's kernel behind it. No kernel is started, and nothing goes over a socket.
+One warm process imports what notebooks use, and forks for each notebook. The child runs the cells in its own process,
+with ipykernel's kernel behind it. No kernel is started, and nothing goes over a socket.
 
-    python -P -m labcourse_inside.main < SPECIFICATION
+    python -P -m labcourse.run.inside.main < SPECIFICATION
+
+For grading, a bundle has the instructor's version of it as the package ``labcourse_inside``, beside the packages of
+the release under which a submission is run.
 
 ``main`` reads the specification and goes through the notebooks, ``watch`` forks and limits the time, ``kernel`` runs
 the cells, and ``private_interfaces`` replaces what the libraries have not promised to keep.
