@@ -21,8 +21,13 @@ import json, sys
 from dataclasses import asdict
 from pathlib import Path
 from labcourse import released
+from labcourse.run import execute
 from labcourse.run.check import check
-folder, student, seconds = sys.argv[1:]
+folder, student, seconds, way = sys.argv[1:]
+if way == "kernels":
+    execute.CAN_FORK = False
+else:
+    execute._run_in_kernels = None
 masters = released.masters()
 found = check(Path(folder), masters, released.catalogue_of(masters), student=student, cell_timeout=float(seconds))
 parts = [[one.question, one.name, one.state.value] for one in found.parts]
@@ -55,11 +60,16 @@ def students_installation(folder: Path) -> Path:
     return folder
 
 
-def at_home(folder: Path, student: str, installation: Path, cell_timeout: float, *more: Path) -> Seen:
-    """What ``rotflex check`` finds in a folder, with a student's installation; ``more`` is on Python's path, too."""
+def at_home(
+    folder: Path, student: str, installation: Path, cell_timeout: float, *more: Path, way: str = "warm"
+) -> Seen:
+    """What ``rotflex check`` finds in a folder, with a student's installation; ``more`` is on Python's path, too.
+
+    The notebooks are run by the warm runner, or in "kernels", which the other way must not fall back to.
+    """
     path = os.pathsep.join(map(str, (installation, *more)))
     done = subprocess.run(
-        [sys.executable, "-P", "-c", _PROGRAM, str(folder), student, str(cell_timeout)],
+        [sys.executable, "-P", "-c", _PROGRAM, str(folder), student, str(cell_timeout), way],
         cwd=folder,
         env={**os.environ, "PYTHONPATH": path, "LABCOURSE_RUNNING": ""},
         capture_output=True,
