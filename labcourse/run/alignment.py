@@ -17,7 +17,7 @@ from typing import Any
 from labcourse.answers import words
 from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.notebooks import CODE, Cell
-from labcourse.answers.parts import Question
+from labcourse.answers.parts import Question, Where
 
 PARAMETERS = "parameters"  #: tag of the cell after which a run puts its parameters
 OPEN = "open"  #: tag of course cells that students may change
@@ -144,11 +144,24 @@ def recorded(cells: Iterable[Mapping[str, Any]]) -> Iterator[Recorded]:
                 yield Recorded(cell["id"], number, names if len(names) == len(call.keywords) else None)
 
 
-def asked(cells: Iterable[Mapping[str, Any]], catalogue: Catalogue) -> Iterator[tuple[Recorded, tuple[str, ...]]]:
-    """Yield what the cells of a course's notebook record of what a catalogue has, each with the names of its parts."""
-    for entry in recorded(cells):
-        if (question := catalogue.everything.get(entry.question)) is not None:
-            yield entry, tuple(part for part in entry.of(question) if part in question.names)
+def asked(
+    notebooks: Mapping[str, Mapping[str, Any]], catalogue: Catalogue
+) -> Iterator[tuple[str, Recorded, tuple[Where, ...]]]:
+    """Yield what a course's notebooks record of what a catalogue has.
+
+    Yields
+    ------
+    tuple
+        File name of the notebook; what a cell records; and its (question, part), those that the catalogue has.
+    """
+    for name, notebook in notebooks.items():
+        for entry in recorded(notebook["cells"]):
+            if (question := catalogue.everything.get(entry.question)) is not None:
+                yield (
+                    name,
+                    entry,
+                    tuple((entry.question, part) for part in entry.of(question) if part in question.names),
+                )
 
 
 def _calls(source: str) -> Iterator[tuple[str, ast.Call]]:

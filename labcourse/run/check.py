@@ -160,40 +160,33 @@ def check(
     given = {(question, part) for question, parts in run.get("answers", {}).items() for part in parts}
     limits: dict[str, Any] = {"handed_in": work.hand_in.notebooks, "seconds": cell_timeout, "place": "here"}
     why = reasons.explain(masters, merged, reports, given, catalogue, claim=home.get("cells"), **limits)
-    own_files = work.hand_in.files
+    answered = work.hand_in.notebooks
     written = {
-        name: words.written(master["cells"], work.hand_in.notebooks.get(name, ()), own_files)
+        name: words.written(master["cells"], answered.get(name, ()), work.hand_in.files)
         for name, master in masters.items()
     }
     pdfs = report_files.of_files(work.hand_in.reports, catalogue)
-    texts_in_pdf = {number for number, pdf in pdfs.items() if pdf.own}
+    texts = {where: State.WRITTEN for of_notebook in written.values() for where in of_notebook.words}
+    in_pdf = {number: State.IN_PDF for number, pdf in pdfs.items() if pdf.own}
     parts: dict[Where, Part] = {}
-    for name, master in masters.items():
-        for entry, names in asked(master["cells"], catalogue):
-            for where in ((entry.question, part) for part in names):
-                state = State.EMPTY
-                if not entry.in_words:
-                    state = _state(where, run, home, why)
-                elif where in written[name].words:
-                    state = State.WRITTEN
-                elif entry.question in texts_in_pdf:
-                    state = State.IN_PDF
-                parts.setdefault(where, Part(name, *where, state, why.missing[where] if state is State.MISSING else ""))
-    texts = [f"{name}: {note}" for name, of in written.items() for note in (*of.problems, *of.notes, *of.asked)]
-    changes = (_of_changes(name, changed) for name, changed in merged.changes.items() if changed)
+    for name, entry, asked_for in asked(masters, catalogue):
+        for where in asked_for:
+            in_words = texts.get(where) or in_pdf.get(entry.question) or State.EMPTY
+            state = in_words if entry.in_words else _state(where, run, home, why)
+            parts.setdefault(where, Part(name, *where, state, why.missing[where] if state is State.MISSING else ""))
     return Checked(
         student,
         folder,
         tuple(parts.values()),
-        problems=(*work.problems, *([unreadable] if unreadable else []), *_too_new(work, merged)),
+        problems=(*work.problems, *filter(None, [unreadable]), *_too_new(work, merged)),
         stops=why.stops,
         lost=why.lost,
         unsaved=tuple(_unsaved(parts.values(), work.saved, home.get("when", {}))),
         notes=(
-            *changes,
+            *(_of_changes(name, changed) for name, changed in merged.changes.items() if changed),
             *work.notes,
             *filter(None, (incomparable, _other_release(work))),
-            *texts,
+            *(f"{name}: {note}" for name, of in written.items() for note in (*of.problems, *of.notes, *of.asked)),
             *_foreign(work, merged),
             *_of_reports(work, pdfs.values(), catalogue),
             *why.harmless,

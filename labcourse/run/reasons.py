@@ -294,11 +294,11 @@ class Causes:
                 role, source, report = role_of(cell), source_of(cell), by_cell.get((name, cell["id"]))
                 written = role is Role.ADDED or (role is Role.ANSWER and source != released.get(cell["id"]))
                 self.cells[name].append(RunCell(name, index, cell["id"], role, source, report, readable, written))
-            places = {cell.id: cell.place for cell in self.cells[name]}
-            for entry, parts in asked(pristine[name]["cells"], catalogue):
-                if (place := places.get(entry.cell)) is not None and not entry.in_words:
-                    self.questions.setdefault(name, {})[place] = entry.question
-                    self.recorder |= dict.fromkeys(((entry.question, part) for part in parts), (name, place))
+        places = {(name, cell.id): cell.place for name, cells in self.cells.items() for cell in cells}
+        for name, entry, asked_for in asked(pristine, catalogue):
+            if (place := places.get((name, entry.cell))) is not None and not entry.in_words:
+                self.questions.setdefault(name, {})[place] = entry.question
+                self.recorder |= dict.fromkeys(asked_for, (name, place))
         self._causes: dict[Where, Cause] = {}
         self._roots: dict[RunCell, Cause] = {}
 

@@ -217,35 +217,27 @@ def _give_ids(cells: list[_Cell], of_course: set[str]) -> None:
 
 @dataclass(frozen=True)
 class Changes:
-    """What changed in a notebook.
+    """What concerns a student's answers in an update of a notebook: ids of cells.
 
     Attributes
     ----------
-    changed, new, gone : how many of the course's cells have another text, were not there, are no longer there
     converted : answer cells that are of another kind now, with what the student had written
     dropped : answer cells that the course no longer has, and that stay as the student's own
     theirs : answer cells in which the student has written, and whose released text is another now
     """
 
-    changed: int = 0
-    new: int = 0
-    gone: int = 0
     converted: tuple[str, ...] = ()
     dropped: tuple[str, ...] = ()
     theirs: tuple[str, ...] = ()
 
     def lines(self, notebook: str) -> Iterator[str]:
         """Yield the same as text."""
-        if self.changed or self.new or self.gone:
-            yield f"{notebook}: of the course's cells {self.changed} changed, {self.new} new, {self.gone} gone."
         lists = {
             "another kind of cell now; what you had written is in it": self.converted,
             "no answer cells any more, but still there as your own; copy what new cells ask for by hand": self.dropped,
             "the course has another text for these now; yours stays, look at theirs in a fresh copy": self.theirs,
         }
-        for message, names in lists.items():
-            if names:
-                yield f"{notebook}: {message}: {', '.join(names)}."
+        yield from (f"{notebook}: {message}: {', '.join(names)}." for message, names in lists.items() if names)
 
 
 def update(folder: Path, released: Path, release: str) -> tuple[list[str], bool]:
@@ -269,7 +261,9 @@ def update(folder: Path, released: Path, release: str) -> tuple[list[str], bool]
     ConfigurationError
         If a file cannot be written; what was there is still there.
     """
-    lines, is_whole, backup = [], True, folder / _BACKUP.format(release=release)
+    lines: list[str] = []
+    done: list[str] = []
+    is_whole, backup = True, folder / _BACKUP.format(release=release)
     for path in sorted(released.glob("*.ipynb")):
         own = folder / path.name
         try:
@@ -290,15 +284,14 @@ def update(folder: Path, released: Path, release: str) -> tuple[list[str], bool]
             raise ConfigurationError(
                 f"{own} cannot be brought to the release {release}: {error}. It is as it was."
             ) from None
-        lines += changes.lines(own.name) if lines else [_first(release, backup), *changes.lines(own.name)]
+        done.append(path.stem)
+        lines += changes.lines(own.name)
+    if done:
+        lines.append(
+            f"Now with the course's text of the release {release}: {', '.join(done)}. Your answers are as they were, "
+            f"and the notebooks as they were are in the hidden folder {backup}."
+        )
     return lines, is_whole
-
-
-def _first(release: str, backup: Path) -> str:
-    return (
-        f"Your notebooks now have the course's text of the release {release}; your answers are as they were. The "
-        f"notebooks as they were are in the hidden folder {backup}."
-    )
 
 
 def _save(folder: Path, name: str, data: bytes) -> None:
@@ -329,12 +322,8 @@ def updated(data: bytes, master: Mapping[str, Any]) -> tuple[dict[str, Any], Cha
     preparing = _Preparing(master["cells"], notebook["cells"])
     notebook["cells"] = preparing.cells()
     changes = alignment.align(master["cells"], Notebook(notebook).cells).changes
-    of_course = [change.what for change in changes if change.role in (Role.LOCKED, Role.TEXT)]
     new, _lines = mend(json.dumps(notebook).encode(), master)
     return new, Changes(
-        changed=of_course.count(Happened.CHANGED),
-        new=of_course.count(Happened.MISSING),
-        gone=preparing.gone,
         converted=tuple(change.cell for change in changes if change.what is Happened.OTHER_KIND),
         dropped=tuple(preparing.dropped),
         theirs=tuple(dict.fromkeys(preparing.theirs)),
@@ -348,7 +337,6 @@ class _Preparing:
         self._master = {cell["id"]: cell for cell in master}
         self._by_grade_id = {_grading(cell)["grade_id"]: cell for cell in master if "grade_id" in _grading(cell)}
         self._own = own
-        self.gone = 0
         self.dropped: list[str] = []
         self.theirs: list[str] = []
 
@@ -367,7 +355,6 @@ class _Preparing:
             return self._answer(cell, released) if alignment.role_of(released) is Role.ANSWER else cell
         is_locked = grading.get("locked") or _metadata(cell).get("editable") is False
         if is_locked or (grading.get("solution") and _is_untouched(cell)):
-            self.gone += 1
             return None
         if not grading.get("solution"):
             return cell

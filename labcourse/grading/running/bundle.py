@@ -230,10 +230,9 @@ def _bundle(course: Course, folder: Path, packages: tuple[str, ...], release: st
         release=release,
         policy=policy,
         asked=frozenset(
-            (entry.question, part)
-            for notebook in pristine.values()
-            for entry, parts in asked(notebook["cells"], starts.narrowed(course.catalogue, start))
-            for part in parts
+            where
+            for *_cell, asked_for in asked(pristine, starts.narrowed(course.catalogue, start))
+            for where in asked_for
         ),
         start=start,
     )
