@@ -71,7 +71,7 @@ def run(
     # JupyterLab's own settings, and what a student's IPython does when it starts, are not part of the work.
     with tempfile.TemporaryDirectory(prefix="labcourse-ipython-", ignore_cleanup_errors=True) as settings:
         environment = {
-            **os.environ,
+            **{name: value for name, value in os.environ.items() if name != "PYTHONSAFEPATH"},  # cells may start Python
             "IPYTHONDIR": settings,
             RUNNING: "check",
             "TQDM_DISABLE": "1",

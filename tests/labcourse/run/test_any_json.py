@@ -18,7 +18,6 @@ from made_notebooks import ANSWER, answer, code, locked, notebook, saved, text
 
 from labcourse import course_file
 from labcourse.answers import answers, reflection, schema
-from labcourse.answers.answers import AnswerBook
 from labcourse.answers.notebooks import Notebook
 from labcourse.errors import AnswerError, ConfigurationError, CourseError
 from labcourse.run import check, from_notebook, restore, student_folder, submit
@@ -176,10 +175,3 @@ def test_a_source_that_is_no_text_is_given_back_as_one(source, becomes):
     done, lines = restore.mend(saved(broken), MASTER)
     nbformat.validate(nbformat.from_dict(done))
     assert ("".join(done["cells"][-1]["source"]), len(lines)) == (becomes, 1)
-
-
-@pytest.mark.parametrize("number", [b"1e999", b"-1e999", b"NaN"])
-def test_an_answer_that_is_no_number_costs_only_its_file(tmp_path, number):
-    laid(tmp_path, {"answers.json": json.dumps(ANSWERS).encode().replace(b"20.0", number)})
-    book = AnswerBook(tmp_path / "answers.json", "ada", {}, 1)
-    assert any("answers.broken" in notice for notice in book.notices)

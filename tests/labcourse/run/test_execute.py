@@ -73,12 +73,13 @@ def test_each_notebook_has_a_process_of_its_own_that_has_named_nothing(run, tmp_
 
 def test_a_run_is_marked_and_draws_nothing_unasked(run, tmp_path, monkeypatch):
     monkeypatch.setenv("IPYTHONDIR", str(tmp_path / "ipython"))
-    names = ["LABCOURSE_RUNNING", "TQDM_DISABLE", "LABCOURSE_PICTURES", "OMP_NUM_THREADS"]
+    monkeypatch.setenv("PYTHONSAFEPATH", "1")  # as the command has it; a student's own programs run as ever
+    names = ["LABCOURSE_RUNNING", "TQDM_DISABLE", "LABCOURSE_PICTURES", "OMP_NUM_THREADS", "PYTHONSAFEPATH"]
     shows = "class Shown:\n    def _repr_png_(self):\n        raise SystemExit\nShown()"
-    cell = f"import os; {put('told', f'[os.environ[name] for name in {names}]')}"
+    cell = f"import os; {put('told', f'[os.environ.get(name) for name in {names}]')}"
     run({"one.ipynb": notebook(code("a", cell), code("b", put("python", "__import__('sys').executable")))})
     assert run({"one.ipynb": notebook(code("c", shows))})["c"].error is None
-    assert left(tmp_path) == {"told": "['check', '1', 'off', '1']", "python": sys.executable}
+    assert left(tmp_path) == {"told": "['check', '1', 'off', '1', None]", "python": sys.executable}
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,7 @@ import sys
 import pytest
 
 from labcourse.run import portability
-from labcourse.run.portability import foreign, imported, not_packed, too_new, version
+from labcourse.run.portability import foreign, not_packed, too_new, version
 
 HOMES = {"course": ["my-course"], "numpy": ["numpy"], "PIL": ["Pillow"], "pandas": ["pandas"]}
 HOMES |= {"shared": ["pandas", "numpy"]}
@@ -40,16 +40,12 @@ def test_what_is_installed_and_is_not_the_courses(monkeypatch, tmp_path):
         ("%pip install pandas", []),
         ("%matplotlib inline\nimport pandas", ["pandas"]),
         ("import at_home_only, __main__", ["at_home_only"]),  # on the path, and of no distribution
-        ("import pytest_thing, pandas.x", ["pandas"]),
+        ("import pytest_thing, pandas.x\nif x:\n    import at_home_only", ["at_home_only", "pandas"]),
     ):
         assert foreign([source], ["helper"], ["course"]) == names
     assert foreign(["import pandas"], [], ["unknown"]) == []  # it is not known what that course brings
     monkeypatch.setitem(HOMES, "pytest", ["pytest"])
     assert foreign(["import pytest"], [], ["course"]) == ["pytest"]  # a requirement of an extra is not brought
-
-
-def test_names_of_modules_are_those_of_the_top():
-    assert list(imported("import a.b, c\nfrom d.e import f\nif x:\n    import g")) == ["a", "c", "d", "g"]
 
 
 @pytest.mark.parametrize(

@@ -62,31 +62,13 @@ def test_the_receipt_is_printed_and_added_to_those_before(folder):
     first, second = pack(folder), pack(folder, now=NOON.replace(hour=13), checked=None)
     receipts = "\n".join([*first.lines, "", *second.lines, "", ""])
     assert (folder.parent / "ada-receipts.txt").read_text() == receipts
-    for receipt, fragments in (
-        (
-            first.lines,
-            ["Receipt    ada", "2026-03-01", f"{first.receipt['content'][:16]} (4 files)", "1 of 2", "2", "numpy.py"],
-        ),
-        (
-            second.lines,
-            ["Receipt    ada", "2026-03-01", f"{first.receipt['content'][:16]} (4 files)", "not checked", "numpy.py"],
-        ),
-    ):
-        assert len(receipt) == len(fragments) + 1
-        assert all(fragment in line for fragment, line in zip(fragments, receipt, strict=False))
-        assert str(first.path) in receipt[-1]
-    assert "It replaces the one that was there" not in first.lines[-1]
-    assert "It replaces the one that was there" in second.lines[-1]
+    assert first.receipt["content"] == second.receipt["content"] and first.receipt["content"][:16] in receipts
+    assert [text in receipts for text in ("2026-03-01", "(4 files)", "1 of 2", "not checked", "numpy.py")] == [True] * 5
+    assert "It replaces" not in first.lines[-1] and "It replaces" in second.lines[-1]
     assert json.loads(content(second.path)["receipt.json"])["checked"] is False
     assert "numpy.py" not in content(second.path)
-
-
-def test_the_same_content_has_the_same_hash_whenever_and_wherever_it_is_packed(folder, tmp_path):
-    first = pack(folder)
-    assert (
-        pack(folder, now=NOON.replace(year=2027), out=tmp_path / "new", checked=None).receipt["content"]
-        == first.receipt["content"]
-    )
+    elsewhere = pack(folder, now=NOON.replace(year=2027), out=folder.parent / "new")
+    assert elsewhere.receipt["content"] == first.receipt["content"]
     (folder / "helpers.py").write_text("x = 2")
     assert pack(folder).receipt["content"] != first.receipt["content"]
 
