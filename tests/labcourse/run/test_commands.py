@@ -1,16 +1,10 @@
 """The students' commands: what they say, what they write, and how they end."""
 
 import json
-import os
 import signal
-import subprocess
-import sys
-import time
 from pathlib import Path
 
-import psutil
 import pytest
-from checkout import ROOT
 from made_notebooks import answer, code, locked, notebook, saved, text
 from typer.testing import CliRunner
 
@@ -174,32 +168,3 @@ def test_who_ends_a_run_is_heard_once_so_that_it_ends_in_order(folder, monkeypat
     done, output = rotflex("check")
     assert (done, ended) == (130, ["in order"]) and output.endswith("Stopped.")
     assert {number: signal.getsignal(number) for number in endings} == before
-
-
-@pytest.mark.slow
-def test_a_check_that_is_stopped_ends_in_order_and_leaves_nothing(tmp_path):
-    """By the real command, on the course's own notebooks, as they were handed out."""
-    for name in released.masters():
-        (tmp_path / name).write_bytes((ROOT / "notebooks" / name).read_bytes())
-    temporary = tmp_path / "temporary"
-    temporary.mkdir()
-    environment = {name: value for name, value in os.environ.items() if name != "LABCOURSE_RUNNING"}
-    previous = signal.signal(signal.SIGINT, signal.default_int_handler)  # see tests/test_cli.py
-    child = subprocess.Popen(
-        [sys.executable, "-P", "-m", "rotflex.cli", "check", str(tmp_path)],
-        env={**environment, "PYTHONPATH": str(ROOT), "TMPDIR": str(temporary), "PYTHONUNBUFFERED": "1"},
-        stdout=subprocess.PIPE,
-        text=True,
-    )
-    try:
-        assert child.stdout.readline() == "Running 1 of 11: 00_start.ipynb\n"
-        while not psutil.Process(child.pid).children():
-            time.sleep(0.01)
-        child.send_signal(signal.SIGINT)
-        said, _ = child.communicate(timeout=60)
-    finally:
-        signal.signal(signal.SIGINT, previous)
-        child.kill()
-    assert child.returncode == 130
-    assert said.endswith("Stopped.\n")
-    assert list(temporary.glob("labcourse-*")) == []

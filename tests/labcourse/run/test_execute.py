@@ -149,7 +149,9 @@ cell = "import os, pathlib, time; pathlib.Path('pid').write_text(str(os.getpid()
 ran = {{"a": notebook(code("a", cell)), "b": notebook(code("b", "1"))}}
 execute.run(ran, pathlib.Path({str(tmp_path)!r}), parameters={{}})
 """
-    child = subprocess.Popen([sys.executable, "-c", program], stderr=subprocess.DEVNULL)
+    (temporary := tmp_path / "temporary").mkdir()
+    environment = {**os.environ, "TMPDIR": str(temporary)}
+    child = subprocess.Popen([sys.executable, "-c", program], env=environment, stderr=subprocess.DEVNULL)
     try:
         until = time.monotonic() + 60
         while not (tmp_path / "pid").exists() or not (tmp_path / "pid").read_text():
@@ -164,6 +166,7 @@ execute.run(ran, pathlib.Path({str(tmp_path)!r}), parameters={{}})
         while any(map(alive, {*others, runs_cells})) and time.monotonic() < until:
             time.sleep(0.1)
         assert not any(map(alive, {*others, runs_cells}))
+        assert ending == signal.SIGKILL or list(temporary.glob("labcourse-*")) == []
     finally:
         child.kill()
 

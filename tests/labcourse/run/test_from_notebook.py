@@ -54,11 +54,8 @@ def test_where_a_program_runs_the_notebook_nothing_is_done_and_that_is_said(lab,
         ask()
     lines = capsys.readouterr().out.splitlines()
     assert [line.split()[0] for line in lines] == ["lab.check()", "lab.submit()", "lab.restore()"]
-
-
-def test_another_test_is_no_notebook(monkeypatch):
-    monkeypatch.delenv("LABCOURSE_RUNNING", raising=False)
-    monkeypatch.setenv("PYTEST_CURRENT_TEST", "tests/test_lab.py::test_x (call)")
+    monkeypatch.delenv(name)
+    monkeypatch.setenv("PYTEST_CURRENT_TEST", "tests/test_lab.py::test_x (call)")  # no notebook
     assert not by_program()
 
 

@@ -208,15 +208,6 @@ def test_a_folder_is_brought_to_a_release_and_what_was_there_is_kept(desk, relea
     assert (desk / ".before-2026-x" / "2-a.ipynb").read_bytes() == saved(worked(q1="k = 4"))
 
 
-def test_a_notebook_that_cannot_be_read_stays_and_is_told(desk, released):
-    (desk / "a.ipynb").write_text("{")
-    lines, whole = restore.update(desk, released, "2026-x")
-    assert not whole
-    assert (desk / "a.ipynb").read_text() == "{"
-    assert any("a.ipynb" in line and "JSON" in line for line in lines)
-    assert by_id(json.loads((desk / "b.ipynb").read_text()))["title"]["source"] == "# Springs and masses"
-
-
 def test_a_program_that_ends_in_between_leaves_whole_files_and_the_next_one_goes_on(desk, released, monkeypatch):
     before = (desk / "a.ipynb").read_bytes()
     rename, counted = os.replace, []
@@ -240,9 +231,14 @@ def test_a_program_that_ends_in_between_leaves_whole_files_and_the_next_one_goes
     assert len(list((desk / ".before-2026-x").iterdir())) == 2
 
 
-def test_a_notebook_that_cannot_be_written_is_told_and_is_as_it_was(desk, released):
-    before = (desk / "a.ipynb").read_bytes()
-    (desk / ".before-2026-x").write_text("in the way")
-    with pytest.raises(ConfigurationError, match=r"a\.ipynb.*2026-x"):
-        restore.update(desk, released, "2026-x")
-    assert (desk / "a.ipynb").read_bytes() == before
+def test_a_notebook_that_cannot_be_read_or_written_is_told_and_is_as_it_was(desk, released):
+    (desk / "a.ipynb").write_text("{")
+    lines, whole = restore.update(desk, released, "2026-x")
+    assert not whole and any("a.ipynb" in line and "JSON" in line for line in lines)
+    assert (desk / "a.ipynb").read_text() == "{"
+    assert by_id(json.loads((desk / "b.ipynb").read_text()))["title"]["source"] == "# Springs and masses"
+    (desk / "b.ipynb").write_bytes(saved(OLD))
+    (desk / ".before-2026-y").write_text("in the way")
+    with pytest.raises(ConfigurationError, match=r"b\.ipynb.*2026-y"):
+        restore.update(desk, released, "2026-y")
+    assert (desk / "b.ipynb").read_bytes() == saved(OLD)
