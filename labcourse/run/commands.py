@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import itertools
 import signal
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -86,27 +86,18 @@ def restore(
         list[str] | None, typer.Argument(metavar="NOTEBOOK", help="As 02, or its whole name; all unless given.")
     ] = None,
     folder: Annotated[Path | None, typer.Option(help="With the notebooks in it.")] = None,
-    dry_run: Annotated[
-        bool, typer.Option("--dry-run", help="Say what would be given back, and change nothing.")
-    ] = False,
 ) -> None:
     """Get back the course's own cells and texts that you changed or deleted; your answers stay."""
-    from labcourse import courses, released
+    from labcourse import released
     from labcourse.run import restore as restoring
-    from labcourse.run import student_folder
 
     with _a_run("restore"):
         masters = released.masters()
-        place = student_folder.find(folder, masters)
-        if place == courses.current().notebooks.resolve():
-            raise CheckError(
-                f"The notebooks in {place} are the only ones that this installation has: it has nothing to give "
-                "back. Install the course anew (pip install .), from the zip that you got."
-            )
+        place = _place(folder, masters)
         changed, failed = False, []
         for name in restoring.named(notebooks or [], list(masters)):
             try:
-                restored = restoring.restore(place, name, masters[name], dry_run)
+                restored = restoring.restore(place, name, masters[name])
             except CheckError as error:  # restore the others first
                 failed.append(str(error))
                 continue
@@ -115,8 +106,8 @@ def restore(
                 continue
             changed = True
             backup = f" The notebook as it was is saved as {restored.backup}." if restored.backup else ""
-            say(f"{name} {'can be' if dry_run else 'is'} restored.{backup}", *(f"  {line}" for line in restored.lines))
-        if changed and not dry_run:
+            say(f"{name} is restored.{backup}", *(f"  {line}" for line in restored.lines))
+        if changed:
             typer.echo(
                 "A notebook that is open in JupyterLab still shows its old state: choose File → Reload Notebook "
                 "from Disk there, before you save it."
@@ -125,21 +116,29 @@ def restore(
             raise CheckError("\n".join(failed))
 
 
-def _checked(given: Path | None, student: str) -> Checked:
-    """Check a folder, and show what was found."""
-    from labcourse import courses, released
-    from labcourse.run import check as checking
+def _place(given: Path | None, masters: Iterable[str]) -> Path:
+    """Find the student's folder; raise CheckError if its notebooks are the only ones that this installation has."""
+    from labcourse import courses
     from labcourse.run import student_folder
 
-    masters = released.masters()
     folder = student_folder.find(given, masters)
-    if folder == courses.current().notebooks.resolve():  # texts would be compared with themselves
+    if folder == courses.current().notebooks.resolve():
         raise CheckError(
-            "Here your own notebooks stand for the course's, and none of your texts would be found. This happens "
-            f"with python -m {program.name()} in the course's folder, or after pip install -e. Install the course once "
-            f"(pip install .), and say {program.name()} check as its README does. ({program.name()} submit --no-check "
-            "packs unseen.)"
+            f"The notebooks in {folder} are the only ones of the course here: there are no others to compare them "
+            f"with, or to restore them from. This happens with python -m {program.name()} in the course's folder, or "
+            f"after pip install -e. Install the course once (pip install .), and say {program.name()} as its README "
+            f"does. ({program.name()} submit --no-check packs unseen.)"
         )
+    return folder
+
+
+def _checked(given: Path | None, student: str) -> Checked:
+    """Check a folder, and show what was found."""
+    from labcourse import released
+    from labcourse.run import check as checking
+
+    masters = released.masters()
+    folder = _place(given, masters)
     count = itertools.count(1)
     checked = checking.check(
         folder,

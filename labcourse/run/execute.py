@@ -96,7 +96,7 @@ def _run_warm(
     """Run notebooks with the warm runner; return False if it cannot run here, and nothing was run."""
     command = [sys.executable, "-P", "-m", main.__name__]
     pipes: dict[str, Any] = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": subprocess.DEVNULL}
-    runner = subprocess.Popen(command, cwd=folder, env=dict(environment), encoding="utf-8", **pipes)
+    runner = subprocess.Popen(command, cwd=folder, env=dict(environment), encoding="utf-8", errors="replace", **pipes)
     assert runner.stdin is not None and runner.stdout is not None
     try:
         with contextlib.suppress(BrokenPipeError), runner.stdin:

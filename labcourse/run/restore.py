@@ -38,7 +38,7 @@ _Cell = dict[str, Any]
 
 @dataclass(frozen=True)
 class Restored:
-    """What was restored, or would be.
+    """What was restored.
 
     Attributes
     ----------
@@ -73,7 +73,7 @@ def named(beginnings: Sequence[str], notebooks: Sequence[str]) -> list[str]:
     return list(dict.fromkeys(names)) or list(notebooks)
 
 
-def restore(folder: Path, name: str, master: Mapping[str, Any], dry_run: bool = False) -> Restored:
+def restore(folder: Path, name: str, master: Mapping[str, Any]) -> Restored:
     """Restore what is the course's in a student's notebook.
 
     Parameters
@@ -81,7 +81,6 @@ def restore(folder: Path, name: str, master: Mapping[str, Any], dry_run: bool = 
     folder : the student's
     name : the notebook's file name
     master : the notebook as released
-    dry_run : change nothing
 
     Raises
     ------
@@ -102,7 +101,7 @@ def restore(folder: Path, name: str, master: Mapping[str, Any], dry_run: bool = 
             f"{name} cannot be read: {error} Nothing was changed. If you have no better copy, give it another "
             "name and restore again: you then get a new one."
         ) from None
-    if not lines or dry_run:
+    if not lines:
         return Restored(name, lines)
     numbers = ("", *(f"-{number}" for number in range(2, 10_000)))
     backups = (path.with_name(f"{path.stem}{number}{own_files.BACKUP}{path.suffix}") for number in numbers)

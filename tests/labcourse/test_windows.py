@@ -100,7 +100,7 @@ def test_no_command_fails_for_a_sign_that_the_output_does_not_have(work, monkeyp
         ["--help"],
         ["lab", str(work), "--student", "Ωmega"],
         ["lab", str(work), "--student", "Ω/"],
-        ["restore", "00", "--dry-run", "--folder", str(work)],
+        ["restore", "00", "--folder", str(work)],
         ["submit", str(work), "--no-check"],
         ["submit", str(work / "→")],
         ["doctor", "--bench", "virtual", "--seconds", "0.1"],

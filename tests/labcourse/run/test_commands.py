@@ -116,13 +116,20 @@ def test_restore_says_what_it_restored_and_that_an_open_notebook_is_to_be_read_a
     del own["cells"][0]
     (folder / "01_swing.ipynb").write_bytes(saved(own))
     for words, fragments in (
-        (["--dry-run"], ["01_swing.ipynb can be restored.", "title was deleted", "02_later.ipynb: all"]),
-        (["01"], ["saved as 01_swing.before-restore.ipynb.", "title was deleted", "Reload Notebook from Disk"]),
+        (
+            [],
+            [
+                "02_later.ipynb: all",
+                "saved as 01_swing.before-restore.ipynb.",
+                "title was deleted",
+                "Reload Notebook from Disk",
+            ],
+        ),
         (["01"], ["01_swing.ipynb: all that is the course's is there."]),
     ):
         done, output = rotflex("restore", *words)
         assert done == 0 and all(fragment in output for fragment in fragments)
-        assert ("Reload" in output) == (len(fragments) == 3 and words == ["01"])
+        assert ("Reload" in output) == ("deleted" in output)
     assert rotflex("restore", "07")[0] == 2
     (folder / "01_swing.ipynb").write_text('{"nbformat": 3, "worksheets": [{"cells": 5}]}')
     (folder / "02_later.ipynb").write_bytes(saved(notebook(text("end", "Changed."))))
