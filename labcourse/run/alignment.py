@@ -132,9 +132,10 @@ class Recorded:
 def recorded(cells: Iterable[Mapping[str, Any]]) -> Iterator[Recorded]:
     """Yield what the cells of a course's notebook record, in order. Cells that are not plain Python record nothing."""
     for cell in cells:
-        if (where := words.where_of(cell)) is not None:
+        is_answer, where = role_of(cell) is Role.ANSWER, words.where_of(cell)
+        if is_answer and where is not None:
             yield Recorded(cell["id"], where[0], {where[1]: None}, in_words=True)
-        elif cell["cell_type"] == CODE and role_of(cell) is not Role.ANSWER:
+        elif cell["cell_type"] == CODE and not is_answer:
             for number, call in _calls(source_of(cell)):
                 names = {
                     keyword.arg: keyword.value.id if isinstance(keyword.value, ast.Name) else None
