@@ -52,13 +52,18 @@ def run(command: str, words: Sequence[str], folder: Path, cell: str = "", needs_
         for line in child.stdout:
             print(no_escapes(line), end="", flush=True)
     finally:
-        # It ends by itself; or, if the cell was interrupted, when it is asked to.
-        for seconds, end in ((_ITSELF, child.terminate), (_PATIENCE, child.kill)):
-            try:
-                child.wait(timeout=seconds)
-            except subprocess.TimeoutExpired:
-                end()
-        child.wait()
+        _end(child)
+
+
+def _end(child: subprocess.Popen[str]) -> None:
+    """Wait until a program ends by itself, or, if the cell was interrupted, because it is asked to."""
+    for seconds, end in ((_ITSELF, child.terminate), (_PATIENCE, child.kill)):
+        try:
+            child.wait(timeout=seconds)
+            return
+        except subprocess.TimeoutExpired:
+            end()
+    child.wait()
 
 
 def nothing_here(command: str) -> str:

@@ -48,11 +48,9 @@ def run(work: Callable[[ReportStep], None], steps: int, timeout: float) -> int:
     if child == 0:
         _work_as_child(work, reading, writing)
     os.close(writing)
-    watched = _Watch(child, reading, 2 * steps, timeout)
     try:
-        return watched.wait()
+        return _Watch(child, reading, 2 * steps, timeout).wait()
     finally:
-        watched.kill()
         os.close(reading)
 
 
@@ -110,6 +108,14 @@ class _Watch:
 
     def wait(self) -> int:
         """Wait until the child has ended, or end it; return FINE, TIMED_OUT or DIED."""
+        try:
+            return self._wait()
+        finally:
+            self._signal(signal.SIGKILL)  # whatever else is left of its process group, too
+            with contextlib.suppress(ChildProcessError):  # it had ended
+                os.waitpid(self.child, 0)
+
+    def _wait(self) -> int:
         ended = FINE
         interrupted = False
         since = time.monotonic()
@@ -126,12 +132,6 @@ class _Watch:
             elif self._wait_for_report(left):
                 interrupted, since = False, time.monotonic()
         return ended if status in (None, _FINISHED) else DIED
-
-    def kill(self) -> None:
-        """Kill the child, and whatever else is left of its process group."""
-        self._signal(signal.SIGKILL)
-        with contextlib.suppress(ChildProcessError):  # it had ended
-            os.waitpid(self.child, 0)
 
     def _wait_for_report(self, seconds: float) -> bool:
         """Wait for a report of the child, for so many seconds at most; return whether one came that is believed."""

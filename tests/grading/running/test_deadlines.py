@@ -120,7 +120,7 @@ def test_a_run_is_given_its_limits_and_what_it_depends_on(tmp_path, monkeypatch,
     assert json.loads(given["stdin"]) == {
         "notebooks": {"a.ipynb": {"cells": []}},
         "parameters": {"bench": "x", "student": "ada"},
-        "imports": ["m"],
+        "imports": ["import m"],
         "files": {"f": "MQ=="},
         "cell_timeout": 7,
         "evidence": "m:read",
