@@ -134,7 +134,7 @@ def test_lab_brings_a_half_done_folder_to_the_installed_release(released, opened
         Path("work/course.json").write_text(json.dumps(about))
     done = rotflex("lab", "work")
     assert done.exit_code == 0 and opened
-    assert re.search(r"2026-x.*00_start\.ipynb: .*1 changed, 0 new, 0 gone.*01_next\.ipynb", done.output, re.DOTALL)
+    assert re.search(r"2026-x: 00_start\..*01_next\.ipynb", done.output, re.DOTALL)
     assert "another bench" not in done.output
     cells = json.loads(Path("work/00_start.ipynb").read_text())["cells"]
     assert [cell["source"] for cell in cells] == ["# New", "k = 3.5", "1"]

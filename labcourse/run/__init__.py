@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import os
+import re
 
+CELL_ID = re.compile(r"[a-zA-Z0-9_-]{1,64}")  #: what the format of notebooks allows as the id of a cell
 #: Environment variable, set while notebooks are run by a program: "grade" or "check".
 RUNNING = "LABCOURSE_RUNNING"
 _NBVAL = ".ipynb::"  # in the name of a test that is a notebook's cell
 
 
 def by_program() -> bool:
-    """Whether notebooks are run by a check, by grading, or by nbval, and not by a person."""
+    """Return whether notebooks are run by a check, by grading, or by nbval, and not by a person."""
     return bool(os.environ.get(RUNNING)) or _NBVAL in os.environ.get("PYTEST_CURRENT_TEST", "")

@@ -14,8 +14,7 @@ from typing import Any
 
 from labcourse import files, program
 from labcourse.answers.notebooks import Notebook, NotebookError
-from labcourse.run import by_program
-from labcourse.run.merge import CELL_ID
+from labcourse.run import CELL_ID, by_program
 from labcourse.safe_text import no_escapes
 
 _PATIENCE = 15  # s for a program that was asked to end; three times the grace of what is ended

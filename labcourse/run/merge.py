@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 import itertools
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from labcourse.answers.notebooks import CODE, Cell
-from labcourse.run import alignment, skippable_cells
+from labcourse.run import CELL_ID, alignment, skippable_cells
 from labcourse.run.alignment import Change, Placed, Role, source_of
 
 Notebook = dict[str, Any]
 ROLE = "role"  #: key of the role of a cell that is run, in its metadata's ``labcourse``
-CELL_ID = re.compile(r"[a-zA-Z0-9_-]{1,64}")  #: what the format of notebooks allows
 
 
 @dataclass(frozen=True)

@@ -23,9 +23,8 @@ from labcourse.answers import own_files
 from labcourse.answers.notebooks import CODE, Notebook, NotebookError
 from labcourse.answers.words import KEY
 from labcourse.errors import CheckError, ConfigurationError
-from labcourse.run import alignment
+from labcourse.run import CELL_ID, alignment
 from labcourse.run.alignment import Happened, Placed, Role, source_of
-from labcourse.run.merge import CELL_ID
 
 _VERSION = (4, 5)  # of the format of notebooks: the first whose cells have ids
 STUB_KEY = "stub"  #: in an answer cell's metadata, among those of :data:`~labcourse.answers.words.KEY`: `stub_digest`
