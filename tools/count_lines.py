@@ -67,13 +67,14 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
     "isolation": (1123, ("labcourse/grading/isolation/**/*.py",)),
     "reports, scoring": (1904, ("labcourse/grading/reports/**/*.py", "labcourse/grading/scoring/**/*.py")),
     "outcomes, overview, platforms, accounts": (
-        2952,
+        1739,
         (
-            "labcourse/grading/accounts/**/*.py",
-            "labcourse/grading/erasure/**/*.py",
-            "labcourse/grading/outcomes/**/*.py",
-            "labcourse/grading/overview/**/*.py",
-            "labcourse/grading/platforms/**/*.py",
+            "labcourse/grading/accounts.py",
+            "labcourse/grading/erasure.py",
+            "labcourse/grading/outcomes.py",
+            "labcourse/grading/overview.py",
+            "labcourse/grading/platforms.py",
+            "labcourse/grading/sheets.py",
         ),
     ),
     "settings, release, commands, rest": (

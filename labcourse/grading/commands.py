@@ -29,7 +29,7 @@ from labcourse.safe_text import say
 from labcourse.student_id import GRADEBOOK_FILE, INTAKE_FILE
 
 if TYPE_CHECKING:
-    from labcourse.grading.erasure.results import Results
+    from labcourse.grading.erasure import Results
     from labcourse.grading.gradebook import Erased, Gradebook
     from labcourse.grading.scoring.desk import Desk
 
@@ -350,18 +350,18 @@ def status(marks: Marks, solutions: CourseFolder = None, out: Out = None) -> Non
 
     Exit code: 0 all shown, 2 something could not be read or written.
     """
-    from labcourse.grading.overview import glance, shown
+    from labcourse.grading.overview import PAGE_FILE, as_page, as_text, class_overview
 
     course, folder = courses.find(solutions), _results_or_none(marks, out)
     with _gradebook(marks) as book:
-        seen = glance.at(book, course)
-    say(*shown.lines(seen))
+        page = as_page(class_overview(book, course))
+    typer.echo(as_text(page))
     if folder is None:
         typer.echo("\nNo page was written: say where by --out.")
         return
     folder.mkdir(parents=True, exist_ok=True)
-    files.write(folder / shown.CLASS_FILE, shown.page(seen))
-    typer.echo(f"\nThe same as a page: {folder / shown.CLASS_FILE}")
+    files.write(folder / PAGE_FILE, page)
+    typer.echo(f"\nThe same as a page: {folder / PAGE_FILE}")
 
 
 @app.command(rich_help_panel=_CLASS)
@@ -515,17 +515,16 @@ def publish(marks: Marks, by: By, note: Note = "", solutions: CourseFolder = Non
 
     Exit code: 0 published, 1 the pages are not open yet, 2 something could not be written.
     """
-    from labcourse.grading.overview import published
-    from labcourse.grading.overview.section import moment
+    from labcourse.grading.overview import changed_since, moment, not_ready
     from labcourse.grading.reports.grades import Reports
 
     course, folder = courses.find(solutions), _results(marks, out)
     begun = datetime.now(UTC)  # a change while pages are written may be on none of them; it is reported the next time
     with _gradebook(marks) as book:
         before = book.requests.publications()
-        changed = published.changed_since(book.audit(), before[-1].when) if before else []
+        changed = changed_since(book.audit(), before[-1].when) if before else []
         count = Reports(folder, course, book).write_all()
-        unready = published.not_ready(book, course.settings, begun)
+        unready = list(not_ready(book, course.settings, begun))
         done = book.requests.publish(by, note, begun) if course.settings.feedback.is_open(begun) else None
     say(f"Pages of {_students(count)}: {folder}", *unready)
     if done is None:
@@ -578,8 +577,7 @@ def export(
 
     Exit code: 0 all students' marks are in, 1 some are not (each is named, with the reason), 2 nothing written.
     """
-    from labcourse.grading.platforms import feedback_zip, filled, matching, recognised, rules, their_file
-    from labcourse.grading.platforms.earned import earned
+    from labcourse.grading import platforms
 
     if submissions is not None and feedback is None:
         raise GradingError("--submissions gives names for --feedback: say where that is to be written.")
@@ -588,30 +586,31 @@ def export(
     if len({*paths}) < len(paths):
         raise GradingError("Two of the files are the same. What is read is not written over: name another file.")
     course = courses.find(solutions)
-    choice = filled.Choice(course.settings.marks.decimals if decimals is None else decimals, unfinished, cap)
+    choice = platforms.Choice(course.settings.marks.decimals if decimals is None else decimals, unfinished, cap)
     with _gradebook(marks) as book:
         try:
-            theirs = rules.recognised(their_file.read(into.read_bytes()))
+            theirs = platforms.read(into.read_bytes())
             place = theirs.column(column)
-            maximum = recognised.maximum(place, theirs.platform, out_of)
-            matches = matching.match(theirs, book.students())
-            done = filled.fill(theirs, place, maximum, matches, earned(book, course), choice)
+            maximum = theirs.maximum(place, out_of)
+            matches = platforms.match(theirs, book.students())
+            earned = platforms.earned(book, course)
+            data, entries = platforms.fill(theirs, place, maximum, matches, earned, choice)
         except GradebookError:
             raise
         except GradingError as error:
             raise GradingError(f"{into}: {error}") from None
-        contents, messages = {target: done.data}, list[str]()
+        contents, messages = {target: data}, list[str]()
         if feedback is not None:  # what cannot be is refused while nothing is written
-            names = [] if submissions is None else feedback_zip.submissions_in(submissions)
-            places = feedback_zip.places(theirs, matches, names)
-            pages = feedback_zip.pages(book, course, list(places.paths))
-            contents[feedback], messages = feedback_zip.packed(places, pages)
+            names = [] if submissions is None else platforms.names_in(submissions)
+            pages = platforms.places(theirs, matches, names)
+            contents[feedback], messages = platforms.feedback_zip(book, course, *pages)
     for path, content in contents.items() if not dry_run else ():
         files.write(path, content)
-    say(f"{theirs.platform}, column {place.heading!r}, out of {recognised.plain(maximum)}:")
-    say(*filled.told(theirs, done, matches, dry_run), *messages)
+    say(f"{theirs.platform.name}, column {place.heading!r}, out of {maximum:f}:")
+    say(*platforms.summary(theirs, entries, matches, dry_run), *messages)
     typer.echo("Nothing was written (--dry-run)." if dry_run else f"Written: {target}")
-    lacking = done.left or done.so_far or matches.unknown or matches.refused or matches.missing
+    complete = all(entry.complete for entry in entries.values())
+    lacking = not complete or matches.unknown or matches.refused or matches.missing
     raise typer.Exit(SOME_TROUBLE if lacking else ALL_WELL)
 
 
@@ -623,13 +622,13 @@ def outcomes_report(marks: Marks, out: Out = None, solutions: CourseFolder = Non
 
     Exit code: 0 all written, 2 something could not be written.
     """
-    from labcourse.grading.outcomes import class_report
+    from labcourse.grading.outcomes import PAGE_FILE, STUDENTS_FILE, write_report
 
     course, folder = courses.find(solutions), _results(marks, out)
     with _gradebook(marks) as book:
-        done = class_report.write(folder, course, book, sections)
-    say(f"{_students(done.students)}: {folder / class_report.PAGE_FILE}", *done.notes)
-    say(f"{class_report.STUDENTS_FILE} has names: it is for you, and not for an accreditation.")
+        count, notes = write_report(folder, course, book, sections)
+    say(f"{_students(count)}: {folder / PAGE_FILE}", *notes)
+    say(f"{STUDENTS_FILE} has names: it is for you, and not for an accreditation.")
 
 
 @outcomes.command()
@@ -638,12 +637,12 @@ def sheets(marks: Marks, out: Out = None, solutions: CourseFolder = None, studen
 
     Exit code: 0 all written, 2 something could not be written.
     """
-    from labcourse.grading.outcomes import sheet_files
+    from labcourse.grading import sheets as scoring_sheets
 
     course, folder = courses.find(solutions), _results(marks, out)
     with _gradebook(marks) as book:
-        count, notes = sheet_files.write(folder, course, book, student or ())
-    say(f"{_students(count)}: {folder / sheet_files.FOLDER}", *notes)
+        count, notes = scoring_sheets.write(folder, course, book, student or ())
+    say(f"{_students(count)}: {folder / scoring_sheets.FOLDER}", *notes)
 
 
 # --- a person ---------------------------------------------------------------------------------------------------------
@@ -715,7 +714,7 @@ def add(marks: Marks, student: Student, question: Question, part: Part, text: Fe
 @requests.command("list")
 def list_requests(marks: Marks, answered: Answered = False) -> None:
     """List students' requests to look at an answer again."""
-    from labcourse.grading.overview.section import moment
+    from labcourse.grading.overview import moment
 
     with _gradebook(marks) as book:
         stored = book.requests.all(open_only=not answered)
@@ -745,14 +744,13 @@ def copy(
 
     It holds the names of the scorers. It does not hold the records of class-mates.
     """
-    from labcourse.grading.erasure import copied
-    from labcourse.grading.erasure.results import Results
+    from labcourse.grading.erasure import Results, write_copy
 
     if into.exists() and not force:
         raise GradingError(f"{into} is there already; add --force to write over it.")
     course, folder = courses.find(solutions), _results_or_none(marks, out)
     with _gradebook(marks) as book:
-        count = copied.write(into, book, None if folder is None else Results(folder, course), student)
+        count = write_copy(into, book, None if folder is None else Results(folder, course), student)
     say(f"All records and {count} files that were handed in: {into}")
 
 
@@ -774,9 +772,7 @@ def erase(
 
     Exit code: 0 erased (or shown), 1 erased, but you have to do what is printed at the end, 2 nothing erased.
     """
-    from labcourse.grading.erasure import remains
-    from labcourse.grading.erasure.others import of_others
-    from labcourse.grading.erasure.results import Results
+    from labcourse.grading.erasure import Results, in_folder, in_settings, in_submissions, of_others
 
     course, folder = courses.find(solutions), _results_or_none(marks, out)
     results = None if folder is None else Results(folder, course)
@@ -784,7 +780,7 @@ def erase(
         others = of_others(book, course, student)
         erased = book.persons.would_be_erased(student, others)
         say(*_to_be_erased(erased, results))
-        handed_in = [] if submissions is None else [*remains.in_submissions(submissions, book, student)]
+        handed_in = [] if submissions is None else [*in_submissions(submissions, book, student)]
         if dry_run:
             say(*_remaining(erased, []), "Nothing was erased: --dry-run.")
             return
@@ -798,8 +794,8 @@ def erase(
         finally:
             unwritten = [] if results is None else results.write(book, of_class)
             say(*unwritten, err=True)  # here, as it is also said if erasing failed
-    named = [] if folder is None else [*remains.in_folder(folder, erased.about)]
-    named += [*handed_in, *remains.in_settings(course, erased.about)]
+    named = [] if folder is None else [*in_folder(folder, erased.about)]
+    named += [*handed_in, *in_settings(course, erased.about)]
     say(f"{erased.about.student} is erased.", *_remaining(erased, named))
     unseen = "texts with another name, as a first name; backups, copies, the learning platform, e-mails"
     unseen += "" if submissions else "; what they handed in, as you received it"

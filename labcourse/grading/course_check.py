@@ -28,6 +28,7 @@ from labcourse.answers.parts import Part, Question, Where
 from labcourse.answers.starts import Start
 from labcourse.benches import SAME, BenchPolicy
 from labcourse.errors import AnswerError, GradingError
+from labcourse.grading import outcomes, sheets
 from labcourse.grading.course import OUTCOMES_FILE, RUBRIC_FILE, SHEETS_FILE, Course
 from labcourse.grading.isolation import selftest
 from labcourse.grading.marking import decoding, marking
@@ -35,7 +36,6 @@ from labcourse.grading.marking.checks import ForAPerson
 from labcourse.grading.marking.decoding import Claims
 from labcourse.grading.marking.marking import KeyFault
 from labcourse.grading.marking.wrong_answers import wrong_answer
-from labcourse.grading.outcomes import outcome_map, sheet_layout
 from labcourse.grading.release import percent, student_course, student_notebooks
 from labcourse.grading.release.student_notebooks import BEGIN, INSTRUCTOR_TAG, PARAMETERS_TAG, is_answer
 from labcourse.grading.running import bundle, runner
@@ -129,13 +129,13 @@ def check_files(course: Course) -> Iterator[Finding]:
                 codes = ", ".join(catalogue.outcomes) or "none"
                 yield Finding(f"question {number}", f"there is no outcome {code!r}; the catalogue has {codes}.")
     try:
-        outcome_map.find(course.folder, catalogue)
+        outcomes.read_map(course.folder, catalogue)
     except GradingError as error:
         yield Finding(OUTCOMES_FILE, str(error))
     if not (course.folder / SHEETS_FILE).exists():
         return
     try:
-        without_sheet = sheet_layout.on_no_sheet(sheet_layout.read(course.folder, catalogue), catalogue)
+        without_sheet = sheets.on_no_sheet(sheets.read_layouts(course.folder, catalogue), catalogue)
     except GradingError as error:
         yield Finding(SHEETS_FILE, str(error))
         return

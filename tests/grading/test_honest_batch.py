@@ -10,12 +10,10 @@ from fake_class import perfect
 from made_courses import loaded
 from packings import WANTED, lay, work
 
-from labcourse.grading import batch, intake
+from labcourse.grading import batch, intake, overview, platforms
 from labcourse.grading.batch import regrade
 from labcourse.grading.gradebook import Gradebook, StudentRecord
 from labcourse.grading.graded_run import key_faults
-from labcourse.grading.overview import waiting
-from labcourse.grading.platforms.earned import earned
 from labcourse.grading.reports import live_report
 from labcourse.grading.reports.changes import Before
 from labcourse.grading.reports.grades import Reports
@@ -92,9 +90,9 @@ def test_where_grading_fails_nothing_shows_a_number(fake_class, tmp_path, capsys
         table, _newline, event = capsys.readouterr().out.partition("{")
         assert "not graded" in table and "0 of" not in table
         assert json.loads("{" + event.splitlines()[0])["points"] is None
-        given = earned(book, fake_class.course)["ada"]
-        assert given.share is None and "not graded" in given.why_none
-        assert not waiting.faults([current]).urgent
+        given = platforms.earned(book, fake_class.course)["ada"]
+        assert given.share is None and "not graded" in given.remark
+        assert not overview.faults([current])["unmarked"]
         (row,) = csv.DictReader((tmp_path / "out" / "grades.csv").read_text().splitlines())
         assert row["total"] == row["final"] == row["2.11"] == "" and row["notes"].startswith("Not graded")
         page = (tmp_path / "out" / "ada" / "feedback.html").read_text()

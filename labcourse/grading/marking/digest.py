@@ -12,12 +12,12 @@ from labcourse.grading.course import OUTCOMES_FILE, RUBRIC_FILE, SHEETS_FILE, Co
 from labcourse.grading.settings import SETTINGS_FILE
 
 _PACKAGE = Path(labcourse.__file__).parent
-#: Folders of labcourse that have no part in marking. A folder that is forgotten here costs time, but no mark.
+#: Modules and folders of labcourse that have no part in marking. One that is forgotten here costs time, but no mark.
 _NOT_MARKING = tuple(
     _PACKAGE / "grading" / name
     for name in (
-        *("accounts", "gradebook", "intake", "isolation", "outcomes", "overview", "platforms"),
-        *("release", "reports", "running", "scoring"),
+        *("accounts.py", "erasure.py", "outcomes.py", "overview.py", "platforms.py", "sheets.py"),
+        *("gradebook", "intake", "isolation", "release", "reports", "running", "scoring"),
     )
 )
 

@@ -16,7 +16,6 @@ from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.json_values import clean
 from labcourse.answers.parts import WHOLE, Question
 from labcourse.errors import AnswerError
-from labcourse.grading.accounts.exact import to_decimals
 from labcourse.grading.course import Course
 from labcourse.grading.gradebook import MarkRecord, RunRecord
 from labcourse.grading.reports import drawn_figure, markdown
@@ -39,14 +38,13 @@ def page(result: Result, course: Course) -> str:
     seen, account = course.settings.feedback, result.account
     questions = shown_questions(result, course.catalogue)
     sections = groupby(questions, key=lambda one: (one["question"].section, one["question"].notebook))
-    final = account is not None and account.final is not None and to_decimals(account.final, account.marks.decimals)
     context = {
         "result": result,
         "seen": seen,
         "opens": None if seen.is_open(datetime.now(UTC)) else seen.opens,
         "questions": questions,
         "sections": [list(group) for _name, group in sections],
-        "final": final or "",
+        "final": "" if account is None else account.final_text,
         "course": " · ".join(filter(None, (course.title, course.settings.term))),
         "undecided": UNDECIDED,
     }

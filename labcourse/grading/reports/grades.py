@@ -18,8 +18,7 @@ from typing import Any
 import labcourse
 from labcourse import files, program
 from labcourse.errors import GradingError
-from labcourse.grading.accounts.exact import exact, in_full, to_decimals
-from labcourse.grading.accounts.lateness import unknown_names
+from labcourse.grading.accounts import exact, in_full, unknown_names
 from labcourse.grading.course import Course
 from labcourse.grading.gradebook import Gradebook, Graded, StudentRecord
 from labcourse.grading.reports import feedback, hints
@@ -100,12 +99,12 @@ class Reports:
                 f"say {program.name()} report."
             )
         if settings.deadlines:
-            missing = unknown_names(settings, self._book.students())
+            in_deadlines, in_extensions = unknown_names(settings, self._book.students())
             text = "course.toml names these in {}, and the gradebook does not have them: {}. Nobody has {} by them."
-            if missing.due:
-                yield text.format("deadlines", ", ".join(map(repr, missing.due)), "a deadline")
-            if missing.more_time:
-                yield text.format("extensions", ", ".join(map(repr, missing.more_time)), "more time")
+            if in_deadlines:
+                yield text.format("deadlines", ", ".join(map(repr, in_deadlines)), "a deadline")
+            if in_extensions:
+                yield text.format("extensions", ", ".join(map(repr, in_extensions)), "more time")
         for about, count in Counter(hint.about for hint in self._hints).items():
             yield f"{about}, as a hint and never a verdict: {count}, listed in {self._out / HINTS_FILE}."
 
@@ -249,8 +248,7 @@ def _points(row: Result, questions: Sequence[str]) -> list[str]:
     whole, account = row.sums, row.account
     final = ["", "", ""]
     if account is not None:
-        grade = "" if account.final is None else to_decimals(account.final, account.marks.decimals)
-        final = [grade, in_full(exact(account.final_out_of)), "; ".join(account.how())]
+        final = [account.final_text, in_full(exact(account.final_out_of)), "; ".join(account.how())]
     return [
         *("" if earned is None else points(earned) for earned in by_question),
         points(row.total) if whole.earned is not None or not whole.out_of else "",

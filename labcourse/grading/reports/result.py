@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from labcourse.grading.accounts import Account, account_of
-from labcourse.grading.accounts.account import AMark
+from labcourse.grading.accounts import FinalGrade, final_grade
 from labcourse.grading.course import Course
 from labcourse.grading.gradebook import (
     Arrival,
@@ -20,6 +19,7 @@ from labcourse.grading.gradebook import (
     StudentRecord,
 )
 from labcourse.grading.graded_run import facts_of
+from labcourse.grading.marking.marking import Mark
 from labcourse.grading.verdicts import UNDECIDED, Status
 from labcourse.student_id import caseless
 
@@ -53,7 +53,7 @@ class Sums:
     not_marked: float
 
 
-def sums(marks: Iterable[AMark]) -> Sums:
+def sums(marks: Iterable[MarkRecord | Mark]) -> Sums:
     """Add up the points of marks. What is not decided yet is not earned as 0."""
     marks = list(marks)
     decided = [mark.points for mark in marks if mark.out_of and mark.status not in UNDECIDED]
@@ -82,7 +82,7 @@ class Result:
     about: StudentRecord
     comments: Sequence[CommentRecord] = ()
     requests: Sequence[Request] = ()
-    account: Account | None = None
+    account: FinalGrade | None = None
 
     @property
     def run(self) -> RunRecord:
@@ -129,7 +129,7 @@ def result_in(book: Gradebook, course: Course, graded: Graded, about: StudentRec
     about = about or StudentRecord(student)
     requests = [request for request in book.requests.all() if caseless(request.student) == caseless(student)]
     arrivals = received(book, student, graded) if course.settings.deadlines else {}
-    account = account_of(graded.marks, course, about, arrivals, graded.run)
+    account = final_grade(graded.marks, course, about, arrivals, graded.run)
     return Result(graded, about, book.comments(student), requests, account)
 
 

@@ -7,7 +7,7 @@ from gradebooks import graded, mark, prose, record, report_text
 from scoring_class import COMPARED, LEVELS, RUBRIC, WORDS, desk, fill, texts
 
 from labcourse.grading.gradebook import Gradebook
-from labcourse.grading.outcomes.levels import Judged, evidence
+from labcourse.grading.outcomes import Judged, evidence
 from labcourse.grading.scoring import progress
 from labcourse.grading.scoring.desk import MOST_TOGETHER, Pick, key_of, seen, state
 from labcourse.grading.settings import LevelSettings

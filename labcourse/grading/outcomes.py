@@ -1,0 +1,470 @@
+"""Derive levels of codes and outcomes from marks, and report how a class does.
+
+There is one rule, whoever gave the marks: the points earned of the points possible, over all decided parts with a code,
+are a share, and the share is a level by the course's thresholds. What waits for a person, or was not marked for a fault
+of the key, is not decided and is counted. What is missing earned nothing. An accreditation outcome has all parts of all
+codes that go to it. ``docs/outcomes.md`` has an example to compute by hand.
+
+===================  ==================================================================================================
+``attainment.html``  levels, attainment, and mean shares by question; nothing of small groups
+``attainment.csv``   a row for each criterion of each group, and of everybody; nothing of small groups
+``students.csv``     a row for each criterion of each student, with names: for instructors only
+===================  ==================================================================================================
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from statistics import fmean
+from typing import Annotated, NamedTuple, TypeVar
+
+from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
+
+from labcourse import files
+from labcourse.answers.catalogue import Catalogue
+from labcourse.errors import GradingError
+from labcourse.grading.course import OUTCOMES_FILE, Course
+from labcourse.grading.gradebook import GIVEN_BY_A_PERSON, Gradebook, MarkRecord, StudentRecord
+from labcourse.grading.reports.result import points
+from labcourse.grading.reports.templating import templates
+from labcourse.grading.settings import SHARE_DIGITS, CourseSettings, MarkSettings, read_toml, refuse
+from labcourse.grading.verdicts import UNDECIDED
+from labcourse.messages import plural
+from labcourse.safe_text import as_csv
+from labcourse.student_id import caseless
+
+PAGE_FILE, TABLE_FILE, STUDENTS_FILE = "attainment.html", "attainment.csv", "students.csv"
+LEVELS = (4, 3, 2, 1, 0)  #: 0 is for what is of no worth, or missing
+EVERYBODY = "everybody"  #: in place of a group's name
+_UNDECIDED = "nothing decided yet"
+
+Content = TypeVar("Content")
+Criteria = Mapping[str, Collection[str]]  #: name of a criterion → the codes of its parts
+
+
+# --- levels of a student ----------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Judged:
+    """A part of a student's work: the code that it gives evidence of, and its mark."""
+
+    code: str
+    mark: MarkRecord
+
+    @property
+    def decided(self) -> bool:
+        """Whether its points are known."""
+        return self.mark.status not in UNDECIDED
+
+    @property
+    def by_a_person(self) -> bool:
+        """Whether a person gave its points."""
+        return self.mark.status == GIVEN_BY_A_PERSON
+
+
+class Evidence(NamedTuple):
+    """What several parts come to.
+
+    Attributes
+    ----------
+    earned, decided : points earned of points possible, of the decided parts
+    possible : points possible, of all parts
+    waiting : how many parts are not decided
+    """
+
+    earned: float
+    decided: float
+    possible: float
+    waiting: int
+
+    @property
+    def share(self) -> float | None:
+        """Points earned of points possible, 0 to 1; None if nothing is decided."""
+        return round(self.earned / self.decided, SHARE_DIGITS) if self.decided else None
+
+
+def evidence(parts: Iterable[Judged], codes: Collection[str] | None = None) -> Evidence:
+    """Sum up parts: all of them, or those with one of some codes."""
+    parts = [part for part in parts if codes is None or part.code in codes]
+    decided = [part.mark for part in parts if part.decided]
+    earned, out_of = sum(mark.points for mark in decided), sum(mark.out_of for mark in decided)
+    return Evidence(earned, out_of, sum(part.mark.out_of for part in parts), len(parts) - len(decided))
+
+
+class Standing(NamedTuple):
+    """A student, and the parts of their work that carry a code, count and are worth points."""
+
+    about: StudentRecord
+    parts: list[Judged]
+
+
+def standing(
+    about: StudentRecord, marks: Iterable[MarkRecord], catalogue: Catalogue, counted: MarkSettings
+) -> Standing:
+    """Return a student's parts that carry a code; ``counted`` says which are dropped, and so are no evidence."""
+    codes = {
+        (number, part.name): part.outcome
+        for number, question in catalogue.marked.items()
+        for part in question.parts
+        if part.outcome and not counted.dropped_as(number, part.name)
+    }
+    return Standing(about, [Judged(codes[mark.where], mark) for mark in marks if mark.where in codes and mark.out_of])
+
+
+def standings(book: Gradebook, catalogue: Catalogue, counted: MarkSettings) -> list[Standing]:
+    """Return all students with marks, by ID."""
+    known = {caseless(student.student): student for student in book.students()}
+    return [
+        standing(
+            known.get(caseless(graded.run.student), StudentRecord(graded.run.student)), graded.marks, catalogue, counted
+        )
+        for graded in book.all_current()
+    ]
+
+
+# --- the map to outcomes of an accreditation --------------------------------------------------------------------------
+
+
+class OutcomeMap(BaseModel):
+    """Which codes give evidence of which outcomes: ``outcomes.toml`` in the course's folder.
+
+    Attributes
+    ----------
+    scheme : what the outcomes are of, as an accreditation and a year
+    outcomes : key of an outcome, as "1" → its short name
+    codes : code → keys of the outcomes that it gives evidence of
+    """
+
+    model_config = ConfigDict(extra="forbid", strict=True)
+
+    scheme: Annotated[str, Field(min_length=1)]
+    outcomes: Annotated[dict[str, str], Field(min_length=1)]
+    codes: dict[str, list[str]]
+
+    @property
+    def criteria(self) -> dict[str, list[str]]:
+        """Key of each outcome with any code → the codes that go to it."""
+        found = {key: [code for code, goes_to in self.codes.items() if key in goes_to] for key in self.outcomes}
+        return {key: codes for key, codes in found.items() if codes}
+
+    def notes(self, catalogue: Catalogue) -> list[str]:
+        """List what the map leaves out; all of it may be meant."""
+        without = ", ".join(code for code in catalogue.outcomes if not self.codes.get(code))
+        unused = "; ".join(f"{key} ({name})" for key, name in self.outcomes.items() if key not in self.criteria)
+        notes = [f"{without}: no outcome in {OUTCOMES_FILE}, so they are in no outcome's figures."] if without else []
+        return notes + ([f"Of these outcomes the course gives no evidence: {unused}."] if unused else [])
+
+
+def read_map(folder: Path, catalogue: Catalogue) -> OutcomeMap | None:
+    """Read the map of the course in a folder; return None if it has none.
+
+    Raises
+    ------
+    GradingError
+        If it cannot be used; the message lists each fault.
+    """
+    file = folder / OUTCOMES_FILE
+    try:
+        found = read_as(OutcomeMap, file)
+    except FileNotFoundError:
+        return None
+    known, keys = ", ".join(catalogue.outcomes) or "none", ", ".join(found.outcomes)
+    unknown = [
+        f"codes.{code}: the course has no such code; it has {known}."
+        for code in found.codes.keys() - catalogue.outcomes.keys()
+    ]
+    unknown += [
+        f"codes.{code}: there is no outcome {key!r} under [outcomes]; there are {keys}."
+        for code, goes_to in found.codes.items()
+        for key in goes_to
+        if key not in found.outcomes
+    ]
+    refuse(file, unknown)
+    return found
+
+
+def read_as(kind: type[Content], file: Path) -> Content:
+    """Read a TOML file of a course as a type that pydantic knows.
+
+    Raises
+    ------
+    FileNotFoundError
+        If there is none.
+    GradingError
+        If it is not TOML or does not fit the type; the message lists each fault, with its place.
+    """
+    try:
+        return TypeAdapter(kind).validate_python(read_toml(file))
+    except ValidationError as error:
+        refuse(file, (f"{'.'.join(map(str, fault['loc']))}: {fault['msg']}." for fault in error.errors()))
+        raise
+
+
+# --- attainment of a class --------------------------------------------------------------------------------------------
+
+
+class Figures(NamedTuple):
+    """What is shown of a group in a criterion.
+
+    Attributes
+    ----------
+    students : those of whom something is decided in it
+    provisional : of these, those of whom something waits
+    levels : level → how many students are at it
+    attained : how many are at the level that is aimed at, or above
+    mean : of the students' shares of points, 0 to 1
+    """
+
+    students: int
+    provisional: int
+    levels: Counter[int]
+    attained: int
+    mean: float
+
+    @property
+    def attainment(self) -> float:
+        """In %."""
+        return 100 * self.attained / self.students
+
+
+@dataclass(frozen=True)
+class Attainment:
+    """How a class does in a criterion.
+
+    Attributes
+    ----------
+    criterion, meaning : a code or the key of an outcome, and what it stands for
+    groups : :data:`EVERYBODY` and each group → its figures, or why they are not shown
+    questions : number of a question that gives evidence → mean of the students' shares there, 0 to 1; None if the
+        students are too few
+    """
+
+    criterion: str
+    meaning: str
+    groups: dict[str, Figures | str]
+    questions: dict[str, float | None]
+
+
+@dataclass(frozen=True)
+class Kind:
+    """The codes, or the outcomes.
+
+    Attributes
+    ----------
+    name, heading : "code" or "outcome", and a heading for people
+    criteria : name → codes
+    found : how the class does
+    """
+
+    name: str
+    heading: str
+    criteria: Criteria
+    found: list[Attainment] = field(default_factory=list)
+
+
+def attainments(
+    students: Sequence[Standing],
+    criteria: Criteria,
+    meanings: Mapping[str, str],
+    settings: CourseSettings,
+    group_of: Callable[[Standing], str] | None = None,
+) -> list[Attainment]:
+    """Compute how a class does in each criterion.
+
+    Parameters
+    ----------
+    students : all with marks
+    criteria, meanings : name of a criterion → the codes of its parts, and what it stands for
+    settings : levels, what counts as attained, and what is too small to be shown
+    group_of : the group of a student; without it there are no groups
+    """
+    groups: dict[str, list[Standing]] = {}
+    if group_of is not None:
+        for student in students:
+            groups.setdefault(group_of(student), []).append(student)
+    fewest, found = settings.outcomes.fewest, []
+    for name, codes in criteria.items():
+        shares = {group: _evidence_of(groups[group], codes) for group in sorted(groups)}
+        hidden = withheld({group: len(those) for group, those in shares.items()}, fewest)
+        shown = {group: _figures(those, settings, group in hidden) for group, those in shares.items()}
+        everybody = _figures(_evidence_of(students, codes), settings)
+        questions = _by_question(students, codes, max(fewest, 1))
+        found.append(Attainment(name, meanings[name], {EVERYBODY: everybody, **shown}, questions))
+    return found
+
+
+def _evidence_of(students: Iterable[Standing], codes: Collection[str]) -> list[Evidence]:
+    """Return what counts of each student in a criterion, without those of whom nothing is decided."""
+    return [found for student in students if (found := evidence(student.parts, codes)).share is not None]
+
+
+def _figures(found: Sequence[Evidence], settings: CourseSettings, hidden: bool = False) -> Figures | str:
+    goal = settings.outcomes
+    if not found:
+        return _UNDECIDED
+    if len(found) < goal.fewest:
+        return f"fewer than {goal.fewest}: not shown"
+    if hidden:
+        return f"not shown: it would tell of a group of fewer than {goal.fewest}"
+    shares = [one.share for one in found if one.share is not None]
+    levels = Counter(map(settings.levels.level_of, shares))
+    attained = sum(count for level, count in levels.items() if level >= goal.level)
+    return Figures(len(shares), sum(one.waiting > 0 for one in found), levels, attained, fmean(shares))
+
+
+def _by_question(students: Iterable[Standing], codes: Collection[str], fewest: int) -> dict[str, float | None]:
+    shares: dict[str, list[float]] = {}
+    for student in students:
+        for question in dict.fromkeys(part.mark.question for part in student.parts if part.code in codes):
+            share = evidence((part for part in student.parts if part.mark.question == question), codes).share
+            shares.setdefault(question, []).extend([] if share is None else [share])
+    return {question: fmean(found) if len(found) >= fewest else None for question, found in shares.items()}
+
+
+def withheld(sizes: Mapping[str, int], fewest: int) -> frozenset[str]:
+    """Return the groups whose figures must not be shown beside those of all groups together.
+
+    These are groups of too few; and, as the figures of all less those that are shown are those that are not shown, the
+    next smallest ones, until those withheld have enough students between them: so there are at least two.
+
+    Parameters
+    ----------
+    sizes : group → number of its students; each student is in one group
+    fewest : students of the smallest group that may be shown
+    """
+    there = sorted((size, name) for name, size in sizes.items() if size)
+    hidden = [entry for entry in there if entry[0] < fewest]
+    others = there[len(hidden) :]
+    while hidden and others and sum(size for size, _name in hidden) < fewest:
+        hidden.append(others.pop(0))
+    return frozenset(name for _size, name in hidden)
+
+
+# --- the report -------------------------------------------------------------------------------------------------------
+
+
+def write_report(out: Path, course: Course, book: Gradebook, by_section: bool = True) -> tuple[int, list[str]]:
+    """Write the report on a class in place of an earlier one.
+
+    Parameters
+    ----------
+    out : folder; made if needed
+    course, book : whose questions, and whose marks
+    by_section : whether the sections of the class are shown beside each other
+
+    Returns
+    -------
+    int
+        How many students it is of.
+    list[str]
+        What is worth knowing about it.
+
+    Raises
+    ------
+    GradingError
+        If the map of outcomes cannot be used, or something cannot be written.
+    """
+    settings, catalogue = course.settings, course.catalogue
+    mapped = read_map(course.folder, catalogue)
+    students = standings(book, catalogue, settings.marks)
+    sections = {caseless(""): "no section"}  # "a" and "A" are one section, as in deadlines
+    for student in students:
+        sections.setdefault(caseless(student.about.section), student.about.section)
+
+    def kind(name: str, heading: str, criteria: Criteria, meanings: Mapping[str, str]) -> Kind:
+        group_of = (lambda student: sections[caseless(student.about.section)]) if by_section else None
+        return Kind(name, heading, criteria, attainments(students, criteria, meanings, settings, group_of))
+
+    kinds = [kind("code", "Criteria", {code: [code] for code in catalogue.outcomes}, catalogue.outcomes)]
+    if mapped is not None:
+        kinds.append(kind("outcome", mapped.scheme, mapped.criteria, mapped.outcomes))
+    known = {caseless(one) for one in (*book.handed_in(), *(about.student for about in book.students()))}
+    absent = len(known - {caseless(student.about.student) for student in students})
+    notes = [*_withheld_note(kinds, settings.outcomes.fewest), *_notes(absent, students, mapped, course)]
+    page = templates("templates").get_template("attainment.html")
+    values = {"course": course, "kinds": kinds, "levels": LEVELS, "notes": notes, "everybody": EVERYBODY}
+    content = {
+        PAGE_FILE: page.render(students=len(students), **values) + "\n",
+        TABLE_FILE: _table(kinds, settings),
+        STUDENTS_FILE: _students(kinds, students, settings),
+    }
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+        for name, text in content.items():
+            files.write(out / name, text)
+    except OSError as error:
+        raise GradingError(f"{error.filename or out} cannot be written: {error.strerror}.") from None
+    return len(students), notes
+
+
+def _withheld_note(kinds: Iterable[Kind], fewest: int) -> Iterator[str]:
+    """Yield how much is not shown because groups are small, and what decides it."""
+    cells = [cell for kind in kinds for found in kind.found for cell in found.groups.values() if cell != _UNDECIDED]
+    hidden = sum(isinstance(cell, str) for cell in cells)
+    rows = plural(len(cells), "{count} row", "{count} rows")
+    what = f"Withheld: {hidden} of {rows}"
+    if hidden == len(cells):
+        what = f"This report shows no figures at all: each of its {rows} is withheld"
+    if hidden:
+        small = f"of fewer than {fewest} students, or would tell of so few (fewest, in [outcomes] of course.toml)"
+        yield f"{what}, as it is {small}."
+
+
+def _notes(absent: int, students: Sequence[Standing], mapped: OutcomeMap | None, course: Course) -> Iterator[str]:
+    """Yield what is in no figure, or may change."""
+    if absent:
+        who = plural(absent, "{count} student", "{count} students")
+        yield f"In the gradebook, and in no figure: {who} without marks (nothing handed in, or not graded yet)."
+    waiting = [count for student in students if (count := sum(not part.decided for part in student.parts))]
+    if waiting:
+        who = plural(len(waiting), "{count} student", "{count} students")
+        what = f"{plural(sum(waiting), '{count} part', '{count} parts')} of {who}"
+        yield f"Not decided, as it waits for a person or could not be marked: {what}. Levels may change."
+    if not course.catalogue.outcomes:
+        yield "The questions of this course carry no codes: there is nothing to say of levels."
+    if dropped := course.settings.marks.drop:
+        yield f"Dropped by course.toml, and no evidence: {', '.join(dropped)}."
+    if mapped is not None:
+        yield from mapped.notes(course.catalogue)
+    else:
+        what = "its codes have levels, and outcomes of an accreditation have none"
+        yield f"This course has no {OUTCOMES_FILE} in {course.folder}: {what}."
+
+
+def _table(kinds: Iterable[Kind], settings: CourseSettings) -> str:
+    rows = [
+        [settings.term, group, kind.name, found.criterion, found.meaning, *_cells(figures, settings.outcomes.share)]
+        for kind in kinds
+        for found in kind.found
+        for group, figures in found.groups.items()
+    ]
+    heading = ["term", "group", "kind", "criterion", "meaning", "students", "of these provisional"]
+    heading += [f"at level {level}" for level in LEVELS]
+    return as_csv([[*heading, "attained", "attained %", "target %", "reached", "mean share %", "note"], *rows])
+
+
+def _cells(found: Figures | str, target: float) -> list[str]:
+    if isinstance(found, str):
+        return [*[""] * (len(LEVELS) + 7), found]
+    counts = [found.students, found.provisional, *(found.levels[level] for level in LEVELS), found.attained]
+    reached = "yes" if found.attainment >= target else "no"
+    return [*map(str, counts), f"{found.attainment:.1f}", f"{target:g}", reached, f"{100 * found.mean:.1f}", ""]
+
+
+def _students(kinds: Iterable[Kind], students: Iterable[Standing], settings: CourseSettings) -> str:
+    rows = [["term", "student", "name", "section", "kind", "criterion", "level", "share %", "earned", "decided"]]
+    rows[0] += ["possible", "parts that wait"]
+    for about, parts in students:
+        for kind in kinds:
+            for criterion, codes in kind.criteria.items():
+                found = evidence(parts, codes)
+                share = found.share
+                level = ["", ""] if share is None else [str(settings.levels.level_of(share)), f"{100 * share:.1f}"]
+                sums = [points(found.earned), points(found.decided), points(found.possible), str(found.waiting)]
+                who = [settings.term, about.student, about.name, about.section]
+                rows.append([*who, kind.name, criterion, *level, *sums])
+    return as_csv(rows)

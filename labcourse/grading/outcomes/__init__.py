@@ -1,1 +1,0 @@
-"""Levels of outcomes from marks: per student and criterion, per class; and the scoring sheets."""

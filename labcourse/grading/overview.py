@@ -1,0 +1,450 @@
+"""Show an instructor the class at a glance, as a page and in the terminal, and what changed since feedback was given.
+
+The texts are in ``templates/overview.html``; the terminal shows what this page has. What ``drop`` in ``course.toml``
+leaves out is in nothing of it, but for requests and for changes of marks.
+"""
+
+from __future__ import annotations
+
+import io
+import re
+import textwrap
+from collections import Counter, defaultdict
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from datetime import UTC, datetime
+from html.parser import HTMLParser
+from statistics import median
+from typing import Any, NamedTuple
+
+from labcourse import program
+from labcourse.answers.parts import Where
+from labcourse.grading.accounts import timing
+from labcourse.grading.course import Course
+from labcourse.grading.gradebook import (
+    Act,
+    Answer,
+    Arrival,
+    AuditRecord,
+    Gradebook,
+    Graded,
+    MarkRecord,
+    MarkState,
+    StudentRecord,
+)
+from labcourse.grading.graded_run import FAILED, facts_of, key_faults
+from labcourse.grading.intake import is_unread
+from labcourse.grading.reports import hints
+from labcourse.grading.reports.result import lapse, points, received, result_in, worth
+from labcourse.grading.reports.templating import templates
+from labcourse.grading.scoring import progress
+from labcourse.grading.settings import CourseSettings, MarkSettings
+from labcourse.grading.verdicts import UNDECIDED, Status
+from labcourse.messages import listed, plural
+from labcourse.safe_text import no_escapes
+from labcourse.student_id import caseless
+
+PAGE_FILE = "class.html"  #: in the folder of results
+MUCH = 1 / 3  #: of the points; a student who misses more is in trouble
+FAR_BELOW, FEWEST = 1 / 2, 5  #: of the class's median share of points, of at least so many students
+MANY, SEVERAL = 0.2, 2  #: share of the judged answers, and students, for whom a part went wrong
+_MOST_PROBLEMS = 3  # of a student that are shown; all are in their feedback
+_LONGEST = 300  # characters of what somebody wrote
+_WIDTH = 100  # columns of a terminal
+_WENT_WRONG = (Status.WRONG, Status.PARTLY)
+_JUDGED = (*_WENT_WRONG, Status.RIGHT, Status.FOLLOW_THROUGH)
+#: No digit of a name, as in K_2 or q3, and no full stop that ends a sentence.
+_NUMBER = re.compile(r"(?<![\w.])[-+\u2212]?\d+(?:[.,]\d+)*(?:[eE][-+]?\d+)?(?:[·×]10[⁻⁺⁰¹²³⁴⁵⁶⁷⁸⁹]+)?j?(?!\w)")
+
+
+@dataclass(frozen=True)
+class Student:
+    """A student, as the gradebook knows them.
+
+    Attributes
+    ----------
+    about : what the roster says
+    graded : the run that counts, with the marks that count; None if nothing was graded
+    received : file name of a notebook → when it was handed in, and how that is known
+    unread : file names of notebooks that were handed in and cannot be read
+    late : notebook, without ending → days late
+    overdue : notebooks, without ending, that are missing after their deadline
+    """
+
+    about: StudentRecord
+    graded: Graded | None = None
+    received: Mapping[str, Arrival] = field(default_factory=dict)
+    unread: Sequence[str] = ()
+    late: Mapping[str, int] = field(default_factory=dict)
+    overdue: Sequence[str] = ()
+
+    @property
+    def name(self) -> str:
+        """ID and name, as "ada (Ada Lovelace)"."""
+        return f"{self.about.student} ({self.about.name})" if self.about.name else self.about.student
+
+    @property
+    def handed_in(self) -> bool:
+        """Whether there is anything of them."""
+        return bool(self.received) or self.graded is not None
+
+    @property
+    def behind(self) -> bool:
+        """Whether something came late, or is missing after its deadline."""
+        return bool(self.late or self.overdue)
+
+    @property
+    def last(self) -> str:
+        """When the last notebook was handed in, with "?" if only the student's computer says so."""
+        arrival = max(self.received.values(), default=None, key=lambda arrival: arrival.received)
+        return "" if arrival is None else f"{moment(arrival.received)}{'?' if arrival.clock == '' else ''}"
+
+
+class Waiting(NamedTuple):
+    """The answers to a part that wait for a person, and the number of all answers to it."""
+
+    where: Where
+    answers: list[Answer]
+    of: int
+
+
+class Slip(NamedTuple):
+    """A part that went wrong for many; ``reasons`` are reason without numbers, and how often, the commonest first."""
+
+    where: Where
+    wrong: int
+    judged: int
+    lost: float
+    reasons: list[tuple[str, int]]
+
+
+class Change(NamedTuple):
+    """A mark that is not the one that was published; no mark is None."""
+
+    student: str
+    question: str
+    part: str
+    before: MarkState | None
+    after: MarkState | None
+
+
+def moment(when: datetime) -> str:
+    """Write a time as "2026-03-02 12:00 UTC"."""
+    return f"{when:%Y-%m-%d %H:%M} UTC"
+
+
+def class_overview(book: Gradebook, course: Course) -> dict[str, Any]:
+    """Collect what there is to know of a class now: the values of the template.
+
+    Parameters
+    ----------
+    book : the class's gradebook
+    course : with its catalogue and settings
+    """
+    marks, names = course.settings.marks, [path.name for path in course.notebooks]
+    now = datetime.now(UTC)
+    students = [_student(book, course, about, now) for about in book.students()]
+    runs = [student.graded for student in students if student.graded is not None]
+    answers = [answer for answer in book.scores.answers() if not marks.dropped_as(*answer.where)]
+    publications, trail = book.requests.publications(), book.audit()
+    return {
+        "course": course,
+        "now": now,
+        "left_out": _left_out(marks),
+        "titles": {number: question.title for number, question in course.catalogue.marked.items()},
+        "students": students,
+        "shown": [name for name in names if any(name in (*one.received, *one.unread) for one in students)],
+        "troubled": in_trouble(students),
+        **waiting(answers, book.scores.acts(), list(course.catalogue.marked)),
+        "asked": [(answer, act) for answer in answers if answer.asked and (act := answer.last()) is not None],
+        "requests": book.requests.all(),
+        **faults(runs),
+        "slips": slips(runs),
+        "common": hints.by_students(hints.of_class(book, course)),
+        "publications": publications,
+        "changes": changed_since(trail, publications[-1].when) if publications else [],
+    }
+
+
+def _left_out(marks: MarkSettings) -> str:
+    what = f"Left out, as course.toml drops it: {', '.join(marks.drop)}."
+    return f"{what} Requests and changed marks are told all the same." if marks.drop else ""
+
+
+def as_page(overview: Mapping[str, Any]) -> str:
+    """Return the overview as an HTML page without scripts, which loads nothing."""
+    environment = templates("templates").overlay()
+    environment.filters["short"] = short
+    functions = {"moment": moment, "worth": worth, "shortened": shortened, "state": _state, "listed": listed}
+    functions |= {"left": _time_left}
+    page = environment.get_template("overview.html")
+    return page.render(**overview, **functions, many=MANY, program=program.name())
+
+
+def as_text(page: str) -> str:
+    """Return the page for a terminal, without characters that control it."""
+    from rich.console import Console
+
+    text = io.StringIO()
+    _Terminal(Console(file=text, width=_WIDTH, color_system=None)).feed(page)
+    return "\n".join(line.rstrip() for line in text.getvalue().strip().splitlines())
+
+
+class _Terminal(HTMLParser):
+    """Print headings, paragraphs and tables of an own page; ``nav`` and ``head`` have nothing that is not below."""
+
+    def __init__(self, console: Any) -> None:
+        super().__init__()
+        self._console, self._text, self._rows, self._numbers = console, "", list[list[str]](), set[int]()
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self._text = ""
+        if tag in ("table", "tr"):
+            self._rows = [] if tag == "table" else [*self._rows, []]
+        if ("class", "number") in attrs:
+            self._numbers.add(len(self._rows[-1]))
+
+    def handle_data(self, data: str) -> None:
+        self._text += data
+
+    def handle_endtag(self, tag: str) -> None:
+        text = no_escapes(self._text.strip())
+        if tag in ("th", "td"):
+            self._rows[-1].append(text or "–")
+        elif tag in ("p", "caption"):
+            self._print(text, 2)
+        elif tag == "h2":
+            self._print(f"\n{text.upper()}", 0)
+        elif tag == "table":
+            self._table()
+
+    def _print(self, content: Any, indent: int) -> None:
+        from rich.padding import Padding
+        from rich.text import Text
+
+        self._console.print(Padding(Text(content) if isinstance(content, str) else content, (0, 0, 0, indent)))
+
+    def _table(self) -> None:
+        from rich.box import SIMPLE_HEAD
+        from rich.table import Table
+        from rich.text import Text
+
+        table = Table(box=SIMPLE_HEAD, pad_edge=False)
+        for place, heading in enumerate(self._rows[0]):
+            table.add_column(heading, justify="right" if place in self._numbers else "left")
+        for row in self._rows[1:]:
+            table.add_row(*map(Text, row))
+        self._print(table, 2)
+        self._numbers.clear()
+
+
+# --- students ---------------------------------------------------------------------------------------------------------
+
+
+def _student(book: Gradebook, course: Course, about: StudentRecord, now: datetime) -> Student:
+    """Return a student, with what came late or is missing after its deadline."""
+    graded, names = book.current(about.student), [path.name for path in course.notebooks]
+    came = {name: arrival for name, arrival in received(book, about.student, graded).items() if name in names}
+    unread, late, counting = [], {}, None
+    if graded is not None:
+        account, counting = result_in(book, course, graded, about).account, _counting(graded, course.settings.marks)
+        unread = [name for name in names if name not in came and is_unread(name, graded.run.problems)]
+        late = {found.notebook: found.days for found in account.timings if found.days} if account is not None else {}
+        if not came and not unread:
+            return Student(about, counting)  # nobody knows when anything came
+    missing = [name for name in _counting_notebooks(course) if f"{name}.ipynb" not in (*came, *unread)]
+    would = ((name, timing(course.settings, about, name, Arrival(now))) for name in missing)
+    return Student(about, counting, came, unread, late, [name for name, found in would if found and found.days])
+
+
+def _counting(graded: Graded, settings: MarkSettings) -> Graded:
+    """Return a run with the marks that count, and without faults of the key in others."""
+    dropped = tuple(mark for mark in graded.marks if settings.dropped_as(*mark.where))
+    marks = tuple(mark for mark in graded.marks if mark not in dropped)
+    faults_of_dropped = key_faults(replace(graded, marks=dropped))
+    problems = tuple(problem for problem in graded.run.problems if problem not in faults_of_dropped)
+    lapsed = tuple(given for given in graded.lapsed if not settings.dropped_as(*given.mark.where))
+    return replace(graded, run=replace(graded.run, problems=problems), marks=marks, lapsed=lapsed)
+
+
+def _counting_notebooks(course: Course) -> list[str]:
+    """Return the notebooks of which not everything that is worth points is dropped."""
+    parts = [(question, part) for question in course.asked.marked.values() for part in question.parts if part.points]
+    dropped_as = course.settings.marks.dropped_as
+    counts = {question.notebook for question, part in parts if not dropped_as(question.number, part.name)}
+    dropped = {question.notebook for question, _part in parts} - counts
+    return [name for name in course.asked.notebooks if name not in dropped]
+
+
+def short(notebook: str) -> str:
+    """Return a notebook's number, if it has one: "02" of "02_speed.ipynb"."""
+    number = notebook.partition("_")[0]
+    return number if number.isdigit() else notebook.removesuffix(".ipynb")
+
+
+def in_trouble(students: Iterable[Student]) -> list[tuple[Student, list[str]]]:
+    """Find the students in trouble, and why; those with the most reasons first."""
+    graded = [(student, student.graded) for student in students if student.graded is not None]
+    shares = [share for _student, run in graded if (share := _decided_share(run.marks)) is not None]
+    usual = median(shares) if len(shares) >= FEWEST else None
+    found = [(student, why) for student, run in graded if (why := troubles(run, usual))]
+    return sorted(found, key=lambda entry: (-len(entry[1]), caseless(entry[0].about.student)))
+
+
+def troubles(graded: Graded, usual: float | None = None) -> list[str]:
+    """List why a student is in trouble, in sentences.
+
+    Parameters
+    ----------
+    graded : their run that counts
+    usual : the class's median share of the decided points; None without a class to compare with
+    """
+    ended, faults = facts_of(graded.run).ended, key_faults(graded)
+    problems = [problem for problem in graded.run.problems if problem not in (*faults, *ended)]
+    found = [*(f"Their run stopped: {why}" for why in ended), *problems[:_MOST_PROBLEMS]]
+    if (left := len(problems) - _MOST_PROBLEMS) > 0:
+        found.append(f"{plural(left, '{count} problem', '{count} problems')} more, in their feedback.")
+    missing = [mark.out_of for mark in graded.marks if mark.status == Status.MISSING]
+    everything, own = sum(mark.out_of for mark in graded.marks), _decided_share(graded.marks)
+    if everything and sum(missing) > MUCH * everything:
+        parts = plural(len(missing), "{count} part", "{count} parts")
+        found.append(f"Missing: {parts}, worth {points(sum(missing))} of {worth(everything)}.")
+    if graded.run.supplied:
+        found.append(f"Values were supplied for them: {', '.join(graded.run.supplied)}.")
+    found += map(lapse, graded.lapsed)
+    if usual is not None and own is not None and own < FAR_BELOW * usual:
+        share = f"{100 * own:.0f} % of the points that are decided; the median is {100 * usual:.0f} %."
+        found.append(f"Far below the class: {share}")
+    return found
+
+
+def _decided_share(marks: Sequence[MarkRecord]) -> float | None:
+    """Return earned points of decided points; None if nothing is decided."""
+    decided = [mark for mark in marks if mark.out_of and mark.status not in UNDECIDED]
+    return sum(mark.points for mark in decided) / sum(mark.out_of for mark in decided) if decided else None
+
+
+def _time_left(seconds: float) -> str:
+    """Write a time that something takes, rounded."""
+    minutes = round(seconds / 60)
+    if minutes < 1:
+        return "less than a minute left"
+    return f"about {minutes} min left" if minutes < 90 else f"about {seconds / 3600:.1f} h left"
+
+
+# --- answers and marks ------------------------------------------------------------------------------------------------
+
+
+def waiting(answers: Sequence[Answer], acts: Sequence[Act], order: Sequence[str]) -> dict[str, Any]:
+    """Return which answers wait, how long scorers take for one, and how long the rest will take.
+
+    Parameters
+    ----------
+    answers : all that persons read
+    acts : of the scorers
+    order : the questions in the order of the course
+
+    Returns
+    -------
+    dict
+        ``waiting``, a list of :class:`Waiting`; ``seconds_left`` for one person, None if too few times are known; and
+        ``scorers``, a list of name, number of answers, and median seconds of an answer or None.
+    """
+    by_part: dict[Where, list[Answer]] = {}
+    for answer in sorted(answers, key=lambda one: (order.index(one.question), one.part)):
+        by_part.setdefault(answer.where, []).append(answer)
+    found = []
+    for where, those in by_part.items():
+        if left := [answer for answer in those if answer.waiting]:
+            found.append(Waiting(where, left, len(those)))
+    readings = {
+        who: progress.readings([act for act in acts if act.actor == who]) for who in sorted({a.actor for a in acts})
+    }
+    every = [reading for those in readings.values() for reading in those]
+    if (usual := progress.usual(every)) is not None:
+        each = {
+            part.where: progress.usual([one for one in every if one.where == part.where]) or usual for part in found
+        }
+        usual = sum(len(part.answers) * each[part.where] for part in found)
+    counts = Counter(act.actor for act in acts if act.undoes is None)
+    scorers = [(who, counts[who], progress.usual(those)) for who, those in readings.items()]
+    return {"waiting": found, "seconds_left": usual, "scorers": scorers}
+
+
+def faults(runs: Iterable[Graded]) -> dict[str, Any]:
+    """Return the parts that a fault of the key left unmarked, each with the number of students, and the messages."""
+    unmarked, messages = Counter[Where](), list[str]()
+    for graded in runs:
+        messages += key_faults(graded)
+        if not graded.run.key.startswith(FAILED):
+            unmarked.update(mark.where for mark in graded.marks if mark.status == Status.NOT_MARKED)
+    return {"unmarked": unmarked, "key_faults": list(dict.fromkeys(messages))}
+
+
+def slips(runs: Iterable[Graded]) -> list[Slip]:
+    """Find the parts that went wrong for many of those whose answer the key judged; the largest share first."""
+    judged: dict[Where, list[MarkRecord]] = defaultdict(list)
+    for mark in (mark for graded in runs for mark in graded.marks if mark.status in _JUDGED):
+        judged[mark.where].append(mark)
+    found = []
+    for where, marks in judged.items():
+        wrong = [mark for mark in marks if mark.status in _WENT_WRONG]
+        reasons = Counter(without_numbers(mark.reason) for mark in wrong).most_common()
+        lost = sum(mark.out_of - mark.points for mark in wrong)
+        found.append(Slip(where, len(wrong), len(marks), lost, reasons))
+    many = (slip for slip in found if slip.wrong >= max(SEVERAL, MANY * slip.judged))
+    return sorted(many, key=lambda slip: (-slip.wrong / slip.judged, -slip.lost, slip.where))
+
+
+def without_numbers(reason: str) -> str:
+    """Return a reason as it is the same for everybody with the same slip: each number in it as "…"."""
+    return shortened(_NUMBER.sub("…", reason))
+
+
+def shortened(text: str) -> str:
+    """Return the beginning of a text in one line."""
+    return textwrap.shorten(text, _LONGEST, placeholder="…")
+
+
+# --- feedback that was given back -------------------------------------------------------------------------------------
+
+
+def changed_since(trail: Sequence[AuditRecord], when: datetime) -> list[Change]:
+    """Find marks that have other points than at a time, or were decided since."""
+    entries: dict[tuple[str, str, str], list[AuditRecord]] = defaultdict(list)
+    for entry in trail:
+        if entry.when > when:
+            entries[entry.student, entry.question, entry.part].append(entry)
+    found = [Change(*where, those[0].before, those[-1].after) for where, those in entries.items()]
+    return [change for change in found if _shown_points(change.before) != _shown_points(change.after)]
+
+
+def _shown_points(mark: MarkState | None) -> tuple[float, float] | None:
+    """Return what a student sees of a mark; None if nothing is decided or it is worth nothing."""
+    decided = mark is not None and mark.out_of and mark.status not in UNDECIDED
+    return (mark.points, mark.out_of) if mark is not None and decided else None
+
+
+def _state(mark: MarkState | None) -> str:
+    if mark is None:
+        return "no mark"
+    return "not decided" if mark.status in UNDECIDED else f"{points(mark.points)} of {points(mark.out_of)}"
+
+
+def not_ready(book: Gradebook, settings: CourseSettings, now: datetime) -> Iterator[str]:
+    """Yield what to know before feedback is published: what waits, what was asked, and whether pages are closed now."""
+    everything = [answer for answer in book.scores.answers() if answer.waiting]
+    waiting = [answer for answer in everything if not settings.marks.dropped_as(*answer.where)]
+    if waiting:
+        answers = plural(len(waiting), "{count} answer", "{count} answers")
+        students = plural(len({answer.student for answer in waiting}), "{count} student", "{count} students")
+        yield f"Still to be read by a person: {answers} of {students}; their pages say so."
+    if len(waiting) < len(everything):
+        yield _left_out(settings.marks)
+    if asked := len(book.requests.all(open_only=True)):
+        requests = plural(asked, "{count} request", "{count} requests")
+        yield f"{requests} not answered yet ({program.name()} requests list)."
+    opens = settings.feedback.opens
+    if opens is not None and not settings.feedback.is_open(now):
+        when = f"Feedback opens on {opens:%Y-%m-%d %H:%M %Z} (course.toml), and the pages say so and no more."
+        yield f"{when} So nothing is given back: say {program.name()} publish again then."

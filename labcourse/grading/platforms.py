@@ -1,0 +1,770 @@
+"""Put marks into a file that a learning platform exported. Only one cell of each student changes, and no other byte.
+
+A platform is an entry of :data:`PLATFORMS`: its column names, and three rules: by which columns a student is matched,
+which columns take points, and which cells are written. Headings are those of the platform's English:
+
+===========  =========================================================================================================
+Canvas       ``Student,ID,SIS User ID,SIS Login ID,Section,Lab 3 (1234),…``; a row "Points Possible"
+Moodle       the gradebook: ``First name,Last name,ID number,…,Email address,Assignment: Lab 3 (Real),…``, and an
+             assignment's grading worksheet: ``Identifier,Full name,Email address,Status,Grade,Maximum Grade,…``
+Brightspace  ``OrgDefinedId,Username,…,Lab 3 Points Grade <Numeric MaxPoints:100 …>,End-of-Line Indicator``
+Blackboard   ``Last Name,First Name,Username,Student ID,Last Access,Availability,Lab 3 [Total Pts: 100 Score] |123456``
+===========  =========================================================================================================
+
+Feedback pages go back in a zip, under the names by which the platform takes them.
+"""
+
+from __future__ import annotations
+
+import codecs
+import io
+import re
+import tempfile
+import zipfile
+from collections import Counter
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from datetime import UTC, datetime
+from decimal import Decimal
+from fractions import Fraction
+from pathlib import Path, PurePosixPath
+from typing import NamedTuple
+
+from labcourse import program
+from labcourse.errors import GradingError
+from labcourse.grading.accounts import exact, half_up, in_full
+from labcourse.grading.course import Course
+from labcourse.grading.gradebook import Gradebook, StudentRecord
+from labcourse.grading.intake import platforms as names_of_platforms
+from labcourse.grading.intake.platforms import BLACKBOARD, BRIGHTSPACE, CANVAS, MOODLE, letters
+from labcourse.grading.reports.grades import FEEDBACK_FILE, Reports
+from labcourse.grading.reports.result import result_in
+from labcourse.messages import listed, plural
+from labcourse.student_id import caseless
+
+WORKSHEET = "Moodle's grading worksheet"  #: of one assignment, beside the export of Moodle's gradebook
+_SHOWN, _NAMED = 12, 6  # headings, and parts that wait, in a message
+_NUMBER = re.compile(r"-?\d+(?:\.\d+|,(?!\d{3}$)\d+)?")  # "1,000" may be a thousand, and is no number here
+_PARTICIPANT = re.compile(r"\w+ (?=\d+$)")  # Moodle's "Participant 1234567"
+_NOT_IN_A_NAME = re.compile(r'[\x00-\x1f/\\:*?"<>|_]')  # Moodle takes what is between two _ for the number
+
+
+@dataclass(frozen=True)
+class Platform:
+    """What a platform's file looks like.
+
+    Attributes
+    ----------
+    name : of the platform
+    known_by : headings of each of its files, separated by commas; several sets if it has several forms
+    keys : headings of the columns by which a student is matched
+    names : headings of the columns with the parts of a student's name, in order
+    points : pattern of the heading of a column of points. Its groups are ``most``, what it is out of, and names by
+        which it may be called besides
+    example : what a column of points looks like, for messages
+    own_key : that of ``keys`` with numbers of the platform's own, which may by chance be another student's ID
+    most_row, most_column : name in the row, and heading of the column, with what a column is out of
+    locked : heading of a column that says "No" where the platform takes no mark
+    empty : text of a cell without a mark; a blank cell has none either
+    closed : text of a cell, in small letters, that stays as it is → why
+    """
+
+    name: str
+    known_by: tuple[str, ...]
+    keys: tuple[str, ...]
+    names: tuple[str, ...]
+    points: str
+    example: str
+    own_key: str = ""
+    most_row: str = ""
+    most_column: str = ""
+    locked: str = ""
+    empty: str = "-"
+    closed: Mapping[str, str] = field(default_factory=dict)
+
+
+#: The first whose headings fit counts: Brightspace's file may have all headings of Blackboard's.
+PLATFORMS = (
+    Platform(
+        CANVAS,
+        ("Student,ID,Section", "LastName,FirstName,ID,Section"),
+        ("SIS User ID", "SIS Login ID", "Integration ID", "ID"),
+        ("FirstName", "LastName", "Student"),
+        # Canvas ignores each heading that has the name of a sum that it computes.
+        r"(?!.*(?:Current|Final|Override) (?:Score|Points|Grade|Status))(?P<title>.*\S)\s*\((?P<number>\d+)\)",
+        "'Lab 3 (1234)', a title and Canvas's number; it is none that Canvas computes or has as read only",
+        own_key="ID",
+        most_row="Points Possible",
+        closed={"n/a": "Canvas has not assigned it to them (N/A).", "ex": "they are excused on Canvas (EX)."},
+    ),
+    Platform(
+        WORKSHEET,
+        ("Identifier,Grade",),
+        ("ID number", "Username", "Email address", "Identifier"),
+        ("Full name",),
+        "Grade",
+        "'Grade', with the same 'Maximum Grade' in each row; an assignment that is graded by a scale has none",
+        own_key="Identifier",
+        most_column="Maximum Grade",
+        locked="Grade can be changed",
+    ),
+    Platform(
+        MOODLE,
+        ("First name,Last name", "First name,Surname"),
+        ("ID number", "Student ID", "Username", "Email address"),
+        ("First name", "Last name", "Surname"),
+        r"(?!(?:Course|(?!Assignment:|Quiz:).*\S) total \()(?P<title>(?:[^:]+: )?(?P<short>.*\S)) \(Real\)",
+        "'Assignment: Lab 3 (Real)', and it is no total; export the gradebook with grade display type 'Real'",
+    ),
+    Platform(
+        BRIGHTSPACE,
+        ("OrgDefinedId,End-of-Line Indicator", "Username,End-of-Line Indicator"),
+        ("OrgDefinedId", "Username", "Email"),
+        ("First Name", "Last Name"),
+        r"(?P<title>.*\S) Points Grade(?: <(?=Numeric|MaxPoints)(?:.*?\bMaxPoints:(?P<most>[\d.,]+))?.*>)?",
+        "'Lab 3 Points Grade <Numeric MaxPoints:100>', of no other kind",
+    ),
+    Platform(
+        BLACKBOARD,
+        ("Last Name,First Name,Username",),
+        ("Username", "Student ID"),
+        ("First Name", "Last Name"),
+        r"(?P<title>.*\S) \[Total Pts: (?P<most>[\d.,]+)(?: (?:Score)?)?\] ?\|(?P<number>\w+)",
+        "'Lab 3 [Total Pts: 100 Score] |123456', with Blackboard's number; it is of no other kind, nor 'up to' a sum",
+        empty="Needs Grading",
+        closed={"in progress": "they are still at work on it on Blackboard (In Progress)."},
+    ),
+)
+
+
+# --- a file, byte by byte ---------------------------------------------------------------------------------------------
+
+SEPARATORS = (",", ";", "\t")  #: that platforms write
+#: Separator → pattern of a cell and what ends it. As in every CSV, quotes count only where a cell begins with one.
+_CELLS = {
+    sign: re.compile(rf'(?:"(?P<inside>(?:[^"]|"")*+)"|(?!"))(?P<rest>[^{sign}\r\n]*)(?P<end>{sign}|\r\n|\r|\n|\Z)')
+    for sign in SEPARATORS
+}
+
+
+class Cell(NamedTuple):
+    """A cell: where it stands in the text, quotes included, and its text."""
+
+    start: int
+    end: int
+    text: str
+    quoted: bool
+
+
+@dataclass(frozen=True)
+class Table:
+    """The cells of a file; an empty line has none. ``text`` is the whole file, byte-order mark included."""
+
+    text: str
+    codec: str
+    separator: str
+    rows: list[list[Cell]]
+
+    def cell(self, row: int, place: int) -> str:
+        """Return the text of a cell without white space around it; "" if its row is shorter."""
+        cells = self.rows[row]
+        return cells[place].text.strip() if place < len(cells) else ""
+
+    def line(self, row: int) -> int:
+        """Return the number of the line in which a row begins."""
+        return _line(self.text, self.rows[row][0].start if self.rows[row] else 0)
+
+    def changed(self, new: Mapping[tuple[int, int], str]) -> bytes:
+        """Return the file's bytes with other text in some cells; ``new`` is (row, place), from 0 → text."""
+        pieces, done = [], 0
+        for (row, place), text in sorted(new.items()):
+            cell = self.rows[row][place]
+            quoted = cell.quoted or any(sign in text for sign in (self.separator, '"', "\r", "\n"))
+            pieces += [self.text[done : cell.start], '"' + text.replace('"', '""') + '"' if quoted else text]
+            done = cell.end
+        return "".join([*pieces, self.text[done:]]).encode(self.codec, "surrogateescape")
+
+
+def table(data: bytes, separator: str) -> Table:
+    """Read the cells of a file.
+
+    It may be UTF-8, or UTF-16 as Blackboard writes it, with or without a byte-order mark. Bytes that are not UTF-8 stay
+    as they are.
+
+    Raises
+    ------
+    GradingError
+        If it is damaged: it is not UTF-16 as it says, or a quote is never closed.
+    """
+    codec = "utf-8"
+    for mark, other, zero in ((codecs.BOM_UTF16_LE, "utf-16-le", 1), (codecs.BOM_UTF16_BE, "utf-16-be", 0)):
+        if data.startswith(mark) or data[zero : zero + 1] == b"\0":
+            codec = other
+    try:
+        text = data.decode(codec, "surrogateescape" if codec == "utf-8" else "strict")
+    except UnicodeDecodeError as error:
+        raise GradingError(f"It is damaged: its byte {error.start} is not {codec.upper()}. Export it again.") from None
+    return Table(text, codec, separator, list(_rows(text, separator)))
+
+
+def _rows(text: str, separator: str) -> Iterator[list[Cell]]:
+    place, row = int(text.startswith("\ufeff")), list[Cell]()
+    while place < len(text) or row:
+        match = _CELLS[separator].match(text, place)
+        if match is None:
+            line = _line(text, place)
+            raise GradingError(f"A quote that is opened in line {line} is never closed: the file is damaged.")
+        inside, place = match["inside"], match.end()
+        content = "" if inside is None else inside.replace('""', '"')
+        row.append(Cell(match.start(), match.start("end"), content + match["rest"], inside is not None))
+        if match["end"] != separator:
+            yield row if len(row) > 1 or row[0].start < row[0].end else []
+            row = []
+
+
+def _line(text: str, place: int) -> int:
+    return len(re.findall(r"\r\n|\r|\n", text[:place])) + 1
+
+
+# --- a platform's file ------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column of points.
+
+    Attributes
+    ----------
+    place, heading : where, from 0, and its heading
+    names : what it may be called besides, as its title or the platform's number
+    most : what it is out of, as the file says it; "" if it does not
+    """
+
+    place: int
+    heading: str
+    names: list[str]
+    most: str
+
+
+@dataclass(frozen=True)
+class Export:
+    """A platform's file: its cells and headings, the rows of its students, and its columns of points."""
+
+    platform: Platform
+    table: Table
+    head: list[str]
+    students: list[int] = field(default_factory=list)
+    columns: list[Column] = field(default_factory=list)
+
+    def under(self, row: int, heading: str) -> str:
+        """Return the text of a row under a heading; "" if there is no such column."""
+        return self.table.cell(row, self.head.index(heading)) if heading in self.head else ""
+
+    def name(self, row: int) -> str:
+        """Return a student's name."""
+        return " ".join(filter(None, (self.under(row, heading) for heading in self.platform.names)))
+
+    def described(self, row: int) -> str:
+        """Describe a row for people: what the student is known by, the name, and the line."""
+        known = next(filter(None, (self.under(row, heading) for heading in self.platform.keys)), "–")
+        return f"{known} ({', '.join(filter(None, (self.name(row), f'line {self.table.line(row)}')))})"
+
+    def column(self, asked: str | None = None) -> Column:
+        """Return the column for the marks.
+
+        Parameters
+        ----------
+        asked : its heading, title or number; None if there is only one
+
+        Raises
+        ------
+        GradingError
+            If there is no such column, or more than one.
+        """
+        there = self.columns
+        if asked is not None:
+            named = [column for column in there if _same(asked, column.heading)]
+            there = named or [column for column in there if any(_same(asked, name) for name in column.names)]
+        names = listed([repr(column.heading) for column in there or self.columns], _SHOWN)
+        if len(there) > 1:
+            raise GradingError(f"Several columns may be meant: say which by --column, by its whole heading. {names}")
+        if not there:
+            missing = "It has no column" if asked is None else f"It has no column {asked!r}"
+            raise GradingError(
+                f"{missing} that takes points, and none is made. In a file of {self.platform.name} such columns look "
+                f"like {self.platform.example}. It has: {names or 'none'}."
+            )
+        return there[0]
+
+    def maximum(self, column: Column, out_of: Decimal | None = None) -> Decimal:
+        """Return what a column is out of: as the file says, or else the instructor.
+
+        Raises
+        ------
+        GradingError
+            If neither says it, they contradict each other, or it is not above 0.
+        """
+        there = _number(column.most)
+        found = out_of if there is None else there
+        if found is None or found <= 0 or out_of not in (None, found):
+            raise GradingError(
+                f"What {column.heading!r} is out of: {self.platform.name}'s file says {column.most or 'nothing'}, and "
+                f"--out-of says {'nothing' if out_of is None else out_of}. One number above 0 is needed: set the "
+                "points on the platform and export the file again, or give by --out-of what the file does not say."
+            )
+        return found.normalize()
+
+
+def read(data: bytes) -> Export:
+    """Read a platform's file.
+
+    Raises
+    ------
+    GradingError
+        If it is of no platform that is known, or damaged.
+    """
+    damaged: GradingError | None = None
+    longest: list[str] = []
+    for separator in SEPARATORS:
+        try:
+            found = table(data, separator)
+        except GradingError as error:  # a quote that is none, as the cells have another separator
+            damaged = damaged or error
+            continue
+        head = [cell.text.strip() for cell in found.rows[0]] if found.rows else []
+        for platform in PLATFORMS:
+            known = any({*form.split(",")} <= {*head} for form in platform.known_by)
+            if known and {*platform.keys} & {*head}:
+                return _export(Export(platform, found, head))
+        longest = max(longest, [heading[:40] for heading in head[:8]], key=len)
+    needed = "; ".join(f"{platform.name}: {' or '.join(platform.known_by)}" for platform in PLATFORMS)
+    raise damaged or GradingError(
+        "It is not a file of Canvas, Moodle, Blackboard or Brightspace, or not as the platform wrote it. Its "
+        f"first line has {', '.join(map(repr, longest)) or 'nothing'}. These headings are needed: {needed}. Export it "
+        "again as CSV, with the platform in English, and do not save it in Excel."
+    )
+
+
+def _export(export: Export) -> Export:
+    """Find the students and the columns of points in a platform's file."""
+    platform, found = export.platform, export.table
+    known = (*platform.keys, *platform.names)
+    rows = [row for row in range(1, len(found.rows)) if any(export.under(row, heading) for heading in known)]
+    most_row = next((row for row in rows if platform.most_row and export.name(row) == platform.most_row), None)
+    export.students.extend(row for row in rows if row != most_row)
+    in_rows = {export.under(row, platform.most_column) for row in export.students}
+    for place, heading in enumerate(export.head):
+        match = re.fullmatch(platform.points, heading, re.DOTALL)
+        most = found.cell(most_row, place) if most_row is not None else "".join(in_rows)
+        is_open = len(in_rows) < 2 and (not platform.most_column or platform.most_column in export.head)
+        if match and is_open and not most.startswith("("):  # Canvas writes (read only)
+            names = match.groupdict()
+            most = names.pop("most", None) or most
+            export.columns.append(Column(place, heading, [*filter(None, names.values())], most))
+    return export
+
+
+def _same(one: str, other: str) -> bool:
+    return " ".join(one.casefold().split()) == " ".join(other.casefold().split())
+
+
+def _number(text: str) -> Decimal | None:
+    """Read a number with a point or a comma before its decimals; return None for any other text."""
+    return Decimal(text.replace(",", ".")) if _NUMBER.fullmatch(text) else None
+
+
+# --- how a student is matched -----------------------------------------------------------------------------------------
+
+
+class Matches(NamedTuple):
+    """Which row is whose.
+
+    Attributes
+    ----------
+    found : row → student
+    unknown : rows of students whom the gradebook does not have
+    refused : row → why it is of nobody: it may be of several
+    missing : IDs of students of the gradebook who have no row
+    """
+
+    found: dict[int, StudentRecord]
+    unknown: list[int]
+    refused: dict[int, str]
+    missing: list[str]
+
+
+def match(export: Export, students: Sequence[StudentRecord]) -> Matches:
+    """Find the students of a gradebook in a platform's file: by ID, login or e-mail, never by name or by a guess.
+
+    A platform's own number counts only where nothing else leads to a student, and not if the names contradict it.
+    """
+    records = {student.student: student for student in students}
+    by_name, by_number = (_by_name(students, pattern) for pattern in ("", _PARTICIPANT))
+    candidates: dict[int, str] = {}
+    refused: dict[int, str] = {}
+    unknown, seen = list[int](), set[str]()
+    own_key = export.platform.own_key
+    for row in export.students:
+        values = [export.under(row, key).removeprefix("#") for key in export.platform.keys if key != own_key]
+        certain = set[str]().union(*(by_name.get(caseless(value), ()) for value in values if value))
+        own_number = _PARTICIPANT.sub("", export.under(row, own_key))
+        several = certain or by_number.get(caseless(own_number), set())
+        seen |= several
+        if not several:
+            unknown.append(row)
+        elif len(several) > 1:
+            refused[row] = f"it may be one or another: {', '.join(sorted(several))}."
+        elif not certain and _contradict(export.name(row), records[min(several)].name):
+            of_whom = f"leads to {min(several)!r}, who has another name."
+            refused[row] = f"only a number of {export.platform.name}'s own {of_whom}"
+        else:
+            candidates[row] = min(several)
+    rows = Counter(candidates.values())
+    refused |= {row: f"several lines lead to {who!r}." for row, who in candidates.items() if rows[who] > 1}
+    found = {row: records[who] for row, who in candidates.items() if rows[who] == 1}
+    return Matches(found, unknown, dict(sorted(refused.items())), [who for who in records if who not in seen])
+
+
+def _by_name(students: Iterable[StudentRecord], ignored: str | re.Pattern[str]) -> dict[str, set[str]]:
+    """Return ID, e-mail or other name without regard to capitals → IDs of the students who have it.
+
+    Where a platform's own numbers are compared, "Participant 1234567" is 1234567; elsewhere that may be another's ID.
+    """
+    known: dict[str, set[str]] = {}
+    for student in students:
+        for name in filter(None, (student.student, student.email, *student.aliases)):
+            known.setdefault(caseless(re.sub(ignored, "", name)), set()).add(student.student)
+    return known
+
+
+def _contradict(one: str, other: str) -> bool:
+    """Return whether two names are both known and have no word in common."""
+    words = [{names_of_platforms.plain_letters(word) for word in name.split()} - {""} for name in (one, other)]
+    return all(words) and words[0].isdisjoint(words[1])
+
+
+# --- what is written --------------------------------------------------------------------------------------------------
+
+
+class Earned(NamedTuple):
+    """What a student has earned.
+
+    Attributes
+    ----------
+    share : of all points, exactly; 1 for all of them; None if there is nothing of the student's
+    remark : why there is nothing, or what a person has yet to decide; "" if all is decided
+    """
+
+    share: Fraction | None
+    remark: str = ""
+
+
+def earned(book: Gradebook, course: Course) -> dict[str, Earned]:
+    """Return what each student in the gradebook and its roster has earned, by ID."""
+    handed_in = set(map(caseless, book.handed_in()))
+    return {about.student: _earned(book, course, about, handed_in) for about in book.students()}
+
+
+def _earned(book: Gradebook, course: Course, about: StudentRecord, handed_in: Collection[str]) -> Earned:
+    graded = book.current(about.student)
+    if graded is None:
+        there = caseless(about.student) in handed_in
+        return Earned(None, "handed in, and not graded yet." if there else "nothing handed in.")
+    result = result_in(book, course, graded, about)
+    account = result.account
+    if result.not_graded:
+        return Earned(None, f"not graded, as grading failed; say {program.name()} grade again.")
+    if account is None or not account.out_of:
+        return Earned(None, "it is out of no points.")
+    if account.final is None:
+        waits = listed([f"{item.question} {item.part}" for item in account.undecided], _NAMED)
+        return Earned(account.earned / account.out_of, f"still waits for a person: {waits}.")
+    return Earned(exact(account.final) / exact(account.final_out_of))
+
+
+@dataclass(frozen=True)
+class Choice:
+    """How marks are written.
+
+    Attributes
+    ----------
+    decimals : of a mark, which is rounded half up
+    unfinished : whether the points decided so far are written if more waits
+    cap : whether a mark above the maximum is written as the maximum
+    """
+
+    decimals: int
+    unfinished: bool = False
+    cap: bool = False
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A student's cell.
+
+    Attributes
+    ----------
+    before, after : its text, and the new one; None if it is left as it is
+    remark : why it is left, or what is worth knowing about the mark
+    complete : whether all of the student's marks are in it
+    """
+
+    before: str
+    after: str | None
+    remark: str = ""
+    complete: bool = False
+
+
+def fill(
+    export: Export, column: Column, maximum: Decimal, matches: Matches, earned: Mapping[str, Earned], choice: Choice
+) -> tuple[bytes, dict[str, Entry]]:
+    """Write everybody's mark into one column.
+
+    Parameters
+    ----------
+    export, column, maximum : the file, the column, and what it is out of
+    matches : which row is whose
+    earned : student → what they have
+    choice : how it is written
+
+    Returns
+    -------
+    bytes
+        The file.
+    dict[str, Entry]
+        Student → what became of their cell. A mark that was there already has an equal ``after``.
+
+    Raises
+    ------
+    GradingError
+        If marks would be above the maximum; the message lists all of them.
+    """
+    comma, entries, new = _has_decimal_commas(export.table), dict[str, Entry](), dict[tuple[int, int], str]()
+    above = dict[str, str]()
+    for row, about in sorted(matches.found.items()):
+        mark, before = earned[about.student], export.table.cell(row, column.place)
+        why = _why_left(export, column, row)
+        if why or mark.share is None or (mark.remark and not choice.unfinished):
+            entries[about.student] = Entry(before, None, why or mark.remark)
+            continue
+        value = half_up(mark.share * Fraction(maximum), choice.decimals)
+        if value > maximum:
+            above[about.student] = in_full(value)
+        cut = f"cut to the maximum, from {in_full(value)}." if value > maximum else ""
+        value = min(value, Fraction(maximum))
+        after = before
+        if _number(before) != value:
+            after = new[row, column.place] = in_full(value).replace(".", "," if comma else ".")
+        entries[about.student] = Entry(before, after, cut or mark.remark, not mark.remark)
+    if above and not choice.cap:
+        most, those = in_full(Fraction(maximum)), ", ".join(f"{who}: {value}" for who, value in above.items())
+        raise GradingError(
+            f"Nothing is written: {column.heading!r} is out of {most}, and these would have more: {those}. "
+            "A platform cuts, refuses or takes that as it likes. Raise its points on the platform and export the file "
+            f"again, or say --cap, and {most} is written for them. (If it is by rounding, say more --decimals.)"
+        )
+    return export.table.changed(new), entries
+
+
+def _why_left(export: Export, column: Column, row: int) -> str:
+    """Return why a cell must not be written; "" if it may."""
+    before, platform = export.table.cell(row, column.place), export.platform
+    if column.place >= len(export.table.rows[row]):
+        return f"line {export.table.line(row)} of the file is too short: it has no such cell."
+    if export.under(row, platform.locked) == "No":
+        return f"Moodle takes no mark of theirs ({platform.locked!r} says No)."
+    if _is_empty(platform, before) or _number(before) is not None:
+        return ""
+    return platform.closed.get(before.casefold(), f"it says {before!r} there, which is no number.")
+
+
+def _is_empty(platform: Platform, text: str) -> bool:
+    return re.sub(r"\(.*\)$", "", text).strip() in ("", platform.empty)
+
+
+def _has_decimal_commas(table: Table) -> bool:
+    numbers = [cell.text.strip() for row in table.rows for cell in row if _NUMBER.fullmatch(cell.text.strip())]
+    return any("," in text for text in numbers) and not any("." in text for text in numbers)
+
+
+def summary(export: Export, entries: Mapping[str, Entry], matches: Matches, dry: bool = False) -> list[str]:
+    """Summarise what was written and what was not, the counts first.
+
+    Parameters
+    ----------
+    export, entries, matches : the file, what became of each cell, and which row is whose
+    dry : whether nothing is written; then each mark for an empty cell is listed, too
+    """
+    left = [entry for entry in entries.values() if entry.after is None]
+    new = {who: entry for who, entry in entries.items() if entry.after not in (None, entry.before)}
+    old = {who: entry for who, entry in new.items() if not _is_empty(export.platform, entry.before)}
+    first = [f"{who}: {entry.after}" for who, entry in new.items() if who not in old and dry]
+    replaced = [f"{who}: {entry.before} → {entry.after}" for who, entry in old.items()]
+    lists = (
+        (f"{len(first)} into empty cells", ", ".join(first)),
+        (f"{len(old)} replaced", ", ".join(replaced)),
+        ("In the file, and not in the gradebook", "; ".join(map(export.described, matches.unknown))),
+        ("In the gradebook, and not in the file", ", ".join(matches.missing)),
+    )
+    return [
+        f"{len(new)} written ({len(old)} of them in place of another mark), {len(entries) - len(new) - len(left)} as "
+        f"they were, {len(left)} left as they are, {len(matches.unknown) + len(matches.refused)} of theirs not found "
+        f"in the gradebook, {len(matches.missing)} of the gradebook not found in the file.",
+        *(f"{what}: {those}" for what, those in lists if those),
+        *(
+            f"{who}: {'left' if entry.after is None else entry.after}; {entry.remark}"
+            for who, entry in entries.items()
+            if entry.remark
+        ),
+        *(f"{export.described(row)}: nobody's; {why}" for row, why in matches.refused.items()),
+    ]
+
+
+# --- feedback pages ---------------------------------------------------------------------------------------------------
+
+
+def places(export: Export, matches: Matches, submissions: Sequence[str] = ()) -> tuple[dict[str, str], dict[str, str]]:
+    """Find the names under which a platform takes feedback pages.
+
+    Moodle goes by the participants' numbers in its grading worksheet, Canvas and Brightspace by the names in their own
+    download of submissions. Blackboard takes no files of a whole class.
+
+    Parameters
+    ----------
+    export, matches : the platform's file, and which row is whose
+    submissions : paths in the platform's download of submissions
+
+    Returns
+    -------
+    dict[str, str]
+        Student → path of the page in the zip.
+    dict[str, str]
+        Student → why there is none.
+
+    Raises
+    ------
+    GradingError
+        If the platform takes no such files, or the download is needed and not given.
+    """
+    platform = export.platform.name
+    if platform in (MOODLE, BLACKBOARD):
+        raise GradingError(
+            f"{platform} takes no feedback files of a whole class by this file. (Moodle does by the grading worksheet "
+            f"of an assignment: give that by --into.) Leave --feedback out; {program.name()} report writes a page for "
+            "each student."
+        )
+    if platform != WORKSHEET and not submissions:
+        raise GradingError(
+            f"{platform} takes feedback only under the names that it gave what was handed in. Download "
+            "all submissions of the assignment there, and give that zip by --submissions."
+        )
+    find = {WORKSHEET: _place_in_moodle, CANVAS: _place_in_canvas, BRIGHTSPACE: _place_in_brightspace}[platform]
+    paths, without = dict[str, str](), dict[str, str]()
+    for row, about in matches.found.items():
+        try:
+            paths[about.student] = find(export, row, submissions)
+        except LookupError as error:
+            (without[about.student],) = error.args
+    return paths, without
+
+
+def _place_in_moodle(export: Export, row: int, _submissions: Sequence[str]) -> str:
+    number = _PARTICIPANT.sub("", export.under(row, "Identifier"))
+    if not number.isdigit():
+        raise LookupError("the worksheet has no number of theirs.")
+    name = _NOT_IN_A_NAME.sub(" ", export.name(row)).strip(" .") or "Participant"
+    return f"{name}_{number}_assignsubmission_file_/{FEEDBACK_FILE}"
+
+
+def _place_in_canvas(export: Export, row: int, submissions: Sequence[str]) -> str:
+    """Return the newest name of a student's; Canvas shows a page under it, so only a zip or a page will do."""
+    there = []
+    for name in (PurePosixPath(path).name for path in submissions):
+        label = names_of_platforms.label_of(name)
+        if label and label.platform == CANVAS and label.number == export.under(row, "ID"):
+            there.append((name.lower().endswith((".zip", ".html")), label.attempt, name))
+    if not there:
+        raise LookupError("nothing of theirs is in the download of submissions.")
+    fits, _attempt, name = max(there)
+    if not fits:
+        raise LookupError(f"Canvas would show the page as {name!r}; only a zip or a page can take its place.")
+    return name
+
+
+def _place_in_brightspace(export: Export, row: int, submissions: Sequence[str]) -> str:
+    """Return the newest folder with a student's name, if it is one student's only in both of the platform's files."""
+    names, there = [letters(export.name(other)) for other in export.students], []
+    for folder in {PurePosixPath(path).parts[0] for path in submissions if "/" in path}:
+        label = names_of_platforms.label_of(folder)
+        if label and label.platform == BRIGHTSPACE:
+            known = [name for name in map(letters, label.people) if name in names]
+            if known[:1] == [letters(export.name(row))]:
+                there.append((label.time or datetime.min, folder))
+    if not there:
+        raise LookupError("no folder of the download bears their name.")
+    numbers = {folder.split(" ")[0] for _time, folder in there}  # one for each student
+    if len(numbers) > 1 or names.count(letters(export.name(row))) > 1:
+        raise LookupError(f"{export.name(row)!r} may be the name of several students.")
+    return f"{max(there)[1]}/{FEEDBACK_FILE}"
+
+
+def names_in(path: Path) -> list[str]:
+    """Return the paths of the files in a platform's download, without unpacking it.
+
+    Raises
+    ------
+    GradingError
+        If it is no zip that can be read.
+    """
+    try:
+        with zipfile.ZipFile(path) as archive:
+            return [name for name in archive.namelist() if not name.endswith("/")]
+    except (OSError, zipfile.BadZipFile) as error:
+        raise GradingError(f"{path} cannot be read as a zip: {error}.") from None
+
+
+def feedback_zip(
+    book: Gradebook, course: Course, paths: Mapping[str, str], without: Mapping[str, str]
+) -> tuple[bytes, list[str]]:
+    """Pack everybody's feedback page, as it would be written now, under the names from :func:`places`.
+
+    Returns
+    -------
+    bytes
+        The zip; equal pages make equal zips.
+    list[str]
+        How many pages it has, and who has none.
+
+    Raises
+    ------
+    GradingError
+        If students may not see feedback yet.
+    """
+    opens = course.settings.feedback.opens
+    if opens is not None and not course.settings.feedback.is_open(datetime.now(UTC)):
+        raise GradingError(
+            f"Feedback opens at {opens:%Y-%m-%d %H:%M %Z} (course.toml): until then there are no pages to hand out."
+        )
+    with tempfile.TemporaryDirectory() as folder:
+        Reports(Path(folder), course, book).write_all()
+        pages = {who: Path(folder) / who / FEEDBACK_FILE for who in paths}
+        there = {paths[who]: page.read_bytes() for who, page in pages.items() if page.is_file()}
+    without = {**without, **{who: "nothing of theirs is graded." for who in paths if paths[who] not in there}}
+    count = plural(len(there), "{count} page", "{count} pages")
+    inside = {
+        name: _zip({FEEDBACK_FILE: page}) if name.lower().endswith(".zip") else page for name, page in there.items()
+    }
+    return _zip(inside), [
+        f"{count} of feedback in the zip.",
+        *(f"{who}: no page; {why}" for who, why in without.items()),
+    ]
+
+
+def _zip(files: Mapping[str, bytes]) -> bytes:
+    content = io.BytesIO()
+    with zipfile.ZipFile(content, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, data in files.items():
+            about = zipfile.ZipInfo(name, (1980, 1, 1, 0, 0, 0))
+            about.compress_type, about.external_attr = zipfile.ZIP_DEFLATED, 0o644 << 16
+            archive.writestr(about, data)
+    return content.getvalue()

@@ -1,0 +1,456 @@
+"""Fill in the scoring sheets of a course: for each student a page, a PDF and a table, and a table of the whole class.
+
+``sheets.toml`` in the course's folder has the layout. A sheet has a row for each question of a section, or each item of
+a report, and a column for each code. A cell scores the parts of its row that carry its code; it shows the level, the
+points, and whether the machine or a person marked them.
+"""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from importlib.resources import files as resources
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+from pydantic import BaseModel, ConfigDict, StringConstraints
+
+from labcourse import files, program
+from labcourse.answers.catalogue import Catalogue
+from labcourse.answers.parts import Part, Question, ReportItem, Where
+from labcourse.errors import GradingError
+from labcourse.grading.course import SHEETS_FILE, Course
+from labcourse.grading.gradebook import Gradebook
+from labcourse.grading.outcomes import Evidence, Judged, Standing, evidence, read_as, standings
+from labcourse.grading.reports.result import points
+from labcourse.grading.reports.templating import templates
+from labcourse.grading.settings import LevelSettings, refuse
+from labcourse.safe_text import as_csv, no_escapes
+from labcourse.student_id import caseless
+
+if TYPE_CHECKING:
+    from typst import Fonts
+
+FOLDER, CLASS_FILE = (
+    "sheets",
+    "sheets.csv",
+)  #: in the folder of results: all students' sheets, and the table of the class
+TOTAL = "total"  #: in place of a row's number
+WAITS = "…"  #: what a person has yet to decide, or what was not marked
+MACHINE, PERSON = "m", "p"  #: who marked
+LEGEND = (
+    "In a cell: the level, 4 to 1 (0 where nothing is of worth), by the share of the points that are decided; "
+    "then the points earned of the points possible.",
+    f"{MACHINE}: marked by the machine. {PERSON}: marked by a person.",
+    f"{WAITS}: waits for a person, or could not be marked; a level before it may change.",
+)
+
+
+# --- layout -----------------------------------------------------------------------------------------------------------
+
+
+class _Sheet(BaseModel):
+    """A sheet in ``sheets.toml``: its rows are those of a section or of a report."""
+
+    model_config = ConfigDict(extra="forbid", strict=True)
+
+    title: str
+    codes: list[str]
+    section: str | None = None
+    report: str | None = None
+    format: list[str] = []
+    also: dict[str, list[str]] = {}
+
+
+_Sheets = dict[Annotated[str, StringConstraints(pattern=r"^[A-Za-z0-9_-]+$")], _Sheet]  # files are named by the keys
+
+
+@dataclass(frozen=True)
+class Row:
+    """A row of a sheet.
+
+    Attributes
+    ----------
+    group : heading of the rows that it belongs to; "" if there is none
+    number, heading : of the question or the item
+    cells : code → the parts that are scored there
+    """
+
+    group: str
+    number: str
+    heading: str
+    cells: Mapping[str, Sequence[Where]]
+
+
+@dataclass(frozen=True)
+class Layout:
+    """A sheet that is not filled in.
+
+    Attributes
+    ----------
+    name : of its files
+    title, about : for people; what its rows are
+    codes, format : the codes of the columns: of content, and of format
+    rows : in order
+    """
+
+    name: str
+    title: str
+    about: str
+    codes: list[str]
+    format: list[str]
+    rows: list[Row]
+
+    @property
+    def columns(self) -> list[str]:
+        """All codes, in order."""
+        return self.codes + self.format
+
+    @property
+    def parts(self) -> list[Where]:
+        """All that is scored on the sheet."""
+        return [where for row in self.rows for parts in row.cells.values() for where in parts]
+
+
+def read_layouts(folder: Path, catalogue: Catalogue) -> list[Layout]:
+    """Read the layouts of the course in a folder.
+
+    Raises
+    ------
+    GradingError
+        If it has none, or they cannot be used; the message lists each fault.
+    """
+    file = folder / SHEETS_FILE
+    try:
+        found = read_as(_Sheets, file)
+    except FileNotFoundError:
+        what = f"there is no {file}. (docs/outcomes.md says what it holds.)"
+        raise GradingError(f"This course has no scoring sheets: {what}") from None
+    refuse(file, (fault for name, sheet in found.items() for fault in _faults(name, sheet, catalogue)))
+    layouts = [_layout(name, sheet, catalogue) for name, sheet in found.items()]
+    twice = [where for where, count in Counter(where for one in layouts for where in one.parts).items() if count > 1]
+    refuse(file, (f"{question}, {part}: it is scored in two places." for question, part in twice))
+    return layouts
+
+
+def _faults(name: str, sheet: _Sheet, catalogue: Catalogue) -> Iterator[str]:
+    """Yield the names that the course does not have."""
+    if (sheet.section is None) == (sheet.report is None):
+        yield f"{name}: its rows are those of a section or of a report; name one of them."
+    named = {
+        "section": ([sheet.section or ""], ["", *(question.section for question in catalogue.questions.values())]),
+        "report": ([sheet.report or ""], ["", *catalogue.reports]),
+        "codes": (sheet.codes, catalogue.outcomes),
+        "format": (sheet.format, catalogue.outcomes),
+        "also": (sheet.also, [item.number for item in catalogue.items(sheet.report or "")]),
+        "also, questions": ([number for those in sheet.also.values() for number in those], catalogue.marked),
+    }
+    for entry, (names, there) in named.items():
+        known = ", ".join(filter(None, dict.fromkeys(there))) or "none"
+        yield from (f"{name}.{entry}: there is no {one!r}; there are {known}." for one in names if one not in there)
+
+
+def _layout(name: str, sheet: _Sheet, catalogue: Catalogue) -> Layout:
+    codes = sheet.codes + sheet.format
+    if sheet.section is not None:
+        about = f"The rows are the questions of Section {sheet.section}."
+        rows = [
+            Row("", question.number, question.title, _by_code(_parts(question), codes))
+            for question in catalogue.questions.values()
+            if question.section == sheet.section
+        ]
+    else:
+        about = f"The rows are the items of the {sheet.report}."
+        items = catalogue.items(sheet.report or "")
+        rows = [_row(item, sheet.also.get(item.number, ()), codes, catalogue) for item in items]
+    return Layout(name, sheet.title, about, sheet.codes, sheet.format, rows)
+
+
+def _row(item: ReportItem, also: Iterable[str], codes: Collection[str], catalogue: Catalogue) -> Row:
+    """Return the row of a report's item: what it writes, shows or discusses, and by what its report is judged."""
+    found: dict[Where, str] = {}
+    if item.part:
+        found[item.report, item.part] = catalogue.reports[item.report].part(item.part).outcome
+    for number, name in item.shows:
+        found |= {where: code for where, code in _parts(catalogue.marked[number]).items() if name in ("", where[1])}
+    for number, report in catalogue.report_judged.items():
+        if report == item.report and item.judged:
+            found[number, item.judged] = catalogue.marked[number].part(item.judged).outcome
+    found = {where: code for where, code in found.items() if code in item.outcomes}
+    for number in also:
+        found |= _parts(catalogue.marked[number])
+    before, colon, after = item.heading.partition(": ")
+    prefix, point, _number = item.number.partition(".")
+    group = f"{prefix}. {before}" if colon else prefix if point else ""
+    heading = after if colon else before
+    return Row(group, item.number, heading[:1].upper() + heading[1:], _by_code(found, codes))
+
+
+def _parts(question: Question) -> dict[Where, str]:
+    """Return the parts of a question that are worth points, with their codes."""
+    return {(question.number, part.name): part.outcome for part in question.parts if part.points}
+
+
+def _by_code(parts: Mapping[Where, str], codes: Iterable[str]) -> dict[str, list[Where]]:
+    found = {code: [where for where, own in parts.items() if own == code] for code in codes}
+    return {code: there for code, there in found.items() if there}
+
+
+def on_no_sheet(layouts: Iterable[Layout], catalogue: Catalogue) -> Iterator[tuple[str, Part]]:
+    """Yield what is worth points and is on no sheet, as (number of the question, part)."""
+    placed = {where for layout in layouts for where in layout.parts}
+    for number, question in catalogue.marked.items():
+        for part in question.parts:
+            if part.points and (number, part.name) not in placed:
+                yield number, part
+
+
+# --- a student's sheet ------------------------------------------------------------------------------------------------
+
+
+def total_of(sums: Iterable[Evidence]) -> Evidence:
+    """Add up what several groups of parts come to."""
+    sums = list(sums)
+    return Evidence(*(sum(numbers) for numbers in zip(*sums, strict=True))) if sums else evidence(())
+
+
+@dataclass(frozen=True)
+class Scored:
+    """The parts that are scored in a cell, and the level of their decided points; None if nothing is decided."""
+
+    parts: Sequence[Judged]
+    level: int | None
+
+    @property
+    def all(self) -> Evidence:
+        """The sums of all parts."""
+        return total_of(self.by_whom.values())
+
+    @property
+    def by_whom(self) -> dict[str, Evidence]:
+        """The sums of the parts that machine and person marked, and of those that wait, as far as there are any."""
+        who = {id(part): (PERSON if part.by_a_person else MACHINE) if part.decided else WAITS for part in self.parts}
+        return {
+            one: evidence(part for part in self.parts if who[id(part)] == one)
+            for one in (MACHINE, PERSON, WAITS)
+            if one in who.values()
+        }
+
+    @property
+    def level_text(self) -> str:
+        """The level as "3", as "3 …" if something waits, or as "…"."""
+        return " ".join([*([] if self.level is None else [str(self.level)]), *([WAITS] if self.all.waiting else [])])
+
+    @property
+    def points_texts(self) -> list[str]:
+        """The points as "2/2 m", "0.5/1 p" and "…/1", as far as there are any."""
+        return [
+            f"{WAITS}/{points(sums.possible)}"
+            if who == WAITS
+            else f"{points(sums.earned)}/{points(sums.possible)} {who}"
+            for who, sums in self.by_whom.items()
+        ]
+
+    @property
+    def by(self) -> str:
+        """Who marked: "m", "p" or "m+p"."""
+        return "+".join(who for who in self.by_whom if who != WAITS)
+
+
+@dataclass(frozen=True)
+class Sheet:
+    """A student's scoring sheet: of each row, and of the totals, code → what is scored there."""
+
+    layout: Layout
+    standing: Standing
+    rows: list[tuple[Row, dict[str, Scored]]]
+    totals: dict[str, Scored]
+
+    @property
+    def total(self) -> str:
+        """All points of the sheet in words."""
+        earned, decided, possible, _waiting = total_of(scored.all for scored in self.totals.values())
+        if decided == possible:
+            return f"{points(earned)} of {points(possible)} points"
+        if not decided:
+            return f"nothing decided yet, of {points(possible)} points"
+        rest = f"{points(possible - decided)} of {points(possible)} wait"
+        return f"{points(earned)} of {points(decided)} points; {rest}"
+
+
+def fill(layout: Layout, standing: Standing, levels: LevelSettings) -> Sheet:
+    """Fill in a sheet. A part that the student was not asked for, or that was dropped, is on no sheet.
+
+    Parameters
+    ----------
+    layout : of the sheet
+    standing : the student, and the parts that carry codes
+    levels : of shares of points
+    """
+    there = {part.mark.where: part for part in standing.parts}
+
+    def scored(cells: Mapping[str, Iterable[Where]]) -> dict[str, Scored]:
+        found = {code: [there[where] for where in places if where in there] for code, places in cells.items()}
+        return {code: Scored(parts, _level(parts, levels)) for code, parts in found.items() if parts}
+
+    columns = {code: [where for row in layout.rows for where in row.cells.get(code, ())] for code in layout.columns}
+    return Sheet(layout, standing, [(row, scored(row.cells)) for row in layout.rows], scored(columns))
+
+
+def _level(parts: Iterable[Judged], levels: LevelSettings) -> int | None:
+    share = evidence(parts).share
+    return None if share is None else levels.level_of(share)
+
+
+# --- files ------------------------------------------------------------------------------------------------------------
+
+
+def write(out: Path, course: Course, book: Gradebook, students: Sequence[str] = ()) -> tuple[int, list[str]]:
+    """Write the sheets of a class in place of earlier ones.
+
+    Parameters
+    ----------
+    out : folder; made if needed
+    course, book : whose sheets, and whose marks
+    students : IDs of those whose sheets are written, and who are in the table of the class; everybody without any
+
+    Returns
+    -------
+    int
+        Of how many students.
+    list[str]
+        What is on no sheet, and who has no marks.
+
+    Raises
+    ------
+    GradingError
+        If the course has no sheets, a student is not known, or something cannot be written.
+    """
+    settings, layouts = course.settings, read_layouts(course.folder, course.catalogue)
+    everybody = {caseless(one.about.student): one for one in standings(book, course.catalogue, settings.marks)}
+    known = {caseless(one): one for one in (*book.handed_in(), *(about.student for about in book.students()))}
+    for student in students:
+        if caseless(student) not in known:
+            where = f"({program.name()} report lists them in grades.csv.)"
+            raise GradingError(f"There is no student {student!r} in this gradebook. {where}")
+    wanted = dict.fromkeys(map(caseless, students)) or known
+    there = [everybody[one] for one in wanted if one in everybody]
+    sheets = [fill(layout, standing, settings.levels) for standing in there for layout in layouts]
+    try:
+        for sheet in sheets:
+            _write(out / FOLDER / sheet.standing.about.student, sheet, course)
+        out.mkdir(parents=True, exist_ok=True)
+        files.write(out / CLASS_FILE, class_table(sheets))
+    except OSError as error:
+        raise GradingError(f"{error.filename or out} cannot be written: {error.strerror}.") from None
+    notes = {
+        "On no sheet, as no row and code has it": [
+            f"{number} {part.name}" for number, part in on_no_sheet(layouts, course.catalogue)
+        ],
+        "Dropped by course.toml, and on no sheet": settings.marks.drop,
+        "Without marks, and so without sheets": [known[one] for one in wanted if one not in everybody],
+    }
+    return len(there), [f"{what}: {', '.join(names)}." for what, names in notes.items() if names]
+
+
+def _write(folder: Path, sheet: Sheet, course: Course) -> None:
+    folder.mkdir(parents=True, exist_ok=True)
+    file, values = folder / sheet.layout.name, content(sheet, course)
+    files.write(file.with_suffix(".html"), as_page(values))
+    files.write(file.with_suffix(".pdf"), as_pdf(values))
+    files.write(file.with_suffix(".csv"), table(sheet))
+
+
+def content(sheet: Sheet, course: Course) -> dict[str, Any]:
+    """Return the values of the templates of a page and a PDF, as JSON has them."""
+    layout, about = sheet.layout, sheet.standing.about
+    who = {"Student name": about.name, "ID": about.student, "Section": about.section}
+    rows: list[dict[str, Any]] = []
+    group = ""
+    for row, cells in sheet.rows:
+        if row.group != group:
+            group = row.group
+            rows.append({"group": group})
+        rows.append({"group": "", "number": row.number, "heading": row.heading, "cells": _cells(layout, cells)})
+    return {
+        "title": layout.title,
+        "course": " · ".join(filter(None, (course.title, course.settings.term))),
+        "who": [[heading, no_escapes(text)] for heading, text in who.items() if text],
+        "first": "Item" if any(row.group for row, _cells in sheet.rows) else "Question",
+        "codes": layout.codes,
+        "format": layout.format,
+        "rows": rows,
+        "totals": _cells(layout, sheet.totals),
+        "total": sheet.total,
+        "about": layout.about,
+        "legend": LEGEND,
+    }
+
+
+def _cells(layout: Layout, cells: Mapping[str, Scored]) -> list[dict[str, Any] | None]:
+    return [
+        {"level": cells[code].level_text, "points": cells[code].points_texts, "person": PERSON in cells[code].by}
+        if code in cells
+        else None
+        for code in layout.columns
+    ]
+
+
+def as_page(values: Mapping[str, Any]) -> str:
+    """Return a sheet as an HTML page; ``values`` are those of :func:`content`."""
+    return templates("templates").get_template("sheet.html").render(**values) + "\n"
+
+
+def as_pdf(values: Mapping[str, Any], **options: Any) -> bytes:
+    """Return a sheet as PDF, or as the options of typst's compiler say; texts are passed to it as data.
+
+    The fonts are typst's own; only letters that these do not have are taken from the computer's.
+    """
+    import typst
+
+    source = resources("labcourse.grading").joinpath("templates", "sheet.typ").read_bytes()
+    made = typst.compile(source, sys_inputs={"sheet": json.dumps(values)}, font_paths=_fonts(), **options)
+    assert isinstance(made, bytes)  # of a PDF, or one page as a picture
+    return made
+
+
+@cache
+def _fonts() -> Fonts:
+    import typst
+
+    return typst.Fonts()
+
+
+def table(sheet: Sheet) -> str:
+    """Return a sheet as CSV in its layout: for each code the level, the points, and who marked."""
+    columns = sheet.layout.columns
+    rows = [["row", "heading", *(f"{code} {what}" for code in columns for what in ("level", "earned", "out of", "by"))]]
+    lines = [*((row.number, row.heading, cells) for row, cells in sheet.rows), (TOTAL, sheet.total, sheet.totals)]
+    for number, heading, cells in lines:
+        texts = [text for code in columns for text in (_texts(cells[code]) if code in cells else [""] * 4)]
+        rows.append([number, heading, *texts])
+    return as_csv(rows)
+
+
+def _texts(scored: Scored) -> list[str]:
+    found = scored.all
+    return [scored.level_text, points(found.earned) if found.decided else "", points(found.possible), scored.by]
+
+
+def class_table(sheets: Iterable[Sheet]) -> str:
+    """Return all cells of several sheets as CSV, a row for each: of which student, sheet, row and code."""
+    rows = [["student", "name", "section", "sheet", "row", "heading", "code", "level", "earned", "decided", "out of"]]
+    rows[0] += ["parts that wait", "by"]
+    for sheet in sheets:
+        about = sheet.standing.about
+        who = [about.student, about.name, about.section, sheet.layout.name]
+        lines = [*((row.number, row.heading, cells) for row, cells in sheet.rows), (TOTAL, "", sheet.totals)]
+        for number, heading, cells in lines:
+            for code, scored in cells.items():
+                sums, level = scored.all, "" if scored.level is None else str(scored.level)
+                texts = [points(sums.earned), points(sums.decided), points(sums.possible), str(sums.waiting)]
+                rows.append([*who, number, heading, code, level, *texts, scored.by])
+    return as_csv(rows)

@@ -1,0 +1,228 @@
+"""What holds of every account: whatever was earned, dropped, weighted, late."""
+
+import json
+from dataclasses import replace
+from datetime import UTC, datetime, timedelta
+from fractions import Fraction
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from made_courses import OURS
+
+from labcourse.answers import forms
+from labcourse.grading.accounts import exact, final_grade, half_up, in_full, timing
+from labcourse.grading.gradebook import Arrival, MarkRecord, RunRecord, StudentRecord
+from labcourse.grading.settings import CourseSettings, Deadline, Extension, LateSettings, MarkSettings
+
+DUE = datetime(2026, 11, 20, 18, tzinfo=UTC)
+ADA = StudentRecord("ada", section="A", aliases=("user7",))
+PARTS = [
+    (number, part.name, part.points)
+    for number in ("2.1", "2.11", "2.13", "2.14", "3.4", "Modeling report")
+    for part in OURS.catalogue.find(number).parts
+]
+NAMES = [f"{number} {part}" for number, part, _out_of in PARTS]
+
+hundredths = st.integers(0, 100).map(lambda share: share / 100)
+earned = st.lists(hundredths, min_size=len(PARTS), max_size=len(PARTS))
+weights = st.dictionaries(
+    st.sampled_from([*NAMES, *(number for number, *_ in PARTS)]), st.integers(1, 400).map(lambda one: one / 100)
+)
+dropped = st.lists(st.sampled_from(NAMES), unique=True, max_size=8).map(tuple)
+lates = st.builds(
+    LateSettings, st.integers(0, 1000).map(lambda one: one / 10), st.integers(0, 100), st.sampled_from([0, 0.5, 12, 48])
+)
+hours = st.integers(-500, 2000)
+
+
+def marks(shares, undecided=()):
+    return [
+        MarkRecord(number, part, "for a person" if name in undecided else "partly right", share * out_of, out_of, "")
+        for (number, part, out_of), name, share in zip(PARTS, NAMES, shares, strict=True)
+    ]
+
+
+def account(given_marks, after=None, about=ADA, run=None, clock=None, **settings):
+    """What they come to, with all notebooks handed in so many hours after they were due."""
+    course = replace(OURS, settings=CourseSettings(**settings))
+    notebooks = {question.notebook for question in OURS.catalogue.everything.values()}
+    received = (
+        {} if after is None else {f"{one}.ipynb": Arrival(DUE + timedelta(hours=after), clock) for one in notebooks}
+    )
+    return final_grade(given_marks, course, about, received, run)
+
+
+@given(st.integers(0, 10**7), st.integers(0, 4))
+def test_numbers_are_as_they_are_written_and_half_goes_up(number, decimals):
+    text = f"{number / 1e5:.5f}"
+    assert exact(float(text)) == Fraction(number, 10**5)
+    assert in_full(exact(float(text))) == (text.rstrip("0").rstrip(".") or "0")
+    rounded = half_up(Fraction(number, 10**5), decimals)
+    off = rounded - Fraction(number, 10**5)
+    assert (rounded * 10**decimals).denominator == 1
+    assert Fraction(-1, 2) < off * 10**decimals <= Fraction(1, 2)
+
+
+@given(earned)
+def test_where_nothing_is_said_it_is_the_sum_and_nothing_is_said_of_it(shares):
+    found = account(marks(shares))
+    assert float(found.earned) == pytest.approx(sum(one.points for one in marks(shares)))
+    assert found.final_out_of == sum(out_of for *_, out_of in PARTS)
+    assert found.is_plain and found.how() == [] and len(found.steps()) == 2
+
+
+@given(earned, earned, dropped, weights, st.none() | st.integers(1, 1000), lates, hours)
+def test_what_is_dropped_never_matters(shares, others, drop, weight, out_of, late, after):
+    """Another mark for it, one that waits, or none at all: the same comes out."""
+    decided = MarkSettings(drop, weight, out_of)
+    more = {"deadlines": (Deadline(DUE),), "late": late, "marks": decided}
+    mixed = [b if name in drop else a for name, a, b in zip(NAMES, shares, others, strict=True)]
+    without = [one for one, name in zip(marks(shares), NAMES, strict=True) if name not in drop]
+    results = [account(one, after, **more) for one in (marks(shares), marks(mixed), marks(shares, drop), without)]
+    assert len({(one.earned, one.out_of, one.final) for one in results}) == 1
+
+
+@given(earned, weights, dropped, lates, hours, st.integers(1, 1000))
+def test_the_final_grade_lies_on_its_scale_and_all_of_it_is_all(shares, weight, drop, late, after, out_of):
+    decided = MarkSettings(drop, weight, out_of)
+    found = account(marks(shares), after, marks=decided, deadlines=(Deadline(DUE),), late=late)
+    assert 0 <= found.final <= out_of == found.final_out_of
+    assert account(marks([1.0] * len(PARTS)), -1, marks=decided, deadlines=(Deadline(DUE),)).final == out_of
+
+
+@given(earned, st.sampled_from(NAMES), st.sampled_from(["for a person", "not marked: key fault"]))
+def test_while_something_that_counts_waits_there_is_no_final_grade_and_that_is_said(shares, name, status):
+    waiting = [
+        replace(one, status=status, points=0.0) if f"{one.question} {one.part}" == name else one
+        for one in marks(shares)
+    ]
+    found = account(waiting)
+    assert found.final is None and [f"{one.question} {one.part}" for one in found.undecided] == [name]
+    assert found.steps()[-1].startswith("There is no final grade yet: ")
+    assert found.out_of == sum(exact(out_of) for *_, out_of in PARTS)
+    assert account(waiting, marks=MarkSettings(drop=(name,))).final is not None
+
+
+@given(earned, lates, hours, hours)
+def test_later_is_never_more_and_no_more_than_the_cap_is_taken(shares, late, one, other):
+    sooner, later = (
+        account(marks(shares), after, deadlines=(Deadline(DUE),), late=late) for after in sorted((one, other))
+    )
+    in_time = account(marks(shares))
+    assert later.earned <= sooner.earned <= in_time.earned and later.out_of == in_time.out_of
+    assert later.earned >= in_time.earned * (1 - exact(late.cap) / 100)
+
+
+@given(lates, hours)
+def test_days_are_counted_from_the_end_of_the_grace_and_as_soon_as_they_begin(late, after):
+    found = timing(
+        CourseSettings(deadlines=(Deadline(DUE),), late=late), ADA, "x", Arrival(DUE + timedelta(hours=after))
+    )
+    beyond = after - late.grace_hours
+    assert found.days == next(days for days in range(100) if beyond <= 24 * days)
+    assert found.taken == min(found.days * exact(late.per_day), exact(late.cap)) / 100
+
+
+@given(lates, hours, hours, st.booleans())
+def test_an_extension_never_costs_anybody_anything(late, after, until, named):
+    """It is as if that had been due; one that ends before what is due changes nothing."""
+    given_time = Extension(DUE + timedelta(hours=until), ("ada",) if named else ("bob",))
+    when = Arrival(DUE + timedelta(hours=after))
+    usual, extended = (
+        timing(CourseSettings(deadlines=(Deadline(DUE),), extensions=of, late=late), ADA, "x", when)
+        for of in ((), (given_time,))
+    )
+    moved = Deadline(max(DUE, given_time.until if named else DUE))
+    assert extended.days == timing(CourseSettings(deadlines=(moved,), late=late), ADA, "x", when).days <= usual.days
+    assert extended.extended == (extended.days < usual.days)
+
+
+@pytest.mark.parametrize(
+    ("extension", "has"),
+    [
+        (Extension(DUE, ("ADA ",)), True),
+        (Extension(DUE, ("User7",)), True),
+        (Extension(DUE, ("bob",)), False),
+        (Extension(DUE, (), "a"), True),
+        (Extension(DUE, (), "B"), False),
+        (Extension(DUE, ("bob",), "A"), True),
+        (Extension(DUE, ("ada",), "", ("y",)), False),
+        (Extension(DUE, ("ada",), "", ("y", "x")), True),
+    ],
+)
+def test_whose_an_extension_is(extension, has):
+    more = replace(extension, until=DUE + timedelta(days=1))
+    found = timing(CourseSettings(deadlines=(Deadline(DUE),), extensions=(more,)), ADA, "x", None)
+    assert (found.until > DUE) == has
+
+
+@pytest.mark.parametrize("data", [None, b"", b"{", b'{"predictions": 3}'])
+def test_of_what_cannot_be_read_no_prediction_was_made(data):
+    run = RunRecord("k", "ada", "s", "m", "rotflex", 1, "", data)
+    assert account(marks([0.5] * len(PARTS)), run=run, marks=MarkSettings(predictions=1)).predictions == 0
+
+
+def test_an_unknown_time_is_in_time_and_nothing_that_counts_gives_no_grade():
+    late, all_of_it = {"deadlines": (Deadline(DUE),), "late": LateSettings(per_day=50)}, marks([1.0] * len(PARTS))
+    found = account(all_of_it, None, **late)
+    assert found.final == found.final_out_of and found.timings[0].received is None
+    assert account(marks([0.0] * len(PARTS)), None, **late).timings == ()  # whoever handed in nothing need not be told
+    everything = tuple(dict.fromkeys(number for number, *_ in PARTS))
+    assert account(all_of_it, marks=MarkSettings(drop=everything, out_of=100)).final is None
+    assert in_full(Fraction(200, 3)) == "66.666666…"  # as the decimals do not end
+
+
+def test_of_deadlines_the_latest_that_is_for_student_and_notebook_counts():
+    days = [DUE + timedelta(days=number) for number in range(4)]
+    deadlines = (
+        Deadline(days[1], ("x",)),
+        Deadline(days[0]),
+        Deadline(days[2], ("y",)),
+        Deadline(days[3], ("x",), section="B"),
+    )
+    settings = CourseSettings(deadlines=deadlines)
+    assert [timing(settings, ADA, name, None).due for name in "xyz"] == [days[1], days[2], days[0]]
+    assert timing(settings, StudentRecord("bob", section="B"), "x", None).due == days[3]
+    assert timing(CourseSettings(deadlines=deadlines[2:]), ADA, "x", None) is None
+
+
+@pytest.mark.parametrize(("per_day", "waits"), [(10, True), (0, False)])
+@pytest.mark.parametrize("after", [-1, 1])
+def test_a_time_that_only_the_students_computer_wrote_is_no_time_of_receipt(per_day, waits, after):
+    given, late = marks([1.0] * len(PARTS)), LateSettings(per_day=per_day)
+    found = account(given, after, clock="", deadlines=(Deadline(DUE),), late=late)
+    assert (found.final is None) == waits == bool(found.undecided)
+    assert found.timings and all(one.received is None for one in found.timings)
+
+
+def run_with(predicted):
+    """A run whose answers hold predictions: question → name → value, as a student's own notebook keeps them."""
+    kept = {
+        number: {
+            "said": {
+                one.part.name: forms.encode(one.part, said[one.part.name], 0).content
+                for one in OURS.catalogue.predictions[number]
+            }
+        }
+        for number, said in predicted.items()
+    }
+    content = {"format": 2, "student": "ada", "bench": {"uri": "virtual"}, "software": "rotflex", "probe_seed": 1}
+    data = json.dumps({**content, "answers": {}, "predictions": kept}).encode()
+    return RunRecord("k", "ada", "s", "m", "rotflex", 1, "", data)
+
+
+(TURNS,) = OURS.catalogue.predictions["2.15"]
+BOTH = {"2.9": {"time_of_largest_swing": 3.0}, "2.15": {TURNS.part.name: TURNS.part.choices[0]}}
+
+
+@pytest.mark.parametrize(
+    ("predicted", "drop", "number"),
+    [({}, (), 0), ({"2.9": {"time_of_largest_swing": 3.0}}, (), 1), (BOTH, (), 2), (BOTH, ("2.15",), 1)],
+)
+def test_predictions_that_were_made_earn_what_is_set_for_each(predicted, drop, number):
+    given_marks = marks([0.5] * len(PARTS))
+    before = account(given_marks, run=run_with(predicted))
+    after = account(given_marks, run=run_with(predicted), marks=MarkSettings(drop, predictions=0.3))
+    assert after.earned - before.earned == number * Fraction(3, 10) and after.out_of == before.out_of
+    assert f"{number} predictions made, 0.3 points each: {in_full(number * Fraction(3, 10))} more." in after.steps()

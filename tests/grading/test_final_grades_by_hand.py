@@ -1,0 +1,251 @@
+"""Final grades by hand against those that ``rotflex report`` writes: late, extended, dropped, weighted, in any mixture.
+
+Beside each student stands the arithmetic, done on paper; the command gets the marks, the times and the settings.
+"""
+
+import json
+import re
+from dataclasses import replace
+from datetime import UTC, datetime, timedelta, timezone
+from pathlib import Path
+
+import pytest
+from checkout import ROOT
+from gradebooks import enrol, graded, record, rows
+from made_courses import OURS, copied
+from typer.testing import CliRunner
+
+from labcourse.grading.accounts import final_grade
+from labcourse.grading.gradebook import Arrival, Delivery, Gradebook, MarkRecord, StudentRecord
+from labcourse.grading.graded_run import Facts
+from labcourse.grading.settings import read
+from rotflex import cli
+
+PRELAB, STIFFNESS, VALIDATION = "01_modeling_prelab", "02_finding_stiffness", "03_model_validation"
+CET = timezone(timedelta(hours=1))
+DUE = datetime(2026, 11, 20, 18, tzinfo=CET)
+HOUR, DAY = timedelta(hours=1), timedelta(days=1)
+
+TERM = """
+[marks]
+drop = ["2.16", "2.14 D"]
+weights = {"2.11" = 2.0, "2.11 explanation" = 0.5, "2.13" = 1.5}
+out_of = 100
+
+[[deadline]]
+due = 2026-11-20T18:00:00+01:00
+
+[[deadline]]
+due = 2026-11-22T18:00:00+01:00
+section = "B"
+
+[[extension]]
+until = 2026-11-27T18:00:00+01:00
+students = ["EXT"]
+notebooks = ["02_finding_stiffness"]
+
+[[extension]]
+until = 2026-11-25T18:00:00+01:00
+section = "C"
+
+[late]
+per_day = 7.5
+cap = 40
+grace_hours = 1.5
+"""
+
+# V of 2 in the first notebook, omega_n of 2 and the explanation of 1 in the second, all others in the third.
+# 2.16 and 2.14 D do not count. Out of: 2 + 2×2 + 0.5×1 + 1.5×2 + 1 = 10.5.
+ALL = {"V": 2, "omega_n": 2, "explanation": 1, "state_space": 2, "A": 1, "D": 0.25, "comparison": 2}
+WHERE = {
+    "V": ("2.1", "V"),
+    "omega_n": ("2.11", "omega_n"),
+    "explanation": ("2.11", "explanation"),
+    "state_space": ("2.13", "state_space"),
+    "A": ("2.14", "A"),
+    "D": ("2.14", "D"),
+    "comparison": ("2.16", "comparison"),
+}
+SOME = {"V": 1.5, "omega_n": 1.5, "explanation": 0.5, "state_space": 1, "A": 0.75, "D": 0.25, "comparison": 0.5}
+
+#: Student → section, earned, lateness of the notebooks from DUE on, and the final grade by hand.
+CLASS = {
+    # All of it, in time: 10.5 / 10.5.
+    "all": ("A", ALL, (-DAY, -DAY, timedelta()), "100.00"),
+    # 1.5 + 2×1.5 + 0.5×0.5 + 1.5×1 + 0.75 = 7; 7 / 10.5 = 66.666… %
+    "some": ("A", SOME, (-DAY, -DAY, -DAY), "66.67"),
+    # What is dropped is lost: 10.5 / 10.5.
+    "undropped": ("A", ALL | {"D": 0, "comparison": 0}, (-DAY, -DAY, -DAY), "100.00"),
+    # Within the grace of 1.5 h, to the minute.
+    "grace": ("A", SOME, (1.5 * HOUR, 1.5 * HOUR, 1.5 * HOUR), "66.67"),
+    # A second later, one notebook: 2×1.5 + 0.5×0.5 = 3.25, less 7.5 % = 0.24375; 6.75625 / 10.5 = 64.3452… %
+    "second": ("A", SOME, (-DAY, 1.5 * HOUR + timedelta(seconds=1), -DAY), "64.35"),
+    # Exactly a day after the grace is one day still; a second more are two: 15 % of 3.25 = 0.4875; 6.5125 / 10.5.
+    "one": ("A", SOME, (-DAY, DAY + 1.5 * HOUR, -DAY), "64.35"),
+    "two": ("A", SOME, (-DAY, DAY + 1.5 * HOUR + timedelta(seconds=1), -DAY), "62.02"),
+    # Six days would be 45 %, of which 40 % are taken, of all: 0.6 × 7 = 4.2; 4.2 / 10.5.
+    "capped": ("A", SOME, (5 * DAY + 2 * HOUR,) * 3, "40.00"),
+    # Section B has two days more, so that three days and an hour late are one: 0.925 × 7 = 6.475; / 10.5 = 61.666… %
+    "later": ("B", SOME, (2 * DAY + 2 * HOUR,) * 3, "61.67"),
+    # EXT has a week for the second notebook, but not for the first and third, six days late: 40 %.
+    # 3.25 + 0.6 × (1.5 + 1.5 + 0.75) = 5.5; 5.5 / 10.5 = 52.3809… %
+    "ext": ("A", SOME, (6 * DAY, 6 * DAY, 6 * DAY), "52.38"),
+    # Section C has until five days after: six days late are one: 6.475 / 10.5.
+    "more": ("C", SOME, (6 * DAY,) * 3, "61.67"),
+    # Nothing earned, late: 0.
+    "none": ("A", dict.fromkeys(ALL, 0), (9 * DAY,) * 3, "0.00"),
+}
+
+
+def marks(earned):
+    return [MarkRecord(*WHERE[name], "partly right", earned[name], ALL[name], "Reason.") for name in WHERE]
+
+
+def deliveries(late):
+    names = [f"{one}.ipynb" for one in (PRELAB, STIFFNESS, VALIDATION)]
+    return [Delivery(name, name, b"{}", DUE + after) for name, after in zip(names, late, strict=True)]
+
+
+def reported(folder: Path, book: Path, settings: str):
+    """The rows of grades.csv that the command writes with these settings, and what it says."""
+    source = copied(folder)
+    (source / "course.toml").write_text(settings, encoding="utf-8")
+    words = ["report", book, "--out", folder / "out", "--solutions", source]
+    done = CliRunner().invoke(cli.app, [str(one) for one in words])
+    assert done.exit_code == 0, done.output
+    return rows(folder / "out"), " ".join(done.output.split())
+
+
+@pytest.fixture(scope="module")
+def book(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("class")
+    with Gradebook(folder / "book.sqlite") as opened:
+        enrol(opened, folder, *((student, "", "", section) for student, (section, *_) in CLASS.items()))
+        for student, (_section, earned, late, _final) in CLASS.items():
+            record(opened, graded(student, *marks(earned)))
+            opened.deliver(student, deliveries(late))
+    return folder / "book.sqlite"
+
+
+@pytest.fixture(scope="module")
+def term(book, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("term")
+    return reported(folder, book, TERM), folder / "out"
+
+
+@pytest.mark.parametrize("student", CLASS)
+def test_by_hand_and_by_command_to_the_hundredth(term, student):
+    row = term[0][0][student]
+    assert (row["final"], row["final out of"]) == (CLASS[student][-1], "100")
+    assert float(row["total"]) == sum(CLASS[student][1].values()) and row["out_of"] == "10.25"  # as they were
+
+
+def test_how_it_counts_says_what_was_dropped_weighted_and_late(term, snapshot):
+    found, _said = term[0]
+    assert "\n".join(found[student]["how it counts"] for student in ("some", "two", "ext")) == snapshot
+
+
+def test_the_student_reads_what_it_cost_and_the_data_have_the_steps(term):
+    _rows, out = term
+    said = json.loads((out / "two" / "marks.json").read_text(encoding="utf-8"))["account"]
+    page = (out / "two" / "feedback.html").read_text(encoding="utf-8")
+    assert said["final"] == 62.02 and said["out_of"] == 10.5
+    late = "2 days late (one that has begun counts). 7.5 % a day: 15 % of its 3.25 points are taken, 0.4875."
+    assert any(one.endswith(late) for one in said["steps"]) and late in page
+    assert "Final grade: 62.02 of 100, rounded to 2 decimals (half up)." in page
+
+
+def test_whom_nobody_knows_is_told(book, tmp_path):
+    settings = TERM.replace('["EXT"]', '["EXT", "exxt"]').replace('section = "C"', 'section = "D"')
+    settings = settings.replace('section = "B"', 'section = "nobody-here"')
+    _found, said = reported(tmp_path, book, settings)
+    assert "'exxt', 'D'" in said and "'nobody-here'" in said
+
+
+#: Settings → the final grade of "some" by hand, and what it is out of.
+OTHER = {
+    # 1.5 + 1.5 + 0.5 + 1 + 0.75 + 0.25 + 0.5 = 6 of 10.25
+    "": ("6.00", "10.25"),
+    "[marks]\ndecimals = 0": ("6", "10.25"),
+    # 6 / 10.25 × 20 = 11.7073…
+    "[marks]\nout_of = 20\ndecimals = 1": ("11.7", "20"),
+    "[marks]\nout_of = 20\ndecimals = 4": ("11.7073", "20"),
+    # 6 − 1.5 + 0.17 × 1.5 = 4.755, half up (in binary it is below); out of 10.25 − 2 + 0.34 = 8.59
+    '[marks]\nweights = {"2.1" = 0.17}': ("4.76", "8.59"),
+    # The second notebook is left out: 1.5 + 1 + 0.75 + 0.25 + 0.5 = 4 of 10.25 − 3 = 7.25
+    '[marks]\ndrop = ["2.11"]': ("4.00", "7.25"),
+    # The part is dropped where its question is weighted: 6 + 1.5 − 0.5 = 7 of 10.25 + 2 − 1 = 11.25
+    '[marks]\ndrop = ["2.11 explanation"]\nweights = {"2.11" = 2}': ("7.00", "11.25"),
+    # Late, which costs nothing.
+    "[[deadline]]\ndue = 2026-11-01": ("6.00", "10.25"),
+    # 19 days and more late, by 1 % each, of which 5 % at most: 5.7
+    "[[deadline]]\ndue = 2026-11-01\n[late]\nper_day = 1\ncap = 5": ("5.70", "10.25"),
+    # Of the second notebook alone, a tenth of 2: 5.8
+    '[[deadline]]\ndue = 2026-11-01\nnotebooks = ["02_finding_stiffness.ipynb"]\n[late]\nper_day = 10\ncap = 10': (
+        "5.80",
+        "10.25",
+    ),
+}
+
+
+def final(folder, settings, earned, late):
+    """The final grade and its scale, by settings as they stand in the file; notebooks came so long after DUE."""
+    (folder / "course.toml").write_text(settings, encoding="utf-8")
+    course = replace(OURS, settings=read(folder, catalogue=OURS.catalogue))
+    found = final_grade(earned, course, StudentRecord("ada"), {name: Arrival(DUE + after) for name, after in late})
+    return found.final_text, f"{found.final_out_of:g}"
+
+
+@pytest.mark.parametrize("settings", OTHER)
+def test_other_settings_by_hand(tmp_path, settings):
+    late = [(f"{name}.ipynb", -DAY) for name in (PRELAB, STIFFNESS, VALIDATION)]
+    assert final(tmp_path, settings, marks(SOME), late) == OTHER[settings]
+
+
+def test_a_date_is_until_its_end_on_the_clock_of_whoever_grades(tmp_path):
+    end = datetime(2026, 11, 21).astimezone() + DAY
+    settings = "[[deadline]]\ndue = 2026-11-21\n[late]\nper_day = 100\n"
+    earned = [MarkRecord("2.1", "V", "right", 2.0, 2.0, "")]
+    for when, grade in ((end - timedelta(seconds=1), "2.00"), (end, "0.00")):
+        assert final(tmp_path, settings, earned, [(f"{PRELAB}.ipynb", when - DUE)])[0] == grade
+
+
+def test_a_report_as_a_whole_is_as_late_as_its_notebook_and_can_be_weighted_and_dropped(tmp_path):
+    whole = "Modeling report, as a whole"
+    earned = [
+        MarkRecord(whole, part, "partly right", points, 1.0, "")
+        for part, points in (("organisation", 0.5), ("appearance", 1.0))
+    ]
+    late = "[[deadline]]\ndue = 2026-11-20T17:00:00Z\n[late]\nper_day = 10\n"
+    settings = f'[marks]\ndrop = ["{whole} appearance"]\nweights = {{"{whole}" = 3}}\n{late}'
+    # 3 × 0.5, less a tenth
+    assert final(tmp_path, settings, earned, [("04_modeling_results.ipynb", DAY)]) == ("1.35", "3")
+
+
+def test_a_partner_who_is_there_by_anothers_word_has_the_others_times(tmp_path):
+    facts = Facts(bench_of="ada")
+    with Gradebook(tmp_path / "book.sqlite") as book:
+        record(book, graded("ben", MarkRecord("2.1", "V", "right", 2.0, 2.0, ""), cells=facts.as_json()))
+        book.deliver("ada", [Delivery(f"{PRELAB}.ipynb", "d", b"{}", datetime(2026, 11, 22, tzinfo=UTC))])
+    late = "[[deadline]]\ndue = 2026-11-20T00:00:00Z\n[late]\nper_day = 10\n"
+    found, _said = reported(tmp_path, tmp_path / "book.sqlite", late)
+    assert found["ben"]["final"] == "1.60"  # 2 × (1 − 2 × 0.1)
+
+
+def test_the_example_of_the_documentation_comes_out_as_it_says(tmp_path):
+    text = (ROOT / "docs" / "settings_and_releases.md").read_text(encoding="utf-8")
+    example = text.partition("**An example, worked out.**")[2]
+    settings, said = re.findall(r"```\w*\n(.*?)```", example, flags=re.DOTALL)[:2]
+    row = re.compile(r"^\| (\S+) (\w+) \| ([\d.]+) \| ([\d.]+) \| `(\w+)` \| (\S+) \|$", re.MULTILINE)
+    table = row.findall(example)
+    (tmp_path / "course.toml").write_text(settings, encoding="utf-8")
+    course = replace(OURS, settings=read(tmp_path, catalogue=OURS.catalogue))
+    earned = [
+        MarkRecord(number, part, "right", float(points), float(most), "") for number, part, points, most, *_ in table
+    ]
+    assert [OURS.catalogue.find(one.question).part(one.part).points for one in earned] == [m.out_of for m in earned]
+    received = {f"{notebook}.ipynb": Arrival(datetime.fromisoformat(when)) for *_, notebook, when in table}
+    found = final_grade(earned, course, StudentRecord("ada"), received)
+    assert found.steps() == said.strip().splitlines()
+    # By hand: 2 + 0.8 × 2 × (1.5 + 0.5) + 1.5 of 2 + 2 × 3 + 2.
+    assert len(table) == 5 and found.final == round((2 + 0.8 * 2 * 2 + 1.5) / 10 * 100, 2) == 67

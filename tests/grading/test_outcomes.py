@@ -1,0 +1,356 @@
+"""Levels and attainment, against the definition written down once more; what must not be shown of small groups."""
+
+import csv
+import random
+import re
+from collections import Counter
+from dataclasses import replace
+from fractions import Fraction
+
+import marked_class
+import pytest
+from accessible import findings
+from checkout import ROOT
+from gradebooks import enrol
+from hypothesis import given, settings
+from hypothesis import strategies as some
+from made_courses import OURS
+from marked_class import by_definition
+from refused import refused
+
+from labcourse.errors import GradingError
+from labcourse.grading import outcomes
+from labcourse.grading.gradebook import Gradebook, MarkRecord, StudentRecord
+from labcourse.grading.outcomes import evidence, withheld, write_report
+from labcourse.grading.settings import LevelSettings, MarkSettings, OutcomeSettings, read
+
+MAP = outcomes.read_map(OURS.folder, OURS.catalogue)
+CODES = {code: {code} for code in OURS.catalogue.outcomes}
+CRITERIA = {"A-1": {"A-1"}, "B-8": {"B-8"}, "1": {"A-1", "A-2", "A-3", "K-1", "K-2", "K-3"}}
+LEVEL_OF = LevelSettings().level_of
+
+
+ADA, ALL = StudentRecord("ada"), MarkSettings()
+
+
+def standing(marks, about=ADA, counted=ALL):
+    return outcomes.standing(about, marks, OURS.catalogue, counted)
+
+
+# --- levels -----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.slow
+@given(seed=some.integers(0, 2**32), waiting=some.sampled_from((0.0, 0.3, 1.0)))
+def test_evidence_of_each_code_and_outcome_is_what_the_definition_says(seed, waiting):
+    marks = marked_class.marks(random.Random(seed), waiting=waiting)
+    one = standing(marks)
+    for codes in ({**CODES, "all": set(CODES)} | CRITERIA).values():
+        found = evidence(one.parts, codes)
+        earned, decided, possible, waits = by_definition(marks, codes)
+        assert found == (pytest.approx(earned), pytest.approx(decided), pytest.approx(possible), waits)
+        assert found.share == (pytest.approx(earned / decided) if decided else None)
+
+
+@pytest.mark.parametrize("possible", [1.0, 2.0, 4.4, 7.0])
+def test_work_exactly_at_a_threshold_of_one_decimal_reaches_it(tmp_path, possible):
+    for tenths in range(500, 901, 7):
+        three = f"3 = {tenths // 10}.{tenths % 10}"
+        levels = f"[levels]\nshares = {{4 = 95, {three}, 2 = 40}}\nthresholds = {{4 = 95, {three}, 2 = 40}}\n"
+        (tmp_path / "course.toml").write_text(levels, encoding="utf-8")
+        found = read(tmp_path).levels
+        by_machine = float(Fraction(tenths, 1000) * Fraction(str(possible)))
+        for points in (by_machine, found.shares[3] * possible):
+            share = evidence(standing([MarkRecord("2.2", "T", "partly right", points, possible, "")]).parts).share
+            assert found.level_of(share) == found.level_of(points / possible) == 3, three
+    assert LevelSettings(thresholds={3: 0.6666666667, 2: 0.3333333333, 1: 0.0}).level_of(2 / 3) == 3
+
+
+def test_what_waits_is_not_decided_and_what_does_not_count_is_no_evidence():
+    marks = [
+        MarkRecord("2.11", "omega_n", "not marked: key fault", 0, 2, ""),
+        MarkRecord("2.12", "J_l", "supplied by your instructor", 0, 1, ""),
+        MarkRecord("2.12", "K_s", "right", 2, 2, ""),
+        MarkRecord("3.8", "K", "right", 2, 2, ""),  # without a code
+        MarkRecord("0.1", "resolution", "right", 0, 0, ""),  # without points
+        MarkRecord("9.9", "gone", "right", 1, 1, ""),
+    ]
+    assert evidence(standing(marks).parts, {"B-7"}) == (2, 3, 5, 1)
+    counted = standing(marks, counted=MarkSettings(drop=("2.11", "2.12 J_l"))).parts
+    assert [part.mark.where for part in counted] == [("2.12", "K_s")]
+
+
+def test_everybody_with_marks_is_there_as_the_roster_has_them(tmp_path):
+    with Gradebook(marked_class.gradebook(tmp_path, {"A": 2, "B": 1})) as book:
+        found = outcomes.standings(book, OURS.catalogue, MarkSettings())
+    assert [(one.about.student, one.about.section) for one in found] == [("a-00", "A"), ("a-01", "A"), ("b-00", "B")]
+    by_person = {part.mark.where for one in found for part in one.parts if part.by_a_person}
+    assert by_person and all(OURS.catalogue.marked[where[0]].part(where[1]).marked == "person" for where in by_person)
+
+
+def test_the_example_in_the_documentation_comes_out_as_it_says():
+    text = (ROOT / "docs" / "outcomes.md").read_text(encoding="utf-8")
+    example = text.partition("### An example to do by hand")[2].partition("\n## ")[0]
+    blocks = re.findall(r"(?:^\|.*\n)+", example, flags=re.MULTILINE)
+    parts, results = (
+        [[cell.strip() for cell in line.strip("|").split("|")] for line in b.splitlines()[2:]] for b in blocks
+    )
+    marks = [
+        MarkRecord(*place.rsplit(" ", 1), status, float(points), float(out_of), "")
+        for place, _code, points, out_of, status in parts
+    ]
+    one = standing(marks)
+    assert [part.code for part in one.parts] == [row[1] for row in parts], "all of them are of this course"
+    for part in one.parts:
+        assert part.mark.out_of == OURS.catalogue.marked[part.mark.question].part(part.mark.part).points
+    for name, *shown in results:
+        found = evidence(one.parts, {**CODES, **MAP.criteria}[name])
+        share = ["none"] * 2 if found.share is None else [f"{100 * found.share:g}", str(LEVEL_OF(found.share))]
+        assert shown == [f"{found.earned:g}", f"{found.decided:g}", str(found.waiting), *share]
+
+
+# --- the map ----------------------------------------------------------------------------------------------------------
+
+GOOD = """
+scheme = "Ours"
+[outcomes]
+design = "designs things"
+talk = "speaks well"
+[codes]
+A-1 = ["design"]
+GS-1 = ["talk", "design", "talk"]
+"""
+FAULTS = [
+    ("GS-1 =", "GS1 ="),
+    ('"talk", "design", "talk"', '"speech"'),
+    ('scheme = "Ours"', "year = 3"),
+    ('talk = "speaks well"', "talk = 3"),
+    ('["design"]', '"design"'),
+    ('["design"]', "[1]"),
+]
+
+
+def read_map(folder, text):
+    (folder / "outcomes.toml").write_text(text, encoding="utf-8")
+    return outcomes.read_map(folder, OURS.catalogue)
+
+
+def test_the_map_as_shipped_has_the_customary_codes_and_another_can_replace_it(tmp_path):
+    assert {key: sorted(codes) for key, codes in MAP.criteria.items()} == {
+        "1": ["A-1", "A-2", "A-3", "K-1", "K-2", "K-3"],
+        "3": ["GS-1", "GS-2"],
+        "6": ["B-5", "B-6", "B-7", "B-8", "B-9", "K-1", "K-2", "K-3"],
+    }
+    assert read_map(tmp_path, GOOD).criteria == {"design": ["A-1", "GS-1"], "talk": ["GS-1"]}
+    without = read_map(tmp_path, GOOD.replace('["design"]', "[]").replace('"design", ', ""))
+    codes, unused = without.notes(OURS.catalogue)
+    assert codes.startswith("A-1, A-2") and "GS-1" not in codes and "design (designs things)" in unused
+
+
+def test_each_fault_of_the_map_is_listed(tmp_path, snapshot):
+    def spoilt(old, new):
+        assert old in GOOD
+        read_map(tmp_path, GOOD.replace(old, new))
+
+    assert refused(GradingError, spoilt, [*FAULTS, ("A-1 = [", "X-1 = [1, ")], tmp_path) == snapshot
+
+
+# --- attainment -------------------------------------------------------------------------------------------------------
+
+
+def a_class(sizes, seed, waiting=0.3):
+    drawn = random.Random(seed)
+    found = []
+    for section, size in sizes.items():
+        for number in range(size):
+            marks = marked_class.marks(drawn, waiting=waiting)
+            found.append((standing(marks, StudentRecord(f"{section}-{number}", section=section)), marks))
+    return found
+
+
+def attainments(people, criteria, sections=True, **goal):
+    term = replace(OURS.settings, outcomes=OutcomeSettings(**goal), levels=LevelSettings())
+    of = (lambda one: one.about.section) if sections else None
+    return outcomes.attainments([one for one, _marks in people], criteria, dict.fromkeys(criteria, ""), term, of)
+
+
+def expected(people, codes, level=3):
+    """Figures of a group by the definition, from marks alone: students, provisional, levels, attained, mean."""
+    shares, provisional = [], 0
+    for _one, marks in people:
+        earned, decided, _possible, waiting = by_definition(marks, codes)
+        if decided:
+            shares.append(earned / decided)
+            provisional += waiting > 0
+    least = {4: 0.9, 3: 0.75, 2: 0.5, 1: 1e-6, 0: 0.0}
+    reached = [max(level for level, share in least.items() if one >= share - 1e-9) for one in shares]
+    attained = sum(one >= level for one in reached)
+    return len(shares), provisional, Counter(reached), attained, pytest.approx(sum(shares) / len(shares))
+
+
+@pytest.mark.slow
+@settings(max_examples=15, deadline=None)
+@given(
+    seed=some.integers(0, 2**32),
+    sizes=some.dictionaries(some.sampled_from("ABCD"), some.integers(6, 9), min_size=1),
+    level=some.integers(2, 4),
+)
+def test_figures_of_the_class_its_sections_and_questions_are_what_the_definition_says(seed, sizes, level):
+    people = a_class(sizes, seed)
+    found = attainments(people, CRITERIA, level=level, fewest=1)
+    assert [one.criterion for one in found] == list(CRITERIA)
+    for one in found:
+        codes = CRITERIA[one.criterion]
+        assert one.groups.pop("everybody") == expected(people, codes, level)
+        for section, figures in one.groups.items():
+            assert figures == expected([who for who in people if who[0].about.section == section], codes, level)
+        for question, mean in one.questions.items():
+            own = [(None, [mark for mark in marks if mark.question == question]) for _one, marks in people]
+            assert mean is None or mean == expected(own, codes)[-1]
+
+
+@given(
+    sizes=some.dictionaries(some.text("abcdefg", min_size=1, max_size=3), some.integers(0, 12)),
+    fewest=some.integers(1, 8),
+)
+def test_what_is_not_shown_cannot_be_worked_out_and_no_more_is_withheld_than_needed(sizes, fewest):
+    hidden = withheld(sizes, fewest)
+    assert {name for name, size in sizes.items() if 0 < size < fewest} <= hidden
+    if not hidden:
+        return
+    rest = sum(sizes[name] for name in hidden)  # the whole class less all that is shown
+    others = [name for name, size in sizes.items() if size and name not in hidden]
+    assert not others or (len(hidden) > 1 and rest >= fewest)
+    extra = sorted(sizes[name] for name in hidden if sizes[name] >= fewest)
+    assert all(size <= sizes[name] for size in extra for name in others), "the smallest ones are"
+    if extra:
+        assert len(hidden) == 2 or rest - extra[-1] < fewest
+
+
+@pytest.mark.parametrize(
+    ("sizes", "shown"),
+    [
+        ({"A": 9, "B": 4, "C": 6}, {"everybody", "A"}),  # C would tell of B
+        ({"A": 5, "B": 5}, {"everybody", "A", "B"}),
+        ({"A": 4}, set()),
+    ],
+)
+def test_of_a_small_group_nothing_is_shown(sizes, shown):
+    (found,) = attainments(a_class(sizes, 1, waiting=0.0), {"A-2": {"A-2"}}, fewest=5)
+    assert {name for name, figures in found.groups.items() if not isinstance(figures, str)} == shown
+    assert all(mean is not None for mean in found.questions.values()) is bool(shown)
+
+
+# --- the report -------------------------------------------------------------------------------------------------------
+
+
+def course(**goal):
+    return replace(OURS, settings=replace(OURS.settings, outcomes=OutcomeSettings(**goal), term="2026 autumn"))
+
+
+@pytest.fixture(scope="module")
+def book(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("class")
+    with Gradebook(marked_class.gradebook(folder, {"North": 7, "South": 6, "Tiny": 3})) as opened:
+        yield opened
+
+
+def table(path):
+    with path.open(encoding="utf-8", newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def test_the_tables_have_each_criterion_of_each_group_and_student(book, tmp_path):
+    count, notes = write_report(tmp_path, course(), book)
+    rows = table(tmp_path / "attainment.csv")
+    assert count == 16 and len(rows) == (13 + 3) * 4
+    hidden = [row for row in rows if row["group"] in ("Tiny", "South")]
+    assert hidden and all(row["note"] and not row["students"] and not row["mean share %"] for row in hidden)
+    (row,) = [row for row in rows if (row["group"], row["criterion"]) == ("everybody", "A-1")]
+    people = [(None, list(one.marks)) for one in book.all_current()]
+    students, provisional, reached, attained, mean = expected(people, {"A-1"})
+    shown = [row[name] for name in ("term", "students", "of these provisional", "attained")]
+    assert shown == ["2026 autumn", str(students), str(provisional), str(attained)]
+    assert [row[f"at level {level}"] for level in (4, 3, 2, 1)] == [str(reached[level]) for level in (4, 3, 2, 1)]
+    assert float(row["mean share %"]) / 100 == pytest.approx(mean.expected, abs=6e-4)
+    assert row["reached"] == ("yes" if attained / students >= 0.7 else "no")
+    withheld_rows = sum("not shown" in row["note"] for row in rows)
+    there = sum(row["note"] != "nothing decided yet" for row in rows)
+    assert 0 < withheld_rows < there and notes[0].startswith(f"Withheld: {withheld_rows} of {there} rows")
+    own = {(row["student"], row["criterion"]): row for row in table(tmp_path / "students.csv")}
+    assert len(own) == 16 * (13 + 3)
+    earned, decided, possible, waiting = by_definition(list(book.current("c-01").marks), {"B-7"})
+    row = own["c-01", "B-7"]
+    assert [row[name] for name in ("earned", "decided", "possible")] == [f"{n:g}" for n in (earned, decided, possible)]
+    assert row["parts that wait"] == str(waiting) and row["level"] == str(LEVEL_OF(earned / decided))
+
+
+def test_targets_small_classes_and_missing_sections(book, tmp_path):
+    def reached(**goal):
+        first = write_report(tmp_path, course(**goal), book)[1][0]
+        rows = [row for row in table(tmp_path / "attainment.csv") if row["group"] == "everybody" and row["students"]]
+        return first, {row["reached"] for row in rows}
+
+    assert reached(level=0, share=100.0)[1] == {"yes"}  # which everybody just has
+    assert "no" in reached(level=4, share=100.0)[1]
+    first, rows = reached(fewest=17)
+    assert (
+        first.startswith("This report shows no figures at all: each of its") and "fewer than 17" in first and not rows
+    )
+    assert "ithheld" not in reached(fewest=1)[0]
+    write_report(tmp_path, course(), book, by_section=False)
+    assert "By section" not in (tmp_path / "attainment.html").read_text(encoding="utf-8")
+    assert {row["group"] for row in table(tmp_path / "attainment.csv")} == {"everybody"}
+
+
+def test_the_page_names_nobody_loads_nothing_and_tells_nothing_of_small_sections(book, tmp_path):
+    write_report(tmp_path, course(), book)
+    page = (tmp_path / "attainment.html").read_text(encoding="utf-8")
+    assert "c-0" not in page and "Student 1" not in page and "16 students have marks." in page and "Withheld" in page
+    (by_section,) = re.findall(r'<tr><th scope="row">A-2</th><td>\d+ % of 7.*', page)
+    assert by_section.count("not shown: it would tell of a group of fewer than 5") == 1  # South
+    assert by_section.count("fewer than 5: not shown") == 1 and by_section.count(" %") == 1  # Tiny
+    assert "<script" not in page and "default-src 'none'" in page and not re.findall(r"(?:src|href)=", page)
+    assert page.count("<table>") == page.count("<caption>") == 6
+    widths = re.findall(r'class="level(\d)" style="width: ([\d.]+)%">', page.partition("</dl>")[0])
+    bars = len(re.findall("<dt>", page.partition("</dl>")[0]))
+    assert sum(float(width) for _level, width in widths) == pytest.approx(100 * bars, abs=0.1)
+
+
+def test_a_section_is_one_however_its_letters_are_written_and_its_name_is_text(tmp_path):
+    names = ["<script>alert(1)</script>", '=HYPERLINK("x")', "a & b"]
+    with Gradebook(marked_class.gradebook(tmp_path, {"lab a": 6, "Lab A": 6, **dict.fromkeys(names, 6)})) as book:
+        write_report(tmp_path, course(), book)
+    rows = [row for row in table(tmp_path / "attainment.csv") if row["criterion"] == "A-1"]
+    groups = {"everybody": "30", "lab a": "12", names[0]: "6", f"'{names[1]}": "6", names[2]: "6"}
+    assert {row["group"]: row["students"] for row in rows} == groups
+    page = (tmp_path / "attainment.html").read_text(encoding="utf-8")
+    assert "<script" not in page and "&lt;script&gt;" in page and "a &amp; b" in page
+
+
+def test_who_has_no_marks_what_waits_what_is_dropped_and_no_map_are_noted(tmp_path):
+    with Gradebook(marked_class.gradebook(tmp_path, {"North": 6})) as book:
+        enrol(book, tmp_path, ("eve", "Eve", "", "North"))
+        lost = replace(course(), folder=tmp_path)
+        lost = replace(lost, settings=replace(lost.settings, marks=MarkSettings(drop=("3.17",))))
+        notes = " ".join(write_report(tmp_path, lost, book)[1])
+        marks = [mark for one in book.all_current() for mark in one.marks if mark.question != "3.17"]
+    waiting = sum(mark.status == "for a person" for mark in marks)
+    assert "In the gradebook, and in no figure: 1 student without marks" in notes
+    assert f"could not be marked: {waiting} parts of 6 students. Levels may change." in notes
+    assert "Dropped by course.toml, and no evidence: 3.17." in notes and "no outcomes.toml" in notes
+    assert {row["kind"] for row in table(tmp_path / "attainment.csv")} == {"code"}
+    assert "3.17:" not in (tmp_path / "attainment.html").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_the_page_fits_and_can_be_read(chromium, book, tmp_path, scheme):
+    write_report(tmp_path, course(), book)
+    page = chromium.new_context(viewport={"width": 1280, "height": 720}, color_scheme=scheme).new_page()
+    messages = []
+    page.on("console", lambda message: messages.append(message.text))
+    page.goto(f"file://{tmp_path / 'attainment.html'}")
+    assert page.evaluate("document.documentElement.scrollWidth") <= 1280
+    cut = "[...document.querySelectorAll('.levels span')].filter(one => one.scrollWidth > one.clientWidth + 1).length"
+    assert page.evaluate(cut) == 0
+    assert findings(page) == messages == []
