@@ -67,7 +67,7 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
     "isolation": (1123, ("labcourse/grading/isolation/**/*.py",)),
     "reports, scoring": (1904, ("labcourse/grading/reports/**/*.py", "labcourse/grading/scoring/**/*.py")),
     "outcomes, overview, platforms, accounts": (
-        1739,
+        1733,
         (
             "labcourse/grading/accounts.py",
             "labcourse/grading/erasure.py",

@@ -273,7 +273,7 @@ class FinalGrade:
         weighted = _grouped(self.counting, "weighted_as").items()
         lines = [f"not counted: {dropped}"] if dropped else []
         lines += [f"{name} counts {in_full(items[0].weight)} times" for name, items in weighted]
-        lines += [f"{found.notebook}: {_lateness(found)}" for found in self.timings]
+        lines += [f"{entry.notebook}: {_lateness(entry)}" for entry in self.timings]
         return lines + ([f"{self.predictions} predictions made"] if self.marks.predictions else [])
 
     def steps(self) -> list[str]:
@@ -296,28 +296,28 @@ class FinalGrade:
         if not self.is_plain:
             yield f"Together: {_of(self.earned, self.out_of)}."
 
-    def _timing_step(self, found: Timing) -> str:
-        due, until = _when(found.due, found.until), _when(found.until, found.until)
-        if found.received is None:
+    def _timing_step(self, entry: Timing) -> str:
+        due, until = _when(entry.due, entry.until), _when(entry.until, entry.until)
+        if entry.received is None:
             rest = "It is not known when it was handed in; it is taken as in time."
-            if found.waits:
+            if entry.waits:
                 rest = "Only the computer that it was written on says when it was saved; "
                 rest += "your instructor decides when it was handed in."
-            return f"{found.notebook} was due on {until}. {rest}"
-        start = f"{found.notebook} was handed in on {_when(found.received, found.until)}"
-        start += f" ({found.clock})" if found.clock else ""
-        if not found.days:
+            return f"{entry.notebook} was due on {until}. {rest}"
+        start = f"{entry.notebook} was handed in on {_when(entry.received, entry.until)}"
+        start += f" ({entry.clock})" if entry.clock else ""
+        if not entry.days:
             return f"{start}. It was due on {due}; by an extension until {until} it is in time."
         late = self.late
-        extended = " by an extension" if found.extended else ""
+        extended = " by an extension" if entry.extended else ""
         grace = f" with {in_full(exact(late.grace_hours))} h of grace" if late.grace_hours else ""
-        what = f"{start}, due on {until}{extended}{grace}: {_days(found.days)} late (one that has begun counts)."
-        if not found.taken:
+        what = f"{start}, due on {until}{extended}{grace}: {_days(entry.days)} late (one that has begun counts)."
+        if not entry.taken:
             return f"{what} That costs nothing."
-        capped = found.days * exact(late.per_day) > exact(late.cap)
+        capped = entry.days * exact(late.per_day) > exact(late.cap)
         most = f", and {in_full(exact(late.cap))} % at most" if capped else ""
-        points = sum(item.weighted for item in self.counting if item.notebook == found.notebook)
-        cost = f"{in_full(found.taken * 100)} % of its {_worth(points)} are taken, {in_full(points * found.taken)}."
+        points = sum(item.weighted for item in self.counting if item.notebook == entry.notebook)
+        cost = f"{in_full(entry.taken * 100)} % of its {_worth(points)} are taken, {in_full(points * entry.taken)}."
         return f"{what} {in_full(exact(late.per_day))} % a day{most}: {cost}"
 
     def _last_steps(self) -> Iterator[str]:
@@ -357,13 +357,13 @@ def final_grade(
     settings, asked = course.settings, course.catalogue.marked
     worth = [(mark, asked[mark.question].notebook if mark.question in asked else "") for mark in marks if mark.out_of]
     due = {name: timing(settings, student, name, received.get(f"{name}.ipynb")) for _mark, name in worth if name}
-    timings = {name: found for name, found in due.items() if found is not None}
+    timings = {name: entry for name, entry in due.items() if entry is not None}
     items = tuple(_item(mark, notebook, timings.get(notebook), settings) for mark, notebook in worth)
     there = {item.notebook for item in items if not item.dropped_as and item.points != 0}
     shown = tuple(
-        found
-        for name, found in timings.items()
-        if name in there and (found.days or found.extended or found.received is None)
+        entry
+        for name, entry in timings.items()
+        if name in there and (entry.days or entry.extended or entry.received is None)
     )
     made = _predictions_made(run, course) if settings.marks.predictions else 0
     return FinalGrade(items, shown, made, settings.marks, settings.late)
@@ -411,12 +411,12 @@ def _grouped(items: Iterable[Item], attribute: str) -> dict[str, list[Item]]:
     return groups
 
 
-def _lateness(found: Timing) -> str:
-    if found.received is None:
-        return f"not known when it came, {'to be decided' if found.waits else 'taken as in time'}"
-    if not found.days:
+def _lateness(entry: Timing) -> str:
+    if entry.received is None:
+        return f"not known when it came, {'to be decided' if entry.waits else 'taken as in time'}"
+    if not entry.days:
         return "in time by an extension"
-    return f"{_days(found.days)} late, {in_full(found.taken * 100)} % taken"
+    return f"{_days(entry.days)} late, {in_full(entry.taken * 100)} % taken"
 
 
 def _points(items: Iterable[Item]) -> str:

@@ -260,10 +260,9 @@ def write_copy(path: Path, book: Gradebook, results: Results | None, student: st
         for number, file in enumerate(handed_in, start=1):
             inside = [part for part in PurePosixPath(file.name.replace("\\", "/")).parts if part not in ("..", "/")]
             made.writestr("/".join((HANDED_IN, f"{number:04} {file.received:%Y-%m-%d}", *inside)), file.content)
-        for folder in results.own(student) if results is not None else ():
-            above = Path(sheets.FOLDER) if folder.parent.name == sheets.FOLDER else Path()
-            for page in filter(Path.is_file, sorted(folder.rglob("*"))):
-                made.write(page, (above / page.relative_to(folder.parent)).as_posix())
+        base, own = (results.folder, results.own(student)) if results is not None else (Path(), [])
+        for page in (page for folder in own for page in sorted(folder.rglob("*")) if page.is_file()):
+            made.write(page, page.relative_to(base).as_posix())
     try:
         files.write(path, packed.getvalue())
     except OSError as error:

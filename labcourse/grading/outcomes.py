@@ -148,8 +148,8 @@ class OutcomeMap(BaseModel):
     @property
     def criteria(self) -> dict[str, list[str]]:
         """Key of each outcome with any code → the codes that go to it."""
-        found = {key: [code for code, goes_to in self.codes.items() if key in goes_to] for key in self.outcomes}
-        return {key: codes for key, codes in found.items() if codes}
+        by_outcome = {key: [code for code, goes_to in self.codes.items() if key in goes_to] for key in self.outcomes}
+        return {key: codes for key, codes in by_outcome.items() if codes}
 
     def notes(self, catalogue: Catalogue) -> list[str]:
         """List what the map leaves out; all of it may be meant."""
@@ -169,22 +169,22 @@ def read_map(folder: Path, catalogue: Catalogue) -> OutcomeMap | None:
     """
     file = folder / OUTCOMES_FILE
     try:
-        found = read_as(OutcomeMap, file)
+        mapped = read_as(OutcomeMap, file)
     except FileNotFoundError:
         return None
-    known, keys = ", ".join(catalogue.outcomes) or "none", ", ".join(found.outcomes)
+    known, keys = ", ".join(catalogue.outcomes) or "none", ", ".join(mapped.outcomes)
     unknown = [
         f"codes.{code}: the course has no such code; it has {known}."
-        for code in found.codes.keys() - catalogue.outcomes.keys()
+        for code in mapped.codes.keys() - catalogue.outcomes.keys()
     ]
     unknown += [
         f"codes.{code}: there is no outcome {key!r} under [outcomes]; there are {keys}."
-        for code, goes_to in found.codes.items()
+        for code, goes_to in mapped.codes.items()
         for key in goes_to
-        if key not in found.outcomes
+        if key not in mapped.outcomes
     ]
     refuse(file, unknown)
-    return found
+    return mapped
 
 
 def read_as(kind: type[Content], file: Path) -> Content:
@@ -257,13 +257,13 @@ class Kind:
     ----------
     name, heading : "code" or "outcome", and a heading for people
     criteria : name → codes
-    found : how the class does
+    attainments : how the class does
     """
 
     name: str
     heading: str
     criteria: Criteria
-    found: list[Attainment] = field(default_factory=list)
+    attainments: list[Attainment] = field(default_factory=list)
 
 
 def attainments(
@@ -286,34 +286,34 @@ def attainments(
     if group_of is not None:
         for student in students:
             groups.setdefault(group_of(student), []).append(student)
-    fewest, found = settings.outcomes.fewest, []
+    fewest, result = settings.outcomes.fewest, []
     for name, codes in criteria.items():
         shares = {group: _evidence_of(groups[group], codes) for group in sorted(groups)}
         hidden = withheld({group: len(those) for group, those in shares.items()}, fewest)
         shown = {group: _figures(those, settings, group in hidden) for group, those in shares.items()}
         everybody = _figures(_evidence_of(students, codes), settings)
         questions = _by_question(students, codes, max(fewest, 1))
-        found.append(Attainment(name, meanings[name], {EVERYBODY: everybody, **shown}, questions))
-    return found
+        result.append(Attainment(name, meanings[name], {EVERYBODY: everybody, **shown}, questions))
+    return result
 
 
 def _evidence_of(students: Iterable[Standing], codes: Collection[str]) -> list[Evidence]:
     """Return what counts of each student in a criterion, without those of whom nothing is decided."""
-    return [found for student in students if (found := evidence(student.parts, codes)).share is not None]
+    return [sums for student in students if (sums := evidence(student.parts, codes)).share is not None]
 
 
-def _figures(found: Sequence[Evidence], settings: CourseSettings, hidden: bool = False) -> Figures | str:
+def _figures(group: Sequence[Evidence], settings: CourseSettings, hidden: bool = False) -> Figures | str:
     goal = settings.outcomes
-    if not found:
+    if not group:
         return _UNDECIDED
-    if len(found) < goal.fewest:
+    if len(group) < goal.fewest:
         return f"fewer than {goal.fewest}: not shown"
     if hidden:
         return f"not shown: it would tell of a group of fewer than {goal.fewest}"
-    shares = [one.share for one in found if one.share is not None]
+    shares = [sums.share for sums in group if sums.share is not None]
     levels = Counter(map(settings.levels.level_of, shares))
     attained = sum(count for level, count in levels.items() if level >= goal.level)
-    return Figures(len(shares), sum(one.waiting > 0 for one in found), levels, attained, fmean(shares))
+    return Figures(len(shares), sum(sums.waiting > 0 for sums in group), levels, attained, fmean(shares))
 
 
 def _by_question(students: Iterable[Standing], codes: Collection[str], fewest: int) -> dict[str, float | None]:
@@ -322,7 +322,7 @@ def _by_question(students: Iterable[Standing], codes: Collection[str], fewest: i
         for question in dict.fromkeys(part.mark.question for part in student.parts if part.code in codes):
             share = evidence((part for part in student.parts if part.mark.question == question), codes).share
             shares.setdefault(question, []).extend([] if share is None else [share])
-    return {question: fmean(found) if len(found) >= fewest else None for question, found in shares.items()}
+    return {question: fmean(values) if len(values) >= fewest else None for question, values in shares.items()}
 
 
 def withheld(sizes: Mapping[str, int], fewest: int) -> frozenset[str]:
@@ -382,7 +382,7 @@ def write_report(out: Path, course: Course, book: Gradebook, by_section: bool = 
     kinds = [kind("code", "Criteria", {code: [code] for code in catalogue.outcomes}, catalogue.outcomes)]
     if mapped is not None:
         kinds.append(kind("outcome", mapped.scheme, mapped.criteria, mapped.outcomes))
-    known = {caseless(one) for one in (*book.handed_in(), *(about.student for about in book.students()))}
+    known = {caseless(student) for student in (*book.handed_in(), *(about.student for about in book.students()))}
     absent = len(known - {caseless(student.about.student) for student in students})
     notes = [*_withheld_note(kinds, settings.outcomes.fewest), *_notes(absent, students, mapped, course)]
     page = templates("templates").get_template("attainment.html")
@@ -403,7 +403,8 @@ def write_report(out: Path, course: Course, book: Gradebook, by_section: bool = 
 
 def _withheld_note(kinds: Iterable[Kind], fewest: int) -> Iterator[str]:
     """Yield how much is not shown because groups are small, and what decides it."""
-    cells = [cell for kind in kinds for found in kind.found for cell in found.groups.values() if cell != _UNDECIDED]
+    everything = [cell for kind in kinds for row in kind.attainments for cell in row.groups.values()]
+    cells = [cell for cell in everything if cell != _UNDECIDED]
     hidden = sum(isinstance(cell, str) for cell in cells)
     rows = plural(len(cells), "{count} row", "{count} rows")
     what = f"Withheld: {hidden} of {rows}"
@@ -437,22 +438,22 @@ def _notes(absent: int, students: Sequence[Standing], mapped: OutcomeMap | None,
 
 def _table(kinds: Iterable[Kind], settings: CourseSettings) -> str:
     rows = [
-        [settings.term, group, kind.name, found.criterion, found.meaning, *_cells(figures, settings.outcomes.share)]
+        [settings.term, group, kind.name, row.criterion, row.meaning, *_cells(figures, settings.outcomes.share)]
         for kind in kinds
-        for found in kind.found
-        for group, figures in found.groups.items()
+        for row in kind.attainments
+        for group, figures in row.groups.items()
     ]
     heading = ["term", "group", "kind", "criterion", "meaning", "students", "of these provisional"]
     heading += [f"at level {level}" for level in LEVELS]
     return as_csv([[*heading, "attained", "attained %", "target %", "reached", "mean share %", "note"], *rows])
 
 
-def _cells(found: Figures | str, target: float) -> list[str]:
-    if isinstance(found, str):
-        return [*[""] * (len(LEVELS) + 7), found]
-    counts = [found.students, found.provisional, *(found.levels[level] for level in LEVELS), found.attained]
-    reached = "yes" if found.attainment >= target else "no"
-    return [*map(str, counts), f"{found.attainment:.1f}", f"{target:g}", reached, f"{100 * found.mean:.1f}", ""]
+def _cells(figures: Figures | str, target: float) -> list[str]:
+    if isinstance(figures, str):
+        return [*[""] * (len(LEVELS) + 7), figures]
+    counts = [figures.students, figures.provisional, *(figures.levels[level] for level in LEVELS), figures.attained]
+    reached = "yes" if figures.attainment >= target else "no"
+    return [*map(str, counts), f"{figures.attainment:.1f}", f"{target:g}", reached, f"{100 * figures.mean:.1f}", ""]
 
 
 def _students(kinds: Iterable[Kind], students: Iterable[Standing], settings: CourseSettings) -> str:
@@ -461,10 +462,10 @@ def _students(kinds: Iterable[Kind], students: Iterable[Standing], settings: Cou
     for about, parts in students:
         for kind in kinds:
             for criterion, codes in kind.criteria.items():
-                found = evidence(parts, codes)
-                share = found.share
+                sums = evidence(parts, codes)
+                share = sums.share
                 level = ["", ""] if share is None else [str(settings.levels.level_of(share)), f"{100 * share:.1f}"]
-                sums = [points(found.earned), points(found.decided), points(found.possible), str(found.waiting)]
+                texts = [points(sums.earned), points(sums.decided), points(sums.possible), str(sums.waiting)]
                 who = [settings.term, about.student, about.name, about.section]
-                rows.append([*who, kind.name, criterion, *level, *sums])
+                rows.append([*who, kind.name, criterion, *level, *texts])
     return as_csv(rows)

@@ -173,7 +173,7 @@ def _left_out(marks: MarkSettings) -> str:
 
 def as_page(overview: Mapping[str, Any]) -> str:
     """Return the overview as an HTML page without scripts, which loads nothing."""
-    environment = templates("templates").overlay()
+    environment = templates("templates")
     environment.filters["short"] = short
     functions = {"moment": moment, "worth": worth, "shortened": shortened, "state": _state, "listed": listed}
     functions |= {"left": _time_left}
@@ -212,7 +212,7 @@ class _Terminal(HTMLParser):
         if tag in ("th", "td"):
             self._rows[-1].append(text or "–")
         elif tag in ("p", "caption"):
-            self._print(text, 2)
+            self._print(f"\n{text}" if tag == "caption" else text, 2)
         elif tag == "h2":
             self._print(f"\n{text.upper()}", 0)
         elif tag == "table":
@@ -229,7 +229,7 @@ class _Terminal(HTMLParser):
         from rich.table import Table
         from rich.text import Text
 
-        table = Table(box=SIMPLE_HEAD, pad_edge=False)
+        table = Table(box=SIMPLE_HEAD, pad_edge=False, show_edge=False)
         for place, heading in enumerate(self._rows[0]):
             table.add_column(heading, justify="right" if place in self._numbers else "left")
         for row in self._rows[1:]:
@@ -249,12 +249,12 @@ def _student(book: Gradebook, course: Course, about: StudentRecord, now: datetim
     if graded is not None:
         account, counting = result_in(book, course, graded, about).account, _counting(graded, course.settings.marks)
         unread = [name for name in names if name not in came and is_unread(name, graded.run.problems)]
-        late = {found.notebook: found.days for found in account.timings if found.days} if account is not None else {}
+        late = {entry.notebook: entry.days for entry in account.timings if entry.days} if account is not None else {}
         if not came and not unread:
             return Student(about, counting)  # nobody knows when anything came
     missing = [name for name in _counting_notebooks(course) if f"{name}.ipynb" not in (*came, *unread)]
     would = ((name, timing(course.settings, about, name, Arrival(now))) for name in missing)
-    return Student(about, counting, came, unread, late, [name for name, found in would if found and found.days])
+    return Student(about, counting, came, unread, late, [name for name, entry in would if entry and entry.days])
 
 
 def _counting(graded: Graded, settings: MarkSettings) -> Graded:
@@ -287,8 +287,8 @@ def in_trouble(students: Iterable[Student]) -> list[tuple[Student, list[str]]]:
     graded = [(student, student.graded) for student in students if student.graded is not None]
     shares = [share for _student, run in graded if (share := _decided_share(run.marks)) is not None]
     usual = median(shares) if len(shares) >= FEWEST else None
-    found = [(student, why) for student, run in graded if (why := troubles(run, usual))]
-    return sorted(found, key=lambda entry: (-len(entry[1]), caseless(entry[0].about.student)))
+    troubled = [(student, why) for student, run in graded if (why := troubles(run, usual))]
+    return sorted(troubled, key=lambda entry: (-len(entry[1]), caseless(entry[0].about.student)))
 
 
 def troubles(graded: Graded, usual: float | None = None) -> list[str]:
@@ -301,21 +301,21 @@ def troubles(graded: Graded, usual: float | None = None) -> list[str]:
     """
     ended, faults = facts_of(graded.run).ended, key_faults(graded)
     problems = [problem for problem in graded.run.problems if problem not in (*faults, *ended)]
-    found = [*(f"Their run stopped: {why}" for why in ended), *problems[:_MOST_PROBLEMS]]
+    reasons = [*(f"Their run stopped: {why}" for why in ended), *problems[:_MOST_PROBLEMS]]
     if (left := len(problems) - _MOST_PROBLEMS) > 0:
-        found.append(f"{plural(left, '{count} problem', '{count} problems')} more, in their feedback.")
+        reasons.append(f"{plural(left, '{count} problem', '{count} problems')} more, in their feedback.")
     missing = [mark.out_of for mark in graded.marks if mark.status == Status.MISSING]
     everything, own = sum(mark.out_of for mark in graded.marks), _decided_share(graded.marks)
     if everything and sum(missing) > MUCH * everything:
         parts = plural(len(missing), "{count} part", "{count} parts")
-        found.append(f"Missing: {parts}, worth {points(sum(missing))} of {worth(everything)}.")
+        reasons.append(f"Missing: {parts}, worth {points(sum(missing))} of {worth(everything)}.")
     if graded.run.supplied:
-        found.append(f"Values were supplied for them: {', '.join(graded.run.supplied)}.")
-    found += map(lapse, graded.lapsed)
+        reasons.append(f"Values were supplied for them: {', '.join(graded.run.supplied)}.")
+    reasons += map(lapse, graded.lapsed)
     if usual is not None and own is not None and own < FAR_BELOW * usual:
         share = f"{100 * own:.0f} % of the points that are decided; the median is {100 * usual:.0f} %."
-        found.append(f"Far below the class: {share}")
-    return found
+        reasons.append(f"Far below the class: {share}")
+    return reasons
 
 
 def _decided_share(marks: Sequence[MarkRecord]) -> float | None:
@@ -350,25 +350,25 @@ def waiting(answers: Sequence[Answer], acts: Sequence[Act], order: Sequence[str]
         ``waiting``, a list of :class:`Waiting`; ``seconds_left`` for one person, None if too few times are known; and
         ``scorers``, a list of name, number of answers, and median seconds of an answer or None.
     """
+    places = {question: place for place, question in enumerate(order)}
     by_part: dict[Where, list[Answer]] = {}
-    for answer in sorted(answers, key=lambda one: (order.index(one.question), one.part)):
+    for answer in sorted(answers, key=lambda one: (places.get(one.question, len(places)), one.where)):
         by_part.setdefault(answer.where, []).append(answer)
-    found = []
+    parts = []
     for where, those in by_part.items():
         if left := [answer for answer in those if answer.waiting]:
-            found.append(Waiting(where, left, len(those)))
-    readings = {
-        who: progress.readings([act for act in acts if act.actor == who]) for who in sorted({a.actor for a in acts})
-    }
+            parts.append(Waiting(where, left, len(those)))
+    actors = sorted({act.actor for act in acts})
+    readings = {who: progress.readings([act for act in acts if act.actor == who]) for who in actors}
     every = [reading for those in readings.values() for reading in those]
     if (usual := progress.usual(every)) is not None:
         each = {
-            part.where: progress.usual([one for one in every if one.where == part.where]) or usual for part in found
+            part.where: progress.usual([one for one in every if one.where == part.where]) or usual for part in parts
         }
-        usual = sum(len(part.answers) * each[part.where] for part in found)
+        usual = sum(len(part.answers) * each[part.where] for part in parts)
     counts = Counter(act.actor for act in acts if act.undoes is None)
     scorers = [(who, counts[who], progress.usual(those)) for who, those in readings.items()]
-    return {"waiting": found, "seconds_left": usual, "scorers": scorers}
+    return {"waiting": parts, "seconds_left": usual, "scorers": scorers}
 
 
 def faults(runs: Iterable[Graded]) -> dict[str, Any]:
@@ -386,13 +386,13 @@ def slips(runs: Iterable[Graded]) -> list[Slip]:
     judged: dict[Where, list[MarkRecord]] = defaultdict(list)
     for mark in (mark for graded in runs for mark in graded.marks if mark.status in _JUDGED):
         judged[mark.where].append(mark)
-    found = []
+    judged_parts = []
     for where, marks in judged.items():
         wrong = [mark for mark in marks if mark.status in _WENT_WRONG]
         reasons = Counter(without_numbers(mark.reason) for mark in wrong).most_common()
         lost = sum(mark.out_of - mark.points for mark in wrong)
-        found.append(Slip(where, len(wrong), len(marks), lost, reasons))
-    many = (slip for slip in found if slip.wrong >= max(SEVERAL, MANY * slip.judged))
+        judged_parts.append(Slip(where, len(wrong), len(marks), lost, reasons))
+    many = (slip for slip in judged_parts if slip.wrong >= max(SEVERAL, MANY * slip.judged))
     return sorted(many, key=lambda slip: (-slip.wrong / slip.judged, -slip.lost, slip.where))
 
 
@@ -415,8 +415,8 @@ def changed_since(trail: Sequence[AuditRecord], when: datetime) -> list[Change]:
     for entry in trail:
         if entry.when > when:
             entries[entry.student, entry.question, entry.part].append(entry)
-    found = [Change(*where, those[0].before, those[-1].after) for where, those in entries.items()]
-    return [change for change in found if _shown_points(change.before) != _shown_points(change.after)]
+    changes = [Change(*where, those[0].before, those[-1].after) for where, those in entries.items()]
+    return [change for change in changes if _shown_points(change.before) != _shown_points(change.after)]
 
 
 def _shown_points(mark: MarkState | None) -> tuple[float, float] | None:

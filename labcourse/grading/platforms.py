@@ -35,8 +35,8 @@ from labcourse.errors import GradingError
 from labcourse.grading.accounts import exact, half_up, in_full
 from labcourse.grading.course import Course
 from labcourse.grading.gradebook import Gradebook, StudentRecord
-from labcourse.grading.intake import platforms as names_of_platforms
-from labcourse.grading.intake.platforms import BLACKBOARD, BRIGHTSPACE, CANVAS, MOODLE, letters
+from labcourse.grading.intake import platforms as submission_names
+from labcourse.grading.intake.platforms import BLACKBOARD, BRIGHTSPACE, CANVAS, MOODLE
 from labcourse.grading.reports.grades import FEEDBACK_FILE, Reports
 from labcourse.grading.reports.result import result_in
 from labcourse.messages import listed, plural
@@ -258,7 +258,7 @@ class Export:
 
     def under(self, row: int, heading: str) -> str:
         """Return the text of a row under a heading; "" if there is no such column."""
-        return self.table.cell(row, self.head.index(heading)) if heading in self.head else ""
+        return self.table.cell(row, self.head.index(heading)) if heading and heading in self.head else ""
 
     def name(self, row: int) -> str:
         """Return a student's name."""
@@ -305,14 +305,14 @@ class Export:
             If neither says it, they contradict each other, or it is not above 0.
         """
         there = _number(column.most)
-        found = out_of if there is None else there
-        if found is None or found <= 0 or out_of not in (None, found):
+        maximum = out_of if there is None else there
+        if maximum is None or maximum <= 0 or out_of not in (None, maximum):
             raise GradingError(
                 f"What {column.heading!r} is out of: {self.platform.name}'s file says {column.most or 'nothing'}, and "
                 f"--out-of says {'nothing' if out_of is None else out_of}. One number above 0 is needed: set the "
                 "points on the platform and export the file again, or give by --out-of what the file does not say."
             )
-        return found.normalize()
+        return maximum.normalize()
 
 
 def read(data: bytes) -> Export:
@@ -327,15 +327,15 @@ def read(data: bytes) -> Export:
     longest: list[str] = []
     for separator in SEPARATORS:
         try:
-            found = table(data, separator)
+            cells = table(data, separator)
         except GradingError as error:  # a quote that is none, as the cells have another separator
             damaged = damaged or error
             continue
-        head = [cell.text.strip() for cell in found.rows[0]] if found.rows else []
+        head = [cell.text.strip() for cell in cells.rows[0]] if cells.rows else []
         for platform in PLATFORMS:
             known = any({*form.split(",")} <= {*head} for form in platform.known_by)
             if known and {*platform.keys} & {*head}:
-                return _export(Export(platform, found, head))
+                return _export(Export(platform, cells, head))
         longest = max(longest, [heading[:40] for heading in head[:8]], key=len)
     needed = "; ".join(f"{platform.name}: {' or '.join(platform.known_by)}" for platform in PLATFORMS)
     raise damaged or GradingError(
@@ -347,15 +347,15 @@ def read(data: bytes) -> Export:
 
 def _export(export: Export) -> Export:
     """Find the students and the columns of points in a platform's file."""
-    platform, found = export.platform, export.table
+    platform, cells = export.platform, export.table
     known = (*platform.keys, *platform.names)
-    rows = [row for row in range(1, len(found.rows)) if any(export.under(row, heading) for heading in known)]
+    rows = [row for row in range(1, len(cells.rows)) if any(export.under(row, heading) for heading in known)]
     most_row = next((row for row in rows if platform.most_row and export.name(row) == platform.most_row), None)
     export.students.extend(row for row in rows if row != most_row)
     in_rows = {export.under(row, platform.most_column) for row in export.students}
     for place, heading in enumerate(export.head):
         match = re.fullmatch(platform.points, heading, re.DOTALL)
-        most = found.cell(most_row, place) if most_row is not None else "".join(in_rows)
+        most = cells.cell(most_row, place) if most_row is not None else "".join(in_rows)
         is_open = len(in_rows) < 2 and (not platform.most_column or platform.most_column in export.head)
         if match and is_open and not most.startswith("("):  # Canvas writes (read only)
             names = match.groupdict()
@@ -439,7 +439,7 @@ def _by_name(students: Iterable[StudentRecord], ignored: str | re.Pattern[str]) 
 
 def _contradict(one: str, other: str) -> bool:
     """Return whether two names are both known and have no word in common."""
-    words = [{names_of_platforms.plain_letters(word) for word in name.split()} - {""} for name in (one, other)]
+    words = [{submission_names.plain_letters(word) for word in name.split()} - {""} for name in (one, other)]
     return all(words) and words[0].isdisjoint(words[1])
 
 
@@ -678,11 +678,11 @@ def _place_in_moodle(export: Export, row: int, _submissions: Sequence[str]) -> s
 
 def _place_in_canvas(export: Export, row: int, submissions: Sequence[str]) -> str:
     """Return the newest name of a student's; Canvas shows a page under it, so only a zip or a page will do."""
-    there = []
-    for name in (PurePosixPath(path).name for path in submissions):
-        label = names_of_platforms.label_of(name)
-        if label and label.platform == CANVAS and label.number == export.under(row, "ID"):
-            there.append((name.lower().endswith((".zip", ".html")), label.attempt, name))
+    there = [
+        (name.lower().endswith((".zip", ".html")), label.attempt, name)
+        for label, name in _labels((PurePosixPath(path).name for path in submissions), CANVAS)
+        if label.number == export.under(row, "ID")
+    ]
     if not there:
         raise LookupError("nothing of theirs is in the download of submissions.")
     fits, _attempt, name = max(there)
@@ -693,19 +693,24 @@ def _place_in_canvas(export: Export, row: int, submissions: Sequence[str]) -> st
 
 def _place_in_brightspace(export: Export, row: int, submissions: Sequence[str]) -> str:
     """Return the newest folder with a student's name, if it is one student's only in both of the platform's files."""
-    names, there = [letters(export.name(other)) for other in export.students], []
-    for folder in {PurePosixPath(path).parts[0] for path in submissions if "/" in path}:
-        label = names_of_platforms.label_of(folder)
-        if label and label.platform == BRIGHTSPACE:
-            known = [name for name in map(letters, label.people) if name in names]
-            if known[:1] == [letters(export.name(row))]:
-                there.append((label.time or datetime.min, folder))
+    own, *names = (submission_names.letters(export.name(other)) for other in (row, *export.students))
+    folders = {PurePosixPath(path).parts[0] for path in submissions if "/" in path}
+    there = [
+        (label.time or datetime.min, folder)
+        for label, folder in _labels(folders, BRIGHTSPACE)
+        if [name for name in map(submission_names.letters, label.people) if name in names][:1] == [own]
+    ]
     if not there:
         raise LookupError("no folder of the download bears their name.")
     numbers = {folder.split(" ")[0] for _time, folder in there}  # one for each student
-    if len(numbers) > 1 or names.count(letters(export.name(row))) > 1:
+    if len(numbers) > 1 or names.count(own) > 1:
         raise LookupError(f"{export.name(row)!r} may be the name of several students.")
     return f"{max(there)[1]}/{FEEDBACK_FILE}"
+
+
+def _labels(names: Iterable[str], platform: str) -> Iterator[tuple[submission_names.Label, str]]:
+    labels = ((submission_names.label_of(name), name) for name in names)
+    return ((label, name) for label, name in labels if label is not None and label.platform == platform)
 
 
 def names_in(path: Path) -> list[str]:

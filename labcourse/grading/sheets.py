@@ -125,12 +125,12 @@ def read_layouts(folder: Path, catalogue: Catalogue) -> list[Layout]:
     """
     file = folder / SHEETS_FILE
     try:
-        found = read_as(_Sheets, file)
+        tables = read_as(_Sheets, file)
     except FileNotFoundError:
         what = f"there is no {file}. (docs/outcomes.md says what it holds.)"
         raise GradingError(f"This course has no scoring sheets: {what}") from None
-    refuse(file, (fault for name, sheet in found.items() for fault in _faults(name, sheet, catalogue)))
-    layouts = [_layout(name, sheet, catalogue) for name, sheet in found.items()]
+    refuse(file, (fault for name, sheet in tables.items() for fault in _faults(name, sheet, catalogue)))
+    layouts = [_layout(name, sheet, catalogue) for name, sheet in tables.items()]
     twice = [where for where, count in Counter(where for one in layouts for where in one.parts).items() if count > 1]
     refuse(file, (f"{question}, {part}: it is scored in two places." for question, part in twice))
     return layouts
@@ -171,22 +171,22 @@ def _layout(name: str, sheet: _Sheet, catalogue: Catalogue) -> Layout:
 
 def _row(item: ReportItem, also: Iterable[str], codes: Collection[str], catalogue: Catalogue) -> Row:
     """Return the row of a report's item: what it writes, shows or discusses, and by what its report is judged."""
-    found: dict[Where, str] = {}
+    parts: dict[Where, str] = {}
     if item.part:
-        found[item.report, item.part] = catalogue.reports[item.report].part(item.part).outcome
+        parts[item.report, item.part] = catalogue.reports[item.report].part(item.part).outcome
     for number, name in item.shows:
-        found |= {where: code for where, code in _parts(catalogue.marked[number]).items() if name in ("", where[1])}
+        parts |= {where: code for where, code in _parts(catalogue.marked[number]).items() if name in ("", where[1])}
     for number, report in catalogue.report_judged.items():
         if report == item.report and item.judged:
-            found[number, item.judged] = catalogue.marked[number].part(item.judged).outcome
-    found = {where: code for where, code in found.items() if code in item.outcomes}
+            parts[number, item.judged] = catalogue.marked[number].part(item.judged).outcome
+    parts = {where: code for where, code in parts.items() if code in item.outcomes}
     for number in also:
-        found |= _parts(catalogue.marked[number])
+        parts |= _parts(catalogue.marked[number])
     before, colon, after = item.heading.partition(": ")
     prefix, point, _number = item.number.partition(".")
     group = f"{prefix}. {before}" if colon else prefix if point else ""
     heading = after if colon else before
-    return Row(group, item.number, heading[:1].upper() + heading[1:], _by_code(found, codes))
+    return Row(group, item.number, heading[:1].upper() + heading[1:], _by_code(parts, codes))
 
 
 def _parts(question: Question) -> dict[Where, str]:
@@ -195,8 +195,8 @@ def _parts(question: Question) -> dict[Where, str]:
 
 
 def _by_code(parts: Mapping[Where, str], codes: Iterable[str]) -> dict[str, list[Where]]:
-    found = {code: [where for where, own in parts.items() if own == code] for code in codes}
-    return {code: there for code, there in found.items() if there}
+    by_code = {code: [where for where, own in parts.items() if own == code] for code in codes}
+    return {code: there for code, there in by_code.items() if there}
 
 
 def on_no_sheet(layouts: Iterable[Layout], catalogue: Catalogue) -> Iterator[tuple[str, Part]]:
@@ -211,33 +211,20 @@ def on_no_sheet(layouts: Iterable[Layout], catalogue: Catalogue) -> Iterator[tup
 # --- a student's sheet ------------------------------------------------------------------------------------------------
 
 
-def total_of(sums: Iterable[Evidence]) -> Evidence:
-    """Add up what several groups of parts come to."""
-    sums = list(sums)
-    return Evidence(*(sum(numbers) for numbers in zip(*sums, strict=True))) if sums else evidence(())
-
-
 @dataclass(frozen=True)
 class Scored:
-    """The parts that are scored in a cell, and the level of their decided points; None if nothing is decided."""
+    """What the parts in a cell come to.
 
-    parts: Sequence[Judged]
+    Attributes
+    ----------
+    by_whom : :data:`MACHINE`, :data:`PERSON` and :data:`WAITS` → the sums of their parts, as far as there are any
+    all : the sums of all parts
+    level : of the decided points; None if nothing is decided
+    """
+
+    by_whom: dict[str, Evidence]
+    all: Evidence
     level: int | None
-
-    @property
-    def all(self) -> Evidence:
-        """The sums of all parts."""
-        return total_of(self.by_whom.values())
-
-    @property
-    def by_whom(self) -> dict[str, Evidence]:
-        """The sums of the parts that machine and person marked, and of those that wait, as far as there are any."""
-        who = {id(part): (PERSON if part.by_a_person else MACHINE) if part.decided else WAITS for part in self.parts}
-        return {
-            one: evidence(part for part in self.parts if who[id(part)] == one)
-            for one in (MACHINE, PERSON, WAITS)
-            if one in who.values()
-        }
 
     @property
     def level_text(self) -> str:
@@ -247,17 +234,30 @@ class Scored:
     @property
     def points_texts(self) -> list[str]:
         """The points as "2/2 m", "0.5/1 p" and "…/1", as far as there are any."""
-        return [
-            f"{WAITS}/{points(sums.possible)}"
-            if who == WAITS
-            else f"{points(sums.earned)}/{points(sums.possible)} {who}"
-            for who, sums in self.by_whom.items()
-        ]
+        waiting = [f"{WAITS}/{points(self.by_whom[WAITS].possible)}"] if WAITS in self.by_whom else []
+        marked = ((who, sums) for who, sums in self.by_whom.items() if who != WAITS)
+        return [f"{points(sums.earned)}/{points(sums.possible)} {who}" for who, sums in marked] + waiting
 
     @property
     def by(self) -> str:
         """Who marked: "m", "p" or "m+p"."""
         return "+".join(who for who in self.by_whom if who != WAITS)
+
+
+def score(parts: Iterable[Judged], levels: LevelSettings) -> Scored:
+    """Sum up the parts in a cell."""
+    groups: dict[str, list[Judged]] = {MACHINE: [], PERSON: [], WAITS: []}
+    for part in parts:
+        groups[(PERSON if part.by_a_person else MACHINE) if part.decided else WAITS].append(part)
+    by_whom = {who: evidence(those) for who, those in groups.items() if those}
+    everything = total_of(by_whom.values())
+    return Scored(by_whom, everything, None if everything.share is None else levels.level_of(everything.share))
+
+
+def total_of(sums: Iterable[Evidence]) -> Evidence:
+    """Add up what several groups of parts come to."""
+    sums = list(sums)
+    return Evidence(*(sum(numbers) for numbers in zip(*sums, strict=True))) if sums else evidence(())
 
 
 @dataclass(frozen=True)
@@ -268,6 +268,10 @@ class Sheet:
     standing: Standing
     rows: list[tuple[Row, dict[str, Scored]]]
     totals: dict[str, Scored]
+
+    def lines(self, total: str) -> list[tuple[str, str, dict[str, Scored]]]:
+        """Return number, heading and cells of each row and of the totals, for tables; ``total`` is their heading."""
+        return [*((row.number, row.heading, cells) for row, cells in self.rows), (TOTAL, total, self.totals)]
 
     @property
     def total(self) -> str:
@@ -293,16 +297,11 @@ def fill(layout: Layout, standing: Standing, levels: LevelSettings) -> Sheet:
     there = {part.mark.where: part for part in standing.parts}
 
     def scored(cells: Mapping[str, Iterable[Where]]) -> dict[str, Scored]:
-        found = {code: [there[where] for where in places if where in there] for code, places in cells.items()}
-        return {code: Scored(parts, _level(parts, levels)) for code, parts in found.items() if parts}
+        scored_parts = {code: [there[where] for where in places if where in there] for code, places in cells.items()}
+        return {code: score(parts, levels) for code, parts in scored_parts.items() if parts}
 
     columns = {code: [where for row in layout.rows for where in row.cells.get(code, ())] for code in layout.columns}
     return Sheet(layout, standing, [(row, scored(row.cells)) for row in layout.rows], scored(columns))
-
-
-def _level(parts: Iterable[Judged], levels: LevelSettings) -> int | None:
-    share = evidence(parts).share
-    return None if share is None else levels.level_of(share)
 
 
 # --- files ------------------------------------------------------------------------------------------------------------
@@ -428,16 +427,15 @@ def table(sheet: Sheet) -> str:
     """Return a sheet as CSV in its layout: for each code the level, the points, and who marked."""
     columns = sheet.layout.columns
     rows = [["row", "heading", *(f"{code} {what}" for code in columns for what in ("level", "earned", "out of", "by"))]]
-    lines = [*((row.number, row.heading, cells) for row, cells in sheet.rows), (TOTAL, sheet.total, sheet.totals)]
-    for number, heading, cells in lines:
+    for number, heading, cells in sheet.lines(sheet.total):
         texts = [text for code in columns for text in (_texts(cells[code]) if code in cells else [""] * 4)]
         rows.append([number, heading, *texts])
     return as_csv(rows)
 
 
 def _texts(scored: Scored) -> list[str]:
-    found = scored.all
-    return [scored.level_text, points(found.earned) if found.decided else "", points(found.possible), scored.by]
+    sums = scored.all
+    return [scored.level_text, points(sums.earned) if sums.decided else "", points(sums.possible), scored.by]
 
 
 def class_table(sheets: Iterable[Sheet]) -> str:
@@ -447,8 +445,7 @@ def class_table(sheets: Iterable[Sheet]) -> str:
     for sheet in sheets:
         about = sheet.standing.about
         who = [about.student, about.name, about.section, sheet.layout.name]
-        lines = [*((row.number, row.heading, cells) for row, cells in sheet.rows), (TOTAL, "", sheet.totals)]
-        for number, heading, cells in lines:
+        for number, heading, cells in sheet.lines(""):
             for code, scored in cells.items():
                 sums, level = scored.all, "" if scored.level is None else str(scored.level)
                 texts = [points(sums.earned), points(sums.decided), points(sums.possible), str(sums.waiting)]
