@@ -41,7 +41,7 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
             "rotflex/hil/**/*.py",
         ),
     ),
-    "recordings of a real bench": (203, ("rotflex/course/plausible.py", "rotflex/course/recordings_folder.py")),
+    "recordings of a real bench": (201, ("rotflex/course/plausible.py", "rotflex/course/recordings_folder.py")),
     "widgets, scene, the course": (
         3865,
         (
@@ -51,23 +51,23 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
         ),
     ),
     "answers, session, files of a course": (
-        3584,
+        3582,
         (
             "labcourse/*.py",
             "labcourse/answers/**/*.py",
             "labcourse/jupyter/**/*.py",
         ),
     ),
-    "run": (1929, ("labcourse/run/**/*.py",)),
+    "run": (1916, ("labcourse/run/**/*.py",)),
     "report": (1153, ("labcourse/report/**/*.py",)),
-    "running, the warm runner": (1006, ("labcourse/grading/running/**/*.py", "labcourse/run/inside/**/*.py")),
+    "running, the warm runner": (1005, ("labcourse/grading/running/**/*.py", "labcourse/run/inside/**/*.py")),
     "intake": (1290, ("labcourse/grading/intake/**/*.py",)),
     "gradebook": (1423, ("labcourse/grading/gradebook/**/*.py",)),
     "marking": (1195, ("labcourse/grading/marking/**/*.py",)),
     "isolation": (1123, ("labcourse/grading/isolation/**/*.py",)),
-    "reports, scoring": (1904, ("labcourse/grading/reports/**/*.py", "labcourse/grading/scoring/**/*.py")),
+    "reports, scoring": (1900, ("labcourse/grading/reports/**/*.py", "labcourse/grading/scoring/**/*.py")),
     "outcomes, overview, platforms, accounts": (
-        1733,
+        1740,
         (
             "labcourse/grading/accounts.py",
             "labcourse/grading/erasure.py",
@@ -78,7 +78,7 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
         ),
     ),
     "settings, release, commands, rest": (
-        3052,
+        3041,
         (
             "rotflex/cli.py",
             "labcourse/command_line.py",
