@@ -16,12 +16,13 @@ Controller = Callable[[float, float, float], float]
 
 
 def begun(controller: Controller) -> Controller:
-    """Reset a controller, and return it with its answers checked.
+    """Reset a controller, and return a function that checks what it returns.
 
     Raises
     ------
     DesignError
-        If it is no function; when it is called, if it returns anything but one real number.
+        If the controller is not callable. The returned function raises it, too, if the controller does not return one
+        real number.
     """
     if not callable(controller):
         raise DesignError(

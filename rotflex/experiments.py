@@ -296,12 +296,12 @@ def _validated(
     settings: dict[str, Any],
     progress: bool,
 ) -> Recording:
-    """The bench under the voltage of a validation."""
+    """Drive the bench with a validation's voltage ("recorded", "square", or a step), and return the recording."""
     if bench.recorded is not None and signal == "recorded":
-        held = bench.recorded.duration
-        samples = time_axis(min(duration or held, held), SAMPLE_TIME).size
+        recorded = bench.recorded.duration
+        samples = time_axis(min(duration or recorded, recorded), SAMPLE_TIME).size
         if bench.recorded.voltage(samples, SAMPLE_TIME) is None:
-            raise BenchError(f"{bench.recorded.name} holds no vm: nothing drives a model.")
+            raise BenchError(f"{bench.recorded.name} has no channel vm: no voltage drives the model.")
         bench.renew()
         return listen(bench, samples, SAMPLE_TIME, settings, progress)
     if signal == "square":

@@ -62,18 +62,18 @@ def _free_swings(denominator: NDArray[np.float64], came: NDArray[np.bool_]) -> N
 def natural_frequency(
     theta: ArrayLike, alpha: ArrayLike, dt: float, damping: float, within: tuple[float, float], spacing: float
 ) -> tuple[float, float]:
-    """The sqrt(K_s/J_l), rad/s, that fits best, and the residual that it leaves.
+    """Return the sqrt(K_s/J_l), rad/s, that fits best, and its residual.
 
     Parameters
     ----------
-    theta, alpha, dt, damping : as above
-    within, spacing : where it is looked for, and how closely at first, rad/s
+    theta, alpha, dt, damping : as for :func:`residual`
+    within, spacing : range and spacing of the first search, rad/s; the result may lie one spacing beyond
     """
     from scipy.optimize import minimize_scalar
 
-    def left(omega: float) -> float:
+    def residual_at(omega: float) -> float:
         return residual(theta, alpha, dt, omega**2, damping)
 
-    nearest = float(min(np.arange(*within, spacing), key=left))
-    found = minimize_scalar(left, bounds=(nearest - spacing, nearest + spacing), method="bounded")
+    nearest = float(min(np.arange(*within, spacing), key=residual_at))
+    found = minimize_scalar(residual_at, bounds=(nearest - spacing, nearest + spacing), method="bounded")
     return float(found.x), float(found.fun)

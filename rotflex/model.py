@@ -236,10 +236,9 @@ class Controllability(NamedTuple):
 def controllability(A: ArrayLike, B: ArrayLike) -> Controllability:
     """Controllability matrix T = [B, AB, ..., Aⁿ⁻¹B], its rank, and the verdict rank = n (Equations 3.2 and 3.3).
 
-    The columns of T differ by many powers of ten, so that its singular values say little. The rank is found by taking
-    the columns one after the other, in natural units: each is made orthogonal to those before it, and counts if
-    something is left at its own scale, that is, more than ``RANK_TOLERANCE`` of the largest that A makes of a unit
-    vector.
+    The columns of T differ by many powers of ten, so that its singular values say little. The rank is found in natural
+    units by Arnoldi's method: A is applied to the last vector of an orthonormal basis, which begins with B. The result
+    is made orthogonal to the basis, and counts if its norm exceeds ``RANK_TOLERANCE`` times the spectral norm of A.
 
     Raises
     ------
@@ -253,15 +252,15 @@ def controllability(A: ArrayLike, B: ArrayLike) -> Controllability:
         columns.append(A @ columns[-1])
 
     units, rate = natural_units(A, B)
-    step, new = A * units / units[:, np.newaxis] / rate, B / units[:, np.newaxis]
-    least = 0.0
+    A_scaled, new = A * units / units[:, np.newaxis] / rate, B / units[:, np.newaxis]
+    threshold = 0.0  # B counts unless it is zero
     basis = np.zeros((n, 0))
     while basis.shape[1] < n:
         new = new - basis @ (basis.T @ new)
-        if np.linalg.norm(new) <= least:
+        if np.linalg.norm(new) <= threshold:
             break
         basis = np.hstack([basis, new / np.linalg.norm(new)])
-        new = step @ basis[:, -1:]
-        least = RANK_TOLERANCE * float(np.linalg.norm(step, 2))
+        new = A_scaled @ basis[:, -1:]
+        threshold = RANK_TOLERANCE * float(np.linalg.norm(A_scaled, 2))
     rank = basis.shape[1]
     return Controllability(np.hstack(columns), rank, rank == n)

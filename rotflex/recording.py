@@ -374,17 +374,18 @@ def _take_other(metadata: dict[str, Any]) -> dict[str, str]:
 
 
 def _read_table(path: Path, names: Sequence[str]) -> Recording:
+    """Read a table or a matrix. Columns that the metadata give a unit are further channels. Time begins at 0."""
     if path.suffix.lower() in recording_files.ENDINGS:
         headings, numbers, metadata = recording_files.table(path, names)
     else:
         headings, numbers, metadata = names, recording_files.matrix(path, len(names)), {}
-    written = {f"{name}_{unit}": (name, unit) for name, unit in _take_other(metadata).items()}
-    usual = [n for n, heading in enumerate(headings) if n == 0 or heading not in written]
+    further = {f"{name}_{unit}": (name, unit) for name, unit in _take_other(metadata).items()}
+    usual = [n for n, heading in enumerate(headings) if n == 0 or heading not in further]
     time, columns = recording_files.signals(path.name, [headings[n] for n in usual], numbers[:, usual], UNITS)
     try:
         channels = {name: Channel(values, UNITS[name]) for name, values in columns.items()}
         for n in set(range(len(headings))).difference(usual):
-            name, unit = written[headings[n]]
+            name, unit = further[headings[n]]
             channels[name] = Channel(numbers[:, n], unit)
         return Recording(time - time[:1], channels, {"source": path.name, **metadata})
     except RecordingError as error:

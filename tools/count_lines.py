@@ -59,15 +59,15 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
         ),
     ),
     "run": (1916, ("labcourse/run/**/*.py",)),
-    "report": (1153, ("labcourse/report/**/*.py",)),
+    "report": (1155, ("labcourse/report/**/*.py",)),
     "running, the warm runner": (1005, ("labcourse/grading/running/**/*.py", "labcourse/run/inside/**/*.py")),
     "intake": (1290, ("labcourse/grading/intake/**/*.py",)),
     "gradebook": (1423, ("labcourse/grading/gradebook/**/*.py",)),
     "marking": (1195, ("labcourse/grading/marking/**/*.py",)),
     "isolation": (1123, ("labcourse/grading/isolation/**/*.py",)),
-    "reports, scoring": (1900, ("labcourse/grading/reports/**/*.py", "labcourse/grading/scoring/**/*.py")),
+    "reports, scoring": (1901, ("labcourse/grading/reports/**/*.py", "labcourse/grading/scoring/**/*.py")),
     "outcomes, overview, platforms, accounts": (
-        1740,
+        1739,
         (
             "labcourse/grading/accounts.py",
             "labcourse/grading/erasure.py",

@@ -448,7 +448,7 @@ def _error_text(error: Exception) -> str:
 
 
 def solved_cells(course: Course, pristine: Mapping[str, dict[str, Any]]) -> dict[str, tuple[Cell, ...]]:
-    """Return file name → cells of a student who answered as the solutions do, and changed nothing else.
+    """Return file name → cells of the released notebook, with the solutions' answers filled in.
 
     Parameters
     ----------

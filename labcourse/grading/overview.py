@@ -175,10 +175,9 @@ def as_page(overview: Mapping[str, Any]) -> str:
     """Return the overview as an HTML page without scripts, which loads nothing."""
     environment = templates("templates")
     environment.filters["short"] = short
-    functions = {"moment": moment, "worth": worth, "shortened": shortened, "state": _state, "listed": listed}
-    functions |= {"left": _time_left}
+    functions = {"moment": moment, "worth": worth, "shortened": shortened, "state": _state, "left": _time_left}
     page = environment.get_template("overview.html")
-    return page.render(**overview, **functions, many=MANY, program=program.name())
+    return page.render(**overview, **functions, listed=listed, many=MANY, program=program.name())
 
 
 def as_text(page: str) -> str:

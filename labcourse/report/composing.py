@@ -276,7 +276,7 @@ def _matrix(value: Any) -> str:
 
 
 def _poles(values: Any) -> str:
-    """Return poles (n,), a conjugate pair in one row."""
+    """Return LaTeX for poles (n,): a column, with a conjugate pair in one row."""
     rows, left = [], list(values)
     while left:
         value = left.pop(0)

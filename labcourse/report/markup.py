@@ -186,10 +186,11 @@ class Markup:
         return item
 
     def picture(self, content: bytes, suffix: str, alt: str) -> Node:
-        """Return a picture. The template knows its size by the suffix of its name."""
+        """Store a picture, and return its node. The template takes its size by ``suffix``."""
         name = f"{len(self.pictures) + 1}-{suffix}"
         image = {"t": "Image", "c": [_NO_ATTRIBUTES, _words(alt), [name, ""]]}
-        self.pictures[name], self.alt[name] = (image, content), alt
+        self.pictures[name] = (image, content)
+        self.alt[name] = alt
         return image
 
     def formula(self, kind: str, latex: str, place: Place) -> Node:
@@ -347,10 +348,12 @@ class _Cleaned:
         yield from shown
 
     def _image(self, content: Any, suffix: str = "in-line.png") -> Iterator[Node]:
+        """Yield a picture that is attached; leave out another one, with a notice."""
         name = content[2][0]
+        is_noted = any(repr(name[:_SHOWN]) in notice.message for notice in self.markup.notices)  # with the reason
         if name in self.pictures:
             yield self.markup.picture(self.pictures[name], suffix, plain(content[1]))
-        elif not any(repr(name[:_SHOWN]) in notice.message for notice in self.markup.notices):  # with its reason
+        elif not is_noted:
             self.note(f"The picture {name[:_SHOWN]!r} is left out: paste it into the cell.")
 
     def _figure(self, content: Any) -> Iterator[Node]:

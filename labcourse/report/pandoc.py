@@ -67,7 +67,7 @@ def write(blocks: Sequence[Node], to: str, template: str = "", **values: str) ->
     dict
         LaTeX of each formula that pandoc does not understand → the reason.
     """
-    meta = {name: {"t": "MetaString", "c": value} for name, value in values.items()}  # which are escaped
+    meta = {name: {"t": "MetaString", "c": value} for name, value in values.items()}  # pandoc escapes them
     document = {"pandoc-api-version": [1, 23, 1, 1], "meta": meta, "blocks": list(blocks)}
     inputs = {"document.json": json.dumps(document), "template.html": template}
     options = [*_OPTIONS[to], *(["--template=template.html"] if template else [])]

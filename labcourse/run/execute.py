@@ -93,7 +93,10 @@ def run(
 def _run_warm(
     specification: Mapping[str, Any], folder: Path, environment: Mapping[str, str], report: Callable[[str], None]
 ) -> bool:
-    """Run notebooks with the warm runner; return False if it cannot run here, and nothing was run."""
+    """Run notebooks with the warm runner, and return True; False if it cannot work here, and nothing was run.
+
+    The warm runner is one process that imports libraries once, and forks for each notebook.
+    """
     command = [sys.executable, "-P", "-m", main.__name__]
     pipes: dict[str, Any] = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": subprocess.DEVNULL}
     runner = subprocess.Popen(command, cwd=folder, env=dict(environment), encoding="utf-8", errors="replace", **pipes)
@@ -109,7 +112,7 @@ def _run_warm(
         runner.wait()
         runner.stdout.close()
     if code not in (inside.FINE, inside.TIMED_OUT, inside.DIED, inside.BROKEN):
-        raise CheckError("Running your notebooks was ended from outside, perhaps for lack of memory. Try again.")
+        raise CheckError("The operating system ended the run of your notebooks, perhaps for lack of memory. Try again.")
     return code != inside.BROKEN
 
 

@@ -30,7 +30,7 @@ from rotflex.units import DEG, HZ
 
 _POLL = 0.005  # s
 _ENOUGH = 30  # counts, of a push by hand; 1.3 deg at least
-_LOOPED, _OFF_BY = (-2.0, 0.0, 2.0), 0.1  # V
+_TEST_VOLTAGES, _TOLERANCE = (-2.0, 0.0, 2.0), 0.1  # V
 _VOLTAGE = 2.0  # V, at most, once the watchdog has stopped the motor
 _SLOPE = 0.25  # V/s
 _FAR = 3 * DEG
@@ -195,27 +195,27 @@ def outputs(file: BenchFile) -> Channels:
 
 
 def check_loopback(bench: Bench, file: BenchFile) -> str:
-    """Check that what is written to the joined output comes in at the input; return what was seen.
+    """Write voltages to the output that is wired to the loopback input, and check what is read there.
 
     Raises
     ------
     BenchError
-        If it does not.
+        If another voltage is read.
     """
     if file.loopback is None:
         return "not tried: bench.toml names no loopback_output and loopback_input"
     try:
-        for volts in _LOOPED:
+        for volts in _TEST_VOLTAGES:
             write_loopback(bench, file, volts)
             read = read_volts(bench, file.loopback[1])
-            if abs(read - volts) > _OFF_BY:
+            if abs(read - volts) > _TOLERANCE:
                 raise BenchError(
                     f"{volts:g} V on analog output {file.loopback[0]} came in as {read:.2f} V at analog input "
                     f"{file.loopback[1]}: look at the cable between them, and at the board's ranges."
                 )
     finally:
         write_loopback(bench, file, 0.0)
-    return f"what is written comes in, within {_OFF_BY:g} V"
+    return f"what is written comes in, within {_TOLERANCE:g} V"
 
 
 def loopback(work: Work, bench: Bench) -> None:
@@ -353,13 +353,13 @@ def link(work: Work, bench: Bench) -> None:
         mirrored = natural_frequency(theta, -alpha, dt, damping=_DAMPING, within=within, spacing=_SPACING * HZ)
         if mirrored[1] < left:
             raise BenchError(
-                "The arm bends the other way than its inertia bends it when the servo turns: the sign of one encoder "
+                "The arm deflects in the wrong direction when the servo accelerates: the sign of one encoder "
                 "was found the wrong way round. Begin again, and turn servo and arm both counter-clockwise."
             )
         raise BenchError(
-            f"The arm does not swing as one on the springs of such a joint, between {_NATURAL[0]:g} and "
-            f"{_NATURAL[1]:g} Hz: {left:.0%} of its motion is left over. Look at the springs, at what else is on the "
-            "arm, at the link's encoder, and whether something touches the arm."
+            f"The arm does not swing like an arm on this joint's springs, between {_NATURAL[0]:g} and "
+            f"{_NATURAL[1]:g} Hz: {left:.0%} of its motion remains unexplained. Look at the springs, at "
+            "what else is on the arm, at the link's encoder, and whether something touches the arm."
         )
     stiffness = bench.joint.J_l * omega**2
     work.measured |= {"natural_frequency_Hz": omega / HZ, "stiffness": stiffness}
@@ -464,7 +464,7 @@ def _left_alone(bench: Bench, file: BenchFile) -> str | None:
         return f"The watchdog did not stop the motor: the servo still turned {_END:g} s after the last sign of life."
     if not expired:
         return "The servo stopped, but the watchdog had not expired: something else stopped it."
-    if abs(left) > _OFF_BY:
+    if abs(left) > _TOLERANCE:
         return f"The watchdog left {left:.2f} V on the loopback's output."
     return None
 

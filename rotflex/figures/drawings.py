@@ -194,6 +194,8 @@ def drawing(
     """
 
     def decorate(draw: Callable[[Sketch], None]) -> Callable[[], Picture]:
+        """Make a drawing a function without arguments. Its docstring, after the first paragraph, is the alt text."""
+
         @wraps(draw)
         def picture() -> Picture:
             with style():
@@ -202,7 +204,7 @@ def drawing(
             sketch.figure.alt_text = " ".join(cleandoc(draw.__doc__ or "").partition("\n\n")[2].split())
             return sketch.figure
 
-        del picture.__wrapped__  # which would show the sketch as an argument
+        del picture.__wrapped__  # else a signature would show the sketch as an argument
         return picture
 
     return decorate

@@ -75,20 +75,20 @@ def fit(
 
     The voltage is taken to be held from one output to the next, as the control loop does. About seventy runs of the
     plant are needed: some 5 to 10 s for a recording of 10 s at 2 ms, and half as long again for each parameter that
-    turns out not to be told.
+    proves undetermined.
 
     Parameters
     ----------
     recordings : with theta, alpha, vm; any experiments in which both joints move
     servo, joint : nominal parts; what is not fitted keeps their values
-    free : names in ``TYPICAL`` of what to fit. Unless given, ``FREE`` less what the recordings do not tell, as
-        ``fixed`` of the result says. J_eq is in ``FREE``: 3 % off in it would put the link's friction off by a fifth.
-        J_l is not, for the arm's geometry gives it. Where that is in doubt, as on a real bench, give J_l in place of
-        torque_per_volt; where the motor is well known, B_eq in place of both motor's parameters.
+    free : names in ``TYPICAL`` of what to fit. By default ``FREE``, without what the recordings do not
+        determine (``fixed`` of the result). J_eq is in ``FREE``: an error of 3 % in it would put the link's friction
+        off by a fifth. J_l is not, for the arm's geometry gives it. Where that is in doubt, as on a real bench, give
+        J_l in place of torque_per_volt; where the motor is well known, B_eq in place of both motor parameters.
     initial : where to start, and what is not fitted, in place of the nominal parts; its outputs come at once
     progress : show a progress bar when it takes longer than a second
-    per_recording : names of what each recording has its own of, such as ``("servo_friction",)``; all else is common to
-        them, but for the offset of alpha and the initial rates, which are always each one's own
+    per_recording : names of parameters that each recording has its own value of, such as ``("servo_friction",)``. The
+        offset of alpha and the initial rates are always fitted for each recording; all else is common to them
 
     Returns
     -------
@@ -97,8 +97,8 @@ def fit(
     Raises
     ------
     IdentificationError
-        If a channel is missing or constant, nothing moves in three windows of 1 s, or the recordings do not tell the
-        parameters: J_l beside torque_per_volt, or B_eq beside braking, none tells.
+        If a channel is missing or constant, nothing moves in three windows of 1 s, or the recordings do not
+        determine the parameters. None separates J_l from torque_per_volt, or B_eq from braking.
     ConfigurationError
         If a name does not exist.
     """

@@ -22,7 +22,7 @@ from rotflex.plant import PlantParameters
 from rotflex.recording import Recording
 from rotflex.units import DEG
 
-_TOGETHER = 0.95  # of a correlation: the interval of each is three times what it would be, were the other known
+_HIGH_CORRELATION = 0.95  # of a correlation: the interval of each is three times what it would be, were the other known
 #: rad RMS: what is left of a log of the right plant is half of it at most, and of another mechanism (a flexible link in
 #: the joint's place) half as much again
 _DOUBTFUL = {"theta": 1.0 * DEG, "alpha": 0.5 * DEG}
@@ -184,18 +184,18 @@ class FitResult:
             value = "fixed" if name in self.fixed else value
             lines.append(f"{called[name]:{width}}{value:>12}   {low:.{digits}g} … {high:.{digits}g} {unit}")
         lines.append(f"What is left (RMS, deg): {in_degrees(self.residual_rms)}.")
-        lines += [*self.doubts(recordings), *self.fixed.values(), *self._hardly_apart([*called.values()])]
+        lines += [*self.doubts(recordings), *self.fixed.values(), *self._correlation_warnings([*called.values()])]
         return "\n".join([*lines, self._in_ratio()])
 
-    def _hardly_apart(self, names: Sequence[str]) -> list[str]:
-        """What the recordings tell together better than apart."""
+    def _correlation_warnings(self, names: Sequence[str]) -> list[str]:
+        """Return a warning for each pair of parameters with strongly correlated estimates."""
         text = (
-            "{one} and {other} are hardly told apart (correlation {correlation:.2f}): an error of one goes with an "
-            "error of the other. A recording of other motion parts them."
+            "{one} and {other} can hardly be separated (correlation {correlation:.2f}): an error of one goes with an "
+            "error of the other. A recording of another motion separates them."
         )
         return [
             text.format(one=names[row], other=names[column], correlation=self.correlation[row, column])
-            for row, column in zip(*np.nonzero(np.abs(np.triu(self.correlation, 1)) >= _TOGETHER), strict=True)
+            for row, column in zip(*np.nonzero(np.abs(np.triu(self.correlation, 1)) >= _HIGH_CORRELATION), strict=True)
         ]
 
     def _in_ratio(self) -> str:

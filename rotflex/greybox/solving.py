@@ -237,7 +237,7 @@ def choose(make: Make, nominal: PlantParameters, progress: bool) -> Chosen:
         name, sure = _without_effect(problem, found), None
         if name is None:
             sure = sureness(problem, found)
-            name = _least_told(problem, found, sure)
+            name = _next_to_fix(problem, found, sure)
             if name is None:
                 return Chosen(problem, found, sure, fixed)
         plant, delay = problem.plant(found.values, 0), problem.values(found.values, 0).get("delay", delay)
@@ -253,8 +253,11 @@ def _without_effect(problem: Problem, found: Found) -> str | None:
     return next((name for name in (*_MAY_BE_NONE, *_ON_DATA_SHEETS) if name in keys), None)
 
 
-def _least_told(problem: Problem, found: Found, sure: Sureness) -> str | None:
-    """The first to be given up of what is told too little."""
+def _next_to_fix(problem: Problem, found: Found, sure: Sureness) -> str | None:
+    """Return the next parameter to fix because the recordings do not determine it; None if they determine all.
+
+    First come those that may be zero, if their uncertainty exceeds their value; then those on data sheets.
+    """
     values = np.abs(found.values) * problem.units
     for names, enough in ((_MAY_BE_NONE, 1.0), (_ON_DATA_SHEETS, 1 / _OPEN)):
         for name in names:

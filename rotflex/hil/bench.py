@@ -508,14 +508,14 @@ class Bench:
         BenchError
             If the voltage is not a finite number, or the bench is not sampling; the motor is at 0 V then.
         LimitExceeded
-            If it is more than a bench allows that was not commissioned; the motor is at 0 V then.
+            If it exceeds the lower limit of a bench that has not been commissioned; the motor is at 0 V then.
         HILError
             If the board refuses it, as when its watchdog has expired.
         """
         most = self._v_max
         applied = min(max(voltage, -most), most)
         if applied != voltage:
-            self._refuse_beyond(voltage)
+            self._refuse_beyond(voltage)  # raises for NaN, which equals nothing, and where nothing may be cut
         if applied and self._task is None:  # no watchdog runs, and nothing would stop the motor
             self.stop()
             raise BenchError("The bench is not sampling, so the motor stays at 0 V; call start() first.")

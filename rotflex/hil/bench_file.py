@@ -152,16 +152,16 @@ class BenchFile:
         return replace(self, wiring={**self.wiring, **signs})
 
     def setup(self) -> Setup:
-        """Return what is known of the bench, for :func:`rotflex.hil.open`."""
+        """Return parts, limits (rad, V), wiring and commissioning state of the bench, for :func:`rotflex.hil.open`."""
         parts = dict(self.parts)
         arm = joint(parts.pop("arm_position"))
-        bound = dict(self.limits) | {name: self.limits[name] * DEG for name in ("theta", "alpha")}
-        bound["voltage"] = min(bound["voltage"], self.board["output_range"] * self.parts["cable_gain"])
-        serial: list[str] = []  # number of the board, once it was opened
+        limits = dict(self.limits) | {name: self.limits[name] * DEG for name in ("theta", "alpha")}
+        limits["voltage"] = min(limits["voltage"], self.board["output_range"] * self.parts["cable_gain"])
+        serial: list[str] = []  # `_prepare` adds the number of the board when it is opened
         return Setup(
             servo=check_mounted(srv02(**parts)),
             joint=arm,
-            limits=Limits(**bound),
+            limits=Limits(**limits),
             wiring=Wiring(**{name: value for name, value in self.wiring.items() if not name.startswith("loopback")}),
             stiffness=real.stiffness(self.record) or WORKBOOKS_STIFFNESS,
             commissioned=lambda: real.why_not(self.record, self.identity(), "".join(serial)),

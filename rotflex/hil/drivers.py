@@ -124,7 +124,7 @@ class Driver(Protocol):
         """Return what the board at an address has, and by it what ``bench.toml`` may say; None if that is not known."""
 
     def software(self) -> str:
-        """Name what the driver stands on, for ``rotflex doctor --bench``, as ``pyserial 3.5``.
+        """Return name and version of the library that the driver uses, as ``pyserial 3.5``, for ``doctor --bench``.
 
         Raises
         ------

@@ -328,9 +328,9 @@ def _hold(vm: NDArray[np.float64], index: int, newest: int, overdue: int) -> Non
 
 
 def _bridge(signals: NDArray[np.float64], index: int, first: int, came: Measurement) -> list[Measurement]:
-    """Samples that never came, from ``index`` to the first that came: on the line between their neighbours.
+    """Return measurements for the lost samples ``index`` to ``first`` - 1: a line between their neighbours.
 
-    The controller sees them, too: its derivatives would take the motion of many samples for that of one.
+    The controller gets them, too. Else its derivatives would see the motion of several samples within one.
     """
     before = signals[:2, index - 1] if index else np.array(came[1:])
     parts = np.arange(1, first - index + 1) / (first - index + 1)

@@ -289,12 +289,15 @@ def _fits(recording: Recording, controller: Controller, reference: Vector, sampl
 
 
 def voltages(recording: Recording, controller: Controller, reference: Vector, v_max: float) -> Vector:
-    """Return what a controller sets, fed with the recorded angles: V, one for each entry of the reference."""
+    """Return the voltages (n,), V within ±v_max, that a controller sets for the recorded angles.
+
+    There are as many as reference and recording both have samples. NaN becomes inf, which equals no recorded voltage.
+    """
     controller = begun(controller)
-    both = zip(reference.tolist(), recording["theta"].tolist(), recording["alpha"].tolist(), strict=False)
-    set_ = [min(max(controller(target, theta, alpha), -v_max), v_max) for target, theta, alpha in both]
-    finite: Vector = np.nan_to_num(np.array(set_), nan=math.inf)
-    return finite
+    samples = zip(reference.tolist(), recording["theta"].tolist(), recording["alpha"].tolist(), strict=False)
+    clipped = [min(max(controller(target, theta, alpha), -v_max), v_max) for target, theta, alpha in samples]
+    result: Vector = np.nan_to_num(np.array(clipped), nan=math.inf)
+    return result
 
 
 def _is_of_call(recording: Recording, settings: Mapping[str, Any], reference: Vector, sample_time: float) -> bool:

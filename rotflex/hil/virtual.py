@@ -193,9 +193,9 @@ class Terminals:
 
     def __init__(self, plant: Moving, motor: int, gain: float, outputs: int, timing: Timing, now: float) -> None:
         self.plant = plant
-        self._motor, self._gain, self._timing = motor, gain, timing
+        self._motor, self._gain, self._timing = motor, gain, timing  # output of the motor; of its cable; when
         self._voltages = dict.fromkeys(range(outputs), 0.0)
-        self._coming: deque[tuple[int, Mapping[int, float]]] = deque()  # by the tick at which they take effect
+        self._coming: deque[tuple[int, Mapping[int, float]]] = deque()  # tick at which it takes effect, output → V
         self._ticks = round(now / TICK)
         self.begin()
 
@@ -348,7 +348,7 @@ class VirtualBoard(Board):
     def _catch_up(self, instant: float) -> None:
         """Let the plant move until ``instant``, and take the samples that are due before.
 
-        Where time waits for the program, no sample is taken before somebody fetches it.
+        A task in whose overflow mode time waits (``_TIME_WAITS``) takes its samples when they are fetched.
         """
         if instant == self._instant:
             return

@@ -142,7 +142,7 @@ class Running:
 
 
 def outcome(run: Running) -> tuple[str, str]:
-    """How a run ended: a word for it, and a sentence for its user."""
+    """Return how a run ended: a word, and a sentence for its user. Call it when nothing more is waited for."""
     error: Any = run.error
     if run.not_zero is not None or not run.done:
         why = f"{type(run.not_zero).__name__}: {run.not_zero}" if run.not_zero else "it does not answer"
@@ -153,7 +153,7 @@ def outcome(run: Running) -> tuple[str, str]:
         return "stopped", str(error)
     if isinstance(error, WatchdogExpired) or (
         isinstance(error, HILError) and "watchdog" in str(error)
-    ):  # a maker's words
+    ):  # a manufacturer's driver says it in its message only
         return "ended", "The computer was too busy to control the bench: its watchdog ended the run. 0 V was written."
     if isinstance(error, RotflexError):
         busy = f"The computer was too busy: {run.late} samples came late, which may have led to this. "

@@ -10,7 +10,7 @@ from rotflex import experiments, hil
 from rotflex.config import joint, srv02
 from rotflex.errors import ConfigurationError, IdentificationError
 from rotflex.greybox import FREE, fit, leave_one_out
-from rotflex.greybox.solving import Found, Sureness, _fix, _least_told, sureness
+from rotflex.greybox.solving import Found, Sureness, _fix, _next_to_fix, sureness
 from rotflex.hil.controllers import StateFeedback
 from rotflex.hil.loop import run
 from rotflex.hil.student_benches import student_bench
@@ -191,7 +191,7 @@ def test_a_friction_that_the_spread_between_recordings_does_not_tell_from_none_i
         within, np.array([spread.get(*pair) for pair in zip(names, within, strict=True)]), within, np.eye(6)
     )
     found = Found(values, np.zeros(1), np.zeros((1, 6)))
-    assert _least_told(problem, found, sure) == given_up
+    assert _next_to_fix(problem, found, sure) == given_up
     if given_up:
         low, high = _fix(given_up, 0.0, problem, found, sure).interval
         assert low < 0 < high

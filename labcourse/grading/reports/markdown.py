@@ -30,6 +30,7 @@ LONGEST = 20_000  #: characters that are rendered; an answer has fewer
 MOST_BYTES = 300_000  #: of the HTML, without pictures
 LONGEST_FORMULA = 1000  #: characters; it fits on a page
 MOST_NODES = 3000  #: of a formula's tree
+_CHARACTERS_A_LEVEL = 8  # characters of a row of commands for each level: not fewer than a short command has
 _DEEPEST = 12  # quotes and lists in each other
 _DEEPEST_FORMULA = 25  # groups in each other
 _WIDEST = 40  # bars in a line, which may make columns of a table
@@ -127,12 +128,13 @@ def _reader(tables: bool) -> MarkdownIt:
 
 
 def _show_formula(_self: Any, tokens: Sequence[Token], index: int, _options: Any, _env: Any) -> str:
+    """Show a formula as MathML, or its LaTeX as code if it cannot be converted (a rule of markdown-it)."""
     token = tokens[index]
-    mark = "" if token.type == "amsmath" else token.markup
+    delimiter = "" if token.type == "amsmath" else token.markup
     try:
-        formula = as_mathml(token.content.strip(), block=mark != "$")
+        formula = as_mathml(token.content.strip(), block=delimiter != "$")
     except FormulaError:
-        formula = Markup("<code>{0}{1}{0}</code>").format(mark, token.content)
+        formula = Markup("<code>{0}{1}{0}</code>").format(delimiter, token.content)
     return f"<p>{formula}</p>\n" if token.block else str(formula)
 
 
@@ -186,15 +188,15 @@ def as_mathml(latex: str, block: bool = False) -> Markup:
 
 
 def _depth(latex: str) -> int:
-    """Return how deep groups are nested: braces, environments, \\left."""
+    """Estimate how deep LaTeX is nested: braces, environments, ``\\left``, and rows of commands without braces."""
     level = deepest = 0
-    for opening in re.finditer(r"\\(?:begin|left|end|right)\b|\\.|[{}]|\^|_", latex):
-        level += opening[0] in ("{", r"\begin", r"\left")
-        level -= opening[0] in ("}", r"\end", r"\right")
+    for token in re.finditer(r"\\(?:begin|left|end|right)\b|\\.|[{}]", latex):
+        level += token[0] in ("{", r"\begin", r"\left")
+        level -= token[0] in ("}", r"\end", r"\right")
         deepest = max(deepest, level)
-    # Each of these takes what follows as its argument, so that a row of them is nested as well.
-    rows = max((len(row[0]) for row in re.finditer(r"(?:\\[a-zA-Z]+\s*){2,}|[\^_]{2,}", latex)), default=0)
-    return max(deepest, rows // 8)
+    # A command or script takes what follows as its argument, so a row of them is nested as well.
+    longest_row = max((len(row[0]) for row in re.finditer(r"(?:\\[a-zA-Z]+\s*){2,}|[\^_]{2,}", latex)), default=0)
+    return max(deepest, longest_row // _CHARACTERS_A_LEVEL)
 
 
 def _written(node: Element) -> Markup:

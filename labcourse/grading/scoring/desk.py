@@ -157,8 +157,11 @@ class Desk:
         return [*group[:1], *free][:MOST_TOGETHER]
 
     def part_after(self, where: Where) -> Where | None:
-        """Return the next part, in the catalogue's order, of which answers wait; the first one after the last."""
-        waiting = {one.where for one in self.book.scores.answers() if one.waiting and not one.asked}
+        """Return the next part that has answers to score, in the catalogue's order; None without any.
+
+        After the last part, the first one is next.
+        """
+        waiting = {answer.where for answer in self.book.scores.answers() if answer.waiting and not answer.asked}
         order = self.in_order([*waiting, where])
         place = order.index(where)
         return next(iter([*order[place + 1 :], *order[:place]]), None)
@@ -237,17 +240,17 @@ class Desk:
         return f"{label} has changed. {state(answer)} Nothing of yours was written for it."
 
     def undo(self, actor: str) -> Done:
-        """Take back what a scorer did last, with all that was done in one go.
+        """Undo what a scorer did last, with all that was done by the same key.
 
-        There is a message on what cannot be taken back; the next time it is passed over.
+        A mark that cannot be undone is reported in ``problems``, and the next undo skips it.
         """
         acts = self.book.scores.acts(actor=actor)
         stuck = self._stuck[actor]
         left = [act for act in standing(acts) if act.number not in stuck]
         done = Done()
         if not left:
-            stuck.clear()  # it begins anew: meanwhile it may be as it was
-            done.problems.append("There is nothing of yours to take back.")
+            stuck.clear()  # start again: what could not be undone may have been changed back
+            done.problems.append("There is nothing of yours to undo.")
             return done
         together = self._together.get(left[-1].number, (left[-1].number,))
         by_number = {act.number: act for act in left}
@@ -260,7 +263,7 @@ class Desk:
                 answer = self.find(act.where, key_of(act.student, act.where))
                 why = "It is not there any more." if answer is None else state(answer)
                 label = self.label(act.student, act.where)
-                done.problems.append(f"{label} was not taken back, for it is another by now. {why}")
+                done.problems.append(f"{label} was not undone: it has been changed since. {why}")
         return done
 
 

@@ -86,13 +86,16 @@ class Guard:
 
         request = Request(scope, receive)
         try:
-            answer = self._checked(request)
+            answer = self._admit(request)
         except HTTPException as refused:
             answer = refusal(request, refused)
         await (answer or self._app)(scope, receive, guarded)
 
-    def _checked(self, request: Request) -> Response | None:
-        """Let a scorer in by their address, or check a request and note who asks. Raises HTTPException."""
+    def _admit(self, request: Request) -> Response | None:
+        """Sign in a scorer who opens their own link, and return the redirect; else check who sends the request.
+
+        Returns None if the request may go on; its scope names the scorer then. Raises HTTPException if it may not.
+        """
         if request.headers.get("host") not in self._hosts:
             raise HTTPException(421, "This server answers to 127.0.0.1 and localhost only.")
         path = request.scope["path"]
@@ -103,9 +106,9 @@ class Guard:
             return response
         scorer = self._scorer("session", request.cookies.get(self._cookie, ""))
         if request.method == "POST":
-            _check_act(scorer, request)
+            _check_post(scorer, request)
         elif request.method not in ("GET", "HEAD"):
-            raise HTTPException(405, "This is not done here.")
+            raise HTTPException(405, "Method not allowed.")
         request.scope[ACTOR] = scorer
         return None
 
@@ -116,7 +119,7 @@ class Guard:
         raise HTTPException(403, _CLOSED)
 
 
-def _check_act(scorer: Scorer, request: Request) -> None:
+def _check_post(scorer: Scorer, request: Request) -> None:
     """Refuse an act that does not come from a page of this scorer's."""
     headers = request.headers
     if headers.get("origin") != f"http://{headers['host']}":

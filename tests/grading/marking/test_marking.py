@@ -235,7 +235,7 @@ def test_a_check_that_fails_on_an_odd_claim_leaves_it_to_a_person_and_the_others
     [
         ("KEY = {'7.7': {}}", "'7.7'"),
         ("KEY = {'2.11': {'explanation': ForAPerson()}}", "checks for explanation\\."),
-        ("KEY = {'2.11': {name: ForAPerson() for name in ('omega_n', 'explanation', 'why')}}", "2.11.*explanation, why"),
+        ("KEY = {'2.11': {name: ForAPerson() for name in ('omega_n', 'explanation', 'why')}}", "explanation, why"),
         ("KEY = {'2.11': {'omega_n': ForAPerson(), 'explanation': ForAPerson()}}", "2.11, omega_n is a number"),
         ("KEY = {'2.11': nonsense}", "NameError.*nonsense"),
     ],

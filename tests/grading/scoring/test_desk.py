@@ -202,7 +202,7 @@ def test_undo_takes_back_what_was_done_in_one_go_and_before_it_one_by_one(book):
     for card in reversed(cards):
         assert {act.student for act in made.undo("Ann").acts} == set(card)
     assert all(one.waiting for one in book.scores.answers([WORDS]))
-    assert made.undo("Ann").problems == ["There is nothing of yours to take back."]
+    assert made.undo("Ann").problems == ["There is nothing of yours to undo."]
 
 
 def test_undo_goes_on_behind_what_another_decided_since(book):
@@ -216,7 +216,7 @@ def test_undo_goes_on_behind_what_another_decided_since(book):
     assert "Prof gave it level 2" in made.undo("Ann").problems[0]
     done = made.undo("Ann")
     assert [act.student for act in done.acts] == [first.student] and done.problems == []
-    assert made.undo("Ann").problems == ["There is nothing of yours to take back."]
+    assert made.undo("Ann").problems == ["There is nothing of yours to undo."]
     book.scores.undo(theirs.number, "Prof")  # and so it is as Ann left it
     assert [act.student for act in made.undo("Ann").acts] == [other.student]
 
