@@ -307,8 +307,13 @@ class Bench:
         except HILError as error:
             self.refused[verb] = f"{error} {_TO_DO[verb]}"
 
-    def __exit__(self, *_error: object) -> None:
-        self._close()
+    def __exit__(self, _kind: object, error: BaseException | None, _trace: object) -> None:
+        try:
+            self._close()
+        except HILError as failure:  # it is shown in place of the first one, whose notes say where the samples are
+            for note in getattr(error, "__notes__", ()) if failure is not error else ():
+                failure.add_note(note)
+            raise
 
     def _close(self) -> None:
         """Set 0 V, then close the board; each is tried whatever happens to the other."""

@@ -31,9 +31,11 @@ from rotflex.progress import progress as with_progress
 from rotflex.recording import Recording
 
 if sys.platform == "win32":
+    import msvcrt
 
-    def _lock(_file: Any) -> None:
-        """Do nothing: there a file that is open cannot be deleted."""
+    def _lock(file: Any) -> None:
+        """Lock a file until it is closed; raise OSError where another program has it locked."""
+        msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)
 
 else:
     import fcntl
@@ -179,7 +181,7 @@ class _Stored:
             self._path = folder / f"{uuid.uuid4().hex}.npy"
             files.write(self._path.with_suffix(".json"), about)
             self.signals = np.lib.format.open_memmap(self._path, mode="w+", dtype=float, shape=(3, samples))
-            self._file = self._path.open("rb")
+            self._file = self._path.open("r+b")  # over a network only a file that may be written can be locked
             with contextlib.suppress(OSError):  # a file system without locks
                 _lock(self._file)
         except (TypeError, ValueError, RecursionError) as error:
@@ -205,9 +207,9 @@ def recover(folder: Path) -> None:
     for path in folder.glob("*.npy"):
         # What is not whole is left alone, and so is the run of a program that is alive.
         with contextlib.suppress(OSError, EOFError, ValueError, TypeError, LookupError, RecordingError):
-            with path.open("rb") as file:
+            with path.open("r+b") as file:
                 _lock(file)
-                signals = np.load(file)
+            signals = np.load(path)
             described = json.loads(path.with_suffix(".json").read_text(encoding="utf-8"))
             ended = "The program ended without a word. The board's watchdog, where it works, then sets 0 V."
             if recording := _broken_off(signals, described | {"ended": ended}):
@@ -233,10 +235,10 @@ def _break_off(bench: Bench, error: BaseException, signals: NDArray[np.float64],
         bench.kept = _broken_off(signals, described | {"ended": reason(error)} | bench.timing)
         if bench.kept is not None:
             bench.kept_in = save_aside(bench.kept, bench.safety.folder)
+            raised = sys.exception() or error  # the stop's own error, where it failed
+            raised.add_note(f"What was recorded until then is {where(bench.kept_in)}.")
     if not isinstance(error, BenchError):  # the bench's own say so themselves
         error.add_note("The motor is at 0 V.")
-    if bench.kept is not None:
-        error.add_note(f"What was recorded until then is {where(bench.kept_in)}.")
 
 
 def _broken_off(signals: NDArray[np.float64], described: Mapping[str, Any]) -> Recording | None:

@@ -282,7 +282,9 @@ def test_after_a_fault_the_motor_is_at_0_V_and_nothing_recorded_is_lost(fault, t
         assert "The motor is at 0 V" in said or isinstance(caught.value, HILError)
         recording = bench.kept
         assert_kept(recording, fault)
-        (saved,) = map(Recording.load, tmp_path.iterdir())
+        (file,) = tmp_path.iterdir()
+        saved = Recording.load(file)
+        assert file == bench.kept_in and str(file) in said
         assert saved.metadata == recording.metadata
         for name in ("theta", "alpha", "vm"):
             np.testing.assert_allclose(saved[name], recording[name], rtol=1e-12, atol=1e-15)
@@ -329,10 +331,11 @@ def test_a_run_that_does_not_begin_leaves_0_V_and_no_file(verb, tmp_path):
 @pytest.mark.parametrize("verb", ["task_stop", "task_delete", "watchdog_clear", "watchdog_stop"])
 def test_a_run_that_is_whole_is_kept_where_the_stop_in_the_end_fails(verb, error, tmp_path):
     board = FaultBoard()
-    with pytest.raises(type(error)), bench_of(board, tmp_path) as bench:
+    with pytest.raises(type(error)) as caught, bench_of(board, tmp_path) as bench:
         board.before[verb] = failing(SAMPLES, error)
         run(bench, StateFeedback(GAIN), REFERENCE, SAMPLE_TIME, progress=False)
     assert board.voltage == 0.0
+    assert any(str(bench.kept_in) in note for note in caught.value.__notes__)
     for name in ("theta", "alpha", "vm"):
         assert bench.kept[name].tolist() == undisturbed_run()[name].tolist()
     (saved,) = map(Recording.load, tmp_path.iterdir())

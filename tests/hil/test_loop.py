@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import subprocess
 import sys
@@ -12,6 +13,7 @@ import pytest
 from rotflex import __version__, hil
 from rotflex.config import srv02
 from rotflex.errors import BenchError, DesignError, RecordingError
+from rotflex.hil import loop
 from rotflex.hil.bench import Bench, Safety
 from rotflex.hil.controllers import OpenLoop, StateFeedback
 from rotflex.hil.loop import recover, run
@@ -188,6 +190,25 @@ def test_what_a_killed_program_recorded_is_saved_when_a_bench_is_opened_next_and
     recording = Recording.load(path)
     assert str(path) in capsys.readouterr().err and "watchdog" in recording.metadata["ended"]
     np.testing.assert_allclose(recording["theta"], 0.001 * np.arange(700), atol=1e-12)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows locks otherwise")
+def test_it_is_saved_also_where_only_a_file_that_may_be_written_can_be_locked_as_over_a_network(tmp_path, monkeypatch):
+    import fcntl
+
+    def over_a_network(file, operation, lock=fcntl.flock):
+        if not file.writable():
+            raise OSError(errno.EBADF, "Bad file descriptor")
+        lock(file, operation)
+
+    monkeypatch.setattr(fcntl, "flock", over_a_network)
+    stored = loop._Stored(1000, tmp_path, {"sample_time": 0.002})
+    stored.signals[:, :10] = 1.0
+    recover(tmp_path)
+    assert not list(tmp_path.glob("*.mat"))
+    stored._file.close()
+    recover(tmp_path)
+    assert list(tmp_path.glob("*.mat"))
 
 
 ABOUT = '{"source": "bench", "sample_time": 0.002}'
