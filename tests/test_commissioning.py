@@ -148,6 +148,23 @@ def test_whoever_says_no_has_no_motor_driven_and_nothing_recorded():
     assert laboratory.moved < 1e-9
 
 
+class Pushed(miswired.Laboratory):
+    """Somebody pushes the arm the positive way, harder than 1 V does either way."""
+
+    def __call__(self) -> VirtualBoard:
+        board = super().__call__()
+        advance = board.plant.advance
+        board.plant.advance = lambda voltage, duration: advance(5.0 if voltage else 0.0, duration)
+        return board
+
+
+def test_a_motors_sign_counts_only_if_it_turns_either_way():
+    laboratory = Pushed(1, 1, -1)
+    with pytest.raises(BenchError, match="the same way"):
+        alone(laboratory, steps.motor_sign, miswired.Person(laboratory))
+    assert laboratory.board.terminals.commanded[0] == 0.0
+
+
 class Paused(miswired.Laboratory):
     """Its boards run in time that does not wait, and the computer pauses for 5 ms now and then."""
 

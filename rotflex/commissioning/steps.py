@@ -288,9 +288,22 @@ def full_turn_and_zero(work: Work, bench: Bench) -> None:
 
 
 def motor_sign(work: Work, bench: Bench) -> None:
-    """Find which way a positive voltage turns the servo: it rises slowly, and goes off after 3 degrees."""
+    """Find which way a positive voltage turns the servo: it rises slowly, and goes off after 3 degrees; then back.
+
+    Raises
+    ------
+    BenchError
+        If a negative voltage turns it the same way: with a wrong sign, the first closed loop would run away.
+    """
     turn_slowly(bench, 1, _FAR)
-    sign = work.file.wiring["motor_sign"] * (1 if bench.latest.theta > 0 else -1)
+    turned = bench.latest.theta
+    turn_slowly(bench, -1, _FAR)
+    if turned * bench.latest.theta > 0:
+        raise BenchError(
+            "The servo turned the same way at a positive and at a negative voltage: somebody pushed the arm, or its "
+            "cables pull at it. Nothing was recorded: begin again, and let the arm go."
+        )
+    sign = work.file.wiring["motor_sign"] * (1 if turned > 0 else -1)
     work.file = work.file.with_signs(motor_sign=sign)
     work.dialogue.say(f"Motor: {sign:+d}.")
 
