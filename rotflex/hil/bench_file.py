@@ -198,7 +198,7 @@ class BenchFile:
         for name, allowed in self.tables().items():
             for key, value in getattr(self, name).items():
                 if key not in allowed:
-                    yield f"There is no {key} in [{name}]; there are {', '.join(allowed)}."
+                    yield f"There is no {key} in [{name}]; there are {', '.join(allowed)}. Correct or delete the line."
                 elif not allowed[key].fits(value):
                     yield _misfit(f"[{name}] {key}", value, allowed[key].allowed, allowed[key].why)
 
