@@ -513,6 +513,15 @@ def test_a_mat_file_with_a_part_cut_off_or_damaged_never_gives_a_traceback_of_ot
         assert {"theta"} <= set(recording.channels) <= set(UNITS)
 
 
+@settings(max_examples=60)
+@given(st.binary(max_size=200), st.sampled_from([".mat", ".csv"]))
+def test_rubbish_is_no_recording(tmp_path_factory, rubbish, ending):
+    path = tmp_path_factory.mktemp("rubbish") / f"a{ending}"
+    path.write_bytes(rubbish)
+    with pytest.raises(RecordingError):
+        Recording.load(path)
+
+
 def test_a_notebook_shows_a_table_of_the_channels_with_angles_in_degrees():
     t = np.arange(5000) * 0.002
     recording = Recording(t, {"theta": Channel(np.sin(t) * 20 * DEG, "rad"), "a<b": Channel(3 * t, "A")})

@@ -89,6 +89,19 @@ def test_a_rate_limited_step_counts_from_the_start_of_its_ramp():
         assert (other.before, other.after) == (one.before, one.after)
 
 
+def test_largest_deflection_and_voltage_belong_to_their_own_step():
+    recording = wave([-1, 1, -1], start=-1)
+    alpha, vm = np.zeros(len(recording)), np.zeros(len(recording))
+    half = len(recording) // 3
+    alpha[half + 50], vm[half + 5] = -0.15, 8.0
+    alpha[2 * half + 50], vm[2 * half + 5] = 0.12, -9.0
+    first, second = response.measure(changed(recording, alpha=alpha, vm=vm))
+    assert (first.max_alpha, first.max_vm) == (0.15, 8.0)
+    assert (second.max_alpha, second.max_vm) == (0.12, 9.0)
+    summary = response.worst([first, second])
+    assert (summary.max_alpha, summary.max_vm) == (0.15, 9.0)
+
+
 def test_a_recording_of_the_servo_alone_is_measured_without_deflection_and_voltage():
     whole = wave([-1, 1, -1], start=-1)
     summary = response.worst(
@@ -124,6 +137,11 @@ def test_the_first_step_does_not_flatter_the_summary():
     assert summary.settling_time == steps[1].settling_time > steps[0].settling_time
     # A wave that opens at its first level has no step there.
     assert [step.direction for step in response.measure(wave([1, -1, 1], start=1))] == [-1, 1]
+
+
+def test_the_step_back_to_zero_has_the_band_of_the_value_it_came_from():
+    up, down = response.measure(wave([0, 1, 0], hold=1.5))
+    assert down.settling_time == pytest.approx(up.settling_time, abs=1e-9)
 
 
 def sticking(error_deg):
