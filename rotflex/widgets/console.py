@@ -195,6 +195,7 @@ class BenchConsole(Explorer):
         if self._bench is None:
             raise BenchError("Connect the bench first.")
         self.recording, self._settled = None, False
+        self._bench.kept = self._bench.kept_in = None  # of the run before
         self._last_message = time.monotonic()
         loop = self._loop if self._loop is not None and self._loop.is_running() else None
         self._run = Running(self._bench, experiment, self._alive, paced=loop is not None)
@@ -243,6 +244,8 @@ class BenchConsole(Explorer):
             return
         self._settled = True
         self._state, self._message = outcome(self._run)
+        if self._bench is not None and self._bench.kept_in is not None:
+            self._message += f" What was recorded until then is in {self._bench.kept_in}."
         self.notice = self._message
         self.recording = self._run.recording
         if self._bench is not None and not self._bench.board.is_valid():

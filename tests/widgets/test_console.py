@@ -12,7 +12,9 @@ from explorer_events import control
 
 from rotflex import experiments
 from rotflex.errors import BenchError, HILError, RecordingError
+from rotflex.hil.bench import Safety
 from rotflex.hil.virtual import WallClock
+from rotflex.recording import Recording
 from rotflex.simulation import with_actuator
 from rotflex.widgets import console as console_module
 from rotflex.widgets.console import BenchConsole
@@ -134,11 +136,15 @@ def test_a_run_that_is_watched_on_a_busy_computer_is_that_of_one_that_nobody_wat
         np.testing.assert_array_equal(run.recording[channel], expected[channel])
 
 
-def test_a_run_whose_page_is_gone_stops_itself(live, monkeypatch):
-    monkeypatch.setattr(console_module, "_SILENCE", 0.2)
+def test_a_run_whose_page_is_gone_stops_itself_and_says_where_its_samples_are(live, monkeypatch, tmp_path):
+    live._bench.safety = Safety(folder=tmp_path / "unfinished")
+    live.set("experiment", "watch")  # it waits for no rest
+    monkeypatch.setattr(console_module, "_SILENCE", 2.0)
     live._on_message(None, {"kind": "alive"}, None)  # a page has spoken, and says no more
     live.start()
     assert live._state == "stopped" and "Nothing was heard of the page" in live._message
+    (path,) = (tmp_path / "unfinished").glob("*.mat")
+    assert str(path) in live._message and "RunStopped" in Recording.load(path).metadata["ended"]
     assert output(live._bench) == 0.0
 
 
