@@ -150,8 +150,19 @@ def run(specification: dict[str, Any]) -> int:
     return worst
 
 
+def _end(*_arguments: object) -> None:
+    """End this process and what it has forked; another signal, which may follow at once, does not disturb that."""
+    _handle_endings(signal.SIG_IGN)
+    raise KeyboardInterrupt
+
+
+def _handle_endings(handler: Any) -> None:
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        signal.signal(number, handler)
+
+
 if __name__ == "__main__":
-    signal.signal(signal.SIGTERM, signal.default_int_handler)  # so that a forked process is ended with this one
+    _handle_endings(_end)
     code = run(json.load(sys.stdin))
     sys.stdout.flush()
     sys.stderr.flush()

@@ -68,7 +68,8 @@ def _work_as_child(
     code = DIED
     try:
         os.setsid()
-        signal.signal(signal.SIGTERM, signal.SIG_DFL)
+        for number in (signal.SIGTERM, signal.SIGHUP):
+            signal.signal(number, signal.SIG_DFL)
         os.close(reading)
         parents_stderr = os.dup(2)  # the parent's standard error, wherever cells write to
         own_pid = os.getpid()

@@ -134,13 +134,14 @@ def alive(process):
     return False
 
 
-@pytest.mark.parametrize("ending", [signal.SIGINT, signal.SIGKILL], ids=["Ctrl-C", "killed"])
+@pytest.mark.parametrize("ending", ["SIGINT", "SIGHUP", "SIGKILL"], ids=["Ctrl-C", "terminal closed", "killed"])
 @pytest.mark.parametrize("can_fork", [True, False], ids=["warm", "kernels"])
 @pytest.mark.skipif(not Path("/proc").is_dir(), reason="processes are looked for in /proc")
 def test_no_process_is_left_behind(tmp_path, can_fork, ending):
     program = f"""
 import pathlib, signal, sys
 signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell has its background ignore it
+signal.signal(signal.SIGHUP, signal.default_int_handler)  # as the command has it
 sys.path[:0] = [{str(ROOT)!r}, {str(ROOT / "tests/helpers")!r}]
 from made_notebooks import code, notebook
 from labcourse.run import execute
@@ -151,7 +152,8 @@ execute.run(ran, pathlib.Path({str(tmp_path)!r}), parameters={{}})
 """
     (temporary := tmp_path / "temporary").mkdir()
     environment = {**os.environ, "TMPDIR": str(temporary)}
-    child = subprocess.Popen([sys.executable, "-c", program], env=environment, stderr=subprocess.DEVNULL)
+    options = {"stderr": subprocess.DEVNULL, "start_new_session": True}
+    child = subprocess.Popen([sys.executable, "-c", program], env=environment, **options)
     try:
         until = time.monotonic() + 60
         while not (tmp_path / "pid").exists() or not (tmp_path / "pid").read_text():
@@ -160,13 +162,16 @@ execute.run(ran, pathlib.Path({str(tmp_path)!r}), parameters={{}})
         runs_cells = int((tmp_path / "pid").read_text())
         others = {int(one.name) for one in Path("/proc").iterdir() if one.name.isdigit() and _parent(one) == child.pid}
         assert others and (runs_cells in others) is not can_fork
-        child.send_signal(ending)
+        if ending == "SIGKILL":
+            child.kill()
+        else:
+            os.killpg(child.pid, getattr(signal, ending))  # a terminal signals all of a command's processes
         child.wait(timeout=30)
         until = time.monotonic() + 15  # after SIGKILL, they find out for themselves
         while any(map(alive, {*others, runs_cells})) and time.monotonic() < until:
             time.sleep(0.1)
         assert not any(map(alive, {*others, runs_cells}))
-        assert ending == signal.SIGKILL or list(temporary.glob("labcourse-*")) == []
+        assert ending == "SIGKILL" or list(temporary.glob("labcourse-*")) == []
     finally:
         child.kill()
 
