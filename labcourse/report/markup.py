@@ -27,6 +27,7 @@ _WEB = re.compile(r"(?:https?://|mailto:)", re.IGNORECASE)
 _BREAK = re.compile(r"\s*<br\s*/?>\s*", re.IGNORECASE)
 
 _TAG = re.compile(r"\\(?:tag\*?|label)\s*\{([^{}]{0,60})\}")
+_MATH_REFERENCE = re.compile(r"\s*(\\(?:eq)?ref)\s*(\{[^{}]*\})\s*")  # in dollars, as a notebook shows one
 _LINES = re.compile(r"\\[hc]line\b|\\begin\s*\{array\}\s*\{[^{}]*\|")
 _COMMAND = re.compile(r"\\(?:[A-Za-z]+\*?|.)", re.DOTALL)
 #: Spaces that pandoc does not know, or writes with a wrong width for typst → a similar space.
@@ -187,6 +188,7 @@ class Markup:
 
     def picture(self, content: bytes, suffix: str, alt: str) -> Node:
         """Store a picture, and return its node. The template takes its size by ``suffix``."""
+        alt = alt.strip() or "A picture without a description."  # typst makes no PDF for a screen reader without one
         name = f"{len(self.pictures) + 1}-{suffix}"
         image = {"t": "Image", "c": [_NO_ATTRIBUTES, _words(alt), [name, ""]]}
         self.pictures[name] = (image, content)
@@ -258,6 +260,8 @@ class Markup:
     def _equation(self, word: str | None, tag: str, text: _Cleaned) -> list[Node]:
         names = self._tags.get(tag, {})
         name = names.get(text.place) or next(iter(names.values()), None)
+        if len(names) > 1 and text.place not in names:
+            text.note(f"Several equations have the tag {tag}; give each its own.")
         number = name.rpartition("-")[2] if name else tag
         before = _words(f"{word}\N{NO-BREAK SPACE}") if word else []
         return [*before, *text.link(f"({number})", name, f"no equation ({tag})")]
@@ -317,6 +321,8 @@ class _Cleaned:
         return [self.copied(item) for item in content]
 
     def _node(self, kind: str, content: Any) -> list[Node]:
+        if kind == "Para" and [node["t"] for node in content] == ["Image"]:  # for pandoc, a figure has a caption
+            kind, content = "Figure", [_NO_ATTRIBUTES, [None, []], [{"t": "Plain", "c": content}]]
         if kind == "Plain" and self.in_results and [node["t"] for node in content] == ["Math"]:
             return [{"t": kind, "c": [self.markup.formula("entry", content[0]["c"][1], self.place)]}]
         if kind in _COPIED:
@@ -334,6 +340,9 @@ class _Cleaned:
         return list(known[kind](content)) if kind in known else []
 
     def _math(self, content: Any) -> Iterator[Node]:
+        if match := _MATH_REFERENCE.fullmatch(content[1]):
+            yield {"t": "Str", "c": "".join(match.groups())}
+            return
         if _LINES.search(content[1]):
             self.note("Lines between rows and columns of a formula (\\hline, |) are not drawn; a table has such lines.")
         kind = "equation" if content[0]["t"] == "DisplayMath" else "formula"

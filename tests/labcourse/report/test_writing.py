@@ -10,7 +10,7 @@ import pytest
 from report_texts import FRONT, HERE, of_text, png
 
 from labcourse.report import pandoc, writing
-from labcourse.report.document import Place
+from labcourse.report.document import Place, Section, Text
 from labcourse.report.markup import Markup
 
 LONG = " + ".join(f"a_{{{index}}}" for index in range(40))
@@ -121,11 +121,35 @@ def test_ways_to_refer():
         "Or fig. 1.2 and table 3.": "Or fig. 1 and table 1.",
         "And Figure 2.8 of [1], not of this report.": "And Figure 2.8 of [1], not of this report.",
         r"From $$ x = {a $$ behind a broken one (speed).": "behind a broken one (1).",
+        r"As MathJax has it: $\eqref{speed}$.": "As MathJax has it: (1).",
     }
     made = writing.write(of_text("\n\n".join([*shown, "$$ v = 1 \\tag{speed} $$"])))
     for text in (of_page(made.page)[1], of_pdf(made.pdf)):
         assert [one for one in shown.values() if one not in text] == []
     assert not messages(made)
+
+
+def test_a_tag_of_equations_in_two_other_texts_gives_a_notice():
+    document = of_text("By (v).")
+    others = tuple(
+        Section(
+            f"II.{n}",
+            "More",
+            (Text(f"$$ v = {n} \\tag{{v}} $$\n\nSo (v).", place := Place(HERE.notebook, f"{n}")),),
+            place,
+        )
+        for n in (2, 3)
+    )
+    (notice,) = Markup(replace(document, sections=(*document.sections, *others))).notices
+    assert notice.place == HERE and "the tag v" in notice.message
+
+
+def test_a_picture_without_a_caption_is_a_figure_with_a_description():
+    pictures = {"attachment:mine.png": png()}
+    made = writing.write(of_text("![](attachment:mine.png)\n\nIn a line ![](attachment:mine.png).", pictures))
+    assert [(item.number, item.captioned) for item in made.markup.numbered["II.1"]] == [(2, False)]
+    assert [alt for name, alt in made.markup.alt.items() if name.endswith("png") and not alt] == []
+    assert len(made.markup.pictures) == made.page.count("<img") == 3
 
 
 def test_a_table_has_the_caption_above_or_below_it():
