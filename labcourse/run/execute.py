@@ -105,7 +105,8 @@ def _run_warm(
         with contextlib.suppress(BrokenPipeError), runner.stdin:
             json.dump(specification, runner.stdin)
         for line in runner.stdout:
-            report(line.rstrip("\n"))
+            if (name := line.rstrip("\n")) in specification["notebooks"]:  # a library may print when it is imported
+                report(name)
         code = runner.wait()
     finally:
         runner.terminate()

@@ -64,7 +64,7 @@ def test_each_notebook_has_a_process_of_its_own_that_has_named_nothing(run, tmp_
     begun = []
     run(
         {"one.ipynb": notebook(code("a", "seen = 1")), "two.ipynb": notebook(code("b", loaded))},
-        imports=["import fractions", "from fractions import Fraction"],
+        imports=["import fractions", "from fractions import Fraction", "print('as some libraries do')"],
         report=begun.append,
     )
     assert left(tmp_path) == {"names": "['student']"}
