@@ -54,9 +54,7 @@ def too_new(source: str, grader: Version) -> str | None:
 def is_readable(string: str, grader: Version) -> bool:
     """Return whether an older Python can read an f-string, which ``feature_version`` does not check."""
     try:
-        from parso.grammar import (
-            load_grammar,  # IPython brings it. It does not know ``match``, so it reads strings only
-        )
+        from parso.grammar import load_grammar  # of IPython; it does not know ``match``, so it reads strings only
 
         grammar = load_grammar(version=version_text(grader))
     except (ImportError, NotImplementedError):
