@@ -58,7 +58,7 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
             "labcourse/jupyter/**/*.py",
         ),
     ),
-    "run": (1915, ("labcourse/run/**/*.py",)),
+    "run": (1916, ("labcourse/run/**/*.py",)),
     "report": (1164, ("labcourse/report/**/*.py",)),
     "running, the warm runner": (1012, ("labcourse/grading/running/**/*.py", "labcourse/run/inside/**/*.py")),
     "intake": (1290, ("labcourse/grading/intake/**/*.py",)),

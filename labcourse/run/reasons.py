@@ -97,7 +97,8 @@ def explain(
     for (question, part), why in lost.items():
         by_reason.setdefault(why, []).append(f"{question} {part}")
     stopped = [cell for cells in run.cells.values() for cell in cells if cell.stopped]
-    harmless = [cell for cell in stopped if cell not in built_on and not run.is_passed_on(cell)]
+    costly = {*built_on, *(cell for where in causes for cell in run.cells_of(where))}
+    harmless = [cell for cell in stopped if cell not in costly and not run.is_passed_on(cell)]
     return Reasons(
         missing,
         tuple(stops),
@@ -322,10 +323,10 @@ class Causes:
 
     def is_begun(self, where: Where) -> bool:
         """Return whether the student wrote code for an answer, or had none to write."""
-        own = self._cells_of(where)
+        own = self.cells_of(where)
         return any(cell.written for cell in own) or all(cell.role is not Role.ANSWER for cell in own)
 
-    def _cells_of(self, where: Where) -> list[RunCell]:
+    def cells_of(self, where: Where) -> list[RunCell]:
         """Return the cells after the one that recorded the answer before, up to the one that records this one."""
         name, recorder = self.recorder[where]
         before = max((place for place in self.questions[name] if place < recorder), default=-1)
@@ -333,7 +334,7 @@ class Causes:
 
     def _cause(self, where: Where) -> Cause:
         name, recorder = self.recorder[where]
-        cells, own = self.cells[name], self._cells_of(where)
+        cells, own = self.cells[name], self.cells_of(where)
         if (stopped := next((cell for cell in own if cell.stopped), None)) is not None:
             return self.root(stopped)
         if cells[recorder].report is None:  # it was never reached

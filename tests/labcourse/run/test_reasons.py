@@ -119,6 +119,7 @@ def test_what_builds_on_a_cell_that_stopped_names_it_and_a_module_that_lacks_is_
     assert found.stops == (f"1 stopped: {error}; 2, 3 and 4 build on it.",)
     assert {where[0]: error in sentence for where, sentence in found.missing.items()} == dict.fromkeys("1234", True)
     assert found.missing["4", "x"] == f"It builds on what stopped before it: 1 ({error})."
+    assert found.harmless == ()  # what records 1 stopped, too, and its answer is missing
     helper = Cell("mine", "", CODE, "import pandas\ntable = 1")
     no_module = {"mine": CellError("ModuleNotFoundError", "No module named 'pandas.io'", 1), "q1": name_error("table")}
     found = told({"q1": "a = table"}, no_module, "234", added=[(ONE, 0, helper)])
