@@ -1,4 +1,4 @@
-// A drawing that moves (moving.py): shapes whose points stand in frames, which signals turn and shift.
+// A drawing that moves (Moving in scene.py): shapes whose points stand in frames, which signals turn and shift.
 
 function moving(view, pen, panel, box) {
   const signals = { ...panel.signals, ...view.pose };

@@ -197,6 +197,13 @@ def test_what_is_played_takes_the_place_of_what_is_now_and_the_rest_stays(page):
     assert dot[1:3] == pytest.approx(on_canvas(expected("rod", (1, 0), **SIGNALS | {"angle": -0.5})))
 
 
+def test_a_narrow_box_shows_all_of_the_drawing(page):
+    shown = drawing()
+    shown.circle(GROUND.at(0, 0), 1, "grid")
+    _, circle = page.evaluate(DRAWN, [shown.packed(), None, BOX | {"width": 160}])  # 160 px for 8 units of width
+    assert circle[1:] == pytest.approx([30 + 80, 10 + 24 + 3 * 20, 20])
+
+
 PLAYED = """async ([module, scene, data, times]) => {
     const { render } = await import(URL.createObjectURL(new Blob([module], { type: 'text/javascript' })));
     const values = { scene, data: new DataView(Float32Array.from(data).buffer) };
