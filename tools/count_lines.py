@@ -60,7 +60,7 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
     ),
     "run": (1916, ("labcourse/run/**/*.py",)),
     "report": (1164, ("labcourse/report/**/*.py",)),
-    "running, the warm runner": (1012, ("labcourse/grading/running/**/*.py", "labcourse/run/inside/**/*.py")),
+    "running, the warm runner": (1013, ("labcourse/grading/running/**/*.py", "labcourse/run/inside/**/*.py")),
     "intake": (1290, ("labcourse/grading/intake/**/*.py",)),
     "gradebook": (1423, ("labcourse/grading/gradebook/**/*.py",)),
     "marking": (1195, ("labcourse/grading/marking/**/*.py",)),

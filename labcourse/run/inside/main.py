@@ -158,7 +158,8 @@ def _end(*_arguments: object) -> None:
 
 def _handle_endings(handler: Any) -> None:
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-        signal.signal(number, handler)
+        if signal.getsignal(number) is not signal.SIG_IGN:  # as nohup has it
+            signal.signal(number, handler)
 
 
 if __name__ == "__main__":
