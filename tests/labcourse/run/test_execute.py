@@ -123,7 +123,7 @@ def test_a_kernel_that_does_not_start_is_an_error_that_says_what_to_do(tmp_path,
 
 def test_a_runner_that_was_killed_is_an_error(tmp_path):
     kill = "import os, signal; os.kill(os.getppid(), signal.SIGKILL)"
-    with pytest.raises(CheckError, match="from outside"):
+    with pytest.raises(CheckError, match="lack of memory"):
         execute.run({"one.ipynb": notebook(code("a", kill))}, tmp_path, parameters={})
 
 
