@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 
 from labcourse import files, program
 from labcourse.errors import GradingError
-from labcourse.grading.gradebook import Answer
+from labcourse.grading.gradebook import Act, Answer
 from labcourse.grading.reports.result import points as shown_points
 from labcourse.grading.reports.result import worth as in_points
 from labcourse.grading.scoring.desk import Desk, Pick, key_of, seen, shuffled, state
@@ -42,7 +42,8 @@ class Taken:
     Attributes
     ----------
     changed, same : number of rows that were scored, and that were as they were
-    replaced : a message on each mark of another person's that was replaced
+    replaced : a message on each mark that was replaced, and that another person gave, or somebody after the table was
+        written
     problems : a message on each row that was not taken
     """
 
@@ -125,8 +126,13 @@ def _row(desk: Desk, answer: Answer) -> list[str]:
         shown_points(answer.mark.out_of),
         *score,
         no_escapes(state(answer)) if answer.asked or not answer.waiting else "",
-        f"{seen(answer)}/{score.digest()}",
+        f"{seen(answer)}/{_last_act(answer)}/{score.digest()}",
     ]
+
+
+def _last_act(answer: Answer) -> int:
+    """Return the number of the last act on an answer; 0 without one."""
+    return max((act.number for act in answer.acts), default=0)
 
 
 def _xlsx(rows: Sequence[Sequence[str]]) -> bytes:
@@ -188,7 +194,8 @@ def read(desk: Desk, path: Path, actor: str) -> Taken:
             continue
         taken.changed += is_changed
         taken.same += not is_changed
-        if is_changed and answer and answer.given and answer.given.actor != actor:
+        is_new = answer is not None and not (row["check"] or "").startswith(seen(answer))
+        if is_changed and answer and answer.given and (is_new or answer.given.actor != actor):
             label = desk.label(answer.student, answer.where)
             taken.replaced.append(f"Row {number}: {label} was scored before. {state(answer)}")
     return taken
@@ -245,25 +252,41 @@ def _take(desk: Desk, row: Mapping[str, str | None], answer: Answer | None, acto
         if row[name] is None:
             raise GradingError(f"its {name} is a formula, or an error. Type what it should be, and read it again.")
     score = Score(_number(row["level"] or ""), _number(row["points"] or ""), " ".join((row["remark"] or "").split()))
-    before, _, digest = (row["check"] or "").partition("/")
-    if not digest:
+    check = (row["check"] or "").split("/")
+    if len(check) != 3 or not check[1].isdecimal():
         raise GradingError("its column “check” was changed, so nobody knows what it replaces.")
-    if score.digest() == digest:
+    before, last, digest = check
+    is_untouched, since = score.digest() == digest, _own_acts(answer, int(last), actor)
+    if is_untouched and not (since and (score.level or score.points)):
         return False
     if answer is None:
         raise GradingError("there is no such answer any more: it was handed in again, or another part was meant.")
     level, points = _worth(desk, score, answer)
-    now, by = score_of(answer), answer.given
-    is_mine = by is not None and by.actor == actor and (score.level, score.remark) == (now.level, now.remark)
-    if is_mine and (points is None or math.isclose(points, answer.mark.points)):
+    same = [_gave(act, level, points, score.remark) for act in since]
+    if same and same[-1]:
         return False  # the table was read before
-    if seen(answer) != before:
+    if is_untouched or any(same):  # nobody knows which of the two decisions is meant
+        raise GradingError(f"{desk.conflict(answer)} You decided otherwise since the table was written or read.")
+    if seen(answer) != before and not since:
         raise GradingError(f"{desk.conflict(answer)} Score it in the browser, or write the table anew.")
-    pick = Pick(key_of(answer.student, answer.where), before)
+    pick = Pick(key_of(answer.student, answer.where), seen(answer))
     done = desk.give(actor, answer.where, [pick], level=level, points=points, remark=score.remark)
     for problem in done.problems:
         raise GradingError(problem)
     return True
+
+
+def _own_acts(answer: Answer | None, last: int, actor: str) -> list[Act]:
+    """Return what a scorer did to an answer since the act ``last``; nothing if somebody else changed it, too."""
+    since = [] if answer is None else [act for act in answer.acts if act.number > last]
+    is_own = answer is not None and (answer.asked or answer.decision is not None)  # else it is by labcourse mark
+    return since if is_own and all(act.actor == actor for act in since) else []
+
+
+def _gave(act: Act, level: int | None, points: float | None, remark: str) -> bool:
+    """Return whether an act gave just that."""
+    is_same = act.level == level and " ".join(no_escapes(act.remark).split()) == remark
+    return is_same and (points is None or (act.points is not None and math.isclose(act.points, points)))
 
 
 def _worth(desk: Desk, score: Score, answer: Answer) -> tuple[int | None, float | None]:

@@ -106,23 +106,64 @@ def test_a_score_is_changed_in_a_table_that_was_written_anew(table, book):
     ]
 
 
-@pytest.mark.parametrize("meanwhile", ["another", "the same person", "by hand", "text"])
+@pytest.mark.parametrize("meanwhile", ["another", "by hand", "text"])
+@pytest.mark.parametrize("was_read", [True, False])
 @pytest.mark.parametrize("changed", [True, False])
-def test_what_was_decided_since_a_table_was_written_stays(table, book, meanwhile, changed):
+def test_what_another_decided_since_a_table_was_written_stays(table, book, meanwhile, was_read, changed):
+    if was_read:
+        table.row("student-000").update(level=3)
+        table.read()
     if meanwhile == "by hand":
-        book.set_mark("student-000", *WORDS, 0.1, "Prof", "Looked at again.")
+        book.set_mark("student-000", *WORDS, 0.1, "Looked at again.", "Prof")
     elif meanwhile == "text":
         record(book, graded("student-000", mark(), prose(given="Another."), report_text(), submission="2"))
     else:
-        give(table, "Bea" if meanwhile == "another" else "Ann", level=2)
+        give(table, "Bea", level=2)
     before = given(book)
     if changed:
         table.row("student-000").update(level=4)
     done = table.read()
-    assert (done.changed, len(done.problems)) == (0, int(changed)) and given(book) == before
-    if changed:
+    assert (done.changed, len(done.problems)) == (0, int(changed or was_read)) and given(book) == before
+    if done.problems:
         row = table.rows.index(table.row("student-000")) + 2
         assert done.problems[0].startswith(f"Row {row}: Answer ") and "Nothing of yours" in done.problems[0]
+
+
+def test_a_scorer_corrects_an_own_score_in_a_table_that_was_read(table, book):
+    table.row("student-000").update(level=3)
+    table.row("student-001").update(points=0.3)
+    table.read()
+    table.row("student-000").update(level=1)
+    table.row("student-001").update(points=0.4)
+    done = table.read()
+    assert (done.changed, done.same, done.problems) == (2, 6, [])
+    assert "Ann gave it level 3, 0.75 of 1 point at" in done.replaced[0]
+    assert [act[2:4] for act in given(book)] == [(3, 0.75), (None, 0.3), (1, 0.25), (None, 0.4)]
+    other = table.read(by="Bea")  # she did not score these
+    assert (other.changed, len(other.problems)) == (0, 2)
+    table.row("student-000").update(level=3)  # as it was before: nobody knows which is meant
+    assert "You decided otherwise" in table.read().problems[0]
+
+
+@pytest.mark.parametrize("changed", [True, False])
+def test_what_a_scorer_decided_in_the_browser_since_is_replaced_by_a_changed_row_only(table, book, changed):
+    table.row("student-000").update(level=3)
+    table.read()
+    give(table, "Ann", level=2)
+    if changed:
+        table.row("student-000").update(level=4)
+    done = table.read()
+    assert (done.changed, len(done.replaced), len(done.problems)) == ((1, 1, 0) if changed else (0, 0, 1))
+    assert given(book)[-1][2] == (4 if changed else 2)
+
+
+def test_a_score_that_is_set_back_to_what_a_table_had_is_no_unchanged_row(table, book):
+    give(table, "Ann", level=3)
+    later = Table(table.made, table.path)
+    later.row("student-000").update(level=2)
+    later.read()
+    later.row("student-000").update(level=3)
+    assert "You decided otherwise" in later.read().problems[0]
 
 
 def test_marks_of_others_that_are_replaced_are_named(table, book):
@@ -164,6 +205,7 @@ def test_questions_to_the_instructor_are_in_it_and_can_be_decided(table, book):
         ({"remark": "Only words."}, "either a level or points"),
         ({"level": 3, "key": "feedfeedfeedfeed"}, "no such answer any more"),
         ({"level": 3, "check": ""}, "“check” was changed"),
+        ({"level": 3, "check": "1/x/3"}, "“check” was changed"),
     ],
 )
 def test_a_row_that_cannot_be_taken_is_named_and_the_rest_is_taken(table, change, message):
