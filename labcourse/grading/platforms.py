@@ -537,8 +537,9 @@ def fill(
     Raises
     ------
     GradingError
-        If marks would be above the maximum; the message lists all of them.
+        If the column has letters or words, or marks would be above the maximum; the message lists all of them.
     """
+    _check_points(export, column)
     comma, entries, new = _has_decimal_commas(export.table), dict[str, Entry](), dict[tuple[int, int], str]()
     above = dict[str, str]()
     for row, about in sorted(matches.found.items()):
@@ -564,6 +565,14 @@ def fill(
             f"again, or say --cap, and {most} is written for them. (If it is by rounding, say more --decimals.)"
         )
     return export.table.changed(new), entries
+
+
+def _check_points(export: Export, column: Column) -> None:
+    """Refuse a column of letters or words: not one of its cells is a number."""
+    platform, cells = export.platform, [export.table.cell(row, column.place) for row in export.students]
+    filled = [text for text in cells if not _is_empty(platform, text) and text.casefold() not in platform.closed]
+    if filled and not any(map(_number, filled)):
+        raise GradingError(f"{column.heading!r} has {filled[0]!r} and the like, and no points.")
 
 
 def _why_left(export: Export, column: Column, row: int) -> str:

@@ -336,6 +336,11 @@ def test_a_cell_that_is_not_ours_to_fill_is_left_with_the_reason(book, content, 
     assert left.after is None and re.search(why, left.remark)
 
 
+def test_a_column_of_letters_is_refused(book):
+    with pytest.raises(GradingError, match="'B-'"):
+        fill(book, CANVAS.replace(",40.00,", ",B-,"))
+
+
 def test_a_mark_that_replaces_another_and_one_of_unfinished_work_are_listed(book):
     data, _entries, summary = fill(book, WORKSHEET.replace(",20.00,50.00", ",19.5,50.00"))
     assert "1 replaced: s1002: 19.5 → 20" in summary and b",20,50.00,Yes" in data
