@@ -17,7 +17,16 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from pydantic import AliasPath, Field, GetCoreSchemaHandler, GetPydanticSchema, PlainValidator, Strict, TypeAdapter
+from pydantic import (
+    AfterValidator,
+    AliasPath,
+    Field,
+    GetCoreSchemaHandler,
+    GetPydanticSchema,
+    PlainValidator,
+    Strict,
+    TypeAdapter,
+)
 from pydantic import ValidationError as Invalid
 from pydantic_core import CoreSchema, ErrorDetails
 from pydantic_core.core_schema import no_info_after_validator_function
@@ -40,6 +49,13 @@ Fault = tuple[Place, str]  #: place of an entry, and what is wrong with it
 # --- types of entries -------------------------------------------------------------------------------------------------
 
 
+def _one_line(text: str) -> str:
+    """Return a text; raise ValueError if it has unprintable characters, or white space at its ends."""
+    if not text.isprintable() or text != text.strip():
+        raise ValueError("Input should be one line of printable characters, without spaces at its ends")
+    return text
+
+
 def _datetime(time_of_day: time, value: object) -> datetime:
     """Return a date, or a date and time, of TOML as a time with a zone; raise ValueError for anything else.
 
@@ -60,9 +76,9 @@ def _shares(defaults: Mapping[int, float], value: object) -> dict[int, float]:
     return {**defaults, **{int(level): float(Decimal(str(percent)) / 100) for level, percent in percents.items()}}
 
 
-_Line = Annotated[str, Strict(), Field(max_length=120, pattern=r"^(\S([^\x00-\x1f\x7f]*\S)?)?$")]
-_Name = Annotated[_Line, Field(min_length=1)]
-_Notebook = Annotated[str, Strict(), Field(min_length=1), PlainValidator(lambda name: name.removesuffix(".ipynb"))]
+_Line = Annotated[str, Strict(), Field(max_length=120), AfterValidator(_one_line)]
+_Name = Annotated[str, Strict(), Field(min_length=1, max_length=120), AfterValidator(_one_line)]
+_Notebook = Annotated[_Name, AfterValidator(lambda name: name.removesuffix(".ipynb"))]
 _Number = Annotated[int, Strict()] | Annotated[float, Strict()]  # 100 stays an int, and is shown without a point
 _Percent = Annotated[_Number, Field(ge=0, le=100)]
 _Switch = Annotated[bool, Strict()]
@@ -389,7 +405,8 @@ def read(
     try:
         settings = TypeAdapter(CourseSettings).validate_python(data)
     except Invalid as error:
-        faults = dict(map(_refused_entry, error.errors())) | faults
+        for details in error.errors():
+            faults.setdefault(*_refused_entry(details))
     _refuse_places(file, faults.items())
     settings = replace(settings, bench=replace(settings.bench, draw=draw))
     bench = _bench_faults(data.get("bench", {}), presets, benches or {})

@@ -114,6 +114,8 @@ REFUSED = [
     ('[[deadline]]\nnotebooks = ["x"]\n', "deadline 1.due"),
     ("[[deadline]]\ndue = 9999-12-31\n", "deadline 1.due"),
     (f"{DUE}\n[[deadline]]\ndue = 2026-11-21\nnotebooks = []\n", "deadline 2.notebooks"),
+    ("[[deadline]]\ndue = 2026-11-21\nnotebooks = [3]\n", "deadline 1.notebooks"),
+    ("[[deadline]]\ndue = 2026-11-21\nnotebooks = ['']\n", "deadline 1.notebooks"),
     ("[late]\nper_day = 10\n", "late"),
     (f"{DUE}[late]\nper_day = 101\n", "late.per_day"),
     ("[[extension]]\nuntil = 2026-11-22\nstudents = ['a']\n", "extension 1"),
