@@ -515,8 +515,10 @@ def publish(marks: Marks, by: By, note: Note = "", solutions: CourseFolder = Non
 
     Exit code: 0 published, 1 the pages are not open yet, 2 something could not be written.
     """
+    from labcourse.grading.outcomes import PAGE_FILE
     from labcourse.grading.overview import changed_since, moment, not_ready
     from labcourse.grading.reports.grades import Reports
+    from labcourse.grading.sheets import FOLDER
 
     course, folder = courses.find(solutions), _results(marks, out)
     begun = datetime.now(UTC)  # a change while pages are written may be on none of them; it is reported the next time
@@ -527,6 +529,9 @@ def publish(marks: Marks, by: By, note: Note = "", solutions: CourseFolder = Non
         unready = list(not_ready(book, course.settings, begun))
         done = book.requests.publish(by, note, begun) if course.settings.feedback.is_open(begun) else None
     say(f"Pages of {_students(count)}: {folder}", *unready)
+    for name, command in ((PAGE_FILE, "report"), (FOLDER, "sheets")):
+        if (folder / name).exists():
+            say(f"{name} is as it was before: {program.name()} outcomes {command} writes it anew.")
     if done is None:
         raise typer.Exit(SOME_TROUBLE)
     say(f"Published on {moment(done.when)}, by {done.actor}.")

@@ -58,6 +58,16 @@ def test_publish_writes_pages_records_it_and_tells_what_is_not_ready_and_who_is_
     )
 
 
+def test_publish_names_what_it_does_not_write_anew(out):
+    publish = ("publish", out, "--by", "lea", "--solutions", OURS.folder)
+    assert "as it was before" not in said(rotflex(*publish))
+    (out / "sheets").mkdir()
+    message = said(rotflex(*publish))
+    assert "sheets is as it was before: rotflex outcomes sheets" in message and "attainment.html" not in message
+    (out / "attainment.html").write_text("of before", encoding="utf-8")
+    assert "attainment.html is as it was before: rotflex outcomes report" in said(rotflex(*publish))
+
+
 def test_while_feedback_is_closed_pages_say_so_and_nothing_counts_as_given_back(out, tmp_path):
     opens = (datetime.now(UTC) + timedelta(days=3)).isoformat(timespec="seconds")
     folder = copied(tmp_path / "closed")
