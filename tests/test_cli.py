@@ -92,6 +92,13 @@ def test_work_that_begins_in_a_checkout_has_the_bench_of_now_with_and_without_an
         assert begun.joint == now.joint == TrueBench("ada").joint
 
 
+def test_work_that_was_begun_under_the_first_draw_stays_there(course, opened):
+    Path("work").mkdir()
+    Path("work/course.json").write_text('{"student": "ada"}')
+    assert rotflex("lab", "work", "--student", "eve").exit_code == 0
+    assert about_work() == {"student": "eve"}
+
+
 def test_a_course_file_that_cannot_be_written_is_an_error_in_words(course, opened):
     Path("work/course.json").mkdir(parents=True)
     done = rotflex("lab", "work", "--student", "ada")
@@ -155,6 +162,23 @@ def test_lab_adds_no_notebook_to_a_folder_of_the_same_release_and_names_what_is_
     done = rotflex("lab", "work")
     assert done.exit_code == 0 and "01_next" in done.output
     assert {path.name for path in Path("work").iterdir()} == {"00_start.ipynb", "course.json"}
+
+
+def test_lab_says_that_the_bench_is_another(released, opened):
+    Path("work").mkdir()
+    Path("work/00_start.ipynb").write_bytes(saved(notebook(text("title", "# New"))))
+    for bench in ({"which": "same", "seed": 3}, 3):
+        Path("work/course.json").write_text(json.dumps({"student": "ada", "bench": bench}))
+        assert "another bench" in rotflex("lab", "work").output
+
+
+def test_lab_leaves_a_broken_course_file_unless_it_is_given_the_student(released, opened):
+    Path("work").mkdir()
+    Path("work/course.json").write_text('{"student": "ada"')
+    assert "course.json should be" in " ".join(rotflex("lab", "work").output.split())
+    assert Path("work/course.json").read_text() == '{"student": "ada"'
+    assert rotflex("lab", "work", "--student", "ada").exit_code == 0
+    assert about_work() == {**RELEASED, "student": "ada"}
 
 
 def test_lab_leaves_a_notebook_that_it_cannot_read_and_tries_again(released, opened):
@@ -294,6 +318,11 @@ def test_grade_without_submissions_is_an_error_in_words(tmp_path, make, isolated
     assert done.exit_code == 2
     assert "There is nothing in" in done.output
     assert not (tmp_path / "out").exists()
+
+
+def test_results_among_the_submissions_are_refused(tmp_path, isolated):
+    done = graded(tmp_path, out="in/out")
+    assert done.exit_code == 2 and not (tmp_path / "in" / "out").exists()
 
 
 def test_folders_in_the_wrong_order_are_refused(tmp_path, isolated):

@@ -10,6 +10,7 @@ import io
 import json
 import shutil
 import zipfile
+import zlib
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from datetime import date
@@ -190,7 +191,7 @@ def in_folder(folder: Path, about: StudentRecord) -> Iterator[str]:
             try:
                 if any(map(person.named_in, _contents(path))):
                     yield str(path)
-            except (OSError, zipfile.BadZipFile, RuntimeError):
+            except (OSError, EOFError, zipfile.BadZipFile, zlib.error, RuntimeError):
                 yield f"{path} (it could not be searched)"
 
 

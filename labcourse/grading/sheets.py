@@ -34,10 +34,7 @@ from labcourse.student_id import caseless
 if TYPE_CHECKING:
     from typst import Fonts
 
-FOLDER, CLASS_FILE = (
-    "sheets",
-    "sheets.csv",
-)  #: in the folder of results: all students' sheets, and the table of the class
+FOLDER, CLASS_FILE = "sheets", "sheets.csv"  #: in the folder of results: students' sheets, and the class's table
 TOTAL = "total"  #: in place of a row's number
 WAITS = "…"  #: what a person has yet to decide, or what was not marked
 MACHINE, PERSON = "m", "p"  #: who marked

@@ -10,6 +10,7 @@ from gradebooks import rows
 from made_courses import OURS, copied
 
 from labcourse.grading.gradebook import Gradebook
+from labcourse.grading.reports.grades import Reports
 
 
 @pytest.fixture
@@ -56,6 +57,21 @@ def test_publish_writes_pages_records_it_and_tells_what_is_not_ready_and_who_is_
     assert "marks of 0 students have changed." in said(
         rotflex("publish", out, "--by", "lea", "--solutions", OURS.folder)
     )
+
+
+def test_a_mark_that_is_changed_while_pages_are_written_is_named_the_next_time(out, monkeypatch):
+    write, publish = Reports.write_all, ("publish", out, "--by", "lea", "--solutions", OURS.folder)
+
+    def write_and_mark(reports):
+        count = write(reports)
+        with Gradebook(out / "gradebook.sqlite") as book:
+            book.set_mark("cleo", "2.12", "K_s", 1.5, "rounding", "lea")
+        return count
+
+    with monkeypatch.context() as changed:
+        changed.setattr(Reports, "write_all", write_and_mark)
+        assert rotflex(*publish).exit_code == 0
+    assert "marks of 1 student have changed; tell them: cleo." in said(rotflex(*publish))
 
 
 def test_publish_names_what_it_does_not_write_anew(out):

@@ -1,6 +1,7 @@
 """Commands on a gradebook: regrade, report, mark, comment, history."""
 
 import json
+import re
 
 import pytest
 from checkout import ROOT
@@ -50,6 +51,22 @@ def test_a_persons_points_are_replaced_where_they_are_named(book):
     give(book, 0.5, "anna")
     assert give(book, 1, "ben", "--expect", "0.25").exit_code == 2 and given(book).points == 0.5
     assert give(book, 1, "ben", "--expect", "0.5").exit_code == 0 and given(book).points == 1
+    assert give(book, 1 / 3, "ben", "--expect", "1").exit_code == 0
+    shown = re.search(r"--expect ([\d.]+)\)", said(give(book, 1, "anna")))[1]  # rounded
+    assert give(book, 1, "anna", "--expect", shown).exit_code == 0 and given(book).points == 1
+
+
+def test_what_another_gave_between_reading_and_writing_is_not_replaced(book, monkeypatch):
+    set_mark = Gradebook.set_mark
+
+    def somebody_is_first(self, *arguments):
+        monkeypatch.setattr(Gradebook, "set_mark", set_mark)
+        assert give(book, 0.25, "anna").exit_code == 0
+        return set_mark(self, *arguments)
+
+    monkeypatch.setattr(Gradebook, "set_mark", somebody_is_first)
+    done = give(book, 1, "ben")
+    assert done.exit_code == 2 and "from anna" in said(done) and given(book).points == 0.25
 
 
 @pytest.mark.parametrize(

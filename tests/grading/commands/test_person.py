@@ -115,6 +115,10 @@ def test_where_they_are_named_still_is_told(out, tmp_path):
     with zipfile.ZipFile(out / "old.xlsx", "w") as packed:
         packed.writestr("a.xml", "<c>Fay Foot</c>")
     (out / "other.txt").write_text("fayence", encoding="utf-8")
+    with zipfile.ZipFile(out / "damaged.ods", "w", zipfile.ZIP_DEFLATED) as packed:
+        packed.writestr("a.xml", bytes(1000))
+    content = (out / "damaged.ods").read_bytes()
+    (out / "damaged.ods").write_bytes(re.sub(rb"(?<=a\.xml)....", b"\xff" * 4, content, count=1, flags=re.DOTALL))
     handed_in = tmp_path / "in" / "fay"
     handed_in.mkdir(parents=True)
     (handed_in / "02_finding_stiffness.ipynb").write_bytes(notebook("fay = 1"))
@@ -130,6 +134,7 @@ def test_where_they_are_named_still_is_told(out, tmp_path):
     for line in (
         str(out / "sent.csv"),
         str(out / "old.xlsx"),
+        f"{out / 'damaged.ods'} (it could not be searched)",
         str(handed_in),
         "course.toml, in an extension until 2026-02-03",
         "bob: file that they handed in, notes.txt",
