@@ -17,16 +17,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from pydantic import (
-    AfterValidator,
-    AliasPath,
-    Field,
-    GetCoreSchemaHandler,
-    GetPydanticSchema,
-    PlainValidator,
-    Strict,
-    TypeAdapter,
-)
+from pydantic import AfterValidator, AliasPath, Field, GetPydanticSchema, PlainValidator, Strict, TypeAdapter
 from pydantic import ValidationError as Invalid
 from pydantic_core import CoreSchema, ErrorDetails
 from pydantic_core.core_schema import no_info_after_validator_function
@@ -36,6 +27,8 @@ from labcourse.benches import MOST_SEED, OWN, PRESET, REAL, SAME, THEIR_OWN, Ben
 from labcourse.errors import AnswerError, GradingError
 
 if TYPE_CHECKING:  # commands are quick to say what they can do
+    from pydantic import GetCoreSchemaHandler
+
     from labcourse.answers.catalogue import Catalogue
 
 SETTINGS_FILE = "course.toml"  #: in the course's folder, optional
@@ -363,11 +356,6 @@ def refuse(file: Path, faults: Iterable[str]) -> None:
     """Raise GradingError if there are faults in a file; the message lists each."""
     if lines := list(faults):
         raise GradingError("\n  ".join([f"{file} cannot be used:", *lines]))
-
-
-def are_texts(value: object) -> bool:
-    """Return whether a value is a list of texts; it may be empty."""
-    return isinstance(value, list) and all(isinstance(text, str) for text in value)
 
 
 def read(

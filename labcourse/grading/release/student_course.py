@@ -302,7 +302,7 @@ def _build_wheel(package: Path, local: str, out: Path, course: str = "", require
 
 
 def _wheel_metadata(package: str, local: str, course: str, requires: Sequence[str]) -> dict[str, Any]:
-    """Return the metadata of a wheel, as in the table ``[project]``. Parameters as for :func:`build`, by name."""
+    """Return the metadata of a wheel, as in the table ``[project]``. Parameters as for :func:`_build_wheel`."""
     distribution = _installed_distribution(package)
     needed, extras = _requirements(distribution)
     entry_points: dict[str, dict[str, str]] = defaultdict(dict)

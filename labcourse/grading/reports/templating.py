@@ -22,7 +22,7 @@ def templates(folder: str = _SHARED) -> Environment:
 
     Parameters
     ----------
-    folder : as "overview/templates"
+    folder : as "scoring/page"
     """
     from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined
 

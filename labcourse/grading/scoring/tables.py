@@ -72,10 +72,14 @@ def score_of(answer: Answer) -> Score:
     """Return what is decided on an answer; nothing while it waits."""
     if answer.waiting:
         return Score("", "", "")
-    act, remark = answer.decision, " ".join(no_escapes(answer.mark.reason).split())
+    act, remark = answer.decision, _one_line(answer.mark.reason)
     if act is None or act.level is None:
         return Score("", shown_points(answer.mark.points), remark)
     return Score(str(act.level), "", remark)
+
+
+def _one_line(remark: str) -> str:
+    return " ".join(no_escapes(remark).split())
 
 
 # --- out --------------------------------------------------------------------------------------------------------------
@@ -126,13 +130,8 @@ def _row(desk: Desk, answer: Answer) -> list[str]:
         shown_points(answer.mark.out_of),
         *score,
         no_escapes(state(answer)) if answer.asked or not answer.waiting else "",
-        f"{seen(answer)}/{_last_act(answer)}/{score.digest()}",
+        f"{seen(answer)}/{max((act.number for act in answer.acts), default=0)}/{score.digest()}",
     ]
-
-
-def _last_act(answer: Answer) -> int:
-    """Return the number of the last act on an answer; 0 without one."""
-    return max((act.number for act in answer.acts), default=0)
 
 
 def _xlsx(rows: Sequence[Sequence[str]]) -> bytes:
@@ -285,7 +284,7 @@ def _own_acts(answer: Answer | None, last: int, actor: str) -> list[Act]:
 
 def _gave(act: Act, level: int | None, points: float | None, remark: str) -> bool:
     """Return whether an act gave just that."""
-    is_same = act.level == level and " ".join(no_escapes(act.remark).split()) == remark
+    is_same = act.level == level and _one_line(act.remark) == remark
     return is_same and (points is None or (act.points is not None and math.isclose(act.points, points)))
 
 
