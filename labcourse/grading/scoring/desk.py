@@ -33,6 +33,7 @@ HELD = 120.0  #: s for which an answer is a scorer's: three renewals, and not lo
 MOST_TOGETHER = 8  #: answers that are scored in one go: each is shown
 REMARK_KEYS = "abcdefg"  #: by which remarks are put in; "h" is help
 _PICTURE = "!["  # in Markdown
+_BEGINNINGS = re.compile(r"(?:\A|[.!?]\s)\s*[A-Z](?=[a-z])")  # of sentences; other capitals may be symbols or units
 _AT_ENDS = re.compile(r"[.,;:](?=\s|$)")  # they say nothing that another answer does not
 _KEY = 16  # hexadecimal digits of a key
 
@@ -282,8 +283,12 @@ def state(answer: Answer) -> str:
 
 
 def _compared(answer: Answer) -> str:
-    """Return a text without capitals, white space, and signs at ends of words; unique if it has a picture or a PDF."""
+    """Return a text that is equal for equal answers; unique if it has a picture or a PDF.
+
+    White space, signs at ends of words, and capitals at beginnings of sentences say nothing.
+    """
     text = answer.mark.given
     if _PICTURE in text or is_given(text):
         return f"{answer.student}: {text}"
-    return " ".join(_AT_ENDS.sub("", unicodedata.normalize("NFC", text).casefold()).split())
+    text = _BEGINNINGS.sub(lambda capital: capital[0].lower(), unicodedata.normalize("NFC", text))
+    return " ".join(_AT_ENDS.sub("", text).split())
