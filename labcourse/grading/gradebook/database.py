@@ -106,8 +106,8 @@ class Database:
             raise GradebookError(
                 f"The gradebook {self.where} was made by an earlier labcourse, and this one cannot read it. It is not "
                 f"changed. Grade the submissions again into a new folder ({name} grade). To take over what persons "
-                f"scored, write it with the earlier version ({name} score --write TABLE), and read it with this one "
-                f"({name} score --read TABLE)."
+                f"scored, write a table with each version ({name} score --write TABLE), copy level or points, and "
+                f"remark into the new one (equal keys are the same answer), and read that ({name} score --read TABLE)."
             )
         if version > VERSION:
             raise GradebookError(
