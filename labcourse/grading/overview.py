@@ -175,7 +175,7 @@ def as_page(overview: Mapping[str, Any]) -> str:
     """Return the overview as an HTML page without scripts, which loads nothing."""
     environment = templates("templates")
     environment.filters["short"] = short
-    functions = {"moment": moment, "worth": worth, "shortened": shortened, "state": _state, "left": _time_left}
+    functions = {"moment": moment, "worth": worth, "shortened": shortened, "state": _state, "left": progress.time_text}
     page = environment.get_template("overview.html")
     return page.render(**overview, **functions, listed=listed, many=MANY, program=program.name())
 
@@ -321,14 +321,6 @@ def _decided_share(marks: Sequence[MarkRecord]) -> float | None:
     """Return earned points of decided points; None if nothing is decided."""
     decided = [mark for mark in marks if mark.out_of and mark.status not in UNDECIDED]
     return sum(mark.points for mark in decided) / sum(mark.out_of for mark in decided) if decided else None
-
-
-def _time_left(seconds: float) -> str:
-    """Write a time that something takes, rounded."""
-    minutes = round(seconds / 60)
-    if minutes < 1:
-        return "less than a minute left"
-    return f"about {minutes} min left" if minutes < 90 else f"about {seconds / 3600:.1f} h left"
 
 
 # --- answers and marks ------------------------------------------------------------------------------------------------

@@ -107,3 +107,11 @@ def time_left(own: Iterable[Act], where: Where, left: int) -> float | None:
     """Return the time, s, that the rest of a part takes a scorer, by the times of their own acts; None of too few."""
     each = usual([one for one in readings(own) if one.where == where])
     return None if each is None else each * left
+
+
+def time_text(seconds: float) -> str:
+    """Write how much time is left, rounded."""
+    minutes = round(seconds / 60)
+    if minutes < 1:
+        return "less than a minute left"
+    return f"about {minutes} min left" if minutes < 90 else f"about {seconds / 3600:.1f} h left"

@@ -117,6 +117,7 @@ class Pages:
 
     def _rendered(self, template: str, **values: Any) -> str:
         helpers = {"points": shown_points, "key_of": key_of, "state": state, "label": self.desk.label}
+        helpers["left_text"] = progress.time_text
         return templates("scoring/page").get_template(template).render(**values, **helpers)
 
     def report(self, request: Request) -> Response:
