@@ -8,13 +8,14 @@ leaves the student empty; old files have the student alone. Unknown entries, whi
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from labcourse import benches, courses, files
+from labcourse import benches, courses, files, program, student_id
 from labcourse.benches import BenchPolicy
-from labcourse.errors import ConfigurationError
+from labcourse.errors import ConfigurationError, StudentIDError
 from labcourse.files import COURSE_FILE
 
 STUDENT, RELEASE = "student", "release"
@@ -115,3 +116,45 @@ def bench_policy(folder: Path, latest: int = benches.FIRST_DRAW) -> BenchPolicy:
         return benches.policy_of({"draw": latest} if course is None else course)
     except ConfigurationError as error:
         raise ConfigurationError(f"{COURSE_FILE}: {error}") from None
+
+
+# --- the user of a JupyterHub ----------------------------------------------------------------------------------------
+
+HUB_USER = "JUPYTERHUB_USER"  #: environment variable that a hub sets for each user's server
+_BINDER = ("BINDER_LAUNCH_HOST", "BINDER_REPO_URL", "BINDER_REQUEST")  # its hub invents a user for each visit
+
+
+def hub_user() -> str:
+    """Return the hub's name for its user as a student ID; "" without a hub, or if its users are anonymous.
+
+    Raises
+    ------
+    ConfigurationError
+        If the hub's name for the user cannot be an ID.
+    """
+    named = _hub_name()
+    try:
+        return student_id.normalised(named) if named else ""
+    except StudentIDError as error:
+        raise ConfigurationError(
+            f"This hub's name for you is no student ID. {error} Give your ID: {program.name()} lab --student YOUR-ID."
+        ) from None
+
+
+def other_hub_user(student: str) -> str | None:
+    """Return a message if a student is not the hub's user; None if they are the same, or without a hub."""
+    named = _hub_name()
+    if not named or student_id.caseless(named) == student_id.caseless(student):
+        return None
+    return f"The hub knows you as {named[: student_id.LONGEST]!r}. The work here is that of {student!r}."
+
+
+def on_hub() -> bool:
+    """Check whether a hub runs the server: then JupyterLab runs already, at the hub's address."""
+    return bool(os.environ.get("JUPYTERHUB_SERVICE_PREFIX"))
+
+
+def _hub_name() -> str:
+    if any(name in os.environ for name in _BINDER):
+        return ""
+    return os.environ.get(HUB_USER, "").strip()

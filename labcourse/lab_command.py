@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+import contextlib
 import itertools
+import json
+import os
 import sys
+from collections.abc import Collection
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 import typer.core
 
-from labcourse import benches, course_file, course_place, courses, files, hub, program, student_id
+from labcourse import benches, course_file, courses, files, program, student_id
+from labcourse.courses import NOTEBOOKS
 from labcourse.errors import ConfigurationError, StudentIDError
 from labcourse.files import COURSE_FILE
-from labcourse.jupyterlab import open_jupyterlab
 from labcourse.messages import plural
 from labcourse.safe_text import no_escapes, say
 
@@ -56,20 +60,29 @@ def lab(
     if student is not None:
         student = student_id.normalised(student)
     installed = courses.current()
-    folder, messages = course_place.choose(given, [path.name for path in installed.notebooks.glob("*.ipynb")])
+    folder, messages = choose(given, [path.name for path in installed.notebooks.glob("*.ipynb")])
     say(*messages)
     is_source = _is_home(folder, installed.notebooks) and not _release_of(installed.notebooks)
     if student is None and not is_source:
         student = _ask_for_student(folder)
     say(*fill(folder, student))
     if not is_source:
-        course_place.remember(folder)
-        if message := hub.other_user(course_file.student(folder)):
+        remember(folder)
+        if message := course_file.other_hub_user(course_file.student(folder)):
             typer.echo(message)
-    if hub.is_here():
+    if course_file.on_hub():
         typer.echo(f"JupyterLab runs here already, as the hub's: open {folder} in its file browser.")
     else:
         open_jupyterlab(folder, arguments)
+
+
+def open_jupyterlab(folder: Path, options: list[str]) -> None:
+    """Run JupyterLab on a folder; nothing is imported from there, or from the folder in which the command is run."""
+    here = (Path.cwd(), folder.resolve())
+    sys.path[:] = [path for path in sys.path if path and Path(path).resolve() not in here]  # as python -P
+    from labcourse import server
+
+    server.run(folder, options)
 
 
 def _is_home(folder: Path, course: Path) -> bool:
@@ -85,7 +98,7 @@ def _ask_for_student(folder: Path) -> str | None:
     if known:
         return None
     try:
-        if user := hub.user():
+        if user := course_file.hub_user():
             typer.echo(
                 f"The hub knows you as {user}: that is your student ID. Is it another? Give it by --student YOUR-ID."
             )
@@ -216,3 +229,80 @@ def _about(folder: Path) -> dict[str, Any]:
 
 def _release_of(folder: Path) -> Any:
     return _about(folder).get(course_file.RELEASE)
+
+
+# --- the folder to work in: the given one, the course around it, or the last one -------------------------------------
+# A course's folder has a ``course.json``, or most of the course's notebooks. The last folder is saved in a small file
+# beside Jupyter's settings; the student who works in a folder, in the folder's ``course.json``.
+
+SETTINGS = "LABCOURSE_CONFIG_DIR"  #: environment variable: the folder of the user's settings
+_LAST = "lab.json"  # there: {"folder": "..."}
+
+
+def choose(given: Path | None, notebooks: Collection[str]) -> tuple[Path, list[str]]:
+    """Return the folder to work in, and messages about it.
+
+    No course is begun inside another: that one is opened.
+
+    Parameters
+    ----------
+    given : by the user; None if they gave none
+    notebooks : file names of the course's notebooks
+    """
+    if given is None:
+        return _default_folder(notebooks)
+    if is_course(given, notebooks):
+        return given, []
+    for folder in given.resolve().parents:
+        if is_course(folder, notebooks):
+            return folder, [f"{given} is inside the course in {folder}: that one is opened, and no second one begun."]
+    if is_course(given / NOTEBOOKS, notebooks):
+        return given / NOTEBOOKS, [f"The course in {given / NOTEBOOKS} is opened."]
+    last = remembered()
+    if last is not None and last != given.resolve() and is_course(last, notebooks):
+        return given, [f"A new course is begun in {given}. The last one is in {last}."]
+    return given, []
+
+
+def _default_folder(notebooks: Collection[str]) -> tuple[Path, list[str]]:
+    """Return the folder to work in if the user gave none, and messages about it."""
+    here = Path.cwd()
+    if is_course(here / NOTEBOOKS, notebooks) and not is_course(here, notebooks):
+        return Path(NOTEBOOKS), []
+    for place in (here, *here.parents):
+        for folder in (place, place / NOTEBOOKS):
+            if is_course(folder, notebooks):
+                return folder, [f"The course in {folder} is opened."]
+    last = remembered()
+    if last is not None and is_course(last, notebooks):
+        return last, [f"The course in {last} is opened, as last time."]
+    return Path(NOTEBOOKS), []
+
+
+def is_course(folder: Path, notebooks: Collection[str]) -> bool:
+    """Check whether somebody works on the course in a folder. One or two notebooks may be there by chance."""
+    count = sum(os.path.isfile(folder / name) for name in notebooks)
+    return os.path.isfile(folder / COURSE_FILE) or 2 * count > len(notebooks)
+
+
+def remember(folder: Path) -> None:
+    """Save the folder that the student works in, so that it need not be given next time."""
+    place = settings()
+    with contextlib.suppress(OSError):  # a home that cannot be written: next time, the folder has to be given
+        place.mkdir(parents=True, exist_ok=True)
+        files.write(place / _LAST, json.dumps({"folder": str(folder.resolve())}) + "\n")
+
+
+def remembered() -> Path | None:
+    """Return the last folder; None if it is not known."""
+    try:
+        return Path(json.loads((settings() / _LAST).read_text(encoding="utf-8"))["folder"])
+    except (OSError, ValueError, TypeError, KeyError):
+        return None
+
+
+def settings() -> Path:
+    """Return the folder of the user's settings; it may not be there yet."""
+    from jupyter_core.paths import jupyter_config_dir
+
+    return Path(os.environ.get(SETTINGS) or Path(jupyter_config_dir(), "labcourse"))

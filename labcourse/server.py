@@ -1,20 +1,36 @@
-"""JupyterLab's server as ``labcourse lab`` runs it: it prints one line, stops at once, and starts kernels safely."""
+"""JupyterLab as ``labcourse lab`` runs it: on a folder, at its first notebook, with its address in one line.
+
+Its server stops at the first Ctrl-C, and starts kernels safely.
+"""
 
 from __future__ import annotations
 
 import contextlib
 import os
+import secrets
 import signal
 import sys
 import urllib.parse
+from pathlib import Path
 from typing import Any
 
 from jupyter_client.kernelspec import KernelSpec
 from jupyter_server.serverapp import ServerApp
 from jupyter_server.services.kernels.connection.channels import ZMQChannelsWebsocketConnection
+from jupyterlab.labapp import LabApp  # type: ignore[import-untyped]
+from traitlets.config import Config
 
-from labcourse.kernels import KERNEL
+from labcourse.files import KERNEL
 
+#: JupyterLab's settings; a user's options win over them. The server imports what they name.
+SETTINGS = {
+    "ServerApp.kernel_websocket_connection_class": "labcourse.server.PromptConnection",
+    "KernelSpecManager.kernel_spec_class": "labcourse.server.SafeKernelSpec",
+    "ContentsManager.pre_save_hook": "labcourse.scene.saved_explorers.with_pictures",
+    "LabApp.news_url": "",
+    "LabApp.check_for_updates_class": "jupyterlab.NeverCheckForUpdate",
+}
+_TOKENS = ("JUPYTER_TOKEN", "JUPYTER_TOKEN_FILE")
 _SIGNALS = ("SIGINT", "SIGTERM", "SIGHUP")  # Windows has no SIGHUP
 _LOCAL = ("localhost", "127.0.0.1", "::1")
 _EVERYWHERE = ("", "0.0.0.0", "::")  # addresses that stand for all of a machine's
@@ -84,3 +100,41 @@ class CourseServer(ServerApp):
             self.stop(from_signal=True)
             with contextlib.suppress(OSError):  # the terminal may be closed
                 print("Stopping JupyterLab.", flush=True)
+
+
+def run(folder: Path, options: list[str]) -> None:
+    """Run JupyterLab until it ends or is interrupted.
+
+    Parameters
+    ----------
+    folder : with the notebooks; the first one is shown
+    options : JupyterLab's own; they win over ours
+    """
+    os.environ |= environment()
+    os.environ.pop("PYTHONSAFEPATH", None)  # students' programs, which terminals start, run as usual
+    first = min((path.name for path in folder.glob("*.ipynb")), default="")
+    settings = {
+        **SETTINGS,
+        "ServerApp.root_dir": str(folder.resolve()),
+        "LabApp.default_url": f"/lab/tree/{urllib.parse.quote(first)}" if first else "/lab",
+        "Application.log_level": "ERROR",
+    }
+    config = Config()
+    for name, value in settings.items():
+        section, _dot, setting = name.partition(".")
+        config[section][setting] = value
+    CourseServer.instance(config=config, jpserver_extensions={"jupyterlab": True})  # LabApp takes this instance
+    LabApp.launch_instance(argv=options)
+
+
+def environment() -> dict[str, str]:
+    """Return the environment variables that JupyterLab needs.
+
+    With a token from the environment, JupyterLab prints its address in one line instead of five, and writes it to no
+    log. The folder of settings switches off its question about news, which would cover a student's first picture.
+    """
+    paths = [os.environ.get("JUPYTER_CONFIG_PATH", ""), str(KERNEL.parent)]
+    variables = {"JUPYTER_CONFIG_PATH": os.pathsep.join(filter(None, paths))}
+    if not any(os.environ.get(name) for name in _TOKENS):
+        variables[_TOKENS[0]] = secrets.token_hex(24)
+    return variables

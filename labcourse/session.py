@@ -12,14 +12,13 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any, Self
 
-from labcourse import course_file, courses, hub, student_id
-from labcourse.answers import cell_reports, forms, predictions, reflection
-from labcourse.answers.answers import AnswerBook
+from labcourse import course_file, courses, student_id
+from labcourse.answers import cell_reports, forms, reflection
+from labcourse.answers.answers import AnswerBook, ResultsTable
 from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.parts import Question
 from labcourse.answers.report_files import ReportFile, own_document
 from labcourse.answers.starts import Beginning
-from labcourse.answers.tables import ResultsTable
 from labcourse.answers.words import SavedTexts
 from labcourse.errors import AnswerError, ConfigurationError, StudentIDError
 from labcourse.files import ANSWERS_FILE, COURSE_FILE
@@ -41,7 +40,7 @@ def student_of(given: str, folder: Path) -> str:
     ConfigurationError
         If it cannot be an ID.
     """
-    student: Any = given or (course_file.read(folder) or {}).get("student") or hub.user() or DEMO
+    student: Any = given or (course_file.read(folder) or {}).get("student") or course_file.hub_user() or DEMO
     try:
         return student_id.normalised(student)
     except StudentIDError as error:
@@ -286,7 +285,7 @@ class Session:
         AnswerError
             If nothing can be predicted of this question, or not this.
         """
-        print(*predictions.predict(self.book, self.catalogue.predictions, question, values), sep="\n")
+        print(*reflection.predict(self.book, self.catalogue.predictions, question, values), sep="\n")
 
     def observed(self, question: str, /, why: str = "") -> None:
         """Print what was predicted of an experiment beside what was recorded, and what to think about.
@@ -302,7 +301,7 @@ class Session:
             If nothing can be predicted of this question, or ``why`` is not text or is too long.
         """
         self.refresh()
-        lines = predictions.observed(self.book, self.catalogue.predictions, question, why, self._found)
+        lines = reflection.observed(self.book, self.catalogue.predictions, question, why, self._found)
         print(*lines, sep="\n")
 
     def predicted(self, question: str, name: str) -> Any:
@@ -314,7 +313,7 @@ class Session:
             If nothing can be predicted of this question.
         """
         self.book.refresh()
-        return predictions.value(self.book, self.catalogue.predictions, question, name)
+        return reflection.value(self.book, self.catalogue.predictions, question, name)
 
     # --- own answers, compared with each other -----------------------------------------------------------------------
 

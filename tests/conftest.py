@@ -14,7 +14,7 @@ import marks
 import pytest
 from hypothesis import settings
 
-from labcourse import course_place, courses
+from labcourse import courses, lab_command
 from rotflex import files
 from rotflex.recording import Recording
 
@@ -29,7 +29,7 @@ settings.load_profile("landing")
 # What `rotflex lab` keeps for next time is not to land among the settings of who runs the tests.
 for name in [name for name in os.environ if name.startswith(("JUPYTERHUB_", "BINDER_"))]:
     del os.environ[name]  # whoever tests on a hub has no hub in the tests
-for name in (course_place.SETTINGS, files.FOLDER):
+for name in (lab_command.SETTINGS, files.FOLDER):
     os.environ[name] = tempfile.mkdtemp(prefix="rotflex-settings-")
 os.environ["LABCOURSE_PROGRAM"] = "rotflex"  # as messages name it, also where a test calls no command
 os.environ[courses.SETTING] = "rotflex.course"

@@ -12,7 +12,7 @@ from made_courses import copied
 from made_notebooks import answer, code, notebook, saved, text
 from typer.testing import CliRunner
 
-from labcourse import course_place, courses, lab_command
+from labcourse import courses, lab_command
 from labcourse.grading.isolation.selftest import Attempt, Layer
 from rotflex import cli
 from rotflex.course.lab import Lab
@@ -36,7 +36,7 @@ def course(tmp_path, monkeypatch):
     monkeypatch.delitem(sys.modules, "course", raising=False)
     monkeypatch.syspath_prepend(tmp_path)
     monkeypatch.setattr(courses, "use", lambda name: monkeypatch.setenv(courses.SETTING, "course"))
-    monkeypatch.setenv(course_place.SETTINGS, str(tmp_path / "settings"))
+    monkeypatch.setenv(lab_command.SETTINGS, str(tmp_path / "settings"))
     monkeypatch.chdir(tmp_path / "desk")
     return tmp_path / "course"
 
@@ -207,7 +207,7 @@ def test_lab_opens_the_courses_own_notebooks_as_they_are_and_asks_nothing(course
     monkeypatch.chdir(course)
     before = {path.name: path.stat().st_mtime_ns for path in (course / "notebooks").iterdir()}
     assert rotflex("lab").output == ""
-    assert opened == [(Path("notebooks"), [])] and course_place.remembered() is None
+    assert opened == [(Path("notebooks"), [])] and lab_command.remembered() is None
     assert {path.name: path.stat().st_mtime_ns for path in (course / "notebooks").iterdir()} == before
 
 

@@ -8,7 +8,7 @@ import tomllib
 
 from checkout import ROOT
 
-from labcourse import jupyterlab
+from labcourse import server
 
 
 def page(name: str) -> str:
@@ -18,13 +18,13 @@ def page(name: str) -> str:
 def test_a_hub_is_told_what_rotflex_lab_tells_its_own_server():
     (said,) = re.findall(r"c\.Spawner\.args = \[\n(.*?)\]", page("jupyterhub.md"), re.DOTALL)
     told = dict(one.lstrip("-").partition("=")[::2] for one in re.findall(r'"(.*?)",', said))
-    assert told == jupyterlab.SETTINGS
+    assert told == server.SETTINGS
 
 
 def test_binders_settings_are_among_those_of_rotflex_lab():
     script = (ROOT / "binder" / "postBuild").read_text(encoding="utf-8")
     told = dict(re.findall(r'^c\.(\S+) = "(.*)"$', script, re.MULTILINE))
-    assert len(told) == 2 and told.items() <= jupyterlab.SETTINGS.items()
+    assert len(told) == 2 and told.items() <= server.SETTINGS.items()
     # repo2docker takes a dot alone for the name of a package, and installs before the folder is there.
     assert (ROOT / "binder" / "requirements.txt").read_text(encoding="utf-8") == "./\n"
 

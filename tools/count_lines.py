@@ -51,7 +51,7 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
         ),
     ),
     "answers, session, files of a course": (
-        3582,
+        3475,
         (
             "labcourse/*.py",
             "labcourse/answers/**/*.py",
@@ -62,8 +62,8 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
     "report": (1164, ("labcourse/report/**/*.py",)),
     "running, the warm runner": (1013, ("labcourse/grading/running/**/*.py", "labcourse/run/inside/**/*.py")),
     "intake": (1290, ("labcourse/grading/intake/**/*.py",)),
-    "gradebook": (1423, ("labcourse/grading/gradebook/**/*.py",)),
-    "marking": (1195, ("labcourse/grading/marking/**/*.py",)),
+    "gradebook": (1417, ("labcourse/grading/gradebook/**/*.py",)),
+    "marking": (1182, ("labcourse/grading/marking/**/*.py",)),
     "isolation": (1123, ("labcourse/grading/isolation/**/*.py",)),
     "reports, scoring": (1921, ("labcourse/grading/reports/**/*.py", "labcourse/grading/scoring/**/*.py")),
     "outcomes, overview, platforms, accounts": (
@@ -78,7 +78,7 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
         ),
     ),
     "settings, release, commands, rest": (
-        3041,
+        3092,
         (
             "rotflex/cli.py",
             "labcourse/command_line.py",

@@ -8,10 +8,10 @@ from difflib import get_close_matches
 from typing import TYPE_CHECKING, Any
 
 from labcourse.answers.parts import WHOLE, Part, Question, ReportItem, prose
-from labcourse.answers.predictions import Predictable
 from labcourse.errors import AnswerError
 
 if TYPE_CHECKING:
+    from labcourse.answers.reflection import Predictable
     from labcourse.answers.starts import Start
 
 

@@ -15,7 +15,7 @@ import sys
 import unicodedata
 from typing import Any
 
-from labcourse.answers import bounds
+from labcourse.answers import json_values
 from labcourse.answers.json_values import FormError, check_given, read_number
 from labcourse.errors import AnswerError
 
@@ -284,7 +284,7 @@ class _Check:
                 self._symbol(arguments[0])
             case "int" | "rational":
                 if not all(_is_integer(number) for number in arguments) or arguments[-1] <= 0 < len(arguments) - 1:
-                    raise AnswerError(f"{kind!r} should be made of integers of at most {bounds.MAX_INTEGER:.0e}.")
+                    raise AnswerError(f"{kind!r} should be made of integers of at most {json_values.MAX_INTEGER:.0e}.")
             case "float":
                 read_number("A float", arguments[0])
             case "pow":
@@ -317,7 +317,7 @@ class _Check:
 
 
 def _is_integer(value: Any) -> bool:
-    return isinstance(value, int) and not isinstance(value, bool) and abs(value) <= bounds.MAX_INTEGER
+    return isinstance(value, int) and not isinstance(value, bool) and abs(value) <= json_values.MAX_INTEGER
 
 
 # --- symbols as students write them, and those that are meant ---------------------------------------------------------

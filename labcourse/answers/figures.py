@@ -1,19 +1,21 @@
 """Figures as plain data: their labels, and the points of their curves that lie within the limits of the axes.
 
-Points outside these limits are ignored.
+Points outside these limits are ignored. Labels are read as people write them: without TeX, and with the places where a
+unit may stand.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import re
+import unicodedata
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from labcourse.answers import bounds
+from labcourse.answers import json_values
 from labcourse.answers.json_values import FormError, clean, rounded, thin
-from labcourse.answers.labels import unit_places
 
 _MOST_IN_ALL, _FEWEST_POINTS = 4400, 60  # of all curves together, for which each is thinned out more; of each
 _ROUNDING = 1e-9  # of an axis: a point on its limit is within
@@ -31,14 +33,16 @@ def encode(value: Any) -> tuple[dict[str, Any], list[str]]:
         If it is not a figure, or shows no curve, or has too many diagrams.
     """
     diagrams = seen_diagrams(value)
-    if len(diagrams) > bounds.MOST_AXES:
-        raise FormError(f"it has {len(diagrams)} diagrams; {bounds.MOST_AXES} at most are recorded")
-    each = max(_FEWEST_POINTS, _MOST_IN_ALL // sum(min(len(lines), bounds.MOST_LINES) for _axis, lines in diagrams))
+    if len(diagrams) > json_values.MOST_AXES:
+        raise FormError(f"it has {len(diagrams)} diagrams; {json_values.MOST_AXES} at most are recorded")
+    each = max(
+        _FEWEST_POINTS, _MOST_IN_ALL // sum(min(len(lines), json_values.MOST_LINES) for _axis, lines in diagrams)
+    )
     axes: list[dict[str, Any]] = []
     hints: dict[str, list[int]] = {}  # hint -> the diagrams that it is about
     for index, (axis, lines) in enumerate(diagrams, start=1):
         texts = {"title": axis.get_title(), "xlabel": _label(axis, "x"), "ylabel": _label(axis, "y")}
-        texts = {name: clean(text).strip()[: bounds.LONGEST_LABEL] for name, text in texts.items()}
+        texts = {name: clean(text).strip()[: json_values.LONGEST_LABEL] for name, text in texts.items()}
         axes.append({**texts, "lines": [_thinned(line, each) for line in most_of(lines)]})
         for hint in _hints(texts["xlabel"], texts["ylabel"], lines):
             hints.setdefault(hint, []).append(index)
@@ -86,7 +90,7 @@ def _curves(lines: list[dict[str, Any]]) -> list[dict[str, Any]]:
 
 def most_of(lines: list[dict[str, Any]]) -> list[dict[str, Any]]:
     """Return the lines with most points, in their order: of many lines, most are marks."""
-    longest = sorted(range(len(lines)), key=lambda place: -lines[place]["n"])[: bounds.MOST_LINES]
+    longest = sorted(range(len(lines)), key=lambda place: -lines[place]["n"])[: json_values.MOST_LINES]
     return [lines[place] for place in sorted(longest)]
 
 
@@ -119,7 +123,7 @@ def _line(axis: Any, artist: Any, x: Any, y: Any) -> dict[str, Any]:
     if shown.sum() > 2 and axis.name == "rectilinear":  # a mark across the diagram may end outside of it
         shown &= _within(x, axis.get_xlim()) & _within(y, axis.get_ylim())
     return {
-        "label": "" if label.startswith("_") else label[: bounds.LONGEST_LABEL],
+        "label": "" if label.startswith("_") else label[: json_values.LONGEST_LABEL],
         "n": int(shown.sum()),
         "x": x[shown],
         "y": y[shown],
@@ -127,7 +131,7 @@ def _line(axis: Any, artist: Any, x: Any, y: Any) -> dict[str, Any]:
 
 
 def _thinned(line: dict[str, Any], points: int) -> dict[str, Any]:
-    places = thin(line["n"], min(points, bounds.CURVE_POINTS))
+    places = thin(line["n"], min(points, json_values.CURVE_POINTS))
     return {**line, "x": rounded(line["x"][places]), "y": rounded(line["y"][places])}
 
 
@@ -169,8 +173,125 @@ def _hints(x_label: str, y_label: str, lines: list[dict[str, Any]]) -> list[str]
             hints.append(f"the {name} axis has no label: say what it shows, and in which unit")
         elif not unit_places(label):
             hints.append(f"the {name} axis has no unit: write it in brackets after the name")
-    if len(lines) > bounds.MOST_LINES:
-        hints.append(f"it has {len(lines)} curves; the {bounds.MOST_LINES} with most points are recorded")
+    if len(lines) > json_values.MOST_LINES:
+        hints.append(f"it has {len(lines)} curves; the {json_values.MOST_LINES} with most points are recorded")
     if len(curves := _curves(lines)) > 1 and not all(line["label"] for line in curves):
         hints.append("with more than one curve, say which is which: give each a label, and a legend")
     return hints
+
+
+# --- labels -----------------------------------------------------------------------------------------------------------
+
+
+#: Characters that stand for others; with them, what Unicode's compatibility forms do not bring together.
+_ALIKE = str.maketrans("º˚∘−‐‑–—∕⁄÷⋅•،、؛【〔〈《「『】〕〉》」』", "°°°-----///··,,;(((((())))))")
+_SUPERSCRIPT = re.compile("[⁺⁻⁰¹²³⁴-⁹]+")
+_FONT = re.compile(
+    r"\\(?:math(?:rm|it|sf|bf|tt|regular|default)|text(?:rm|it|sf|bf|up|normal)?|operatorname|mbox|rm|it)\b\s*"
+    r"(?:\{([^{}]*)\})?"
+)
+_QUANTITY = re.compile(r"\\(?:unit|si)\s*(?:\[[^\]]*\])?\s*\{([^{}]*)\}")  # as the package siunitx has it
+_FRACTION = re.compile(r"\\[dt]?frac\s*\{([^{}]*)\}\s*\{([^{}]*)\}")
+_SPACE = re.compile(r"\\[,;:! ]|~|\\q?quad\b")
+_NO_SIGN = re.compile(r"\\(?:left|right|[bB]igg?[lrm]?)\b")
+_MACRO = re.compile(r"\\([A-Za-z]+)")
+_SIGNS = {"circ": "°", "degree": "°", "mu": "μ", "micro": "μ", "cdot": "·", "times": "×", "per": "/"}
+_RAISED, _LOWERED = re.compile(r"\^\s*[({]([^(){}]*)[)}]"), re.compile(r"_\s*\{([^{}]*)\}")
+_INNERMOST = re.compile(r"[(\[<]([^()\[\]<>]*)[)\]>]")
+_NESTED = 3  # brackets within brackets
+_MOST_PLACES = 16  # looked at in a label; three are many
+#: Words before a unit: "time in s", "Zeit in s", "tiempo en s", "czas w s", "время в с", "χρόνος σε s" ...
+_IN = re.compile(r"(?<!\w)(?:in|en|em|w|v|ve|в|у|σε|i|u|în|bằng|dalam)\s+(?=\S)")
+_AFTER = re.compile(r"[,;:|(\[]|\s-\s")
+
+
+def normalized(label: str) -> str:
+    """Return a label in small letters and without TeX: ``$t\\ [\\mathrm{ms}]$`` as "t [ms]", an exponent as "10^-3"."""
+    text = _SUPERSCRIPT.sub(lambda match: "^" + unicodedata.normalize("NFKC", match[0]), label.translate(_ALIKE))
+    text = unicodedata.normalize("NFKC", text).translate(_ALIKE)
+    text = "".join(sign for sign in text if unicodedata.category(sign) != "Cf")  # marks of writing direction
+    if "\\" in text or "$" in text:
+        text = _without_tex(text)
+    text = _RAISED.sub(r"^\1", text)
+    text = re.sub(r"\^\s*°", "°", text.replace("{", "(").replace("}", ")"))
+    return re.sub(r"μ\s+", "μ", re.sub(r"\s+", " ", text)).strip().lower()
+
+
+def _without_tex(text: str) -> str:
+    """Replace commands of TeX by what they stand for."""
+    text = _NO_SIGN.sub("", _SPACE.sub(" ", text.replace(r"\{", "(").replace(r"\}", ")")))
+    for _time in range(_NESTED):
+        text = _FONT.sub(r"\1", text)
+    text = _QUANTITY.sub(r"(\1)", _FRACTION.sub(r"\1/\2", text))
+    text = _MACRO.sub(lambda match: _SIGNS.get(match[1], match[1]), text)
+    return _LOWERED.sub(r"_\1", _RAISED.sub(r"^\1", text)).replace("$", "")
+
+
+def unit_places(label: str) -> list[str]:
+    """Return what stands where a unit may: in brackets, after a comma, a colon or a solidus, or after "in".
+
+    As in :func:`normalized`; it need not be a unit: "time (second run), s" has "second run" and "s".
+    """
+    text, places = normalized(label), []
+    for _depth in range(_NESTED):
+        for inside in _INNERMOST.findall(text):
+            places += [inside, *_AFTER.split(inside)[:1], *_after_in(inside)]
+        text = _INNERMOST.sub(" ", text)
+    first, *others = _AFTER.split(text)
+    places += others
+    for piece in (first, *others):
+        places += [*piece.split("/", 1)[1:], *_after_in(piece)]
+    return list(dict.fromkeys(filter(None, (place.strip(" .*") for place in places))))[:_MOST_PLACES]
+
+
+def _after_in(text: str) -> list[str]:
+    return [text[match.end() :] for match in _IN.finditer(text)]
+
+
+# --- for people who read, or hear, what a figure shows ----------------------------------------------------------------
+
+_FONTS = {"mathrm", "mathbf", "mathit", "text", "rm", "left", "right"}  # in formulas; not shown
+
+
+def readable(label: str) -> str:
+    """Return a label without what matplotlib would have set as a formula: ``$\\beta$ / $^\\circ$`` as "β / °"."""
+
+    def formula(match: re.Match[str]) -> str:
+        return re.sub(r"[{}^]", "", re.sub(r"\\([A-Za-z]+) ?", lambda macro: _sign(macro[1]), match[1]))
+
+    return re.sub(r"\$([^$]*)\$", formula, label)
+
+
+def _sign(name: str) -> str:
+    """Return the sign that a command of TeX stands for."""
+    case = "CAPITAL" if name[0].isupper() else "SMALL"
+    try:
+        return "°" if name == "circ" else unicodedata.lookup(f"GREEK {case} LETTER {name.upper()}")
+    except KeyError:
+        return "" if name in _FONTS else name
+
+
+def describe(axis: Mapping[str, Any], lines: Sequence[Mapping[str, Any]], low: float, high: float) -> str:
+    """Describe a diagram for people who do not see it.
+
+    Parameters
+    ----------
+    axis : its labels, as :func:`labcourse.answers.forms.decode` gives them
+    lines : its curves that are drawn, each with points
+    low, high : of the axis across
+    """
+    curves = ", ".join(
+        f"{readable(line['label']) or 'a curve without a label'} "
+        f"(from {float(np.min(line['y'])):.3g} to {float(np.max(line['y'])):.3g})"
+        for line in lines
+    )
+    x, y = (readable(axis[name]) or "an axis without a label" for name in ("xlabel", "ylabel"))
+    return f"Diagram of {y} against {x}, from {low:.3g} to {high:.3g}. Curves: {curves}."
+
+
+def evenly_logarithmic(values: NDArray[np.float64]) -> bool:
+    """Check whether points (n,) stand evenly on a logarithmic axis, over a decade at least."""
+    if values.size < 5 or values.min() <= 0 or values.max() < 10 * values.min():
+        return False
+    steps = np.diff(np.log(values))
+    return bool(np.all(steps > 0) and np.ptp(steps) < 0.5 * steps.mean())

@@ -18,7 +18,7 @@ from typing import Any, Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import NDArray
 
-from labcourse.answers import bounds, expressions, figures
+from labcourse.answers import expressions, figures, json_values
 from labcourse.answers.expressions import is_symbolic
 from labcourse.answers.json_values import FormError, NotAnswered, check_given, clean, rounded, thin
 from labcourse.answers.parts import YES_NO, Part
@@ -334,8 +334,10 @@ def _encode_prose(_part: Part, value: Any) -> tuple[Fields, Hints]:
     text = clean(value).strip()
     if text.casefold().rstrip(".") in STUBS or text in STUBS:
         raise NotAnswered("nothing yet")
-    if len(text) > bounds.LONGEST_PROSE:
-        raise FormError(f"it has {len(text)} characters; {bounds.LONGEST_PROSE} at most are recorded, so shorten it")
+    if len(text) > json_values.LONGEST_PROSE:
+        raise FormError(
+            f"it has {len(text)} characters; {json_values.LONGEST_PROSE} at most are recorded, so shorten it"
+        )
     return {"value": text}, [hint for hint in [of_few_words(text)] if hint]
 
 
@@ -400,9 +402,9 @@ def encode_recording(part: Part, value: Any) -> tuple[Fields, Hints]:
     missing = [name for name in part.channels if name not in value.channels]
     if missing:
         raise FormError(f"the recording lacks {' and '.join(missing)}; it has {', '.join(value.channels)}")
-    if len(value) > bounds.MOST_SAMPLES:
+    if len(value) > json_values.MOST_SAMPLES:
         raise FormError("the recording is too long: cut out the part that matters with recording.between(start, stop)")
-    places = thin(len(value), bounds.RECORDING_POINTS)
+    places = thin(len(value), json_values.RECORDING_POINTS)
     channels = {
         name: {"unit": channel.unit, "values": rounded(channel.values[places])}
         for name, channel in value.channels.items()
@@ -444,3 +446,39 @@ _ENCODERS: dict[str, Callable[[Part, Any], tuple[Fields, Hints]]] = {
     "figure": lambda _part, value: figures.encode(value),
     "recording": encode_recording,
 }
+
+
+@dataclass(frozen=True)
+class Channel:
+    """One signal: ``values`` (n,) in a ``unit``."""
+
+    values: NDArray[np.float64]
+    unit: str
+
+
+@dataclass(frozen=True)
+class Recording:
+    """Signals sampled together at a fixed rate.
+
+    Attributes
+    ----------
+    channels : by name
+    sample_time : s
+    metadata : JSON data: the experiment and its settings
+    """
+
+    channels: Mapping[str, Channel]
+    sample_time: float
+    metadata: Mapping[str, Any]
+
+    @property
+    def time(self) -> NDArray[np.float64]:
+        """Return the times (n,) of the samples in s, from 0 on."""
+        return np.arange(len(self)) * np.float64(self.sample_time)
+
+    def __getitem__(self, channel: str) -> NDArray[np.float64]:
+        """Return the values (n,) of a channel."""
+        return self.channels[channel].values
+
+    def __len__(self) -> int:
+        return len(next(iter(self.channels.values())).values)

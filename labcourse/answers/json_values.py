@@ -1,4 +1,4 @@
-"""Plain data: rounding and thinning, and strict reading of a course's own data."""
+"""Plain data: the bounds of answers, rounding and thinning, and strict reading of a course's own data."""
 
 from __future__ import annotations
 
@@ -10,6 +10,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from labcourse.errors import AnswerError
+
+FORMAT = 2  #: of answers.json
+MAX_INTEGER = 10**20  #: what is typed with 15 digits, in millionths
+LONGEST_PROSE = 5000  #: characters; two pages
+LONGEST_SENTENCE = 1000  #: characters on a prediction: a sentence, and a few more
+LONGEST_LABEL = 200  #: characters: two lines
+LONGEST_METADATA = 4000  #: characters of JSON; what a bench says of itself, ten times
+MOST_AXES = 8  #: diagrams of a figure: four rows of two
+MOST_LINES = 24  #: curves and marks of one diagram, twice the dozen curves that a reader can distinguish
+CURVE_POINTS = 200  #: that are stored of a curve
+RECORDING_POINTS = 400  #: that are stored of a channel: as many as a plot is wide, halved
+MOST_SAMPLES = 10**7  #: of a recording: more than an hour at 2 kHz
 
 
 class FormError(AnswerError):

@@ -1,23 +1,199 @@
-"""Compare a student's own answers with each other, without the correct answers.
+"""Let students reflect on their work: predictions of experiments, and own answers compared with each other.
 
-A course defines :class:`Check` objects; a student's session fills in the answers. Answers that do not agree become
+Neither is ever marked, and the correct answers are not used.
+
+A course declares what can be predicted (:class:`Predictable`, in its catalogue). A prediction is recorded once, and
+shown beside the recorded result. In ``answers.json`` it is ``{question: {"said": {name: answer}, "why": sentence}}``.
+Whether it was made before the experiment cannot be checked. The functions of a session return the lines to be printed.
+
+A course also defines :class:`Check` objects; a student's session fills in the answers. Answers that do not agree become
 questions to the student, never verdicts. ``course.json`` may switch this off, or allow it from some time on.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from datetime import datetime
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from labcourse.answers import forms, json_values
 from labcourse.answers.catalogue import Catalogue
-from labcourse.answers.parts import Where
+from labcourse.answers.forms import FormError, NotAnswered
+from labcourse.answers.json_values import clean
+from labcourse.answers.parts import Part, Where
 from labcourse.course_file import OFF, ON, REFLECT
 from labcourse.errors import AnswerError, ConfigurationError, CourseError
 from labcourse.messages import plural
+
+if TYPE_CHECKING:
+    from labcourse.answers.answers import AnswerBook
+
+
+SECTION = "predictions"  #: of answers.json
+Predictions = Mapping[str, tuple["Predictable", ...]]
+
+
+@dataclass(frozen=True)
+class Predictable:
+    """Something that can be predicted of an experiment.
+
+    Attributes
+    ----------
+    part : its name, kind ("number" or "choice"), unit and choices, and what is asked; it is worth no points
+    found_in : answers, (question, part), that show it once the experiment is done
+    seen : these answers → what they show, a number in the part's unit or one of its choices
+    ask : what to think about when both are there
+    """
+
+    part: Part
+    found_in: tuple[tuple[str, str], ...]
+    seen: Callable[..., Any]
+    ask: str
+
+
+def of_question(predictions: Predictions, question: Any) -> dict[str, Predictable]:
+    """Return what can be predicted of a question's experiment, by name.
+
+    Raises
+    ------
+    AnswerError
+        If nothing can; the message names the questions of which something can.
+    """
+    predictable = predictions.get(question) if isinstance(question, str) else None
+    if not predictable:
+        raise AnswerError(
+            f"Nothing is predicted of {question!r:.40}; there is something to predict of "
+            f"{', '.join(predictions) or 'no question'}."
+        )
+    return {item.part.name: item for item in predictable}
+
+
+def read(predictable: Iterable[Predictable], stored: Mapping[str, Any]) -> Iterator[tuple[Predictable, Any, str]]:
+    """Read stored predictions: what can be predicted, the prediction, and a description. Skip unreadable ones.
+
+    Parameters
+    ----------
+    predictable : what can be predicted of the question
+    stored : what ``answers.json`` has of it
+    """
+    for item in predictable:
+        content = stored.get("said", {}).get(item.part.name)
+        try:
+            yield item, forms.decode(item.part, content), forms.show(item.part, content)
+        except AnswerError:
+            continue
+
+
+def describe_result(item: Predictable, find: Callable[[str, str], Any]) -> str | None:
+    """Describe the recorded result of something that can be predicted; None without recordings.
+
+    Parameters
+    ----------
+    item : what was predicted
+    find : (question, part) → the answer; raises AnswerError where there is none
+    """
+    try:
+        seen = item.seen(*(find(*where) for where in item.found_in))
+        return forms.show(item.part, forms.encode(item.part, seen, 0).content)
+    except (AnswerError, ArithmeticError, LookupError, ValueError):
+        return None
+
+
+def predict(book: AnswerBook, predictions: Predictions, question: str, values: Mapping[str, Any]) -> list[str]:
+    """Record what is predicted of an experiment, unless something was predicted before; that stands.
+
+    Parameters
+    ----------
+    values : name → prediction; without any, it is shown what can be predicted, and what was
+
+    Raises
+    ------
+    AnswerError
+        If nothing can be predicted of the question, or not this.
+    """
+    items = of_question(predictions, question)
+    unknown = [name for name in values if name not in items]
+    if unknown:
+        raise AnswerError(f"Of question {question}, you can predict {', '.join(items)}, not {', '.join(unknown)}.")
+    book.refresh()
+    return [f"{question}  {_reply(book, question, items[name], values.get(name))}" for name in values or items]
+
+
+def _reply(book: AnswerBook, question: str, item: Predictable, value: Any) -> str:
+    """Record a prediction that has the form of its part, unless there is an earlier one, and return the reply."""
+    part, stored = item.part, book.predicted(question)
+    earlier = next((text for _item, _value, text in read([item], stored)), None)
+    if earlier is None and part.name in stored.get("said", {}):
+        return f"{part.name}  predicted before, in a form that this release cannot read; it stands."
+    asked = f"{part.name}  not predicted yet ({', '.join(map(repr, part.choices)) or part.unit}): {part.prompt}"
+    try:
+        content = forms.encode(part, value, 0).content
+    except NotAnswered:
+        return f"predicted: {earlier}." if earlier else asked
+    except FormError as error:
+        return f"{part.name}  not recorded: {error}"
+    if earlier is None:
+        book.predict(question, {part.name: content})
+        return f"predicted: {forms.show(part, content)}. It stands now; run the experiment."
+    if stored["said"][part.name] != content:
+        return f"You said {earlier} before, and that stands. Wrong predictions cost nothing."
+    return f"predicted: {earlier}."
+
+
+def observed(
+    book: AnswerBook, predictions: Predictions, question: str, why: str, find: Callable[[str, str], Any]
+) -> list[str]:
+    """Show what was predicted beside what was recorded, and record a sentence about it.
+
+    Parameters
+    ----------
+    why : the sentence, "" if none is given
+    find : (question, part) → the answer; raises AnswerError where there is none
+
+    Raises
+    ------
+    AnswerError
+        If nothing can be predicted of the question, or ``why`` is not a sentence.
+    """
+    items = of_question(predictions, question)
+    if not isinstance(why, str | None):
+        raise AnswerError(f"why should be a sentence, text between quotes; it is a {type(why).__name__}.")
+    sentence = clean(why or "").strip()
+    if len(sentence) > json_values.LONGEST_SENTENCE:
+        raise AnswerError(f"One sentence is asked for: at most {json_values.LONGEST_SENTENCE} characters.")
+    if sentence and sentence != book.predicted(question).get("why"):
+        book.predict(question, {}, sentence)
+    stored = book.predicted(question)
+    predicted = {item.part.name: text for item, _value, text in read(items.values(), stored)}
+    lines = []
+    for name, item in items.items():
+        lines.append(f"{question}  You predicted {predicted.get(name, 'nothing here')}.")
+        if result := describe_result(item, find):
+            lines += [f"      Recorded: {result}.", f"      {item.ask}"]
+        else:
+            missing = ", ".join(map(" ".join, item.found_in))
+            lines.append(f"      There is nothing to compare it with yet: answer {missing}.")
+    if sentence := stored.get("why", ""):
+        return [*lines, f"      Your explanation: {sentence}"]
+    return [*lines, f'      Keep a sentence on it: lab.observed("{question}", why="...")']
+
+
+def value(book: AnswerBook, predictions: Predictions, question: str, name: str) -> Any:
+    """Return what was predicted; None if nothing was.
+
+    Raises
+    ------
+    AnswerError
+        If nothing can be predicted of the question.
+    """
+    predicted = read(of_question(predictions, question).values(), book.predicted(question))
+    return {item.part.name: value for item, value, _text in predicted}.get(name)
+
+
+# --- own answers, compared with each other ---------------------------------------------------------------------------
 
 #: What a check may raise for some student's numbers.
 _COMPUTATION_ERRORS = (ArithmeticError, LookupError, TypeError, ValueError, RuntimeError, CourseError)

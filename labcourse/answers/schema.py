@@ -18,7 +18,7 @@ from pydantic import BaseModel, ConfigDict, FailFast, Field, TypeAdapter, Valida
 from pydantic.functional_validators import AfterValidator, WrapValidator, model_validator
 
 from labcourse import files
-from labcourse.answers import bounds, cell_reports, expressions
+from labcourse.answers import cell_reports, expressions, json_values
 from labcourse.answers.cell_reports import CellError, CellReport, Refusal, Reports
 from labcourse.answers.json_values import UNWRITABLE, show_number
 from labcourse.answers.parts import Part
@@ -49,7 +49,7 @@ def load(data: bytes, max_depth: int = MAX_DEPTH) -> Any:
 
 def _integer(digits: str) -> int:
     """Return an integer. Raises ValueError if it is too large."""
-    if len(digits) > 25 or abs(int(digits)) > bounds.MAX_INTEGER:
+    if len(digits) > 25 or abs(int(digits)) > json_values.MAX_INTEGER:
         raise ValueError("an integer is too large")
     return int(digits)
 
@@ -82,8 +82,8 @@ def _small(metadata: dict[str, Any]) -> dict[str, Any]:
         text = json.dumps(metadata, allow_nan=False, ensure_ascii=False)
     except RecursionError:
         raise ValueError("The metadata is nested too deeply.") from None
-    if len(text) > bounds.LONGEST_METADATA:
-        raise ValueError(f"The metadata should have at most {bounds.LONGEST_METADATA} characters.")
+    if len(text) > json_values.LONGEST_METADATA:
+        raise ValueError(f"The metadata should have at most {json_values.LONGEST_METADATA} characters.")
     _printable(text)
     return metadata
 
@@ -94,8 +94,8 @@ def _tree(tree: list[Any]) -> list[Any]:
 
 
 Finite = Annotated[float, Field(allow_inf_nan=False)]
-Label = Annotated[str, Field(max_length=bounds.LONGEST_LABEL), AfterValidator(_printable)]
-Points = Annotated[list[Finite], FailFast(), Field(max_length=bounds.CURVE_POINTS)]
+Label = Annotated[str, Field(max_length=json_values.LONGEST_LABEL), AfterValidator(_printable)]
+Points = Annotated[list[Finite], FailFast(), Field(max_length=json_values.CURVE_POINTS)]
 Pair = Annotated[list[Finite], Field(min_length=2, max_length=2)]
 Row = Annotated[list[Finite], FailFast(), Field(min_length=1, max_length=_MOST_ITEMS)]
 Tree = Annotated[list[Any], AfterValidator(_tree), WithJsonSchema({"type": "array", "format": "tree"})]
@@ -191,7 +191,7 @@ class ProseAnswer(Model):
     """Text for a person to read."""
 
     kind: Literal["prose"]
-    value: Annotated[str, Field(max_length=bounds.LONGEST_PROSE), AfterValidator(_printable)]
+    value: Annotated[str, Field(max_length=json_values.LONGEST_PROSE), AfterValidator(_printable)]
 
     def decode(self, _part: Part) -> Any:
         """Return the text."""
@@ -289,14 +289,14 @@ class Diagram(Model):
     title: Label
     xlabel: Label
     ylabel: Label
-    lines: Annotated[list[Curve], FailFast(), Field(min_length=1, max_length=bounds.MOST_LINES)]
+    lines: Annotated[list[Curve], FailFast(), Field(min_length=1, max_length=json_values.MOST_LINES)]
 
 
 class FigureAnswer(Model):
     """The diagrams of a figure."""
 
     kind: Literal["figure"]
-    axes: Annotated[list[Diagram], Field(min_length=1, max_length=bounds.MOST_AXES)]
+    axes: Annotated[list[Diagram], Field(min_length=1, max_length=json_values.MOST_AXES)]
 
     def decode(self, _part: Part) -> Any:
         """Return ``{"axes": [...]}`` as it is stored, with arrays for x and y."""
@@ -315,7 +315,7 @@ class Channel(Model):
     """A channel of a recording."""
 
     unit: Annotated[str, Field(max_length=10)]
-    values: Annotated[list[Finite], FailFast(), Field(max_length=bounds.RECORDING_POINTS)]
+    values: Annotated[list[Finite], FailFast(), Field(max_length=json_values.RECORDING_POINTS)]
 
 
 class RecordingAnswer(Model):
@@ -323,7 +323,7 @@ class RecordingAnswer(Model):
 
     kind: Literal["recording"]
     metadata: Annotated[dict[str, Any], AfterValidator(_small)]
-    n: Annotated[int, Field(ge=2, le=bounds.MOST_SAMPLES)]
+    n: Annotated[int, Field(ge=2, le=json_values.MOST_SAMPLES)]
     sample_time: Annotated[Finite, Field(gt=0.0)]
     channels: dict[str, Channel]
 
@@ -331,7 +331,7 @@ class RecordingAnswer(Model):
         """Return a dict of all fields, with an array for the values of a channel."""
         if not set(part.channels) <= self.channels.keys() <= part.units.keys():
             raise AnswerError(f"The channels should be some of {', '.join(part.units)}, with {part.channels}.")
-        points = min(self.n, bounds.RECORDING_POINTS)
+        points = min(self.n, json_values.RECORDING_POINTS)
         for name, channel in self.channels.items():
             if channel.unit != part.units[name] or len(channel.values) != points:
                 raise AnswerError(f"{name} should be {points} values in {part.units[name]}.")
@@ -395,8 +395,10 @@ Unread = Annotated[Answer, WrapValidator(_unread)]
 
 
 def _of_this_version(number: int) -> int:
-    if number > bounds.FORMAT:
-        raise ValueError(f"It has format {number}; this version reads format {bounds.FORMAT}: install the newer one.")
+    if number > json_values.FORMAT:
+        raise ValueError(
+            f"It has format {number}; this version reads format {json_values.FORMAT}: install the newer one."
+        )
     return number
 
 
@@ -404,7 +406,7 @@ class Prediction(Model):
     """What was predicted of a question's experiment, by name, and a sentence about it afterwards."""
 
     said: dict[str, Unread] = {}
-    why: Annotated[str, Field(max_length=bounds.LONGEST_SENTENCE)] = ""
+    why: Annotated[str, Field(max_length=json_values.LONGEST_SENTENCE)] = ""
 
 
 class AnswersFile(Model):
@@ -414,7 +416,7 @@ class AnswersFile(Model):
     a program ran the notebook.
     """
 
-    format: Annotated[int, Field(ge=bounds.FORMAT), AfterValidator(_of_this_version)]
+    format: Annotated[int, Field(ge=json_values.FORMAT), AfterValidator(_of_this_version)]
     student: str
     bench: dict[str, Any]
     software: str

@@ -12,7 +12,7 @@ from decimal import Decimal, localcontext
 from fractions import Fraction
 from typing import Any
 
-from labcourse.answers import answers, predictions
+from labcourse.answers import answers, reflection
 from labcourse.errors import AnswerError
 from labcourse.grading.course import Course
 from labcourse.grading.gradebook import Arrival, MarkRecord, RunRecord, StudentRecord
@@ -388,12 +388,12 @@ def _item(mark: MarkRecord | Mark, notebook: str, due: Timing | None, settings: 
 def _predictions_made(run: RunRecord | None, course: Course) -> int:
     """Count a run's predictions for questions that count; each is read as strictly as an answer."""
     try:
-        made = answers.parse(b"" if run is None else run.answers or b"").get(predictions.SECTION, {})
+        made = answers.parse(b"" if run is None else run.answers or b"").get(reflection.SECTION, {})
     except AnswerError:
         return 0
     asked = ((number, what) for number, what in course.catalogue.predictions.items())
     return sum(
-        len([*predictions.read(what, made.get(number, {}))])
+        len([*reflection.read(what, made.get(number, {}))])
         for number, what in asked
         if number not in course.settings.marks.drop
     )

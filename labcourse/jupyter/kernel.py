@@ -7,8 +7,15 @@ out students' modules that are named like installed ones, too.)
 
 import os
 import sys
+from pathlib import Path
+from types import TracebackType
+from typing import Any
 
 from ipykernel.kernelapp import IPKernelApp
+
+from labcourse.files import COURSE_FILE
+
+WHAT_TO_DO = "Python was restarted, so this name is gone: choose Run → Run All Above Selected Cell, then run this cell."
 
 
 class Kernel(IPKernelApp):
@@ -17,6 +24,21 @@ class Kernel(IPKernelApp):
     def init_path(self) -> None:
         """Put the folder of the notebooks last, wherever this version of IPython puts it."""
         sys.path[:] = [*filter(None, sys.path), ""]
+
+    def init_shell(self) -> None:
+        """Explain each NameError that comes before the set-up cell of a course's notebook has run."""
+        super().init_shell()  # type: ignore[no-untyped-call]  # ipykernel's
+        if self.shell is not None and Path(COURSE_FILE).is_file():
+            self.shell.set_custom_exc((NameError,), _explain)
+
+
+def _explain(
+    shell: Any, kind: type[BaseException], error: BaseException, traceback: TracebackType, tb_offset: int | None = None
+) -> None:
+    """Show the error, and what to do where the set-up cell has not run."""
+    shell.showtraceback((kind, error, traceback), tb_offset=tb_offset)
+    if "lab" not in shell.user_ns:
+        print(WHAT_TO_DO)
 
 
 if __name__ == "__main__":

@@ -8,7 +8,7 @@ from __future__ import annotations
 import re
 from collections.abc import Collection, Iterator, Sequence
 
-from labcourse.answers.labels import normalized, unit_places
+from labcourse.answers.figures import normalized, unit_places
 from labcourse.report.document import Document, Notice, Place, Recorded, Section, Text
 from labcourse.report.markup import Markup, Numbered, mentioned_figures
 

@@ -21,8 +21,8 @@ import numpy as np
 
 from labcourse import course_file, files
 from labcourse.answers import forms, own_files, words
+from labcourse.answers.figures import readable
 from labcourse.answers.json_values import clean
-from labcourse.answers.labels import readable
 from labcourse.answers.notebooks import TEXT, Notebook, NotebookError
 from labcourse.answers.parts import Part, Question, ReportItem
 from labcourse.errors import AnswerError

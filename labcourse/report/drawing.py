@@ -13,7 +13,7 @@ from cycler import cycler
 from matplotlib.figure import Figure
 
 from labcourse import pictures
-from labcourse.answers.labels import describe, evenly_logarithmic, readable
+from labcourse.answers.figures import describe, evenly_logarithmic, readable
 
 _WIDTH, _HEIGHTS = 6.3, (2.5, 1.6, 1.25)  # inches: as wide as the text; of one diagram, of each of two, of each of more
 #: A colour, a dash and a mark for each curve, in turn: what one reader does not see, another does.

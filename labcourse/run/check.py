@@ -15,8 +15,8 @@ from pathlib import Path
 from typing import Any
 
 import labcourse
-from labcourse import course_file, courses, files, program, released
-from labcourse.answers import answers, report_files, schema, words
+from labcourse import course_file, courses, files, program
+from labcourse.answers import answers, notebooks, report_files, schema, words
 from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.cell_reports import REPORTS_FILE, Reports
 from labcourse.answers.parts import Where
@@ -152,7 +152,7 @@ def check(
         If the ID cannot be one, or nothing can be run here.
     """
     begun = time.monotonic()
-    work = student_folder.read(folder, list(masters), released.packages_of(masters), catalogue)
+    work = student_folder.read(folder, list(masters), notebooks.packages_of(masters), catalogue)
     student = student_folder.student_of(work, student)
     merged = merge.merged(masters, work.hand_in.notebooks)
     data, reports = _run(work, merged, student, masters, cell_timeout, report)
@@ -215,7 +215,7 @@ def _run(
         if work.hand_in.course:
             about = {**work.hand_in.course, course_file.STUDENT: student}
             (place / COURSE_FILE).write_text(course_file.text(about), encoding="utf-8")
-        options: dict[str, Any] = {"parameters": {"student": student}, "imports": released.imports_of(masters)}
+        options: dict[str, Any] = {"parameters": {"student": student}, "imports": notebooks.imports_of(masters)}
         execute.run(merged.notebooks, place, cell_timeout=cell_timeout, report=report, **options)
         log, recorded = place / REPORTS_FILE, place / ANSWERS_FILE
         reports = schema.read_reports(files.read(log) if log.exists() else b"")
@@ -305,7 +305,7 @@ def _of_changes(name: str, changes: Iterable[Change]) -> str:
 
 def _other_release(work: Work) -> str | None:
     """Say that work was begun under another release than the one that is installed."""
-    begun, here = work.hand_in.course.get(course_file.RELEASE), released.release()
+    begun, here = work.hand_in.course.get(course_file.RELEASE), notebooks.release()
     if not here or not isinstance(begun, str) or begun == here:
         return None
     return (

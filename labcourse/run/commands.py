@@ -63,18 +63,18 @@ def submit(
 
     Exit codes: 0 packed, 1 packed, and there is something to look at, 2 it cannot be packed.
     """
-    from labcourse import released
+    from labcourse.answers import notebooks
     from labcourse.run import student_folder
     from labcourse.run import submit as packing
 
     with _a_run("submit"):
-        masters = released.masters()
+        masters = notebooks.masters()
         place = student_folder.find(folder, masters)
         student = packing.owner(student_folder.read(place, list(masters)), student)
         checked = None if no_check else _checked(place, student)
         if checked is not None:
             typer.echo("")
-        catalogue = released.catalogue_of(masters)
+        catalogue = notebooks.catalogue_of(masters)
         options: dict[str, Any] = {"student": student, "partners": partners or (), "out": out, "checked": checked}
         packed = packing.submit(place, masters, catalogue, **options)
         say(*packed.lines, f"Your receipts are stored in {packed.receipts}.")
@@ -88,11 +88,11 @@ def restore(
     folder: Annotated[Path | None, typer.Option(help="With the notebooks in it.")] = None,
 ) -> None:
     """Get back the course's own cells and texts that you changed or deleted; your answers stay."""
-    from labcourse import released
+    from labcourse.answers.notebooks import masters as read_masters
     from labcourse.run import restore as restoring
 
     with _a_run("restore"):
-        masters = released.masters()
+        masters = read_masters()
         place = _place(folder, masters)
         changed, failed = False, []
         for name in restoring.named(notebooks or [], list(masters)):
@@ -134,16 +134,16 @@ def _place(given: Path | None, masters: Iterable[str]) -> Path:
 
 def _checked(given: Path | None, student: str) -> Checked:
     """Check a folder, and show what was found."""
-    from labcourse import released
+    from labcourse.answers import notebooks
     from labcourse.run import check as checking
 
-    masters = released.masters()
+    masters = notebooks.masters()
     folder = _place(given, masters)
     count = itertools.count(1)
     checked = checking.check(
         folder,
         masters,
-        released.asked_of(masters, folder),
+        notebooks.asked_of(masters, folder),
         student=student,
         report=lambda name: typer.echo(f"Running {next(count)} of {len(masters)}: {name}"),
     )

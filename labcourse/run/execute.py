@@ -21,7 +21,7 @@ from typing import Any
 
 from labcourse.answers.cell_reports import REPORTS_FILE
 from labcourse.errors import CheckError
-from labcourse.kernels import KERNEL
+from labcourse.files import KERNEL
 from labcourse.run import RUNNING, inside
 from labcourse.run.inside import main
 from labcourse.run.inside.watch import GRACE

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from labcourse import course_file, courses, files, hub, program, student_id
+from labcourse import course_file, courses, files, program, student_id
 from labcourse.answers import own_files, report_files
 from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.notebooks import Cell, HandIn, Notebook, NotebookError
@@ -139,7 +139,7 @@ def student_of(work: Work, given: str = "") -> str:
         content = {}
     claimed = content.get("student") if isinstance(content, dict) else None
     named = (given, work.hand_in.course.get("student"), claimed if claimed != NOBODY else "")
-    student = next((name for name in named if isinstance(name, str) and name), "") or hub.user() or NOBODY
+    student = next((name for name in named if isinstance(name, str) and name), "") or course_file.hub_user() or NOBODY
     try:
         return student_id.normalised(student)
     except StudentIDError as error:

@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import Any
 
 import labcourse
-from labcourse import files, program, released, student_id
-from labcourse.answers import own_files, report_files
+from labcourse import files, program, student_id
+from labcourse.answers import notebooks, own_files, report_files
 from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.notebooks import Notebook
 from labcourse.course_file import NOBODY
@@ -74,7 +74,7 @@ def submit(
     CheckError
         If there is no ID to name it by, or it cannot be written.
     """
-    work = student_folder.read(folder, list(masters), released.packages_of(masters), catalogue)
+    work = student_folder.read(folder, list(masters), notebooks.packages_of(masters), catalogue)
     student = owner(work, student)
     out = (out or folder.parent).resolve()
     if folder.resolve() in (out, *out.parents):

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from labcourse import safe_text
-from labcourse.answers.tables import ResultsTable, heads
+from labcourse.answers.answers import ResultsTable, heads
 from labcourse.scene.explorer import Explorer, written
 from labcourse.scene.scene import Button, Readout, Row, Scene
 

@@ -17,7 +17,7 @@ import os
 from collections.abc import Iterable
 from pathlib import Path
 
-from labcourse import courses, hub, program
+from labcourse import course_file, courses, program
 from labcourse.answers.reflection import Check
 from labcourse.benches import PRESET, REAL, SAME
 from labcourse.course_file import bench_policy
@@ -92,7 +92,7 @@ class Lab(Session):
     def _welcome(self) -> None:
         note = ' (nobody in particular: write your id in student = "...")' if self.student == DEMO else ""
         print(f"Student   {self.student}{note}")
-        if message := hub.other_user(self.student):
+        if message := course_file.other_hub_user(self.student):
             print(f"          {message}")
         parts = f"arm in position {self.joint.arm_position}, encoders of type {self.servo.encoder}"
         print(f"Bench     {self.address}: {parts}")

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from labcourse.answers.json_values import FormError, read_list, read_matrix, read_vector, rounded, thin
-from labcourse.answers.probes import Probe, pieces
+from labcourse.answers.parts import Probe, pieces
 
 HIGHEST_FREQUENCY = 10.0  #: Hz
 MOST_POINTS = 600

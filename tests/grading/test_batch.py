@@ -8,7 +8,7 @@ import pytest
 from fake_class import InlineMarker, perfect
 from gradebook_dump import dump
 
-from labcourse.answers import bounds
+from labcourse.answers import json_values
 from labcourse.benches import BenchPolicy
 from labcourse.errors import GradingError, IsolationError
 from labcourse.grading import batch
@@ -118,7 +118,7 @@ def test_probe_seeds_are_every_gradebooks_and_every_submissions_own(fake_class):
     fake_class.grade("two.sqlite")
     two = dict(fake_class.seeds)
     assert len({*one.values(), *two.values()}) == 4
-    assert max(one.values()) <= bounds.MAX_INTEGER
+    assert max(one.values()) <= json_values.MAX_INTEGER
     fake_class.hand_in("bob", source="omega_n = 2")
     fake_class.grade("one.sqlite")
     assert fake_class.seeds["bob"] not in {*one.values(), *two.values()}

@@ -20,7 +20,7 @@ _PROGRAM = """
 import json, sys
 from dataclasses import asdict
 from pathlib import Path
-from labcourse import released
+from labcourse.answers import notebooks
 from labcourse.run import execute
 from labcourse.run.check import check
 folder, student, seconds, way = sys.argv[1:]
@@ -28,8 +28,8 @@ if way == "kernels":
     execute.CAN_FORK = False
 else:
     execute._run_in_kernels = None
-masters = released.masters()
-found = check(Path(folder), masters, released.catalogue_of(masters), student=student, cell_timeout=float(seconds))
+masters = notebooks.masters()
+found = check(Path(folder), masters, notebooks.catalogue_of(masters), student=student, cell_timeout=float(seconds))
 parts = [[one.question, one.name, one.state.value] for one in found.parts]
 print(json.dumps([parts, found.stops, found.lost, found.notes, found.seconds]))
 """

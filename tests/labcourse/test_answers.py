@@ -8,8 +8,7 @@ import pytest
 
 import labcourse
 from labcourse.answers import answers
-from labcourse.answers.answers import AnswerBook, parse
-from labcourse.answers.tables import ResultsTable
+from labcourse.answers.answers import AnswerBook, ResultsTable, parse
 from labcourse.errors import AnswerError
 from rotflex.course.questions import CATALOGUE
 

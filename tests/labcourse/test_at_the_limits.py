@@ -11,18 +11,9 @@ import pytest
 from PIL import Image
 
 from labcourse import files, student_id
-from labcourse.answers import (
-    answers,
-    attached_pictures,
-    bounds,
-    cell_reports,
-    expressions,
-    forms,
-    own_files,
-    schema,
-)
-from labcourse.answers.attached_pictures import Budget, PictureError, as_png, pictures_of
+from labcourse.answers import answers, cell_reports, expressions, forms, json_values, own_files, schema, words
 from labcourse.answers.parts import Question, number, prose, recording
+from labcourse.answers.words import Budget, PictureError, as_png, pictures_of
 from labcourse.errors import AnswerError, StudentIDError
 from labcourse.run import check, student_folder, submit
 from rotflex.recording import Channel, Recording
@@ -81,7 +72,7 @@ PART = recording("r", {}, ("theta",), "", "", units={"theta": "rad"})
 
 @FITS
 def test_samples_of_a_recording(monkeypatch, fits):
-    monkeypatch.setattr(bounds, "MOST_SAMPLES", 1000)
+    monkeypatch.setattr(json_values, "MOST_SAMPLES", 1000)
     taken(fits, lambda: forms.encode(PART, run_of(1000 + (not fits)), 1), AnswerError, "too long")
 
 
@@ -89,7 +80,7 @@ def test_samples_of_a_recording(monkeypatch, fits):
 def test_characters_of_a_recordings_metadata(monkeypatch, fits):
     metadata = {"note": "x" * 300}
     size = len(json.dumps(metadata))
-    monkeypatch.setattr(bounds, "LONGEST_METADATA", size - (not fits))
+    monkeypatch.setattr(json_values, "LONGEST_METADATA", size - (not fits))
     taken(fits, lambda: forms.encode(PART, run_of(100, metadata), 1), AnswerError, "metadata")
 
 
@@ -121,13 +112,13 @@ def png(width, height):
 @FITS
 @pytest.mark.parametrize("size", [(20, 10), (10, 20)])
 @pytest.mark.parametrize(
-    ("name", "limit", "words"),
-    [("MAX_BYTES", None, "million bytes"), ("MAX_PIXELS", 200, "million pixels"), ("MAX_SIDE", 20, "pixels")],
+    ("name", "limit", "message"),
+    [("MAX_PICTURE", None, "million bytes"), ("MAX_PIXELS", 200, "million pixels"), ("MAX_SIDE", 20, "pixels")],
 )
-def test_bytes_pixels_and_sides_of_a_picture(monkeypatch, fits, size, name, limit, words):
+def test_bytes_pixels_and_sides_of_a_picture(monkeypatch, fits, size, name, limit, message):
     data = png(*size)
-    monkeypatch.setattr(attached_pictures, name, (limit or len(data)) - (not fits))
-    taken(fits, lambda: as_png(data, Budget()), PictureError, words)
+    monkeypatch.setattr(words, name, (limit or len(data)) - (not fits))
+    taken(fits, lambda: as_png(data, Budget()), PictureError, message)
 
 
 @FITS
@@ -159,7 +150,7 @@ def test_bytes_of_a_picture_as_it_is_kept(monkeypatch, fits):
     packed = io.BytesIO()
     Image.fromarray(noise).save(packed, format="PNG")
     whole = as_png(packed.getvalue(), Budget())
-    monkeypatch.setattr(attached_pictures, "MAX_STORED", len(whole) - (not fits))
+    monkeypatch.setattr(words, "MAX_STORED", len(whole) - (not fits))
     kept = as_png(packed.getvalue(), Budget())
     assert (kept == whole) == fits and len(kept) <= len(whole)
 

@@ -4,14 +4,14 @@ from pathlib import Path
 
 import pytest
 
-from labcourse import course_place
+from labcourse import lab_command
 
 NAMES = ["00_a.ipynb", "01_b.ipynb", "02_c.ipynb"]
 
 
 @pytest.fixture(autouse=True)
 def settings(tmp_path, monkeypatch):
-    monkeypatch.setenv(course_place.SETTINGS, str(tmp_path / "settings"))
+    monkeypatch.setenv(lab_command.SETTINGS, str(tmp_path / "settings"))
     return tmp_path / "settings"
 
 
@@ -28,31 +28,31 @@ def settings(tmp_path, monkeypatch):
 def test_a_courses_folder_is_told_by_its_course_file_or_most_of_its_notebooks(tmp_path, files, is_one):
     for name in files:
         (tmp_path / name).write_text("")
-    assert course_place.is_course(tmp_path, NAMES) is is_one
+    assert lab_command.is_course(tmp_path, NAMES) is is_one
 
 
 @pytest.mark.parametrize("notebooks", [NAMES[:2], []], ids=["half of two", "none"])
 def test_half_of_a_courses_notebooks_or_none_are_not_most_of_them(tmp_path, notebooks):
     (tmp_path / NAMES[0]).write_text("")
-    assert not course_place.is_course(tmp_path, notebooks)
+    assert not lab_command.is_course(tmp_path, notebooks)
 
 
 def test_a_folder_that_holds_the_unpacked_course_is_not_filled_beside_it(tmp_path, monkeypatch):
     (tmp_path / "rotflex-course" / "notebooks").mkdir(parents=True)
     (tmp_path / "rotflex-course" / "notebooks" / "course.json").write_text("{}")
     monkeypatch.chdir(tmp_path / "rotflex-course")
-    assert course_place.choose(Path("."), NAMES)[0] == Path("notebooks")
-    assert course_place.choose(None, NAMES) == (Path("notebooks"), [])
+    assert lab_command.choose(Path("."), NAMES)[0] == Path("notebooks")
+    assert lab_command.choose(None, NAMES) == (Path("notebooks"), [])
     (tmp_path / "rotflex-course" / "docs").mkdir()
     monkeypatch.chdir(tmp_path / "rotflex-course" / "docs")
-    folder, (said,) = course_place.choose(None, NAMES)
+    folder, (said,) = lab_command.choose(None, NAMES)
     assert folder == tmp_path / "rotflex-course" / "notebooks" and str(folder) in said
 
 
 def test_a_folder_that_is_named_is_taken_where_nothing_speaks_against_it(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    assert course_place.choose(Path("new"), NAMES) == (Path("new"), [])
-    assert course_place.choose(None, NAMES) == (Path("notebooks"), [])
+    assert lab_command.choose(Path("new"), NAMES) == (Path("new"), [])
+    assert lab_command.choose(None, NAMES) == (Path("notebooks"), [])
 
 
 def test_the_last_folder_is_kept_and_forgotten_when_it_is_gone(tmp_path, monkeypatch):
@@ -60,27 +60,27 @@ def test_the_last_folder_is_kept_and_forgotten_when_it_is_gone(tmp_path, monkeyp
     work = tmp_path / "w\u00f6rk"
     work.mkdir()
     (work / "course.json").write_text("{}")
-    course_place.remember(Path("w\u00f6rk"))
-    assert course_place.remembered() == work
-    assert course_place.choose(None, NAMES)[0] == work
+    lab_command.remember(Path("w\u00f6rk"))
+    assert lab_command.remembered() == work
+    assert lab_command.choose(None, NAMES)[0] == work
     work.rename(tmp_path / "gone")
-    assert course_place.choose(None, NAMES) == (Path("notebooks"), [])
+    assert lab_command.choose(None, NAMES) == (Path("notebooks"), [])
 
 
 @pytest.mark.parametrize("content", ["", "[]", '{"folder": 3}', "\x00"])
 def test_settings_that_cannot_be_read_or_written_stop_nobody(settings, content):
     settings.mkdir()
     (settings / "lab.json").write_text(content)
-    assert course_place.remembered() is None
+    assert lab_command.remembered() is None
     (settings / "lab.json").unlink()
     settings.rmdir()
     settings.write_text("in the way")
-    course_place.remember(Path("work"))
-    assert course_place.remembered() is None
+    lab_command.remember(Path("work"))
+    assert lab_command.remembered() is None
 
 
 def test_settings_are_beside_jupyters(tmp_path, monkeypatch):
-    monkeypatch.delenv(course_place.SETTINGS)
+    monkeypatch.delenv(lab_command.SETTINGS)
     monkeypatch.setenv("JUPYTER_CONFIG_DIR", str(tmp_path / "jupyter"))
-    course_place.remember(tmp_path)
-    assert (tmp_path / "jupyter" / "labcourse" / "lab.json").exists() and course_place.remembered() == tmp_path
+    lab_command.remember(tmp_path)
+    assert (tmp_path / "jupyter" / "labcourse" / "lab.json").exists() and lab_command.remembered() == tmp_path

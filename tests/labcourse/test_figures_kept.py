@@ -7,7 +7,7 @@ import pytest
 from matplotlib.figure import Figure
 
 from labcourse.answers import forms
-from labcourse.answers.labels import normalized, unit_places
+from labcourse.answers.figures import normalized, unit_places
 from labcourse.answers.parts import Part
 from labcourse.errors import AnswerError
 

@@ -14,9 +14,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from matplotlib.figure import Figure
 
-from labcourse.answers.bounds import LONGEST_PROSE
 from labcourse.answers.forms import FormError, NotAnswered, decode, encode, show
-from labcourse.answers.json_values import thin
+from labcourse.answers.json_values import LONGEST_PROSE, thin
 from labcourse.answers.parts import Part
 from labcourse.errors import AnswerError
 from rotflex.course.probes import COMPOUND_SINES, PLANT_PARAMETERS

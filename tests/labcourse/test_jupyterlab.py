@@ -17,8 +17,8 @@ from jupyter_client.manager import KernelManager
 from jupyter_server.auth import IdentityProvider
 from jupyter_server.serverapp import ServerApp
 
-from labcourse import jupyterlab, server
-from labcourse.kernels import KERNEL
+from labcourse import server
+from labcourse.files import KERNEL
 from labcourse.server import CourseServer, PromptConnection, SafeKernelSpec
 
 
@@ -50,10 +50,10 @@ def test_a_browser_is_opened_where_it_has_a_screen(monkeypatch, system, environm
 def test_a_secret_of_the_users_own_is_left(monkeypatch):
     monkeypatch.delenv("JUPYTER_TOKEN", raising=False)
     monkeypatch.delenv("JUPYTER_TOKEN_FILE", raising=False)
-    first, second = (jupyterlab.environment()["JUPYTER_TOKEN"] for _ in range(2))
+    first, second = (server.environment()["JUPYTER_TOKEN"] for _ in range(2))
     assert len(first) >= 32 and first != second
     monkeypatch.setenv("JUPYTER_TOKEN", "mine")
-    assert "JUPYTER_TOKEN" not in jupyterlab.environment()
+    assert "JUPYTER_TOKEN" not in server.environment()
 
 
 def test_messages_are_not_gathered(monkeypatch):

@@ -3,9 +3,11 @@
 import json
 
 import pytest
+from jupyter_client.kernelspec import KernelSpecManager
 from jupyter_client.manager import start_new_kernel
 
-from labcourse import jupyterlab, kernels
+from labcourse.jupyter import kernel
+from labcourse.server import SafeKernelSpec
 
 
 @pytest.fixture(scope="module")
@@ -13,7 +15,11 @@ def printed(tmp_path_factory):
     """Run code in a kernel in a student's folder; return what it prints."""
     folder = tmp_path_factory.mktemp("course")
     (folder / "course.json").write_text(json.dumps({"student": "ada"}), encoding="utf-8")
-    manager, client = start_new_kernel(cwd=str(folder), env=jupyterlab.environment())
+    argv = ["python", "-m", "ipykernel_launcher", "-f", "{connection_file}"]
+    spec = SafeKernelSpec(argv=argv, language="python", display_name="Python")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(KernelSpecManager, "get_kernel_spec", lambda self, name: spec)
+        manager, client = start_new_kernel(cwd=str(folder))
 
     def run(code):
         texts, errors = [], []
@@ -37,13 +43,13 @@ def printed(tmp_path_factory):
 )
 def test_after_a_restart_a_missing_name_is_explained_whichever_it_is(printed, cell):
     text, errors = printed(cell)
-    assert kernels.WHAT_TO_DO in text and errors == ["NameError"]
+    assert kernel.WHAT_TO_DO in text and errors == ["NameError"]
 
 
 def test_other_errors_and_names_are_left_to_python(printed):
     assert printed("1 / 0") == ("", ["ZeroDivisionError"])
     assert printed("lab = 1\nmisspelt") == ("", ["NameError"])
-    assert printed("del lab\nprint([name for name in dir() if name in ('watch', 'kernels', 'rotflex')])") == (
+    assert printed("del lab\nprint([name for name in dir() if name in ('Kernel', 'COURSE_FILE', 'rotflex')])") == (
         "[]\n",
         [],
     )

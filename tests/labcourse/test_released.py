@@ -7,19 +7,20 @@ import pytest
 from checkout import ROOT
 from made_notebooks import code, notebook, text
 
-from labcourse import courses, released
+from labcourse import courses
+from labcourse.answers import notebooks
 from labcourse.errors import ConfigurationError
 from rotflex.course.questions import CATALOGUE
 
 
 def test_the_notebooks_of_this_checkout_are_found_in_order():
     assert courses.current().notebooks == ROOT / "notebooks"
-    found = released.masters()
+    found = notebooks.masters()
     assert list(found) == sorted(path.name for path in (ROOT / "notebooks").glob("*.ipynb"))
     assert found["00_start.ipynb"] == json.loads((ROOT / "notebooks" / "00_start.ipynb").read_text("utf-8"))
-    assert released.catalogue_of(found) is CATALOGUE
-    assert {"numpy", "rotflex", "sympy"} <= set(released.packages_of(found))
-    assert released.release() == ""  # a checkout is none
+    assert notebooks.catalogue_of(found) is CATALOGUE
+    assert {"numpy", "rotflex", "sympy"} <= set(notebooks.packages_of(found))
+    assert notebooks.release() == ""  # a checkout is none
 
 
 MADE = {
@@ -33,18 +34,18 @@ MADE = {
 
 
 def test_import_statements_are_collected_once():
-    assert released.imports_of(MADE) == (
+    assert notebooks.imports_of(MADE) == (
         "import json",
         "from rotflex import units, lab",
         "import rotflex.course.lab as here",
     )
-    assert released.packages_of(MADE) == ("json", "labcourse", "rotflex")
+    assert notebooks.packages_of(MADE) == ("json", "labcourse", "rotflex")
 
 
 def test_the_catalogue_is_that_of_the_imported_laboratory():
-    assert released.catalogue_of(MADE) is CATALOGUE
+    assert notebooks.catalogue_of(MADE) is CATALOGUE
     with pytest.raises(ConfigurationError, match="CATALOGUE"):
-        released.catalogue_of({"01.ipynb": notebook(code("a", "import json\nfrom os import path, sep"))})
+        notebooks.catalogue_of({"01.ipynb": notebook(code("a", "import json\nfrom os import path, sep"))})
 
 
 def test_a_folder_without_notebooks_is_an_error_in_words(tmp_path, monkeypatch):
@@ -53,7 +54,7 @@ def test_a_folder_without_notebooks_is_an_error_in_words(tmp_path, monkeypatch):
     monkeypatch.syspath_prepend(tmp_path)
     monkeypatch.setenv(courses.SETTING, "empty_course")
     with pytest.raises(ConfigurationError, match="comes without notebooks"):
-        released.masters()
+        notebooks.masters()
 
 
 def test_of_two_courses_the_one_that_is_named_counts_and_without_a_name_both_are_listed(monkeypatch):

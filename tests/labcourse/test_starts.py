@@ -6,8 +6,8 @@ import pytest
 
 import rotflex.course.lab
 from labcourse.answers import starts
+from labcourse.answers.notebooks import asked_of
 from labcourse.errors import AnswerError, ConfigurationError
-from labcourse.released import asked_of
 from rotflex.course import reports
 from rotflex.course.questions import CATALOGUE
 from rotflex.hil.student_benches import DRAW, student_bench, student_seed

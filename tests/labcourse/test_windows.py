@@ -11,7 +11,7 @@ from checkout import ROOT
 from made_notebooks import answer, locked, notebook, saved
 from typer.testing import CliRunner
 
-from labcourse import course_file, course_place, files, lab_command
+from labcourse import course_file, files, lab_command
 from labcourse.answers import answers, own_files
 from labcourse.answers.words import SavedTexts
 from rotflex import cli
@@ -84,7 +84,7 @@ def test_a_file_that_stays_in_use_is_an_error_after_a_while_and_at_once_elsewher
 @pytest.fixture
 def work(tmp_path, monkeypatch):
     """A student's folder with one notebook, and an ID and a file name that no code of Windows's has."""
-    monkeypatch.setenv(course_place.SETTINGS, str(tmp_path / "settings"))
+    monkeypatch.setenv(lab_command.SETTINGS, str(tmp_path / "settings"))
     folder = tmp_path / "θ"
     folder.mkdir()
     (folder / NAME).write_bytes(saved(notebook(answer("q1", "k = 1"), locked("q1-answer", "lab.answer()"))))

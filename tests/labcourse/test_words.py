@@ -11,7 +11,7 @@ import pytest
 from PIL import Image
 
 from labcourse.answers import words
-from labcourse.answers.bounds import LONGEST_PROSE
+from labcourse.answers.json_values import LONGEST_PROSE
 from labcourse.answers.notebooks import Cell
 from labcourse.answers.words import STUB, TextAnswer
 
@@ -278,10 +278,10 @@ def test_a_picture_that_is_not_read_is_left_out_and_told(data, told):
 def test_the_largest_picture_takes_bounded_memory_and_time():
     """In a process of its own, as its memory would not be told from that of others."""
     program = (
-        "import io, resource, sys\nfrom PIL import Image\nfrom labcourse.answers import attached_pictures\n"
+        "import io, resource, sys\nfrom PIL import Image\nfrom labcourse.answers import words\n"
         "packed = io.BytesIO()\nImage.new('RGBA', (7700, 7700)).save(packed, 'PNG')\n"
         "resource.setrlimit(resource.RLIMIT_AS, (2 << 30, 2 << 30))\n"
-        "print(len(attached_pictures.as_png(packed.getvalue(), attached_pictures.Budget())) > 1000)"
+        "print(len(words.as_png(packed.getvalue(), words.Budget())) > 1000)"
     )
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False, timeout=60)
     assert done.stdout == "True\n", done.stderr

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from labcourse.answers.figures import unit_places
 from labcourse.answers.json_values import thin
-from labcourse.answers.labels import unit_places
 from labcourse.grading.marking.checks import misfit
 from labcourse.grading.marking.units import TIME, Quantity, Unit, units_in_label
 from labcourse.grading.verdicts import Case

@@ -10,7 +10,7 @@ import re
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
-from labcourse.answers.labels import normalized, unit_places
+from labcourse.answers.figures import normalized, unit_places
 
 DEG = math.pi / 180  # rad per degree
 

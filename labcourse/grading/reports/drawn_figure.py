@@ -16,7 +16,7 @@ import numpy as np
 from markupsafe import Markup
 from numpy.typing import NDArray
 
-from labcourse.answers.labels import describe, evenly_logarithmic, readable
+from labcourse.answers.figures import describe, evenly_logarithmic, readable
 from labcourse.grading.reports.templating import templates
 
 WIDTH, HEIGHT = 720, 270  #: of a diagram

@@ -11,7 +11,7 @@ from typing import Any
 
 from markupsafe import Markup
 
-from labcourse.answers import answers, forms, predictions, report_files
+from labcourse.answers import answers, forms, reflection, report_files
 from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.json_values import clean
 from labcourse.answers.parts import WHOLE, Question
@@ -132,14 +132,14 @@ def predictions_of(run: RunRecord, catalogue: Catalogue) -> dict[str, tuple[list
         question → lines, each a prediction beside what was recorded; and what the student thought of it afterwards
     """
     content = _answers(run)
-    stored = content.get(predictions.SECTION, {})
+    stored = content.get(reflection.SECTION, {})
     find = partial(_answer, content.get("answers", {}), catalogue)
     predicted = {}
     for number, predictable in catalogue.predictions.items() if content else ():
         about = stored.get(number, {})
         lines = []
-        for item, _value, text in predictions.read(predictable, about):
-            recorded = predictions.describe_result(item, find)
+        for item, _value, text in reflection.read(predictable, about):
+            recorded = reflection.describe_result(item, find)
             lines.append(f"{text}; recorded: {recorded}" if recorded else text)
         why = clean(about.get("why", ""))
         if lines or why:

@@ -19,7 +19,7 @@ from xml.etree.ElementTree import Element
 
 from markupsafe import Markup, escape
 
-from labcourse.answers.attached_pictures import MAX_STORED
+from labcourse.answers.words import MAX_STORED
 from labcourse.safe_text import no_escapes
 
 if TYPE_CHECKING:

@@ -8,8 +8,7 @@ import pytest
 
 from labcourse.answers import forms
 from labcourse.answers.json_values import FormError
-from labcourse.answers.parts import Part, function, matrix, number, poles
-from labcourse.answers.probes import Probe
+from labcourse.answers.parts import Part, Probe, function, matrix, number, poles
 from labcourse.grading.marking.checks import FunctionIs, MatrixIs, Number, PolesAre
 from labcourse.grading.verdicts import Case, NothingFollows, Status
 

@@ -7,7 +7,7 @@ import sympy
 from made_courses import OURS
 
 from labcourse.answers import catalogue, forms, schema
-from labcourse.answers.bounds import LONGEST_PROSE
+from labcourse.answers.json_values import LONGEST_PROSE
 from labcourse.answers.words import TextAnswer
 from labcourse.grading.marking import decoding, marking
 from labcourse.grading.marking.decoding import Claims

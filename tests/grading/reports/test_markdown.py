@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from PIL import Image
 
-from labcourse.answers.attached_pictures import MAX_STORED
+from labcourse.answers.words import MAX_STORED
 from labcourse.grading.reports import markdown
 from labcourse.grading.reports.markdown import MOST_BYTES, FormulaError, as_html, as_mathml
 

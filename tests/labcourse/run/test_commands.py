@@ -8,7 +8,8 @@ import pytest
 from made_notebooks import answer, code, locked, notebook, saved, text
 from typer.testing import CliRunner
 
-from labcourse import courses, released
+from labcourse import courses
+from labcourse.answers import notebooks
 from labcourse.courses import InstalledCourse
 from labcourse.run import check as checking
 from labcourse.run.check import Checked, Part, State
@@ -41,7 +42,7 @@ def folder(tmp_path, monkeypatch):
     for name, master in MASTERS.items():
         (work / name).write_bytes(saved(master))
     (work / "course.json").write_text('{"student": "ada"}')
-    monkeypatch.setattr(released, "masters", lambda: MASTERS)
+    monkeypatch.setattr(notebooks, "masters", lambda: MASTERS)
     monkeypatch.chdir(tmp_path / "desk")
     return work
 

@@ -6,7 +6,7 @@ import importlib
 import numpy as np
 import pytest
 
-from labcourse import jupyterlab
+from labcourse import server
 from labcourse.errors import CourseError
 from labcourse.pictures import new_picture, style
 from labcourse.scene.explorer import Explorer
@@ -93,5 +93,5 @@ def test_what_is_no_notebook_is_left_alone(model):
 
 
 def test_the_server_is_told_of_it_by_a_name_that_there_is():
-    module, _, name = jupyterlab.SETTINGS["ContentsManager.pre_save_hook"].rpartition(".")
+    module, _, name = server.SETTINGS["ContentsManager.pre_save_hook"].rpartition(".")
     assert getattr(importlib.import_module(module), name) is with_pictures

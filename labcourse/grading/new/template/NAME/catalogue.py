@@ -7,6 +7,7 @@ import numpy as np
 from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.parts import (
     YES_NO,
+    Probe,
     Question,
     ReportItem,
     choice,
@@ -20,8 +21,7 @@ from labcourse.answers.parts import (
     prose,
     recording,
 )
-from labcourse.answers.predictions import Predictable
-from labcourse.answers.probes import Probe
+from labcourse.answers.reflection import Predictable
 
 LAB, REPORT = "01_first_lab", "02_report"  # notebooks
 

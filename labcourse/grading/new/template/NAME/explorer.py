@@ -1,6 +1,6 @@
 """An explorer: sliders that change a model, drawn beside a recording."""
 
-from labcourse.recording import Recording
+from labcourse.answers.forms import Recording
 from labcourse.scene.explorer import Explorer
 from labcourse.scene.scene import Column, Panel, Scene, Slider, around
 from NAME.plant import response

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from labcourse.recording import Channel, Recording
+from labcourse.answers.forms import Channel, Recording
 
 STEP = 5.0  # V, of the heater
 SAMPLE_TIME = 0.1  # s

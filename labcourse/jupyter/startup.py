@@ -1,1 +1,0 @@
-__import__("labcourse.kernels", fromlist=["watch"]).watch()
