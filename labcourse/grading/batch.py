@@ -28,8 +28,7 @@ from labcourse.grading.course import Course
 from labcourse.grading.gradebook import GIVEN_BY_A_PERSON, Delivery, Gradebook, Graded, MarkRecord, RunRecord
 from labcourse.grading.graded_run import Facts, facts_of
 from labcourse.grading.marking import marking
-from labcourse.grading.marking.digest import marking_digest
-from labcourse.grading.marking.marking_processes import Marker
+from labcourse.grading.marking.marking_processes import Marker, marking_digest
 from labcourse.grading.running import pdf_pages, runner
 from labcourse.grading.running.bundle import Bundle, Bundles
 from labcourse.grading.running.prepared import Prepared, content_digest, prepare

@@ -32,10 +32,9 @@ from labcourse.grading import outcomes, sheets
 from labcourse.grading.course import OUTCOMES_FILE, RUBRIC_FILE, SHEETS_FILE, Course
 from labcourse.grading.isolation import selftest
 from labcourse.grading.marking import decoding, marking
-from labcourse.grading.marking.checks import ForAPerson
+from labcourse.grading.marking.checks import ForAPerson, wrong_answer
 from labcourse.grading.marking.decoding import Claims
 from labcourse.grading.marking.marking import KeyFault
-from labcourse.grading.marking.wrong_answers import wrong_answer
 from labcourse.grading.release import percent, student_course, student_notebooks
 from labcourse.grading.release.student_notebooks import BEGIN, INSTRUCTOR_TAG, PARAMETERS_TAG, is_answer
 from labcourse.grading.running import bundle, runner

@@ -121,7 +121,7 @@ def mark(run: RunRecord, marker: Marker, key_digest: str) -> Graded:
     ----------
     run : with the answers
     marker : of the course
-    key_digest : from :func:`labcourse.grading.marking.digest.marking_digest`, to store with the marks
+    key_digest : from :func:`labcourse.grading.marking.marking_processes.marking_digest`, to store with the marks
 
     Raises
     ------

@@ -2,8 +2,7 @@
 
 ==============  ======================================================================================================
 ``records``     the tables, as dataclasses: what goes in and comes out
-``guards``      what the database refuses
-``database``    SQLite or PostgreSQL in two kinds of transactions, reading and writing; the version of the tables
+``database``    SQLite or PostgreSQL in two kinds of transactions, reading and writing; what it refuses; its version
 ``storable``    clean untrusted text and data, so that every database accepts them
 ``roster``      read the students of a class from a CSV
 ``persons``     look up students and their records; copy and erase all data of a person

@@ -6,7 +6,7 @@ who gave a mark. Both are reported.
 
 The names of a person are their ID, name, e-mail address and the other names that platforms use for them, each as a
 whole. A first name alone, or a misspelt name, is not recognised. Where names are replaced, only letters from A to Z
-match in either case, so that the triggers of :mod:`.guards` can check it on every database.
+match in either case, so that the triggers of :mod:`.database` can check it on every database.
 """
 
 from __future__ import annotations

@@ -4,7 +4,7 @@ Attributes with an annotation are the fields of a record. Only the database uses
 number of a row. Records can be used after the transaction that read them. Dataclasses that are no tables are frozen.
 
 When a student's row is deleted, the database deletes all their other rows (``ON DELETE CASCADE``). What it refuses to
-change or to delete is in :mod:`labcourse.grading.gradebook.guards`.
+change or to delete is in :mod:`labcourse.grading.gradebook.database`.
 """
 
 from __future__ import annotations

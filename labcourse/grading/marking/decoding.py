@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import contextlib
+import signal
+import threading
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from types import MappingProxyType
+from types import FrameType, MappingProxyType
 from typing import Any
 
 from labcourse.answers import answers, forms, report_files
@@ -13,7 +16,38 @@ from labcourse.answers.parts import WHOLE, Part, Where
 from labcourse.answers.report_files import ReportFile
 from labcourse.answers.words import TextAnswer
 from labcourse.errors import AnswerError
-from labcourse.grading.marking.time_limit import time_limited
+
+
+class TooSlow(ArithmeticError):
+    """A calculation was stopped because it took too long."""
+
+
+@contextlib.contextmanager
+def time_limited(seconds: float) -> Iterator[None]:
+    """Limit the time of a ``with`` block: raise :class:`TooSlow` in it after so many seconds.
+
+    It works only in the main thread of a program on Linux or macOS, where answers are marked
+    (:mod:`labcourse.grading.marking.marking_processes`); elsewhere there is no limit.
+    """
+    if threading.current_thread() is not threading.main_thread() or not hasattr(signal, "setitimer"):
+        yield
+        return
+
+    def stop(number: int, frame: FrameType | None) -> None:
+        """Handle the signal of the timer."""
+        raise TooSlow(f"stopped after {seconds:g} s")
+
+    previous = signal.signal(signal.SIGALRM, stop)
+    # The timer repeats: code in the block may catch the first TooSlow as an error of arithmetic.
+    signal.setitimer(signal.ITIMER_REAL, seconds, max(seconds / 10, 0.01))
+    try:
+        yield
+    finally:
+        try:
+            signal.setitimer(signal.ITIMER_REAL, 0)
+        finally:
+            signal.signal(signal.SIGALRM, previous)
+
 
 _MOST_NOTES = 20  # lines
 _SHOWN = 40  # characters of untrusted text in a note

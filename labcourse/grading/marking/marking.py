@@ -15,8 +15,7 @@ from labcourse.answers.parts import WHOLE, Part, Question
 from labcourse.answers.report_files import ReportFile
 from labcourse.errors import CourseError
 from labcourse.grading.course import Course
-from labcourse.grading.marking.decoding import Claims, with_reports
-from labcourse.grading.marking.time_limit import time_limited
+from labcourse.grading.marking.decoding import Claims, time_limited, with_reports
 from labcourse.grading.verdicts import Case, Check, JudgesMissing, Key, Status, Verdict, for_a_person, wrong
 
 _MISSING = "No answer was recorded when your notebooks were run: its cell was left as it was, or leaves it empty."

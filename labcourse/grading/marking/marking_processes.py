@@ -7,27 +7,31 @@ look at that submission, and the next one is marked in a new process.
 from __future__ import annotations
 
 import contextlib
+import hashlib
 import importlib
 import json
 import multiprocessing
 import os
 import signal
 import threading
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import BrokenExecutor, CancelledError, Future, ProcessPoolExecutor
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TypeVar
 
+import labcourse
 from labcourse import student_id
 from labcourse.answers.words import TextAnswer
 from labcourse.benches import BenchPolicy
 from labcourse.errors import GradingError
+from labcourse.files import ANSWERS_FILE
 from labcourse.grading import course as courses
-from labcourse.grading.course import Course
+from labcourse.grading.course import OUTCOMES_FILE, RUBRIC_FILE, SHEETS_FILE, Course, package_folder
 from labcourse.grading.marking import decoding, marking
 from labcourse.grading.marking.decoding import Claims
 from labcourse.grading.marking.marking import Context, Mark
+from labcourse.grading.settings import SETTINGS_FILE
 
 _T = TypeVar("_T")
 _MEMORY = 4 * 1024**3  # bytes of address space; twice what a run has
@@ -204,3 +208,49 @@ def _other_bench(course: Course, bench: Any, claims: Claims) -> list[str]:
         f"The answers say that they come from another bench than the one on which they were run: {claimed}. They are "
         "marked by the one on which they were run."
     ]
+
+
+# --- the digest of all that marks depend on ---------------------------------------------------------------------------
+
+_PACKAGE = Path(labcourse.__file__).parent
+#: Modules and folders of labcourse that have no part in marking. One that is forgotten here costs time, but no mark.
+_NOT_MARKING = tuple(
+    _PACKAGE / "grading" / name
+    for name in (
+        *("accounts.py", "erasure.py", "outcomes.py", "overview.py", "platforms.py", "sheets.py"),
+        *("gradebook", "intake", "isolation", "release", "reports", "running", "scoring"),
+    )
+)
+
+#: Files of the course that marks do not depend on. By pattern: notebooks, also as text, because runs have digests of
+#: theirs. By name: what a run left, what only persons mark by, what is made from marks, and the settings, of which
+#: only those count that marks depend on.
+_EXCLUDED_PATTERNS = ("*.ipynb", "[0-9]*.py", "*.pyc")
+_EXCLUDED_NAMES = (ANSWERS_FILE, RUBRIC_FILE, OUTCOMES_FILE, SHEETS_FILE, SETTINGS_FILE)
+
+
+def marking_digest(course: Course) -> str:
+    """Return the digest of all that marks depend on. If it has changed, answers are marked again, without another run.
+
+    It covers the course's folder without its notebooks, its rubric and what is made from marks (a key may read a table
+    that lies beside it); the settings on which marks depend, so that another deadline marks nothing again; the modules
+    of the packages that students get (the true bench is made by them); and the modules of this package that mark.
+    """
+    digest = hashlib.sha256(repr(course.settings.of_marking()).encode())
+    for path in _files_that_mark(course):
+        content = path.read_bytes()
+        digest.update(f"{path.name} {len(content)}\n".encode() + content)
+    return digest.hexdigest()
+
+
+def _files_that_mark(course: Course) -> Iterator[Path]:
+    """Yield the files that marks depend on: of the course's folder, of labcourse, and of the students' packages."""
+    for path in sorted(course.folder.rglob("*")):
+        hidden = any(part.startswith((".", "__")) for part in path.relative_to(course.folder).parts[:-1])
+        excluded = hidden or path.name in _EXCLUDED_NAMES or any(map(path.match, _EXCLUDED_PATTERNS))
+        if path.is_file() and not excluded:
+            yield path
+    for folder in dict.fromkeys([_PACKAGE, *map(package_folder, course.packages)]):
+        for path in sorted(folder.rglob("*.py")):
+            if not any(path.is_relative_to(other) for other in _NOT_MARKING):
+                yield path

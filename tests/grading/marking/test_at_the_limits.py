@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 
 from labcourse.answers.parts import Part, number, recording
-from labcourse.grading.marking import checks, time_limit
-from labcourse.grading.marking.checks import ChoiceIs, Number, RecordingOf, misfit
-from labcourse.grading.marking.wrong_answers import wrong_answer
+from labcourse.grading.marking import checks, decoding
+from labcourse.grading.marking.checks import ChoiceIs, Number, RecordingOf, misfit, wrong_answer
 from labcourse.grading.verdicts import Case, Status
 from rotflex.recording import Channel, Recording
 
@@ -158,9 +157,9 @@ def test_a_misfit_is_relative_to_what_is_wanted_and_infinite_without_it():
 
 
 def test_the_alarm_is_set_to_the_time_that_is_allowed_and_none_is_left():
-    with time_limit.time_limited(5.0):
+    with decoding.time_limited(5.0):
         assert 1 < signal.getitimer(signal.ITIMER_REAL)[0] <= 5
-    with pytest.raises(time_limit.TooSlow, match=r"stopped after 0\.2 s"), time_limit.time_limited(0.2):
+    with pytest.raises(decoding.TooSlow, match=r"stopped after 0\.2 s"), decoding.time_limited(0.2):
         signal.pause()
     assert signal.getitimer(signal.ITIMER_REAL) == (0, 0)
 

@@ -8,7 +8,7 @@ from checkout import ROOT
 from made_courses import OURS
 
 from labcourse.grading import settings
-from labcourse.grading.marking import digest
+from labcourse.grading.marking import marking_processes
 from labcourse.grading.settings import CourseSettings
 
 
@@ -19,15 +19,15 @@ def tree(tmp_path, monkeypatch):
     for name in ("labcourse", "rotflex", "solutions"):
         shutil.copytree(ROOT / name, tmp_path / name, ignore=ignored)
     package = tmp_path / "labcourse"
-    monkeypatch.setattr(digest, "_PACKAGE", package)
-    monkeypatch.setattr(digest, "package_folder", lambda name: tmp_path / name)
-    unaffected = [path.relative_to(ROOT / "labcourse") for path in digest._NOT_MARKING]
-    monkeypatch.setattr(digest, "_NOT_MARKING", tuple(package / path for path in unaffected))
+    monkeypatch.setattr(marking_processes, "_PACKAGE", package)
+    monkeypatch.setattr(marking_processes, "package_folder", lambda name: tmp_path / name)
+    unaffected = [path.relative_to(ROOT / "labcourse") for path in marking_processes._NOT_MARKING]
+    monkeypatch.setattr(marking_processes, "_NOT_MARKING", tuple(package / path for path in unaffected))
     return tmp_path
 
 
 def of(tree):
-    return digest.marking_digest(replace(OURS, folder=tree / "solutions"))
+    return marking_processes.marking_digest(replace(OURS, folder=tree / "solutions"))
 
 
 def change(path):
@@ -35,7 +35,7 @@ def change(path):
 
 
 def test_the_same_is_the_same(tree):
-    assert of(tree) == of(tree) == digest.marking_digest(OURS)
+    assert of(tree) == of(tree) == marking_processes.marking_digest(OURS)
 
 
 @pytest.mark.parametrize(
@@ -101,7 +101,7 @@ def test_every_module_but_those_that_have_no_part_counts_when_it_alone_changes(t
 
 
 def test_only_folders_of_the_instructors_have_no_part():
-    assert {path.relative_to(ROOT / "labcourse").as_posix() for path in digest._NOT_MARKING} == {
+    assert {path.relative_to(ROOT / "labcourse").as_posix() for path in marking_processes._NOT_MARKING} == {
         f"grading/{name}" for name in APART
     }
 
@@ -113,7 +113,7 @@ def test_each_package_that_students_get_counts(tree):
     seen = [of(tree)]
     for source in ("K = 1\n", "K = 2\n"):
         plant.write_text(source)
-        seen.append(digest.marking_digest(course))
+        seen.append(marking_processes.marking_digest(course))
     assert len(set(seen)) == 3
 
 
@@ -142,7 +142,7 @@ def with_settings(tree, *sections):
     (tree / "solutions" / "course.toml").write_text("".join(lines), encoding="utf-8")
     decided = settings.read(tree / "solutions", catalogue=OURS.catalogue)
     assert decided != CourseSettings() or not sections
-    return digest.marking_digest(replace(OURS, folder=tree / "solutions", settings=decided))
+    return marking_processes.marking_digest(replace(OURS, folder=tree / "solutions", settings=decided))
 
 
 @pytest.mark.parametrize("section", OTHERWISE)

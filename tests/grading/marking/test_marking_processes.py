@@ -13,7 +13,7 @@ import pytest
 from made_courses import loaded
 
 from labcourse.errors import GradingError
-from labcourse.grading.marking import marking, marking_processes, time_limit
+from labcourse.grading.marking import decoding, marking, marking_processes
 from labcourse.grading.marking.marking_processes import Marker, MarkingJob
 from solutions.true_bench import TrueBench
 
@@ -135,7 +135,7 @@ def test_a_bound_on_time_cannot_be_caught_by_what_it_bounds():
                 break
         time.sleep(5)
 
-    with pytest.raises(time_limit.TooSlow), time_limit.time_limited(0.02):
+    with pytest.raises(decoding.TooSlow), decoding.time_limited(0.02):
         swallow()
 
 
