@@ -65,9 +65,9 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
     "gradebook": (1417, ("labcourse/grading/gradebook/**/*.py",)),
     "marking": (1182, ("labcourse/grading/marking/**/*.py",)),
     "isolation": (1123, ("labcourse/grading/isolation/**/*.py",)),
-    "reports, scoring": (1921, ("labcourse/grading/reports/**/*.py", "labcourse/grading/scoring/**/*.py")),
+    "reports, scoring": (1922, ("labcourse/grading/reports/**/*.py", "labcourse/grading/scoring/**/*.py")),
     "outcomes, overview, platforms, accounts": (
-        1739,
+        1738,
         (
             "labcourse/grading/accounts.py",
             "labcourse/grading/erasure.py",
@@ -78,7 +78,7 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
         ),
     ),
     "settings, release, commands, rest": (
-        3092,
+        3101,
         (
             "rotflex/cli.py",
             "labcourse/command_line.py",
