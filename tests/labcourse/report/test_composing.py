@@ -149,6 +149,11 @@ def test_results_that_are_not_recorded_are_missing_with_their_cell(lab, tmp_path
     ]
 
 
+def test_a_pole_without_its_conjugate_has_its_own_sign(lab, tmp_path):
+    lab.answer("Table 3", K=1, poles=[-1, -2 + 3j, -4 - 5j], A=[[1, 2]], t_s=0.5)
+    assert r" -4 - 5j \\ -2 + 3j \\ -1 " in recorded(composed(lab, tmp_path), "Table 3").table
+
+
 def test_a_figure_is_drawn_with_all_its_points_or_a_notice_says_that_they_are_gone(lab, tmp_path):
     def complete():
         return not any("Figure 1.2 is drawn from the points" in one for one in messages(composed(lab, tmp_path)))
