@@ -171,6 +171,15 @@ def test_regrade_says_it_to_scripts_too(book, marked_again):
     assert part["before"]["status"] == "right" and part["after"]["points"] == 0
 
 
+@pytest.mark.parametrize("options", [(), ("--json",)])
+def test_regrade_names_what_the_key_failed_at_and_does_not_end_well(book, marked_again, options):
+    fault = "2.11, omega_n is not marked: the key failed. KeyError, key.py, line 5."
+    failed = graded("ada", mark("not marked: key fault", 0.0), problems=(fault,))
+    marked_again(Regraded(graded("ada", mark()), failed), Regraded(graded("bob"), graded("bob")))
+    done = rotflex("regrade", book, "--solutions", ROOT, *options)
+    assert done.exit_code == 1 and fault in said(done)
+
+
 def test_an_error_amid_a_regrade_leaves_reports_of_everybody(book, tmp_path, monkeypatch):
     def fails(*_):
         yield Regraded(graded("ada"), graded("ada"))

@@ -4,6 +4,7 @@ import json
 import re
 import shutil
 import zipfile
+from dataclasses import replace
 from datetime import timedelta
 
 import pytest
@@ -13,9 +14,11 @@ from gradebooks import graded, mark, prose, record, report_text, rows
 from made_courses import OURS, copied
 
 from labcourse.grading.batch import Batch, regrade
-from labcourse.grading.gradebook import Gradebook
+from labcourse.grading.erasure import in_settings
+from labcourse.grading.gradebook import Gradebook, StudentRecord
 from labcourse.grading.graded_run import facts_of
 from labcourse.grading.reports.result import received
+from labcourse.grading.settings import Extension
 
 WORD = "quokkawise"  # stands in nobody else's work
 
@@ -142,6 +145,13 @@ def test_where_they_are_named_still_is_told(out, tmp_path):
     ):
         assert line in said(done)
     assert "other.txt" not in done.output
+
+
+@pytest.mark.parametrize(("name", "found"), [("FAY", 1), ("4711", 1), ("eve", 0)])
+def test_an_extension_names_them_by_any_of_their_names(name, found):
+    extensions = (Extension(HANDED_IN, (name,)),)
+    course = replace(OURS, settings=replace(OURS.settings, extensions=extensions))
+    assert len([*in_settings(course, StudentRecord("fay", aliases=("4711",)))]) == found
 
 
 def test_a_copy_holds_all_records_and_each_file_as_it_came(out, tmp_path):

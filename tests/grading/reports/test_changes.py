@@ -43,6 +43,12 @@ def test_a_part_that_comes_or_goes_is_told():
     assert "2.12, K_s: no mark → 1 of 1" in str(found) and "2.11, explanation: not decided, of 1" in str(found)
 
 
+@pytest.mark.parametrize("now", [{"points": 1.0}, {"out_of": 4.0}, {"status": "partly"}])
+def test_other_points_for_the_same_answer_are_told(now):
+    found = changes(graded("ada", mark()), graded("ada", replace(mark(), **now)))
+    assert [where for where, _before, _after in found.parts] == [("2.11", "omega_n")]
+
+
 def test_another_reason_for_the_same_mark_is_no_change():
     after = graded("ada", mark(reason="Within 1 %.", given="20"), key="key 2")
     assert changes(graded("ada", mark()), after).parts == ()

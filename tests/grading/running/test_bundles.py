@@ -234,3 +234,14 @@ def test_a_changed_line_of_the_engine_or_of_the_courses_package_is_another_run(c
     with (tmp_path / name).open("a", encoding="utf-8") as file:
         file.write("# changed\n")
     assert bundle.build(course).digest != before
+
+
+def test_a_stored_release_writes_nothing_outside_of_the_folder_that_it_is_unpacked_in(tmp_path):
+    with zipfile.ZipFile(tmp_path / "a.zip", "w") as packed:
+        about = {"x/notebooks/course.json": '{"release": "a"}'}
+        for name, text in {**WHOLE, **about, "x/notebooks/../../../b.py": ""}.items():
+            packed.writestr(name, text)
+    stored = releases.read(tmp_path / "a.zip")
+    stored.unpack(tmp_path / "in" / "it")
+    assert set(stored.files) == {"notebooks/a.ipynb", "notebooks/course.json"}
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["a.zip", "in"]

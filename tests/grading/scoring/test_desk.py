@@ -13,6 +13,7 @@ from labcourse.grading.scoring.desk import MOST_TOGETHER, Pick, key_of, seen, st
 from labcourse.grading.settings import LevelSettings
 
 EQUAL = ["It bends, for there is friction in the joint.", "it  bends for there is friction in the joint"]
+PDF = f"[PDF: report.pdf, SHA-256 {64 * '0'}]"  # of two students the same file
 
 
 def desk_of(book, answers):
@@ -82,9 +83,10 @@ def test_equal_answers_come_together_and_each_is_scored(book):
         ("y' = K", "y'' = K"),
         ("(K + m)/J", "K + m/J"),
         ("See ![plot](attachment:a.png)", "See ![plot](attachment:a.png)"),
+        pytest.param(PDF, PDF, id="PDF"),
     ],
 )
-def test_answers_that_differ_in_a_sign_or_have_a_picture_are_read_alone(book, one, other):
+def test_answers_that_differ_in_a_sign_or_have_a_picture_or_a_pdf_are_read_alone(book, one, other):
     assert len(desk_of(book, [one, other]).next("Ann", WORDS)) == 1
 
 
