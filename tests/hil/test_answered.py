@@ -16,6 +16,7 @@ from rotflex.course.recordings_folder import bench_of as bench_of_recordings
 from rotflex.errors import BenchError, NotRecorded
 from rotflex.hil import replay
 from rotflex.hil.halt import WATCHDOG_TIMEOUT
+from rotflex.hil.loop import run
 from rotflex.hil.student_benches import REAL_BENCH
 from rotflex.recording import Recording
 from rotflex.unanswered import HELD, LOST, MOST_NOTED, TIMING, mask, stretches
@@ -224,3 +225,15 @@ def test_a_short_run_may_have_one_whole_pause_and_where_time_waits_there_is_none
     with hil.open("virtual:?seed=3") as bench:
         recording = experiments.watch(bench, 0.1, progress=False)
     assert TIMING not in recording.metadata and replay.implausible_timing(recording) is None
+
+
+def test_samples_that_came_late_are_answered_on_their_own_commands():
+    reference, asked = np.linspace(0.0, 0.2, SAMPLES), []
+
+    def controller(target, theta, alpha):
+        asked.append(target)
+        return 0.0
+
+    with bench_of(Hiccups("write_analog", {FIRST: 0.02})) as bench:
+        run(bench, controller, reference, SAMPLE_TIME, progress=False)
+    np.testing.assert_array_equal(asked, reference)

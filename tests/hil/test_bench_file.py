@@ -246,3 +246,14 @@ def test_a_board_that_is_not_known_is_told_what_is_not_as_usual():
 @pytest.mark.parametrize("record", [{"version": 99, "of": {}}, {"version": 1, "of": 3}, {"date": "today"}])
 def test_a_record_that_cannot_be_read_is_none(record):
     assert "cannot be read" in BenchFile(SIMULATOR, record=record).setup().commissioned()
+
+
+@pytest.mark.parametrize(("gain", "volts"), [(1, 2.5), (3, 7.5), (5, 10.0)])
+def test_the_motor_gets_what_the_outputs_range_and_the_cables_gain_allow(gain, volts):
+    told = BenchFile("quanser:another/0", parts={"cable_gain": gain}, board={"output_range": 2.5})
+    assert told.setup().limits.voltage == volts
+
+
+def test_before_its_commissioning_a_bench_keeps_its_own_limits_where_they_are_narrower():
+    allowed = BenchFile(SIMULATOR, limits={"voltage": 0.5, "rate": 50.0, "duration": 30.0}).setup().allowed()
+    assert (allowed.voltage, allowed.rate, allowed.duration) == (0.5, real.CAREFUL.rate, 30.0)

@@ -20,7 +20,7 @@ from rotflex import commissioning, experiments
 from rotflex.cli import app
 from rotflex.errors import BenchError, LimitExceeded
 from rotflex.hil import bench_file, real
-from rotflex.hil.bench import Bench
+from rotflex.hil.bench import Bench, Wiring
 from rotflex.hil.bench_file import BenchFile
 from rotflex.hil.controllers import OpenLoop
 from rotflex.hil.loop import run
@@ -65,12 +65,13 @@ def test_a_run_that_begins_at_170_deg_ends_at_180_and_its_recording_begins_at_0(
         assert -182 < stopped_at(board, bench, -2.0) <= -180
 
 
-def test_the_zero_is_that_of_the_first_of_several_blocks(board):
+@pytest.mark.parametrize("servo_sign", [1, -1])
+def test_the_zero_is_that_of_the_first_of_several_blocks(board, servo_sign):
     marked(board)
     for _block in range(2):
         with board.bench() as bench:
             board.turn(60)
-    with board.bench() as bench:
+    with board.bench(wiring=Wiring(servo_sign=servo_sign)) as bench:
         assert 180 <= stopped_at(board, bench) < 182
 
 

@@ -12,7 +12,7 @@ from explorer_events import control
 
 from rotflex import experiments
 from rotflex.errors import BenchError, HILError, RecordingError
-from rotflex.hil.bench import Safety
+from rotflex.hil.bench import Measurement, Safety
 from rotflex.hil.virtual import WallClock
 from rotflex.recording import Recording
 from rotflex.simulation import with_actuator
@@ -351,6 +351,13 @@ def test_missed_deadlines_are_counted_and_told(live, monkeypatch):
     live._settle()
     live.refresh()
     assert rows(live, "State")["missed deadlines"] == [f"{run.late} of {run.samples().shape[1]} samples"]
+
+
+def test_what_came_late_before_an_experiment_is_none_of_its_own(live):
+    run = Running(live._bench, lambda bench: None)
+    run.late = 7
+    run._note(Measurement(0.0, 0.0, 0.0), 0.0)
+    assert run.late == 0
 
 
 def test_what_goes_wrong_on_the_bench_is_told_in_words(console):
