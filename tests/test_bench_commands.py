@@ -274,3 +274,8 @@ def test_what_cannot_be_is_said_before_anything_runs(words, told, tmp_path):
     more = [*VIRTUAL, "--out", "a.mat"] if words[0] == "run" else []
     assert told in said(*words, *more, code=2)
     assert not (tmp_path / "a.mat").exists()
+
+
+def test_a_files_text_does_not_steer_the_terminal():
+    Path("bench.toml").write_text('name = "n"\naddress = "quanser:q2_usb/0"\n[wiring]\n"\\u001b[2J" = 1\n')
+    assert "There is no \\x1b[2J in [wiring]" in said("watch", code=2)

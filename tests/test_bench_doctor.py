@@ -17,6 +17,7 @@ from typer.testing import CliRunner
 from rotflex import bench_doctor, experiments, hil
 from rotflex.bench_doctor import Finding, Level
 from rotflex.cli import app
+from rotflex.commissioning import steps
 from rotflex.errors import HILError
 from rotflex.hil import bench_file, real
 from rotflex.hil.bench_file import BenchFile
@@ -253,6 +254,13 @@ def test_the_loopback_is_looked_at_where_bench_toml_names_it(installed):
     bench_file.save("bench.toml", BenchFile(SIMULATOR, wiring=dict(LOOPED.wiring)))
     assert asked("bench.toml")["loopback"][0].message == "what is written comes in, within 0.1 V."
     assert cards[0]._inner.largest == [0.0, 2.0]
+
+
+def test_the_loopback_is_left_at_0_V():
+    board = Joined(PARAMETERS)
+    with real.bench("test", lambda: board, Setup(simulated=True)) as bench:
+        steps.check_loopback(bench, LOOPED)
+        assert board.terminals.commanded == [0.0, 0.0]
 
 
 def test_a_pause_of_the_computer_is_told_from_a_watchdog_in_haste():

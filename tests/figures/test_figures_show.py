@@ -27,12 +27,13 @@ def test_show_publishes_image_alt_text_and_caption(shell):
     figure = figures.state_feedback()
     with capture_output() as captured:
         assert figures.show(figure, caption="**Figure 3.2.** The loop.") is None
-        figures.show(figures.state_feedback(), alt="My loop.")
-    image, words, given, *_ = captured.outputs
+        figures.show(figures.state_feedback(), alt="My loop, |u| < 10 V.")
+    image, words, given, folded = captured.outputs
     assert base64.b64decode(image.data["image/png"]).startswith(b"\x89PNG")
     assert image.metadata["image/png"]["alt"] == figure.alt_text
     assert words.data["text/markdown"].startswith("**Figure 3.2.** The loop.\n\n<details>")
-    assert given.metadata["image/png"]["alt"] == "My loop."
+    assert given.metadata["image/png"]["alt"] == "My loop, |u| < 10 V."
+    assert "My loop, |u| &lt; 10 V." in folded.data["text/markdown"]
 
 
 def test_show_closes_a_pyplot_figure_so_that_it_is_shown_once(shell):
