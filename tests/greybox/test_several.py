@@ -10,6 +10,8 @@ from rotflex import experiments, hil
 from rotflex.config import joint, srv02
 from rotflex.errors import ConfigurationError, IdentificationError
 from rotflex.greybox import FREE, fit, leave_one_out
+from rotflex.greybox.problem import rms
+from rotflex.greybox.result import joined_rms
 from rotflex.greybox.solving import Found, Sureness, _fix, _next_to_fix, sureness
 from rotflex.hil.controllers import StateFeedback
 from rotflex.hil.loop import run
@@ -109,6 +111,12 @@ def test_leaving_one_out_tells_the_recording_that_is_of_another_bench():
     # The spread between recordings widens the interval, until it holds both stiffnesses.
     low, high = fit(every, srv02(), SPEC.joint, ("K_s", "delay"), initial=known, progress=False).intervals["K_s"]
     assert low < known.K_s and high > 1.15 * known.K_s
+
+
+def test_what_is_left_of_recordings_of_different_length_is_that_of_all_their_samples():
+    left = [np.full(300, 1.0), np.full(100, -3.0)]
+    every = tuple(SimpleNamespace(recording=one, rms={"alpha": rms(one)}) for one in left)
+    assert joined_rms(every)["alpha"] == pytest.approx(rms(np.concatenate(left)))
 
 
 def test_one_recording_cannot_be_left_out_and_none_cannot_be_fitted(recordings):

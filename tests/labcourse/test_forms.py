@@ -215,6 +215,16 @@ def test_a_long_spectrum_is_thinned_out_as_documented():
     assert outputs[1][0] == pytest.approx(f_all[thin(f_all.size, 600)], rel=1e-5)
 
 
+def test_of_a_two_sided_spectrum_the_positive_half_is_kept():
+    def two_sided(x, dt):
+        return np.fft.fftfreq(len(x), dt), np.abs(np.fft.fft(x)) / len(x)
+
+    outputs, _ = through_json(SPECTRUM, two_sided)
+    for (f, _amplitude), (x, dt) in zip(outputs, COMPOUND_SINES.inputs(SEED), strict=True):
+        f_all = np.fft.rfftfreq(len(x), dt)
+        assert f == pytest.approx(f_all[f_all <= 10], rel=1e-5)
+
+
 def test_a_function_gets_a_copy_of_its_inputs():
     def careless(x, dt):
         x *= 0
