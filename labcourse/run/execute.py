@@ -113,7 +113,7 @@ def _run_warm(
         runner.wait()
         runner.stdout.close()
     if code not in (inside.FINE, inside.TIMED_OUT, inside.DIED, inside.BROKEN):
-        raise CheckError("The operating system ended the run of your notebooks, perhaps for lack of memory. Try again.")
+        raise CheckError(f"The run of your notebooks ended early (code {code}), perhaps for lack of memory. Try again.")
     return code != inside.BROKEN
 
 
