@@ -33,7 +33,7 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
         ),
     ),
     "hil, commissioning, doctor, bench commands": (
-        3601,
+        3600,
         (
             "rotflex/bench_commands.py",
             "rotflex/bench_doctor.py",

@@ -30,21 +30,6 @@ from rotflex.hil.pace import undisturbed
 from rotflex.progress import progress as with_progress
 from rotflex.recording import Recording
 
-if sys.platform == "win32":
-    import msvcrt
-
-    def _lock(file: Any) -> None:
-        """Lock a file until it is closed; raise OSError where another program has it locked."""
-        msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)
-
-else:
-    import fcntl
-
-    def _lock(file: Any) -> None:
-        """Lock a file until it is closed; raise OSError where another program has it locked."""
-        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-
-
 #: By what a bench's identity has.
 _SOURCES = {"seed": "virtual bench", "preset": "virtual bench", "plant": "virtual bench", "recording": "replay"}
 
@@ -361,3 +346,15 @@ def _described(bench: Bench, sample_time: float, metadata: Mapping[str, Any] | N
         "software": f"rotflex {__version__}",
         **as_json,
     }
+
+
+def _lock(file: Any) -> None:
+    """Lock a file until it is closed; raise OSError where another program has it locked."""
+    if sys.platform == "win32":
+        import msvcrt
+
+        msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)
+    else:
+        import fcntl
+
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
