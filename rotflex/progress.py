@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable
+from threading import RLock
 from typing import Any
 
 AFTER = 1.0  #: s; what is done sooner shows no bar
@@ -23,6 +24,8 @@ def progress(items: Iterable[Any] | None, what: str, unit: str, show: bool = Tru
     if not show or os.environ.get(SWITCH):
         from tqdm import tqdm
 
+        if not hasattr(tqdm, "_lock"):  # its default holds a semaphore of the system, which a killed process leaks
+            tqdm.set_lock(RLock())
         return tqdm(items, disable=True)
     from tqdm.auto import tqdm
 

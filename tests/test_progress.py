@@ -1,6 +1,8 @@
 """Progress bars: in a terminal and in a notebook, and nowhere else."""
 
 import io
+import subprocess
+import sys
 
 import pytest
 import tqdm.auto
@@ -28,3 +30,14 @@ def test_a_bar_is_written_to_a_terminal_only(monkeypatch, stderr, shown):
 
 def test_a_notebook_keeps_its_bar():
     assert bar_of_a_notebook(range(3), disable=progress._NOT_IN_LOGS, display=False).disable is False
+
+
+def test_a_bar_that_is_not_shown_takes_no_semaphore():
+    program = """
+import sys
+from rotflex.progress import progress
+list(progress(range(3), "experiment", "sample", show=False))
+print("multiprocessing.synchronize" in sys.modules)
+"""
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    assert done.stdout == "False\n"  # a marking process is killed, and would leak it
