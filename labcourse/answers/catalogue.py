@@ -110,7 +110,7 @@ class Catalogue:
         return self.everything[number]
 
     def find_notebooks(self, *beginnings: str) -> tuple[str, ...]:
-        """Return the notebooks with questions; if beginnings are given, as "02", those whose names start with one.
+        """Return the notebooks with questions. Beginnings of names, such as "02", restrict them to those notebooks.
 
         Raises
         ------

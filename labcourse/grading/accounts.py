@@ -23,8 +23,8 @@ from labcourse.messages import plural
 from labcourse.student_id import caseless
 
 _DAY = timedelta(days=1)
-_DIGITS = 100  # of a number whose decimals end; points, weights and per cents have a dozen each at most
-_SHOWN = 6  # decimals of a number whose decimals do not end
+_DIGITS = 100  # of an exact decimal number; points, weights and per cents have at most a dozen each
+_SHOWN = 6  # decimals of a number that has no exact decimal form, such as 1/3
 
 
 def exact(number: float) -> Fraction:

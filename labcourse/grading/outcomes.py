@@ -212,8 +212,8 @@ class Figures(NamedTuple):
 
     Attributes
     ----------
-    students : those of whom something is decided in it
-    provisional : of these, those of whom something waits
+    students : number of students with a decided part in it
+    provisional : how many of them have a part that is not decided
     levels : level → how many students are at it
     attained : how many are at the level that is aimed at, or above
     mean : of the students' shares of points, 0 to 1
@@ -298,7 +298,7 @@ def attainments(
 
 
 def _evidence_of(students: Iterable[Standing], codes: Collection[str]) -> list[Evidence]:
-    """Return what counts of each student in a criterion, without those of whom nothing is decided."""
+    """Return the evidence of each student in a criterion. Students without a decided part are left out."""
     return [sums for student in students if (sums := evidence(student.parts, codes)).share is not None]
 
 

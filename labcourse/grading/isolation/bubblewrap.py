@@ -40,8 +40,8 @@ def is_root() -> bool:
 def sandbox_user() -> int:
     """Return the number of the user who runs one command inside.
 
-    If this program runs as root, the command runs as another user, whose number no other run has. Otherwise it runs as
-    the same user, who has this number inside.
+    If this program runs as root, each run has a user number that no other run has. Otherwise the command runs as the
+    same user, with this number inside.
 
     Raises
     ------
