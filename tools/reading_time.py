@@ -36,6 +36,7 @@ FIGURE, ANSWER, IN_WORDS, FUNCTION = 1, 3, 8, 10  # minutes
 STEP = 5  #: minutes to which times are stated
 
 _WORD = re.compile(r"\S*\w\S*")
+_MARKUP = re.compile(r"<!--.*?-->|</?[a-z][^<>]*>", re.DOTALL)
 _HIDDEN_MARKUP = re.compile(r"<details\b.*?</details>|<!--.*?-->|</?[a-z][^<>]*>", re.DOTALL)
 _HEADING = re.compile(r"(#{1,6}) ")
 _PICTURE = re.compile(r"!\[")
@@ -50,11 +51,13 @@ class ReadingTime:
     Attributes
     ----------
     words : words of text and code that are not folded
+    folded : words of text and code that are folded; no time is counted for them
     figures : pictures that are not folded
     answers, in_words, functions : number of answers in numbers, formulas or plots; in words; and of functions to write
     """
 
     words: int
+    folded: int
     figures: int
     answers: int
     in_words: int
@@ -87,18 +90,19 @@ def reading_time(notebook: NotebookNode, name: str, catalogue: Catalogue) -> Rea
         If there is no student version of it.
     """
     pictures = {cell.id: _count_pictures(cell) for cell in notebook.cells if not student_notebooks.is_answer(cell)}
-    open_words = figures = 0
+    open_words = folded_words = figures = 0
     for cell, folded in _cells_before_report(student_notebooks.student_version(notebook, name, catalogue), catalogue):
-        if not folded:
-            open_words += _count_open_words(cell)
-            figures += pictures.get(cell.id, 0)
+        seen = 0 if folded else _count_open_words(cell)
+        open_words += seen
+        folded_words += _count_words(cell) - seen
+        figures += 0 if folded else pictures.get(cell.id, 0)
     asked = [question for question in catalogue.everything.values() if question.notebook == name]
     parts = [part for question in asked if question.number not in catalogue.reports for part in question.parts]
     carried_over = any(part.shows is not None for part in parts)
     kinds = Counter(part.kind for part in parts if part.shows is None)
     in_words, functions = kinds.pop("prose", 0), kinds.pop("function", 0)
     answers = kinds.total() + carried_over
-    return ReadingTime(open_words, figures, answers, in_words, functions)
+    return ReadingTime(open_words, folded_words, figures, answers, in_words, functions)
 
 
 def other_times(course: Course) -> Iterator[str]:
@@ -131,6 +135,11 @@ def _count_open_words(cell: NotebookNode) -> int:
     return 0 if hidden else len(_WORD.findall(cell.source))
 
 
+def _count_words(cell: NotebookNode) -> int:
+    """Return the number of words of a cell, those that are folded as well."""
+    return len(_WORD.findall(_MARKUP.sub(" ", cell.source) if cell.cell_type == "markdown" else cell.source))
+
+
 def _cells_before_report(notebook: NotebookNode, catalogue: Catalogue) -> Iterator[tuple[NotebookNode, bool]]:
     """Yield the cells before the section in which a report begins, and whether each is below a collapsed heading."""
     cells = notebook.cells
@@ -148,20 +157,20 @@ def _cells_before_report(notebook: NotebookNode, catalogue: Catalogue) -> Iterat
         yield cell, folded
 
 
-HEADINGS = ("words", "figures", "answers", "in words", "functions", "min")
+HEADINGS = ("words", "folded", "figures", "answers", "in words", "functions", "min")
 
 
 def main() -> int:
     """Print a line for each notebook, and their sum; return 1 if a text states another time."""
-    ours, total = course.find(), 0
+    ours, total, words, folded = course.find(), 0, 0, 0
     print(f"{'notebook':28}" + "".join(f"{heading:>11}" for heading in HEADINGS))
     for path in ours.notebooks:
         time = reading_time(student_notebooks.read(path), path.stem, ours.catalogue)
-        total += time.stated
-        made_of = (time.words, time.figures, time.answers, time.in_words, time.functions)
+        total, words, folded = total + time.stated, words + time.words, folded + time.folded
+        made_of = (time.words, time.folded, time.figures, time.answers, time.in_words, time.functions)
         counts = "".join(f"{count:11}" for count in made_of)
         print(f"{path.stem:28}{counts}{time.minutes:11.1f}, stated as {time.stated}")
-    print(f"in all, as stated: {total} min, {total / 60:.1f} h")
+    print(f"in all: {words} words, {folded} folded; as stated {total} min, {total / 60:.1f} h")
     other = list(other_times(ours))
     print(*other, sep="\n", end="\n" if other else "")
     return 1 if other else 0
