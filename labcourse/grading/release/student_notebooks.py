@@ -75,7 +75,7 @@ def student_version(notebook: NotebookNode, name: str, catalogue: Catalogue) -> 
             continue
         source = _released_source(cell, f"{name}, cell {cell.id!r}")
         if cell.cell_type == "code" and is_answer(cell) and (questions := ", ".join(answered[cell.id][1])):
-            cells.append(_answer_label_cell(cell.id, questions))
+            _label_answer(cells, cell.id, questions)
             if not source.startswith("%%"):  # a cell magic must come first
                 source = f"# {words.MARK} Your answer: {questions} ".ljust(_WIDTH, "─") + f"\n{source}"
         metadata = {key: cell.metadata[key] for key in _CELL_METADATA if key in cell.metadata} | _protection(cell)
@@ -130,17 +130,23 @@ def _protection(cell: NotebookNode) -> dict[str, bool]:
     return {"deletable": False, "editable": False}
 
 
-def _answer_label_cell(answer: str, questions: str) -> NotebookNode:
-    """Make the coloured text cell above an answer cell with code, which cannot be coloured itself.
+def _label_answer(cells: list[NotebookNode], answer: str, questions: str) -> None:
+    """Put a coloured line above an answer cell with code, which cannot be coloured itself.
+
+    The line ends the course's text just before the answer, or is a text cell of its own.
 
     Parameters
     ----------
+    cells : before the answer, as released
     answer : id of the answer cell
     questions : that it answers
     """
-    label = f"Your answer: {questions} (code, in the next cell)"
+    label = words.heading(f"Your answer: {questions} (code, in the next cell)")
+    if cells and cells[-1].cell_type == "markdown" and not is_answer(cells[-1]):
+        cells[-1].source += f"\n\n{label}"
+        return
     metadata = NotebookNode(deletable=False, editable=False)
-    return NotebookNode(id=f"{answer}-here", cell_type="markdown", metadata=metadata, source=words.heading(label))
+    cells.append(NotebookNode(id=f"{answer}-here", cell_type="markdown", metadata=metadata, source=label))
 
 
 def _is_shown(source: str, name: str) -> bool:

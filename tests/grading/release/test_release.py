@@ -141,6 +141,16 @@ def test_points_of_words_are_their_own_and_code_says_which_question_it_answers()
     assert kept[6].source.startswith("%%time\n")  # which must come first
 
 
+def test_the_coloured_line_of_a_code_answer_ends_the_courses_text_before_it():
+    question = nbformat.v4.new_markdown_cell("### Question 1.1", id="q1-1-text")
+    text, kept, recording = released_cells(
+        question, answer("### BEGIN SOLUTION\nk = 1\n### END SOLUTION", "q1-1"), code('lab.answer("1.1", k=k)')
+    )
+    assert text.source == "### Question 1.1\n\n" + words.heading("Your answer: 1.1 (code, in the next cell)")
+    assert (text.id, kept.id, recording.cell_type) == ("q1-1-text", "q1-1", "code")
+    assert question.source == "### Question 1.1"  # the instructor's stays as it is
+
+
 def test_what_students_may_change_is_by_role_and_not_by_hand():
     kept = released_cells(
         nbformat.v4.new_markdown_cell("Text.", id="text", metadata={"editable": True}),
