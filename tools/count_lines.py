@@ -78,7 +78,7 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
         ),
     ),
     "settings, release, commands, rest": (
-        3101,
+        3104,
         (
             "rotflex/cli.py",
             "labcourse/command_line.py",
