@@ -47,7 +47,7 @@ CLOSED_LOOP = [-12 + 16j, -12 - 16j, -30, -40]
 
 EXPERIMENTS = ("sweep_experiment", "validation_experiment", "state_feedback", "simulation_loop", "implementation_loop")
 DIAGRAMS = {name: getattr(figures, name) for name in ("joint_angles", "lumped_model", "desired_poles", *EXPERIMENTS)}
-DIAGRAMS |= {name: getattr(prelab, name) for name in ("trolley_with_pendulum", "armature_circuit", "parallel_axes")}
+DIAGRAMS["trolley_with_pendulum"] = prelab.trolley_with_pendulum
 PLOTS = {
     "compound_sine_spectrum": figures.compound_sine_spectrum,
     "sweep_response": lambda: figures.sweep_response(SWEEP),
@@ -276,8 +276,6 @@ def words_of(figure):
         ("state_feedback", ["x_d", "$+$", "$-$", "$K$", "Ax + Bu", "$x$", "$y$"]),
         ("simulation_loop", ["0.33 Hz", "rate", "20 deg", "$+$", "$-$", "$K$", "Ax + Bu", "full", "partial"]),
         ("trolley_with_pendulum", ["$s$", r"$\phi$", "$k$", "$M$", "$m$", r"$\ell$", "$F$"]),
-        ("armature_circuit", ["$V_m$", "$R_m$", "$i_m$", "k_m", r"$\omega_m$", "K_g", r"\dot\theta", r"\tau"]),
-        ("parallel_axes", [r"$\vec d$", r"$\vec\rho$", "$dm$", "centre of mass", "new axis"]),
         ("implementation_loop", [r"\omega_c\, s", "±10 V", "encoders", "$+$", "$-$", "$K$", "full", "partial"]),
     ],
 )
