@@ -178,7 +178,7 @@ def observed(
             lines.append(f"      There is nothing to compare it with yet: answer {missing}.")
     if sentence := stored.get("why", ""):
         return [*lines, f"      Your explanation: {sentence}"]
-    return [*lines, f'      Keep a sentence on it: lab.observed("{question}", why="...")']
+    return [*lines, f'      Write one sentence on it: lab.observed("{question}", why="...")']
 
 
 def value(book: AnswerBook, predictions: Predictions, question: str, name: str) -> Any:
@@ -250,7 +250,7 @@ class Reflection:
                 yield f"  {', '.join(numbers)}: {text}"
         elif self.compared:
             compared = plural(self.compared, "{count} comparison", "{count} comparisons")
-            yield f"Nothing to ask: your answers agree with each other ({compared}). Right or wrong, this cannot say."
+            yield f"Your answers agree with each other ({compared}). This does not show that they are right."
         if self.unclear:
             yield (
                 f"Nothing can be computed from your answers to {', '.join(self.unclear)}. Are these numbers "

@@ -183,7 +183,7 @@ def outline(catalogue: Catalogue, report: str, lab: Session) -> str:
     if report not in catalogue.reports:
         raise AnswerError(f"There is no report {report!r}; there are {', '.join(catalogue.reports)}.")
     lab.refresh()
-    rows = ["| | item | what it says | rests on | so far |", "|---|---|---|---|---|"]
+    rows = ["| | text | what it says | questions | state |", "|---|---|---|---|---|"]
     for item in catalogue.items(report):
         rests_on = ", ".join(dict.fromkeys(number for number, _part in item.shows))
         rows.append(

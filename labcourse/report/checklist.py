@@ -18,8 +18,8 @@ NOT_CHECKED = (
     "once more."
 )
 NOT_CHECKED_OF_PDF = (
-    "Of your own PDF, only the number of pages, the headings of its parts, and whether the text mentions each figure "
-    "that has a caption are looked at. Go through the list in the notebook yourself for everything else."
+    "The program looks at three things in your own PDF: the number of pages, the headings of its parts, and whether "
+    "the text mentions each figure with a caption. Go through the list in the notebook yourself for everything else."
 )
 
 _DECIMAL = re.compile(r"[-−+]?\d+[.,]\d+")  # a measured number, and no count

@@ -59,12 +59,12 @@ def report(lab: Session, folder: Path, name: str, cell: str = "", pdf: str | os.
         print(f"Install it once, in a cell of your own (about 75 MB):   %pip install {' '.join(missing)}")
         print("Then run this cell again.")
     elif not from_notebook.is_saved(folder, cell):
-        print("This notebook is not saved as it stands here, and the report is made of the saved file.")
+        print("The report is made from the saved notebook, and this notebook has changes that are not saved.")
         print("Save it (Ctrl+S, on a Mac ⌘+S), and run this cell again.")
     elif own := lab.own_document(number):
         print(
-            f"{own.name} is a document of your own, and is handed in as your report. It is left as it is: "
-            f"nothing is made. To hand in the notebook’s texts instead, delete {own.name}, and run this cell again."
+            f"{own.name} is a document of your own, and you hand it in as your report. Nothing is made. To hand in "
+            f"the texts of the notebook instead, delete {own.name}, and run this cell again."
         )
     else:
         _make(lab, folder, number)
@@ -121,9 +121,7 @@ def _show(names: Sequence[str], summary: str, sections: Mapping[str, Sequence[No
             lines += ["", heading, *(f"  {notice.place.notebook}: {notice.message}" for notice in notices)]
             items = (f"{html.escape(one.message)} {_link(one.place.link, one.place.notebook)}" for one in notices)
             page.append(f"<b>{html.escape(heading)}</b><ul><li>{'<li>'.join(items)}</ul>")
-    nothing = (
-        [] if any(sections.values()) else ["Nothing is missing and nothing was left out, as far as a program sees."]
-    )
+    nothing = [] if any(sections.values()) else ["The program finds nothing that is missing or left out."]
     lines += [*nothing, "", checklist.NOT_CHECKED]
     page += map(html.escape, [*nothing, checklist.NOT_CHECKED])
     ipython = sys.modules.get("IPython")
@@ -211,14 +209,14 @@ def attach(folder: Path, catalogue: Catalogue, report: str, pdf: str | os.PathLi
         print(f"Your report is now {path.name} ({length}). It lies beside the notebooks as {target.name};")
         print("lab.submit() packs it. After each change of it, run this cell again.")
         print(f"To go back to the notebook’s texts, delete {target.name}.")
-        print("A text that is not in its cell is looked for in it, by its heading. What is in a cell, is read there.")
+        print("If a text cell is empty, the text is read from this document, under the same heading.")
     if texts is None:
-        print(f"What may be missing in it was not looked at: that needs the library {_READER}. %pip install {_READER}")
+        print(f"The program did not look for missing parts: that needs the library {_READER}. %pip install {_READER}")
         return
     limit = (course_file.of(folder) or {}).get(course_file.PAGE_LIMIT)
     titles = list(dict.fromkeys(item.heading.partition(":")[0] for item in catalogue.items(report) if not item.judged))
     faults = checklist.faults_of_pdf(texts, target.name, titles, limit if isinstance(limit, int) else None)
-    messages = [f"  * {fault.message}" for fault in faults] or ["Nothing is missing, as far as its text tells."]
+    messages = [f"  * {fault.message}" for fault in faults] or ["The program finds nothing that is missing."]
     print("", *messages, checklist.NOT_CHECKED_OF_PDF, sep="\n")
 
 

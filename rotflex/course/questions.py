@@ -459,7 +459,7 @@ _MODELING_ROWS: Rows = {
         ("model validation", "validation", "B-5", "2.15:validation", _DONE.format("compare the model with the bench")),
     ),
     "Results": (
-        ("the sweep and its spectrum", "", "K-2 K-3", "2.9:figure, 2.10:figure", "The figures of both."),
+        ("the sweep and its spectrum", "", "K-2 K-3", "2.9:figure, 2.10:figure", "Both figures."),
         ("model validation", "", "K-2", "2.15:figure", "The figure."),
         ("Table 2", "", "B-6", "Table 2", "The table, filled in."),
     ),
@@ -509,8 +509,8 @@ def _items(report: str, rows: Rows) -> Iterable[ReportItem]:
             text = f"{name}_{group.lower()}" if name else ""
             yield ReportItem(report, f"{numeral}.{row}", f"{group}: {title}", prompt, tuple(codes.split()), where, text)
     whole = "The report as a whole: "
-    agrees = f"{whole}each part does its own work, and all of it agrees."
-    lists = f"{whole}the lists at the end of `04_modeling_results` have what to look for."
+    agrees = f"{whole}each part has what belongs there, and nothing contradicts."
+    lists = f"{whole}the lists at the end of `04_modeling_results` say what to look for."
     yield ReportItem(report, "Format.1", "Content and organisation", agrees, ("GS-1",), judged="organisation")
     yield ReportItem(report, "Format.2", "Professional appearance", lists, ("GS-2",), judged="appearance")
 
