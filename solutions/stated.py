@@ -32,7 +32,7 @@ _SPECIFICATIONS = (
         r"may take # s",
         r"nothing about \d+ % or # s",
         r"later than # s after the start of a turn",
-        r'"t_s", #, "s"',
+        r'"settling time", #, "s"',
     ),
     *_stated(
         "the limit of the overshoot, in %",
@@ -41,7 +41,7 @@ _SPECIFICATIONS = (
         r"\$PO\$ \| ≤ # %",
         r"meet a limit of # %",
         r"overshoot by more, perhaps by more than # %",
-        r'"PO", #, "%"',
+        r'"overshoot", #, "%"',
     ),
     *_stated(
         "the limit of the deflection, in deg",
@@ -50,7 +50,7 @@ _SPECIFICATIONS = (
         r"\\alpha\\rvert_\{\\max\}\$ \| ≤ # deg",
         r"near the limit of # deg",
         r"deflection exceeds # deg on the bench",
-        r'"alpha_max_deg", #, "deg"',
+        r'"deflection", #, "deg"',
     ),
     *_stated(
         "the limit of the voltage, in V",
@@ -64,7 +64,7 @@ _SPECIFICATIONS = (
         r"touches the limit of # V",
         r"within the # V",
         r"cut off at # V",
-        r'"V_max", #, "V"',
+        r'"voltage", #, "V"',
     ),
     *_stated(
         "the settling band, in % of the final angle",
@@ -122,12 +122,12 @@ _POLES = (
 )
 
 _TOLERANCES = (
-    *_stated("how near omega_n is read by eye, in %", 100 * tolerances.BY_EYE, r"within # % of where the spectrum"),
-    *_stated("how near a program reads omega_n, in %", 100 * tolerances.BY_PROGRAM, r"within # % of where a program"),
-    *_stated("how near the true omega_n is right, in %", 100 * tolerances.NEAR_TRUE, r"within # % of the true one"),
-    *_stated("the tolerance of J_l, in %", 100 * tolerances.J_L, r"\$J_l\$ within # %"),
-    *_stated("half a bin of the sweep, in %", 100 * tolerances.BIN, r"the peak of the sweep to # %"),
-    *_stated("how near K_s follows, in %", 100 * tolerances.K_S_FROM_OWN, r"\$\\omega_n\$, within # %"),
+    *_stated("how near omega_n is read by eye, in %", 100 * tolerances.BY_EYE, r"within # % of the highest point"),
+    *_stated("how near a program reads omega_n, in %", 100 * tolerances.BY_PROGRAM, r"within # % of what a program"),
+    *_stated("how near the true omega_n is right, in %", 100 * tolerances.NEAR_TRUE, r"within # % of the true value"),
+    *_stated("the tolerance of J_l, in %", 100 * tolerances.J_L, r"\$J_l\$ is right within # %"),
+    *_stated("half a bin of the sweep, in %", 100 * tolerances.BIN, r"the peak of the sweep, to # %"),
+    *_stated("how near K_s follows, in %", 100 * tolerances.K_S_FROM_OWN, r"\$\\omega_n\$ within # %"),
 )
 
 _RANGES = (
@@ -140,7 +140,7 @@ _OF_A_WHOLE = {part.points for question in CATALOGUE.judged.values() for part in
 _REPORTS = tuple(
     stated
     for points in _OF_A_WHOLE
-    for stated in _stated("what a side of a report is worth", points, r"appearance \(GS-2\), # points? each")
+    for stated in _stated("what a side of a report is worth", points, r"and its appearance, # points? each")
 )
 
 STATED = (*_SPECIFICATIONS, *_POLES, *_TOLERANCES, *_RANGES, *_REPORTS)
