@@ -509,7 +509,7 @@ def _items(report: str, rows: Rows) -> Iterable[ReportItem]:
             text = f"{name}_{group.lower()}" if name else ""
             yield ReportItem(report, f"{numeral}.{row}", f"{group}: {title}", prompt, tuple(codes.split()), where, text)
     whole = "The report as a whole: "
-    agrees = f"{whole}each part has what belongs there, and nothing contradicts."
+    agrees = f"{whole}each part has what belongs there, and no part contradicts another."
     lists = f"{whole}the lists at the end of `04_modeling_results` say what to look for."
     yield ReportItem(report, "Format.1", "Content and organisation", agrees, ("GS-1",), judged="organisation")
     yield ReportItem(report, "Format.2", "Professional appearance", lists, ("GS-2",), judged="appearance")
