@@ -49,9 +49,9 @@ def _arm_swings(partial: Kept, full: Kept) -> str:
 
 
 _WHEN = "The sweep goes from 1 Hz to 5 Hz in 15 s. When will the arm swing widest?"
-_WHOSE = (
-    "The same voltage goes to your bench and to your model. Whose servo turns farther (by more than "
-    f"{_AS_FAR:.0%}; otherwise it is about the same)?"
+_TURNS_FARTHER = (
+    "The same voltage goes to your bench and to your model. Which servo turns farther? (A difference of up to "
+    f"{_AS_FAR:.0%} is about the same.)"
 )
 _LARGEST = "Your simulation gave a largest deflection of the arm. What will it be on your bench?"
 _HOW_LONG = "Without feedback of the arm: how long will it swing after each turn, compared with full feedback?"
@@ -67,7 +67,7 @@ PREDICTIONS = {
     ),
     "2.15": (
         Predictable(
-            choice("turns_farther", ("bench", "model", "about the same"), "", _WHOSE, points=0),
+            choice("turns_farther", ("bench", "model", "about the same"), "", _TURNS_FARTHER, points=0),
             (("2.15", "validation"),),
             _turns_farther,
             "What does the bench have that the model lacks, and does it show, in one sentence?",
