@@ -50,8 +50,8 @@ def _arm_swings(partial: Kept, full: Kept) -> str:
 
 _WHEN = "The sweep goes from 1 Hz to 5 Hz in 15 s. When will the arm swing widest?"
 _TURNS_FARTHER = (
-    "The same voltage goes to your bench and to your model. Which servo turns farther? (A difference of up to "
-    f"{_AS_FAR:.0%} is about the same.)"
+    f"Your bench and your model get the same voltage (up to {_AS_FAR:.0%} of difference is about the same). "
+    "Which servo turns farther?"
 )
 _LARGEST = "Your simulation gave a largest deflection of the arm. What will it be on your bench?"
 _HOW_LONG = "Without feedback of the arm: how long will it swing after each turn, compared with full feedback?"
