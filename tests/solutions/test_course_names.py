@@ -6,8 +6,6 @@ import ast
 import re
 import string
 import sys
-from collections import defaultdict
-from types import SimpleNamespace
 from typing import Any
 
 import matplotlib.pyplot as plt
@@ -16,8 +14,7 @@ import pytest
 from checkout import ROOT
 
 from labcourse.run import RUNNING
-from rotflex import greybox, progress
-from rotflex.plant import PlantParameters
+from rotflex import progress
 
 NOTEBOOKS = sorted((ROOT / "solutions").glob("[01]*.ipynb"))
 SHORT = {*string.ascii_letters, "data", "time", "fig", "ax"}
@@ -30,21 +27,11 @@ def assigned(source: str) -> set[str]:
     return {name.id for name in names if isinstance(name.ctx, ast.Store)}
 
 
-def fitted(_recording: Any, servo: Any, joint: Any, **_how: Any) -> SimpleNamespace:
-    """Stand in for `greybox.fit`, which takes longer than all other cells together."""
-    return SimpleNamespace(
-        parameters=PlantParameters.of(servo, joint, 1.4),
-        estimates=defaultdict(lambda: SimpleNamespace(value=1.0)),
-        intervals=defaultdict(lambda: (0.0, 2.0)),
-    )
-
-
 @pytest.mark.slow
 def test_every_short_name_that_no_question_asks_for_is_the_students(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv(RUNNING, "check")
     monkeypatch.setenv(progress.SWITCH, "off")
-    monkeypatch.setattr(greybox, "fit", fitted)
     monkeypatch.setattr(sys, "displayhook", sys.displayhook)  # sympy.init_printing puts its own there
     broken = {}
     for path in NOTEBOOKS:
