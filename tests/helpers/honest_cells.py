@@ -220,13 +220,14 @@ def scratch_that_fails(work: Work) -> None:
 @WAYS.changed()
 def locked_cells_copied_to_play(work: Work) -> None:
     """Copied locked cells, as the texts ask, and changed numbers in the copies (which keep the locked metadata)."""
-    zoom, lqr = (copy.deepcopy(work.cell(cell)) for cell in ("first-zoom", "lqr"))
-    for cell, name, old, new in ((zoom, "10ad5e11", "1.5, 1.6", "0.1, 0.6"), (lqr, "10ad5e12", "40 * DEG", "30 * DEG")):
+    zoom, example = (copy.deepcopy(work.cell(cell)) for cell in ("first-zoom", "example"))
+    changes = (zoom, "10ad5e11", "1.5, 1.6", "0.1, 0.6"), (example, "10ad5e12", "38, 29, 6", "30, 29, 6")
+    for cell, name, old, new in changes:
         text = text_of(cell)
         assert old in text
         cell.update(id=name, source=text.replace(old, new).splitlines(keepends=True))
     work.after("first-zoom", zoom)
-    work.after("lqr", lqr)
+    work.after("example", example)
 
 
 @WAYS.changed()

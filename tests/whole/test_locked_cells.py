@@ -3,7 +3,7 @@
 import browser
 import pytest
 
-NOTEBOOK = "06_control_design.ipynb"
+NOTEBOOK = "08_full_state_feedback.ipynb"
 
 pytestmark = pytest.mark.skipif(browser.CHROMIUM is None, reason="chromium is not installed (apt-get install chromium)")
 
@@ -45,7 +45,7 @@ def write(page, cell, text):
     page.wait_for_timeout(100)
 
 
-@pytest.mark.parametrize("cell", ["title", "setup", "q3-6-here", "q3-6-answer"])
+@pytest.mark.parametrize("cell", ["title", "setup", "q3-13-here", "q3-13-answer"])
 def test_typing_into_a_locked_cell_changes_nothing(page, cell):
     before = cells(page)
     assert cell in before
@@ -53,7 +53,7 @@ def test_typing_into_a_locked_cell_changes_nothing(page, cell):
     assert cells(page) == before
 
 
-@pytest.mark.parametrize("cell", ["title", "q3-6", "q3-6-explanation", "q3-6-answer", "parameters"])
+@pytest.mark.parametrize("cell", ["title", "q3-13", "q3-14-conclusion", "q3-13-answer", "parameters"])
 def test_neither_the_courses_cells_nor_answers_are_deleted_by_d_d(page, cell):
     before = cells(page)
     page.evaluate(_GO_TO, cell)
@@ -64,7 +64,7 @@ def test_neither_the_courses_cells_nor_answers_are_deleted_by_d_d(page, cell):
     assert cells(page) == before
 
 
-@pytest.mark.parametrize("cell", ["q3-6", "q3-6-explanation", "lqr"])
+@pytest.mark.parametrize("cell", ["q3-13", "q3-14-conclusion", "predict-3-13"])
 def test_answers_parameters_and_open_cells_can_be_written_in(page, cell):
     before = cells(page)
     write(page, cell, " # mine")
@@ -73,14 +73,14 @@ def test_answers_parameters_and_open_cells_can_be_written_in(page, cell):
 
 def test_a_cell_to_be_copied_and_changed_can_be(page):
     before = cells(page)
-    page.evaluate(_GO_TO, "lqr")
+    page.evaluate(_GO_TO, "predict-3-13")
     page.keyboard.press("c")
     page.keyboard.press("v")
     page.wait_for_function(f"() => ({_CELLS})().length === {len(before) + 1}")
     (copy,) = cells(page).keys() - before.keys()
     write(page, copy, " # changed")
     after = cells(page)
-    assert after[copy] == f"{before['lqr']} # changed"
+    assert after[copy] == f"{before['predict-3-13']} # changed"
     assert {cell: after[cell] for cell in before} == before
     page.evaluate(_GO_TO, copy)
     page.keyboard.press("d")
