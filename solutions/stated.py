@@ -29,7 +29,6 @@ _SPECIFICATIONS = (
         LIMITS["settling_time"],
         r"\$t_s\\le\$ # s",
         r"\$t_s\$ \| ≤ # s",
-        r"may take # s",
         r"nothing about \d+ % or # s",
         r"later than # s after the start of a turn",
         r'"settling time", #, "s"',
@@ -42,13 +41,14 @@ _SPECIFICATIONS = (
         r"meet a limit of # %",
         r"overshoot by more, perhaps by more than # %",
         r'"overshoot", #, "%"',
+        r"overshoot exceeds # % on one bench",
+        r'"PO", #, "%"',
     ),
     *_stated(
         "the limit of the deflection, in deg",
         LIMITS["max_alpha"] / DEG,
         r"\\alpha\\rvert\\le\$ # deg",
         r"\\alpha\\rvert_\{\\max\}\$ \| ≤ # deg",
-        r"near the limit of # deg",
         r"deflection exceeds # deg on the bench",
         r'"deflection", #, "deg"',
     ),
@@ -65,6 +65,10 @@ _SPECIFICATIONS = (
         r"within the # V",
         r"cut off at # V",
         r'"voltage", #, "V"',
+        r"gives at most ±# V",
+        r"reaches the limit of # V",
+        r"Is it within # V",
+        r'"V_max", #, "V"',
     ),
     *_stated(
         "the settling band, in % of the final angle",
@@ -74,15 +78,12 @@ _SPECIFICATIONS = (
         r"degrees: # % of the \*final\*",
         r"The band is ±# %",
         r"±0\.8 deg \(# %\)",
-        r"another band, # % of its own final angle",
     ),
     *_stated(
         "the amplitude of the command, in deg",
         AMPLITUDE / DEG,
         r"between [-−]20 and \+# degrees",
         r"square wave of ±# deg",
-        r"specifications (?:hold|are) for ±# deg",
-        r"multiplied by # degrees",
     ),
     *_stated(
         "the height of the step, in deg",
@@ -92,8 +93,10 @@ _SPECIFICATIONS = (
         r"\\Delta\\theta\$ = # deg",
         r"per cent of the # deg step",
     ),
-    *_stated("the frequency of the command, in Hz", FREQUENCY, r"with a frequency of # Hz", r"1/\(2 · # Hz\)"),
-    *_stated("the sample time, in ms", 1e3 * SAMPLE_TIME, r"\$h\$ = # ms", r"sets it every # ms", r"samples of # ms"),
+    *_stated("the frequency of the command, in Hz", FREQUENCY, r"square wave of # Hz"),
+    *_stated(
+        "the sample time, in ms", 1e3 * SAMPLE_TIME, r"\$h\$ = # ms", r"Every # ms the program", r"samples of # ms"
+    ),
 )
 
 _POLES = (
@@ -105,16 +108,15 @@ _POLES = (
         OMEGA_N,
         r"\| \$\\zeta=[\d.]+\$, \$\\omega_n=#\$ rad/s",
         r"and \$\\omega_n=#\$ rad/s: a settling time",
-        r"At # rad/s, the natural frequency of the dominant",
         r"not the # rad/s of the design",
         r"zeta=[\d.]+, omega_n=#",
     ),
-    *_stated("the desired pole p_3, in 1/s", P_3, r"\$p_3=#\$", r"two real poles, at #", r"16j, #, [-−]\d"),
+    *_stated("the desired pole p_3, in 1/s", P_3, r"\$p_3=#\$", r"real poles at #", r"16j, #, [-−]\d"),
     *_stated(
         "the desired pole p_4, in 1/s",
         P_4,
         r"\$p_4=#\$",
-        r"two real poles, at [-−]\d+ and #, act",
+        r"real poles at [-−]\d+ and # add",
         r"16j, [-−]\d+, #",
         r"\*fourth\* pole from # to",
         r"What did the pole at # cost",
