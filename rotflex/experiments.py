@@ -28,7 +28,18 @@ from rotflex.simulation import along, matrices, takes_systems
 from rotflex.specifications import AMPLITUDE, DURATION, FREQUENCY, RATE, SAMPLE_TIME
 from rotflex.units import DEG, HZ
 
-__all__ = ["FOLLOWING", "HOLDING", "MODEL_BOUND", "free_decay", "rest", "sweep", "tracking", "validation", "watch"]
+__all__ = [
+    "FOLLOWING",
+    "HOLDING",
+    "MODEL_BOUND",
+    "free_decay",
+    "hold",
+    "rest",
+    "sweep",
+    "tracking",
+    "validation",
+    "watch",
+]
 
 
 def __dir__() -> list[str]:
@@ -234,6 +245,27 @@ def watch(bench: Bench, duration: float = 10.0, progress: bool = True) -> Record
         bench.recorded.choose(settings, None, np.zeros(samples), SAMPLE_TIME)
     bench.renew()
     return _finished(bench, listen(bench, samples, SAMPLE_TIME, settings, progress))
+
+
+def hold(bench: Bench, duration: float = 20.0, progress: bool = True) -> Recording:
+    """Hold the servo where it is, while the arm is pulled aside by hand and let go.
+
+    Parameters
+    ----------
+    bench : an open bench
+    duration : s
+    progress : show a progress bar when it takes longer than a second
+
+    Returns
+    -------
+    Recording
+        theta_ref, theta, alpha, vm, from the first sample on; nothing waits for the arm to be at rest.
+    """
+    reference, settings = np.zeros(time_axis(duration, SAMPLE_TIME).size), {"experiment": "hold"}
+    if isinstance(bench.recorded, RecordedRuns):
+        bench.recorded.choose(settings, HOLDING(), reference, SAMPLE_TIME)
+    bench.renew()
+    return _finished(bench, run(bench, HOLDING(), reference, SAMPLE_TIME, settings, progress))
 
 
 def rest(bench: Bench) -> None:

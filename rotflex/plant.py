@@ -16,7 +16,7 @@ velocities *at its end* agree with the friction law (Moreau's time stepping). Th
 while both stand still; a substep in which a motion begins or turns round, or the current limit sets in, is halved again
 and again, and while one joint stands and the other moves they are short. With friction, angles come out right to about
 1e-5 rad after seconds of stops and starts; an encoder's count is 1.5e-3 rad. A rough gear's friction is that of the
-middle of a substep.
+middle of a substep. A torque from outside on the link acts as friction of servo and link together would.
 The cubic part of the spring is applied as half a kick before and half after each substep (Strang splitting), which
 keeps the energy bounded.
 """
@@ -187,11 +187,16 @@ class Plant:
     ----------
     parameters : the plant's parameters
     state : where it starts
+
+    Attributes
+    ----------
+    torque : on the link, from outside, N·m
     """
 
     def __init__(self, parameters: PlantParameters, state: State = REST) -> None:
         self.parameters = parameters
         self.state = state
+        self.torque = 0.0
         self._steps: tuple[dict[float, _Step], dict[float, _Step]] = {}, {}  # with the current not limited, or limited
         self._case = _CASES[0]
         self._rubs = any(parameters.servo_friction + parameters.link_friction)
@@ -250,6 +255,14 @@ class Plant:
         new_alpha = b1 * alpha + b2 * theta_dot + b3 * alpha_dot + b4 * drive
         new_theta_dot = c1 * alpha + c2 * theta_dot + c3 * alpha_dot + c4 * drive
         new_alpha_dot = d1 * alpha + d2 * theta_dot + d3 * alpha_dot + d4 * drive
+        if self.torque:
+            p, q, r, s = _effect(friction, -self.torque, -self.torque)
+            new_theta, new_alpha, new_theta_dot, new_alpha_dot = (
+                new_theta + p,
+                new_alpha + q,
+                new_theta_dot + r,
+                new_alpha_dot + s,
+            )
         changed = (abs(voltage - self._back_emf * new_theta_dot) >= self._most_volts) is not limited
 
         if self._rubs:

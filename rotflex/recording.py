@@ -47,6 +47,7 @@ UNITS = {
     "alpha_model": "rad",
     "vm": "V",
 }
+PUSHED = "tau_link"  #: the channel of the torque that pushed the link, N·m
 _OTHER = "other_channels"  # in a file's description: those that it has no usual place for, name → unit
 _SAMPLE_TIME_TOLERANCE = 1e-3  # of the sample time; a log's time column carries rounding
 

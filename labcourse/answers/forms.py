@@ -395,10 +395,12 @@ def encode_recording(part: Part, value: Any) -> tuple[Fields, Hints]:
     Raises
     ------
     FormError
-        If it is not a recording, lacks a channel, or is too long.
+        If it is not a recording, lacks a channel, is unfit or too long.
     """
     if not isinstance(value, Sampled):
         raise FormError(f"it is a {type(value).__name__}, not a recording: give what the experiment returned")
+    if why := part.unfit(value):
+        raise FormError(why)
     missing = [name for name in part.channels if name not in value.channels]
     if missing:
         raise FormError(f"the recording lacks {' and '.join(missing)}; it has {', '.join(value.channels)}")

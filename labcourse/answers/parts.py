@@ -166,6 +166,7 @@ class Part:
     channels : the channels that a recording must have
     units : of all channels that are stored of a recording: name → unit
     settings : (name, value) pairs that are expected in a recording's metadata
+    unfit : of a recording, why it cannot be an answer; None if it can
     usual : what draws a hint where it is otherwise, and no more
     shows : for the entry of a results table, the (question, part) that it carries over
     """
@@ -186,6 +187,7 @@ class Part:
     channels: tuple[str, ...] = ()
     units: Mapping[str, str] = field(default_factory=dict)
     settings: tuple[tuple[str, str], ...] = ()
+    unfit: Callable[[Any], str | None] = lambda _recording: None
     usual: Usual = Usual()
     shows: Where | None = None
 
@@ -320,11 +322,12 @@ def recording(
     points: float = 1,
     *,
     units: Mapping[str, str],
+    unfit: Callable[[Any], str | None] = lambda _recording: None,
     usual: Usual = Usual(),
 ) -> Part:
     """Ask for a recording of an experiment."""
-    pairs = tuple(settings.items())
-    return Part(name, "recording", points, prompt, outcome, channels=channels, settings=pairs, units=units, usual=usual)
+    more: dict[str, Any] = {"settings": tuple(settings.items()), "units": units, "unfit": unfit, "usual": usual}
+    return Part(name, "recording", points, prompt, outcome, channels=channels, **more)
 
 
 def function(name: str, probe: Probe, outcome: str, prompt: str, points: float = 2) -> Part:

@@ -47,6 +47,7 @@ class View {
     this.readouts = make("div", "readouts", this.body);
     this.controls = new Map();
     this.handles = new Handles(this);
+    this.grabs = new Grabs(this);
     this.colors = {};
     this.onScene = () => this.update();
     this.onEscape = (key) => { // anywhere on the page, while a bench runs
@@ -65,6 +66,7 @@ class View {
     this.resized.disconnect();
     this.themed.disconnect();
     clearTimeout(this.waiting);
+    this.grabs.letGo();
     this.endLife();
     this.player.close();
     cancelAnimationFrame(this.drawing);
@@ -286,6 +288,7 @@ class View {
       left += wide;
     });
     this.handles.keep(seen);
+    this.grabs.keep(seen);
     this.host.dataset.version = String(this.scene.version);
     this.host.dispatchEvent(new CustomEvent("painted", { detail: this.scene.version }));
   }

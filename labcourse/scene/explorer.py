@@ -23,7 +23,7 @@ from labcourse.scene.scene import Scene
 
 _HERE = Path(__file__).parent
 # One module, in files that can be read.
-_SCRIPTS = ("drawing.js", "moving.js", "controls.js", "handles.js", "player.js", "explorer.js")
+_SCRIPTS = ("drawing.js", "moving.js", "controls.js", "handles.js", "grabs.js", "player.js", "explorer.js")
 
 
 class Explorer(anywidget.AnyWidget):
@@ -66,10 +66,16 @@ class Explorer(anywidget.AnyWidget):
     def move(self, name: str, x: float, y: float) -> None:
         """A handle was moved."""
 
+    def grab(self, name: str, place: tuple[float, float] | None, begins: bool) -> None:
+        """A point of a drawing is held and pulled to a place, in the drawing's units; None when it is let go.
+
+        While it is held this is called at least every 60 ms, as long as page and kernel are there.
+        """
+
     # --- what comes and goes ----------------------------------------------------------------------------------------
 
     def receive(self, event: Mapping[str, Any]) -> None:
-        """Take an event of the page: ``{"kind": "set" | "press" | "moved" | "alive", "name": ..., ...}``."""
+        """Take an event of the page: ``{"kind": "set" | "press" | "moved" | "grab" | "alive", "name": ..., ...}``."""
         kind, name = event.get("kind"), str(event.get("name", ""))
         if kind == "alive":  # a page shows that it is there, while something runs
             return
@@ -82,6 +88,10 @@ class Explorer(anywidget.AnyWidget):
                 self.press(name)
             elif kind == "moved":
                 self.move(name, _finite(event["x"]), _finite(event["y"]))
+            elif kind == "grab":
+                place = (_finite(event["x"]), _finite(event["y"])) if "x" in event else None
+                self.grab(name, place, bool(event.get("begins")))
+                return  # there are many, and what moves is shown all the time
         except Exception as error:
             trouble = error_text(error)
         self._answered = {"view": event.get("view"), "n": event.get("n")}

@@ -1,14 +1,13 @@
 // A drawing that moves (Moving in scene.py): shapes whose points stand in frames, which signals turn and shift.
 
-function moving(view, pen, panel, box) {
+function moving(view, pen, panel, box, seen) {
   const signals = { ...panel.signals, ...view.pose };
   const [[x0, x1], [y0, y1], above] = [panel.x, panel.y, 24]; // px, for the readings
   const unit = Math.min(box.width / (x1 - x0), (box.height - above) / (y1 - y0)); // px
   const middle = [box.left + box.width / 2, box.top + above + ((y1 - y0) * unit) / 2];
-  const place = (point) => {
-    const [x, y] = standing(point, signals);
-    return [middle[0] + (x - (x0 + x1) / 2) * unit, middle[1] - (y - (y0 + y1) / 2) * unit];
-  };
+  const to = ([x, y]) => [middle[0] + (x - (x0 + x1) / 2) * unit, middle[1] - (y - (y0 + y1) / 2) * unit];
+  const from = ([px, py]) => [(px - middle[0]) / unit + (x0 + x1) / 2, (middle[1] - py) / unit + (y0 + y1) / 2];
+  const place = (point) => to(standing(point, signals));
   pen.font = FONT;
   pen.fillStyle = view.color("--text");
   pen.textAlign = "left";
@@ -17,6 +16,15 @@ function moving(view, pen, panel, box) {
   pen.fillText(panel.readings.map(read).join("   "), box.left + 6, box.top + 20);
   for (const shape of panel.shapes) {
     SHAPES[shape.kind](view, pen, shape, shape.points.map(place), unit);
+    pen.setLineDash([]);
+  }
+  for (const grab of panel.grabs) {
+    seen.add(grab.name);
+    const at = place(grab.point);
+    const pulled = view.grabs.place(grab, at, to, from);
+    if (!pulled) continue;
+    ink(view, pen, { role: "highlight" });
+    segment(pen, ...at, ...pulled);
     pen.setLineDash([]);
   }
 }

@@ -210,6 +210,7 @@ class Moving:
     height: float = 1.0
     shapes: list[Item] = field(default_factory=list)
     readings: list[Item] = field(default_factory=list)
+    grabs: list[Item] = field(default_factory=list)
 
     def line(self, start: Point, end: Point, role: str, width: float | None = None) -> None:
         """A straight line; one of a given ``width`` (px) is a rod with round ends."""
@@ -239,11 +240,25 @@ class Moving:
         about = {"label": label, "signal": signal, "unit": unit}
         self.readings.append(about | {"scale": scale, "digits": digits})
 
+    def grab(self, name: str, point: Point, label: str, text: str, step: float) -> None:
+        """A point that can be held, by the pointer or the arrow keys, and pulled: it moves only by its signals.
+
+        Parameters
+        ----------
+        name : by which the explorer hears of it, see :meth:`labcourse.scene.explorer.Explorer.grab`
+        point : where it is
+        label, text : what it is, and how it stands, in words
+        step : by how much one press of a key pulls, in the drawing's units
+        """
+        self._check(point.frame.signals)
+        about = {"name": name, "label": label, "text": text, "step": step}
+        self.grabs.append(about | {"point": point.packed()})
+
     def packed(self) -> Item:
         """As the page takes it."""
         limits = {"x": list(self.x), "y": list(self.y), "height": self.height}
         fixed = {"kind": "moving", "signals": dict(self.signals), **limits}
-        return fixed | {"shapes": self.shapes, "readings": self.readings}
+        return fixed | {"shapes": self.shapes, "readings": self.readings, "grabs": self.grabs}
 
     def _add(self, shape: Item, *points: Point) -> None:
         checked(shape["role"])

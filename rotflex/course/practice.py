@@ -13,19 +13,28 @@ from __future__ import annotations
 import math
 import secrets
 from collections.abc import Collection
+from dataclasses import replace
 from types import TracebackType
+
+import numpy as np
+from scipy.linalg import solve_discrete_are
 
 from labcourse.errors import AnswerError
 from labcourse.run import by_program
 from rotflex import hil
 from rotflex.errors import ConfigurationError
-from rotflex.hil.student_benches import DRAW, FIRST_RUN, student_bench
+from rotflex.hil.controllers import StateFeedback
+from rotflex.hil.student_benches import DRAW, FIRST_RUN, VirtualPlantSpec, student_bench
+from rotflex.plant import State, driven
+from rotflex.specifications import SAMPLE_TIME
 
 MOST = 1_000_000  #: numbers of practice benches
 _OFFSET = 2**32  # beyond all seeds of students' benches (32 bits) and of benches that are everybody's
 _IN_A_RUN = 1  # the number where a program runs the notebooks, so that a run repeats to the byte
 #: How near is near enough here: omega_n to 3 %, as a peak is read off a plot by eye; K_s goes with its square.
 NEAR = {"omega_n": 0.03, "K_s": 0.06}
+#: Of the ready-made controller: the cost of theta, alpha (1/rad²) and their rates (s²/rad²), beside 1 of a volt².
+_WEIGHTS = (180.0, 180.0, 0.1, 0.1)
 _UNITS = {"omega_n": "rad/s", "K_s": "N·m/rad"}
 
 
@@ -64,6 +73,17 @@ class Practice:
         """The bench, to be opened in a ``with`` statement; ``run`` as for ``lab.bench``."""
         return hil.open("virtual", seed=_OFFSET + self.number, draw=DRAW, run=run)
 
+    def controller(self) -> StateFeedback:
+        """Return a ready-made controller of this bench, a linear-quadratic one: to be felt, not to be handed in."""
+        none = (0.0, 0.0)
+        linear = replace(
+            self._spec().parameters, servo_friction=none, link_friction=none, V_max=math.inf, I_max=math.inf
+        )
+        columns = [driven(linear, State(*unit[:4]), [unit[4]] * 2, SAMPLE_TIME)[1] for unit in np.eye(5).tolist()]
+        A, B = np.array(columns[:4]).T, np.array(columns[4:]).T
+        cost = solve_discrete_are(A, B, np.diag(_WEIGHTS), np.eye(1))
+        return StateFeedback(np.linalg.solve(np.eye(1) + B.T @ cost @ B, B.T @ cost @ A))
+
     def __enter__(self) -> hil.Bench:
         self._open = self.bench()
         return self._open.__enter__()
@@ -94,9 +114,11 @@ class Practice:
             print(_told(name, value, truth[name]))
 
     def _truth(self) -> dict[str, float]:
-        spec = student_bench(_OFFSET + self.number, draw=DRAW)
-        K_s = spec.parameters.K_s
-        return {"omega_n": math.sqrt(K_s / spec.parameters.J_l), "K_s": K_s}
+        parameters = self._spec().parameters
+        return {"omega_n": math.sqrt(parameters.K_s / parameters.J_l), "K_s": parameters.K_s}
+
+    def _spec(self) -> VirtualPlantSpec:
+        return student_bench(_OFFSET + self.number, draw=DRAW)
 
 
 def _only_known(given: Collection[str]) -> None:

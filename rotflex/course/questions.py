@@ -30,7 +30,7 @@ from labcourse.answers.parts import (
 from rotflex.course.predictions import PREDICTIONS
 from rotflex.course.probes import COMPOUND_SINES, PLANT_PARAMETERS
 from rotflex.course.starts import STARTS
-from rotflex.recording import UNITS
+from rotflex.recording import PUSHED, UNITS, Recording
 from rotflex.specifications import SETTLING_BAND
 
 OUTCOMES = {
@@ -49,7 +49,19 @@ OUTCOMES = {
     "GS-2": "professional appearance",
 }
 
-recording = partial(parts.recording, units=UNITS)
+
+def _pushed(given: Recording) -> str | None:
+    """Return that a recording cannot be an answer, as a hand pushed the arm; None if none did."""
+    if PUSHED not in given.channels or not (torque := given[PUSHED]).any():
+        return None
+    largest = int(abs(torque).argmax())
+    return (
+        f"this recording has a push of your hand in it, {torque[largest]:.2g} N·m at {given.time[largest]:.2f} s: "
+        "record it again without touching the arm"
+    )
+
+
+recording = partial(parts.recording, units=UNITS, unfit=_pushed)
 
 
 def _asked(question: str, title: str, *asked: Part, codes: str = "") -> Question:

@@ -27,10 +27,12 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+from numpy.typing import ArrayLike
+
 from rotflex.config import Joint, Servo, joint, one_of, srv02
 from rotflex.errors import BenchError
 from rotflex.hil import bench_file, drivers
-from rotflex.hil.bench import Bench, Limits
+from rotflex.hil.bench import Bench, Limits, Push
 from rotflex.hil.real import Setup
 from rotflex.hil.replay import RecordedPlant
 from rotflex.hil.student_benches import DRAW, DRAWS, FIRST_RUN, VirtualPlantSpec, student_bench
@@ -59,6 +61,7 @@ def open(
     plant: VirtualPlantSpec | PlantParameters | Moving | None = None,
     servo: Servo | None = None,
     setup: Setup | None = None,
+    disturbance: ArrayLike | Push | None = None,
 ) -> Bench:
     """Return the bench at an address, to be used in a ``with`` statement.
 
@@ -74,14 +77,33 @@ def open(
         that object
     servo : nominal servo of a virtual bench; the data sheet's with the address's encoder unless given
     setup : what is known of a real bench: its parts, wiring, and whether it was commissioned
+    disturbance : torque on the link of a virtual bench, see :meth:`Bench.disturb`; the ``tau_link`` of a recording
+        plays that push again, and gives the same recording
 
     Raises
     ------
     BenchError
-        If the address is not understood; the message says what is.
+        If the address is not understood; the message says what is. If a bench cannot be disturbed.
     ConfigurationError
         If a value in it does not exist.
     """
+    bench = _at(uri, seed, preset, draw, run, plant, servo, setup)
+    if disturbance is not None:
+        bench.disturb(disturbance)
+    return bench
+
+
+def _at(
+    uri: str,
+    seed: int | None,
+    preset: str | None,
+    draw: int,
+    run: int,
+    plant: VirtualPlantSpec | PlantParameters | Moving | None,
+    servo: Servo | None,
+    setup: Setup | None,
+) -> Bench:
+    """Return the bench at an address, see :func:`open`."""
     scheme, _colon, rest = uri.partition(":")
     path, mark, query = rest.partition("?")
     given = {"plant": plant, "servo": servo, "setup": setup}

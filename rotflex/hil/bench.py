@@ -25,6 +25,7 @@ from pathlib import Path
 from typing import Any, NoReturn, Self
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from rotflex import files
 from rotflex.config import Joint, Servo, check_mounted
@@ -34,6 +35,7 @@ from rotflex.hil.guard import Guard, Limits, Measurement, Supervision, at
 from rotflex.hil.halt import WATCHDOG_TIMEOUT, Ending, halt, uninterrupted
 from rotflex.hil.pace import Pace
 from rotflex.hil.replay import RecordedPlant
+from rotflex.plant import Plant
 from rotflex.recording import Recording
 from rotflex.unanswered import TIMING
 
@@ -52,9 +54,16 @@ _TO_DO = {
     "set_encoder_quadrature_mode": "rotflex bench setup counts a full turn, and so finds whether all edges count.",
     "set_encoder_filter_frequency": "The board keeps its own filter: set filter = 0 in bench.toml.",
 }
+_NO_PUSH = (
+    "A program can push the arm only on a virtual bench in simulated time, with rotflex's own plant. Leave out "
+    "disturbance= here. On a real bench, push the arm by hand, with care."
+)
 _REST, _REST_TRIES = 0.1, 20  # s without a count, after which the servo is at rest, and how often that is awaited
 _A_FEW = 5  # counts, half a degree
 _THIS_PROGRAM = uuid.uuid4().hex
+
+#: What pushes the arm of a virtual bench: (the sample that was just taken, the plant) → torque on the link, N·m.
+Push = Callable[[Measurement, Plant], float]
 
 __all__ = ["WATCHDOG_TIMEOUT", "Bench", "Limits", "Mark", "Measurement", "Safety", "Wiring"]
 
@@ -216,6 +225,7 @@ class Bench:
         self.on_sample: Callable[[Measurement, float], None] | None = None
         self.on_recorded: Callable[[Recording], object] | None = None
         self.refused: dict[str, str] = {}
+        self._push: Push | None = None
         self.is_left_alone = False
         self.late: list[Measurement] = []
         self.kept: Recording | None = None
@@ -553,6 +563,39 @@ class Bench:
             why = f"The controller asked for {voltage:.1f} V, and the limit is ±{self._v_max:g} V."
             self._end(at(why, self.latest.time, self.limits.why))
 
+    def disturb(self, torque: ArrayLike | Push | None) -> None:
+        """Push the arm in the runs from now on, each sample until the next one; a recording has it as ``tau_link``.
+
+        Parameters
+        ----------
+        torque : on the link, N·m, one value a sample from the beginning of each run, as a recording's ``tau_link``; or
+            a function of the sample that was just taken and of the plant; None for no push
+
+        Raises
+        ------
+        BenchError
+            If this is no virtual bench in simulated time, or the torque is not a list of finite numbers.
+        """
+        if torque is not None and not (self._virtual and self.is_simulated and self.recorded is None):
+            raise BenchError(_NO_PUSH)
+        if torque is None or callable(torque):
+            self._push = torque
+            return
+        values = np.asarray(torque, dtype=float)
+        if values.ndim != 1 or not np.isfinite(values).all():
+            raise BenchError("A disturbance must be a one-dimensional array of finite numbers: torques in N·m.")
+        self._push = lambda _measured, _plant: float(values[self.sample]) if self.sample < values.size else 0.0
+
+    def push(self) -> float:
+        """Let the disturbance act on the link until the next sample, and return its torque, N·m."""
+        if self._push is None:
+            return 0.0
+        plant = getattr(self.board, "plant", None)
+        if not isinstance(plant, Plant):
+            raise BenchError(_NO_PUSH)
+        plant.torque = self._push(self.latest, plant)
+        return plant.torque
+
     @property
     def sample(self) -> int:
         """Which sample of the run was read last; -1 before the first."""
@@ -574,7 +617,10 @@ class Bench:
             raise BenchError(why)
 
     def stop(self) -> None:
-        """Set 0 V, and take no more samples."""
+        """Set 0 V, and take no more samples. Nothing pushes the arm any more."""
+        plant = getattr(self.board, "plant", None)
+        if isinstance(plant, Plant):
+            plant.torque = 0.0
         self._halt(self.board)
 
     @property

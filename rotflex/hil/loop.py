@@ -28,7 +28,7 @@ from rotflex.hil.controllers import OpenLoop
 from rotflex.hil.halt import reason, uninterrupted
 from rotflex.hil.pace import undisturbed
 from rotflex.progress import progress as with_progress
-from rotflex.recording import Recording
+from rotflex.recording import PUSHED, Channel, Recording
 
 #: By what a bench's identity has.
 _SOURCES = {"seed": "virtual bench", "preset": "virtual bench", "plant": "virtual bench", "recording": "replay"}
@@ -56,7 +56,8 @@ def run(
     Returns
     -------
     Recording
-        theta_ref (but for an open loop), theta, alpha (rad) and the voltage that was set, vm (V), each (n,).
+        theta_ref (but for an open loop), theta, alpha (rad) and the voltage that was set, vm (V), each (n,); and
+        tau_link (N·m), if the bench's disturbance pushed the arm.
 
     Raises
     ------
@@ -78,13 +79,13 @@ def run(
     if bench.recorded is not None:
         bench.recorded.require_whole(targets.size, sample_time, asked)
     described = _described(bench, sample_time, metadata)
-    theta, alpha, vm = _sampled(bench, controller, targets, described, progress)
+    theta, alpha, vm, torque = _sampled(bench, controller, targets, described, progress)
     if bench.recorded is not None:
         vm = bench.recorded.require_same(vm, asked)
     time = np.arange(targets.size) * sample_time
     channels = {} if is_open else {"theta_ref": targets}
     channels |= {"theta": theta, "alpha": alpha, "vm": vm}
-    return Recording.of(time, described | _timing(bench, targets.size, sample_time), **channels)
+    return pushed(Recording.of(time, described | _timing(bench, targets.size, sample_time), **channels), torque)
 
 
 def listen(
@@ -115,13 +116,22 @@ def listen(
     signals = _sampled(bench, OpenLoop(), np.zeros(samples) if volts is None else volts, described, progress)
     channels = {"theta": signals[0], "alpha": signals[1]} | ({} if volts is None else {"vm": volts})
     described |= _timing(bench, samples, sample_time)
-    return Recording.of(np.arange(samples) * sample_time, described, **channels)
+    return pushed(Recording.of(np.arange(samples) * sample_time, described, **channels), signals[3])
+
+
+def pushed(recording: Recording, torque: NDArray[np.float64]) -> Recording:
+    """Return a recording with the torque (n,) that pushed the link, N·m; as it is, if there was none."""
+    torque = np.nan_to_num(torque)  # samples that came late have none
+    if not torque.any():
+        return recording
+    channels = {**recording.channels, PUSHED: Channel(torque, "N·m")}
+    return Recording(recording.time, channels, recording.metadata)
 
 
 def _sampled(
     bench: Bench, controller: Controller, targets: NDArray[np.float64], described: dict[str, Any], progress: bool
 ) -> NDArray[np.float64]:
-    """Return theta, alpha and vm (3, n) of a run; a replay begins at its beginning."""
+    """Return theta, alpha, vm and the torque on the link (4, n) of a run; a replay begins at its beginning."""
     bench.kept = bench.kept_in = None
     controller = begun(controller)
     stored = _Stored(targets.size, bench.safety.folder, described)
@@ -149,7 +159,7 @@ def _sampled(
 
 
 class _Stored:
-    """The signals (3, n) of a run, theta, alpha (rad) and vm (V); what was not sampled is no number.
+    """The signals (4, n) of a run: theta, alpha (rad), vm (V), torque on the link (N·m); NaN where not sampled.
 
     Of a real bench they are written into a file as they come, through the operating system's own memory, which costs
     the loop nothing and which no end of the program takes away: :func:`recover` finds it.
@@ -157,7 +167,7 @@ class _Stored:
 
     def __init__(self, samples: int, folder: Path | None, described: Mapping[str, Any]) -> None:
         self._path: Path | None = None
-        self.signals = np.full((3, samples), np.nan)
+        self.signals = np.full((4, samples), np.nan)
         if folder is None:
             return
         try:
@@ -165,7 +175,7 @@ class _Stored:
             folder.mkdir(parents=True, exist_ok=True)
             self._path = folder / f"{uuid.uuid4().hex}.npy"
             files.write(self._path.with_suffix(".json"), about)
-            self.signals = np.lib.format.open_memmap(self._path, mode="w+", dtype=float, shape=(3, samples))
+            self.signals = np.lib.format.open_memmap(self._path, mode="w+", dtype=float, shape=(4, samples))
             self._file = self._path.open("r+b")  # over a network only a file that may be written can be locked
             with contextlib.suppress(OSError):  # a file system without locks
                 _lock(self._file)
@@ -237,8 +247,9 @@ def _broken_off(signals: NDArray[np.float64], described: Mapping[str, Any]) -> R
     every = np.arange(places[-1] + 1)
     theta, alpha = (np.interp(every, places, row[places]) for row in signals[:2])
     # The last sample was not answered any more: the motor was set to 0 V.
-    volts = np.nan_to_num(signals[2, : every.size], nan=0.0)
-    return Recording.of(every * float(described["sample_time"]), described, theta=theta, alpha=alpha, vm=volts)
+    volts, *torques = np.nan_to_num(signals[2:, : every.size], nan=0.0)
+    recording = Recording.of(every * float(described["sample_time"]), described, theta=theta, alpha=alpha, vm=volts)
+    return pushed(recording, torques[0]) if torques else recording  # an older program left no torque
 
 
 def save_aside(recording: Recording, folder: Path | None) -> Path | None:
@@ -273,7 +284,7 @@ def _sample(
     coming: Iterable[tuple[int, float]],
     signals: NDArray[np.float64],
 ) -> None:
-    theta, alpha, vm = signals
+    theta, alpha, vm, torque = signals
     passed = -1  # the last sample that is dealt with
     for index, target in coming:
         if index <= passed:
@@ -286,6 +297,7 @@ def _sample(
             _hold(vm, index, index, bench.overdue)
         _now, theta[index], alpha[index] = measured
         vm[index] = bench.write(controller(target, measured.theta, measured.alpha))
+        torque[index] = bench.push()
 
 
 def _catch_up(

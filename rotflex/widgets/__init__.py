@@ -7,12 +7,13 @@ poles                    ``explore_poles(A, B, K, lab)``                 ``desig
 sine sweep               ``explore_sweep(lab)``                          ``spectra(recording)``
 validation               ``explore_validation(recording, ...)``          ``overlay(recording, parameters)``
 bench                    ``open_console(lab)``                           :mod:`rotflex.experiments`
+controller to be felt    ``feel_controller(lab)``                        ``experiments.tracking(bench, K)``
 results                  ``results_table(lab, "Table 2")``               ``lab.table("Table 2")``
 =======================  ==============================================  ==============================================
 """
 
 from labcourse.scene.results import results_table
-from rotflex.widgets.console import open_console
+from rotflex.widgets.console import feel_controller, open_console
 from rotflex.widgets.placement import Dominant, design, margins, with_gain
 from rotflex.widgets.poles import explore_poles
 from rotflex.widgets.sweeps import explore_sweep, spectra, stiffness_at
@@ -24,6 +25,7 @@ __all__ = [
     "explore_poles",
     "explore_sweep",
     "explore_validation",
+    "feel_controller",
     "fit_percent",
     "margins",
     "open_console",

@@ -1,4 +1,4 @@
-"""The bench console: connect, run, watch, stop.
+"""The bench console: connect, run, watch, stop; and pull the arm of a bench that is computed.
 
 Experiments run in a thread of their own, so that STOP is heard: on the kernel's loop, or, where JupyterLab has a thread
 for it, beside a cell that keeps Python busy. Where it has none, and when the page is closed, no sign of life comes any
@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import asyncio
 import atexit
+import math
 import time
 import weakref
 from collections.abc import Callable, Mapping, Sequence
@@ -23,8 +24,10 @@ from labcourse.scene.explorer import Explorer
 from labcourse.scene.scene import Button, Choice, Column, Panel, Readout, Row, Scene
 from rotflex import experiments
 from rotflex.config import one_of
+from rotflex.course.practice import Practice
 from rotflex.errors import BenchError
 from rotflex.hil.bench import WATCHDOG_TIMEOUT, Bench
+from rotflex.hil.hand import DRIVING, STANDING, Hand
 from rotflex.recording import Recording
 from rotflex.simulation import with_actuator
 from rotflex.units import DEG
@@ -34,7 +37,11 @@ from rotflex.widgets.running import Experiment, Running, outcome
 if TYPE_CHECKING:
     from rotflex.course.lab import Lab
 
-_COMPUTED = "This bench is computed: nothing can break. STOP, or the Escape key, ends a run."
+_COMPUTED = "This bench is computed: nothing can break. Pull the arm aside and let go. STOP, or Escape, ends a run."
+_READY_MADE = (
+    "This is a practice bench with a ready-made controller. When you have made your prediction in 3.13 and answered "
+    "3.8, run this cell again: it then has your bench and your controller."
+)
 SAFETY = (
     "The bench's own emergency stop comes first. STOP here (and the Escape key) is software: it works only "
     "while computer and page do. Interrupting the kernel does not stop a run."
@@ -44,16 +51,27 @@ _ANGLES = {1: "theta", 2: "alpha"}  # their rows among the samples
 _FRAME = 1 / 40  # s between two pictures of a run
 _SILENCE = 3.0  # s without a sign of life from the page, after which a run stops
 _LONGEST_STOP = 10.0  # s to wait for a board that does not answer
-VALIDATION = "validation"
-_FEEDBACK = {"tracking, full state": "full", "tracking, partial state": "partial"}
+VALIDATION, HOLD, WATCH, FULL, PARTIAL = (
+    "validation",
+    "hold",
+    "watch",
+    "tracking, full state",
+    "tracking, partial state",
+)
+_FEEDBACK = {FULL: "full", PARTIAL: "partial"}
+_SHOWN = {HOLD: "hold: the servo stands still", WATCH: "watch: no controller, 0 V"}
+#: What a hand begins that takes the arm. What it begins in the place of the others is HOLD.
+_BY_HAND = (HOLD, WATCH, FULL, PARTIAL)
 #: By their names; a recording has them as they stand here.
 _EXPERIMENTS: dict[str, Callable[..., Recording]] = {
     "free decay": experiments.free_decay,
     "sweep": experiments.sweep,
     VALIDATION: experiments.validation,
     **dict.fromkeys(_FEEDBACK, experiments.tracking),
-    "watch": experiments.watch,
+    HOLD: experiments.hold,
+    WATCH: experiments.watch,
 }
+_PRACTICE = 7  # the practice bench with the ready-made controller
 
 
 def replayed_at(address: str) -> Recording | None:
@@ -73,6 +91,8 @@ class BenchConsole(Explorer):
     addresses : benches besides the student's own, as :func:`rotflex.hil.open` takes them
     experiment : the one that is chosen to begin with; the first unless given
     model : A (4, 4) and B (4, 1) for voltage input, for the validation; the student's answer to 2.14 unless given
+    offered : names of the experiments that can be chosen; all unless given
+    practice : a bench in place of all others, with its ready-made controller
 
     Attributes
     ----------
@@ -86,11 +106,14 @@ class BenchConsole(Explorer):
         addresses: Sequence[str] = (),
         experiment: str = "",
         model: tuple[ArrayLike, ArrayLike] | None = None,
+        offered: Sequence[str] = tuple(_EXPERIMENTS),
+        practice: Practice | None = None,
     ) -> None:
-        self._lab, self._gain, self._model = lab, K, model
-        self._addresses = list(dict.fromkeys([lab.address, *addresses]))
+        self._lab, self._gain, self._model, self._offered, self._practice = lab, K, model, tuple(offered), practice
+        self._addresses = list(dict.fromkeys([lab.address, *addresses])) if practice is None else ["virtual"]
         self._bench: Bench | None = None
         self._run: Running | None = None
+        self._hand: Hand | None = None  # on the arm, in a run that a page shows
         self._choose(self._addresses[0], replayed_at(self._addresses[0]))
         if experiment:
             self.choice = one_of("experiment", experiment, self._names())
@@ -134,6 +157,16 @@ class BenchConsole(Explorer):
         elif name == "experiment" and value in self._names():
             self.choice = str(value)
 
+    def grab(self, name: str, place: tuple[float, float] | None, begins: bool) -> None:
+        """The arm is pulled to a place in the mechanism, or let go. Start what is chosen, if nothing runs."""
+        if begins and not self.running:
+            self.choice = self.choice if self.choice in _BY_HAND else HOLD
+            self.start()
+        if self._hand is not None and place is None:
+            self._hand.let_go()
+        elif self._hand is not None and place is not None:
+            self._hand.pull(math.atan2(-place[0], place[1]))
+
     def press(self, name: str) -> None:
         """A button."""
         if name == "stop":
@@ -164,7 +197,7 @@ class BenchConsole(Explorer):
         """
         if self._bench is None:
             self._state = self._idle
-            bench = self._lab.bench(self.address)
+            bench = self._lab.bench(self.address) if self._practice is None else self._practice.bench()
             self._bench = bench.__enter__()
             self._state, self._message = "connected", "The motor is at 0 V."
 
@@ -199,7 +232,11 @@ class BenchConsole(Explorer):
         self._last_message = time.monotonic()
         loop = self._loop if self._loop is not None and self._loop.is_running() else None
         self._run = Running(self._bench, experiment, self._alive, paced=loop is not None)
-        self._state, self._message = "running", "Most experiments first wait until the arm stands still."
+        if self._grabs():
+            self._hand = Hand(STANDING if self.choice in (HOLD, WATCH) else DRIVING) if loop is not None else None
+            self._bench.disturb(self._hand)
+        waits = "" if self.choice in (HOLD, WATCH) else "This experiment first waits until the arm stands still."
+        self._state, self._message = "running", waits
         self._run.start()
         if loop is not None:
             self._task = loop.create_task(self._show(self._run))
@@ -256,9 +293,14 @@ class BenchConsole(Explorer):
         """Say whether the bench is computed in its own time, so that nothing can break and nothing is late."""
         return self.address.partition(":")[0] in ("virtual", "replay") and "clock=wall" not in self.address
 
+    def _grabs(self) -> bool:
+        """Whether the arm can be pulled: it is that of a virtual bench, in simulated time."""
+        recorded = self._bench is not None and self._bench.recorded is not None
+        return self._is_computed() and self._replayed is None and not recorded
+
     def _names(self) -> tuple[str, ...]:
         """What can be run on this bench."""
-        return ("watch",) if self._replayed is not None else tuple(_EXPERIMENTS)
+        return (WATCH,) if self._replayed is not None else self._offered
 
     def _experiment(self) -> Experiment:
         """What is to be run now."""
@@ -272,6 +314,9 @@ class BenchConsole(Explorer):
         if feedback is None:
             run = _EXPERIMENTS[self.choice]
             return lambda bench: run(bench, progress=False)
+        if self._practice is not None:
+            controller = self._practice.controller()
+            return lambda bench: experiments.tracking(bench, controller, progress=False)
         gain = self._gain if self._gain is not None else self._answered_gain()
         if gain is None:
             raise BenchError("Tracking needs your gain K: answer question 3.8 first, or make the console with K=...")
@@ -308,12 +353,12 @@ class BenchConsole(Explorer):
         return Scene(
             alt=_alt_text(samples, self._state, self._message),
             columns=[
-                Column([mechanism(float(latest[1]), float(latest[2]))], 0.7),
+                Column([mechanism(float(latest[1]), float(latest[2]), self._grabs())], 0.7),
                 Column(_scope(samples, self.running, self._modelled()), 1.3),
             ],
             controls=self._controls(),
             readouts=[self._status(), _reported(self._bench)],
-            height=420,
+            height=320,
             play=play,
             live=self.running,
         )
@@ -339,6 +384,7 @@ class BenchConsole(Explorer):
 
     def _controls(self) -> list[list[Button | Choice | Any]]:
         connected, running = self._bench is not None, self.running
+        names = {one: _SHOWN.get(one, one) for one in self._names()}
         ready = (connected or self._is_computed()) and not running
         bench: list[Button | Choice | Any] = []
         if len(self._addresses) > 1:
@@ -351,7 +397,7 @@ class BenchConsole(Explorer):
         return [
             *([bench] if bench else []),
             [
-                Choice("experiment", "experiment", {one: one for one in self._names()}, self.choice, running),
+                Choice("experiment", "experiment", names, self.choice, running),
                 Button("start", "Start", "main" if ready or connected else "", not ready),
                 Button("stop", "STOP", "stop", title="0 V at once; also by the Escape key, while it runs"),
                 Button("save", "Save the recording", disabled=self.recording is None),
@@ -360,7 +406,8 @@ class BenchConsole(Explorer):
 
     def _status(self) -> Readout:
         if self._is_computed():
-            return Readout("State", [Row("state", (self._state,)), Row("", (self._message or _COMPUTED,))])
+            more = [Row("", (_READY_MADE,))] if self._practice is not None else []
+            return Readout("State", [Row("state", (self._state,)), Row("", (self._message or _COMPUTED,)), *more])
         run = self._run
         late = "–" if run is None else f"{run.late} of {run.samples().shape[1]} samples"
         rows = [
@@ -439,6 +486,24 @@ def open_console(
 ) -> BenchConsole:
     """The bench console, as a notebook makes it; see :class:`BenchConsole`."""
     return BenchConsole(lab, K, addresses, experiment, model)
+
+
+def feel_controller(lab: Lab) -> BenchConsole:
+    """The console with a controller that the user feels: flick the arm while it runs, and then without a controller.
+
+    It has a practice bench and a ready-made controller until the student has predicted the result of 3.13 and answered
+    3.8. From then on it has the student's own bench and gain. Partial state feedback is offered after the prediction of
+    3.15.
+    """
+    own = _predicted(lab, "3.13", "largest_deflection_deg") and lab.has("3.8", "K")
+    partial = (PARTIAL,) if own and _predicted(lab, "3.15", "arm_swings") else ()
+    practice = None if own else Practice(_PRACTICE)
+    return BenchConsole(lab, offered=(FULL, *partial, HOLD, WATCH), practice=practice)
+
+
+def _predicted(lab: Lab, question: str, name: str) -> bool:
+    """Whether the student has predicted a result, or belongs to a class that is not asked to."""
+    return question not in lab.catalogue.predictions or lab.predicted(question, name) is not None
 
 
 _left_open: weakref.WeakSet[BenchConsole] = weakref.WeakSet()

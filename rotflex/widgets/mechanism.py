@@ -14,16 +14,18 @@ _ARM = 0.94
 _BODY = 0.24, 0.3  # half of its width, of its length
 _SPRINGS_ON_BODY = 0.208, 0.24  # to either side; ahead
 _SPRINGS_ON_ARM = 0.62
+_HELD_AT, _PULLED = 0.78, 0.12  # where the arm can be held; by how much a key pulls
 _PLAYED = 60  # 1/s, samples of a recording that the mechanism goes through
 
 
-def mechanism(theta: float, alpha: float) -> Moving:
+def mechanism(theta: float, alpha: float, grab: bool = False) -> Moving:
     """Servo and arm as they stand; a player puts recorded ``theta`` and ``alpha`` in the place of these.
 
     Parameters
     ----------
     theta : servo angle (rad), anticlockwise from straight up
     alpha : deflection of the arm (rad), from there on
+    grab : whether the arm can be grabbed
     """
     body = GROUND.turned(by="theta")
     arm = body.turned(by="alpha")
@@ -38,6 +40,9 @@ def mechanism(theta: float, alpha: float) -> Moving:
     for side in (-1, 1):
         drawing.spring(body.at(side * _SPRINGS_ON_BODY[0], _SPRINGS_ON_BODY[1]), arm.at(0, _SPRINGS_ON_ARM), "voltage")
     drawing.dot(axle)
+    if grab:
+        text = f"{alpha / DEG:.1f} degrees aside"
+        drawing.grab("arm", arm.at(0, _HELD_AT), "Arm: pull it aside and let go", text, _PULLED)
     return drawing
 
 

@@ -18,7 +18,8 @@ from rotflex.recording import Recording
 _LATE = 1.0  # sample times after which a sample counts as missed
 _SWITCH = 0.0005  # s; how often threads take turns, so that the page does not hold up the loop
 _FIRST = 4096  # samples there is room for to begin with
-_AHEAD = 0.005  # s that simulated time may be ahead of the picture: some samples are computed at a time
+_REST = 0.004  # s; then some samples are computed at a time
+_BEHIND = 0.05  # s; simulated time that is later than this stays so: it does not hurry to catch up
 
 Experiment = Callable[[Bench], Recording]
 
@@ -124,12 +125,13 @@ class Running:
             self._wait_for(measured.time)
 
     def _wait_for(self, sample: float) -> None:
-        """Wait until a sample's time, or for STOP. On a busy computer the picture is late, and nothing waits."""
+        """Wait until a sample's time, or for STOP: simulated time is never ahead. On a busy computer it goes slower."""
+        now = time.perf_counter()
         if sample == 0.0:
-            self._due = time.perf_counter()
-        ahead = self._due + sample - time.perf_counter()
-        if ahead > _AHEAD:
-            self._stopped.wait(ahead)
+            self._due = now
+        self._due = max(self._due, now - sample - _BEHIND)
+        if (ahead := self._due + sample - now) > 0:
+            self._stopped.wait(ahead + _REST)
 
     def _see_lateness(self, sample: float) -> None:
         now = time.perf_counter()
