@@ -4,8 +4,9 @@
 
 JupyterLab and headless Chromium on this machine. A time begins when the page hears of a change, and ends with the frame
 after the new picture is there. Both sides place the same poles and simulate the same response, and draw the same four
-plots. Then: updates a second while a pole is dragged, pictures a second of the bench console's animation (live and in
-recorded time), and the time from pressing STOP in the page until the motor is at 0 V in Python.
+plots. Then: the time from a pull at the console's arm until the picture has the arm elsewhere, with the 10 ms or so that
+the arm takes to move by a count; updates a second while a pole is dragged, pictures a second of the bench console's
+animation (live and in recorded time), and the time from pressing STOP in the page until the motor is at 0 V in Python.
 """
 
 from __future__ import annotations
@@ -157,31 +158,40 @@ def drag(page: Any, place: tuple[float, float], lasts: float) -> float:
     return taken
 
 
-def dragged_times(page: Any, place: tuple[float, float], changes: int) -> list[float]:
-    """Times (ms) from one movement of the mouse to the picture that shows it."""
+def dragged_times(page: Any, place: tuple[float, float], changes: int, handle: str = "", rest: int = 60) -> list[float]:
+    """Times (ms) from one movement of the mouse to the picture that shows it: of a given handle, elsewhere.
+
+    ``rest`` is how long to wait after each, ms.
+    """
     page.evaluate(
-        """() => {
+        """(handle) => {
+        const at = () => handle && document.querySelector(handle).style.transform;
+        let before = "";
         const host = document.querySelector('.labcourse-explorer');
         window.times = []; let began = null, version = 0;
         host.addEventListener('pointermove', () => {
             began ??= performance.now();
             version = Number(host.dataset.version);
+            before = at();
         }, true);
         host.addEventListener('painted', (event) => {
-            if (began === null || event.detail <= version) return;
+            if (began === null || event.detail <= version || (handle && at() === before)) return;
             const since = began; began = null;
             requestAnimationFrame(() => window.times.push(performance.now() - since));
         });
-    }"""
+    }""",
+        handle,
     )
     x, y = place
     page.mouse.move(x, y)
     page.mouse.down()
+    page.wait_for_timeout(rest)
+    page.evaluate("() => { window.times.length = 0; }")
     for number in range(changes):
         page.evaluate("() => { window.seen = window.times.length; }")
         page.mouse.move(x - 3 * (number % 9) - 1, y + 2 * (number % 7) + 1)
         page.wait_for_function("() => window.times.length > window.seen")
-        page.wait_for_timeout(60)
+        page.wait_for_timeout(rest)
     page.mouse.up()
     return list(page.evaluate("() => window.times"))
 
@@ -222,6 +232,22 @@ def poles(address: str, changes: int, lasts: float) -> list[tuple[float, float]]
         rate = page.evaluate("() => window.versions.size") / (taken + taken_p3)
         print(f"{'  and with the region drawn anew (both drags)':44}{rate:9.1f}")
         return found
+
+
+def arm(address: str, changes: int) -> None:
+    """The bench console's arm, pulled while the servo is held."""
+    with browser.visit(address, "console.ipynb") as seen:
+        browser.run_all(seen)
+        page = seen.page
+        page.wait_for_selector(".labcourse-explorer[data-version]")
+        handle = '.handle[data-name="arm"]'
+        times: list[float] = []
+        while len(times) < changes:  # a run takes 20 s
+            pulls = min(20, changes - len(times))
+            times += dragged_times(page, middle(page, handle), pulls, handle, rest=500)
+            page.locator('[data-name="stop"]').click()
+            page.wait_for_selector('[data-name="start"][aria-disabled="false"]')
+        shown("console, pull → arm", times)
 
 
 def console(address: str, stops: int) -> None:
@@ -270,6 +296,7 @@ def main() -> None:
                 nbformat.write(nbformat.v4.new_notebook(cells=cells, metadata=KERNEL), folder / f"{name}.ipynb")
             theirs = yardstick(address, changes, lasts)
             ours = poles(address, changes, lasts)
+            arm(address, changes)
             console(address, stops)
     for name, (p50, p95) in zip(("slider", "drag"), ours, strict=True):
         print(f"{name}: {theirs[0] / p50:.1f} times quicker than interact at p50, {theirs[1] / p95:.1f} at p95")

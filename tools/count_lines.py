@@ -25,7 +25,7 @@ PACKAGES = ("rotflex", "labcourse")
 #: a file that is named belongs elsewhere than the rest of its folder.
 ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
     "laboratory core, figures, greybox, model": (
-        3817,
+        3844,
         (
             "rotflex/*.py",
             "rotflex/figures/**/*.py",
@@ -33,7 +33,7 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
         ),
     ),
     "hil, commissioning, doctor, bench commands": (
-        3600,
+        3688,
         (
             "rotflex/bench_commands.py",
             "rotflex/bench_doctor.py",
@@ -43,7 +43,7 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
     ),
     "recordings of a real bench": (201, ("rotflex/course/plausible.py", "rotflex/course/recordings_folder.py")),
     "widgets, scene, the course": (
-        3868,
+        3957,
         (
             "labcourse/scene/**/*.py",
             "rotflex/course/**/*.py",
@@ -51,7 +51,7 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
         ),
     ),
     "answers, session, files of a course": (
-        3475,
+        3479,
         (
             "labcourse/*.py",
             "labcourse/answers/**/*.py",

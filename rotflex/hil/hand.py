@@ -19,6 +19,7 @@ STANDING, DRIVING = 17 * DEG, 10 * DEG  #: rad, ``most`` while the servo is only
 SILENCE = 0.2  #: s of simulated time; after it, a hand that does not show that it still pulls has let go
 _STIFFNESS = 3.0  # of the hand's spring, relative to the joint's
 _DAMPING = 0.7  # of the arm in the hand
+_SHORT_OF = 0.95  # of ``most``: how far a hand holds the arm, so that it is held steadily
 
 
 class Hand:
@@ -54,7 +55,8 @@ class Hand:
         K_s, J_l = plant.parameters.K_s, plant.parameters.J_l
         damping = 2 * _DAMPING * math.sqrt((1 + _STIFFNESS) * K_s * J_l)
         off = math.remainder(pull[0] - theta - alpha, 2 * math.pi)
-        wanted = _STIFFNESS * K_s * off - damping * (theta_dot + alpha_dot)
+        held = K_s * math.copysign(min(_STIFFNESS * abs(off), _SHORT_OF * self._most), off)
+        wanted = held - damping * (theta_dot + alpha_dot)
         room = max(0.0, self._most**2 - alpha**2 - alpha_dot**2 * J_l / K_s)
         largest = K_s * room / (2 * (self._most - math.copysign(alpha, wanted * alpha))) if room else 0.0
         return math.copysign(min(abs(wanted), largest), wanted)

@@ -39,8 +39,8 @@ if TYPE_CHECKING:
 
 _COMPUTED = "This bench is computed: nothing can break. Pull the arm aside and let go. STOP, or Escape, ends a run."
 _READY_MADE = (
-    "This is a practice bench with a ready-made controller. When you have made your prediction in 3.13 and answered "
-    "3.8, run this cell again: it then has your bench and your controller."
+    "This is a practice bench with a ready-made controller. Run this cell again after your prediction in 3.13: then it "
+    "has your own bench and your own gain."
 )
 SAFETY = (
     "The bench's own emergency stop comes first. STOP here (and the Escape key) is software: it works only "

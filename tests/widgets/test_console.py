@@ -10,11 +10,12 @@ import numpy as np
 import pytest
 from explorer_events import control
 
-from rotflex import experiments
+from rotflex import experiments, hil, widgets
 from rotflex.errors import BenchError, HILError, RecordingError
 from rotflex.hil.bench import Measurement, Safety
+from rotflex.hil.hand import SILENCE
 from rotflex.hil.virtual import WallClock
-from rotflex.recording import Recording
+from rotflex.recording import PUSHED, Recording
 from rotflex.simulation import with_actuator
 from rotflex.widgets import console as console_module
 from rotflex.widgets.console import BenchConsole
@@ -454,3 +455,96 @@ def test_a_replay_shows_the_voltage_that_was_recorded_then(console, lab, tmp_pat
         assert np.abs(replay.recording["alpha"] - first["alpha"]).max() <= 0.51 * replay._bench.servo.K_enc
         assert replay.recording["vm"] == pytest.approx(first["vm"], abs=1e-9)
     replay.close()
+
+
+def grab(console, **more):
+    event(console, "grab", "arm", **more)
+
+
+def grabs(console):
+    return [one["name"] for one in console.view().packed()[0]["columns"][0]["panels"][0]["grabs"]]
+
+
+def test_an_arm_that_is_grabbed_begins_to_be_held_swings_and_can_be_played_again(lab):
+    async def scenario():
+        live = BenchConsole(lab, K)
+        grab(live, x=-0.6, y=0.6)  # of a pull whose beginning was not heard
+        assert not live.running
+        begun = time.perf_counter()
+        grab(live, x=-0.6, y=0.6, begins=True)
+        while np.abs(live._run.samples()[2]).max(initial=0) < 0.1:
+            grab(live, x=-0.6, y=0.6)
+            await asyncio.sleep(0.02)
+            assert live._run.samples()[0, -1:].max(initial=0) <= time.perf_counter() - begun  # never ahead
+        grab(live)
+        while live._run.samples()[2, -1] > -0.02:  # to the other side
+            await asyncio.sleep(0.02)
+        live.stop()
+        await asyncio.wait_for(live._task, 30)
+        stopped, live_bench = live._bench.kept, live._bench
+        assert live.choice == "hold" and live_bench.board.plant.torque == 0.0
+        live.close()
+        return stopped
+
+    stopped = asyncio.run(scenario())
+    with hil.open("virtual", seed=lab.seed, disturbance=stopped[PUSHED]) as bench:
+        again = experiments.hold(bench, float(stopped.time[-1]), progress=False)
+    assert (again["alpha"][: len(stopped)] == stopped["alpha"]).all() and stopped["alpha"].max() > 0.1
+
+
+def test_a_page_that_is_not_heard_any_more_leaves_no_torque(lab):
+    async def scenario():
+        live = BenchConsole(lab, K)
+        grab(live, x=0.6, y=0.6, begins=True)
+        while live._run.samples()[0, -1:].max(initial=0) < 2 * SILENCE:
+            await asyncio.sleep(0.02)
+        live.stop()
+        await asyncio.wait_for(live._task, 30)
+        stopped = live._bench.kept
+        live.close()
+        return stopped
+
+    stopped = asyncio.run(scenario())
+    pushed = stopped.time[stopped[PUSHED] != 0]
+    assert pushed.size and np.ptp(pushed) < SILENCE
+
+
+def test_only_the_arm_of_a_bench_in_simulated_time_can_be_grabbed(lab, live, tmp_path):
+    assert grabs(BenchConsole(lab)) == ["arm"] and grabs(live) == []
+    with lab.bench() as bench:
+        path = experiments.hold(bench, duration=0.1, progress=False).save(tmp_path / "held.mat")
+    replay = BenchConsole(lab, addresses=[f"replay:{path}"])
+    replay.set("address", f"replay:{path}")
+    assert grabs(replay) == []
+
+
+def offered(console):
+    return [value for value, _text in control(console, "experiment")["options"]]
+
+
+def test_a_controller_is_felt_on_a_practice_bench_until_the_students_own_may_be_seen(lab):
+    lab.answer("3.8", K=[K])
+    felt = widgets.feel_controller(lab)
+    assert offered(felt) == ["tracking, full state", "hold", "watch"] and "practice" in str(rows(felt, "State"))
+    felt.start()
+    about = felt.recording.metadata
+    assert about["bench"]["seed"] != lab.seed and "K" not in about
+    lab.predict("3.13", largest_deflection_deg=10.0)
+    own = widgets.feel_controller(lab)
+    own.start()
+    assert own.recording.metadata["bench"]["seed"] == lab.seed
+    assert own.recording.metadata["K"] == pytest.approx(K) and offered(own) == offered(felt)
+    lab.predict("3.15", arm_swings="longer")
+    assert "tracking, partial state" in offered(widgets.feel_controller(lab))
+
+
+def test_a_recording_with_a_push_is_no_answer_and_says_when_and_how_much(lab):
+    push = np.zeros(2000)
+    push[500:600] = -0.2
+    with hil.open("virtual", seed=lab.seed, disturbance=push) as bench:
+        pushed = experiments.tracking(bench, K, progress=False)
+    (line,) = lab.record("3.13", response=pushed)
+    assert "not recorded" in line and "a push of your hand in it, -0.2 N·m at 1.00 s: record it again" in line
+    assert not lab.has("3.13", "response")
+    lab.answer("3.13", response=pushed.between(2.0, 5.0))
+    assert lab.has("3.13", "response")

@@ -204,6 +204,38 @@ def test_stop_ends_a_running_experiment(opened):
     wait_for_text(page, ".readouts", "not connected")
 
 
+ASIDE = """([name, sign, degrees]) => {
+    const aside = document.querySelector(`.handle[data-name="${name}"]`).getAttribute("aria-valuetext");
+    return sign * parseFloat(aside) > degrees;
+}"""
+
+
+@pytest.mark.parametrize("opened", ["console"], indirect=True)
+def test_the_arm_is_pulled_aside_by_mouse_and_by_keyboard_and_swings_back(opened):
+    page = opened
+
+    def wait_until_aside(sign, degrees):
+        page.wait_for_function(ASIDE, arg=["arm", sign, degrees])
+
+    x, y = middle(page, "arm")
+    page.mouse.move(x, y)
+    page.mouse.down()  # nothing runs before
+    page.mouse.move(x - 120, y, steps=4)
+    wait_until_aside(1, 8)
+    page.wait_for_timeout(500)  # more than 0.2 s without a movement
+    wait_until_aside(1, 8)
+    page.mouse.up()
+    wait_until_aside(-1, 3)
+    page.locator('.handle[data-name="arm"]').focus()
+    for _press in range(5):
+        page.keyboard.down("ArrowRight")
+    wait_until_aside(-1, 8)
+    page.keyboard.up("ArrowRight")
+    wait_until_aside(1, 3)
+    button(page, "STOP").click()
+    wait_for_text(page, ".readouts", "You stopped it.")
+
+
 #: Ends by itself once the motor is at 0 V, which is to be so before the cell ends.
 KEEPS_PYTHON_BUSY = """import time
 print("busy", flush=True)
