@@ -30,7 +30,7 @@ from functools import lru_cache
 from typing import NamedTuple, Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 from scipy.linalg import expm
 
 from rotflex.config import Joint, Servo
@@ -134,13 +134,6 @@ class PlantParameters:
             V_max=servo.V_max,
             I_max=servo.amplifier.I_max,
         )
-
-    def energy(self, state: ArrayLike) -> NDArray[np.float64]:
-        """Kinetic and elastic energy (J) of states (..., 4)."""
-        _theta, alpha, theta_dot, alpha_dot = np.moveaxis(np.asarray(state, dtype=float), -1, 0)
-        kinetic = self.J_eq * theta_dot**2 / 2 + self.J_l * (theta_dot + alpha_dot) ** 2 / 2
-        energy: NDArray[np.float64] = kinetic + self.K_s * alpha**2 / 2 + self.K_3 * alpha**4 / 4
-        return energy
 
     def roughness(self, theta: float) -> float:
         """By what factor the gear's friction differs from its mean at a servo angle (rad)."""

@@ -57,9 +57,20 @@ function make(tag, name, parent, text) {
   const element = document.createElement(tag);
   if (FOCUSED.has(tag)) guard(element);
   if (name) element.className = name;
-  if (text !== undefined) element.textContent = text;
+  if (text !== undefined) write(element, text);
   parent.append(element);
   return element;
+}
+
+function write(element, text) { // symbols as K_s and B_eq with their subscripts
+  const parts = text.split(/\b([A-Z])_([a-z]+)\b/); // text, symbol, subscript, text, ...
+  element.replaceChildren(parts[0]);
+  for (let i = 1; i < parts.length; i += 3) {
+    element.append(parts[i]);
+    const below = document.createElement("sub");
+    below.textContent = parts[i + 1];
+    element.append(below, parts[i + 2]);
+  }
 }
 
 // Keys are for the explorer, and not for the notebook around it: there, D D deletes the cell. JupyterLab looks at the

@@ -183,7 +183,7 @@ class View {
   say(notice) {
     const text = notice?.text ?? "";
     if (this.handles.dragged && !text) return; // what is below would move away from under the hand
-    if (this.notice.textContent !== text) this.notice.textContent = text;
+    if (this.said !== text) write(this.notice, (this.said = text));
     this.notice.dataset.kind = notice?.kind ?? "";
   }
 

@@ -30,7 +30,7 @@ class Player {
     this.range.value = 0;
     this.say(0);
     this.view.pose = this.view.cursor = null;
-    if (play.auto && !first) this.waiting = setTimeout(() => this.beginUnlessHeld(), PAUSE);
+    if (first ? play.at_once : play.auto) this.waiting = setTimeout(() => this.beginUnlessHeld(), PAUSE);
   }
 
   make() {

@@ -365,11 +365,13 @@ class Play:
     signals : name, as the drawings have it → (n,) values, evenly spaced in time
     duration : s
     auto : whether it begins by itself, once what it shows has changed and nothing is held
+    at_once : whether it begins by itself before anything has changed, too
     """
 
     signals: Mapping[str, NDArray[np.float64]]
     duration: float
     auto: bool = False
+    at_once: bool = False
 
 
 @dataclass
@@ -431,7 +433,7 @@ class Scene:
                     f"No drawing has a signal {name!r} to be played; there are {', '.join(sorted(moved))}."
                 )
         signals = {name: buffer.put(values) for name, values in self.play.signals.items()}
-        return {"signals": signals, "duration": self.play.duration, "auto": self.play.auto}
+        return vars(self.play) | {"signals": signals}
 
 
 def around(*curves: NDArray[np.float64]) -> tuple[float, float]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import textwrap
 from typing import Any
 
@@ -27,12 +28,8 @@ def picture(scene: Scene) -> Picture:
     if not scene.columns:
         raise CourseError("There is nothing to draw yet.")
     width = WIDTH * (1.35 if len(scene.columns) > 1 else 1.0)
-    lines = [
-        line
-        for readout in scene.readouts
-        if not readout.folded
-        for line in textwrap.wrap(_in_words(readout), round(_LETTERS * width))
-    ]
+    texts = [text for readout in scene.readouts if not readout.folded for text in _in_words(readout)]
+    lines = [line for text in texts for line in textwrap.wrap(text, round(_LETTERS * width))]
     with style():
         figure = new_picture(width, (scene.height + _LINE * len(lines)) / SHOWN_PER_INCH)
         columns = figure.add_gridspec(1, len(scene.columns), width_ratios=[one.width for one in scene.columns])
@@ -42,18 +39,30 @@ def picture(scene: Scene) -> Picture:
             for row, panel in enumerate(column.panels):
                 axes = figure.add_subplot(cells[row, 0])
                 if isinstance(panel, Moving):
-                    _drawing(axes, panel)
+                    draw_moving(axes, panel)
                 else:
                     _plot(axes, panel)
         if lines:
-            figure.supxlabel("\n".join(lines), fontsize="small")
+            # Symbols as K_s and B_eq with their subscripts.
+            text = re.sub(r"\b([A-Z])_([a-z]+)\b", r"$\\mathrm{\1}_{\\mathrm{\2}}$", "\n".join(lines))
+            figure.supxlabel(text, fontsize="small")
     figure.alt_text = scene.alt
     return figure
 
 
-def _in_words(readout: Readout) -> str:
-    rows = (" ".join(filter(None, (row.label, *row.values, row.words))) for row in readout.rows)
-    return f"{readout.title}: {'; '.join(rows)}"
+def _in_words(readout: Readout) -> list[str]:
+    """A readout as one text, or as one for each column that has a heading."""
+    if not readout.head:
+        rows = (" ".join(filter(None, (row.label, *row.values, row.words))) for row in readout.rows)
+        return [f"{readout.title}: {'; '.join(rows)}"]
+    heads = readout.head[1:]
+    units = [place for place, head in enumerate(heads) if not head]
+    return [
+        f"{head}: "
+        + "; ".join(" ".join((row.label, *(row.values[n] for n in (place, *units)))) for row in readout.rows)
+        for place, head in enumerate(heads)
+        if head
+    ]
 
 
 def _plot(axes: Any, panel: Panel) -> None:
@@ -108,7 +117,8 @@ def _item(axes: Any, item: Item) -> None:
             axes.plot(x, y, linestyle="none", color=look["color"], label=label, **marker)
 
 
-def _drawing(axes: Any, drawing: Moving) -> None:
+def draw_moving(axes: Any, drawing: Moving) -> None:
+    """Draw a moving drawing as its signals stand now."""
     axes.set(xlim=drawing.x, ylim=drawing.y, aspect="equal")
     axes.set_axis_off()
     read = [

@@ -183,15 +183,20 @@ class Design:
         return self.recording if self.runaway is None else self.runaway.recording
 
 
-def reference() -> tuple[Vector, Vector]:
+def reference(amplitude: float = AMPLITUDE, rate: float = RATE) -> tuple[Vector, Vector]:
     """Half a period of the ±20 deg wave, its step from -20 to 20 deg at the beginning.
+
+    Parameters
+    ----------
+    amplitude : rad, in place of 20 deg
+    rate : limit on the slope of the unit wave, 1/s
 
     Returns
     -------
     t, theta_ref : (n,) s, from -0.06 s on, and rad
     """
     t = time_axis(HALF_PERIOD + LEAD, SAMPLE_TIME) - LEAD
-    return t, AMPLITUDE * rate_limit(step(t, 2.0) - 1, RATE, SAMPLE_TIME, initial=-1.0)
+    return t, amplitude * rate_limit(step(t, 2.0) - 1, rate, SAMPLE_TIME, initial=-1.0)
 
 
 def design(A: ArrayLike, B: ArrayLike, poles: ArrayLike, feedback: str = "full") -> Design:
@@ -223,9 +228,17 @@ def design(A: ArrayLike, B: ArrayLike, poles: ArrayLike, feedback: str = "full")
 
 
 def with_gain(
-    A: ArrayLike, B: ArrayLike, K: ArrayLike, feedback: str = "full", wanted: ArrayLike | None = None
+    A: ArrayLike,
+    B: ArrayLike,
+    K: ArrayLike,
+    feedback: str = "full",
+    wanted: ArrayLike | None = None,
+    amplitude: float = AMPLITUDE,
+    rate: float = RATE,
 ) -> Design:
     """What a given gain does; ``wanted`` are the poles that it was made for, those that it gives unless told.
+
+    ``amplitude`` (rad) and ``rate`` (1/s) are those of the command, see :func:`reference`.
 
     Raises
     ------
@@ -245,10 +258,10 @@ def with_gain(
         runaway = run_away(a, b, applied, growth)
         trouble = " ".join(runaway.sentences)
     else:
-        t, theta_ref = reference()
+        t, theta_ref = reference(amplitude, rate)
         try:
             recording = simulation.closed_loop(
-                a, b, gain, theta_ref, SAMPLE_TIME, feedback, saturation=None, x0=(-AMPLITUDE, 0, 0, 0)
+                a, b, gain, theta_ref, SAMPLE_TIME, feedback, saturation=None, x0=(-amplitude, 0, 0, 0)
             )
             recording = Recording(t, recording.channels, recording.metadata)
             findings = response.verdict(response.worst(response.measure(recording)))

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from labcourse.scene.scene import Panel, Play, Readout, Row
+from labcourse.scene.scene import Panel, Play, Readout, Row, around
 from rotflex.hil.bench import Limits
 from rotflex.specifications import AMPLITUDE, LIMITS, SETTLING_BAND
 from rotflex.units import DEG
@@ -34,7 +35,6 @@ Vector = NDArray[np.float64]
 
 PAIR, PARTNER, P3, P4 = "pair", "partner", "p3", "p4"  #: handles
 PLANE = (-82.0, 12.0), (-42.0, 42.0)  #: rad/s: all places that a pole may be dragged to
-BAND = tuple(AMPLITUDE / DEG * (1 + side * SETTLING_BAND) for side in (-1, 1))  #: deg, about the final angle
 GRID_ZETA = (0.2, 0.4, 0.6, 0.8)
 _NAMED_ZETA = (0.2, 0.6, 0.8)  # with all four, their names would touch
 GRID_OMEGA = (10, 20, 30, 40)  #: rad/s
@@ -47,8 +47,11 @@ _UNITS = ("V/rad", "V/rad", "V/(rad/s)", "V/(rad/s)")
 _MARKS = {True: ("met", "met"), False: ("missed", "not met"), None: ("unknown", "not measured")}
 
 
-def plane(a: Vector, wanted: Dominant, met: Sequence[tuple[Vector, Vector]]) -> Panel:
-    """The s-plane with its grid, where the specifications are met, and the poles of the open loop."""
+def plane(a: Vector, wanted: Dominant, met: Sequence[tuple[Vector, Vector]], numbers: bool = True) -> Panel:
+    """The s-plane with its grid, where the specifications are met, and the poles of the open loop.
+
+    Without ``numbers``, the pair is described by ζ and ωₙ: to work out the poles is a question.
+    """
     panel = Panel("imaginary (rad/s)", *PLANE, "real (rad/s)", equal=True, bare=True)
     turn = np.linspace(np.pi / 2, 3 * np.pi / 2, 61)
     for index, (x, y) in enumerate(met):
@@ -66,7 +69,7 @@ def plane(a: Vector, wanted: Dominant, met: Sequence[tuple[Vector, Vector]]) -> 
             panel.text(-zeta * along, math.sqrt(1 - zeta**2) * along, f"ζ {zeta:g}")
     panel.level(0.0, "axis", axis="x")
     marks(panel, np.asarray(np.linalg.eigvals(a), dtype=complex), "ghost", "circle", "open loop")
-    _handles(panel, wanted)
+    _handles(panel, wanted, numbers)
     return panel
 
 
@@ -83,26 +86,27 @@ def scattered(panel: Panel, found: Cloud) -> None:
         poles.real,
         poles.imag,
         "highlight",
-        f"K_s uncertain by {100 * found.spread:.2g} %",
+        f"stiffness uncertain by {100 * found.spread:.2g} %",
         size=1.5,
     )
 
 
-def _handles(panel: Panel, wanted: Dominant) -> None:
+def _handles(panel: Panel, wanted: Dominant, numbers: bool) -> None:
     pair, partner = wanted.pair, wanted.partner
-    legend = "desired poles: drag them"
+    legend, text = "desired poles: drag them", f"ζ {wanted.zeta:.2f}, ωₙ {wanted.omega_n:.1f} rad/s"
+
+    def place(name: str, pole: complex, label: str, step: tuple[float, float], **more: Any) -> None:
+        told = text if name in (PAIR, PARTNER) and not numbers else f"{described(pole)} rad/s"
+        panel.handle(name, pole.real, pole.imag, label, told, step, **more)
+
     if wanted.zeta < 1:
         panel.mark(partner.real, partner.imag, "measured", "cross", size=7)
-        _handle(panel, PAIR, pair, "dominant pair of poles", (_STEP, _STEP), legend=legend)
+        place(PAIR, pair, "dominant pair of poles", (_STEP, _STEP), legend=legend)
     else:
-        _handle(panel, PAIR, pair, "slower pole of the pair", (_STEP, _OFF_AXIS), legend=legend)
-        _handle(panel, PARTNER, partner, "faster pole of the pair", (_STEP, _OFF_AXIS))
+        place(PAIR, pair, "slower pole of the pair", (_STEP, _OFF_AXIS), legend=legend)
+        place(PARTNER, partner, "faster pole of the pair", (_STEP, _OFF_AXIS))
     for name, value, label in ((P3, wanted.p3, "third pole"), (P4, wanted.p4, "fourth pole")):
-        _handle(panel, name, complex(value), label, (_STEP, 0.0), axis="x")
-
-
-def _handle(panel: Panel, name: str, pole: complex, label: str, step: tuple[float, float], **more: Any) -> None:
-    panel.handle(name, pole.real, pole.imag, label, f"{described(pole)} rad/s", step, **more)
+        place(name, complex(value), label, (_STEP, 0.0), axis="x")
 
 
 # --- the response -----------------------------------------------------------------------------------------------------
@@ -138,7 +142,11 @@ def servo_angle(found: Design) -> Panel:
     """The plot of the servo angle with its command, band and limits, and no response yet."""
     theta = Panel("θ (deg)", (-LEAD, SHOWN), (-26.0, 30.0), height=1.3)
     if found.runaway is None:
-        theta.band(BAND[0], BAND[1], "highlight", "settling band")
+        end = AMPLITUDE / DEG
+        if found.recording is not None:
+            low, high = around(found.recording.degrees("theta"))
+            end, theta.y = float(found.recording.degrees("theta_ref")[-1]), (min(low, -26.0), max(high, 30.0))
+        theta.band(end * (1 - SETTLING_BAND), end * (1 + SETTLING_BAND), "highlight", "settling band")
         theta.level(LIMITS["settling_time"], "highlight", "time limit", axis="x")
     else:
         recording, stopped = found.runaway.recording, found.runaway.stopped
@@ -169,11 +177,12 @@ def _draw(found: Design, panels: Sequence[Panel], role: str, label: str = "") ->
         panel.line(time, values, role, label if panel is panels[0] else "")
 
 
-def played_by_arm(found: Design) -> Play | None:
-    """What the arm goes through from the step on, for the drawing of the mechanism."""
+def played_by_arm(found: Design, at_once: bool = False) -> Play | None:
+    """What the arm goes through from the step on, for the drawing of the mechanism; ``at_once``: before any touch."""
     if found.motion is None:
         return None
-    return played(found.motion, 0.0, SHOWN if found.runaway is None else float(found.motion.time[-1]), auto=True)
+    end = SHOWN if found.runaway is None else float(found.motion.time[-1])
+    return replace(played(found.motion, 0.0, end, auto=True), at_once=at_once)
 
 
 # --- the loop gain ----------------------------------------------------------------------------------------------------
@@ -319,8 +328,8 @@ def number(value: float) -> str:
     return text.replace("-", "−")
 
 
-def alt_text_of(found: Design) -> str:
-    """A design in words, for somebody who cannot see it."""
+def alt_text_of(found: Design, numbers: bool = True) -> str:
+    """A design in words, for somebody who cannot see it; with the desired poles as ``numbers`` or without."""
     listed = ", ".join(described(pole) for pole in found.wanted)
-    text = f"Desired poles {listed} rad/s, {found.feedback} state feedback. "
+    text = f"Desired poles {listed} rad/s, {found.feedback} state feedback. " if numbers else "Another arm. "
     return text + (" ".join(finding.words for finding in found.findings) or found.trouble)

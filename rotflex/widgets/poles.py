@@ -14,7 +14,7 @@ from labcourse.scene.scene import Button, Choice, Column, Readout, Scene, Slider
 from rotflex.errors import DesignError
 from rotflex.simulation import matrices
 from rotflex.specifications import AMPLITUDE
-from rotflex.widgets import pole_views
+from rotflex.widgets import another_arm, pole_views
 from rotflex.widgets.mechanism import mechanism
 from rotflex.widgets.placement import (
     DEFLECTION,
@@ -40,12 +40,13 @@ _FEEDBACK = {"full": "full state", "partial": "partial (servo only)"}
 _BESIDE = {
     "step": "nothing",
     "margins": "margins (Bode)",
-    "cloud": "uncertain K_s (cloud)",
+    "cloud": "uncertain stiffness (cloud)",
     "lqr": "LQR, to compare",
 }
 _WEIGHTS = {"error": (5.0, 90.0, 1.0), "deflection": (5.0, 60.0, 1.0)}  # deg
 _MOST_GHOSTS = 3
 _START = Dominant()  # the workbook's poles: to begin with, and to go back to
+_ELSEWHERE = Dominant(0.35, 14.0, -25.0, -35.0)  # where another arm's begin
 ZETA, OMEGA, REAL = (-1.0, 3.0), (5.0, 40.0), (-80.0, 10.0)  #: damping ratio; rad/s; rad/s: how far each may go
 _ON_AXIS = 1.2  # rad/s; a pair that is so near to the real axis is two real poles
 _SLOWEST = -0.5  # rad/s, of two real poles of the pair
@@ -96,6 +97,7 @@ class PoleExplorer(Explorer):
     A, B : (4, 4) and (4,) or (4, 1), the model with the motor voltage as input
     K : (1, 4) the student's own gain, drawn for comparison
     lab : the student's session; "Keep this design" stores the gain there, as answer 3.8
+    another : whether the model is another arm's: then neither gain nor polynomial is shown, and no pole as a number
 
     Raises
     ------
@@ -103,15 +105,23 @@ class PoleExplorer(Explorer):
         If a matrix has the wrong shape, or the model's poles cannot be placed.
     """
 
-    def __init__(self, A: ArrayLike, B: ArrayLike, K: ArrayLike | None = None, lab: Lab | None = None) -> None:
+    def __init__(
+        self,
+        A: ArrayLike,
+        B: ArrayLike,
+        K: ArrayLike | None = None,
+        lab: Lab | None = None,
+        another: bool = False,
+    ) -> None:
         self._a, self._b = matrices(A, B)
-        self._lab = lab
+        self._lab, self._another = lab, another
+        self._start = _ELSEWHERE if another else _START
         self._outline: tuple[Any, Any] = (None, [])
         self.ghosts: list[Design] = []
-        self.wanted, self.feedback, self.beside = _START, "full", "step"
+        self.wanted, self.feedback, self.beside = self._start, "full", "step"
         self.weights = {"error": ERROR, "deflection": DEFLECTION}
         self._own = None if K is None else with_gain(self._a, self._b, K)
-        self.design = design(self._a, self._b, _START.poles)  # first: it says so if the model cannot be controlled
+        self.design = design(self._a, self._b, self.wanted.poles)  # first: it says so if the model cannot be controlled
         self._region = Region(self._a, self._b)
         super().__init__()
 
@@ -141,7 +151,7 @@ class PoleExplorer(Explorer):
     def press(self, name: str) -> None:
         """A button."""
         if name == "reset":
-            self._redesign(_START, "full")
+            self._redesign(self._start, "full")
         elif name == "ghost":
             self.ghosts = [*self.ghosts, self.design][-_MOST_GHOSTS:]
         elif name == "forget":
@@ -187,7 +197,7 @@ class PoleExplorer(Explorer):
     def view(self) -> Scene:
         """The s-plane beside the response and the arm, verdicts and gain below."""
         found, a, b = self.design, self._a, self._b
-        plane = pole_views.plane(a, self.wanted, self._where_met())
+        plane = pole_views.plane(a, self.wanted, self._where_met(), not self._another)
         other = with_gain(a, b, lqr(a, b, **self.weights)) if self.beside == "lqr" else None
         margin = margins(a, b, found.applied) if self.beside == "margins" else None
         scattered = cloud(a, b, found.applied, spread_of(a)) if self.beside == "cloud" else None
@@ -205,11 +215,11 @@ class PoleExplorer(Explorer):
         else:
             traces = pole_views.traces(found, self.ghosts, other)
         return Scene(
-            alt=pole_views.alt_text_of(found),
+            alt=pole_views.alt_text_of(found, not self._another),
             columns=[Column([plane], 1.0), Column(traces, 1.1), Column([mechanism(start, 0.0)], 0.55)],
             controls=self._controls(),
             readouts=self._readouts(other, margin, scattered),
-            height=460,
+            height=300 if self._another else 460,
             play=pole_views.played_by_arm(found),
         )
 
@@ -225,6 +235,9 @@ class PoleExplorer(Explorer):
                 Slider(P4, "fourth pole", "rad/s", *REAL, 0.5, wanted.p4),
             ],
         ]
+        if self._another:
+            feedback = Choice("feedback", "feedback", _FEEDBACK, self.feedback)
+            return [*rows, [feedback, Button("reset", "Back to the beginning")]]
         if self.beside == "lqr":
             labels = {"error": "LQR: θ + α of", "deflection": "LQR: α of"}
             rows.append([Slider(name, labels[name], "deg", *_WEIGHTS[name], self.weights[name]) for name in _WEIGHTS])
@@ -246,6 +259,8 @@ class PoleExplorer(Explorer):
 
     def _readouts(self, other: Design | None, margin: Margins | None, scattered: Cloud | None) -> list[Readout]:
         more = []
+        if self._another:
+            return [pole_views.verdicts(self.design), another_arm.notice("3.8")]
         if self.beside == "margins":
             more.append(pole_views.margin_rows(margin))
         if other is not None:
@@ -263,6 +278,25 @@ class PoleExplorer(Explorer):
         return curves
 
 
-def explore_poles(A: ArrayLike, B: ArrayLike, K: ArrayLike | None = None, lab: Lab | None = None) -> PoleExplorer:
-    """The pole explorer, as a notebook makes it; see :class:`PoleExplorer`."""
-    return PoleExplorer(A, B, K, lab)
+def explore_poles(
+    A: ArrayLike | None = None, B: ArrayLike | None = None, K: ArrayLike | None = None, lab: Lab | None = None
+) -> PoleExplorer:
+    """The pole explorer, as a notebook makes it; see :class:`PoleExplorer`.
+
+    With ``lab`` alone it has the student's model and gain once question 3.8 is answered, and another arm before.
+
+    Raises
+    ------
+    DesignError
+        As :class:`PoleExplorer`, and if there is neither a model nor a session.
+    """
+    if A is not None and B is not None:
+        return PoleExplorer(A, B, K, lab)
+    if lab is None:
+        raise DesignError("The pole explorer needs a model A and B, or lab=lab.")
+    return another_arm.unless_answered(
+        lab,
+        "2.14 A, 2.14 B, 3.8 K",
+        lambda: PoleExplorer(*another_arm.own_model(lab), lab.value("3.8", "K"), lab),
+        lambda: PoleExplorer(*another_arm.model(), another=True),
+    )

@@ -11,10 +11,12 @@ from numpy.typing import NDArray
 from labcourse.scene.explorer import Explorer
 from labcourse.scene.scene import Button, Choice, Column, Panel, Readout, Row, Scene, Slider, around
 from rotflex import experiments
+from rotflex.course.practice import Practice
 from rotflex.errors import BenchError, IdentificationError
 from rotflex.identification import Estimate, frequency_response
 from rotflex.recording import Recording
 from rotflex.units import DEG
+from rotflex.widgets import another_arm
 
 if TYPE_CHECKING:
     from rotflex.course.lab import Lab
@@ -108,7 +110,8 @@ class SweepExplorer(Explorer):
 
     Parameters
     ----------
-    lab : the student's session: on a virtual bench, every change of the sweep is run at once
+    lab : the student's session, or a practice bench, which shows no stiffness: on a virtual bench, every change of the
+        sweep is run at once
     recording : a sweep to begin with; on any other bench, and without a session, it is all there is to look at
     J_l : kg·m², inertia of the link; that of the lab's arm unless given
 
@@ -118,11 +121,14 @@ class SweepExplorer(Explorer):
         If there is neither a recording nor a virtual bench, or no inertia.
     """
 
-    def __init__(self, lab: Lab | None = None, recording: Recording | None = None, J_l: float | None = None) -> None:
+    def __init__(
+        self, lab: Lab | Practice | None = None, recording: Recording | None = None, J_l: float | None = None
+    ) -> None:
         if J_l is None and lab is None:
             raise BenchError("The sweep explorer needs the link's inertia: give lab=lab, or J_l in kg·m².")
         self.J_l = lab.joint.J_l if J_l is None and lab is not None else float(J_l or 0.0)
         self._lab = lab if lab is not None and lab.bench().is_simulated else None
+        self._another = isinstance(lab, Practice)
         if self._lab is None and recording is None:
             raise BenchError(
                 "The sweep explorer runs sweeps on a virtual bench in simulated time only. On another bench, "
@@ -203,8 +209,8 @@ class SweepExplorer(Explorer):
             alt=f"{alt_text_of(found, recording)} The cursor is at {text}.",
             columns=[Column([theta, alpha]), Column([spectrum, ratio])],
             controls=self._controls(),
-            readouts=[self._stiffness(), self._peaks()],
-            height=420,
+            readouts=[another_arm.notice("2.12") if self._another else self._stiffness(), self._peaks()],
+            height=300 if self._another else 420,
         )
 
     def _controls(self) -> list[list[Slider | Choice | Button]]:
@@ -251,5 +257,17 @@ def _settings_of(recording: Recording | None) -> dict[str, Any]:
 def explore_sweep(
     lab: Lab | None = None, recording: Recording | None = None, J_l: float | None = None
 ) -> SweepExplorer:
-    """Make the sweep explorer; see :class:`SweepExplorer`."""
-    return SweepExplorer(lab, recording, J_l)
+    """Make the sweep explorer; see :class:`SweepExplorer`.
+
+    With ``lab`` alone it has the student's bench once question 2.12 is answered, and a practice bench before.
+    """
+    if lab is None or recording is not None or J_l is not None:
+        return SweepExplorer(lab, recording, J_l)
+
+    def own() -> SweepExplorer:
+        if lab.bench().is_simulated:
+            return SweepExplorer(lab)
+        with another_arm.own_bench(lab) as bench:
+            return SweepExplorer(lab, experiments.sweep(bench, progress=False))
+
+    return another_arm.unless_answered(lab, "2.12 K_s", own, lambda: SweepExplorer(another_arm.practice()))

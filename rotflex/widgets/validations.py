@@ -3,20 +3,24 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from labcourse.scene.explorer import Explorer
 from labcourse.scene.scene import Button, Choice, Column, Panel, Readout, Row, Scene, Slider, around
-from rotflex import greybox
+from rotflex import experiments, greybox
 from rotflex.config import Joint, Servo
 from rotflex.errors import IdentificationError, RotflexError
 from rotflex.greybox import FitResult
 from rotflex.identification import channel
 from rotflex.plant import PlantParameters, State, driven
 from rotflex.recording import Channel, Recording
+from rotflex.widgets import another_arm
+
+if TYPE_CHECKING:
+    from rotflex.course.lab import Lab
 
 Vector = NDArray[np.float64]
 
@@ -87,6 +91,7 @@ class ValidationExplorer(Explorer):
     recording : theta, alpha, vm, from :func:`rotflex.experiments.validation` for example
     servo, joint : nominal parts, ``lab.servo`` and ``lab.joint``
     K_s : N·m/rad, where the slider begins: the student's own
+    another : whether it is a recording of another arm, which is shown more briefly
 
     Raises
     ------
@@ -94,9 +99,12 @@ class ValidationExplorer(Explorer):
         If the recording lacks a channel, or nothing moves in it.
     """
 
-    def __init__(self, recording: Recording, servo: Servo, joint: Joint, K_s: float = 1.4) -> None:
+    def __init__(
+        self, recording: Recording, servo: Servo, joint: Joint, K_s: float = 1.4, another: bool = False
+    ) -> None:
         low, high, _step = _RANGES["K_s"]
         self._recording, self._servo, self._joint = recording, servo, joint
+        self._another = another
         nominal = PlantParameters.of(servo, joint, min(max(float(K_s), low), high))
         self.parameters = replace(nominal, B_l=greybox.TYPICAL["B_l"])
         self._start = self.parameters
@@ -197,8 +205,8 @@ class ValidationExplorer(Explorer):
                     Button("reset", "Back to the beginning", disabled=self.busy),
                 ],
             ],
-            readouts=[self._figures()],
-            height=460,
+            readouts=[self._figures(), *([another_arm.notice("2.15")] if self._another else [])],
+            height=300 if self._another else 460,
         )
 
     def _residuals(self) -> tuple[Any, Any]:
@@ -214,6 +222,19 @@ class ValidationExplorer(Explorer):
         return Readout("Model against measurement", rows, ("", "model fit", "residual, RMS"))
 
 
-def explore_validation(recording: Recording, servo: Servo, joint: Joint, K_s: float = 1.4) -> ValidationExplorer:
-    """The validation explorer, as a notebook makes it; see :class:`ValidationExplorer`."""
-    return ValidationExplorer(recording, servo, joint, K_s)
+def explore_validation(lab: Lab) -> ValidationExplorer:
+    """The validation explorer, as a notebook makes it; see :class:`ValidationExplorer`.
+
+    It has the student's bench once question 2.15 is answered, and a practice bench before.
+    """
+
+    def own() -> ValidationExplorer:
+        with another_arm.own_bench(lab) as bench:
+            measured = experiments.validation(bench, *another_arm.own_model(lab), progress=False)
+        return ValidationExplorer(measured, lab.servo, lab.joint, lab.value("2.12", "K_s"))
+
+    def another() -> ValidationExplorer:
+        practice = another_arm.practice()
+        return ValidationExplorer(another_arm.validated(), practice.servo, practice.joint, another=True)
+
+    return another_arm.unless_answered(lab, "2.12 K_s, 2.14 A, 2.14 B, 2.15 validation", own, another)

@@ -22,7 +22,7 @@ NOTEBOOKS = {
     "validation": """
 with lab.bench() as bench:
     recording = experiments.validation(bench, A, B, duration=5.0, progress=False)
-explorer = widgets.explore_validation(recording, lab.servo, lab.joint)
+explorer = widgets.ValidationExplorer(recording, lab.servo, lab.joint)
 explorer""",
     "console": "explorer = widgets.open_console(lab, K=[18.2, -17.2, 1.59, 0.633])\nexplorer",
     "results": 'explorer = widgets.results_table(lab, "Table 2")\nexplorer',

@@ -200,7 +200,7 @@ def test_every_explorer_leaves_something_for_a_page_without_widgets(lab, model, 
     makers = {
         "poles": lambda: widgets.explore_poles(*model),
         "sweep": lambda: widgets.explore_sweep(lab),
-        "validation": lambda: widgets.explore_validation(validated, lab.servo, lab.joint),
+        "validation": lambda: widgets.ValidationExplorer(validated, lab.servo, lab.joint),
         "results": lambda: widgets.results_table(lab, "Table 3"),
     }
     for name, make in makers.items():

@@ -72,7 +72,8 @@ def test_recorded_signals_go_into_the_one_buffer_by_name():
     curve = Panel("y", (0, 1), (0, 1))
     curve.line([0, 1], [0, 1], "measured")
     scene, data = Scene("a crane", [Column([curve]), Column([drawing()])], play=Play(recorded, 2.5)).packed()
-    assert scene["play"] == {"signals": {"angle": [4, 5], "x": [9, 3]}, "duration": 2.5, "auto": False}
+    begins = {"auto": False, "at_once": False}
+    assert scene["play"] == {"signals": {"angle": [4, 5], "x": [9, 3]}, "duration": 2.5} | begins
     assert np.frombuffer(data, np.float32)[4:] == pytest.approx([0, 0.25, 0.5, 0.75, 1, 3, 2.5, 2])
 
 
