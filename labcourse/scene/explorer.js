@@ -215,7 +215,7 @@ class View {
       outer.dataset.text = text;
       const box = outer.querySelector("table");
       box.replaceChildren();
-      if (!readout.folded) make("caption", "", box).textContent = readout.title;
+      if (!readout.folded) make("caption", "", box, readout.title);
       if (readout.head) {
         const line = make("tr", "", make("thead", "", box));
         for (const cell of readout.head) { const head = make("th", "", line, cell); head.scope = "col"; }

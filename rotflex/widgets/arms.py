@@ -43,11 +43,11 @@ _FRAMES_PER_SECOND, _FRAME_DOTS = 20, 80  # of the film; an inch
 _FEEDBACK = {"full state": ("measured", "3.13", "3.14"), "partial state": ("model", "3.15", "3.16")}
 #: Figures of a response by the names of their answers → what they are, and their unit. The last one is not asked.
 FIGURES = {
-    "t_s": ("servo settles after", "s"),
+    "t_s": ("settling time of the servo", "s"),
     "PO": ("overshoot", "%"),
     "alpha_max_deg": ("largest deflection", "deg"),
     "V_max": ("largest voltage", "V"),
-    "end": ("end of the arm settles after", "s"),
+    "end": ("settling time of the arm's end", "s"),
 }
 
 
@@ -59,7 +59,7 @@ class Arm:
     ----------
     title : above it
     role : its colour
-    recording : with theta and alpha
+    recording : with theta and alpha, from 0 s on
     figures : what is known of its response, see :func:`figures_of`
     """
 
@@ -71,21 +71,21 @@ class Arm:
     def drawn(self, number: int, t: float = 0.0) -> Moving:
         """Servo and arm at an instant (s), with signals of their own: "theta 1", "alpha 1" for arm number 1."""
         one = self.recording
-        theta, alpha = (float(np.interp(one.time[0] + t, one.time, one[name])) for name in ("theta", "alpha"))
+        theta, alpha = (float(np.interp(t, one.time, one[name])) for name in ("theta", "alpha"))
         drawing = mechanism(theta, alpha)
+
+        def numbered(frame: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
+            return [{"turn": f"{step['turn']} {number}"} for step in frame]
+
         shapes = [
             shape
             | {"role": self.role if shape["role"] == "measured" else shape["role"]}
-            | {"points": [point | {"frame": _numbered(point["frame"], number)} for point in shape["points"]]}
+            | {"points": [point | {"frame": numbered(point["frame"])} for point in shape["points"]]}
             for shape in drawing.shapes
         ]
         reading = drawing.readings[-1] | {"label": f"{self.title}   α", "signal": f"alpha {number}"}
         signals = {f"{name} {number}": value for name, value in drawing.signals.items()}
         return replace(drawing, signals=signals, shapes=shapes, readings=[reading])
-
-
-def _numbered(frame: Sequence[Mapping[str, Any]], number: int) -> list[Mapping[str, Any]]:
-    return [{"turn": f"{step['turn']} {number}"} for step in frame]
 
 
 class ArmsExplorer(Explorer):
@@ -103,12 +103,13 @@ class ArmsExplorer(Explorer):
 
     def view(self) -> Scene:
         """The arms, and to their right both angles against time."""
-        duration = min(float(arm.recording.time[-1] - arm.recording.time[0]) for arm in self.arms)
-        play = [played(arm.recording, float(t := arm.recording.time[0]), float(t) + duration) for arm in self.arms]
+        largest = [f"{arm.title} {np.abs(arm.recording.degrees('alpha')).max():.1f} deg" for arm in self.arms]
+        duration = min(float(arm.recording.time[-1]) for arm in self.arms)
+        play = [played(arm.recording, 0.0, duration) for arm in self.arms]
         signals = {f"{name} {n}": values for n, one in enumerate(play) for name, values in one.signals.items()}
         columns = [Column([arm.drawn(number)], 0.62) for number, arm in enumerate(self.arms)]
         return Scene(
-            alt=" ".join(_in_words(arm) for arm in self.arms),
+            alt=f"Arms that move side by side. Largest deflections: {', '.join(largest)}.",
             columns=[*columns, Column(self.panels(duration), 1.0)],
             controls=self.controls(),
             readouts=self._readouts,
@@ -123,8 +124,7 @@ class ArmsExplorer(Explorer):
             values = [arm.recording.degrees(name) for arm in self.arms]
             panel = Panel(label, (0.0, duration), around(*values), "time (s)" if name == "alpha" else "")
             for arm, curve in zip(self.arms, values, strict=True):
-                title = arm.title if name == "theta" else ""
-                panel.line(arm.recording.time - arm.recording.time[0], curve, arm.role, title)
+                panel.line(arm.recording.time, curve, arm.role, arm.title if name == "theta" else "")
             panel.level(0.0, "text", axis="x", clock=True)
             panels.append(panel)
         return panels
@@ -132,11 +132,6 @@ class ArmsExplorer(Explorer):
     def controls(self) -> list[list[Any]]:
         """Nothing but the player."""
         return []
-
-
-def _in_words(arm: Arm) -> str:
-    largest = np.abs(arm.recording.degrees("alpha")).max()
-    return f"{arm.title}: the deflection reaches {largest:.1f} deg."
 
 
 # --- energies (Section 2.2) -------------------------------------------------------------------------------------------
@@ -262,14 +257,20 @@ class OwnArm(ArmsExplorer):
             canvas.draw()
             figure.set_layout_engine("none")
             drawings, plots = figure.axes[: len(self.arms)], figure.axes[len(self.arms) :]
-            now = [plot.axvline(0.0, color="black", linewidth=1.0) for plot in plots]
+            now = [plot.axvline(0.0, color="black", linewidth=1.0, animated=True) for plot in plots]
+            for axes in drawings:
+                axes.set_animated(True)
+            canvas.draw()
+            behind = canvas.copy_from_bbox(figure.bbox)  # all that stands still
             for t in np.arange(0.0, duration, 1 / _FRAMES_PER_SECOND).tolist():
+                canvas.restore_region(behind)
                 for number, (axes, arm) in enumerate(zip(drawings, self.arms, strict=True)):
                     axes.clear()
                     still.draw_moving(axes, arm.drawn(number, t))
+                    figure.draw_artist(axes)
                 for line in now:
                     line.set_xdata([t, t])
-                canvas.draw()
+                    figure.draw_artist(line)
                 frames.append(Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB").quantize(64))
         return frames
 

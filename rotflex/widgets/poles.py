@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from labcourse.scene.explorer import Explorer
 from labcourse.scene.scene import Button, Choice, Column, Readout, Scene, Slider
+from rotflex.config import one_of
 from rotflex.errors import DesignError
 from rotflex.simulation import matrices
 from rotflex.specifications import AMPLITUDE
@@ -130,14 +131,10 @@ class PoleExplorer(Explorer):
     def set(self, name: str, value: float | str) -> None:
         """A slider or the switch."""
         if name == "feedback":
-            if value not in _FEEDBACK:
-                raise DesignError(f'The feedback is "full" or "partial", not {value!r}.')
-            self._redesign(self.wanted, str(value))
+            self._redesign(self.wanted, one_of("feedback", str(value), _FEEDBACK))
             return
         if name == "beside":
-            if value not in _BESIDE:
-                raise DesignError(f"There is no {value!r} to be shown; there are {', '.join(_BESIDE)}.")
-            self.beside = str(value)
+            self.beside = one_of("beside", str(value), _BESIDE)
         elif name in _WEIGHTS:
             low, high, _step = _WEIGHTS[name]
             self.weights = {**self.weights, name: min(max(float(value), low), high)}

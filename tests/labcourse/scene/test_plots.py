@@ -208,6 +208,21 @@ def test_given_ticks_stand_at_their_values(page):
     assert written["10"] - written["1"] == pytest.approx(written["100"] - written["10"], abs=0.6)
 
 
+def test_a_recording_begins_at_once_where_it_is_asked_to(page):
+    play = Play({"x": np.linspace(0, 1, 5)}, 0.2, at_once=True)
+    explorer_page.show(page, scene(columns=[Column([Moving({"x": 0.0}, (0, 1), (0, 1))])], play=play))
+    page.wait_for_function("() => document.querySelector('.player output').textContent === '0.20 s'")
+
+
+def test_symbols_are_written_with_their_subscripts(page):
+    controls = [[Slider("K_s", "K_s", "N·m/rad", 0, 4, 1, 1), Slider("B_eq", "B_eq", "N·m·s/rad", 0, 1, 1, 1)]]
+    explorer_page.show(page, scene(controls=controls, readouts=[Readout("by K_s", [Row("B_eq and my_arm.gif", ())])]))
+    assert page.locator("sub").all_inner_texts() == ["s", "eq", "s", "eq"]
+    assert page.locator(".readouts th").inner_text() == "Beq and my_arm.gif"
+    unit, label = page.locator(".unit").nth(0).bounding_box(), page.locator("label").nth(1).bounding_box()
+    assert label["x"] >= unit["x"] + unit["width"] + 16  # px: it belongs to what is left of it
+
+
 def test_a_recording_that_changes_begins_by_itself_once_nothing_is_held(page):
     def playing(end):
         drawing = Moving({"x": 0.0}, (0, 1), (0, 1))
