@@ -28,8 +28,12 @@ def picture(scene: Scene) -> Picture:
     if not scene.columns:
         raise CourseError("There is nothing to draw yet.")
     width = WIDTH * (1.35 if len(scene.columns) > 1 else 1.0)
-    texts = [text for readout in scene.readouts if not readout.folded for text in _in_words(readout)]
-    lines = [line for text in texts for line in textwrap.wrap(text, round(_LETTERS * width))]
+    lines = [
+        line
+        for readout in scene.readouts
+        if not readout.folded
+        for line in textwrap.wrap(_in_words(readout), round(_LETTERS * width))
+    ]
     with style():
         figure = new_picture(width, (scene.height + _LINE * len(lines)) / SHOWN_PER_INCH)
         columns = figure.add_gridspec(1, len(scene.columns), width_ratios=[one.width for one in scene.columns])
@@ -50,19 +54,9 @@ def picture(scene: Scene) -> Picture:
     return figure
 
 
-def _in_words(readout: Readout) -> list[str]:
-    """A readout as one text, or as one for each column that has a heading."""
-    if not readout.head:
-        rows = (" ".join(filter(None, (row.label, *row.values, row.words))) for row in readout.rows)
-        return [f"{readout.title}: {'; '.join(rows)}"]
-    heads = readout.head[1:]
-    units = [place for place, head in enumerate(heads) if not head]
-    return [
-        f"{head}: "
-        + "; ".join(" ".join((row.label, *(row.values[n] for n in (place, *units)))) for row in readout.rows)
-        for place, head in enumerate(heads)
-        if head
-    ]
+def _in_words(readout: Readout) -> str:
+    rows = (" ".join(filter(None, (row.label, *row.values, row.words))) for row in readout.rows)
+    return f"{readout.title}: {'; '.join(rows)}"
 
 
 def _plot(axes: Any, panel: Panel) -> None:

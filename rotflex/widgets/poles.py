@@ -47,7 +47,6 @@ _BESIDE = {
 _WEIGHTS = {"error": (5.0, 90.0, 1.0), "deflection": (5.0, 60.0, 1.0)}  # deg
 _MOST_GHOSTS = 3
 _START = Dominant()  # the workbook's poles: to begin with, and to go back to
-_ELSEWHERE = Dominant(0.35, 14.0, -25.0, -35.0)  # where another arm's begin
 ZETA, OMEGA, REAL = (-1.0, 3.0), (5.0, 40.0), (-80.0, 10.0)  #: damping ratio; rad/s; rad/s: how far each may go
 _ON_AXIS = 1.2  # rad/s; a pair that is so near to the real axis is two real poles
 _SLOWEST = -0.5  # rad/s, of two real poles of the pair
@@ -98,7 +97,6 @@ class PoleExplorer(Explorer):
     A, B : (4, 4) and (4,) or (4, 1), the model with the motor voltage as input
     K : (1, 4) the student's own gain, drawn for comparison
     lab : the student's session; "Keep this design" stores the gain there, as answer 3.8
-    another : whether the model is another arm's: then neither gain nor polynomial is shown, and no pole as a number
 
     Raises
     ------
@@ -106,17 +104,11 @@ class PoleExplorer(Explorer):
         If a matrix has the wrong shape, or the model's poles cannot be placed.
     """
 
-    def __init__(
-        self,
-        A: ArrayLike,
-        B: ArrayLike,
-        K: ArrayLike | None = None,
-        lab: Lab | None = None,
-        another: bool = False,
-    ) -> None:
+    _another, _start = False, _START
+
+    def __init__(self, A: ArrayLike, B: ArrayLike, K: ArrayLike | None = None, lab: Lab | None = None) -> None:
         self._a, self._b = matrices(A, B)
-        self._lab, self._another = lab, another
-        self._start = _ELSEWHERE if another else _START
+        self._lab = lab
         self._outline: tuple[Any, Any] = (None, [])
         self.ghosts: list[Design] = []
         self.wanted, self.feedback, self.beside = self._start, "full", "step"
@@ -275,6 +267,12 @@ class PoleExplorer(Explorer):
         return curves
 
 
+class OtherPoles(PoleExplorer):
+    """The pole explorer on another arm: it shows neither gain nor polynomial, and no complex pole as a number."""
+
+    _another, _start = True, Dominant(0.35, 14.0, -25.0, -35.0)
+
+
 def explore_poles(
     A: ArrayLike | None = None, B: ArrayLike | None = None, K: ArrayLike | None = None, lab: Lab | None = None
 ) -> PoleExplorer:
@@ -295,5 +293,5 @@ def explore_poles(
         lab,
         "2.14 A, 2.14 B, 3.8 K",
         lambda: PoleExplorer(*another_arm.own_model(lab), lab.value("3.8", "K"), lab),
-        lambda: PoleExplorer(*another_arm.model(), another=True),
+        lambda: OtherPoles(*another_arm.model()),
     )
