@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from labcourse.scene.explorer import Explorer
@@ -30,7 +31,7 @@ class LoopExplorer(Explorer):
     Parameters
     ----------
     A, B : (4, 4) and (4,) or (4, 1), the model with the motor voltage as input
-    controllers : name → gain (4,) or (1, 4), and "full" or "partial" feedback
+    controllers : name → gain (4,) or (1, 4) that is fed back
     readouts : shown beside the specifications
 
     Raises
@@ -39,13 +40,7 @@ class LoopExplorer(Explorer):
         If a matrix or a gain has the wrong shape.
     """
 
-    def __init__(
-        self,
-        A: ArrayLike,
-        B: ArrayLike,
-        controllers: dict[str, tuple[ArrayLike, str]],
-        readouts: tuple[Readout, ...] = (),
-    ) -> None:
+    def __init__(self, A: ArrayLike, B: ArrayLike, controllers: dict[str, Any], *readouts: Readout) -> None:
         self._model, self._controllers, self._more = matrices(A, B), controllers, readouts
         self.controller = next(iter(controllers))
         self.command = {"amplitude": AMPLITUDE / DEG, "ramp": 2 / RATE}
@@ -64,26 +59,20 @@ class LoopExplorer(Explorer):
         self.controller, self.command = controller, command
 
     def _simulated(self, controller: str, command: dict[str, float]) -> Design:
-        gain, feedback = self._controllers[controller]
-        return with_gain(*self._model, gain, feedback, amplitude=command["amplitude"] * DEG, rate=2 / command["ramp"])
+        amplitude, rate = command["amplitude"] * DEG, 2 / command["ramp"]
+        return with_gain(*self._model, self._controllers[controller], amplitude=amplitude, rate=rate)
 
     def view(self) -> Scene:
         """The arm beside the response."""
         found = self.found
         start = 0.0 if found.motion is None else float(found.motion["theta"][0])
+        names = {name: name for name in self._controllers}
+        labels = {"amplitude": ("command ±", "deg"), "ramp": ("takes", "s")}
+        sliders = [Slider(name, *labels[name], *_RANGES[name], value) for name, value in self.command.items()]
         return Scene(
             alt=f"A closed loop, {self.controller}. " + " ".join(one.words for one in found.findings),
-            columns=[
-                Column([mechanism(start, 0.0)], 0.7),
-                Column(pole_views.traces(found, [], None), 1.0),
-            ],
-            controls=[
-                [
-                    Choice("controller", "controller", {one: one for one in self._controllers}, self.controller),
-                    Slider("amplitude", "command ±", "deg", *_RANGES["amplitude"], self.command["amplitude"]),
-                    Slider("ramp", "takes", "s", *_RANGES["ramp"], self.command["ramp"]),
-                ]
-            ],
+            columns=[Column([mechanism(start, 0.0)], 0.7), Column(pole_views.traces(found, [], None), 1.0)],
+            controls=[[Choice("controller", "controller", names, self.controller), *sliders]],
             readouts=[pole_views.verdicts(found), *self._more],
             height=300,
             play=pole_views.played_by_arm(found, at_once=True),
@@ -95,16 +84,15 @@ def explore_loop(lab: Lab) -> LoopExplorer:
 
     Until then it has another arm, with a soft and a firm controller, and one for the servo alone.
     """
-    alone: tuple[Any, str] = (_SERVO_ALONE, "partial")
+    alone = {"none for the swing": _SERVO_ALONE}
 
     def own() -> LoopExplorer:
-        K: Any = lab.value("3.8", "K")
-        controllers = {"your K": (K, "full"), "your K, partial": (K, "partial"), "none for the swing": alone}
-        return LoopExplorer(*another_arm.own_model(lab), controllers)
+        K = np.ravel(lab.value("3.8", "K"))
+        return LoopExplorer(*another_arm.own_model(lab), {"your K": K, "your K, partial": K * (1, 0, 1, 0), **alone})
 
     def another() -> LoopExplorer:
         A, B = another_arm.model()
-        placed = {name: (design(A, B, poles.poles).K, "full") for name, poles in _READY_MADE.items()}
-        return LoopExplorer(A, B, {"none for the swing": alone, **placed}, (another_arm.notice("3.11"),))
+        placed = {name: design(A, B, wanted.poles).K for name, wanted in _READY_MADE.items()}
+        return LoopExplorer(A, B, {**alone, **placed}, another_arm.notice("3.11"))
 
     return another_arm.unless_answered(lab, "3.11 response, 2.14 A, 2.14 B, 3.8 K", own, another)
