@@ -62,7 +62,7 @@ function make(tag, name, parent, text) {
   return element;
 }
 
-function write(element, text) { // symbols as K_s and B_eq with their subscripts
+function write(element, text) { // symbols as M_a with their subscripts
   const parts = text.split(/\b([A-Z])_([a-z]+)\b/); // text, symbol, subscript, text, ...
   element.replaceChildren(parts[0]);
   for (let i = 1; i < parts.length; i += 3) {

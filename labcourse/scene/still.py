@@ -47,7 +47,7 @@ def picture(scene: Scene) -> Picture:
                 else:
                     _plot(axes, panel)
         if lines:
-            # Symbols as K_s and B_eq with their subscripts.
+            # Symbols as M_a with their subscripts.
             text = re.sub(r"\b([A-Z])_([a-z]+)\b", r"$\\mathrm{\1}_{\\mathrm{\2}}$", "\n".join(lines))
             figure.supxlabel(text, fontsize="small")
     figure.alt_text = scene.alt
@@ -56,7 +56,8 @@ def picture(scene: Scene) -> Picture:
 
 def _in_words(readout: Readout) -> str:
     rows = (" ".join(filter(None, (row.label, *row.values, row.words))) for row in readout.rows)
-    return f"{readout.title}: {'; '.join(rows)}"
+    heads = f" ({' | '.join(filter(None, readout.head))})" if readout.head else ""
+    return f"{readout.title}{heads}: {'; '.join(rows)}"
 
 
 def _plot(axes: Any, panel: Panel) -> None:

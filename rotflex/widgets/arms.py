@@ -68,15 +68,10 @@ class Arm:
     recording: Recording
     figures: Mapping[str, float] = field(default_factory=dict)
 
-    @property
-    def rows(self) -> list[Row]:
-        """The figures as the lines of a table."""
-        found = []
-        for name, (text, unit) in FIGURES.items():
-            value = self.figures.get(name, np.nan)
-            shown = "does not settle" if np.isinf(value) else f"{value:.3g} {unit}"
-            found.append(Row(text, ("–" if np.isnan(value) else shown,)))
-        return found
+    def figure(self, name: str, unit: str) -> str:
+        """One of the figures with its unit, for a table."""
+        value = self.figures.get(name, np.nan)
+        return "–" if np.isnan(value) else "does not settle" if np.isinf(value) else f"{value:.3g} {unit}"
 
     def drawn(self, number: int, t: float = 0.0) -> Moving:
         """Servo and arm at an instant (s), with signals of their own: "theta 1", "alpha 1" for arm number 1."""
@@ -305,7 +300,8 @@ def show_arm(lab: Lab) -> OwnArm:
             arms.append(Arm(title, role, _one_period(response_), {**figures_of(response_), **own}))
         else:
             missing.append(recorded)
-    readouts = [Readout(arm.title, arm.rows) for arm in arms]
+    rows = [Row(text, [arm.figure(name, unit) for arm in arms]) for name, (text, unit) in FIGURES.items()]
+    readouts = [Readout("Your arm", rows, ("", *(arm.title for arm in arms)))]
     if missing:
         readouts.append(another_arm.notice(" and ".join(missing), "Your controller"))
     return OwnArm(arms, readouts)
