@@ -73,9 +73,9 @@ _SPECIFICATIONS = (
     *_stated(
         "the settling band, in % of the final angle",
         100 * SETTLING_BAND,
-        r"to within # % of its final value",
+        r"\(to # % of its final value\)",
         r"to within # % of the final angle",
-        r"degrees: # % of the \*final\*",
+        r"band of the specification, # % of",
         r"The band is ±# %",
         r"±0\.8 deg \(# %\)",
     ),
@@ -89,7 +89,7 @@ _SPECIFICATIONS = (
         "the height of the step, in deg",
         2 * AMPLITUDE / DEG,
         r"by # degrees in half a second",
-        r"turn by # degrees and be there",
+        r"turn by # degrees within half a second",
         r"\\Delta\\theta\$ = # deg",
         r"per cent of the # deg step",
     ),
@@ -100,16 +100,14 @@ _SPECIFICATIONS = (
 )
 
 _POLES = (
-    *_stated(
-        "the desired damping ratio", ZETA, r"\| \$\\zeta=#\$", r"For \$\\zeta=#\$ and", r"\$\\zeta\$ = #\.", r"zeta=#,"
-    ),
+    *_stated("the desired damping ratio", ZETA, r"\| \$\\zeta=#\$", r"pair \(\$\\zeta=#\$\)", r"\$\\zeta\$ = #\."),
     *_stated(
         "the desired natural frequency, in rad/s",
         OMEGA_N,
         r"\| \$\\zeta=[\d.]+\$, \$\\omega_n=#\$ rad/s",
         r"and \$\\omega_n=#\$ rad/s: a settling time",
+        r"At # rad/s, the natural frequency of the dominant",
         r"not the # rad/s of the design",
-        r"zeta=[\d.]+, omega_n=#",
     ),
     *_stated("the desired pole p_3, in 1/s", P_3, r"\$p_3=#\$", r"real poles at #", r"16j, #, [-−]\d"),
     *_stated(
@@ -118,8 +116,7 @@ _POLES = (
         r"\$p_4=#\$",
         r"real poles at [-−]\d+ and # add",
         r"16j, [-−]\d+, #",
-        r"\*fourth\* pole from # to",
-        r"What did the pole at # cost",
+        r"fourth pole from # to",
     ),
 )
 

@@ -175,7 +175,7 @@ class TestInABrowser:
 
     def test_formulas_are_drawn(self, visit):
         opened, wrong = visit
-        for name, most in (("01_modeling_prelab", 150), ("06_control_design", 100)):
+        for name, most in (("01_modeling_prelab", 150), ("06_control_design", 60)):
             page = opened(f"notebooks/{name}.html")
             page.wait_for_function("window.MathJax?.startup?.promise", timeout=60_000)
             page.evaluate("MathJax.startup.promise.then(() => 0)")
