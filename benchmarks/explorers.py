@@ -4,8 +4,8 @@
 
 JupyterLab and headless Chromium on this machine. A time begins when the page hears of a change, and ends with the frame
 after the new picture is there. Both sides place the same poles and simulate the same response, and draw the same four
-plots. Then: the time from a pull at the console's arm until the picture has the arm elsewhere, with the 10 ms or so that
-the arm takes to move by a count; updates a second while a pole is dragged, pictures a second of the bench console's
+plots. Then: the time from a pull at the console's arm until the picture has the arm elsewhere, with some 10 ms in which
+the arm begins to move; updates a second while a pole is dragged, pictures a second of the bench console's
 animation (live and in recorded time), and the time from pressing STOP in the page until the motor is at 0 V in Python.
 """
 
