@@ -168,7 +168,7 @@ from pathlib import Path
 from rotflex.hil.loop import _Stored
 stored = _Stored(1000, Path(sys.argv[1]), {"sample_time": 0.002, "experiment": "tracking"})
 for sample in range(700):
-    stored.signals[:, sample] = 0.001 * sample, -0.001 * sample, 1.0
+    stored.signals[:3, sample] = 0.001 * sample, -0.001 * sample, 1.0
 print("sampled", flush=True)
 time.sleep(600)
 """
