@@ -69,7 +69,7 @@ def student_version(notebook: NotebookNode, name: str, catalogue: Catalogue) -> 
         the catalogue does not have, or is for an answer in words and does not name the question.
     """
     answered = _answered(notebook, name, catalogue)
-    cells = []
+    cells: list[NotebookNode] = []
     for cell in notebook.cells:
         if INSTRUCTOR_TAG in cell.metadata.get("tags", []):
             continue
