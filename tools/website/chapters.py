@@ -24,7 +24,7 @@ from website.staging import ROOT, is_for_instructors
 
 NOTEBOOKS = ROOT / "notebooks"
 VIEW = "application/vnd.jupyter.widget-view+json"
-_NAME = re.compile(r"(?<![`\[])`(\d\d_\w+)`(?!`)")
+_LINK = re.compile(r"\]\((?P<notebook>\d\d_\w+\.ipynb)?(?:#(?P<heading>[^)\s]+))?\)")
 CELL_TIMEOUT = 120  # s; the slowest takes three
 #: No bars, which end up as lines of their own; and one thread, for there may be other programs.
 QUIET = {"TQDM_DISABLE": "1", "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
@@ -116,7 +116,7 @@ def chapter(notebook: NotebookNode, name: str, page: Path, note: str, still: str
         hidden = cell.metadata.get("jupyter", {}).get("source_hidden") or "parameters" in tags
         cell.metadata = NotebookNode({"tags": ["hide-input"]} if hidden else {})
         if cell.cell_type != "code":
-            cell.source = _linked(cell.source, name)
+            cell.source = _linked(cell.source)
             continue
         shown += 1
         cell.execution_count = shown
@@ -128,15 +128,15 @@ def chapter(notebook: NotebookNode, name: str, page: Path, note: str, still: str
     nbformat.write(notebook, page)
 
 
-def _linked(text: str, name: str) -> str:
-    """A text in which the names of other notebooks are links, but for lines of HTML."""
+def _linked(text: str) -> str:
+    """Return a text with links to notebooks and headings as the site names them."""
 
     def link(found: re.Match[str]) -> str:
-        there = (NOTEBOOKS / f"{found[1]}.ipynb").is_file() and found[1] != name
-        return f"[`{found[1]}`](../notebooks/{found[1]}.ipynb)" if there else found[0]
+        page = f"../notebooks/{found['notebook']}" if found["notebook"] else ""
+        heading = f"#{found['heading'].lower().replace('.', '')}" if found["heading"] else ""
+        return f"]({page}{heading})"
 
-    lines = text.split("\n")
-    return "\n".join(line if line.startswith("<") else _NAME.sub(link, line) for line in lines)
+    return _LINK.sub(link, text)
 
 
 def _for_a_page(output: NotebookNode, name: str, page: Path, still: str) -> NotebookNode:

@@ -133,7 +133,7 @@ def build(course: Course, folder: Path, with_data: bool = False) -> tuple[str, .
     texts = {name: text for name, text in derive_notebooks(course).items() if Path(name).stem not in skipped}
     (folder / NOTEBOOKS).mkdir(parents=True)
     for name, content in texts.items():
-        _write_text(folder / NOTEBOOKS / name, content)
+        _write_text(folder / NOTEBOOKS / name, student_notebooks.without_links(content, skipped))
     for name in (PACKAGE, *course.packages):
         _copy_package(package_folder(name), folder / name)
     for module in course.withheld:

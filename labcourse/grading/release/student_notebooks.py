@@ -11,7 +11,7 @@ locked.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 from urllib.parse import quote
@@ -157,6 +157,12 @@ def _is_shown(source: str, name: str) -> bool:
 def text(notebook: NotebookNode) -> str:
     """Return the text of a notebook's file; the same notebook gives the same text."""
     return str(nbformat.writes(notebook, version=nbformat.NO_CONVERT)).rstrip("\n") + "\n"
+
+
+def without_links(text: str, notebooks: Collection[str]) -> str:
+    """Return a notebook's text without links to notebooks (by their names) that are not handed out."""
+    link = re.compile(rf"\[([^\[\]]*)\]\((?:{'|'.join(map(re.escape, notebooks))})\.ipynb[^)\s]*\)")
+    return link.sub(r"\1", text) if notebooks else text
 
 
 def is_answer(cell: Mapping[str, Any]) -> bool:

@@ -1,0 +1,63 @@
+"""Links in the notebooks: each question and notebook that a text names has one, and each leads somewhere."""
+
+import json
+import re
+
+import link_questions
+import pytest
+from made_courses import OURS
+
+from labcourse.grading.release import student_course, student_notebooks
+
+NAMES = [path.stem for path in OURS.notebooks]
+LINK = re.compile(r"\]\((\d\d_\w+\.ipynb)?(?:#([^)\s]+))?\)")
+ASKED_IN = link_questions.targets(OURS.catalogue)
+
+
+def texts(notebook):
+    return ["".join(cell["source"]) for cell in notebook["cells"] if cell["cell_type"] == "markdown"]
+
+
+STUDENTS = {name: json.loads(text) for name, text in student_course.derive_notebooks(OURS).items()}
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_each_question_and_notebook_that_is_named_has_a_link(name):
+    for text in texts(STUDENTS[f"{name}.ipynb"]):
+        assert link_questions.linked(text, name, ASKED_IN) == text
+
+
+def test_each_link_leads_to_a_heading_that_is_there():
+    headings = {
+        name: {line.lstrip("# ").replace(" ", "-") for text in texts(notebook) for line in text.split("\n")}
+        for name, notebook in STUDENTS.items()
+    }
+    links = [
+        (here, link) for here, notebook in STUDENTS.items() for text in texts(notebook) for link in LINK.findall(text)
+    ]
+    assert len(links) > 100
+    for here, (there, heading) in links:
+        assert there in (*headings, "") and (not heading or heading in headings[there or here]), (here, there, heading)
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("See question 2.11.", "See question [2.11](#Question-2.11)."),
+        (
+            "of questions 2.12, 2.13 and 3.1",
+            "of questions [2.12](#Question-2.12), [2.13](03_b.ipynb#Question-2.13) and 3.1",
+        ),
+        ("`03_b`, `02_a`", "[`03_b`](03_b.ipynb), `02_a`"),
+        ("[question 2.11](x) `question 2.11` $question 2.11$", None),
+        ("### Question 2.11\n", None),
+    ],
+)
+def test_questions_and_notebooks_that_are_known_get_links(text, expected):
+    asked_in = {"2.11": "02_a", "2.12": "02_a", "2.13": "03_b"}
+    assert link_questions.linked(text, "02_a", asked_in) == (expected or text)
+
+
+def test_a_notebook_that_is_not_handed_out_has_no_link():
+    text = "In [`02_a`](02_a.ipynb), question [2.11](02_a.ipynb#Question-2.11); [`03_b`](03_b.ipynb)"
+    assert student_notebooks.without_links(text, ["02_a", "01"]) == "In `02_a`, question 2.11; [`03_b`](03_b.ipynb)"
