@@ -13,6 +13,7 @@ import math
 import time
 import weakref
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -49,6 +50,7 @@ SAFETY = (
 _SECONDS = 5.0  # that the scope shows of a run
 _ANGLES = {1: "theta", 2: "alpha"}  # their rows among the samples
 _FRAME = 1 / 40  # s between two pictures of a run
+_SOON = 0.008  # s from a pull to a picture: the arm takes some time to begin to move
 _SILENCE = 3.0  # s without a sign of life from the page, after which a run stops
 _LONGEST_STOP = 10.0  # s to wait for a board that does not answer
 VALIDATION, HOLD, WATCH, FULL, PARTIAL = (
@@ -114,6 +116,7 @@ class BenchConsole(Explorer):
         self._bench: Bench | None = None
         self._run: Running | None = None
         self._hand: Hand | None = None  # on the arm, in a run that a page shows
+        self._pulled = asyncio.Event()
         self._choose(self._addresses[0], replayed_at(self._addresses[0]))
         if experiment:
             self.choice = one_of("experiment", experiment, self._names())
@@ -166,6 +169,7 @@ class BenchConsole(Explorer):
             self._hand.let_go()
         elif self._hand is not None and place is not None:
             self._hand.pull(math.atan2(-place[0], place[1]))
+            self._pulled.set()
 
     def press(self, name: str) -> None:
         """A button."""
@@ -270,7 +274,10 @@ class BenchConsole(Explorer):
     async def _show(self, run: Running) -> None:
         while not run.done:
             self.refresh()
-            await asyncio.sleep(_FRAME)
+            with suppress(TimeoutError):
+                await asyncio.wait_for(self._pulled.wait(), _FRAME)
+                self._pulled.clear()
+                await asyncio.sleep(_SOON)
         if run is self._run:  # else another has been started since, and this one was seen to
             self._settle()
             self.refresh()
