@@ -55,7 +55,8 @@ def picture(scene: Scene) -> Picture:
 
 
 def _in_words(readout: Readout) -> str:
-    rows = (" ".join(filter(None, (row.label, *row.values, row.words))) for row in readout.rows)
+    between = " | " if readout.head else " "
+    rows = (" ".join(filter(None, (row.label, between.join(row.values), row.words))) for row in readout.rows)
     heads = f" ({' | '.join(filter(None, readout.head))})" if readout.head else ""
     return f"{readout.title}{heads}: {'; '.join(rows)}"
 

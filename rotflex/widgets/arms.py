@@ -270,7 +270,8 @@ class OwnArm(ArmsExplorer):
             for t in np.arange(0.0, duration, 1 / _FRAMES_PER_SECOND).tolist():
                 canvas.restore_region(behind)
                 for number, (axes, arm) in enumerate(zip(drawings, self.arms, strict=True)):
-                    axes.clear()
+                    for artist in [*axes.lines, *axes.patches]:  # quicker than clear()
+                        artist.remove()
                     still.draw_moving(axes, arm.drawn(number, t))
                     figure.draw_artist(axes)
                 for line in now:

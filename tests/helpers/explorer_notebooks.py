@@ -18,7 +18,7 @@ A, B = np.asarray(system.A), np.asarray(system.B)
 KERNEL = {"kernelspec": {"name": "python3", "display_name": "Python 3", "language": "python"}}
 NOTEBOOKS = {
     "poles": "explorer = widgets.explore_poles(A, B, lab=lab)\nexplorer",
-    "sweep": "explorer = widgets.explore_sweep(lab)\nexplorer",
+    "sweep": "from rotflex.widgets.sweeps import SweepExplorer\nexplorer = SweepExplorer(lab)\nexplorer",
     "validation": """
 with lab.bench() as bench:
     recording = experiments.validation(bench, A, B, duration=5.0, progress=False)
