@@ -5,7 +5,6 @@ from __future__ import annotations
 import html
 import io
 import os
-import sys
 import time
 from collections.abc import Iterable, Mapping, Sequence
 from datetime import datetime
@@ -56,7 +55,7 @@ def report(lab: Session, folder: Path, name: str, cell: str = "", pdf: str | os.
         attach(folder, lab.catalogue, number, pdf)
     elif missing:
         print(f"The report is not made, and nothing is written. Not installed: {', '.join(missing)}.")
-        print(f"Install it once, in a cell of your own (about 75 MB):   %pip install {' '.join(missing)}")
+        print(_how_to_install(missing))
         print("Then run this cell again.")
     elif not from_notebook.is_saved(folder, cell):
         print("The report is made from the saved notebook, and this notebook has changes that are not saved.")
@@ -68,6 +67,16 @@ def report(lab: Session, folder: Path, name: str, cell: str = "", pdf: str | os.
         )
     else:
         _make(lab, folder, number)
+
+
+def _how_to_install(names: Sequence[str]) -> str:
+    """Say how to install libraries where this Python is. An environment of ``uv tool`` or ``pipx`` has no pip."""
+    if find_spec("pip") is not None:
+        return f"Install it once, in a cell of your own (about 75 MB):   %pip install {' '.join(names)}"
+    return (
+        "This Python has no pip, as uv or pipx made it. In a terminal, in the folder of the course's README, type once "
+        '(about 75 MB): uv tool install --force ".[report]"   or: pipx install --force ".[report]". Then start again.'
+    )
 
 
 def find(reports: Iterable[str], name: str) -> str:
@@ -124,12 +133,7 @@ def _show(names: Sequence[str], summary: str, sections: Mapping[str, Sequence[No
     nothing = [] if any(sections.values()) else ["The program finds nothing that is missing or left out."]
     lines += [*nothing, "", checklist.NOT_CHECKED]
     page += map(html.escape, [*nothing, checklist.NOT_CHECKED])
-    ipython = sys.modules.get("IPython")
-    if ipython is not None and getattr(ipython.get_ipython(), "kernel", None) is not None:
-        content: Any = {"text/html": "".join(f"<div>{part}</div>" for part in page), "text/plain": "\n".join(lines)}
-        ipython.display.display(content, raw=True)
-    else:
-        print("\n".join(lines))
+    from_notebook.show("".join(f"<div>{part}</div>" for part in page), "\n".join(lines))
 
 
 def _link(target: str, shown: str) -> str:
@@ -211,7 +215,8 @@ def attach(folder: Path, catalogue: Catalogue, report: str, pdf: str | os.PathLi
         print(f"To go back to the notebook’s texts, delete {target.name}.")
         print("If a text cell is empty, the text is read from this document, under the same heading.")
     if texts is None:
-        print(f"The program did not look for missing parts: that needs the library {_READER}. %pip install {_READER}")
+        print(f"The program did not look for missing parts: that needs the library {_READER}.")
+        print(_how_to_install([_READER]))
         return
     limit = (course_file.of(folder) or {}).get(course_file.PAGE_LIMIT)
     titles = list(dict.fromkeys(item.heading.partition(":")[0] for item in catalogue.items(report) if not item.judged))

@@ -17,7 +17,7 @@ import zipfile
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from importlib.metadata import Distribution
+from importlib.metadata import Distribution, entry_points
 from pathlib import Path
 from typing import Any
 
@@ -255,7 +255,7 @@ def _pack_wheels(course: Course, folder: Path, release: str) -> None:
         wheel_files.append(_build_wheel(folder / name, local, folder / WHEELS, brings, course.requires))
     for name in (PACKAGE, *course.packages):
         shutil.rmtree(folder / name)
-    _write_text(folder / "pyproject.toml", _project(course.name, course.title, wheel_files))
+    _write_text(folder / "pyproject.toml", _project(course, wheel_files))
 
 
 def zip_files(files: Mapping[str, Path]) -> bytes:
@@ -344,12 +344,17 @@ def _requirements(distribution: Distribution | None) -> tuple[list[str], dict[st
     return needed, extras
 
 
-def _project(name: str, title: str, wheel_files: Sequence[Path]) -> str:
+def _project(course: Course, wheel_files: Sequence[Path]) -> str:
     """Write the ``pyproject.toml`` of a release: a project without files, which needs the wheels beside it."""
     wheels = [f"{path.name.partition('-')[0]} @ {{root:uri}}/{path.parent.name}/{path.name}" for path in wheel_files]
-    texts = {"name": name, "title": title, "dependencies": wheels}  # texts and lists in JSON are valid TOML, too
+    engine = [wheel.replace(PACKAGE, f"{PACKAGE}[report]", 1) for wheel in wheels if wheel.startswith(PACKAGE)]
+    # Texts and lists in JSON are valid TOML, too.
+    texts = {"name": course.name, "title": course.title, "dependencies": wheels, "report": engine}
+    # uv and pipx give a person the commands of this project alone, and not those of its wheels.
+    points = entry_points(group="console_scripts", name=course.command)
+    scripts = "\n".join(f"{json.dumps(point.name)} = {json.dumps(point.value)}" for point in points)
     as_toml = {key: json.dumps(value, ensure_ascii=False) for key, value in texts.items()}
-    return _PROJECT.read_text(encoding="utf-8").format(python=_python(), **as_toml)
+    return _PROJECT.read_text(encoding="utf-8").format(python=_python(), scripts=scripts, **as_toml)
 
 
 def _python() -> str:

@@ -84,11 +84,13 @@ def test_what_cannot_be_handed_in_is_refused_and_nothing_is_written(lab, folder,
 
 
 def test_without_the_library_it_is_taken_and_that_nothing_was_looked_at_is_said(lab, folder, capsys, monkeypatch):
-    monkeypatch.setattr(making, "find_spec", lambda name: None)
+    monkeypatch.setattr(making, "find_spec", lambda name: True if name == "pip" else None)
     said = attach(lab, capsys, typeset())
     assert (folder / NAME).exists()
-    assert "did not look for missing parts" in said
-    assert "%pip install pypdf" in said  # a student's package has no extra of that name
+    assert "did not look for missing parts" in said and "%pip install pypdf" in said  # a student's package has no extra of that name
+    monkeypatch.setattr(making, "find_spec", lambda name: None)  # of uv or pipx
+    said = attach(lab, capsys, typeset())
+    assert "%pip" not in said and 'uv tool install --force ".[report]"' in said
 
 
 @pytest.mark.parametrize(
