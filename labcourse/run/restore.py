@@ -140,7 +140,8 @@ def mend(data: bytes, master: Mapping[str, Any]) -> tuple[dict[str, Any], tuple[
     """
     notebook = Notebook.read(data).content
     changes = alignment.align(master["cells"], Notebook(notebook).cells).changes
-    lines = [f"{change.cell} was {change.what}" for change in changes]
+    by_kind = {what: [change.cell for change in changes if change.what is what] for what in Happened}
+    lines = [f"gave back: {', '.join(cells)} ({what})" for what, cells in by_kind.items() if cells]
     if notebook != json.loads(data):
         lines.append("its file did not have the form of a notebook")
     version = (notebook.get("nbformat"), notebook.get("nbformat_minor"))

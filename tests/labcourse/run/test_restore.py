@@ -54,7 +54,7 @@ def test_changed_deleted_and_moved_cells_are_given_back_and_answers_stay():
     assert [cell["source"] for cell in done["cells"]] == [cell["source"] for cell in worked()["cells"]]
     assert done["cells"][2]["outputs"] == []  # they were the changed code's
     assert done["cells"][8]["outputs"] == worked()["cells"][8]["outputs"]
-    assert sorted(line.split()[0] for line in lines) == ["q1-answer", "setup", "title"]
+    assert lines == ("gave back: setup (changed)", "gave back: title (deleted)", "gave back: q1-answer (moved)")
 
 
 def test_what_a_student_set_in_the_metadata_stays_and_a_lost_lock_comes_back():
@@ -71,7 +71,7 @@ def test_an_answer_that_was_made_text_is_code_again_but_not_where_a_picture_woul
     own["cells"][4] = {"cell_type": "markdown", "id": "q1", "metadata": {}, "source": "k = 3.5"}
     done, lines = restored(own)
     assert (done["cells"][4]["cell_type"], done["cells"][4]["source"]) == ("code", "k = 3.5")
-    assert len(lines) == 1 and lines[0].startswith("q1 ")
+    assert len(lines) == 1 and lines[0].startswith("gave back: q1 ")
     own["cells"][4]["attachments"] = {"a.png": {"image/png": "aGVsbG8="}}
     assert restored(own)[0]["cells"][4]["attachments"] == own["cells"][4]["attachments"]
 
@@ -151,7 +151,7 @@ def test_the_notebook_as_it_was_is_saved_beside_it_and_one_in_order_is_not_writt
     for backup in ("01_springs.before-restore.ipynb", "01_springs-2.before-restore.ipynb"):
         path.write_bytes(saved(own))
         done = restore.restore(tmp_path, path.name, MASTER)
-        assert (done.lines, done.backup) == (("setup was deleted",), backup)
+        assert (done.lines, done.backup) == (("gave back: setup (deleted)",), backup)
         assert (tmp_path / backup).read_bytes() == saved(own)
         assert json.loads(path.read_bytes())["cells"][2] == MASTER["cells"][2]
     before = path.stat()
