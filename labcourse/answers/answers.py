@@ -64,6 +64,16 @@ def parse(data: bytes) -> dict[str, Any]:
     return {"cells": {}, **content}
 
 
+def student_in(data: bytes | None) -> str:
+    """Return the student whom an ``answers.json`` names; "" if there is none, or it cannot be read."""
+    try:
+        content = files.from_json(data or b"{}")
+    except ValueError:
+        return ""
+    student = content.get("student") if isinstance(content, dict) else ""
+    return student if isinstance(student, str) else ""
+
+
 def set_aside(path: Path, why: str) -> str:
     """Rename a file to a name that is not taken, as in ``answers.broken.json``, and return that name."""
     for count in itertools.count(1):

@@ -35,9 +35,8 @@ CLOSE = 1e-4  #: relative: answers are stored to six digits, and another library
 _CLOCKS = 2.0  # s by which the times of files may differ; FAT counts in two
 _NAMED = 6  # cells that are named before "and 12 more"
 _DIFFERENT = (
-    "Other than on your page: your saved notebook, run from its first cell to its last, gives another answer than the "
-    "one that you recorded. Choose Kernel → Restart Kernel and Run All Cells…, and look at it. Random numbers need a "
-    "seed."
+    "An answer below is different from the one on your page: your saved notebook, run from its first cell to its last, "
+    "gives another one. Choose Kernel → Restart Kernel and Run All Cells…, and look at it. Random numbers need a seed."
 )
 
 
@@ -76,7 +75,7 @@ class Checked:
     parts : all that is asked, in the notebooks' order
     problems : what could not be read
     stops : what stopped, and what builds on it
-    lost : what was recorded at home and is not here, though nothing stopped
+    lost : what was recorded at home and is not here, though nothing stopped; the parts say it, too
     unsaved : notebooks in which something was recorded after they were saved
     notes : what else is worth knowing
     seconds : that it took
@@ -105,22 +104,23 @@ class Checked:
     @property
     def summary(self) -> str:
         """How much is there, as a sentence."""
-        missing = [question for question, is_there in self.questions.items() if not is_there]
-        count = plural(len(self.questions), "{count} question", "{count} questions")
-        if not missing:
-            return f"All there: {count}."
-        states = [self._states(question) for question in missing]
-        wrong = sum(bool(state & {State.MISSING, State.DIFFERENT}) for state in states)
-        empty = sum(state == {State.EMPTY} for state in states)
-        counts = {"with something to look at": wrong, "answered in part": len(states) - wrong - empty, "empty": empty}
-        rest = ", ".join(f"{number} {text}" for text, number in counts.items() if number)
-        return f"{len(self.questions) - len(missing)} of {count} are all there; {rest}."
+        there, count = (
+            sum(self.questions.values()),
+            plural(len(self.questions), "{count} question", "{count} questions"),
+        )
+        return f"All there: {count}." if there == len(self.questions) else f"{there} of {count} are all there."
 
     @property
     def advice(self) -> tuple[str, ...]:
-        """What to look at first, a sentence each."""
+        """What to look at first, a sentence each, besides the missing answers and why they are missing."""
         different = [_DIFFERENT] if any(part.state is State.DIFFERENT for part in self.parts) else []
-        return (*self.problems, *self.stops, *self.lost, *self.unsaved, *different)
+        causes = tuple(part.why.rstrip(".") for part in self.parts if part.why)
+        return (
+            *self.problems,
+            *(stop for stop in self.stops if not stop.startswith(causes)),
+            *self.unsaved,
+            *different,
+        )
 
     def _states(self, question: str) -> set[State]:
         return {part.state for part in self.parts if part.question == question}
@@ -173,7 +173,8 @@ def check(
         for where in asked_for:
             in_words = texts.get(where) or in_pdf.get(entry.question) or State.EMPTY
             state = in_words if entry.in_words else _state(where, run, home, why)
-            parts.setdefault(where, Part(name, *where, state, why.missing[where] if state is State.MISSING else ""))
+            cause = why.roots.get(where) or why.missing.get(where, "")
+            parts.setdefault(where, Part(name, *where, state, cause if state is State.MISSING else ""))
     return Checked(
         student,
         folder,

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import contextlib
+import importlib
 import itertools
 import signal
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -21,6 +22,7 @@ from labcourse.safe_text import say
 if TYPE_CHECKING:  # modules load when a command needs them
     from labcourse.run.check import Checked, Part
 
+_MOST_NOTES, _MOST_LINES = 5, 18  # lines of a block of a check's result
 FINE, LOOK, STOPPED = 0, 1, 130  #: exit codes, besides 2 for what cannot be done
 _ENDINGS = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]  # Windows has no SIGHUP
 
@@ -28,16 +30,22 @@ _Folder = Annotated[
     Path | None,
     typer.Argument(metavar="FOLDER", help="With the notebooks in it; this one, or 'notebooks' in it, unless given."),
 ]
+_Notebook = Annotated[str, typer.Option(help="As 02: show what is missing in this notebook alone.")]
 _Student = Annotated[str, typer.Option(help="Your student ID; as your folder says unless given.")]
 
 
 def register(app: typer.Typer, panel: str) -> None:
     """Add the commands to a panel of the help."""
-    for command in (check, submit, restore):
+    for command in (check, submit, report, restore):
         app.command(rich_help_panel=panel)(command)
 
 
-def check(folder: _Folder = None, student: _Student = "") -> None:
+def check(
+    folder: _Folder = None,
+    student: _Student = "",
+    notebook: _Notebook = "",
+    everything: Annotated[bool, typer.Option("--everything", help="Show all, however long it is.")] = False,
+) -> None:
     """Run your notebooks as they will be run for marking, and show which answers are recorded.
 
     Your notebooks, as you saved them, are run from the first cell to the last, in a copy of the folder. Nothing is
@@ -46,7 +54,7 @@ def check(folder: _Folder = None, student: _Student = "") -> None:
     Exit codes: 0 all is recorded, 1 there is something to look at, 2 it cannot be checked.
     """
     with _a_run("check"):
-        checked = _checked(folder, student)
+        checked = _checked(folder, student, notebook, everything)
     raise typer.Exit(FINE if checked.good else LOOK)
 
 
@@ -57,6 +65,7 @@ def submit(
         list[str] | None, typer.Option("--with", help="ID of a partner who hands in the same work; once for each.")
     ] = None,
     out: Annotated[Path | None, typer.Option(help="Where to put the zip; above the folder unless given.")] = None,
+    notebook: _Notebook = "",
     no_check: Annotated[bool, typer.Option("--no-check", help="Pack it unseen; the receipt says so.")] = False,
 ) -> None:
     """Check your work and pack it into one zip file to upload, with a receipt.
@@ -71,14 +80,24 @@ def submit(
         masters = notebooks.masters()
         place = student_folder.find(folder, masters)
         student = packing.owner(student_folder.read(place, list(masters)), student)
-        checked = None if no_check else _checked(place, student)
+        checked = None if no_check else _checked(place, student, notebook)
         if checked is not None:
             typer.echo("")
         catalogue = notebooks.catalogue_of(masters)
         options: dict[str, Any] = {"student": student, "partners": partners or (), "out": out, "checked": checked}
         packed = packing.submit(place, masters, catalogue, **options)
-        say(*packed.lines, f"Your receipts are stored in {packed.receipts}.")
+        told = (*checked.problems, *checked.notes, checked.summary, "Not there ") if checked is not None else ()
+        new = [line for line in packed.lines if not any(text in line for text in told)]
+        say(*new, f"Your receipts are stored in {packed.receipts}.")
     raise typer.Exit(FINE if checked is None or checked.good else LOOK)
+
+
+def report(name: Annotated[str, typer.Argument(metavar="NAME", help="Of the report, or how it begins.")]) -> None:
+    """Make a report of your saved notebooks, as PDF and as a web page. Run it in the folder of the notebooks."""
+    from labcourse import courses
+
+    with _a_run("report"):
+        importlib.import_module(f"{courses.current().package}.lab").start().report(name)
 
 
 def restore(
@@ -132,13 +151,15 @@ def _place(given: Path | None, masters: Iterable[str]) -> Path:
     return folder
 
 
-def _checked(given: Path | None, student: str) -> Checked:
+def _checked(given: Path | None, student: str, notebook: str, everything: bool = False) -> Checked:
     """Check a folder, and show what was found."""
     from labcourse.answers import notebooks
     from labcourse.run import check as checking
+    from labcourse.run import restore as restoring
 
     masters = notebooks.masters()
     folder = _place(given, masters)
+    asks = restoring.named([notebook], list(masters))[0] if notebook else ""
     count = itertools.count(1)
     checked = checking.check(
         folder,
@@ -148,45 +169,74 @@ def _checked(given: Path | None, student: str) -> Checked:
         report=lambda name: typer.echo(f"Running {next(count)} of {len(masters)}: {name}"),
     )
     typer.echo("")
-    say(*lines(checked))
+    say(*lines(checked, asks, everything))
     return checked
 
 
-def lines(checked: Checked) -> Iterator[str]:
-    """Yield the result of a check as text: how much is there, what to look at first, then notebook by notebook."""
-    yield f"Checked in {checked.seconds:.0f} s, as your work is run for marking (and nothing was marked)."
+def lines(checked: Checked, notebook: str = "", everything: bool = False) -> Iterator[str]:
+    """Yield the result of a check as text that fits a screen.
+
+    Parameters
+    ----------
+    checked : the result
+    notebook : file name of the one that asks; what is missing in others is then counted only
+    everything : cut nothing
+    """
+    yield f"Checked in {checked.seconds:.0f} s, as your work is run for marking. Nothing was marked."
     yield f"Student {checked.student}, folder {checked.folder}"
     yield from ("", checked.summary)
     blocks = {
-        "Look at this first": checked.advice,
-        "By notebook": _by_notebook(checked),
-        "Worth knowing": checked.notes,
+        "Look at this first": (_MOST_NOTES, checked.advice),
+        "By notebook": (_MOST_LINES, tuple(_by_notebook(checked, "" if everything else notebook))),
+        "Worth knowing": (_MOST_NOTES, checked.notes),
     }
-    for title, content in blocks.items():
-        if shown := [f"  {line}" for line in content]:
-            yield from ("", title, *shown)
+    for title, (most, content) in blocks.items():
+        shown = content if everything else content[:most]
+        if content:
+            yield from ("", title, *(f"  {line}" for line in shown))
+        if more := len(content) - len(shown):
+            text = plural(more, "{count} more line", "{count} more lines")
+            yield f"  … {text}: {program.name()} check --everything, or lab.check(everything=True), shows all."
 
 
-def _by_notebook(checked: Checked) -> Iterator[str]:
+def _by_notebook(checked: Checked, asks: str) -> Iterator[str]:
     from labcourse.run.check import GOOD, State
 
     notebooks = {name: list(parts) for name, parts in itertools.groupby(checked.parts, lambda part: part.notebook)}
-    width = max((len(name) for name in notebooks), default=0) - len(".ipynb")
-    for name, parts in notebooks.items():
-        questions = {part.question for part in parts}
-        lacking = [part for part in parts if part.state not in GOOD]
-        done = len(questions - {part.question for part in lacking})
-        count = plural(len(questions), "{count} question", "{count} questions")
-        text = f"{done} of {count} all there" if lacking else "all there"
-        if all(part.state is State.EMPTY for part in parts):
-            text, lacking = "nothing yet", []
-        yield f"{name.removesuffix('.ipynb'):<{width}}  {text}"
-        for (question, why), group in itertools.groupby(lacking, lambda part: (part.question, _why(part))):
-            yield f"    {question}  {', '.join(part.name for part in group)}: {why}"
+    done = [name for name, parts in notebooks.items() if all(part.state in GOOD for part in parts)]
+    empty = [name for name, parts in notebooks.items() if all(part.state is State.EMPTY for part in parts)]
+    begun = [name for name in notebooks if name not in (*done, *empty)]
+    if done:
+        yield f"all there: {_stems(done)}"
+    for name in begun:
+        if name == (asks or name):
+            yield from _missing(checked, name, notebooks[name])
+    if others := [name for name in begun if name != (asks or name)]:
+        yield f"something is missing: {_stems(others)} (press Check there to see what)"
+    if empty:
+        yield f"nothing yet: {_stems(empty)}"
+
+
+def _missing(checked: Checked, name: str, parts: Sequence[Part]) -> Iterator[str]:
+    """Yield what is recorded of a notebook that is begun, and what is missing, each part once."""
+    from labcourse.run.check import GOOD
+
+    there = [number for number in dict.fromkeys(part.question for part in parts) if checked.questions[number]]
+    yield f"{_stems([name])}: all there of {', '.join(there) or 'no question'}"
+    causes: dict[str, dict[str, list[str]]] = {}
+    for part in parts:
+        if part.state not in GOOD:
+            causes.setdefault(_why(part), {}).setdefault(part.question, []).append(part.name)
+    for why, questions in causes.items():
+        yield f"  {'; '.join(' '.join((number, ', '.join(names))) for number, names in questions.items())}: {why}"
+
+
+def _stems(names: Sequence[str]) -> str:
+    return ", ".join(name.removesuffix(".ipynb") for name in names)
 
 
 def _why(part: Part) -> str:
-    texts = {"different": "recorded, but other than on your page", "missing": f"not recorded. {part.why}"}
+    texts = {"different": "recorded, but different from your page", "missing": f"not recorded. {part.why}"}
     return texts.get(part.state, part.state)
 
 

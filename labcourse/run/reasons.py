@@ -11,7 +11,7 @@ import re
 from bisect import bisect_left
 from collections import deque
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import islice
 from typing import Any
@@ -41,6 +41,7 @@ class Reasons:
     Attributes
     ----------
     missing : (question, part) → why, for the student; only if there is more to say than that nothing was written
+    roots : (question, part) → what stopped and cost this answer; the same sentence for all that it cost
     stops : what stopped, a sentence each, and what builds on it
     lost : what was recorded at home and is not here, though nothing stopped; a sentence each
     harmless : what stopped, and cost no answer; a sentence each
@@ -48,6 +49,7 @@ class Reasons:
     """
 
     missing: Mapping[Where, str]
+    roots: Mapping[Where, str] = field(default_factory=dict)
     stops: tuple[str, ...] = ()
     lost: tuple[str, ...] = ()
     harmless: tuple[str, ...] = ()
@@ -101,6 +103,7 @@ def explain(
     harmless = [cell for cell in stopped if cell not in costly and not run.is_passed_on(cell)]
     return Reasons(
         missing,
+        {where: f"{texts.stop(cause)}." for where, cause in causes.items() if isinstance(cause, RunCell)},
         tuple(stops),
         tuple(f"Recorded at home and missing here: {', '.join(parts)}; {why}." for why, parts in by_reason.items()),
         tuple(f"{texts.stop(cell)}; no answer is missing for it." for cell in harmless[:_MOST_HARMLESS]),

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from labcourse import course_file, courses, files, program, student_id
 from labcourse.answers import own_files, report_files
+from labcourse.answers.answers import student_in
 from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.notebooks import Cell, HandIn, Notebook, NotebookError
 from labcourse.course_file import NOBODY
@@ -72,6 +73,7 @@ def read(
     cells: dict[str, tuple[Cell, ...]] = {}
     saved: dict[str, float] = {}
     problems: list[str] = []
+    absent: list[str] = []
     for name in notebooks:
         path = folder / name
         try:
@@ -79,9 +81,10 @@ def read(
             cells[name], saved[name] = notebook.cells, path.stat().st_mtime
             problems += [f"{name}: {problem}" for problem in notebook.problems]
         except FileNotFoundError:
-            problems.append(_not_there(folder, name))
+            absent.append(name)
         except (NotebookError, OSError) as error:
             problems.append(f"{name} cannot be read: {files.reason(error)}")
+    problems += _not_there(folder, absent)
     reports: dict[str, bytes] = {}
     pdfs: Iterable[str] = ()
     if catalogue is not None:
@@ -115,12 +118,21 @@ def _read_file(path: Path, problems: list[str]) -> bytes | None:
     return None
 
 
-def _not_there(folder: Path, name: str) -> str:
-    """Return the message on a notebook that is missing, with files that may be it."""
-    similar = folder.glob(f"{name.partition('_')[0]}*.ipynb")
-    names = sorted(files.shown(path.name) for path in similar if own_files.BACKUP not in path.name)
-    ask = f"Is it {' or '.join(names)}? Then give it its name again. Else " if names else ""
-    return f"{name} is not there. ({ask}{program.name()} restore {name} gives a new one.)"
+def _not_there(folder: Path, absent: Sequence[str]) -> Iterator[str]:
+    """Yield a message on each missing notebook for which there are files that may be it, and one on all others."""
+    others = []
+    for name in absent:
+        similar = folder.glob(f"{name.partition('_')[0]}*.ipynb")
+        if names := sorted(files.shown(path.name) for path in similar if own_files.BACKUP not in path.name):
+            yield (
+                f"{name} is not there. (Is it {' or '.join(names)}? Then give it its name again. Else "
+                f"{program.name()} restore {name} gives a new one.)"
+            )
+        else:
+            others.append(name)
+    if others:
+        are = "is" if len(others) == 1 else "are"
+        yield f"{', '.join(others)} {are} not there. ({program.name()} restore NAME gives a new one.)"
 
 
 def student_of(work: Work, given: str = "") -> str:
@@ -133,11 +145,7 @@ def student_of(work: Work, given: str = "") -> str:
     ConfigurationError
         If the hub's name for its user is needed, and cannot be an ID.
     """
-    try:
-        content = files.from_json(work.hand_in.claim or b"{}")
-    except ValueError:
-        content = {}
-    claimed = content.get("student") if isinstance(content, dict) else None
+    claimed = student_in(work.hand_in.claim)
     named = (given, work.hand_in.course.get("student"), claimed if claimed != NOBODY else "")
     student = next((name for name in named if isinstance(name, str) and name), "") or course_file.hub_user() or NOBODY
     try:

@@ -4,13 +4,14 @@ import copy
 import json
 import os
 import time
+from pathlib import Path
 
 import pytest
 from made_notebooks import ANSWER, answer, code, locked, notebook, saved, text
 
 from labcourse.answers.answers import AnswerBook
 from labcourse.run import commands
-from labcourse.run.check import State, check
+from labcourse.run.check import Checked, Part, State, check
 from rotflex.course.questions import CATALOGUE
 from rotflex.hil.student_benches import student_seed
 
@@ -111,13 +112,35 @@ def test_what_stopped_and_what_builds_on_it_is_told_and_no_value_is(folder):
     missing = {where for where, state in states(found).items() if state is State.MISSING}
     assert missing == {("2.11", "omega_n"), ("2.12", "J_l"), ("2.12", "K_s")} and not found.good
     assert states(found)["2.11", "explanation"] is State.EMPTY
-    assert found.summary == "1 of 3 questions are all there; 2 with something to look at."
+    assert found.summary == "1 of 3 questions are all there."
     assert found.stops == ("2.11 stopped: NameError, name 'omgea' is not defined, line 2; 2.12 builds on it.",)
     (changes,) = [note for note in found.notes if "restore" in note]
     assert "changed: setup; deleted: title." in changes and 'lab.restore("01")' in changes
     said = "\n".join(commands.lines(found))
-    assert "2.11  explanation: empty" in said
+    assert "    2.11 explanation: empty" in said
+    (loss,) = [line for line in said.splitlines() if "omgea" in line]  # told once, with all that it costs
+    assert loss.endswith(
+        "2.11 omega_n; 2.12 J_l, K_s: not recorded. 2.11 stopped: NameError, name 'omgea' is not defined, line 2."
+    )
     assert not {"20.0", "0.004", "0.0015", "1.6"} & set(said.replace(str(folder), "").split())
+
+
+def test_what_is_said_fits_a_screen_and_says_how_to_see_the_rest():
+    parts = [
+        Part(f"{n:02}_x.ipynb", f"{n}.{m}", "a", State.MISSING, f"It took {n}.{m} s.")
+        for n in range(9)
+        for m in range(5)
+    ]
+    parts += [Part("09_x.ipynb", "9.1", "a", State.EMPTY), Part("10_x.ipynb", "10.1", "a", State.RECORDED)]
+    checked = Checked("ada", Path("work"), tuple(parts), notes=tuple(f"Note {n}." for n in range(9)))
+    said = [*commands.lines(checked)]
+    assert len(said) <= 36 and sum("check --everything" in line for line in said) == 2
+    everything = "\n".join(commands.lines(checked, everything=True))
+    assert all(part.why in everything for part in parts) and "Note 8." in everything and "more line" not in everything
+    asked = "\n".join(commands.lines(checked, "03_x.ipynb"))
+    assert [f"It took {n}.2 s." in asked for n in (2, 3, 4)] == [False, True, False]
+    assert "something is missing: 00_x, 01_x, 02_x, 04_x" in asked
+    assert "nothing yet: 09_x" in asked and "all there: 10_x" in asked
 
 
 def test_an_answer_other_than_on_the_page_and_a_notebook_that_was_not_saved_since_are_told(folder):
@@ -185,7 +208,7 @@ def test_what_nobody_has_begun_is_empty_and_not_told_to_build_on_others(folder):
     put(folder, {}, masters)
     found = check(folder, masters, CATALOGUE)
     assert set(states(found).values()) == {State.EMPTY}
-    assert found.summary == "0 of 3 questions are all there; 3 empty."
+    assert found.summary == "0 of 3 questions are all there."
     # Begun, it is told.
     put(folder, {"q3": "resolution = J_l"}, masters)
     found = check(folder, masters, CATALOGUE)

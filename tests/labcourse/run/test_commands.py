@@ -69,8 +69,8 @@ def finds(monkeypatch):
     [
         (State.RECORDED, 0, "All there: 1 question."),
         (State.MISSING, 1, "2.11 omega_n: not recorded. It stopped."),
-        (State.DIFFERENT, 1, "Other than on your page"),
-        (State.EMPTY, 1, "01_swing nothing yet"),
+        (State.DIFFERENT, 1, "recorded, but different from your page"),
+        (State.EMPTY, 1, "nothing yet: 01_swing"),
     ],
 )
 def test_check_and_submit_say_what_was_found_and_end_with_it(folder, finds, state, code, said):
@@ -122,7 +122,7 @@ def test_restore_says_what_it_restored_and_that_an_open_notebook_is_to_be_read_a
             [
                 "02_later.ipynb: all",
                 "saved as 01_swing.before-restore.ipynb.",
-                "title was deleted",
+                "gave back: title (deleted)",
                 "Reload Notebook from Disk",
             ],
         ),
