@@ -7,16 +7,16 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from datetime import datetime
 from pathlib import Path
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
-from labcourse import course_file, courses, student_id
+from labcourse import course_file, courses, files, program, student_id
 from labcourse.answers import cell_reports, forms, reflection
-from labcourse.answers.answers import AnswerBook, ResultsTable
+from labcourse.answers.answers import AnswerBook, ResultsTable, student_in
 from labcourse.answers.catalogue import Catalogue
-from labcourse.answers.parts import Question
+from labcourse.answers.parts import Question, Where
 from labcourse.answers.report_files import ReportFile, own_document
 from labcourse.answers.starts import Beginning
 from labcourse.answers.words import SavedTexts
@@ -24,8 +24,11 @@ from labcourse.errors import AnswerError, ConfigurationError, StudentIDError
 from labcourse.files import ANSWERS_FILE, COURSE_FILE
 from labcourse.messages import plural
 from labcourse.report import fine_curves, making
-from labcourse.run import by_program, from_notebook
+from labcourse.run import by_program, from_notebook, place
 from labcourse.run.from_notebook import cell_now
+
+if TYPE_CHECKING:  # the bar is for live notebooks alone
+    from labcourse.scene.course_bar import Chip, CourseBar
 
 PROBE_SEED = "LABCOURSE_PROBE_SEED"  #: environment variable; grading sets it
 DEMO = course_file.NOBODY  #: the student of whoever gives no name
@@ -33,20 +36,39 @@ _RAISE = object()
 
 
 def student_of(given: str, folder: Path) -> str:
-    """Return the student's ID: the given one, or that of ``course.json`` in the folder, or the hub's, or "demo".
+    """Return the student's ID: that of ``course.json`` in the folder, or the hub's, or the given one, or "demo".
+
+    An ID that is known stays: a notebook that gives another one does not change the bench, and sets no answers aside.
+    Where a program runs the notebooks, the given ID counts.
 
     Raises
     ------
     ConfigurationError
         If it cannot be an ID.
     """
-    student: Any = given or (course_file.read(folder) or {}).get("student") or course_file.hub_user() or DEMO
+    typed = student_id.normalised(given) if given else ""
+    if typed and by_program():
+        return typed
+    known = _known(folder, typed)
+    if known and typed and student_id.caseless(known) != student_id.caseless(typed):
+        print(f"Note      You are {known} here, and go on as {known}: the line student = {typed!r} changes nothing.")
+        print(f"          If {known} is wrong, end JupyterLab and start it by: {program.name()} lab --student YOUR-ID")
+    return known or typed or DEMO
+
+
+def _known(folder: Path, typed: str) -> str:
+    """Return the ID in ``course.json``, else that of the recorded answers, else the hub's; "" if nobody knows one."""
+    answers = folder / ANSWERS_FILE
+    recorded = student_in(files.read(answers)) if answers.is_file() else ""
+    named = (course_file.read(folder) or {}).get(course_file.STUDENT) or (recorded if recorded != DEMO else "")
     try:
-        return student_id.normalised(student)
+        return student_id.normalised(named) if named else course_file.hub_user()
     except StudentIDError as error:
-        if given:
-            raise
         raise ConfigurationError(f"{COURSE_FILE}: {error}") from None
+    except ConfigurationError:  # the hub's name cannot be an ID
+        if not typed:
+            raise
+        return ""
 
 
 class Session:
@@ -79,6 +101,9 @@ class Session:
         probe_seed, clock = int(os.environ.get(PROBE_SEED, seed)), None if by_program() else time.time
         self.book = AnswerBook(folder / ANSWERS_FILE, student, bench, probe_seed, clock)
         self.saved_texts = SavedTexts(folder, self.catalogue)
+        self._place = place.Place()
+        self._bar: CourseBar | None = None
+        self._lacked: dict[str, set[Where]] = {}  # of a cell as it ran last: answers that it asked for in vain
 
     @classmethod
     def begin(cls, package: str, catalogue: Catalogue, student: str = "") -> Self:
@@ -100,8 +125,71 @@ class Session:
         name = student_of(student, folder)
         seed = course_file.bench_policy(folder).seed_for(name)
         session = cls(name, folder, catalogue, {"uri": "virtual", "seed": seed}, seed)
+        session.welcome("virtual")
         session.print_notices()
         return session
+
+    def welcome(self, bench: str, *notes: str) -> None:
+        """Show the course bar; where there is no live notebook, print who works at which bench.
+
+        Parameters
+        ----------
+        bench : the bench in a few words
+        notes : what else to know at the beginning, a line each
+        """
+        way = f'no ID yet: start {program.name()} lab --student YOUR-ID, or write your ID in student = "..."'
+        student = self.student + (f" ({way})" if self.student == DEMO else "")
+        notes = (*notes, *self.beginning.lines())
+        if not from_notebook.in_kernel():
+            print(f"Student   {student}", f"Bench     {bench}", *notes, sep="\n")
+            return
+        from IPython.display import display
+
+        from labcourse.scene.course_bar import CourseBar
+
+        self._place = here = place.here(self._folder, self.catalogue, self.beginning.skips)
+        about = (f"Student {student} · Bench {bench}", *notes)
+        report = [from_notebook.report_of(self.catalogue, here.name)]
+        words = {"check": self._who(), "submit": self._who(), "report": report}
+        labels = {name: name.capitalize() for name in words if name != "report" or self.catalogue.reports}
+        self._bar = CourseBar(
+            lambda: self._drawn(about),
+            "\n".join(filter(None, (here.line, *about))),
+            labels,
+            lambda command: from_notebook.output_of(command, words[command], self._folder),
+        )
+        display(self._bar)
+
+    def _drawn(self, about: Sequence[str]) -> str:
+        """Return the course bar's HTML as it is now."""
+        from labcourse.scene import course_bar
+
+        self.refresh()
+        here = self._place
+        asked = [question for question in self.questions.values() if f"{question.notebook}.ipynb" == here.name]
+        chips = [self._chip(question) for question in asked]
+        return course_bar.page(here.line, here.before, here.after, chips, about)
+
+    def _chip(self, question: Question) -> Chip:
+        from labcourse.scene.course_bar import ANSWERED, EMPTY, IN_PART, WAITS, Chip
+
+        missing, here = self._missing(question), self._place
+        needed = {
+            where
+            for cell, lacked in self._lacked.items()
+            for where in lacked
+            if here.builds.get(cell) == question.number and self.content(*where) is None
+        }
+        if not missing:
+            state, words = ANSWERED, ""
+        elif needed:
+            state, words = WAITS, f"builds on {', '.join(sorted({number for number, _part in needed}))}"
+        elif len(missing) < len(question.parts):
+            state, words = IN_PART, f"missing: {', '.join(missing)}"
+        else:
+            state, words = EMPTY, ""
+        cell = here.cells.get(question.number)
+        return Chip(question.number, state, f"#cell-id={cell}" if cell else here.name, words)
 
     def print_notices(self) -> None:
         """Print messages about the stored answers."""
@@ -140,6 +228,8 @@ class Session:
             recorded = {reply.part: parts[reply.part] for reply in replies if reply.recorded}
             fine_curves.keep_recorded(self._folder, self.catalogue.find(question), recorded, self.book)
         self.print_notices()
+        if self._bar is not None:
+            self._bar.refresh()
         return [*map(str, replies), *unasked]
 
     def value(self, question: str, part: str, default: Any = _RAISE) -> Any:
@@ -174,12 +264,13 @@ class Session:
             print(f"{question}  {part}  is not asked in your class")
             return default
         cell_reports.lacked(question, part)
+        self._lacked.setdefault(cell_now(), set()).add((question, part))
         missing = f"{question}  {part}  not answered yet: notebook {asked.notebook} asks for it"
         if wanted.kind == "prose":
             missing += " (words are read from the saved notebook)"
         if default is _RAISE:
             raise AnswerError(f"{missing}. Answer it there first.")
-        print(missing)
+        place.show_linked(missing, self.beginning.whole)
         return default
 
     def has(self, question: str, part: str) -> bool:
@@ -213,7 +304,7 @@ class Session:
         asked = [number for number in numbers if number in self.catalogue.everything]
         if asked:
             named = f"question {asked[0]}" if len(asked) == 1 else f"questions {', '.join(asked)}"
-            print(f"Answer {named} first; then run this cell again.")
+            place.show_linked(f"Answer {named} first; then run this cell again.", self.catalogue)
         else:
             print("This cell builds on questions that your class is not asked. Go on below it.")
         return False
@@ -266,11 +357,13 @@ class Session:
     def summary(self) -> None:
         """Print how much of each notebook is answered, a line for each. Texts count as they are saved."""
         self.refresh()
+        lines = []
         for notebook in self.catalogue.notebooks:
             asked = [question for question in self.questions.values() if question.notebook == notebook]
             done = sum(not self._missing(question) for question in asked)
             questions = plural(len(asked), "{count} question", "{count} questions")
-            print(f"{notebook:<26}  {done} of {questions} answered")
+            lines.append(f"{notebook:<26}  {done} of {questions} answered")
+        place.show_linked("\n".join(lines), self.catalogue)
         self._print_how_texts_are_read()
 
     # --- predictions ---------------------------------------------------------------------------------------------
@@ -344,7 +437,7 @@ class Session:
         self.refresh()
         checks = self.beginning.possible(self.checks())
         checks = reflection.of_notebooks(checks, self.beginning.whole, map(str, notebooks))
-        print(reflection.reflect(checks, self._found))
+        place.show_linked(str(reflection.reflect(checks, self._found)), self.catalogue)
 
     def _found(self, question: str, part: str) -> Any:
         """Return an answer; raises AnswerError if there is none, or none that can be read."""
@@ -368,12 +461,17 @@ class Session:
 
     # --- before it is handed in ------------------------------------------------------------------------------------
 
-    def check(self) -> None:
+    def check(self, everything: bool = False) -> None:
         """Run the saved notebooks as for marking, and print which answers are recorded, which are not, and why.
 
         They run in a copy of the folder. Nothing is marked, and nothing is changed.
+
+        Parameters
+        ----------
+        everything : show what is missing in all notebooks, however long it is
         """
-        from_notebook.run("check", ["--student", self.student], self._folder, cell_now())
+        options = [*self._who(), *(["--everything"] if everything else [])]
+        from_notebook.run("check", options, self._folder, cell_now())
 
     def submit(self, *partners: str) -> None:
         """Check the saved notebooks, and pack them into one zip to hand in, with a receipt.
@@ -382,8 +480,12 @@ class Session:
         ----------
         partners : IDs of those who hand in the same work
         """
-        options = ["--student", self.student, *(f"--with={partner}" for partner in partners)]
+        options = [*self._who(), *(f"--with={partner}" for partner in partners)]
         from_notebook.run("submit", options, self._folder, cell_now(), needs_saving=True)
+
+    def _who(self) -> list[str]:
+        """Return the options of a command that say for whom, and in which notebook, it is run."""
+        return ["--student", self.student, *(["--notebook", self._place.name] if self._place.name else [])]
 
     def restore(self, *notebooks: str | int) -> None:
         """Restore the course's cells that were changed, moved or deleted. No answer is changed.

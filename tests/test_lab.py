@@ -35,13 +35,13 @@ def test_the_welcome_says_who_where_and_what_without_paths_or_times(capsys, fold
     rotflex.course.lab.start("ada")
     position = student_bench(student_seed("ada")).joint.arm_position
     said = capsys.readouterr().out
-    assert re.fullmatch(rf"Student +ada\nBench .* position {position}, .* type E\nAnswers +answers\.json\n", said)
+    assert re.fullmatch(rf"Student +ada\nBench .* position {position}, .* type E\n", said)
     lines = []
     for bench in ({"which": "own"}, {"which": "same", "seed": 3}, {"which": "preset", "preset": "real_bench"}):
         (folder / "course.json").write_text(json.dumps({"student": "ada", "draw": 2, "bench": bench}))
         rotflex.course.lab.start()
         lines.append(len(capsys.readouterr().out.splitlines()))
-    assert lines == [3, 4, 4]  # whether everybody has this bench
+    assert lines == [2, 3, 3]  # whether everybody has this bench
 
 
 def test_without_an_id_the_student_is_the_courses_or_demo(capsys, folder):
@@ -50,6 +50,23 @@ def test_without_an_id_the_student_is_the_courses_or_demo(capsys, folder):
     (folder / "course.json").write_text(json.dumps({"student": "ada"}))
     assert rotflex.course.lab.start().student == "ada"
     assert "student = " not in capsys.readouterr().out
+
+
+def test_an_id_typed_in_a_notebook_counts_where_none_is_known_and_then_changes_nothing(capsys, folder, monkeypatch):
+    (folder / "course.json").write_text(json.dumps({"student": ""}))
+    rotflex.course.lab.start("ada").answer("2.12", K_s=1.3)
+    before = sorted(path.name for path in folder.iterdir())
+    for known in ("", "ada"):  # known by the answers, and by the folder
+        (folder / "course.json").write_text(json.dumps({"student": known}))
+        capsys.readouterr()
+        lab = rotflex.course.lab.start("grace")
+        said = capsys.readouterr().out
+        assert (lab.student, lab.seed, lab.value("2.12", "K_s")) == ("ada", student_seed("ada"), 1.3)
+        assert "student = 'grace' changes nothing" in said and "rotflex lab --student YOUR-ID" in said
+        rotflex.course.lab.start("ADA")
+        assert "changes nothing" not in capsys.readouterr().out
+    assert sorted(path.name for path in folder.iterdir()) == before  # no answers were put aside
+    monkeypatch.setenv("LABCOURSE_RUNNING", "grade")
     assert rotflex.course.lab.start("grace").student == "grace"
 
 

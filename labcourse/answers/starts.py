@@ -183,6 +183,11 @@ class Beginning:
         self._values = None if self.start is None else values_in(course, self.start)
         self._announced: set[Where] = set()
 
+    @property
+    def skips(self) -> tuple[str, ...]:
+        """The notebooks that the class does not have."""
+        return () if self.start is None else tuple(self.start.skips)
+
     def is_given(self, question: str, part: str) -> bool:
         """Check whether the value of a part is given."""
         return self.start is not None and (question, part) in self.start.gives

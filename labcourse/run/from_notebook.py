@@ -5,14 +5,16 @@ They run as programs of their own: the notebook's kernel keeps its names, and st
 
 from __future__ import annotations
 
+import contextlib
 import os
 import subprocess
 import sys
-from collections.abc import Sequence
+from collections.abc import Generator, Sequence
 from pathlib import Path
 from typing import Any
 
 from labcourse import files, program
+from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.notebooks import Notebook, NotebookError
 from labcourse.run import CELL_ID, by_program
 from labcourse.safe_text import no_escapes
@@ -42,14 +44,20 @@ def run(command: str, words: Sequence[str], folder: Path, cell: str = "", needs_
         if needs_saving:
             return
         print()
+    with contextlib.closing(output_of(command, words, folder)) as lines:
+        for line in lines:
+            print(no_escapes(line), end="", flush=True)
+
+
+def output_of(command: str, words: Sequence[str], folder: Path) -> Generator[str]:
+    """Run a command as a program of its own, and yield the lines that it prints, as they come."""
     pipes: dict[str, Any] = {"stdin": subprocess.DEVNULL, "stdout": subprocess.PIPE, "stderr": subprocess.STDOUT}
     environment = {**os.environ, "PYTHONUTF8": "1", "PYTHONUNBUFFERED": "1"}
     arguments = [sys.executable, "-P", "-m", program.name(), command, *words]
     child = subprocess.Popen(arguments, cwd=folder, env=environment, encoding="utf-8", errors="replace", **pipes)
     assert child.stdout is not None
     try:
-        for line in child.stdout:
-            print(no_escapes(line), end="", flush=True)
+        yield from child.stdout
     finally:
         _end(child)
 
@@ -76,6 +84,26 @@ def is_saved(folder: Path, cell: str) -> bool:
     if not history or not CELL_ID.fullmatch(cell):
         return True
     return any((cell, history[-1]) in _cells(path) for path in sorted(folder.glob("*.ipynb")))
+
+
+def report_of(catalogue: Catalogue, notebook: str) -> str:
+    """Return the number of the report that a notebook prepares: the first one in it or after it; "" without reports."""
+    after = [number for number, report in catalogue.reports.items() if f"{report.notebook}.ipynb" >= notebook]
+    return next(iter(after or [*catalogue.reports][-1:]), "")
+
+
+def in_kernel() -> bool:
+    """Return whether a person works in a notebook: a kernel runs this, and no program runs the notebook."""
+    return getattr(_shell(), "kernel", None) is not None and not by_program()
+
+
+def show(page: str, text: str) -> None:
+    """Show HTML in a live notebook, and elsewhere print the text that says the same."""
+    if in_kernel():
+        content: Any = {"text/html": page, "text/plain": text}
+        sys.modules["IPython"].display.display(content, raw=True)
+    else:
+        print(text)
 
 
 def _shell() -> Any:

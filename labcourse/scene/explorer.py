@@ -26,7 +26,31 @@ _HERE = Path(__file__).parent
 _SCRIPTS = ("drawing.js", "moving.js", "controls.js", "handles.js", "grabs.js", "player.js", "explorer.js")
 
 
-class Explorer(anywidget.AnyWidget):
+class Live(anywidget.AnyWidget):
+    """A widget that receives the page's events one after the other, and can be changed from a thread."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._loop = _running_loop()
+        self.on_msg(self._on_message)
+
+    def receive(self, event: Mapping[str, Any]) -> None:
+        """Take an event of the page."""
+        raise NotImplementedError
+
+    def later(self, call: Callable[..., None], *values: Any) -> None:
+        """Call a function where events are received: widgets are not for several threads."""
+        if self._loop is not None and self._loop.is_running():
+            self._loop.call_soon_threadsafe(call, *values)
+        else:
+            call(*values)
+
+    def _on_message(self, _: object, content: Mapping[str, Any], __: object) -> None:
+        """Take a message of the page, on the kernel's own loop: JupyterLab may send it to a thread beside it."""
+        self.later(self.receive, content)
+
+
+class Explorer(Live):
     """A scene that answers.
 
     A subclass says what is to be seen (:meth:`view`), and what to do when a control is set, a button pressed or a
@@ -41,10 +65,8 @@ class Explorer(anywidget.AnyWidget):
     def __init__(self) -> None:
         super().__init__()
         self._version = 0
-        self._loop = _running_loop()
         self._answered: dict[str, Any] = {}
         self.notice = ""
-        self.on_msg(self._on_message)
         self.refresh()
 
     # --- what a subclass says ---------------------------------------------------------------------------------------
@@ -138,13 +160,6 @@ class Explorer(anywidget.AnyWidget):
 
         threading.Thread(target=run, daemon=True).start()
 
-    def later(self, call: Callable[..., None], *values: Any) -> None:
-        """Call a function where events are received: widgets are not for several threads."""
-        if self._loop is not None and self._loop.is_running():
-            self._loop.call_soon_threadsafe(call, *values)
-        else:
-            call(*values)
-
     def save_picture(self, name: str) -> None:
         """Save the picture as PNG and as SVG beside the notebook, and say so; earlier ones of that name are replaced.
 
@@ -162,10 +177,6 @@ class Explorer(anywidget.AnyWidget):
         for kind in ("png", "svg"):
             written(Path.cwd() / f"{name}.{kind}", partial(draw, kind=kind))
         self.notice = f"Saved for your report: {name}.png and {name}.svg."
-
-    def _on_message(self, _: object, content: Mapping[str, Any], __: object) -> None:
-        """Take a message of the page, on the kernel's own loop: JupyterLab may send it to a thread beside it."""
-        self.later(self.receive, content)
 
     def static_view(self) -> tuple[dict[str, str], dict[str, Any]]:
         """Display data and metadata for where there are no widgets."""
@@ -214,7 +225,7 @@ def _result(work: Callable[[], Any]) -> Any:
 
 
 def _running_loop() -> asyncio.AbstractEventLoop | None:
-    """The kernel's, or none outside of it."""
+    """Return the kernel's loop; None outside of a kernel."""
     try:
         return asyncio.get_running_loop()
     except RuntimeError:

@@ -1,8 +1,8 @@
-"""An explorer in a saved notebook: its picture, and what to do to have it again.
+"""An explorer or a course bar in a saved notebook: a picture or HTML, and what to do to have it again.
 
 JupyterLab shows a widget's view wherever an output has one, whatever else is beside it, and without the kernel that
 made it says "Loading widget..." for ever, or that there is no model. So a saved notebook has the picture instead; the
-page that is open keeps its explorer.
+page that is open keeps its widgets.
 """
 
 from __future__ import annotations
@@ -12,23 +12,35 @@ from collections.abc import Mapping
 from typing import Any
 
 VIEW = "application/vnd.jupyter.widget-view+json"  #: a live widget's kind of output
-EXPLORER = "explorer"  #: in that output's metadata, of an explorer
+EXPLORER, BAR = "explorer", "bar"  #: in that output's metadata: what the widget is
+_SHOWN_NOW = "labcourse_bar"  # in the notebook's metadata: the bar's HTML, as the page shows it at this moment
+_RUN_CELL = "This is a picture of the explorer as it began. To use the explorer, run this cell."
+_RUN_ABOVE = "As it was saved. Python is not running yet: choose Run → Run All Above Selected Cell."
 
 
 def with_pictures(model: Mapping[str, Any], **_others: Any) -> None:
-    """Put pictures in the place of explorers, in a notebook that is about to be saved: a server's ``pre_save_hook``."""
+    """Put pictures in the place of widgets, in a notebook that is about to be saved: a server's ``pre_save_hook``."""
     if model.get("type") != "notebook" or not model.get("content"):
         return
+    bar = model["content"].get("metadata", {}).pop(_SHOWN_NOW, None)
     for cell in model["content"].get("cells", []):
         for output in cell.get("outputs", []):
-            if output.get("metadata", {}).get(VIEW, {}).get(EXPLORER):
+            mark = output.get("metadata", {}).get(VIEW, {})
+            if mark.get(EXPLORER):
                 _replace(output)
+            elif mark.get(BAR):
+                shown = bar if isinstance(bar, str) else _text(output["data"].get("text/html", ""))
+                _put(output, f"{shown}\n<p><b>{_RUN_ABOVE}</b></p>")
+
+
+def _put(output: dict[str, Any], shown: str) -> None:
+    output["data"].pop(VIEW, None)
+    output["metadata"].pop(VIEW)
+    output["data"]["text/html"] = shown
 
 
 def _replace(output: dict[str, Any]) -> None:
     data, metadata = output["data"], output["metadata"]
-    data.pop(VIEW, None)
-    metadata.pop(VIEW)
     picture, about = _text(data.pop("image/png", "")).replace("\n", ""), metadata.pop("image/png", {})
     shown = _text(data.get("text/html", ""))
     if picture:
@@ -36,8 +48,7 @@ def _replace(output: dict[str, Any]) -> None:
         shown = f'<img src="data:image/png;base64,{picture}" alt="{alt}" width="{int(about.get("width", 0)) or ""}">'
     elif not shown:
         shown = f"<p>{html.escape(_text(data.get('text/plain', '')))}</p>"
-    words = "Run this cell again to use this explorer: Python has to be there for it. Below is how it began."
-    data["text/html"] = f"<p><b>{words}</b></p>\n{shown}"
+    _put(output, f"<p><b>{_RUN_CELL}</b></p>\n{shown}")
 
 
 def _text(value: str | list[str]) -> str:

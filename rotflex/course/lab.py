@@ -22,7 +22,7 @@ from labcourse.answers.reflection import Check
 from labcourse.benches import PRESET, REAL, SAME
 from labcourse.course_file import bench_policy
 from labcourse.run import RUNNING
-from labcourse.session import DEMO, Session, student_of
+from labcourse.session import Session, student_of
 from rotflex import hil
 from rotflex.course.practice import Practice
 from rotflex.course.questions import CATALOGUE
@@ -39,8 +39,8 @@ def start(
 
     Parameters
     ----------
-    student : whose bench and answers these are; without one, the student of ``course.json``, else the user of the
-        JupyterHub that this runs on, else "demo"
+    student : whose bench and answers these are, where neither ``course.json`` nor a JupyterHub names a student;
+        without an ID, "demo"
     bench : address of the bench, see :func:`rotflex.hil.open`; "virtual" is the one that the course gives the student
     folder : where answers are kept; the notebook's own by default
     quiet : leave out the welcome
@@ -83,27 +83,21 @@ class Lab(Session):
         self.joint = bench.joint
         super().__init__(student, folder, CATALOGUE, bench.identity, self.seed)
         if not quiet:
-            self._welcome()
+            parts = f"arm in position {self.joint.arm_position}, encoders of type {self.servo.encoder}"
+            self.welcome(f"{self.address}: {parts}", *self._notes())
         self.print_notices()
 
     def __repr__(self) -> str:
         return f"<Lab: student {self.student}, bench {self.address}>"
 
-    def _welcome(self) -> None:
-        note = ' (nobody in particular: write your id in student = "...")' if self.student == DEMO else ""
-        print(f"Student   {self.student}{note}")
+    def _notes(self) -> Iterable[str]:
         if message := course_file.other_hub_user(self.student):
-            print(f"          {message}")
-        parts = f"arm in position {self.joint.arm_position}, encoders of type {self.servo.encoder}"
-        print(f"Bench     {self.address}: {parts}")
-        print(f"Answers   {self.book.path.name}")
+            yield message
         if self.policy.which in (SAME, PRESET):
-            print("          Everybody in your course has this same bench.")
-        for line in self.beginning.lines():
-            print(line)
+            yield "Everybody in your course has this same bench."
         if self.policy.which == REAL:
-            print(
-                "Marks     are given for recordings made on the laboratory's own benches. There, write the "
+            yield (
+                "Marks are given for recordings made on the laboratory's own benches. There, write the "
                 'bench\'s address, as bench = "…". Anywhere else, your recordings of there are used: the '
                 f"folder recordings has {len(self.recordings.paths)}."
             )

@@ -31,7 +31,7 @@ def hub(monkeypatch, tmp_path):
 def whose(capsys, student=""):
     """Whose the session is, that of the packed work, and what is told beside the first."""
     found = rotflex.course.lab.start(student).student
-    packed = student_folder.student_of(student_folder.read(Path(), [NOTEBOOK]), student)
+    packed = student_folder.student_of(student_folder.read(Path(), [NOTEBOOK]), found)
     assert packed == found
     return found, "The hub knows you as" in capsys.readouterr().out
 
@@ -42,8 +42,8 @@ def test_who_gives_no_id_is_the_hubs_user(capsys):
     assert whose(capsys) == ("ada", False)
 
 
-def test_the_folders_student_leads_and_so_does_a_given_one_and_it_is_told(capsys):
-    assert whose(capsys, "eve") == ("eve", True)
+def test_the_folders_student_leads_and_the_hubs_name_is_told_where_it_is_another(capsys):
+    assert whose(capsys, "eve") == ("ada", False)  # typed in a notebook: the hub knows better
     Path("course.json").write_text('{"student": "bob"}')
     assert whose(capsys) == ("bob", True)
     Path("course.json").write_text('{"student": "ADA"}')

@@ -61,4 +61,4 @@ def the_arm_moves_and_is_saved(page, address, notebook):
     page.evaluate("() => window.jupyterapp.commands.execute('docmanager:save')")
     page.wait_for_function("() => !window.jupyterapp.shell.currentWidget.context.model.dirty", timeout=browser.PATIENCE)
     saved = json.dumps(browser.get(address, f"/api/contents/empty/{notebook}")["content"])
-    assert "Run this cell again to use this explorer" in saved and "widget-view" not in saved
+    assert "To use the explorer, run this cell." in saved and "widget-view" not in saved

@@ -13,7 +13,7 @@ from labcourse.scene.explorer import Explorer
 from labcourse.scene.saved_explorers import VIEW, with_pictures
 from labcourse.scene.scene import Scene
 
-WORDS = "Run this cell again"
+WORDS = "To use the explorer, run this cell."
 
 
 class Drawn(Explorer):

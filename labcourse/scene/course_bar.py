@@ -1,0 +1,169 @@
+"""The course bar at the top of a notebook: where the student is, what is answered, and the commands as buttons.
+
+The page draws the same HTML that a saved notebook has; the buttons and what the commands print are around it.
+"""
+
+from __future__ import annotations
+
+import html
+import os
+import threading
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import traitlets
+
+from labcourse.pictures import SWITCH
+from labcourse.safe_text import no_escapes
+from labcourse.scene.explorer import Live
+from labcourse.scene.saved_explorers import BAR, VIEW
+
+ANSWERED, IN_PART, WAITS, EMPTY = "answered", "in part", "waits", "empty"
+_SIGNS = {ANSWERED: "✓", IN_PART: "◐", WAITS: "…", EMPTY: "○"}
+Address = tuple[str, str] | None  #: of a notebook: its file and its title; None if there is none
+_PROGRESS = "Running "  # the beginning of a line that the next one of its kind replaces
+_HERE = Path(__file__).parent
+_CHIP = "display:inline-block;margin:1px 4px 1px 0;padding:0 6px;border:1px solid;border-radius:9px;white-space:nowrap"
+_NEXT = (
+    "display:inline-block;max-width:11em;overflow:hidden;text-overflow:ellipsis;white-space:nowrap;vertical-align:top"
+)
+_LINE = "margin:0;line-height:1.6"
+
+#: What to do before a command that needs the saved file, by what the page knows: not saved; not known.
+NOT_SAVED: dict[bool | None, str] = {
+    False: "This notebook is not saved; only the saved file counts. Save it (Ctrl+S, on a Mac ⌘+S). Then press again.",
+    None: "This page cannot see whether the notebook is saved. Save it, and write lab.{command} in a cell of your own.",
+}
+
+
+@dataclass(frozen=True)
+class Chip:
+    """A question as the bar shows it: number, state, address of its cell, and more words on the state."""
+
+    number: str
+    state: str
+    href: str
+    words: str = ""
+
+
+def page(
+    line: str,
+    before: tuple[str, str] | None,
+    after: tuple[str, str] | None,
+    chips: Sequence[Chip],
+    about: Sequence[str],
+) -> str:
+    """Return the bar's HTML.
+
+    Parameters
+    ----------
+    line : where the student is
+    before, after : address and title of the notebooks beside this one
+    chips : of the notebook's questions
+    about : student, bench and notes, a line each
+    """
+    links = (
+        _link(before[0], f"← {before[1]}") if before else "",
+        f"<b>{html.escape(line)}</b>" if line else "",
+        _link(after[0], f"{after[1]} →") if after else "",
+    )
+    rows = [" &nbsp; ".join(filter(None, links))]
+    if chips:
+        legend = " ".join(f"{_SIGNS[state]} {state}" for state in _SIGNS)
+        rows.append(f"{''.join(map(_chip, chips))}<small>{legend}</small>")
+    rows += [f"<small>{html.escape(text)}</small>" for text in about]
+    return "".join(f'<p style="{_LINE}">{row}</p>' for row in rows if row)
+
+
+def _link(href: str, text: str) -> str:
+    return (
+        f'<a href="{html.escape(href)}" title="{html.escape(text, quote=True)}" style="{_NEXT}">{html.escape(text)}</a>'
+    )
+
+
+def _chip(chip: Chip) -> str:
+    words = html.escape(f"{chip.number}: {chip.state}{f' ({chip.words})' if chip.words else ''}", quote=True)
+    text = f"{html.escape(chip.number)} {_SIGNS[chip.state]}"
+    return f'<a href="{html.escape(chip.href)}" title="{words}" aria-label="{words}" style="{_CHIP}">{text}</a>'
+
+
+class CourseBar(Live):
+    """The bar of a live notebook.
+
+    Parameters
+    ----------
+    draw : returns the HTML as it is now
+    text : the same in short, for where there are no widgets
+    commands : command → its label
+    start : (command) → lines that the program prints
+    """
+
+    _esm = _HERE / "course_bar.js"
+    _css = _HERE / "course_bar.css"
+    html = traitlets.Unicode().tag(sync=True)
+    looks = traitlets.Int(0).tag(sync=True)  #: how often the page's question was answered
+    commands = traitlets.Dict().tag(sync=True)
+    output = traitlets.Dict().tag(sync=True)  #: {"title", "text", "notice", "busy"} of the command that ran last
+
+    def __init__(
+        self, draw: Callable[[], str], text: str, commands: Mapping[str, str], start: Callable[[str], Iterator[str]]
+    ) -> None:
+        self._draw, self._text, self._start = draw, text, start
+        self._notice = ""  # on the command that runs
+        super().__init__()
+        self.commands = dict(commands)
+        self.html = draw()
+
+    def refresh(self) -> None:
+        """Draw what is answered now."""
+        self.html = self._draw()
+
+    def receive(self, event: Mapping[str, Any]) -> None:
+        """Take an event of the page: it looks again, or a button was pressed."""
+        try:
+            if event.get("kind") == "press":
+                self.press(str(event.get("name")), event.get("saved"))
+            self.refresh()
+        except Exception as error:
+            self.output = {**self.output, "notice": no_escapes(str(error))}
+        self.looks += 1
+
+    def press(self, command: str, saved: bool | None) -> None:
+        """Run a command as a program of its own, unless one runs, or it needs a notebook that is saved."""
+        if self.output.get("busy"):
+            self.output = {**self.output, "notice": f"{self.output['title']} still runs. Wait until it has ended."}
+            return
+        notice = "" if saved else NOT_SAVED[saved].format(command=f"{command}()")
+        runs = bool(saved) or command == "check"
+        self._notice = notice
+        self.output = {"title": self.commands[command], "text": "", "notice": notice, "busy": runs}
+        if runs:
+            threading.Thread(target=self._run, args=(command,), daemon=True).start()
+
+    def _run(self, command: str) -> None:
+        try:
+            for line in self._start(command):
+                self.later(self._add, line)
+        except Exception as error:
+            self.later(self._add, f"{type(error).__name__}: {error}\n")
+        self.later(self._end)
+
+    def _add(self, line: str) -> None:
+        text = self.output["text"]
+        if line.startswith(_PROGRESS) and text.startswith(_PROGRESS) and text.count("\n") == 1:
+            text = ""
+        self.output = {**self.output, "text": text + no_escapes(line)}
+
+    def _end(self) -> None:
+        self.output = {**self.output, "busy": False, "notice": self._notice}
+        self.refresh()
+
+    def _repr_mimebundle_(self, **options: Any) -> Any:
+        """The widget, and what stands for it in a saved notebook and in a terminal."""
+        live = super()._repr_mimebundle_(**options)
+        data, metadata = live if isinstance(live, tuple) else (live, {})
+        shown = {} if os.environ.get(SWITCH) == "off" else data or {}
+        mark = {VIEW: {BAR: True}} if VIEW in shown else {}
+        return {**shown, "text/html": self.html, "text/plain": self._text}, {**metadata, **mark}
