@@ -104,6 +104,9 @@ def show_linked(text: str, catalogue: Catalogue) -> None:
     text : the message, in which a number such as "1.2" is a question
     catalogue : of the course
     """
+    if not from_notebook.in_kernel():
+        print(text)
+        return
     linked = _QUESTION.sub(lambda match: _question(catalogue, match[0]), html.escape(text, quote=False))
     for name in catalogue.notebooks:
         linked = re.sub(rf"(?<![\w\"]){name}\b(?!\.ipynb)", f'<a href="{name}.ipynb">{name}</a>', linked)
@@ -115,6 +118,9 @@ def _question(catalogue: Catalogue, number: str) -> str:
     """Return a link to a question's cell. (JupyterLab goes to a heading only in a notebook that is open.)"""
     if number not in catalogue.everything:
         return number
-    path = courses.current().notebooks / f"{catalogue.everything[number].notebook}.ipynb"
-    cell = _recording(path).get(number, "") if path.exists() else ""
-    return f'<a href="{path.name}#cell-id={cell}">{number}</a>'
+    name = f"{catalogue.everything[number].notebook}.ipynb"
+    try:
+        cell = _recording(courses.current().notebooks / name).get(number, "")
+    except (ConfigurationError, OSError):  # a course that is being written
+        cell = ""
+    return f'<a href="{name}#cell-id={cell}">{number}</a>'
