@@ -2,7 +2,8 @@
 
     python tools/link_questions.py
 
-What has a link already stays as it is. A question's link leads to its heading, as JupyterLab names it.
+What has a link already stays as it is. A link to a question of the same notebook leads to its heading. One to another
+notebook leads to the cell with the heading: JupyterLab finds no heading in a notebook that it has only just opened.
 """
 
 from __future__ import annotations
@@ -10,12 +11,10 @@ from __future__ import annotations
 import re
 import sys
 from collections.abc import Mapping
-from pathlib import Path
 
-import nbformat
+from nbformat import NotebookNode
 
 from labcourse import files
-from labcourse.answers.catalogue import Catalogue
 from labcourse.grading import course
 from labcourse.grading.release import student_notebooks
 
@@ -26,36 +25,41 @@ _APART = re.compile(
     re.DOTALL | re.MULTILINE,
 )
 _NOTEBOOK = re.compile(r"`(\d\d_\w+)`")
+_HEADING = re.compile(r"^### Question (\d\.\d+)", re.MULTILINE)
 _CODE = re.compile(r"(`[^`]+`)")
 _NUMBER = r"\d\.\d+"
 _QUESTIONS = re.compile(rf"\b[Qq]uestions?\s+{_NUMBER}(?:(?:,\s|,?\s(?:and|or|to)\s){_NUMBER})*")
 
 
-def linked(text: str, notebook: str, asked_in: Mapping[str, str]) -> str:
+Places = Mapping[str, tuple[str, str]]  #: question number → notebook, and id of the cell with its heading
+
+
+def linked(text: str, notebook: str, places: Places) -> str:
     """Return a text with links to the questions and notebooks that it names.
 
     Parameters
     ----------
     text : Markdown
     notebook : in which it stands, without the ending
-    asked_in : question number → notebook
+    places : of the questions that have a heading
     """
     parts, end = [], 0
     for apart in _APART.finditer(text):
-        parts += [_linked(text[end : apart.start()], notebook, asked_in), apart[0]]
+        parts += [_linked(text[end : apart.start()], notebook, places), apart[0]]
         end = apart.end()
-    return "".join([*parts, _linked(text[end:], notebook, asked_in)])
+    return "".join([*parts, _linked(text[end:], notebook, places)])
 
 
-def _linked(text: str, notebook: str, asked_in: Mapping[str, str]) -> str:
+def _linked(text: str, notebook: str, places: Places) -> str:
     def to_question(match: re.Match[str]) -> str:
-        number, there = match[0], asked_in.get(match[0])
-        if there is None:
+        number = match[0]
+        if number not in places:
             return number
-        return f"[{number}]({'' if there == notebook else f'{there}.ipynb'}#Question-{number})"
+        there, cell = places[number]
+        return f"[{number}]({f'#Question-{number}' if there == notebook else f'{there}.ipynb#cell-id={cell}'})"
 
     def to_notebook(match: re.Match[str]) -> str:
-        is_another = match[1] != notebook and match[1] in asked_in.values()
+        is_another = match[1] != notebook and any(match[1] == there for there, _cell in places.values())
         return f"[{match[0]}]({match[1]}.ipynb)" if is_another else match[0]
 
     text = _NOTEBOOK.sub(to_notebook, text)
@@ -64,20 +68,28 @@ def _linked(text: str, notebook: str, asked_in: Mapping[str, str]) -> str:
     return "".join(pieces)
 
 
-def targets(catalogue: Catalogue) -> dict[str, str]:
-    """Return in which notebook each question is asked."""
-    return {question.number: question.notebook for question in catalogue.everything.values()}
+def places_of(notebooks: Mapping[str, NotebookNode]) -> Places:
+    """Return where each question has its heading, from the course's notebooks (name → notebook)."""
+    headings = (
+        (match[1], (name, cell.id))
+        for name, notebook in notebooks.items()
+        for cell in notebook.cells
+        for match in _HEADING.finditer(cell.source)
+        if cell.cell_type == "markdown"
+    )
+    return dict(headings)
 
 
 def main() -> int:
     """Write links into the instructor's notebooks."""
-    ours = course.find()
-    for path in ours.notebooks:
-        notebook = student_notebooks.read(path)
-        for cell in notebook.cells:
+    paths = course.find().notebooks
+    notebooks = {path.stem: student_notebooks.read(path) for path in paths}
+    places = places_of(notebooks)
+    for path in paths:
+        for cell in notebooks[path.stem].cells:
             if cell.cell_type == "markdown":
-                cell.source = linked(cell.source, path.stem, targets(ours.catalogue))
-        files.write(Path(path), nbformat.writes(notebook).encode())
+                cell.source = linked(cell.source, path.stem, places)
+        files.write(path, student_notebooks.text(notebooks[path.stem]))
     return 0
 
 

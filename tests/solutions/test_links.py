@@ -11,7 +11,7 @@ from labcourse.grading.release import student_course, student_notebooks
 
 NAMES = [path.stem for path in OURS.notebooks]
 LINK = re.compile(r"\]\((\d\d_\w+\.ipynb)?(?:#([^)\s]+))?\)")
-ASKED_IN = link_questions.targets(OURS.catalogue)
+PLACES = link_questions.places_of({path.stem: student_notebooks.read(path) for path in OURS.notebooks})
 
 
 def texts(notebook):
@@ -24,18 +24,19 @@ STUDENTS = {name: json.loads(text) for name, text in student_course.derive_noteb
 @pytest.mark.parametrize("name", NAMES)
 def test_each_question_and_notebook_that_is_named_has_a_link(name):
     for text in texts(STUDENTS[f"{name}.ipynb"]):
-        assert link_questions.linked(text, name, ASKED_IN) == text
+        assert link_questions.linked(text, name, PLACES) == text
 
 
 def test_each_link_leads_to_a_heading_that_is_there():
     headings = {
         name: {line.lstrip("# ").replace(" ", "-") for text in texts(notebook) for line in text.split("\n")}
+        | {f"cell-id={cell['id']}" for cell in notebook["cells"]}
         for name, notebook in STUDENTS.items()
     }
     links = [
         (here, link) for here, notebook in STUDENTS.items() for text in texts(notebook) for link in LINK.findall(text)
     ]
-    assert len(links) > 100
+    assert len(links) > 60
     for here, (there, heading) in links:
         assert there in (*headings, "") and (not heading or heading in headings[there or here]), (here, there, heading)
 
@@ -46,7 +47,7 @@ def test_each_link_leads_to_a_heading_that_is_there():
         ("See question 2.11.", "See question [2.11](#Question-2.11)."),
         (
             "of questions 2.12, 2.13 and 3.1",
-            "of questions [2.12](#Question-2.12), [2.13](03_b.ipynb#Question-2.13) and 3.1",
+            "of questions [2.12](#Question-2.12), [2.13](03_b.ipynb#cell-id=here) and 3.1",
         ),
         ("`03_b`, `02_a`", "[`03_b`](03_b.ipynb), `02_a`"),
         ("[question 2.11](x) `question 2.11` $question 2.11$", None),
@@ -54,8 +55,8 @@ def test_each_link_leads_to_a_heading_that_is_there():
     ],
 )
 def test_questions_and_notebooks_that_are_known_get_links(text, expected):
-    asked_in = {"2.11": "02_a", "2.12": "02_a", "2.13": "03_b"}
-    assert link_questions.linked(text, "02_a", asked_in) == (expected or text)
+    places = {"2.11": ("02_a", "here"), "2.12": ("02_a", "here"), "2.13": ("03_b", "here")}
+    assert link_questions.linked(text, "02_a", places) == (expected or text)
 
 
 def test_a_notebook_that_is_not_handed_out_has_no_link():

@@ -25,6 +25,7 @@ from website.staging import ROOT, is_for_instructors
 NOTEBOOKS = ROOT / "notebooks"
 VIEW = "application/vnd.jupyter.widget-view+json"
 _LINK = re.compile(r"\]\((?P<notebook>\d\d_\w+\.ipynb)?(?:#(?P<heading>[^)\s]+))?\)")
+_CELL = "cell-id="
 CELL_TIMEOUT = 120  # s; the slowest takes three
 #: No bars, which end up as lines of their own; and one thread, for there may be other programs.
 QUIET = {"TQDM_DISABLE": "1", "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
@@ -132,9 +133,13 @@ def _linked(text: str) -> str:
     """Return a text with links to notebooks and headings as the site names them."""
 
     def link(found: re.Match[str]) -> str:
-        page = f"../notebooks/{found['notebook']}" if found["notebook"] else ""
-        heading = f"#{found['heading'].lower().replace('.', '')}" if found["heading"] else ""
-        return f"]({page}{heading})"
+        name, heading = found["notebook"], found["heading"] or ""
+        if name and heading.startswith(_CELL):
+            cells = nbformat.read(NOTEBOOKS / name, as_version=4).cells
+            source = next(cell.source for cell in cells if cell.id == heading.removeprefix(_CELL))
+            heading = next(line.lstrip("# ") for line in source.split("\n") if line.startswith("### Question"))
+        slug = f"#{heading.lower().replace('.', '').replace(' ', '-')}" if heading else ""
+        return f"]({f'../notebooks/{name}' if name else ''}{slug})"
 
     return _LINK.sub(link, text)
 

@@ -87,9 +87,8 @@ def test_without_the_library_it_is_taken_and_that_nothing_was_looked_at_is_said(
     monkeypatch.setattr(making, "find_spec", lambda name: True if name == "pip" else None)
     said = attach(lab, capsys, typeset())
     assert (folder / NAME).exists()
-    assert (
-        "did not look for missing parts" in said and "%pip install pypdf" in said
-    )  # a student's package has no extra of that name
+    assert "did not look for missing parts" in said
+    assert "%pip install pypdf" in said  # a student's package has no extra of that name
     monkeypatch.setattr(making, "find_spec", lambda name: None)  # of uv or pipx
     said = attach(lab, capsys, typeset())
     assert "%pip" not in said and 'uv tool install --force ".[report]"' in said
