@@ -9,7 +9,6 @@ figure            drawn by
 2.1, 2.2          ``joint_angles``, ``lumped_model``
 2.3               ``compound_sine_spectrum``
 2.4, 2.6          ``sweep_experiment``, ``validation_experiment``
-2.5, Ans.2.1      ``sweep_response``
 2.7, 2.8          ``validation``
 3.1               ``desired_poles`` in symbols, ``pole_map`` in numbers
 3.2, 3.3, 3.5     ``state_feedback``, ``simulation_loop``, ``implementation_loop``
@@ -38,7 +37,6 @@ from rotflex.figures.plots import (
     naive_against_true,
     pole_map,
     reading_a_response,
-    sweep_response,
     tracking,
     validation,
 )
@@ -63,7 +61,6 @@ __all__ = [
     "state_feedback",
     "style",
     "sweep_experiment",
-    "sweep_response",
     "tracking",
     "validation",
     "validation_experiment",

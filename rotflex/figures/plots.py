@@ -42,49 +42,19 @@ _GRID_ZETA = (0.2, 0.4, 0.6, 0.8)
 # --- against time -----------------------------------------------------------------------------------------------------
 
 
-def sweep_response(recording: Recording) -> Picture:
-    """Servo angle and deflection during the sine sweep, in degrees against time (Figure 2.5).
-
-    Parameters
-    ----------
-    recording : with channels ``theta`` and ``alpha``; ``theta_ref`` is drawn if it is there
-    """
-    with style():
-        figure, (upper, lower) = _stack(_THETA, _ALPHA)
-        if "theta_ref" in recording:
-            _draw(upper, recording, "theta_ref", "reference", ROLES["reference"])
-        _draw(upper, recording, "theta", "measured", ROLES["measured"])
-        _draw(lower, recording, "alpha", "measured", ROLES["measured"])
-        _legend(upper)
-    alpha = np.abs(recording.degrees("alpha"))
-    figure.alt_text = (
-        f"Two plots against time, 0 to {recording.time[-1]:.2g} s. The servo angle theta swings ever faster. The "
-        f"deflection alpha swings with it, and most of all near {recording.time[alpha.argmax()]:.0f} s, by about "
-        f"{alpha.max():.0f} deg."
-    )
-    return figure
-
-
-def free_decay(recording: Recording, peaks: ArrayLike | None = None) -> Picture:
+def free_decay(recording: Recording) -> Picture:
     """Deflection after a release with the servo held, in degrees against time.
 
     Parameters
     ----------
     recording : with channel ``alpha``
-    peaks : (n,) times of the peaks to mark, s
     """
     with style():
         figure, (axes,) = _stack(_ALPHA)
         _draw(axes, recording, "alpha", "measured", ROLES["measured"])
-        if peaks is not None:
-            times = np.asarray(peaks, dtype=float)
-            heights = np.interp(times, recording.time, recording.degrees("alpha"))
-            look: dict[str, Any] = {"color": PURPLE, "linestyle": "none", "markeredgecolor": "black", "zorder": 4}
-            axes.plot(times, heights, marker="o", label="peaks", **look)
-            _legend(axes)
     figure.alt_text = (
         f"The deflection alpha against time, 0 to {recording.time[-1]:.2g} s: it swings back and forth and dies away."
-    ) + ("" if peaks is None else f" Peaks marked: {times.size}.")
+    )
     return figure
 
 
@@ -325,15 +295,12 @@ def _curve(
 # --- in the s-plane ---------------------------------------------------------------------------------------------------
 
 
-def pole_map(
-    poles: ArrayLike | Mapping[str, ArrayLike], zeta: float | None = None, omega_n: float | None = None
-) -> Picture:
+def pole_map(poles: ArrayLike | Mapping[str, ArrayLike]) -> Picture:
     """Poles in the s-plane, over rays of constant damping ratio and arcs of constant natural frequency (Figure 3.1).
 
     Parameters
     ----------
     poles : (n,) complex poles, rad/s; or a mapping of a label to each group of poles
-    zeta, omega_n : damping ratio and natural frequency (rad/s) to emphasise
     """
     given = poles if isinstance(poles, Mapping) else {"poles": poles}
     groups = {label: np.atleast_1d(np.asarray(group, dtype=complex)) for label, group in given.items()}
@@ -342,14 +309,10 @@ def pole_map(
         figure = new_picture(WIDTH, 4.8)
         axes = figure.subplots()
         axes.grid(False)
-        reach = 1.2 * max(float(np.abs(every.real).max()), 1.25 * float(np.abs(every.imag).max()), omega_n or 1.0)
+        reach = 1.2 * max(float(np.abs(every.real).max()), 1.25 * float(np.abs(every.imag).max()), 1.0)
         height = max(0.62 * reach, 1.2 * float(np.abs(every.imag).max()))
         right = max(0.18 * reach, 1.3 * float(every.real.max()))
-        _grid(axes, reach, height, leave_out=zeta)
-        if zeta is not None:
-            _rays(axes, zeta, 3 * reach, ROLES["highlight"] | {"label": rf"$\zeta$ = {zeta:g}"})
-        if omega_n is not None:
-            _arc(axes, omega_n, ROLES["reference"] | {"label": rf"$\omega_n$ = {omega_n:g} rad/s"})
+        _grid(axes, reach, height)
         for (label, group), (marker, color) in zip(groups.items(), cycle(_MARKS)):
             look: dict[str, Any] = {"color": color, "linestyle": "none", "markersize": 10, "markeredgewidth": 2.4}
             axes.plot(
@@ -364,11 +327,7 @@ def pole_map(
         axes.set_aspect("equal")
         axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=4, handlelength=2.2)
     listed = "; ".join(f"{label}: " + ", ".join(map(_spoken, group)) for label, group in groups.items())
-    emphasis = [] if zeta is None else [f"the damping ratio {zeta:g}"]
-    emphasis += [] if omega_n is None else [f"the natural frequency {omega_n:g} rad/s"]
-    figure.alt_text = f"Poles in the s-plane. {listed}." + (
-        f" Marked are {' and '.join(emphasis)}." if emphasis else ""
-    )
+    figure.alt_text = f"Poles in the s-plane. {listed}."
     return figure
 
 
@@ -410,15 +369,13 @@ def _spoken(pole: complex) -> str:
     return f"{real:g}" if imag == 0 else f"{real:g} {'+' if imag > 0 else '-'} {abs(imag):g}j"
 
 
-def _grid(axes: Axes, reach: float, height: float, leave_out: float | None) -> None:
-    """The imaginary axis, faint arcs, and faint rays with their damping ratios, but for one beside ``leave_out``."""
+def _grid(axes: Axes, reach: float, height: float) -> None:
+    """Draw the imaginary axis, faint arcs, and faint rays with their damping ratios."""
     faint: dict[str, Any] = {"color": "#BBBBBB", "linewidth": 0.8, "linestyle": "-", "zorder": 1}
     axes.axvline(0.0, color=BLACK, linewidth=1.0, zorder=1.5)
     axes.axhline(0.0, **faint)
     small: dict[str, Any] = {"fontsize": 9, "color": "#555555"}
     for zeta in _GRID_ZETA:
-        if leave_out is not None and abs(zeta - leave_out) < 0.07:
-            continue
         _rays(axes, zeta, 3 * reach, faint)
         slope = np.sqrt(1 - zeta**2) / zeta
         # Where the ray leaves the picture: through the top, or through the left side.

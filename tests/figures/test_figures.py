@@ -24,12 +24,6 @@ from rotflex.recording import Recording
 PER_RADIAN = 180 / np.pi
 T = np.arange(0, 10, 0.005)
 SQUARE = np.where(np.sin(2 * np.pi * 0.33 * T) >= 0, 20.0, -20.0) / PER_RADIAN
-SWEEP = Recording.of(
-    T,
-    theta_ref=0.05 * np.sin(2 * np.pi * (T + 0.2 * T**2)),
-    theta=0.045 * np.sin(2 * np.pi * (T + 0.2 * T**2) - 0.1),
-    alpha=0.15 * np.exp(-((T - 6.2) ** 2)) * np.sin(2 * np.pi * (T + 0.2 * T**2)),
-)
 DECAY = Recording.of(T, alpha=0.14 * np.exp(-0.4 * T) * np.cos(20 * T))
 VALIDATION = Recording.of(
     T, theta=np.sin(T), theta_model=1.1 * np.sin(T), alpha=0.1 * np.cos(3 * T), alpha_model=0.11 * np.cos(3 * T)
@@ -50,13 +44,12 @@ DIAGRAMS = {name: getattr(figures, name) for name in ("joint_angles", "lumped_mo
 DIAGRAMS["trolley_with_pendulum"] = prelab.trolley_with_pendulum
 PLOTS = {
     "compound_sine_spectrum": figures.compound_sine_spectrum,
-    "sweep_response": lambda: figures.sweep_response(SWEEP),
-    "free_decay": lambda: figures.free_decay(DECAY, peaks=[0.314, 0.628, 0.942]),
+    "free_decay": lambda: figures.free_decay(DECAY),
     "validation": lambda: figures.validation(VALIDATION),
     "tracking": lambda: figures.tracking(TRACKING),
     "compare_tracking": lambda: figures.compare_tracking(TRACKING, SWINGING),
     "naive_against_true": lambda: figures.naive_against_true((F, np.roll(HUMP, 20)), (F, HUMP), (F, 9 * HUMP), 3.17),
-    "pole_map": lambda: figures.pole_map({"open loop": OPEN_LOOP, "closed loop": CLOSED_LOOP}, zeta=0.6, omega_n=20),
+    "pole_map": lambda: figures.pole_map({"open loop": OPEN_LOOP, "closed loop": CLOSED_LOOP}),
     "pole_map_bare": lambda: figures.pole_map(OPEN_LOOP),
     "reading_a_response": figures.reading_a_response,
 }
@@ -163,12 +156,6 @@ def assert_draws(axes, label, recording, channel):
 
 
 def test_plots_draw_what_was_recorded_in_degrees_and_volts():
-    upper, lower = figures.sweep_response(SWEEP).axes
-    assert_draws(upper, "measured", SWEEP, "theta")
-    assert_draws(upper, "reference", SWEEP, "theta_ref")
-    assert_draws(lower, "measured", SWEEP, "alpha")
-    upper, _ = figures.sweep_response(Recording.of(T, theta=SWEEP["theta"], alpha=SWEEP["alpha"])).axes
-    assert list(labelled(upper)) == ["measured"]
     for axes, angle in zip(figures.validation(VALIDATION).axes, ("theta", "alpha"), strict=True):
         assert_draws(axes, "measured", VALIDATION, angle)
         assert_draws(axes, "model", VALIDATION, f"{angle}_model")
@@ -182,7 +169,6 @@ def test_plots_draw_what_was_recorded_in_degrees_and_volts():
 def test_descriptions_have_the_numbers_of_what_is_drawn():
     """A sine of 0.2 rad, 11.5 deg, has a root mean square of 8.1 deg; 0.15 rad is 8.6 deg."""
     for figure, *numbers in (
-        (figures.sweep_response(SWEEP), "6 s", "9 deg"),
         (figures.compare_tracking(TRACKING, SWINGING), "8.1 deg with partial"),
         (figures.compare_tracking(SWINGING, TRACKING), "8.1 deg with full"),
         (figures.pole_map([-1e-15 + 0j, *OPEN_LOOP[1:]]), " 0, -18.9, -8.1 + 27j, -8.1 - 27j."),
@@ -248,12 +234,7 @@ def test_pole_map_draws_every_pole_within_its_axes(poles):
     assert all(axes.viewLim.fully_contains(*pole) for pole in zip(x, y, strict=True))
 
 
-def test_pole_map_emphasises_the_wanted_damping_and_frequency_and_groups_differ_in_shape():
-    (axes,) = figures.pole_map({"closed loop": CLOSED_LOOP}, zeta=0.6, omega_n=20).axes
-    lines = labelled(axes)
-    ray = np.array(lines[r"$\zeta$ = 0.6"].get_data())
-    assert -ray[0, 0] / np.hypot(*ray[:, 0]) == pytest.approx(0.6)
-    assert np.hypot(*lines[r"$\omega_n$ = 20 rad/s"].get_data()) == pytest.approx(20)
+def test_groups_of_poles_differ_in_shape():
     (axes,) = figures.pole_map({name: CLOSED_LOOP for name in "abcd"}).axes
     assert len({line.get_marker() for line in labelled(axes).values()}) == 4
 
