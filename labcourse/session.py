@@ -150,8 +150,8 @@ class Session:
         self._place = here = place.here(self._folder, self.catalogue, self.beginning.skips)
         about = (f"Student {student} · Bench {bench}", *notes)
         report = [from_notebook.report_of(self.catalogue, here.name)]
-        words = {"check": self._who(), "submit": self._who(), "report": report}
-        labels = {name: name.capitalize() for name in words if name != "report" or self.catalogue.reports}
+        words = {"check": self._who(), "submit": self._who(), "make-report": report}
+        labels = {"check": "Check", "submit": "Submit"} | ({"make-report": "Report"} if self.catalogue.reports else {})
         self._bar = CourseBar(
             lambda: self._drawn(about),
             "\n".join(filter(None, (here.line, *about))),

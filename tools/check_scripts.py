@@ -79,7 +79,8 @@ def main() -> int:
     """Tell what is found; 0 if nothing is."""
     from labcourse.scene import explorer
 
-    found = findings([Path(explorer.__file__).with_name(name) for name in explorer._SCRIPTS])
+    modules = [explorer._SCRIPTS, ("course_bar.js",)]
+    found = [one for names in modules for one in findings([Path(explorer.__file__).with_name(name) for name in names])]
     for one in found:
         print(one)
     return 1 if found else 0

@@ -36,7 +36,7 @@ _Student = Annotated[str, typer.Option(help="Your student ID; as your folder say
 
 def register(app: typer.Typer, panel: str) -> None:
     """Add the commands to a panel of the help."""
-    for command in (check, submit, report, restore):
+    for command in (check, submit, make_report, restore):
         app.command(rich_help_panel=panel)(command)
 
 
@@ -92,11 +92,11 @@ def submit(
     raise typer.Exit(FINE if checked is None or checked.good else LOOK)
 
 
-def report(name: Annotated[str, typer.Argument(metavar="NAME", help="Of the report, or how it begins.")]) -> None:
+def make_report(name: Annotated[str, typer.Argument(metavar="NAME", help="Of the report, or how it begins.")]) -> None:
     """Make a report of your saved notebooks, as PDF and as a web page. Run it in the folder of the notebooks."""
     from labcourse import courses
 
-    with _a_run("report"):
+    with _a_run("make-report"):
         importlib.import_module(f"{courses.current().package}.lab").start().report(name)
 
 

@@ -11,13 +11,14 @@ import subprocess
 import sys
 from collections.abc import Generator, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from labcourse import files, program
-from labcourse.answers.catalogue import Catalogue
-from labcourse.answers.notebooks import Notebook, NotebookError
 from labcourse.run import CELL_ID, by_program
 from labcourse.safe_text import no_escapes
+
+if TYPE_CHECKING:  # the commands' help loads this module
+    from labcourse.answers.catalogue import Catalogue
 
 _PATIENCE = 15  # s for a program that was asked to end; three times the grace of what is ended
 _ITSELF = 5  # s for one that has noticed the interrupt by itself, as on Linux and macOS
@@ -113,6 +114,8 @@ def _shell() -> Any:
 
 def _cells(path: Path) -> set[tuple[str, str]]:
     """Return ids and sources of a notebook's cells; none if it cannot be read."""
+    from labcourse.answers.notebooks import Notebook, NotebookError
+
     try:
         return {(cell.id, cell.source) for cell in Notebook.read(files.read(path)).cells}
     except (OSError, NotebookError):

@@ -32,7 +32,7 @@ function render({ model, el }) {
   const title = make("b", "", head);
   const hide = make("button", "hide", head);
   hide.textContent = "Hide";
-  hide.onclick = () => { pane.hidden = true; };
+  hide.addEventListener("click", () => { pane.hidden = true; });
   const notice = make("p", "notice", pane);
   notice.setAttribute("role", "status");
   const text = make("pre", "text", pane);
@@ -62,7 +62,9 @@ function render({ model, el }) {
       const button = make("button", "", buttons);
       button.textContent = label;
       button.dataset.name = name;
-      button.onclick = () => tell({ kind: "press", name, saved: notebook?.model ? !notebook.model.dirty : null });
+      button.addEventListener("click", () => {
+        tell({ kind: "press", name, saved: notebook?.model ? !notebook.model.dirty : null });
+      });
     }
   };
   const answered = () => { asked = false; };

@@ -20,7 +20,7 @@ from labcourse.safe_text import no_escapes
 from labcourse.scene.explorer import Live
 from labcourse.scene.saved_explorers import BAR, VIEW
 
-ANSWERED, IN_PART, WAITS, EMPTY = "answered", "in part", "waits", "empty"
+ANSWERED, IN_PART, WAITS, EMPTY = "answered", "in part", "waiting", "empty"
 _SIGNS = {ANSWERED: "✓", IN_PART: "◐", WAITS: "…", EMPTY: "○"}
 Address = tuple[str, str] | None  #: of a notebook: its file and its title; None if there is none
 _PROGRESS = "Running "  # the beginning of a line that the next one of its kind replaces
@@ -34,7 +34,7 @@ _LINE = "margin:0;line-height:1.6"
 #: What to do before a command that needs the saved file, by what the page knows: not saved; not known.
 NOT_SAVED: dict[bool | None, str] = {
     False: "This notebook is not saved; only the saved file counts. Save it (Ctrl+S, on a Mac ⌘+S). Then press again.",
-    None: "This page cannot see whether the notebook is saved. Save it, and write lab.{command} in a cell of your own.",
+    None: "This page cannot see whether the notebook is saved. Save it, and run lab.{command} in a cell of your own.",
 }
 
 
@@ -135,7 +135,7 @@ class CourseBar(Live):
         if self.output.get("busy"):
             self.output = {**self.output, "notice": f"{self.output['title']} still runs. Wait until it has ended."}
             return
-        notice = "" if saved else NOT_SAVED[saved].format(command=f"{command}()")
+        notice = "" if saved else NOT_SAVED[saved].format(command=f"{self.commands[command].lower()}(…)")
         runs = bool(saved) or command == "check"
         self._notice = notice
         self.output = {"title": self.commands[command], "text": "", "notice": notice, "busy": runs}

@@ -120,9 +120,9 @@ class Running:
         if self._count == len(self._samples):
             self._samples = np.concatenate([self._samples, np.empty_like(self._samples)])
         self._samples[self._count] = (*measured, voltage)
-        self._count += 1
         if self._paced:
             self._wait_for(measured.time)
+        self._count += 1
 
     def _wait_for(self, sample: float) -> None:
         """Wait until a sample's time, or for STOP: simulated time is never ahead. On a busy computer it goes slower."""
