@@ -70,10 +70,10 @@ def page(
         _link(after[0], f"{after[1]} →") if after else "",
     )
     rows = [" &nbsp; ".join(filter(None, links))]
-    if chips:
-        legend = " ".join(f"{_SIGNS[state]} {state}" for state in _SIGNS)
-        rows.append(f"{''.join(map(_chip, chips))}<small>{legend}</small>")
+    rows.append("".join(map(_chip, chips)))
+    legend = " ".join(f"{sign} {state}" for state, sign in _SIGNS.items()) if chips else ""
     rows += [f"<small>{html.escape(text)}</small>" for text in about]
+    rows[-1] += f" &nbsp; <small>{legend}</small>"
     return "".join(f'<p style="{_LINE}">{row}</p>' for row in rows if row)
 
 
