@@ -350,8 +350,8 @@ def measured(suffix):
 USED = "the gain that your recording says it was made with"
 OWN_GAIN = carried("3.8", "K")
 PARTIAL = (
-    ("what partial feedback leaves of your own gain", lambda case: np.ravel(usable(case.own, "3.8", "K")) * LEFT),
-    ("what partial feedback leaves of the gain of your recording", lambda case: gain_used(case, "3.15") * LEFT),
+    ("your own gain with the two zeros", lambda case: np.ravel(usable(case.own, "3.8", "K")) * LEFT),
+    ("the gain of your recording with the two zeros", lambda case: gain_used(case, "3.15") * LEFT),
 )
 LEFT = [1, 0, 1, 0]
 
@@ -374,7 +374,7 @@ TABLE_3 = {
         **measured("sim"),
         "K_fsf": GainPlaces(follow=(*OWN_GAIN, (USED, lambda case: gain_used(case, "3.13")))),
         **measured("fsf"),
-        "K_psf": ArrayFrom("the gain that partial feedback leaves", lambda d: np.ravel(d.K) * LEFT, follow=PARTIAL),
+        "K_psf": ArrayFrom("the gain of partial state feedback", lambda d: np.ravel(d.K) * LEFT, follow=PARTIAL),
         **measured("psf"),
     },
 }

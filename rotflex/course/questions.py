@@ -443,8 +443,8 @@ def _measured(question: str, suffix: str, where: str) -> tuple[Part, ...]:
         *_measured("3.12", "sim", "simulated"),
         _entry("3.8", "K", 0.25, "K_fsf", "The gain used with full state feedback."),
         *_measured("3.14", "fsf", "bench with full state feedback"),
-        # Not what 3.8 asks for, but made of it: the gain that partial state feedback leaves.
-        _entry("3.8", "K", 0.25, "K_psf", "The gain that partial state feedback leaves, on all four states."),
+        # Not what 3.8 asks for, but made of it: the gain of partial state feedback.
+        _entry("3.8", "K", 0.25, "K_psf", "The gain used with partial state feedback, for all four states."),
         *_measured("3.16", "psf", "bench with partial state feedback"),
     ),
 )

@@ -38,8 +38,8 @@ _WHERE = (
     "constant term first) and 3.8 (K from K_c and the inverse of W)."
 )
 _COST = (
-    "You need not be stuck: correct it now, or go on; from here on this notebook uses {what}. What you record and "
-    "measure with it counts in full; only the answer that is wrong costs its points."
+    "Correct it now, or go on: from here on, this notebook uses {what}. What you record and measure with it counts in "
+    "full. You lose points only for the answer that is wrong."
 )
 
 
@@ -94,18 +94,18 @@ def for_model(A: ArrayLike, B: ArrayLike, K: ArrayLike) -> Gain | None:
     if holds(A, B, own):
         return own
     if runs_away(A, B, own):
-        print("A pole has a positive real part: with your gain, your model runs away.", _WHERE)
+        print("With your gain, your model is unstable: a pole has a positive real part.", _WHERE)
     else:
-        print("With your gain, the servo of your model does not get to where it is sent.", _WHERE)
+        print("With your gain, the servo of your model does not follow the command.", _WHERE)
     spare = stand_in(A, B)
     if spare is None:
-        print("No gain that is tried here holds this model either, so the cells below wait for another model.")
+        print("This cell found no gain that works with this model, so the cells below wait for another model.")
     elif np.array_equal(spare, [SPARE_GAIN]):
         print(_COST.format(what=f"the workbook's printed gain, K = {_listed(spare)}"))
     else:
         print(
-            "The workbook's printed gain does not hold your model either, so the model itself is not right.",
-            _COST.format(what="another gain, which only keeps your model from running away"),
+            "The workbook's printed gain does not work with your model either, so the model itself is not right.",
+            _COST.format(what="another gain, which only makes your model stable"),
         )
     return spare
 
@@ -130,7 +130,7 @@ def for_bench(bench: Callable[[], Bench], K: ArrayLike | None, feedback: Sequenc
     why = next(filter(None, (_what_happens(bench, own, way) for way in feedback)), "")
     if not why:
         return own
-    print(f"Tried on your bench, your gain does not do: {why}", _WHERE, cost)
+    print(f"The bench cannot run with your gain: {why}", _WHERE, cost)
     return spare
 
 
@@ -149,7 +149,7 @@ def _fails(bench: Callable[[], Bench], K: Gain, feedback: str, **wave: float) ->
             run = experiments.tracking(opened, K, feedback, progress=False, **wave)
     except (LimitExceeded, DesignError, NotRecorded) as error:  # what passed a limit at the bench was not recorded
         return str(error)
-    return "" if wave or can_be_measured(run) else "the servo does not get to where it is sent."
+    return "" if wave or can_be_measured(run) else "the servo does not follow the command."
 
 
 def _listed(gain: Gain) -> str:
