@@ -292,8 +292,8 @@ def _simulated(stored: Stored, K: Array, A: Array, B: Array) -> str | None:
     if np.abs(own - channel(stored, "theta")).max() <= _OTHER_LOOP * step:
         return None
     return (
-        "Your own A, B (2.14, motor voltage as input) and K (3.8), simulated with this command, give another theta. "
-        "Which model and which K were simulated?"
+        "With this command, your own A, B (2.14, motor voltage as input) and K (3.8) give another theta. Did you "
+        "simulate this model with this K?"
     )
 
 
@@ -301,7 +301,7 @@ def _recorded_with(stored: Stored, K: Array) -> str | None:
     used = stored["metadata"].get("K")
     if used is None or alike(used, K, _SAME_GAIN, 1e-3) or alike(used, SPARE_GAIN, 1e-3):
         return None
-    return "This was recorded with another gain than your K of question 3.8 is now. Is that the one you mean?"
+    return "This was recorded with another gain than your K of question 3.8 is now. Is this the gain that you want?"
 
 
 def _quantity(name: str, given: float, stored: Stored) -> str | None:
@@ -317,8 +317,8 @@ def _quantity(name: str, given: float, stored: Stored) -> str | None:
     if shown and (unit_meant := unit_of(given / shown, 0.3)):
         return f"Your own recording shows another size for {name}. Is it {unit_meant}?"
     return (
-        f"Your {name} of {given:.3g} {symbol} is not what your own recording shows. Which step did you read, "
-        "from where on, and in per cent of what?"
+        f"Your {name} of {given:.3g} {symbol} is not what your own recording shows. Which turn did you measure? From "
+        "which time do you count, and in per cent of which angle?"
     )
 
 
@@ -327,8 +327,8 @@ def _voltage(given: float, stored: Stored) -> str | None:
     if not shown or _PEAK_LOST[0] <= given / shown <= _PEAK_LOST[1]:
         return None
     return (
-        f"Your V_max of {given:.3g} V is not what your own recording shows. Is it the largest magnitude, from "
-        "zero, of the steps of full size?"
+        f"Your V_max of {given:.3g} V is not what your own recording shows. Is it the largest "
+        "magnitude in the full-size turns?"
     )
 
 
@@ -344,7 +344,7 @@ def _satisfied(answer: str, *measured: float) -> str | None:
             f"{_SYMBOLS[worst]}; the limit is {_ALLOWED[worst]:.3g} {_SYMBOLS[worst]}. Is it met?"
         )
     if answer == "no" and max(shares) < 1 - _NEAR_LIMIT:
-        return "You say that not all four are met, and each of your own four numbers is within its limit. Which is it?"
+        return "You say that not all four are met, but all four numbers of yours are within the limits. Which is right?"
     return None
 
 
@@ -356,7 +356,7 @@ def _repeats(part: Part, entry: Array, source: Array) -> str | None:
         fed_back = np.ravel(entry)[[0, 2]]
         if alike(fed_back, np.ravel(source)[[0, 2]], CARRIED) and not np.any(np.ravel(entry)[[1, 3]]):
             return None
-        return "Which states does partial state feedback leave, and what is the gain on the others?"
+        return "Which states does partial state feedback use, and what is the gain for the other states?"
     if part.kind == "poles":
         same = same_poles(entry, source)
     else:
