@@ -86,4 +86,4 @@ def unless_answered(lab: Lab, wanted: str, own: Callable[[], Shown], another: Ca
 
 def notice(questions: str, title: str = "Another arm") -> Readout:
     """Say which questions bring the student's own work."""
-    return Readout(title, [Row("", (f"Yours is here after question {questions}.",))])
+    return Readout(title, [Row("", (f"After question {questions}, you see your own here.",))])

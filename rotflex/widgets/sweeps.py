@@ -236,7 +236,7 @@ class SweepExplorer(Explorer):
             Row("cursor", (f"{self.cursor:.2f} Hz", f"{self.cursor * 6.283185:.2f} rad/s")),
             Row("spacing of the spectrum", (f"{self.found.spacing:.3f} Hz", "")),
             Row("J_l", (f"{self.J_l:.4g} kg·m²", "")),
-            Row("K_s, were it the link's ω_n", (f"{found.value:.3f} ± {found.uncertainty:.3f} N·m/rad", "")),
+            Row("K_s, if this is ω_n", (f"{found.value:.3f} ± {found.uncertainty:.3f} N·m/rad", "")),
         ]
         return Readout("Stiffness by the cursor", rows)
 

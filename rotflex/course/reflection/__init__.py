@@ -44,17 +44,17 @@ def _made_otherwise(stored: Stored, *, part: Part, bench: Mapping[str, Any]) -> 
     """Ask about a recording that was not made as the question asks, on the student's own bench."""
     about = stored["metadata"]
     if about.get("drive") == "voltage":
-        return "The motor had the sweep as a voltage here. Did you mean the one in which the servo follows the sweep?"
+        return "In this recording, the sweep is the motor voltage. Did you mean a sweep that the servo follows?"
     for name, value in part.settings:
         if about.get(name, value) != value:
             return (
                 f"This recording's {name} is {str(about[name])[:40]!r}, and the question asks for {value!r}. Is "
-                "it the one?"
+                "this the right recording?"
             )
     made_on = about.get("bench")
     if isinstance(made_on, Mapping) and any(made_on.get(key) != bench.get(key) for key in _SAME_BENCH):
         return (
-            "This was recorded on another bench than yours (a practice bench, or somebody else's). Is there one that "
-            "you made with lab.bench()?"
+            "This recording is from another bench (a practice bench, or the bench of another student). Do you have a "
+            "recording from your own bench, lab.bench()?"
         )
     return None

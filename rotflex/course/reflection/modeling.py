@@ -165,8 +165,8 @@ def _scaled(point: Point) -> dict[str, float]:
 def _units(factor: float, what: str) -> Callable[[Any], str | None]:
     """Ask where an expression is not the quantity ``what``, which in the other units is so many times as large."""
     question = (
-        f"It should be {what}; by the units of its symbols, it is not in every term. Which term has another unit than "
-        "the others?"
+        f"Each term should be {what}. The units of the symbols give something else in at least one term. "
+        "Which term has another unit?"
     )
 
     def ask(expression: Any) -> str | None:
@@ -185,7 +185,8 @@ def _units_of_equation(equation: Any) -> str | None:
     if all(_close(one, ratios[0]) for one in ratios):
         return None
     return (
-        "The terms of your equation do not all have the same unit, by the units of its symbols. Which one has another?"
+        "Not all terms of your equation have the same unit, if you put in the units of the symbols. Which term has "
+        "another unit?"
     )
 
 
@@ -196,7 +197,7 @@ def _lagrangian(L: Any, T: Any, V: Any) -> str | None:
     values = [[_value_at(one, point) for one in (L, T, V)] for point in _points(_NAMES)]
     if all(_close(L, T - V, max(abs(T), abs(V))) for L, T, V in values):
         return None
-    return "With your own T and V put in, this L is not the Lagrangian. How is L made of T and V?"
+    return "This L is not the Lagrangian of your own T and V. How do you compute L from T and V?"
 
 
 def _euler_lagrange(L: Any, coordinate: str, point: Point) -> float:
@@ -225,9 +226,9 @@ def _follows(equation: Any, L: Any, *, coordinate: str) -> str | None:
         parts = np.linalg.lstsq(wanted, given, rcond=None)[0]
         if np.linalg.norm(wanted @ parts - given) > _AGREES * np.linalg.norm(given):
             return (
-                "Friction and torque set aside, this equation does not follow from your own L (2.3). "
-                f"Differentiate your L once more with respect to {coordinate}_dot, then time, and with "
-                f"respect to {coordinate}: which term comes out otherwise?"
+                "Without friction and torque, this equation does not follow from your own L (2.3). "
+                f"Differentiate your L again, with respect to {coordinate}_dot and then time, and with "
+                f"respect to {coordinate}. Which term is different?"
             )
     return None
 
@@ -243,8 +244,8 @@ def _carried_along(equation: Any) -> str | None:
         turning["tau"] = point["B_eq"] * point["theta_dot"]
         if not _close(_value_at(left, turning), 0.0, point["theta_dot"]):
             return (
-                "Let the servo turn evenly, with the arm unbent and at rest on it. Nothing is bent, moves against the "
-                "joint or is accelerated, and your equation still has a term. Which one, and with which rate?"
+                "Let the servo turn at a constant rate, and let the arm turn with it (alpha = 0). Then there is no "
+                "deflection and no acceleration, but your equation still has a term. Which one, and with which rate?"
             )
     return None
 
@@ -259,8 +260,8 @@ def _solve(theta_ddot: Any, alpha_ddot: Any, servo: Any, link: Any) -> str | Non
             terms = max(abs(_value_at(left, one)) for one in (solved, *({**solved, name: 0.0} for name in found)))
             if abs(_value_at(left, solved)) > 2 * _AGREES * terms:
                 return (
-                    f"Put into your own equation of question {number} (without the link's damping), your two "
-                    "accelerations do not satisfy it. Is a sign or a term lost where you solved for them?"
+                    f"Your two accelerations do not satisfy your own equation of question {number} with B_l = 0. "
+                    "Did you lose a sign or a term when you solved for them?"
                 )
     return None
 
@@ -276,7 +277,7 @@ def _rows_of_accelerations(A: Any, B: Any, theta_ddot: Any, alpha_ddot: Any) -> 
         return None
     return (
         "A times the state, plus B times tau, is not your own acceleration of question 2.6 in these rows: "
-        f"{' and '.join(map(str, sorted(wrong)))}. Which coefficient stands in another column, or has another "
+        f"{' and '.join(map(str, sorted(wrong)))}. Which coefficient is in the wrong column, or has the wrong "
         "sign?"
     )
 
@@ -335,8 +336,8 @@ def _height(outputs: list[tuple[Array, ...]], *, probe_seed: int) -> str | None:
     if abs(ratio - 1) <= _HEIGHT:
         return None
     return (
-        f"On a test signal, the sines that your spectrum shows would make a signal {ratio:.2g} times as large as "
-        "the one that it was given. Try it on np.sin: how high is the peak of a sine of amplitude 1?"
+        f"Your function was tried on a test signal. The sines of its spectrum together are {ratio:.2g} times as large "
+        "as the signal. Try it on np.sin: how high is the peak of a sine of amplitude 1?"
     )
 
 
@@ -366,9 +367,9 @@ def _stiffness(K_s: float, J_l: float, omega_n: float) -> str | None:
     if unit := unit_of(K_s / own):
         return f"By your own J_l and omega_n, this K_s has another size. Is it {unit}?"
     return (
-        f"A mass of inertia J_l = {J_l:.3g} kg·m² on a spring of K_s = {K_s:.3g} N·m/rad swings at "
+        f"With your J_l = {J_l:.3g} kg·m² and K_s = {K_s:.3g} N·m/rad, a link swings at "
         f"{hertz(math.sqrt(abs(K_s / J_l)))}; your omega_n is {hertz(omega_n)}. Which of the three numbers is "
-        "off?"
+        "wrong?"
     )
 
 
