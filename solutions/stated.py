@@ -29,7 +29,7 @@ _SPECIFICATIONS = (
         LIMITS["settling_time"],
         r"\$t_s\\le\$ # s",
         r"\$t_s\$ \| ≤ # s",
-        r"later than # s after the start of a turn",
+        r"from # s after the start of a turn",
         r'"settling time", #, "s"',
         r'"t_s": \(#, "s"\)',
     ),
