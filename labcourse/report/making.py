@@ -208,7 +208,7 @@ def attach(folder: Path, catalogue: Catalogue, report: str, pdf: str | os.PathLi
         files.write(target, data)
     length = megabytes(len(data)) if texts is None else plural(len(texts), "{count} page", "{count} pages")
     if report_files.is_composed(data):
-        print(f"{path.name} was made of the notebook’s texts, and is handed in as that, as {target.name} ({length}).")
+        print(f"{path.name} was made from the texts of the notebook. You hand it in as {target.name} ({length}).")
     else:
         print(f"Your report is now {path.name} ({length}). It lies beside the notebooks as {target.name};")
         print("lab.submit() packs it. After each change of it, run this cell again.")

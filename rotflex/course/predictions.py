@@ -70,7 +70,7 @@ PREDICTIONS = {
             choice("turns_farther", ("bench", "model", "about the same"), "", _TURNS_FARTHER, points=0),
             (("2.15", "validation"),),
             _turns_farther,
-            "What does the bench have that the model lacks, and does it show, in one sentence?",
+            "What does the bench have that is missing in the model, and where do you see it, in one sentence?",
         ),
     ),
     "3.13": (
@@ -86,7 +86,7 @@ PREDICTIONS = {
             choice("arm_swings", ("longer", "about as long", "less long"), "", _HOW_LONG, points=0),
             (("3.15", "response"), ("3.13", "response")),
             _arm_swings,
-            "What took the energy out of the arm before, and what does it now, in one sentence?",
+            "What took the energy out of the swing with full feedback, and what does it now, in one sentence?",
         ),
     ),
 }

@@ -157,7 +157,7 @@ class ValidationExplorer(Explorer):
         finally:
             self.busy = False
         values = ", ".join(f"{name} = {found.estimates[name]} {unit}" for name, unit in _TOLD.items())
-        braking = "The braking is that of B_eq and of the back-EMF together: which part is whose, nothing tells."
+        braking = "The braking is the sum of B_eq and back-EMF. A recording cannot separate the two."
         self.notice = " ".join([*found.doubts(), f"Fitted, with dry friction in both joints: {values}.", braking])
 
     def _with_friction(self, parameters: PlantParameters, choice: str) -> PlantParameters:

@@ -82,7 +82,7 @@ def test_the_peak_of_the_own_sweep_is_not_told(usual, tmp_path, factor):
         ({("2.12", "J_l"): lambda v, own: v * 1e7}, "2.12", "g·cm²"),
         ({("2.12", "J_l"): lambda v, own: v * 1e3}, "2.12", "thousandth"),
         ({("2.12", "K_s"): lambda v, own: v * 1e3}, "2.12", "thousandth"),
-        ({("2.14", "A"): lambda v, own: v * [[1], [1], [1.5], [1.5]]}, "2.14", r"rings at \d.* Hz"),
+        ({("2.14", "A"): lambda v, own: v * [[1], [1], [1.5], [1.5]]}, "2.14", r"swings at \d.* Hz"),
         ({("2.14", "A"): lambda v, own: v[[1, 0, 2, 3]]}, "2.14", "rows 1"),
         ({("3.8", "K"): lambda v, own: -v}, "3.8", "−K"),
         (

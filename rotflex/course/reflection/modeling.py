@@ -306,8 +306,8 @@ def _kinematics(A: Array) -> str | None:
     if alike(np.asarray(A)[:2], [[0, 0, 1, 0], [0, 0, 0, 1]], 0.0, 1e-6):
         return None
     return (
-        "The first two rows of A say how the two angles change: as fast as the two rates that are states, too. With "
-        "the states theta, alpha, theta_dot, alpha_dot, do your rows 1 and 2 say that?"
+        "The first two rows of A give the rates of theta and alpha. These rates are the last two states. With the "
+        "states theta, alpha, theta_dot, alpha_dot, do your rows 1 and 2 say this?"
     )
 
 
@@ -317,8 +317,8 @@ def _left_alone(A: Array) -> str | None:
     if poles.real.max() <= _GROWS * max(1.0, np.abs(poles).max()):
         return None
     return (
-        "Without any torque, this A has a pole with a positive real part: an arm that is let go swings wider and "
-        "wider. Does your bench do that? If not: which sign of the spring or of the friction, in which row?"
+        "Without any torque, this A has a pole with a positive real part: an arm that is let go swings more and "
+        "more. Does your bench do that? If not, which sign is wrong (spring or friction), and in which row?"
     )
 
 
@@ -386,8 +386,8 @@ def _code(outputs: list[tuple[Array, ...]], A: Any, B: Any, *, probe_seed: int) 
         return None
     rows = " and ".join(f"row {_numbered(rows)} of {name}" for name, rows in differing.items() if rows)
     return (
-        f"On the same parameters, your function and your own A and B of question 2.7 give different numbers in {rows}. "
-        "They cannot both be right. Which is it, and if it is 2.7: which step from 2.1 on?"
+        "With the same parameters, your function and your own A and B of question 2.7 give different numbers in "
+        f"{rows}. At least one of the two is wrong. If it is 2.7, which step from 2.1 on is wrong?"
     )
 
 
@@ -422,21 +422,21 @@ def _rings(A: Array, B: Array, omega_n: float) -> str | None:
     square = -(A[3, 1] - b[3] / b[2] * A[2, 1])
     if not square > 0:
         return (
-            "Hold the servo of your model still, and its arm does not swing: nothing pulls it back. Which "
-            "sign do the spring's terms have in rows 3 and 4 of A, and what signs has B?"
+            "When the servo of your model is held still, its arm does not swing, because nothing pulls it back. Which "
+            "signs do the spring's terms have in rows 3 and 4 of A, and which signs does B have?"
         )
     if abs(math.sqrt(square) / omega_n - 1) <= _RINGS:
         return None
     return (
-        f"With its servo held still, the arm of your A rings at {hertz(math.sqrt(square))}; by your own "
-        f"recording it is {hertz(omega_n)}. Is it the stiffness (2.12), the inertia, or a term of A?"
+        f"When the servo is held still, the arm of your A swings at {hertz(math.sqrt(square))}. In your own recording, "
+        f"it swings at {hertz(omega_n)}. What is wrong: the stiffness (2.12), the inertia, or a term of A?"
     )
 
 
 def _outputs(C: Array, D: Array) -> str | None:
     if not alike(np.reshape(C, (2, 4)), np.eye(2, 4), 0.0, 1e-6):
         return "The outputs are theta and alpha, in that order. What does your C give of [theta, alpha, ...]?"
-    return "With your D, the torque moves an angle in no time at all. Can it?" if np.any(np.ravel(D)) else None
+    return "With your D, a torque changes an angle at once. Is this possible?" if np.any(np.ravel(D)) else None
 
 
 # --- the model beside the bench ---------------------------------------------------------------------------------------
