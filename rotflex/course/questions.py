@@ -467,7 +467,7 @@ _MISSING = "What the missing feedback does to the response."
 _MODELING_ROWS: Rows = {
     "Procedure": (
         ("finding the stiffness", "stiffness", "B-5", "2.9:sweep", _DONE.format("record the sweep")),
-        ("loading the model", "model", "B-5", "2.14", _DONE.format("put numbers into the model")),
+        ("building the model", "model", "B-5", "2.14", _DONE.format("put numbers into the model")),
         ("model validation", "validation", "B-5", "2.15:validation", _DONE.format("compare the model with the bench")),
     ),
     "Results": (
