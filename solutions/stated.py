@@ -68,9 +68,9 @@ _SPECIFICATIONS = (
     *_stated(
         "the settling band, in % of the final angle",
         100 * SETTLING_BAND,
-        r"\(to # % of its final value\)",
+        r"within ±# % of its final value",
         r"to within # % of the final angle",
-        r"band of the specification, # % of",
+        r"band of the specification is ±# % of",
         r"The band is ±# %",
         r"±0\.8 deg \(# %\)",
     ),
