@@ -162,14 +162,14 @@ class PoleExplorer(Explorer):
             raise DesignError("There is no session to keep the design in: make the explorer with lab=lab.")
         messages = [
             *self._lab.record("3.8", K=self.design.K),
-            "The notebooks that follow use it from now on. Marks come from the code in your cell of question 3.8, "
-            "which this button does not change: running that cell stores its own gain again.",
+            "The next notebooks now use this gain. Only the code in your cell of question 3.8 is marked, and this "
+            "button does not change that code. Run that cell to store its own gain again.",
         ]
         if self.design.runaway is not None:
             messages.append("This design is unstable: nothing can be recorded with it on a bench.")
         if not np.allclose(self.design.wanted, _START.poles):
             messages.append(
-                "Question 3.8 asks for the workbook's poles, and these are others: for the report, set them back, or "
+                "Question 3.8 asks for the workbook's poles. These are different: for the report, set them back, or "
                 "explain your choice."
             )
         self.notice = "\n".join(messages)
@@ -230,7 +230,7 @@ class PoleExplorer(Explorer):
         if self.beside == "lqr":
             labels = {"error": "LQR: θ + α of", "deflection": "LQR: α of"}
             rows.append([Slider(name, labels[name], "deg", *_WEIGHTS[name], self.weights[name]) for name in _WEIGHTS])
-        keep = "Store K as answer 3.8; marks come from the code in that question's cell"
+        keep = "Store K as answer 3.8. Only the code in that question's cell is marked"
         return [
             *rows,
             [
