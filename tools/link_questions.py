@@ -31,7 +31,9 @@ _NUMBER = r"\d\.\d+"
 _QUESTIONS = re.compile(rf"\b[Qq]uestions?\s+{_NUMBER}(?:(?:,\s|,?\s(?:and|or|to)\s){_NUMBER})*")
 
 
-Places = Mapping[str, tuple[str, str]]  #: question number → notebook, and id of the cell with its heading
+Places = Mapping[
+    str, tuple[str, str]
+]  #: question number, or a notebook → notebook, and id of the cell with the heading
 
 
 def linked(text: str, notebook: str, places: Places) -> str:
@@ -41,7 +43,7 @@ def linked(text: str, notebook: str, places: Places) -> str:
     ----------
     text : Markdown
     notebook : in which it stands, without the ending
-    places : of the questions that have a heading
+    places : of the notebooks, and of the questions that have a heading
     """
     parts, end = [], 0
     for apart in _APART.finditer(text):
@@ -59,7 +61,7 @@ def _linked(text: str, notebook: str, places: Places) -> str:
         return f"[{number}]({f'#Question-{number}' if there == notebook else f'{there}.ipynb#cell-id={cell}'})"
 
     def to_notebook(match: re.Match[str]) -> str:
-        is_another = match[1] != notebook and any(match[1] == there for there, _cell in places.values())
+        is_another = match[1] != notebook and match[1] in places
         return f"[{match[0]}]({match[1]}.ipynb)" if is_another else match[0]
 
     text = _NOTEBOOK.sub(to_notebook, text)
@@ -77,7 +79,7 @@ def places_of(notebooks: Mapping[str, NotebookNode]) -> Places:
         for match in _HEADING.finditer(cell.source)
         if cell.cell_type == "markdown"
     )
-    return dict(headings)
+    return {name: (name, "") for name in notebooks} | dict(headings)
 
 
 def main() -> int:
