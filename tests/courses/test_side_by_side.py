@@ -70,4 +70,4 @@ def test_each_course_is_opened_by_its_name_and_without_one_all_are_listed(site, 
 def test_a_check_runs_each_with_its_own_packages(site, tmp_path):
     labcourse(site, tmp_path, "--course", "springlab", "lab", "work", "--student", "ada")
     code, said = labcourse(site, tmp_path, "--course", "springlab", "check", "work")
-    assert code == 1 and "01_spring nothing yet" in said
+    assert code == 1 and "nothing yet: 01_spring" in said

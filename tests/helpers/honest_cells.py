@@ -234,7 +234,7 @@ def locked_cells_copied_to_play(work: Work) -> None:
 def locked_setup_changed_harmlessly(work: Work) -> None:
     """Changed a locked cell in an editor that knows no locks, to no effect: a comment, and figures of another size."""
     work.replace("setup", "import numpy as np", "import numpy as np  # numbers", number="02")
-    work.replace("turn", "half_period = 0.5 / 0.33", "# half a period, s\nhalf_period = 0.5 / 0.33")
+    work.replace("turn", "turn = None", "# one turn of the servo\nturn = None")
 
 
 @WAYS.changed(relies=("03_model_validation.ipynb speeds",))

@@ -75,7 +75,7 @@ def test_however_busy_the_computer_is_each_start_records_the_same_to_the_last_bi
         start.wait_for()
         for _ in range(starts):
             start.click()
-            page.get_by_text("Most experiments first wait").first.wait_for()
+            page.get_by_text("This experiment first waits").first.wait_for()
             page.get_by_text("The experiment is finished. The motor is at 0 V.").first.wait_for()
             page.get_by_role("button", name="Save the recording").click()
             for _ in range(1000):

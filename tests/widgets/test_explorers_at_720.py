@@ -132,7 +132,7 @@ def test_a_notebook_that_is_opened_again_shows_the_picture_and_what_to_do(served
         assert seen.page.locator(".labcourse-explorer button").count() > 0
         seen.page.evaluate("() => window.jupyterapp.shell.currentWidget.sessionContext.shutdown()")
     with browser.visit(served, f"small/{name}.ipynb") as seen:
-        output = seen.page.locator(".jp-OutputArea-output", has_text="Run this cell again")
+        output = seen.page.locator(".jp-OutputArea-output", has_text="run this cell")
         output.wait_for()
         assert "widget" not in output.inner_text()
         assert seen.page.get_by_text("Loading widget").count() == 0
