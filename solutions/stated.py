@@ -29,7 +29,7 @@ _SPECIFICATIONS = (
         LIMITS["settling_time"],
         r"\$t_s\\le\$ # s",
         r"\$t_s\$ \| ≤ # s",
-        r"from # s after the start of a turn",
+        r"later than # s after its start",
         r'"settling time", #, "s"',
         r'"t_s": \(#, "s"\)',
     ),

@@ -41,7 +41,7 @@ def test_show_closes_a_pyplot_figure_so_that_it_is_shown_once(shell):
     axes.plot([0, 1])
     with capture_output() as captured:
         figures.show(figure, alt="A line.")
-    assert plt.get_fignums() == []
+    assert not plt.fignum_exists(figure.number)
     assert sum("image/png" in output.data for output in captured.outputs) == 1
 
 
@@ -53,7 +53,7 @@ def test_where_nobody_looks_a_figure_is_checked_and_closed_but_not_drawn(shell, 
     with capture_output() as captured:
         figures.show(figure, alt="A line.", caption="Shown.")
         figures.show(figures.state_feedback())
-    assert plt.get_fignums() == []
+    assert not plt.fignum_exists(figure.number)
     assert not any("image/png" in output.data for output in captured.outputs)
     assert captured.outputs[1].data["text/plain"] == "Shown."
     with pytest.raises(RotflexError, match="description"):
