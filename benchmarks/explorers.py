@@ -33,7 +33,7 @@ import numpy as np
 import rotflex.course.lab
 from rotflex import model
 from rotflex import widgets
-lab = rotflex.course.lab.start("ada")
+lab = rotflex.course.lab.start("ada", quiet=True)
 system = model.state_space(lab.servo, lab.joint, lab.joint.J_l * 20.7**2, input="voltage")
 A, B = np.asarray(system.A), np.asarray(system.B)
 """
