@@ -36,7 +36,7 @@ _RAISE = object()
 
 
 def student_of(given: str, folder: Path) -> str:
-    """Return the student's ID: that of ``course.json`` in the folder, or the hub's, or the given one, or "demo".
+    """Return the student's ID: from ``course.json``, else from the hub, else the given one, else "demo".
 
     An ID that is known stays: a notebook that gives another one does not change the bench, and sets no answers aside.
     Where a program runs the notebooks, the given ID counts.
@@ -57,7 +57,7 @@ def student_of(given: str, folder: Path) -> str:
 
 
 def _known(folder: Path, typed: str) -> str:
-    """Return the ID in ``course.json``, else that of the recorded answers, else the hub's; "" if nobody knows one."""
+    """Return the ID from ``course.json``, else from the recorded answers, else from the hub; "" if there is none."""
     answers = folder / ANSWERS_FILE
     recorded = student_in(files.read(answers)) if answers.is_file() else ""
     named = (course_file.read(folder) or {}).get(course_file.STUDENT) or (recorded if recorded != DEMO else "")

@@ -43,7 +43,7 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
     ),
     "recordings of a real bench": (201, ("rotflex/course/plausible.py", "rotflex/course/recordings_folder.py")),
     "widgets, scene, the course": (
-        4502,
+        4496,
         (
             "labcourse/scene/**/*.py",
             "rotflex/course/**/*.py",
@@ -58,7 +58,7 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
             "labcourse/jupyter/**/*.py",
         ),
     ),
-    "run": (2051, ("labcourse/run/**/*.py",)),
+    "run": (2048, ("labcourse/run/**/*.py",)),
     "report": (1164, ("labcourse/report/**/*.py",)),
     "running, the warm runner": (1013, ("labcourse/grading/running/**/*.py", "labcourse/run/inside/**/*.py")),
     "intake": (1290, ("labcourse/grading/intake/**/*.py",)),

@@ -43,7 +43,7 @@ _SLIPS = {
     "rad": ((_DEG, "in degrees"), (_REV, "in revolutions")),
     "deg": ((1 / _DEG, "in radians"), (360.0, "in revolutions")),
     "N·m/rad": ((1 / _DEG, "per degree"), (_REV**2, "computed from a frequency in hertz")),
-    "kg·m²": ((1e-3, "in grams"), (1e-4, "in square centimetres"), (1e-6, "in square millimetres")),
+    "kg·m²": ((1e-3, "in g·m²"), (1e-4, "in kg·cm²"), (1e-6, "in kg·mm²")),
     "s": ((1e-3, "in milliseconds"),),
     "V/rad": ((1 / _DEG, "per degree"),),
 }

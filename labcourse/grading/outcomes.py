@@ -326,10 +326,10 @@ def _by_question(students: Iterable[Standing], codes: Collection[str], fewest: i
 
 
 def withheld(sizes: Mapping[str, int], fewest: int) -> frozenset[str]:
-    """Return the groups whose figures must not be shown beside those of all groups together.
+    """Return the groups that are too small for their figures to be shown.
 
-    These are groups of too few; and, as the figures of all less those that are shown are those that are not shown, the
-    next smallest ones, until those withheld have enough students between them: so there are at least two.
+    The figures of a hidden group must not follow from the whole class and the groups that are shown. So the next
+    smallest groups are hidden, too, until the hidden groups together have enough students.
 
     Parameters
     ----------
@@ -353,7 +353,7 @@ def write_report(out: Path, course: Course, book: Gradebook, by_section: bool = 
     Parameters
     ----------
     out : folder; made if needed
-    course, book : whose questions, and whose marks
+    course, book : the course with its questions, and the gradebook with the marks
     by_section : whether the sections of the class are shown beside each other
 
     Returns

@@ -168,7 +168,7 @@ def class_overview(book: Gradebook, course: Course) -> dict[str, Any]:
 
 def _left_out(marks: MarkSettings) -> str:
     what = f"Left out, as course.toml drops it: {', '.join(marks.drop)}."
-    return f"{what} Requests and changed marks are told all the same." if marks.drop else ""
+    return f"{what} Requests and changed marks are still listed for it." if marks.drop else ""
 
 
 def as_page(overview: Mapping[str, Any]) -> str:
@@ -373,7 +373,7 @@ def faults(runs: Iterable[Graded]) -> dict[str, Any]:
 
 
 def slips(runs: Iterable[Graded]) -> list[Slip]:
-    """Find the parts that went wrong for many of those whose answer the key judged; the largest share first."""
+    """Find the parts that many students got wrong, among the answers that the key judged; the largest share first."""
     judged: dict[Where, list[MarkRecord]] = defaultdict(list)
     for mark in (mark for graded in runs for mark in graded.marks if mark.status in _JUDGED):
         judged[mark.where].append(mark)

@@ -83,7 +83,7 @@ class Platform:
     closed: Mapping[str, str] = field(default_factory=dict)
 
 
-#: The first whose headings fit counts: Brightspace's file may have all headings of Blackboard's.
+#: A file belongs to the first platform with headings that fit. Brightspace's file may have all of Blackboard's.
 PLATFORMS = (
     Platform(
         CANVAS,

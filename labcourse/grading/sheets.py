@@ -310,8 +310,8 @@ def write(out: Path, course: Course, book: Gradebook, students: Sequence[str] = 
     Parameters
     ----------
     out : folder; made if needed
-    course, book : whose sheets, and whose marks
-    students : IDs of those whose sheets are written, and who are in the table of the class; everybody without any
+    course, book : the course with its sheets, and the gradebook with the marks
+    students : IDs of the students who get a sheet and a row in the table of the class; all students if it is empty
 
     Returns
     -------

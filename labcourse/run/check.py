@@ -104,10 +104,8 @@ class Checked:
     @property
     def summary(self) -> str:
         """How much is there, as a sentence."""
-        there, count = (
-            sum(self.questions.values()),
-            plural(len(self.questions), "{count} question", "{count} questions"),
-        )
+        there = sum(self.questions.values())
+        count = plural(len(self.questions), "{count} question", "{count} questions")
         return f"All there: {count}." if there == len(self.questions) else f"{there} of {count} are all there."
 
     @property
@@ -115,12 +113,8 @@ class Checked:
         """What to look at first, a sentence each, besides the missing answers and why they are missing."""
         different = [_DIFFERENT] if any(part.state is State.DIFFERENT for part in self.parts) else []
         causes = tuple(part.why.rstrip(".") for part in self.parts if part.why)
-        return (
-            *self.problems,
-            *(stop for stop in self.stops if not stop.startswith(causes)),
-            *self.unsaved,
-            *different,
-        )
+        stops = [stop for stop in self.stops if not stop.startswith(causes)]
+        return (*self.problems, *stops, *self.unsaved, *different)
 
     def _states(self, question: str) -> set[State]:
         return {part.state for part in self.parts if part.question == question}

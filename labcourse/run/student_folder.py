@@ -54,7 +54,7 @@ def find(given: Path | None, notebooks: Iterable[str]) -> Path:
     for folder in (Path(), Path(courses.NOTEBOOKS)) if given is None else (given,):
         if any((folder / name).is_file() for name in names):
             return folder.resolve()
-    where = given if given is not None else f"this folder ({Path().resolve()})"
+    where = f"the folder {given.resolve()}" if given is not None else f"this folder ({Path().resolve()})"
     raise CheckError(f"There is no notebook of the course in {where}. Name the folder that holds {names[0]}.")
 
 

@@ -36,12 +36,14 @@ class Submitted:
     path : of the zip
     receipt : plain data, as in the zip: student, partners, time, digest of the content, questions, files, notes
     lines : the receipt for people
+    new : those of the lines that the check has not shown
     receipts : file beside the zip that has all of a student's receipts
     """
 
     path: Path
     receipt: Mapping[str, Any]
     lines: tuple[str, ...]
+    new: tuple[str, ...]
     receipts: Path
 
 
@@ -88,13 +90,16 @@ def submit(
     target, receipts = out / f"{student}.zip", out / f"{student}{own_files.RECEIPTS}"
     again = " It replaces the one that was there." if target.exists() else ""
     pdfs = report_files.of_files(work.hand_in.reports, catalogue).values()
+    of_questions = (
+        f"Questions  {checked.summary if checked else 'not checked, as you asked: what a run records is not known.'}",
+        *([f"Not there  {', '.join(receipt['not_answered'])}"] if receipt["not_answered"] else []),
+    )
     lines = (
         f"Receipt    {', '.join((student, *receipt['with']))}",
         f"Time       {time.astimezone():%Y-%m-%d %H:%M:%S %z} ({time.astimezone(UTC):%Y-%m-%d %H:%M:%S} UTC)",
         f"Content    {receipt['content'][:_SHOWN]} ({plural(len(content), '{count} file', '{count} files')})",
         *(f"Report     {pdf}" for pdf in pdfs),
-        f"Questions  {checked.summary if checked else 'not checked, as you asked: what a run records is not known.'}",
-        *([f"Not there  {', '.join(receipt['not_answered'])}"] if receipt["not_answered"] else []),
+        *of_questions,
         *(f"Note       {note}" for note in receipt["notes"]),
         f"Upload     {target}: this one file is all that you hand in.{again}",
     )
@@ -108,7 +113,8 @@ def submit(
         raise CheckError(
             f"{error.filename or target} cannot be written: {error.strerror}. Choose another folder by --out."
         ) from None
-    return Submitted(target, receipt, lines, receipts)
+    known = {*of_questions, *(f"Note       {note}" for note in (*checked.problems, *checked.notes))} if checked else {}
+    return Submitted(target, receipt, lines, tuple(line for line in lines if line not in known), receipts)
 
 
 def owner(work: student_folder.Work, student: str = "") -> str:

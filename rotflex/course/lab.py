@@ -39,8 +39,7 @@ def start(
 
     Parameters
     ----------
-    student : whose bench and answers these are, where neither ``course.json`` nor a JupyterHub names a student;
-        without an ID, "demo"
+    student : ID of the student, if neither ``course.json`` nor a JupyterHub names one; "demo" if nobody does
     bench : address of the bench, see :func:`rotflex.hil.open`; "virtual" is the one that the course gives the student
     folder : where answers are kept; the notebook's own by default
     quiet : leave out the welcome

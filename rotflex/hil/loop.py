@@ -56,8 +56,8 @@ def run(
     Returns
     -------
     Recording
-        theta_ref (but for an open loop), theta, alpha (rad) and the voltage that was set, vm (V), each (n,); and
-        tau_link (N·m), if the bench's disturbance pushed the arm.
+        theta_ref (not in an open loop), theta, alpha (rad) and the voltage that was set, vm (V), each (n,). A push
+        at the arm adds tau_link (N·m).
 
     Raises
     ------

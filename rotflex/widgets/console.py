@@ -40,8 +40,8 @@ if TYPE_CHECKING:
 
 _COMPUTED = "This bench is computed: nothing can break. Pull the arm aside and let go. STOP, or Escape, ends a run."
 _READY_MADE = (
-    "This is a practice bench with a ready-made controller. Run this cell again after your prediction in 3.13: then it "
-    "has your own bench and your own gain."
+    "This is a practice bench with a ready-made controller. Answer 3.8, predict in 3.13, and run this cell again: then "
+    "you have your own bench and your own gain."
 )
 SAFETY = (
     "The bench's own emergency stop comes first. STOP here (and the Escape key) is software: it works only "
@@ -53,16 +53,11 @@ _FRAME = 1 / 40  # s between two pictures of a run
 _SOON = 0.008  # s from a pull to a picture: the arm takes some time to begin to move
 _SILENCE = 3.0  # s without a sign of life from the page, after which a run stops
 _LONGEST_STOP = 10.0  # s to wait for a board that does not answer
-VALIDATION, HOLD, WATCH, FULL, PARTIAL = (
-    "validation",
-    "hold",
-    "watch",
-    "tracking, full state",
-    "tracking, partial state",
-)
+VALIDATION, HOLD, WATCH = "validation", "hold", "watch"
+FULL, PARTIAL = "tracking, full state", "tracking, partial state"
 _FEEDBACK = {FULL: "full", PARTIAL: "partial"}
 _SHOWN = {HOLD: "hold: the servo stands still", WATCH: "watch: no controller, 0 V"}
-#: What a hand begins that takes the arm. What it begins in the place of the others is HOLD.
+#: What starts when the arm is grabbed, if it is chosen. If another experiment is chosen, HOLD starts.
 _BY_HAND = (HOLD, WATCH, FULL, PARTIAL)
 #: By their names; a recording has them as they stand here.
 _EXPERIMENTS: dict[str, Callable[..., Recording]] = {
@@ -301,7 +296,7 @@ class BenchConsole(Explorer):
         return self.address.partition(":")[0] in ("virtual", "replay") and "clock=wall" not in self.address
 
     def _grabs(self) -> bool:
-        """Whether the arm can be pulled: it is that of a virtual bench, in simulated time."""
+        """Return whether the arm can be pulled: only on a virtual bench in simulated time."""
         recorded = self._bench is not None and self._bench.recorded is not None
         return self._is_computed() and self._replayed is None and not recorded
 
@@ -496,7 +491,7 @@ def open_console(
 
 
 def feel_controller(lab: Lab) -> BenchConsole:
-    """The console with a controller that the user feels: flick the arm while it runs, and then without a controller.
+    """Make a console to feel a controller: flick the arm while it runs, and then without a controller.
 
     It has a practice bench and a ready-made controller until the student has predicted the result of 3.13 and answered
     3.8. From then on it has the student's own bench and gain. Partial state feedback is offered after the prediction of
@@ -509,7 +504,7 @@ def feel_controller(lab: Lab) -> BenchConsole:
 
 
 def _predicted(lab: Lab, question: str, name: str) -> bool:
-    """Whether the student has predicted a result, or belongs to a class that is not asked to."""
+    """Return whether the student has predicted a result, or need not."""
     return question not in lab.catalogue.predictions or lab.predicted(question, name) is not None
 
 

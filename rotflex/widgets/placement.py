@@ -236,7 +236,7 @@ def with_gain(
     amplitude: float = AMPLITUDE,
     rate: float = RATE,
 ) -> Design:
-    """What a given gain does; ``wanted`` are the poles that it was made for, those that it gives unless told.
+    """Compute what a gain does; ``wanted`` are the poles that it was made for, by default those of the closed loop.
 
     ``amplitude`` (rad) and ``rate`` (1/s) are those of the command, see :func:`reference`.
 

@@ -96,8 +96,8 @@ def _handles(panel: Panel, wanted: Dominant, numbers: bool) -> None:
     legend, text = "desired poles: drag them", f"ζ {wanted.zeta:.2f}, ωₙ {wanted.omega_n:.1f} rad/s"
 
     def place(name: str, pole: complex, label: str, step: tuple[float, float], **more: Any) -> None:
-        told = text if name in (PAIR, PARTNER) and not numbers else f"{described(pole)} rad/s"
-        panel.handle(name, pole.real, pole.imag, label, told, step, **more)
+        value = text if name in (PAIR, PARTNER) and not numbers else f"{described(pole)} rad/s"
+        panel.handle(name, pole.real, pole.imag, label, value, step, **more)
 
     if wanted.zeta < 1:
         panel.mark(partner.real, partner.imag, "measured", "cross", size=7)

@@ -87,7 +87,12 @@ def test_check_and_submit_say_what_was_found_and_end_with_it(folder, finds, stat
 def test_a_folder_without_the_notebooks_is_an_error_that_names_one(folder, words):
     Path("other").mkdir()
     done, output = rotflex(*words)
-    assert done == 2 and "no notebook of the course in other" in output and "01_swing.ipynb" in output
+    assert (
+        done == 2
+        and "no notebook of the course in the folder" in output
+        and "other" in output
+        and "01_swing.ipynb" in output
+    )
 
 
 def test_the_folder_is_this_one_or_the_usual_one_in_it(folder, finds, monkeypatch):

@@ -64,6 +64,8 @@ def test_the_receipt_is_printed_and_added_to_those_before(folder):
     assert (folder.parent / "ada-receipts.txt").read_text() == receipts
     assert first.receipt["content"] == second.receipt["content"] and first.receipt["content"][:16] in receipts
     assert [text in receipts for text in ("2026-03-01", "(4 files)", "1 of 2", "not checked", "numpy.py")] == [True] * 5
+    assert [line[:9] for line in first.lines if line not in first.new] == ["Questions", "Not there"]
+    assert second.new == second.lines  # nothing was checked
     assert "It replaces" not in first.lines[-1] and "It replaces" in second.lines[-1]
     assert json.loads(content(second.path)["receipt.json"])["checked"] is False
     assert "numpy.py" not in content(second.path)
