@@ -5,31 +5,27 @@ Points are fractions as they are written, so 0.1 is a tenth. Only the final grad
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
-from datetime import datetime, timedelta
+from collections import Counter, defaultdict
+from collections.abc import Collection, Iterable, Iterator
+from dataclasses import dataclass, replace
+from datetime import datetime
 from decimal import Decimal, localcontext
 from fractions import Fraction
 from typing import Any
 
 from labcourse.answers import answers, reflection
 from labcourse.errors import AnswerError
+from labcourse.grading.assignments import Handed, State, Timing, Work, exact, least, of_course, works
 from labcourse.grading.course import Course
-from labcourse.grading.gradebook import Arrival, MarkRecord, RunRecord, StudentRecord
+from labcourse.grading.gradebook import MarkRecord, RunRecord, StudentRecord
 from labcourse.grading.marking.marking import Mark
-from labcourse.grading.settings import CourseSettings, Deadline, Extension, LateSettings, MarkSettings
+from labcourse.grading.settings import Assignment, CourseSettings, Deadline, Extension, LateSettings, MarkSettings
 from labcourse.grading.verdicts import UNDECIDED
 from labcourse.messages import plural
 from labcourse.student_id import caseless
 
-_DAY = timedelta(days=1)
 _DIGITS = 100  # of an exact decimal number; points, weights and per cents have at most a dozen each
 _SHOWN = 6  # decimals of a number that has no exact decimal form, such as 1/3
-
-
-def exact(number: float) -> Fraction:
-    """Return a number as it is written: 0.1 is a tenth."""
-    return Fraction(str(number))
 
 
 def half_up(number: Fraction, decimals: int) -> Fraction:
@@ -46,80 +42,7 @@ def in_full(number: Fraction) -> str:
         return f"{(Decimal(number.numerator) / Decimal(number.denominator)).normalize():f}"
 
 
-# --- deadlines --------------------------------------------------------------------------------------------------------
-
-
-@dataclass(frozen=True)
-class Timing:
-    """When a notebook was due, and when it was handed in.
-
-    Attributes
-    ----------
-    notebook : name without ending
-    due : the last moment that is in time, by the deadlines
-    until : the same for this student, with their extensions
-    received : when it was handed in; None if that is not known
-    days : days late; each day that has begun counts
-    taken : share (0 to 1) of the earned points that lateness costs
-    extended : whether it would be late, or later, without an extension
-    clock : how the time is known; "" if only the student's computer wrote it, so that an instructor has to decide
-    """
-
-    notebook: str
-    due: datetime
-    until: datetime
-    received: datetime | None
-    days: int
-    taken: Fraction
-    extended: bool
-    clock: str | None = None
-
-    @property
-    def waits(self) -> bool:
-        """Whether an instructor has to decide when it was handed in."""
-        return self.clock == ""
-
-
-def timing(settings: CourseSettings, student: StudentRecord, notebook: str, arrival: Arrival | None) -> Timing | None:
-    """Compare the arrival of a student's notebook with its deadline; return None if it has no deadline.
-
-    Of several deadlines and extensions that apply, the latest counts. A time that only the student's computer wrote is
-    not used as the time of receipt.
-
-    Parameters
-    ----------
-    settings : of the course
-    student : as the roster has them
-    notebook : name without ending
-    arrival : when it was handed in; None if it was not
-    """
-    names = {caseless(name) for name in (student.student, *student.aliases)}
-
-    def applies(rule: Deadline | Extension) -> bool:
-        return not rule.notebooks or notebook in rule.notebooks
-
-    def in_section(rule: Deadline | Extension) -> bool:
-        return bool(rule.section) and caseless(rule.section) == caseless(student.section)
-
-    dues = [rule.due for rule in settings.deadlines if applies(rule) and (not rule.section or in_section(rule))]
-    if not dues:
-        return None
-    mine = (
-        rule.until
-        for rule in settings.extensions
-        if applies(rule) and (in_section(rule) or names & set(map(caseless, rule.students)))
-    )
-    due, until, late = max(dues), max([*dues, *mine]), settings.late
-    clock = None if arrival is None else arrival.clock
-    received = None if arrival is None or clock == "" else arrival.received
-    days, without_extension = (_days_late(received, moment, late.grace_hours) for moment in (until, due))
-    taken = min(days * exact(late.per_day), exact(late.cap)) / 100
-    return Timing(notebook, due, until, received, days, taken, days < without_extension, clock)
-
-
-def _days_late(received: datetime | None, due: datetime, grace_hours: float) -> int:
-    """Count the days from the end of the grace; each day that has begun counts."""
-    return 0 if received is None else max(0, -((due + timedelta(hours=grace_hours) - received) // _DAY))
+# --- names in the settings --------------------------------------------------------------------------------------------
 
 
 def unknown_names(settings: CourseSettings, students: Iterable[StudentRecord]) -> tuple[list[str], list[str]]:
@@ -189,22 +112,72 @@ class Item:
 
 
 @dataclass(frozen=True)
-class FinalGrade:
-    """A student's final grade, and how it is computed.
+class AssignmentGrade:
+    """A student's points of an assignment.
 
     Attributes
     ----------
-    items : each mark that is worth points, also those that do not count
-    timings : notebooks that came late, in time only by an extension, or at an unknown time
-    predictions : how many predictions were made; each may earn additional points
-    marks, late : the settings
+    assignment : which; with title "" for marks that are in no assignment
+    works : its notebooks, as they are now
+    all_items : each mark in it that is worth points, also those that do not count
+    bonus : points for predictions
+    decimals : of its points in a column, which are rounded half up
+    is_given_back : whether the reader may see its marks
     """
 
-    items: tuple[Item, ...]
-    timings: tuple[Timing, ...]
-    predictions: int
-    marks: MarkSettings
-    late: LateSettings
+    assignment: Assignment
+    works: tuple[Work, ...]
+    all_items: tuple[Item, ...]
+    bonus: Fraction
+    decimals: int
+    is_given_back: bool = True
+
+    @property
+    def title(self) -> str:
+        """Title of the assignment."""
+        return self.assignment.title
+
+    @property
+    def state(self) -> State:
+        """The least advanced state of its notebooks that are not excused."""
+        return least([work.state for work in self.works if work.excuse is None] or [State.MARKED])
+
+    @property
+    def is_excused(self) -> bool:
+        """Whether the student is excused from all of it."""
+        return bool(self.works) and all(work.excuse for work in self.works)
+
+    @property
+    def is_due(self) -> bool:
+        """Whether all of it is due."""
+        return all(work.is_due for work in self.works)
+
+    @property
+    def counts(self) -> bool:
+        """Whether it counts so far: it is due and given back, and the student is not excused."""
+        return self.is_due and self.is_given_back and not self.is_excused
+
+    @property
+    def is_empty(self) -> bool:
+        """Whether it has no points yet, which is not the same as none: it is not due, graded or given back."""
+        open_yet = self.state is State.UNTOUCHED and not self.is_due
+        return open_yet or not self.is_given_back or self.state in (State.NOT_DUE, State.HANDED_IN)
+
+    @property
+    def until(self) -> datetime | None:
+        """When the last of it is due; None without any date."""
+        return max((work.until for work in self.works if work.until is not None), default=None)
+
+    @property
+    def days_late(self) -> int:
+        """Days by which the latest of its notebooks came late."""
+        return max((work.days_late for work in self.works), default=0)
+
+    @property
+    def items(self) -> list[Item]:
+        """The marks from which the student is not excused."""
+        excused = {work.notebook for work in self.works if work.excuse is not None}
+        return [item for item in self.all_items if item.notebook not in excused]
 
     @property
     def counting(self) -> list[Item]:
@@ -218,14 +191,128 @@ class FinalGrade:
 
     @property
     def earned(self) -> Fraction:
-        """Points as they count, as far as they are decided."""
-        bonus = self.predictions * exact(self.marks.predictions)
-        return sum((item.weighted * (1 - item.taken) for item in self.counting), bonus)
+        """Points of its notebooks with weights and lateness, as far as they are decided."""
+        return sum((item.weighted * (1 - item.taken) for item in self.counting), self.bonus)
+
+    @property
+    def possible(self) -> Fraction:
+        """What these points are out of, undecided ones included."""
+        return sum((item.possible for item in self.counting), Fraction(0))
+
+    @property
+    def out_of(self) -> Fraction:
+        """What its column is out of."""
+        return self.possible if self.assignment.out_of is None else exact(self.assignment.out_of)
+
+    @property
+    def points(self) -> Fraction:
+        """Points in its column, not rounded, as far as they are decided."""
+        return self.earned * _ratio(self.out_of, self.possible)
+
+    @property
+    def points_text(self) -> str:
+        """Points in its column, rounded, as "9.50"; "" while they are not decided, and if the student is excused."""
+        unknown = self.is_empty or self.undecided or self.state is State.NOT_GRADED
+        if unknown or self.is_excused or not self.possible:
+            return ""
+        return f"{float(half_up(self.points, self.decimals)):.{self.decimals}f}"
+
+    @property
+    def weight(self) -> Fraction:
+        """Its share of the final grade; 0 if the student is excused."""
+        weight = self.assignment.weight
+        return Fraction(0) if self.is_excused else self.out_of if weight is None else exact(weight)
+
+    @property
+    def weighted(self) -> Fraction:
+        """What it adds to the final grade."""
+        return self.earned * _ratio(self.weight, self.possible)
+
+    def as_data(self) -> dict[str, Any]:
+        """Return it for JSON."""
+        excuses = [work.excuse for work in self.works if work.excuse is not None]
+        return {
+            "title": self.title,
+            "notebooks": {work.notebook: work.state for work in self.works},
+            "state": self.state,
+            "due": self.until,
+            "days_late": self.days_late,
+            "excused": [{"notebook": e.notebook, "by": e.actor, "reason": e.reason, "when": e.when} for e in excuses],
+            "points": self.points_text,
+            "out_of": float(self.out_of),
+            "weight": float(self.weight),
+        }
+
+
+def _ratio(part: Fraction, whole: Fraction) -> Fraction:
+    """Divide; what is out of nothing keeps its points, as those for predictions, if nothing replaces their scale."""
+    return part / whole if whole else Fraction(part == whole)
+
+
+@dataclass(frozen=True)
+class FinalGrade:
+    """A student's grade so far, which is final when everything is due, and how it is computed.
+
+    Attributes
+    ----------
+    assignments : all of the class, in order, and marks that are in none of them last
+    predictions : how many predictions were made in what is due; each may earn additional points
+    marks, late : the settings
+    """
+
+    assignments: tuple[AssignmentGrade, ...]
+    predictions: int
+    marks: MarkSettings
+    late: LateSettings
+
+    @property
+    def so_far(self) -> list[AssignmentGrade]:
+        """The assignments that count so far."""
+        return [one for one in self.assignments if one.counts]
+
+    @property
+    def is_over(self) -> bool:
+        """Whether everything counts from which the student is not excused."""
+        return all(one.counts or one.is_excused for one in self.assignments)
+
+    def given_back(self, notebooks: Collection[str] | None) -> FinalGrade:
+        """Return it as the student may see it, when the marks of some notebooks were given back (None: of all)."""
+        if notebooks is None:
+            return self
+        back = [replace(one, is_given_back={*one.assignment.notebooks} <= {*notebooks}) for one in self.assignments]
+        return replace(self, assignments=tuple(back))
+
+    @property
+    def items(self) -> list[Item]:
+        """Each mark of :attr:`so_far` that is worth points, also those that do not count."""
+        return [item for one in self.so_far for item in one.items]
+
+    @property
+    def counting(self) -> list[Item]:
+        """The marks that count so far."""
+        return [item for one in self.so_far for item in one.counting]
+
+    @property
+    def undecided(self) -> list[Item]:
+        """The marks that count so far and are not decided."""
+        return [item for one in self.so_far for item in one.undecided]
+
+    @property
+    def timings(self) -> list[Timing]:
+        """Notebooks that earned something and came late, in time only by an extension, or at an unknown time."""
+        there = {item.notebook for item in self.counting if item.points != 0}
+        times = [work.timing for one in self.so_far for work in one.works if work.notebook in there]
+        return [time for time in times if time and (time.days or time.extended or time.received is None)]
+
+    @property
+    def earned(self) -> Fraction:
+        """Points as they count so far, as far as they are decided."""
+        return sum((one.weighted for one in self.so_far), Fraction(0))
 
     @property
     def out_of(self) -> Fraction:
         """What these points are out of, undecided ones included."""
-        return sum((item.possible for item in self.counting), Fraction(0))
+        return sum((one.weight for one in self.so_far), Fraction(0))
 
     @property
     def scaled(self) -> Fraction:
@@ -234,8 +321,8 @@ class FinalGrade:
 
     @property
     def final(self) -> float | None:
-        """The final grade; None while a mark that counts is not decided, and if nothing counts."""
-        if self.undecided or not self.out_of:
+        """The final grade; None until all is due, while a mark that counts is not decided, and if nothing counts."""
+        if self.undecided or not self.out_of or not self.is_over:
             return None
         return float(half_up(self.scaled, self.marks.decimals))
 
@@ -254,7 +341,8 @@ class FinalGrade:
         """Whether the final grade is only the sum of the points."""
         usual, marks = MarkSettings(), self.marks
         special = any(item.dropped_as or item.weighted_as for item in self.items) or self.timings or marks.predictions
-        return not special and (marks.out_of, marks.decimals) == (usual.out_of, usual.decimals)
+        scaled = any(one.weight != one.possible or one.is_excused for one in self.assignments) or not self.is_over
+        return not special and not scaled and (marks.out_of, marks.decimals) == (usual.out_of, usual.decimals)
 
     def as_data(self) -> dict[str, Any]:
         """Return it for JSON."""
@@ -263,6 +351,7 @@ class FinalGrade:
             "out_of": float(self.out_of),
             "final": self.final,
             "final_out_of": self.final_out_of,
+            "assignments": [one.as_data() for one in self.assignments if one.title],
             "how": self.how(),
             "steps": self.steps(),
         }
@@ -274,15 +363,28 @@ class FinalGrade:
         lines = [f"not counted: {dropped}"] if dropped else []
         lines += [f"{name} counts {in_full(items[0].weight)} times" for name, items in weighted]
         lines += [f"{entry.notebook}: {_lateness(entry)}" for entry in self.timings]
+        lines += [f"excused: {one.title}" for one in self.assignments if one.is_excused]
+        lines += [f"not counted so far: {self.later}"] if self.later else []
         return lines + ([f"{self.predictions} predictions made"] if self.marks.predictions else [])
 
     def steps(self) -> list[str]:
         """Explain the final grade step by step, so that it can be computed again by hand."""
         return [*self._steps(), *self._last_steps()]
 
+    @property
+    def later(self) -> str:
+        """The titles of what does not count yet."""
+        return ", ".join(one.title for one in self.assignments if not one.counts and not one.is_excused)
+
     def _steps(self) -> Iterator[str]:
         counting, each = self.counting, exact(self.marks.predictions)
-        yield f"All answers: {_points(self.items)}."
+        for one in self.assignments:
+            for act in (work.excuse for work in one.works if work.excuse is not None):
+                excused = f"{act.actor} excused you on {act.when:%Y-%m-%d}"
+                yield f"{act.notebook} does not count. {excused}: {act.reason}"
+        if self.later:
+            yield f"Not counted so far: {self.later}."
+        yield f"{'All answers' if self.is_over else 'All answers in what is due'}: {_points(self.items)}."
         if dropped := _grouped(self.items, "dropped_as"):
             names = ", ".join(f"{name} ({_points(items)}{_so_far(items)})" for name, items in dropped.items())
             yield f"Not counted: {names}. Left: {_points(counting)}."
@@ -293,6 +395,11 @@ class FinalGrade:
         if each:
             more = in_full(self.predictions * each)
             yield f"{self.predictions} predictions made, {_worth(each)} each: {more} more."
+        for one in self.so_far:
+            if one.out_of != one.possible:
+                yield f"{one.title}: {_of(one.earned, one.possible)} become {_of(one.points, one.out_of)}."
+            if one.weight != one.out_of:
+                yield f"{one.title}: {_of(one.points, one.out_of)} count as {_of(one.weighted, one.weight)}."
         if not self.is_plain:
             yield f"Together: {_of(self.earned, self.out_of)}."
 
@@ -325,6 +432,8 @@ class FinalGrade:
         if self.undecided:
             waiting = _worth(sum(item.possible for item in self.undecided))
             yield f"There is no final grade yet: still to be decided are {waiting}."
+        elif not self.is_over:
+            yield f"So far: {_of(self.earned, self.out_of)}. The final grade follows when everything is due."
         elif self.final is None:
             yield "Nothing of this counts, so that there is no final grade."
         else:
@@ -337,36 +446,37 @@ class FinalGrade:
             yield f"Final grade: {final}, rounded to {decimals} (half up)."
 
 
-def final_grade(
-    marks: Iterable[MarkRecord | Mark],
-    course: Course,
-    student: StudentRecord,
-    received: Mapping[str, Arrival],
-    run: RunRecord | None = None,
-) -> FinalGrade:
-    """Compute a student's final grade by the settings of a course.
+def final_grade(course: Course, handed: Handed, when: datetime | None = None) -> FinalGrade:
+    """Compute a student's grade by the settings of a course.
 
     Parameters
     ----------
-    marks : all of the student's, also those by persons
     course : with its settings and its catalogue
-    student : as the roster has them
-    received : file name of a notebook → when it was handed in
-    run : the run that counts, for the predictions in it; without one there are none
+    handed : what there is of the student: all marks, also those by persons
+    when : the time by which work is due or not; now, if it is None
     """
-    settings, asked = course.settings, course.catalogue.marked
-    worth = [(mark, asked[mark.question].notebook if mark.question in asked else "") for mark in marks if mark.out_of]
-    due = {name: timing(settings, student, name, received.get(f"{name}.ipynb")) for _mark, name in worth if name}
-    timings = {name: entry for name, entry in due.items() if entry is not None}
-    items = tuple(_item(mark, notebook, timings.get(notebook), settings) for mark, notebook in worth)
-    there = {item.notebook for item in items if not item.dropped_as and item.points != 0}
-    shown = tuple(
-        entry
-        for name, entry in timings.items()
-        if name in there and (entry.days or entry.extended or entry.received is None)
-    )
-    made = _predictions_made(run, course) if settings.marks.predictions else 0
-    return FinalGrade(items, shown, made, settings.marks, settings.late)
+    settings, asked, work = course.settings, course.catalogue.marked, works(course, handed, when)
+    notebook_of = {
+        mark.question: asked[mark.question].notebook if mark.question in asked else "" for mark in handed.marks
+    }
+    items = defaultdict[str, list[Item]](list)
+    for mark in handed.marks:
+        if mark.out_of:
+            name = notebook_of[mark.question]
+            time = work[name].timing if name in work else None
+            items[name].append(_item(mark, name, time, settings))
+    run = None if handed.graded is None else handed.graded.run
+    made = _predictions_made(run, course) if settings.marks.predictions else {}
+    rest = Assignment("", tuple({*items, *made} - {*work}))
+    grades = []
+    for one in [*of_course(course), rest]:
+        bonus = sum(made.get(name, 0) for name in one.notebooks) * exact(settings.marks.predictions)
+        there = tuple(work[name] for name in one.notebooks if name in work)
+        own = tuple(item for name in one.notebooks for item in items[name])
+        grades.append(AssignmentGrade(one, there, own, bonus, settings.marks.decimals))
+    grade = FinalGrade(tuple(grades), 0, settings.marks, settings.late)
+    due = [name for one in grade.so_far for name in one.assignment.notebooks]
+    return replace(grade, predictions=sum(made.get(name, 0) for name in due))
 
 
 def _item(mark: MarkRecord | Mark, notebook: str, due: Timing | None, settings: CourseSettings) -> Item:
@@ -385,18 +495,17 @@ def _item(mark: MarkRecord | Mark, notebook: str, due: Timing | None, settings: 
     )
 
 
-def _predictions_made(run: RunRecord | None, course: Course) -> int:
-    """Count a run's predictions for questions that count; each is read as strictly as an answer."""
+def _predictions_made(run: RunRecord | None, course: Course) -> dict[str, int]:
+    """Count a run's predictions for questions that count, by notebook; each is read as strictly as an answer."""
     try:
         made = answers.parse(b"" if run is None else run.answers or b"").get(reflection.SECTION, {})
     except AnswerError:
-        return 0
-    asked = ((number, what) for number, what in course.catalogue.predictions.items())
-    return sum(
-        len([*reflection.read(what, made.get(number, {}))])
-        for number, what in asked
-        if number not in course.settings.marks.drop
-    )
+        return {}
+    counts = Counter[str]()
+    for number, what in course.catalogue.predictions.items():
+        if number not in course.settings.marks.drop:
+            counts[course.catalogue.everything[number].notebook] += len([*reflection.read(what, made.get(number, {}))])
+    return counts
 
 
 # --- texts ------------------------------------------------------------------------------------------------------------

@@ -293,6 +293,7 @@ class Batch:
             "policy": bundle.policy,
             "start": bundle.start.name if bundle.start else "",
             "reports_in_pdf": documents,
+            "untouched": prepared.untouched,
         }
         facts = facts.model_copy(update=additional)
         return replace(run, problems=facts.problems, notes=facts.notes, cells=facts.as_json())

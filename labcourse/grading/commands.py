@@ -15,6 +15,7 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
 from datetime import UTC, datetime, tzinfo
 from decimal import Decimal, InvalidOperation
+from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -75,6 +76,10 @@ Remove = Annotated[list[str] | None, Option(metavar="ID", help="Remove this stud
 Questions = Annotated[list[str] | None, Option(help="Mark only this question; may be given several times.")]
 Students = Annotated[list[str] | None, Option(help="Only those of this student; may be given several times.")]
 Note = Annotated[str, Option(help="A remark for the record, for example: without the reports.")]
+_ONE_ASSIGNMENT = "Only this assignment: its title, or the name or number of a notebook in it."
+OneAssignment = Annotated[str | None, Option("--assignment", metavar="NAME", help=_ONE_ASSIGNMENT)]
+_SOME_ASSIGNMENTS = "Give back only this assignment; may be given several times."
+SomeAssignments = Annotated[list[str] | None, Option("--assignment", metavar="NAME", help=_SOME_ASSIGNMENTS)]
 Sections = Annotated[bool, Option(help="Show the sections of the class side by side.")]
 Points = Annotated[float, Argument(metavar="POINTS", min=0, help="Points to give.")]
 Reason = Annotated[str, Option(help="The reason, for the student and for the record.")]
@@ -507,38 +512,58 @@ def report(marks: Marks, out: Out = None, solutions: CourseFolder = None) -> Non
 
 
 @app.command(rich_help_panel=_CLASS)
-def publish(marks: Marks, by: By, note: Note = "", solutions: CourseFolder = None, out: Out = None) -> None:
-    """Publish feedback: write all students' pages, record the time, and list what is not ready.
+def publish(
+    marks: Marks,
+    by: By,
+    note: Note = "",
+    assignment: SomeAssignments = None,
+    solutions: CourseFolder = None,
+    out: Out = None,
+) -> None:
+    """Give feedback back: write all students' pages, record the time, and list what is not ready.
 
-    Your platform delivers the pages to students. If feedback opens later by course.toml, the pages show only this date
-    and problems with the submission, and nothing is recorded as published.
+    From the first --assignment on, pages and marks.json show only the assignments that were given back.
+    Your platform delivers the pages to students (export --feedback writes the zip that it takes). If feedback opens
+    later by course.toml, the pages show only this date and problems with the submission, and nothing is recorded.
 
     Exit code: 0 published, 1 the pages are not open yet, 2 something could not be written.
     """
+    from labcourse.grading import assignments
+    from labcourse.grading.gradebook.records import NEW, Publication
     from labcourse.grading.outcomes import PAGE_FILE
-    from labcourse.grading.overview import changed_since, moment, not_ready
+    from labcourse.grading.overview import moment, not_ready
+    from labcourse.grading.reports.changes import changed_since
     from labcourse.grading.reports.grades import Reports
     from labcourse.grading.sheets import FOLDER
 
     course, folder = courses.find(solutions), _results(marks, out)
+    given = [assignments.find(course, name) for name in assignment or ()]
+    notebooks = tuple(name for one in given for name in one.notebooks)
     begun = datetime.now(UTC)  # a change while pages are written may be on none of them; it is reported the next time
+    publication = Publication(NEW, by, note, begun, notebooks)
+    is_open = course.settings.feedback.is_open(begun)
     with _gradebook(marks) as book:
-        before = book.requests.publications()
-        changed = changed_since(book.audit(), before[-1].when) if before else []
-        count = Reports(folder, course, book).write_all()
+        changed = changed_since(book.audit(), book.requests.publications(), course)
+        reports = Reports(folder, course, book, publication=publication if is_open else None)
+        count = reports.write_all() - len(reports.without_page)
         unready = list(not_ready(book, course.settings, begun))
-        done = book.requests.publish(by, note, begun) if course.settings.feedback.is_open(begun) else None
-    say(f"Pages of {_students(count)}: {folder}", *unready)
+        if is_open:
+            book.requests.publish(by, note, begun, notebooks)
+    say(f"Pages of {_students(count)}: {folder}")
+    if reports.without_page:
+        say(f"No page, as nothing of theirs is graded: {', '.join(reports.without_page)}.")
+    say(*unready)
     for name, command in ((PAGE_FILE, "report"), (FOLDER, "sheets")):
         if (folder / name).exists():
             say(f"{name} is as it was before: {program.name()} outcomes {command} writes it anew.")
-    if done is None:
+    if not is_open:
         raise typer.Exit(SOME_TROUBLE)
-    say(f"Published on {moment(done.when)}, by {done.actor}.")
-    if before:
-        names = sorted({change.student for change in changed})
-        since, to_tell = moment(before[-1].when), f"; tell them: {', '.join(names)}" if names else ""
-        say(f"Since {since} marks of {_students(len(names))} have changed{to_tell}.")
+    what = ", ".join(one.title for one in given) or "all assignments"
+    say(f"Recorded: {by} gave back {what} on {moment(begun)}.")
+    say(f"No page was sent to a student. {program.name()} export --feedback writes the zip that your platform takes.")
+    for student, changes in groupby(sorted(changed), key=lambda change: change.student):
+        moved = ", ".join(str(change) for change in changes)
+        say(f"Other marks than were given back before; tell {student}: {moved}")
 
 
 def _decimal(text: str) -> Decimal:
@@ -573,6 +598,7 @@ def export(
     submissions: Annotated[
         Path | None, Option(help="The platform's zip of submissions: --feedback needs names.", dir_okay=False)
     ] = None,
+    assignment: OneAssignment = None,
     dry_run: DryRun = False,
     solutions: CourseFolder = None,
 ) -> None:
@@ -582,7 +608,7 @@ def export(
 
     Exit code: 0 all students' marks are in, 1 some are not (each is named, with the reason), 2 nothing written.
     """
-    from labcourse.grading import platforms
+    from labcourse.grading import assignments, platforms
 
     if submissions is not None and feedback is None:
         raise GradingError("--submissions gives names for --feedback: say where that is to be written.")
@@ -591,6 +617,7 @@ def export(
     if len({*paths}) < len(paths):
         raise GradingError("Two of the files are the same. What is read is not written over: name another file.")
     course = courses.find(solutions)
+    only = assignments.find(course, assignment) if assignment else None
     choice = platforms.Choice(course.settings.marks.decimals if decimals is None else decimals, unfinished, cap)
     with _gradebook(marks) as book:
         try:
@@ -598,7 +625,7 @@ def export(
             place = theirs.column(column)
             maximum = theirs.maximum(place, out_of)
             matches = platforms.match(theirs, book.students())
-            earned = platforms.earned(book, course)
+            earned = platforms.earned(book, course, only)
             data, entries = platforms.fill(theirs, place, maximum, matches, earned, choice)
         except GradebookError:
             raise
@@ -682,6 +709,28 @@ def mark(
         book.set_mark(student, question, part, points, reason, by, expected)
     shown = textwrap.shorten(seen.given if seen else "", _ANSWER_LENGTH, placeholder="…")
     say(f"{student}, {question}, {part}: {points:g}, for the answer {shown!r}. {program.name()} report writes it down.")
+
+
+@app.command(rich_help_panel=_PERSON)
+def excuse(
+    marks: Marks,
+    student: Student,
+    assignment: Annotated[
+        str, Argument(metavar="ASSIGNMENT", help="Its title, or name or number of a notebook in it.")
+    ],
+    reason: Reason,
+    by: By,
+    undo: Annotated[bool, Option("--undo", help="Take an earlier excuse back.")] = False,
+    solutions: CourseFolder = None,
+) -> None:
+    """Excuse a student from an assignment: it counts neither in their points nor in what these are out of."""
+    from labcourse.grading import assignments
+
+    excused = assignments.find(courses.find(solutions), assignment)
+    with _gradebook(marks) as book:
+        book.excuse(student, excused.notebooks, reason, by, excused=not undo)
+    what = "not excused from" if undo else "excused from"
+    say(f"{student} is {what} {excused.title}. {program.name()} report writes it down.")
 
 
 @app.command(rich_help_panel=_PERSON)

@@ -50,6 +50,7 @@ class Facts(BaseModel):
     start : name of what was given to a class that began in the middle; "" where it began at the beginning
     evidence : what the course's function read from the student's files in the sandbox, JSON: a claim
     reports_in_pdf : number of a report → the PDF that was handed in
+    untouched : names of notebooks, without ending, in which the student changed nothing
     """
 
     model_config = ConfigDict(frozen=True)
@@ -65,6 +66,7 @@ class Facts(BaseModel):
     start: str = ""
     evidence: _Compressed = b""
     reports_in_pdf: dict[str, ReportFile] = {}
+    untouched: tuple[str, ...] = ()
 
     def as_json(self) -> tuple[dict[str, Any], ...]:
         """Return the facts as :attr:`RunRecord.cells` stores them."""

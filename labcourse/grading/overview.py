@@ -19,22 +19,21 @@ from typing import Any, NamedTuple
 
 from labcourse import program
 from labcourse.answers.parts import Where
-from labcourse.grading.accounts import timing
+from labcourse.grading.assignments import short, timing
 from labcourse.grading.course import Course
 from labcourse.grading.gradebook import (
     Act,
     Answer,
     Arrival,
-    AuditRecord,
     Gradebook,
     Graded,
     MarkRecord,
-    MarkState,
     StudentRecord,
 )
 from labcourse.grading.graded_run import FAILED, facts_of, key_faults
 from labcourse.grading.intake import is_unread
 from labcourse.grading.reports import hints
+from labcourse.grading.reports.changes import changed_since, state_text
 from labcourse.grading.reports.result import lapse, points, received, result_in, worth
 from labcourse.grading.reports.templating import templates
 from labcourse.grading.scoring import progress
@@ -118,16 +117,6 @@ class Slip(NamedTuple):
     reasons: list[tuple[str, int]]
 
 
-class Change(NamedTuple):
-    """A mark that is not the one that was published; no mark is None."""
-
-    student: str
-    question: str
-    part: str
-    before: MarkState | None
-    after: MarkState | None
-
-
 def moment(when: datetime) -> str:
     """Write a time as "2026-03-02 12:00 UTC"."""
     return f"{when:%Y-%m-%d %H:%M} UTC"
@@ -146,7 +135,7 @@ def class_overview(book: Gradebook, course: Course) -> dict[str, Any]:
     students = [_student(book, course, about, now) for about in book.students()]
     runs = [student.graded for student in students if student.graded is not None]
     answers = [answer for answer in book.scores.answers() if not marks.dropped_as(*answer.where)]
-    publications, trail = book.requests.publications(), book.audit()
+    publications = book.requests.publications()
     return {
         "course": course,
         "now": now,
@@ -162,7 +151,7 @@ def class_overview(book: Gradebook, course: Course) -> dict[str, Any]:
         "slips": slips(runs),
         "common": hints.by_students(hints.of_class(book, course)),
         "publications": publications,
-        "changes": changed_since(trail, publications[-1].when) if publications else [],
+        "changes": changed_since(book.audit(), publications, course),
     }
 
 
@@ -175,7 +164,13 @@ def as_page(overview: Mapping[str, Any]) -> str:
     """Return the overview as an HTML page without scripts, which loads nothing."""
     environment = templates("templates")
     environment.filters["short"] = short
-    functions = {"moment": moment, "worth": worth, "shortened": shortened, "state": _state, "left": progress.time_text}
+    functions = {
+        "moment": moment,
+        "worth": worth,
+        "shortened": shortened,
+        "state": state_text,
+        "left": progress.time_text,
+    }
     page = environment.get_template("overview.html")
     return page.render(**overview, **functions, listed=listed, many=MANY, program=program.name())
 
@@ -273,12 +268,6 @@ def _counting_notebooks(course: Course) -> list[str]:
     counts = {question.notebook for question, part in parts if not dropped_as(question.number, part.name)}
     dropped = {question.notebook for question, _part in parts} - counts
     return [name for name in course.asked.notebooks if name not in dropped]
-
-
-def short(notebook: str) -> str:
-    """Return a notebook's number, if it has one: "02" of "02_speed.ipynb"."""
-    number = notebook.partition("_")[0]
-    return number if number.isdigit() else notebook.removesuffix(".ipynb")
 
 
 def in_trouble(students: Iterable[Student]) -> list[tuple[Student, list[str]]]:
@@ -398,28 +387,6 @@ def shortened(text: str) -> str:
 
 
 # --- feedback that was given back -------------------------------------------------------------------------------------
-
-
-def changed_since(trail: Sequence[AuditRecord], when: datetime) -> list[Change]:
-    """Find marks that have other points than at a time, or were decided since."""
-    entries: dict[tuple[str, str, str], list[AuditRecord]] = defaultdict(list)
-    for entry in trail:
-        if entry.when > when:
-            entries[entry.student, entry.question, entry.part].append(entry)
-    changes = [Change(*where, those[0].before, those[-1].after) for where, those in entries.items()]
-    return [change for change in changes if _shown_points(change.before) != _shown_points(change.after)]
-
-
-def _shown_points(mark: MarkState | None) -> tuple[float, float] | None:
-    """Return what a student sees of a mark; None if nothing is decided or it is worth nothing."""
-    decided = mark is not None and mark.out_of and mark.status not in UNDECIDED
-    return (mark.points, mark.out_of) if mark is not None and decided else None
-
-
-def _state(mark: MarkState | None) -> str:
-    if mark is None:
-        return "no mark"
-    return "not decided" if mark.status in UNDECIDED else f"{points(mark.points)} of {points(mark.out_of)}"
 
 
 def not_ready(book: Gradebook, settings: CourseSettings, now: datetime) -> Iterator[str]:

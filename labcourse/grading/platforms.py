@@ -32,13 +32,16 @@ from typing import NamedTuple
 
 from labcourse import program
 from labcourse.errors import GradingError
-from labcourse.grading.accounts import exact, half_up, in_full
+from labcourse.grading.accounts import AssignmentGrade, FinalGrade, half_up, in_full
+from labcourse.grading.assignments import State, exact
 from labcourse.grading.course import Course
 from labcourse.grading.gradebook import Gradebook, StudentRecord
 from labcourse.grading.intake import platforms as submission_names
 from labcourse.grading.intake.platforms import BLACKBOARD, BRIGHTSPACE, CANVAS, MOODLE
 from labcourse.grading.reports.grades import FEEDBACK_FILE, Reports
-from labcourse.grading.reports.result import result_in
+from labcourse.grading.reports.result import account_in
+from labcourse.grading.settings import Assignment
+from labcourse.grading.verdicts import Status
 from labcourse.messages import listed, plural
 from labcourse.student_id import caseless
 
@@ -67,6 +70,7 @@ class Platform:
     locked : heading of a column that says "No" where the platform takes no mark
     empty : text of a cell without a mark; a blank cell has none either
     closed : text of a cell, in small letters, that stays as it is → why
+    excused : what it takes in the cell of an excused student; "" if it takes nothing
     """
 
     name: str
@@ -81,6 +85,7 @@ class Platform:
     locked: str = ""
     empty: str = "-"
     closed: Mapping[str, str] = field(default_factory=dict)
+    excused: str = ""
 
 
 #: A file belongs to the first platform with headings that fit. Brightspace's file may have all of Blackboard's.
@@ -96,6 +101,7 @@ PLATFORMS = (
         own_key="ID",
         most_row="Points Possible",
         closed={"n/a": "Canvas has not assigned it to them (N/A).", "ex": "they are excused on Canvas (EX)."},
+        excused="EX",
     ),
     Platform(
         WORKSHEET,
@@ -453,33 +459,64 @@ class Earned(NamedTuple):
     ----------
     share : of all points, exactly; 1 for all of them; None if there is nothing of the student's
     remark : why there is nothing, or what a person has yet to decide; "" if all is decided
+    is_excused : whether the student is excused from all of it
     """
 
     share: Fraction | None
     remark: str = ""
+    is_excused: bool = False
 
 
-def earned(book: Gradebook, course: Course) -> dict[str, Earned]:
-    """Return what each student in the gradebook and its roster has earned, by ID."""
+def earned(book: Gradebook, course: Course, assignment: Assignment | None = None) -> dict[str, Earned]:
+    """Return what each student in the gradebook and its roster has earned, by ID.
+
+    Parameters
+    ----------
+    book, course : the class
+    assignment : only its points; all that counts without one
+    """
     handed_in = set(map(caseless, book.handed_in()))
-    return {about.student: _earned(book, course, about, handed_in) for about in book.students()}
+    return {about.student: _earned(book, course, about, handed_in, assignment) for about in book.students()}
 
 
-def _earned(book: Gradebook, course: Course, about: StudentRecord, handed_in: Collection[str]) -> Earned:
+def _earned(
+    book: Gradebook, course: Course, about: StudentRecord, handed_in: Collection[str], assignment: Assignment | None
+) -> Earned:
     graded = book.current(about.student)
+    account = account_in(book, course, graded, about)
+    grade = next((one for one in account.assignments if one.assignment == assignment), None)
+    if grade is not None and (graded is not None or grade.is_excused):
+        return _earned_in(grade)
     if graded is None:
         there = caseless(about.student) in handed_in
         return Earned(None, "handed in, and not graded yet." if there else "nothing handed in.")
-    result = result_in(book, course, graded, about)
-    account = result.account
-    if result.not_graded:
+    if all(mark.status == Status.NOT_MARKED for mark in graded.marks if mark.out_of) and graded.marks:
         return Earned(None, f"not graded, as grading failed; say {program.name()} grade again.")
-    if account is None or not account.out_of:
+    return _earned_in_all(account)
+
+
+def _earned_in_all(account: FinalGrade) -> Earned:
+    """Return what a student has earned in all that counts."""
+    if not account.out_of:
         return Earned(None, "it is out of no points.")
-    if account.final is None:
-        waits = listed([f"{item.question} {item.part}" for item in account.undecided], _NAMED)
-        return Earned(account.earned / account.out_of, f"still waits for a person: {waits}.")
-    return Earned(exact(account.final) / exact(account.final_out_of))
+    if account.final is not None:
+        return Earned(exact(account.final) / exact(account.final_out_of))
+    waits = listed([f"{item.question} {item.part}" for item in account.undecided], _NAMED)
+    remark = f"still waits for a person: {waits}." if waits else f"only what is due so far: not {account.later}."
+    return Earned(account.earned / account.out_of, remark)
+
+
+def _earned_in(grade: AssignmentGrade) -> Earned:
+    """Return what a student has earned in an assignment."""
+    if grade.is_excused:
+        return Earned(None, "excused.", is_excused=True)
+    if grade.is_empty or not grade.possible:
+        return Earned(None, f"{grade.state}.")
+    share = grade.points / grade.out_of
+    if grade.undecided:
+        waits = listed([f"{item.question} {item.part}" for item in grade.undecided], _NAMED)
+        return Earned(share, f"{grade.state}: {waits}.")
+    return Earned(share, f"{grade.state}." if grade.state is State.NOT_GRADED else "")
 
 
 @dataclass(frozen=True)
@@ -545,6 +582,10 @@ def fill(
     for row, about in sorted(matches.found.items()):
         mark, before = earned[about.student], export.table.cell(row, column.place)
         why = _why_left(export, column, row)
+        if mark.is_excused and export.platform.excused and not why:
+            new[row, column.place] = export.platform.excused
+            entries[about.student] = Entry(before, export.platform.excused, mark.remark, complete=True)
+            continue
         if why or mark.share is None or (mark.remark and not choice.unfinished):
             entries[about.student] = Entry(before, None, why or mark.remark)
             continue

@@ -202,19 +202,41 @@ class LevelSettings:
 
 
 @dataclass(frozen=True)
+class Assignment:
+    """What is handed in together, and has a column of its own.
+
+    Attributes
+    ----------
+    title : for people
+    notebooks : names, without their ending
+    due : everybody's deadline; None without one
+    out_of : points of its column; None for the points of its notebooks
+    weight : its share of the final grade; None for what it is out of
+    """
+
+    title: _Name
+    notebooks: Annotated[tuple[_Notebook, ...], Field(min_length=1)]
+    due: _End | None = None
+    out_of: Annotated[_Number, Field(ge=0.001, le=1000)] | None = None
+    weight: Annotated[_Number, Field(ge=0, le=1000)] | None = None
+
+
+@dataclass(frozen=True)
 class Deadline:
     """When notebooks are due.
 
     Attributes
     ----------
     due : the last moment that is in time
-    notebooks : names, without their ending; all of the course's where there are none
+    notebooks : names, without their ending
     section : of the roster, for which it is; "" for all
+    assignments : titles; without these and notebooks, it is for all of the course's
     """
 
     due: _End
     notebooks: Annotated[tuple[_Notebook, ...], Field(min_length=1)] = ()
     section: _Name = ""
+    assignments: Annotated[tuple[_Name, ...], Field(min_length=1)] = ()
 
 
 @dataclass(frozen=True)
@@ -226,13 +248,15 @@ class Extension:
     until : the last moment that is in time
     students : IDs, or other names that the roster has for them
     section : of the roster, all of whose students have it; "" for the named students alone
-    notebooks : names, without their ending; all of the course's where there are none
+    notebooks : names, without their ending
+    assignments : titles; without these and notebooks, it is for all of the course's
     """
 
     until: _End
     students: Annotated[tuple[_Name, ...], Field(min_length=1)] = ()
     section: _Name = ""
     notebooks: Annotated[tuple[_Notebook, ...], Field(min_length=1)] = ()
+    assignments: Annotated[tuple[_Name, ...], Field(min_length=1)] = ()
 
 
 @dataclass(frozen=True)
@@ -302,6 +326,7 @@ class CourseSettings:
     releases : the folder in which releases are stored, from the one above the course's
     marks : what counts, by how much, and on which scale
     levels : what levels are worth, and their thresholds
+    assignments : those that are named; see :func:`labcourse.grading.assignments.of_course`
     deadlines, extensions : what is due when, and who has more time
     late : what lateness costs
     outcomes : when an outcome counts as attained
@@ -318,10 +343,22 @@ class CourseSettings:
     releases: Annotated[_Name, _in_table("releases", "folder")] = "releases"
     marks: MarkSettings = field(default_factory=MarkSettings)
     levels: LevelSettings = field(default_factory=LevelSettings)
+    assignments: Annotated[tuple[Assignment, ...], Field(validation_alias="assignment")] = ()
     deadlines: Annotated[tuple[Deadline, ...], Field(validation_alias="deadline")] = ()
     extensions: Annotated[tuple[Extension, ...], Field(validation_alias="extension")] = ()
     late: LateSettings = LateSettings()
     outcomes: OutcomeSettings = OutcomeSettings()
+
+    @property
+    def dues(self) -> tuple[Deadline, ...]:
+        """All deadlines, also those of assignments."""
+        of_assignments = (Deadline(one.due, one.notebooks) for one in self.assignments if one.due is not None)
+        return (*of_assignments, *self.deadlines)
+
+    def notebooks_of(self, rule: Deadline | Extension) -> frozenset[str]:
+        """Return the notebooks that a deadline or an extension names; none if it is for all of the course's."""
+        of_assignments = (name for one in self.assignments if one.title in rule.assignments for name in one.notebooks)
+        return frozenset([*rule.notebooks, *of_assignments])
 
     def of_marking(self) -> CourseSettings:
         """Return a copy with defaults for all that the marking of answers does not depend on.
@@ -330,7 +367,8 @@ class CourseSettings:
         """
         defaults = CourseSettings()
         without = ("python", "given", "feedback", "report", "marks", "levels", "deadlines", "extensions", "late")
-        return replace(self, **{name: getattr(defaults, name) for name in (*without, "outcomes")})
+        more = ("assignments", "outcomes")
+        return replace(self, **{name: getattr(defaults, name) for name in (*without, *more)})
 
 
 # --- from the file to the settings ------------------------------------------------------------------------------------
@@ -405,7 +443,8 @@ def read(
 
 # --- faults, with their places ----------------------------------------------------------------------------------------
 
-_ROWS: Mapping[str, type] = {"deadline": Deadline, "extension": Extension}  # tables of which there may be several
+#: Tables of which there may be several.
+_ROWS: Mapping[str, type] = {"assignment": Assignment, "deadline": Deadline, "extension": Extension}
 _TABLES: Mapping[str, type] = {
     **{"bench": _Bench, "feedback": FeedbackSettings, "reflect": ReflectSettings, "report": ReportSettings},
     **{"marks": MarkSettings, "levels": LevelSettings, "late": LateSettings, "outcomes": OutcomeSettings, **_ROWS},
@@ -489,18 +528,20 @@ def _bench_faults(bench: Mapping[str, Any], presets: Collection[str], benches: M
 
 def _contradictions(data: Mapping[str, Any], settings: CourseSettings) -> Iterator[Fault]:
     """Yield a fault for each entry that others make meaningless; ``data`` is what the file has."""
-    if "late" in data and not settings.deadlines:
-        yield ("late",), "there is no [[deadline]], so that nothing can be late. Add one, or leave [late] out."
+    if "late" in data and not settings.dues:
+        add = "Add due to an [[assignment]], add a [[deadline]], or leave [late] out."
+        yield ("late",), f"nothing has a deadline, so that nothing can be late. {add}"
     for number, extension in enumerate(settings.extensions):
         if not extension.students and not extension.section:
             yield (
                 ("extension", number),
                 "it is for nobody. Add students or a section; for everybody, move the deadline.",
             )
-        some = set(extension.notebooks)
-        due = [d.due for d in settings.deadlines if not some or not d.notebooks or some.intersection(d.notebooks)]
+        some = settings.notebooks_of(extension)
+        extended = ((one.due, settings.notebooks_of(one)) for one in settings.dues)
+        due = [moment for moment, names in extended if not some or not names or some & names]
         if not due:
-            yield ("extension", number), "there is no [[deadline]] of these notebooks, so that nothing is extended."
+            yield ("extension", number), "these notebooks have no deadline, so that nothing is extended."
         elif extension.until <= min(due):
             dates = (
                 f"{extension.until:%Y-%m-%d %H:%M}; the notebooks are due on {min(due):%Y-%m-%d %H:%M} at the earliest"
@@ -514,12 +555,18 @@ def _contradictions(data: Mapping[str, Any], settings: CourseSettings) -> Iterat
 
 
 def _unknown_names(settings: CourseSettings, catalogue: Catalogue) -> Iterator[Fault]:
-    """Yield a fault for each name of a notebook, question, part or start that the catalogue does not have."""
-    notebooks = [(("deadline", number), row.notebooks) for number, row in enumerate(settings.deadlines)]
-    notebooks += [(("extension", number), row.notebooks) for number, row in enumerate(settings.extensions)]
-    for place, names in notebooks:
-        for name in sorted({*names}.difference(catalogue.notebooks)):
+    """Yield a fault for each name of a notebook, assignment, question, part or start that there is not."""
+    rows: list[tuple[Place, Assignment | Deadline | Extension]] = []
+    rows += [(("assignment", number), row) for number, row in enumerate(settings.assignments)]
+    rows += [(("deadline", number), row) for number, row in enumerate(settings.deadlines)]
+    rows += [(("extension", number), row) for number, row in enumerate(settings.extensions)]
+    titles = [assignment.title for assignment in settings.assignments]
+    for place, row in rows:
+        for name in sorted({*row.notebooks}.difference(catalogue.notebooks)):
             yield (*place, "notebooks"), f"there is no notebook {name!a}; there are {_name_list(catalogue.notebooks)}."
+        for name in sorted({*getattr(row, "assignments", ())}.difference(titles)):
+            yield (*place, "assignments"), f"there is no [[assignment]] {name!a}; there are {_name_list(titles)}."
+    yield from _doubled(settings.assignments)
     for entry, names in (("drop", settings.marks.drop), ("weights", tuple(settings.marks.weights))):
         for name in names:
             question, _space, part = name.rpartition(" ")
@@ -531,6 +578,17 @@ def _unknown_names(settings: CourseSettings, catalogue: Catalogue) -> Iterator[F
             except AnswerError as error:
                 yield ("marks", entry), str(error)
     yield from _start_faults(settings, catalogue)
+
+
+def _doubled(assignments: Sequence[Assignment]) -> Iterator[Fault]:
+    """Yield a fault for each title or notebook that an earlier assignment has, too."""
+    taken: dict[tuple[str, str], str] = {}
+    for number, assignment in enumerate(assignments):
+        entries = [("title", assignment.title), *(("notebooks", name) for name in assignment.notebooks)]
+        for entry in entries:
+            if entry in taken:
+                yield ("assignment", number, entry[0]), f"{entry[1]!a} is in assignment {taken[entry]!a} already."
+            taken[entry] = assignment.title
 
 
 def _start_faults(settings: CourseSettings, catalogue: Catalogue) -> Iterator[Fault]:

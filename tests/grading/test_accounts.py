@@ -11,8 +11,9 @@ from hypothesis import strategies as st
 from made_courses import OURS
 
 from labcourse.answers import forms
-from labcourse.grading.accounts import exact, final_grade, half_up, in_full, timing
-from labcourse.grading.gradebook import Arrival, MarkRecord, RunRecord, StudentRecord
+from labcourse.grading.accounts import final_grade, half_up, in_full
+from labcourse.grading.assignments import Handed, exact, timing
+from labcourse.grading.gradebook import Arrival, Graded, MarkRecord, RunRecord, StudentRecord
 from labcourse.grading.settings import CourseSettings, Deadline, Extension, LateSettings, MarkSettings
 
 DUE = datetime(2026, 11, 20, 18, tzinfo=UTC)
@@ -50,7 +51,8 @@ def account(given_marks, after=None, about=ADA, run=None, clock=None, **settings
     received = (
         {} if after is None else {f"{one}.ipynb": Arrival(DUE + timedelta(hours=after), clock) for one in notebooks}
     )
-    return final_grade(given_marks, course, about, received, run)
+    graded = None if run is None else Graded(run, tuple(given_marks), "")
+    return final_grade(course, Handed(about, given_marks, received, graded), DUE + timedelta(days=400))
 
 
 @given(st.integers(0, 10**7), st.integers(0, 4))
@@ -104,7 +106,7 @@ def test_an_unknown_time_is_in_time_and_nothing_that_counts_gives_no_grade():
     late, all_of_it = {"deadlines": (Deadline(DUE),), "late": LateSettings(per_day=50)}, marks([1.0] * len(PARTS))
     found = account(all_of_it, None, **late)
     assert found.final == found.final_out_of and found.timings[0].received is None
-    assert account(marks([0.0] * len(PARTS)), None, **late).timings == ()  # whoever handed in nothing need not be told
+    assert account(marks([0.0] * len(PARTS)), None, **late).timings == []  # whoever handed in nothing need not be told
     everything = tuple(dict.fromkeys(number for number, *_ in PARTS))
     assert account(all_of_it, marks=MarkSettings(drop=everything, out_of=100)).final is None
     assert account(all_of_it).is_plain and not found.is_plain and account(all_of_it).how() == []

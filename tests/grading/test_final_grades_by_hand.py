@@ -16,6 +16,7 @@ from made_courses import OURS, copied
 from typer.testing import CliRunner
 
 from labcourse.grading.accounts import final_grade
+from labcourse.grading.assignments import Handed
 from labcourse.grading.gradebook import Arrival, Delivery, Gradebook, MarkRecord, StudentRecord
 from labcourse.grading.graded_run import Facts
 from labcourse.grading.settings import read
@@ -192,7 +193,8 @@ def final(folder, settings, earned, late):
     """The final grade and its scale, by settings as they stand in the file; notebooks came so long after DUE."""
     (folder / "course.toml").write_text(settings, encoding="utf-8")
     course = replace(OURS, settings=read(folder, catalogue=OURS.catalogue))
-    found = final_grade(earned, course, StudentRecord("ada"), {name: Arrival(DUE + after) for name, after in late})
+    received = {name: Arrival(DUE + after) for name, after in late}
+    found = final_grade(course, Handed(StudentRecord("ada"), earned, received))
     return found.final_text, f"{found.final_out_of:g}"
 
 
@@ -245,7 +247,7 @@ def test_the_example_of_the_documentation_comes_out_as_it_says(tmp_path):
     ]
     assert [OURS.catalogue.find(one.question).part(one.part).points for one in earned] == [m.out_of for m in earned]
     received = {f"{notebook}.ipynb": Arrival(datetime.fromisoformat(when)) for *_, notebook, when in table}
-    found = final_grade(earned, course, StudentRecord("ada"), received)
+    found = final_grade(course, Handed(StudentRecord("ada"), earned, received))
     assert found.steps() == said.strip().splitlines()
     # By hand: 2 + 0.8 × 2 × (1.5 + 0.5) + 1.5 of 2 + 2 × 3 + 2.
     assert len(table) == 5 and found.final == round((2 + 0.8 * 2 * 2 + 1.5) / 10 * 100, 2) == 67

@@ -14,6 +14,7 @@ from made_courses import OURS
 from labcourse.grading import intake, overview
 from labcourse.grading.gradebook import Act, Answer, Gradebook, MarkRecord, StudentRecord
 from labcourse.grading.graded_run import Facts
+from labcourse.grading.reports import changes
 from labcourse.grading.settings import CourseSettings, Deadline, Extension, FeedbackSettings, LateSettings, MarkSettings
 
 FIRST, SECOND = "02_finding_stiffness.ipynb", "03_model_validation.ipynb"
@@ -277,9 +278,9 @@ def test_what_is_left_is_estimated_by_the_median_of_each_part_or_else_of_all():
 # --- feedback that was given back -------------------------------------------------------------------------------------
 
 
-def changes(book):
+def changed(book):
     last = book.requests.publications()[-1]
-    return [(one.student, one.part) for one in overview.changed_since(book.audit(), last.when)]
+    return [(one.student, one.part) for one in changes.changed_since(book.audit(), [last], OURS)]
 
 
 def test_marks_that_changed_since_are_listed_with_both_points(book):
@@ -287,18 +288,18 @@ def test_marks_that_changed_since_are_listed_with_both_points(book):
     assert "Feedback was not given back yet (rotflex publish)." in text(book)
     book.set_mark("bob", "2.11", "explanation", 1.0, "good", "tia")
     book.requests.publish("lea")
-    assert changes(book) == []
+    assert changed(book) == []
     book.set_mark("ada", "2.11", "explanation", 0.5, "half", "tia")  # was not decided
     book.set_mark("bob", "2.11", "omega_n", 1.5, "rounding", "tia")
     record(book, graded("eve", mark(), prose()))  # the explanation is not decided yet
-    assert changes(book) == [("ada", "explanation"), ("bob", "omega_n"), ("eve", "omega_n")]
+    assert changed(book) == [("ada", "explanation"), ("bob", "omega_n"), ("eve", "omega_n")]
     shown = text(book)
     assert "Marks of 3 students have changed since" in shown and "FEEDBACK GIVEN BACK (TO DO)" in shown
     assert "ada 2.11 explanation: not decided → 0.5 of 1 bob 2.11 omega_n: 2 of 2 → 1.5 of 2 eve" in shown
     book.set_mark("bob", "2.11", "omega_n", 2.0, "no, all of it", "tia")  # as it was
-    assert changes(book) == [("ada", "explanation"), ("eve", "omega_n")]
+    assert changed(book) == [("ada", "explanation"), ("eve", "omega_n")]
     book.requests.publish("lea", "again")
-    assert changes(book) == []
+    assert changed(book) == []
 
 
 def test_what_is_not_ready_is_listed_before_it_is_published(book):

@@ -149,7 +149,7 @@ NOT_RUN = {
 
 def test_every_field_of_what_was_prepared_is_tested():
     run = {"merged", "files", "bundle", "bench_of"}
-    shown = {"supplied", "python"}  # in cells that are run, and in a reason
+    shown = {"supplied", "python", "untouched"}  # in cells that are run, in a reason, and in a note
     assert {one.name for one in fields(Prepared)} == {*run, *shown, *NOT_RUN}
 
 

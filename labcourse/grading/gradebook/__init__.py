@@ -25,6 +25,7 @@ from labcourse.grading.gradebook.records import AuditRecord as AuditRecord
 from labcourse.grading.gradebook.records import CommentRecord as CommentRecord
 from labcourse.grading.gradebook.records import Delivery as Delivery
 from labcourse.grading.gradebook.records import Erased as Erased
+from labcourse.grading.gradebook.records import Excuse as Excuse
 from labcourse.grading.gradebook.records import GivenMark as GivenMark
 from labcourse.grading.gradebook.records import Graded as Graded
 from labcourse.grading.gradebook.records import MarkRecord as MarkRecord

@@ -26,7 +26,7 @@ from labcourse.grading.gradebook.records import WRITTEN, About, Base, Text
 from labcourse.messages import FREE_SPACE
 
 PATIENCE = 30.0  #: s; a transaction takes 1 s at most
-VERSION = 6  #: of the tables and triggers; raise it when they change
+VERSION = 7  #: of the tables and triggers; raise it when they change
 _SECRET_BYTES = 32  # 256 bits
 _WRITERS = 0x726F74666C6578  # the number of the lock that writers take
 _DRIVERS = {"sqlite": "sqlite", **dict.fromkeys(("postgresql", "postgres"), "postgresql+psycopg")}
@@ -240,7 +240,11 @@ def _message(error: DBAPIError | OverflowError) -> str:
 _STAYS = "an erasure stays as it is"  # message of a refusal
 _GONE = "UPDATE erasures SET gone = number WHERE number = OLD.id"
 #: Table that only grows → message of a refusal.
-_GROWING = {"audit": "the audit trail only grows", "scores": "what scorers did only grows"}
+_GROWING = {
+    "audit": "the audit trail only grows",
+    "scores": "what scorers did only grows",
+    "excuses": "who was excused only grows",
+}
 #: The persons whom the transaction erases: each of their names, and the marker that replaces it.
 _BEING_ERASED = """
 CREATE VIEW being_erased AS

@@ -34,6 +34,7 @@ from labcourse.grading.gradebook.records import (
     Delivery,
     Erased,
     Erasure,
+    Excuse,
     MarkState,
     OfAnswer,
     RunRecord,
@@ -56,10 +57,11 @@ _CALLED = {
     "comments": "comment for them",
     "requests": "request to look again",
     "publications": "note on what was given back",
+    "excuses": "excuse",
     "erasures": "erasure",
 }
-_Stored = TypeVar("_Stored", bound=OfAnswer | CommentRecord | Delivery)
-_Named = TypeVar("_Named", bound=OfAnswer | CommentRecord)
+_Stored = TypeVar("_Stored", bound=OfAnswer | CommentRecord | Delivery | Excuse)
+_Named = TypeVar("_Named", bound=OfAnswer | CommentRecord | Excuse)
 _OfOthers = TypeVar("_OfOthers", RunRecord, Delivery)
 _ACTORS = ("actor", "answered_by")  # columns that name who decided or wrote
 _TABLES = Base.metadata.tables

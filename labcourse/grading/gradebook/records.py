@@ -464,7 +464,13 @@ class Request(OfAnswer, Base):
 
 
 class Publication(Base):
-    """A publication of feedback to the class: who did it, when (UTC), and a note."""
+    """A publication of feedback to the class.
+
+    Attributes
+    ----------
+    actor, note, when : who gave feedback back, a note, and when (UTC)
+    notebooks : of which it was given back, without ending; of all where there are none
+    """
 
     __tablename__ = "publications"
 
@@ -472,6 +478,30 @@ class Publication(Base):
     actor: Mapped[str]
     note: Mapped[str] = mapped_column(info=WRITTEN)
     when: Mapped[datetime] = mapped_column("published")
+    notebooks: Mapped[tuple[str, ...]] = mapped_column(default=())
+
+
+class Excuse(Base):
+    """An act that excuses a student from a notebook, or takes that back. This table only grows.
+
+    Attributes
+    ----------
+    number : of the row, in the order of writing
+    student, notebook : the student, and the notebook without ending
+    excused : whether they are excused from now on
+    actor, reason, when : who decided it, why, and when (UTC)
+    """
+
+    __tablename__ = "excuses"
+
+    number: Mapped[int] = mapped_column("id", primary_key=True)
+    student_id = _of_student(index=True)
+    student: str
+    notebook: Mapped[str]
+    excused: Mapped[bool]
+    actor: Mapped[str]
+    reason: Mapped[str] = mapped_column(info=WRITTEN)
+    when: Mapped[datetime] = mapped_column("decided")
 
 
 class Erasure(Base):

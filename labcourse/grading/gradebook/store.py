@@ -48,6 +48,7 @@ from labcourse.grading.gradebook.records import (
     Claim,
     CommentRecord,
     Delivery,
+    Excuse,
     GivenMark,
     Graded,
     Mark,
@@ -356,6 +357,37 @@ class Gradebook(AbstractContextManager["Gradebook"]):
             graded = self.current(student.student)
             if graded is not None:
                 yield graded
+
+    # --- excuses ------------------------------------------------------------------------------------------------------
+
+    def excuse(self, student: str, notebooks: Iterable[str], reason: str, actor: str, excused: bool = True) -> None:
+        """Excuse a student from notebooks, or take that back.
+
+        Parameters
+        ----------
+        student : ID
+        notebooks : names without ending
+        reason, actor : why, and who decides it
+        excused : whether they are excused from now on
+
+        Raises
+        ------
+        GradebookError
+            If there is no such student, or no reason is given.
+        """
+        reason = _not_empty(reason, "The reason is empty: say why.")
+        with self._database.writing() as session:
+            about = known_student(session, student)
+            for name in notebooks:
+                put(session, about.id, Excuse(NEW, about.student, name, excused, actor, reason, now()))
+
+    def excuses(self) -> dict[str, dict[str, Excuse]]:
+        """Return the excuses that hold now: student, in small letters → notebook without ending → the act."""
+        last: dict[str, dict[str, Excuse]] = defaultdict(dict)
+        with self._database.reading() as session:
+            for act in read(session, Excuse):
+                last[caseless(act.student)][act.notebook] = act
+        return {who: {name: act for name, act in acts.items() if act.excused} for who, acts in last.items()}
 
     # --- comments and the audit trail ---------------------------------------------------------------------------------
 
@@ -887,15 +919,19 @@ class Requests:
         with self._database.reading() as session:
             return read(session, Request, *which)
 
-    def publish(self, actor: str, note: str = "", when: datetime | None = None) -> Publication:
+    def publish(
+        self, actor: str, note: str = "", when: datetime | None = None, notebooks: Iterable[str] = ()
+    ) -> Publication:
         """Store that feedback was given back to the class.
 
         Parameters
         ----------
         actor, note : who does it, and a note for the record
         when : UTC; changes after it are not in what was given back. None for now
+        notebooks : of which it was given back, without ending; of all where there are none
         """
-        publication = storable.cleaned(Publication(NEW, actor, note, when or now()), "The note")
+        publication = Publication(NEW, actor, note, when or now(), tuple(notebooks))
+        publication = storable.cleaned(publication, "The note")
         with self._database.writing() as session:
             session.add(publication)
         return publication

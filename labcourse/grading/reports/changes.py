@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
-from labcourse.grading.gradebook import Gradebook, Graded, MarkRecord
+from labcourse.grading.course import Course
+from labcourse.grading.gradebook import AuditRecord, Gradebook, Graded, MarkRecord, MarkState, Publication
 from labcourse.grading.graded_run import FAILED
 from labcourse.grading.reports.result import points
 from labcourse.grading.verdicts import UNDECIDED
@@ -111,3 +114,53 @@ class Before:
         before = self._graded.get(caseless(after.run.student))
         found = None if before is None else changes(before, after)
         return found if found and found.parts else None
+
+
+# --- since feedback was given back ------------------------------------------------------------------------------------
+
+
+class Change(NamedTuple):
+    """A mark that is not the one that was published; no mark is None."""
+
+    student: str
+    question: str
+    part: str
+    before: MarkState | None
+    after: MarkState | None
+
+    def __str__(self) -> str:
+        """Return question, part and points before and after."""
+        return f"{self.question} {self.part}: {state_text(self.before)} → {state_text(self.after)}"
+
+
+def changed_since(trail: Iterable[AuditRecord], publications: Sequence[Publication], course: Course) -> list[Change]:
+    """Find marks with other points than were given back the last time, or that were decided since.
+
+    Parameters
+    ----------
+    trail : the changes of marks, in order
+    publications : when feedback was given back, in order, and of which notebooks
+    course : with its questions
+    """
+    asked = course.catalogue.marked
+    entries: dict[tuple[str, str, str], list[AuditRecord]] = defaultdict(list)
+    for entry in trail:
+        notebook = asked[entry.question].notebook if entry.question in asked else ""
+        back = [one for one in publications if not one.notebooks or notebook in one.notebooks]
+        if back and entry.when > back[-1].when:
+            entries[entry.student, entry.question, entry.part].append(entry)
+    changes = [Change(*where, those[0].before, those[-1].after) for where, those in entries.items()]
+    return [change for change in changes if _shown_points(change.before) != _shown_points(change.after)]
+
+
+def state_text(mark: MarkState | None) -> str:
+    """Describe a mark that was given back, or is there now."""
+    if mark is None:
+        return "no mark"
+    return "not decided" if mark.status in UNDECIDED else f"{points(mark.points)} of {points(mark.out_of)}"
+
+
+def _shown_points(mark: MarkState | None) -> tuple[float, float] | None:
+    """Return what a student sees of a mark; None if nothing is decided or it is worth nothing."""
+    decided = mark is not None and mark.out_of and mark.status not in UNDECIDED
+    return (mark.points, mark.out_of) if mark is not None and decided else None

@@ -10,7 +10,7 @@ import json
 from collections import Counter
 from collections.abc import Collection, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -18,12 +18,13 @@ from typing import Any
 import labcourse
 from labcourse import files, program
 from labcourse.errors import GradingError
-from labcourse.grading.accounts import exact, in_full, unknown_names
+from labcourse.grading.accounts import AssignmentGrade, FinalGrade, in_full, unknown_names
+from labcourse.grading.assignments import exact, given_back
 from labcourse.grading.course import Course
-from labcourse.grading.gradebook import Gradebook, Graded, StudentRecord
+from labcourse.grading.gradebook import Gradebook, Graded, Publication, StudentRecord
 from labcourse.grading.reports import feedback, hints
-from labcourse.grading.reports.result import Result, asked, lapse, points, result_in, sums
-from labcourse.messages import DISK_FULL, FREE_SPACE
+from labcourse.grading.reports.result import Result, account_in, asked, lapse, points, result_in, sums
+from labcourse.messages import DISK_FULL, FREE_SPACE, plural
 from labcourse.safe_text import as_csv, no_escapes
 from labcourse.student_id import GRADES_FILE, HINTS_FILE, caseless
 
@@ -31,7 +32,16 @@ NOTHING_HANDED_IN = "nothing handed in"
 NOT_GRADED_YET = "handed in, not graded yet"
 MARKS_FILE, FEEDBACK_FILE = "marks.json", "feedback.html"  #: in a student's folder
 _PROBE = ".labcourse-probe"  # written and removed
-_TOTALS = ("total", "out_of", "final", "final out of", "how it counts", "awaiting a person", "not marked", "undecided")
+_SO_FAR = ("so far", "so far out of", "final", "final out of", "how it counts")
+_TOTALS = ("total", "out_of", "awaiting a person", "not marked", "undecided")
+
+
+@dataclass(frozen=True)
+class NotGraded:
+    """A student of whom nothing was graded: what the roster says, and the states of their work."""
+
+    about: StudentRecord
+    account: FinalGrade
 
 
 def make_folder(out: Path) -> None:
@@ -66,6 +76,11 @@ class Reports:
     course : the course
     book : what the reports are made from
     handed_in : students who handed in something, besides those of whom the gradebook knows it
+    publication : that is being made, and is not in the gradebook yet
+
+    Attributes
+    ----------
+    without_page : IDs of the students who have no page, as nothing of theirs was graded; after :meth:`write_all`
 
     Raises
     ------
@@ -73,8 +88,17 @@ class Reports:
         If the folder cannot be made.
     """
 
-    def __init__(self, out: Path, course: Course, book: Gradebook, handed_in: Collection[str] = ()) -> None:
+    def __init__(
+        self,
+        out: Path,
+        course: Course,
+        book: Gradebook,
+        handed_in: Collection[str] = (),
+        publication: Publication | None = None,
+    ) -> None:
         make_folder(out)
+        self._publication = publication
+        self.without_page: list[str] = []
         self._out, self._course, self._book, self._handed_in = out, course, book, handed_in
         self._failures: dict[Path, OSError] = {}
         self._hints: list[hints.Hint] = []
@@ -125,10 +149,16 @@ class Reports:
         handed_in = set(map(caseless, [*self._handed_in, *self._book.handed_in()]))
         students = [*map(StudentRecord, self._handed_in), *self._book.students()]
         everybody = {caseless(one.student): one for one in students}
-        rows: list[Result | StudentRecord] = []
+        rows: list[Result | NotGraded] = []
+        new = [] if self._publication is None else [self._publication]
+        back = given_back([*self._book.requests.publications(), *new])
         for _name, about in sorted(everybody.items()):
             graded = self._book.current(about.student)
-            rows.append(about if graded is None else self._write_pages(graded, about))
+            if graded is None:
+                rows.append(NotGraded(about, account_in(self._book, self._course, None, about)))
+            else:
+                rows.append(self._write_pages(graded, about, back))
+        self.without_page = [row.about.student for row in rows if isinstance(row, NotGraded)]
         self._write_hints()
         if rows:
             with self._file(self._out / GRADES_FILE) as path:
@@ -145,11 +175,13 @@ class Reports:
             else:
                 path.unlink(missing_ok=True)
 
-    def _write_pages(self, graded: Graded, about: StudentRecord) -> Result:
+    def _write_pages(self, graded: Graded, about: StudentRecord, back: frozenset[str] | None) -> Result:
+        """Write a student's files, with what was given back (None for all); return what came out."""
         result = result_in(self._book, self._course, graded, about)
+        shown = result.given_back(self._course, back)
         pages = {
-            MARKS_FILE: json.dumps(_as_json(result), indent=1, sort_keys=True, default=datetime.isoformat) + "\n",
-            FEEDBACK_FILE: feedback.page(result, self._course),
+            MARKS_FILE: json.dumps(_as_json(shown), indent=1, sort_keys=True, default=datetime.isoformat) + "\n",
+            FEEDBACK_FILE: feedback.page(shown, self._course),
         }
         for name, content in pages.items():
             with self._file(self._out / result.about.student / name) as path:
@@ -199,20 +231,23 @@ def _as_json(result: Result) -> dict[str, Any]:
 
 
 def grades_table(
-    rows: Sequence[Result | StudentRecord], handed_in: Collection[str] = (), order: Collection[str] = ()
+    rows: Sequence[Result | NotGraded], handed_in: Collection[str] = (), order: Collection[str] = ()
 ) -> str:
     """Return ``grades.csv``.
 
     ======================  ============================================================================================
     student, name, email,   from the roster
     section
-    a column for each       points earned; empty if nothing of it is decided yet, or nothing was handed in
-    question
-    total                   points earned so far; empty as above
-    out_of                  possible points
-    final                   the final grade by the course's settings; empty while something that counts is not decided
+    TITLE, TITLE out of,    of each assignment: its points, rounded, empty while they are not known; what it is out of;
+    TITLE state             and the state of the work, see :class:`labcourse.grading.assignments.State`, with how late
+                            it came, or that the student is excused
+    so far, so far out of   points of what is due, by the course's settings, not rounded
+    final                   the final grade; empty until all is due and everything that counts is decided
     final out of            its scale
     how it counts           what is special about it: what was left out, has another weight, came late, ...
+    a column for each       points earned; empty if nothing of it is decided yet, or nothing was handed in
+    question
+    total, out_of           points earned and possible in what is due, before weights and lateness
     awaiting a person       points that wait for a person; out_of includes them, total does not
     not marked              points that could not be marked, through a fault of the key; in out_of, not in total
     undecided               question and part of what waits, or could not be marked
@@ -221,39 +256,64 @@ def grades_table(
 
     Parameters
     ----------
-    rows : everybody; a student without marks is a record of the roster
+    rows : everybody
     handed_in : those of them who handed in something, in small letters (:func:`caseless`)
     order : the questions, in the order of their columns; others come behind
     """
     marks = [mark for row in rows if isinstance(row, Result) for mark in row.marks if mark.out_of]
     marked = dict.fromkeys(mark.question for mark in marks)
     questions = [*(number for number in order if number in marked), *(one for one in marked if one not in order)]
-    heads = ["student", "name", "email", "section", *questions, *_TOTALS, "notes"]
+    known = next((row.account for row in rows if row.account), None)
+    titles = [one.title for one in (known.assignments if known else ()) if one.title]
+    assignments = [heading for title in titles for heading in (title, f"{title} out of", f"{title} state")]
+    heads = ["student", "name", "email", "section", *assignments, *_SO_FAR, *questions, *_TOTALS, "notes"]
     lines = []
     for row in rows:
-        about = row.about if isinstance(row, Result) else row
+        about, account = row.about, row.account
         cells = [""] * len([*questions, *_TOTALS])
         notes = NOT_GRADED_YET if caseless(about.student) in handed_in else NOTHING_HANDED_IN
         if isinstance(row, Result):
             requests = [f"{one.question}, {one.part}: {asked(one)}" for one in row.requests]
             run, cells = row.run, _points(row, questions)
             notes = " ".join([*run.problems, *map(lapse, row.graded.lapsed), *requests, *run.notes, run.isolation])
-        lines.append([about.student, about.name, about.email, about.section, *cells, notes])
+        grades = _grades(account, isinstance(row, Result)) if account else [""] * len([*assignments, *_SO_FAR])
+        lines.append([about.student, about.name, about.email, about.section, *grades, *cells, notes])
     return as_csv([heads, *lines])
 
 
+def _grades(account: FinalGrade, is_graded: bool) -> list[str]:
+    """Return the cells of a student between section and the questions. Without anything graded there are no points."""
+    cells = []
+    for one in account.assignments:
+        if one.title:
+            cells += [one.points_text if is_graded else "", in_full(one.out_of) if is_graded else "", state_of(one)]
+    if not is_graded:
+        return [*cells, "", "", "", "", ""]
+    so_far = [in_full(account.earned), in_full(account.out_of)] if account.out_of else ["", ""]
+    final = [account.final_text, in_full(exact(account.final_out_of)), "; ".join(account.how())]
+    return [*cells, *so_far, *final]
+
+
+def state_of(grade: AssignmentGrade) -> str:
+    """Describe the state of an assignment, as "marked, 2 days late"."""
+    if grade.is_excused:
+        return "excused"
+    late = plural(grade.days_late, ", {count} day late", ", {count} days late") if grade.days_late else ""
+    return f"{grade.state}{late}"
+
+
 def _points(row: Result, questions: Sequence[str]) -> list[str]:
-    """Return the cells of a student between section and notes."""
-    by_question = [sums(mark for mark in row.marks if mark.question == number).earned for number in questions]
-    whole, account = row.sums, row.account
-    final = ["", "", ""]
-    if account is not None:
-        final = [account.final_text, in_full(exact(account.final_out_of)), "; ".join(account.how())]
+    """Return the cells of a student between the final grade and the notes."""
+    grades = () if row.account is None else row.account.assignments
+    empty = {item.question for one in grades if one.is_empty or one.is_excused for item in one.all_items}
+    decided = (
+        sums(() if number in empty else (mark for mark in row.marks if mark.question == number)) for number in questions
+    )
+    whole = row.sums
     return [
-        *("" if earned is None else points(earned) for earned in by_question),
+        *("" if one.earned is None else points(one.earned) for one in decided),
         points(row.total) if whole.earned is not None or not whole.out_of else "",
         points(whole.out_of),
-        *final,
         points(whole.awaiting),
         points(whole.not_marked),
         "; ".join(f"{mark.question} {mark.part}" for mark in row.undecided()),

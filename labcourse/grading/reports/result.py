@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Iterable, Sequence
+from dataclasses import dataclass, replace
 
 from labcourse.grading.accounts import FinalGrade, final_grade
+from labcourse.grading.assignments import Handed
 from labcourse.grading.course import Course
 from labcourse.grading.gradebook import (
     Arrival,
@@ -76,6 +77,7 @@ class Result:
     comments : by persons, in order
     requests : what the student asked to have looked at again, in order
     account : what the marks come to by the course's settings; None where these were not asked
+    hidden : notebooks, without ending, of which the marks were not given back; only in a student's copy
     """
 
     graded: Graded
@@ -83,6 +85,7 @@ class Result:
     comments: Sequence[CommentRecord] = ()
     requests: Sequence[Request] = ()
     account: FinalGrade | None = None
+    hidden: Collection[str] = ()
 
     @property
     def run(self) -> RunRecord:
@@ -96,13 +99,21 @@ class Result:
 
     @property
     def total(self) -> float:
-        """Points earned so far."""
-        return sum(mark.points for mark in self.marks)
+        """Points earned so far, in what counts so far."""
+        return sum(mark.points for mark in self.counted)
+
+    @property
+    def counted(self) -> list[MarkRecord]:
+        """The marks in what counts so far."""
+        if self.account is None:
+            return list(self.marks)
+        counted = {(item.question, item.part) for item in self.account.items}
+        return [mark for mark in self.marks if mark.where in counted]
 
     @property
     def sums(self) -> Sums:
-        """Points of all marks."""
-        return sums(self.marks)
+        """Points of the marks in what counts so far."""
+        return sums(self.counted)
 
     @property
     def not_graded(self) -> bool:
@@ -111,8 +122,36 @@ class Result:
         return bool(worth_points) and all(mark.status == Status.NOT_MARKED for mark in worth_points)
 
     def undecided(self) -> list[MarkRecord]:
-        """Return what is worth points that nobody has given or refused yet."""
-        return [mark for mark in self.marks if mark.out_of and mark.status in UNDECIDED]
+        """Return what is worth points, counts so far, and nobody has given or refused yet."""
+        return [mark for mark in self.counted if mark.out_of and mark.status in UNDECIDED]
+
+    def given_back(self, course: Course, notebooks: Collection[str] | None) -> Result:
+        """Return the student's copy, without the marks of notebooks that were not given back.
+
+        Parameters
+        ----------
+        course : with its questions
+        notebooks : that were given back, without ending; None for all
+        """
+        if notebooks is None or self.account is None:
+            return self
+        asked = course.catalogue.marked
+
+        def is_shown(question: str | None) -> bool:
+            return question not in asked or asked[question].notebook in notebooks
+
+        graded = replace(
+            self.graded,
+            marks=tuple(mark for mark in self.marks if is_shown(mark.question)),
+            lapsed=tuple(given for given in self.graded.lapsed if is_shown(given.mark.question)),
+        )
+        return replace(
+            self,
+            graded=graded,
+            comments=[comment for comment in self.comments if is_shown(comment.question)],
+            account=self.account.given_back(notebooks),
+            hidden={question.notebook for question in asked.values()} - {*notebooks},
+        )
 
 
 def result_in(book: Gradebook, course: Course, graded: Graded, about: StudentRecord | None = None) -> Result:
@@ -128,9 +167,14 @@ def result_in(book: Gradebook, course: Course, graded: Graded, about: StudentRec
     student = graded.run.student
     about = about or StudentRecord(student)
     requests = [request for request in book.requests.all() if caseless(request.student) == caseless(student)]
-    arrivals = received(book, student, graded) if course.settings.deadlines else {}
-    account = final_grade(graded.marks, course, about, arrivals, graded.run)
-    return Result(graded, about, book.comments(student), requests, account)
+    return Result(graded, about, book.comments(student), requests, account_in(book, course, graded, about))
+
+
+def account_in(book: Gradebook, course: Course, graded: Graded | None, about: StudentRecord) -> FinalGrade:
+    """Return the account of a student; of one of whom nothing was graded, too, for the states of their work."""
+    arrivals, excuses = received(book, about.student, graded), book.excuses().get(caseless(about.student), {})
+    marks = () if graded is None else graded.marks
+    return final_grade(course, Handed(about, marks, arrivals, graded, excuses))
 
 
 def received(book: Gradebook, student: str, graded: Graded | None) -> dict[str, Arrival]:

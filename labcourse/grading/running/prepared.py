@@ -45,6 +45,7 @@ class Prepared:
     reports : file name of a report's PDF → its content; nothing of it is run
     supplied : "1.2.speed" → value that the instructor supplied in place of a missing answer
     python : newest version of Python that a notebook was saved with; None if it is not known
+    untouched : names of notebooks, without ending, in which the student changed nothing
     """
 
     bundle: Bundle
@@ -59,6 +60,7 @@ class Prepared:
     reports: Mapping[str, bytes] = field(default_factory=dict)
     supplied: Mapping[str, Any] = field(default_factory=dict)
     python: Version | None = None
+    untouched: tuple[str, ...] = ()
 
     def run_content(self) -> list[Any]:
         """Return what a run depends on, as plain data: the owner of the bench, the bundle, the cells and the files.
@@ -109,7 +111,7 @@ def prepare(
     notebooks = {name: cells for name, cells in hand_in.notebooks.items() if name in bundle.pristine}
     merged = merge.merged(bundle.pristine, notebooks, every_cell, supplying.code_to_insert(bundle.pristine, supplied))
     texts: dict[Where, TextAnswer] = {}
-    problems, notes = list[str](), list[str]()
+    problems, notes, untouched = list[str](), list[str](), list[str]()
     for name, cells in notebooks.items():
         master = bundle.pristine[name]["cells"]
         written = words.written(master, cells, hand_in.files)
@@ -119,6 +121,7 @@ def prepare(
         notes += [f"{name}: {note}" for note in (*written.notes, *changes, *_repeated(master, cells))]
         if not written.words and _is_untouched(master, cells):
             notes.append(f"{name}: it was handed in as it was handed out; nothing is written in it.")
+            untouched.append(name.removesuffix(".ipynb"))
     try:
         claim = None if hand_in.claim is None else _read_claim(hand_in.claim, catalogue, student)
     except AnswerError as error:
@@ -128,7 +131,8 @@ def prepare(
     files, handed_in = dict(sorted(hand_in.files.items())), tuple(sorted(notebooks))
     values = {value.name: value.value for value in supplied}
     messages = (tuple(problems), tuple(notes))
-    return Prepared(bundle, student, merged, files, texts, claim, handed_in, *messages, hand_in.reports, values)
+    run = (bundle, student, merged, files, texts, claim, handed_in, *messages, hand_in.reports, values)
+    return Prepared(*run, untouched=tuple(untouched))
 
 
 def _repeated(master: Sequence[Mapping[str, Any]], cells: Sequence[Cell]) -> Iterator[str]:

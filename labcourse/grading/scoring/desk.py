@@ -19,7 +19,7 @@ from itertools import islice
 from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.report_files import is_given
 from labcourse.errors import GradebookError
-from labcourse.grading.accounts import exact
+from labcourse.grading.assignments import exact
 from labcourse.grading.gradebook import Act, Answer, Gradebook, standing
 from labcourse.grading.reports.result import points as shown_points
 from labcourse.grading.reports.result import worth as in_points

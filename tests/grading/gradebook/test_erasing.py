@@ -53,6 +53,8 @@ def book(book, tmp_path):
     asked = book.requests.make("bob", WORDS, f"{ID} has more points for the same.")
     book.requests.answer(asked.number, "lea", f"{NAME} wrote more.")
     book.requests.publish("lea", f"without {NAME}")
+    book.excuse(ID, ["02_speed"], f"{NAME} was ill", "lea")
+    book.excuse("bob", ["02_speed"], f"worked with {NAME}", "lea")
     return book
 
 
@@ -82,7 +84,7 @@ def test_nothing_is_left_of_an_erased_person_and_nothing_else_changes(book, url)
     done = book.persons.erase(ID.lower(), "lea")
     assert done.about == StudentRecord(ID, NAME, EMAIL, "A", (OTHER,), enrolled=True)
     assert {name: count for name, count in done.counts.items() if count} == {
-        **{"marks": 3, "scores": 1, "audit": 4, "claims": 1, "requests": 1, "comments": 1},
+        **{"marks": 3, "scores": 1, "audit": 4, "claims": 1, "requests": 1, "comments": 1, "excuses": 1},
         **{"decisions": 1, "runs": 1, "deliveries": 1},
     }
     assert done.sources == (f"{ID}.zip",)

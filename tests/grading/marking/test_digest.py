@@ -128,6 +128,7 @@ OTHERWISE = {
     "releases": 'folder = "old"',
     "marks": 'drop = ["2.3"]\nweights = {"2.11" = 2}\nout_of = 100\ndecimals = 0\npredictions = 0.5',
     "levels": "shares = {3 = 80}\nthresholds = {4 = 95}",
+    "assignment": 'title = "Lab 2"\nnotebooks = ["02_finding_stiffness"]\nout_of = 20\nweight = 5',
     "deadline": "due = 2026-11-21",
     "extension": 'until = 2026-11-28\nstudents = ["ada"]',
     "late": "per_day = 10",
@@ -137,7 +138,7 @@ OTHERWISE = {
 
 def with_settings(tree, *sections):
     """The digest of the course with these sections of course.toml."""
-    heading = {name: f"[{name}]" for name in OTHERWISE} | {name: f"[[{name}]]" for name in ("deadline", "extension")}
+    heading = {name: f"[{name}]" for name in OTHERWISE} | {name: f"[[{name}]]" for name in settings._ROWS}
     lines = [f"{heading[name]}\n{OTHERWISE[name]}\n" for name in sections]
     (tree / "solutions" / "course.toml").write_text("".join(lines), encoding="utf-8")
     decided = settings.read(tree / "solutions", catalogue=OURS.catalogue)

@@ -11,6 +11,7 @@ from gradebooks import graded, record, result
 from made_courses import OURS
 
 from labcourse.grading.accounts import final_grade
+from labcourse.grading.assignments import Handed
 from labcourse.grading.gradebook import MarkRecord, StudentRecord
 from labcourse.grading.reports import feedback
 from labcourse.grading.reports.grades import Reports
@@ -85,7 +86,7 @@ MARKED = tuple(replace(mark, status=Status.PARTLY) for mark in MARKS)
 
 def accounted(given=MARKED, seen=ALL, **decided):
     made = course(seen, **decided)
-    account = final_grade(given, made, StudentRecord("ada"), {})
+    account = final_grade(made, Handed(StudentRecord("ada"), given))
     return text_of(feedback.page(result(*given, account=account), made))
 
 

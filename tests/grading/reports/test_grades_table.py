@@ -9,9 +9,12 @@ import gradebooks
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from made_courses import OURS
 
+from labcourse.grading.accounts import final_grade
+from labcourse.grading.assignments import Handed
 from labcourse.grading.gradebook import GivenMark, MarkRecord, StudentRecord
-from labcourse.grading.reports.grades import grades_table
+from labcourse.grading.reports.grades import NotGraded, grades_table
 from labcourse.grading.verdicts import Status
 from labcourse.safe_text import as_csv, from_spreadsheet_cell, no_escapes, spreadsheet_cell
 
@@ -51,9 +54,11 @@ def test_no_points_that_were_decided_are_0():
 
 def test_who_has_not_handed_in_has_a_row_without_points():
     bob = StudentRecord("bob", "Bob B.", "bob@x.org", "A")
-    found = table(result(), bob, StudentRecord("Cleo"), handed_in={"cleo"})
+    account = final_grade(OURS, Handed(bob))
+    found = table(result(), NotGraded(bob, account), NotGraded(StudentRecord("Cleo"), account), handed_in={"cleo"})
     shown = [value for value in found["bob"].values() if value]
-    assert shown == ["bob", "Bob B.", "bob@x.org", "A", "nothing handed in"]
+    states = [one.state for one in account.assignments if one.title]
+    assert shown == ["bob", "Bob B.", "bob@x.org", "A", *states, "nothing handed in"] and set(states) == {"missing"}
     assert found["Cleo"]["notes"] == "handed in, not graded yet" and found["Cleo"]["total"] == ""
 
 
@@ -75,7 +80,10 @@ def test_cells_that_a_spreadsheet_would_calculate_are_made_text():
     names = ["=1+1", "+1", "-1", "@x", "\tx", "\rx", "plain"]
     assert list(table(*map(result, names))) == ["'=1+1", "'+1", "-1", "'@x", "'\tx", "\\rx", "plain"]
     about = StudentRecord("ada", "=HYPERLINK()", "@x", "-1")
-    for row in (*table(result(about=("=HYPERLINK()", "@x", "-1"))).values(), *table(about).values()):
+    for row in (
+        *table(result(about=("=HYPERLINK()", "@x", "-1"))).values(),
+        *table(NotGraded(about, final_grade(OURS, Handed(about)))).values(),
+    ):
         assert (row["name"], row["email"], row["section"]) == ("'=HYPERLINK()", "'@x", "-1")
 
 

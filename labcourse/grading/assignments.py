@@ -1,0 +1,290 @@
+"""Assignments, and the calendar: when a student's work is due, and which state it is in.
+
+A piece of work is one notebook of one student. An assignment is one notebook or several: it has a column of its own,
+and the least advanced state of its notebooks. The table of states is in ``docs/assignments.md``.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from datetime import UTC, datetime, timedelta
+from enum import StrEnum
+from fractions import Fraction
+from typing import TYPE_CHECKING
+
+from labcourse.errors import GradingError
+from labcourse.grading.gradebook import Arrival, Excuse, Graded, MarkRecord, Publication, StudentRecord
+from labcourse.grading.graded_run import FAILED, facts_of
+from labcourse.grading.intake import is_unread
+from labcourse.grading.marking.marking import Mark
+from labcourse.grading.settings import Assignment, CourseSettings, Deadline, Extension
+from labcourse.grading.verdicts import UNDECIDED, Status
+from labcourse.student_id import caseless
+
+if TYPE_CHECKING:
+    from labcourse.grading.course import Course
+
+_DAY = timedelta(days=1)
+_NOTHING_GIVEN = {Status.MISSING, Status.NOT_MARKED, Status.SUPPLIED}
+
+
+def now() -> datetime:
+    """Return the time, in UTC, by which work is due or not."""
+    return datetime.now(UTC)
+
+
+def exact(number: float) -> Fraction:
+    """Return a number as it is written: 0.1 is a tenth."""
+    return Fraction(str(number))
+
+
+# --- assignments ------------------------------------------------------------------------------------------------------
+
+
+def of_course(course: Course) -> list[Assignment]:
+    """Return the assignments of a class, in the order of their notebooks.
+
+    A notebook in which something counts, and that no assignment of the settings names, is an assignment of its own.
+    """
+    parts = [(question, part) for question in course.asked.marked.values() for part in question.parts if part.points]
+    dropped_as = course.settings.marks.dropped_as
+    counting = {question.notebook for question, part in parts if not dropped_as(question.number, part.name)}
+    named = {name: assignment for assignment in course.settings.assignments for name in assignment.notebooks}
+    own = {name: Assignment(name.replace("_", " "), (name,)) for name in counting}
+    return list(dict.fromkeys({**own, **named}[name] for name in course.asked.notebooks if name in {**own, **named}))
+
+
+def short(notebook: str) -> str:
+    """Return a notebook's number, if it has one: "02" of "02_speed.ipynb"."""
+    number = notebook.partition("_")[0]
+    return number if number.isdigit() else notebook.removesuffix(".ipynb")
+
+
+def find(course: Course, name: str) -> Assignment:
+    """Return the assignment with a title, with a notebook of a name, or with a notebook of a number, as "02".
+
+    Raises
+    ------
+    GradingError
+        If there is none.
+    """
+    assignments = of_course(course)
+    names = [[one.title for one in assignments]]
+    for shown in (str, short):
+        names.append([one.title for one in assignments if caseless(name) in map(caseless, map(shown, one.notebooks))])
+    matches = [*(title for title in names[0] if caseless(title) == caseless(name)), *names[1], *names[2]]
+    if not matches:
+        raise GradingError(f"There is no assignment {name!r}. There are: {', '.join(names[0])}.")
+    return next(one for one in assignments if one.title == matches[0])
+
+
+def given_back(publications: Iterable[Publication]) -> frozenset[str] | None:
+    """Return the notebooks, without ending, that students may see the marks of; None for all of them.
+
+    It is all of them until feedback of some assignments is given back.
+    """
+    notebooks = [publication.notebooks for publication in publications]
+    if not all(notebooks) or not notebooks:
+        return None
+    return frozenset(name for names in notebooks for name in names)
+
+
+# --- deadlines --------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Timing:
+    """When a notebook was due, and when it was handed in.
+
+    Attributes
+    ----------
+    notebook : name without ending
+    due : the last moment that is in time, by the deadlines
+    until : the same for this student, with their extensions
+    received : when it was handed in; None if that is not known
+    days : days late; each day that has begun counts
+    taken : share (0 to 1) of the earned points that lateness costs
+    extended : whether it would be late, or later, without an extension
+    clock : how the time is known; "" if only the student's computer wrote it, so that an instructor has to decide
+    """
+
+    notebook: str
+    due: datetime
+    until: datetime
+    received: datetime | None
+    days: int
+    taken: Fraction
+    extended: bool
+    clock: str | None = None
+
+    @property
+    def waits(self) -> bool:
+        """Whether an instructor has to decide when it was handed in."""
+        return self.clock == ""
+
+
+def timing(settings: CourseSettings, student: StudentRecord, notebook: str, arrival: Arrival | None) -> Timing | None:
+    """Compare the arrival of a student's notebook with its deadline; return None if it has no deadline.
+
+    Of several deadlines and extensions that apply, the latest counts. A time that only the student's computer wrote is
+    not used as the time of receipt.
+
+    Parameters
+    ----------
+    settings : of the course
+    student : as the roster has them
+    notebook : name without ending
+    arrival : when it was handed in; None if it was not
+    """
+    names = {caseless(name) for name in (student.student, *student.aliases)}
+
+    def applies(rule: Deadline | Extension) -> bool:
+        notebooks = settings.notebooks_of(rule)
+        return not notebooks or notebook in notebooks
+
+    def in_section(rule: Deadline | Extension) -> bool:
+        return bool(rule.section) and caseless(rule.section) == caseless(student.section)
+
+    dues = [rule.due for rule in settings.dues if applies(rule) and (not rule.section or in_section(rule))]
+    if not dues:
+        return None
+    mine = (
+        rule.until
+        for rule in settings.extensions
+        if applies(rule) and (in_section(rule) or names & set(map(caseless, rule.students)))
+    )
+    due, until, late = max(dues), max([*dues, *mine]), settings.late
+    clock = None if arrival is None else arrival.clock
+    received = None if arrival is None or clock == "" else arrival.received
+    days, without_extension = (_days_late(received, moment, late.grace_hours) for moment in (until, due))
+    taken = min(days * exact(late.per_day), exact(late.cap)) / 100
+    return Timing(notebook, due, until, received, days, taken, days < without_extension, clock)
+
+
+def _days_late(received: datetime | None, due: datetime, grace_hours: float) -> int:
+    """Count the days from the end of the grace; each day that has begun counts."""
+    return 0 if received is None else max(0, -((due + timedelta(hours=grace_hours) - received) // _DAY))
+
+
+# --- states -----------------------------------------------------------------------------------------------------------
+
+
+class State(StrEnum):
+    """The state of a piece of work, from the least advanced on."""
+
+    NOT_GRADED = "could not be graded"
+    MISSING = "missing"
+    UNTOUCHED = "untouched"
+    NOT_DUE = "not due"
+    HANDED_IN = "handed in"
+    WAITS = "waits for a person"
+    MARKED = "marked"
+
+
+def least(states: Iterable[State]) -> State:
+    """Return the least advanced of some states."""
+    return min(states, key=list(State).index)
+
+
+@dataclass(frozen=True)
+class Work:
+    """A piece of work: a notebook of a student.
+
+    Attributes
+    ----------
+    notebook : name without ending
+    state : of it
+    is_due : whether it is due, so that it counts; extensions and hours of grace are in it
+    until : when it is due for this student, without hours of grace; None without any date
+    timing : when it was due, and handed in; None without a deadline
+    excuse : the act that excuses the student; None if they are not excused
+    """
+
+    notebook: str
+    state: State
+    is_due: bool
+    until: datetime | None = None
+    timing: Timing | None = None
+    excuse: Excuse | None = None
+
+    @property
+    def counts(self) -> bool:
+        """Whether it counts so far."""
+        return self.is_due and self.excuse is None
+
+    @property
+    def days_late(self) -> int:
+        """Days by which it was handed in late."""
+        return self.timing.days if self.timing is not None else 0
+
+
+@dataclass(frozen=True)
+class Handed:
+    """What there is of a student, from which the states of their work follow.
+
+    Attributes
+    ----------
+    student : as the roster has them
+    marks : that count
+    received : file name of a notebook → when it was handed in
+    graded : the run that counts; None without one
+    excuses : notebook, without ending → the act that excuses the student
+    """
+
+    student: StudentRecord
+    marks: Sequence[MarkRecord | Mark] = ()
+    received: Mapping[str, Arrival] = field(default_factory=dict)
+    graded: Graded | None = None
+    excuses: Mapping[str, Excuse] = field(default_factory=dict)
+
+
+def works(course: Course, handed: Handed, when: datetime | None = None) -> dict[str, Work]:
+    """Return each piece of work of a student: notebook of an assignment, without ending → work.
+
+    Parameters
+    ----------
+    course : with its settings
+    handed : what there is of the student
+    when : the time by which work is due or not; now, if it is None
+    """
+    settings, when, graded = course.settings, when or now(), handed.graded
+    names = [name for assignment in of_course(course) for name in assignment.notebooks]
+    times = {name: timing(settings, handed.student, name, handed.received.get(f"{name}.ipynb")) for name in names}
+    last = max((time.until for time in times.values() if time is not None), default=None)
+    grace = timedelta(hours=settings.late.grace_hours)
+    untouched = facts_of(graded.run).untouched if graded is not None else ()
+    statuses = _statuses(course, handed.marks)
+    found = {}
+    for name, time in times.items():
+        until = last if time is None else time.until  # without a date of its own, it is due with the last
+        is_due = until is None or when > until + grace
+        state = _state_if_there(handed, name, statuses[name], bool(time and time.waits and settings.late.per_day))
+        if state is None:
+            state = State.MISSING if is_due else State.NOT_DUE
+        elif name in untouched:
+            state = State.UNTOUCHED
+        found[name] = Work(name, state, is_due, until, time, handed.excuses.get(name))
+    return found
+
+
+def _statuses(course: Course, marks: Iterable[MarkRecord | Mark]) -> dict[str, set[str]]:
+    """Return notebook, without ending → the statuses of the marks in it that count."""
+    asked, found = course.catalogue.marked, defaultdict[str, set[str]](set)
+    for mark in marks:
+        if mark.out_of and mark.question in asked and not course.settings.marks.dropped_as(mark.question, mark.part):
+            found[asked[mark.question].notebook].add(mark.status)
+    return found
+
+
+def _state_if_there(handed: Handed, name: str, statuses: set[str], undecided_time: bool) -> State | None:
+    """Return the state of a notebook that was handed in; None if it was not."""
+    file, graded = f"{name}.ipynb", handed.graded
+    if file not in handed.received and statuses <= _NOTHING_GIVEN:
+        return State.NOT_GRADED if graded is not None and is_unread(file, graded.run.problems) else None
+    if graded is None and not handed.marks:
+        return State.HANDED_IN
+    if (graded is not None and graded.run.key.startswith(FAILED)) or Status.NOT_MARKED in statuses:
+        return State.NOT_GRADED
+    return State.WAITS if undecided_time or statuses & {*UNDECIDED} else State.MARKED

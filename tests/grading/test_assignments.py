@@ -1,0 +1,157 @@
+"""Assignments, the calendar's states, and what a student may see: each state by the facts that make it."""
+
+from dataclasses import replace
+from datetime import UTC, datetime, timedelta
+from fractions import Fraction
+
+import pytest
+from gradebooks import graded, mark
+from made_courses import OURS
+
+from labcourse.errors import GradingError
+from labcourse.grading import assignments
+from labcourse.grading.accounts import final_grade
+from labcourse.grading.assignments import Handed, State, find, given_back, of_course, works
+from labcourse.grading.gradebook import Arrival, Excuse, MarkRecord, Publication, StudentRecord
+from labcourse.grading.graded_run import FAILED, Facts
+from labcourse.grading.settings import Assignment, CourseSettings, Deadline, Extension, LateSettings, MarkSettings
+
+DUE = datetime(2026, 11, 20, 18, tzinfo=UTC)
+DAY = timedelta(days=1)
+ADA = StudentRecord("ada", section="A")
+SECOND, THIRD = "02_finding_stiffness", "03_model_validation"
+LAB = Assignment("Lab 02", (SECOND,), DUE)
+BOTH = Assignment("Both", (SECOND, THIRD), DUE, out_of=20, weight=10)
+CAME = {f"{SECOND}.ipynb": Arrival(DUE - DAY)}
+
+
+def course(*named, **settings):
+    return replace(OURS, settings=CourseSettings(assignments=named, **settings))
+
+
+def handed(*marks, received=CAME, cells=(), key="k", excuses=None):
+    record = graded("ada", *marks, cells=cells)
+    run = replace(record, run=replace(record.run, key=key))
+    return Handed(ADA, run.marks, received, run, excuses or {})
+
+
+def excused(name):
+    return {name: Excuse(1, "ada", name, True, "lea", "ill", DUE)}
+
+
+def state(what, when=DUE + DAY, made=None, name=SECOND):
+    return works(made or course(LAB), what, when)[name].state
+
+
+RIGHT, MISSING = mark(), MarkRecord("2.11", "omega_n", "missing", 0.0, 2.0, "")
+WAITS = MarkRecord("2.11", "explanation", "for a person", 0.0, 1.0, "")
+FAULT = MarkRecord("2.11", "omega_n", "not marked: key fault", 0.0, 2.0, "")
+UNTOUCHED = Facts(untouched=(SECOND,)).as_json()
+
+
+@pytest.mark.parametrize(
+    ("what", "before", "after"),
+    [
+        (Handed(ADA), "not due", "missing"),
+        (handed(MISSING, received={}), "not due", "missing"),
+        (Handed(ADA, (), CAME), "handed in", "handed in"),
+        (handed(MISSING, cells=UNTOUCHED), "untouched", "untouched"),
+        (handed(RIGHT), "marked", "marked"),
+        (handed(RIGHT, received={}), "marked", "marked"),  # an answer is there, though no file is stored
+        (handed(RIGHT, WAITS), "waits for a person", "waits for a person"),
+        (handed(FAULT), "could not be graded", "could not be graded"),
+        (handed(RIGHT, key=f"{FAILED}x"), "could not be graded", "could not be graded"),
+    ],
+)
+def test_each_state_before_and_after_the_deadline(what, before, after):
+    assert (state(what, DUE), state(what, DUE + timedelta(seconds=1))) == (before, after)
+
+
+def test_a_file_that_cannot_be_read_could_not_be_graded():
+    what = handed(MISSING, received={})
+    problem = replace(what.graded, run=replace(what.graded.run, problems=(f"{SECOND}.ipynb cannot be read: x",)))
+    assert state(replace(what, graded=problem)) == State.NOT_GRADED
+
+
+def test_of_an_unknown_time_the_work_waits_where_lateness_costs():
+    what = handed(RIGHT, received={f"{SECOND}.ipynb": Arrival(DUE, "")})
+    assert state(what, made=course(LAB, late=LateSettings(per_day=10))) == State.WAITS
+    assert state(what) == State.MARKED
+
+
+def test_grace_and_extensions_move_when_work_is_due_and_the_latest_counts():
+    more = Extension(DUE + 2 * DAY, ("ADA",), assignments=("Lab 02",))
+    made = course(LAB, deadlines=(Deadline(DUE - DAY),), extensions=(more,), late=LateSettings(grace_hours=2))
+    assert state(Handed(ADA), DUE + 2 * DAY + timedelta(hours=2), made) == State.NOT_DUE
+    assert state(Handed(ADA), DUE + 2 * DAY + timedelta(hours=2, seconds=1), made) == State.MISSING
+    assert state(Handed(StudentRecord("bob")), DUE + timedelta(hours=3), made) == State.MISSING
+
+
+def test_without_a_date_work_is_due_with_the_last_that_has_one():
+    assert state(Handed(ADA), DUE, course(LAB), THIRD) == State.NOT_DUE
+    assert state(Handed(ADA), DUE + DAY, course(LAB), THIRD) == State.MISSING
+    assert state(Handed(ADA), DUE, course(), THIRD) == State.MISSING  # no calendar
+
+
+def test_by_default_each_notebook_with_points_is_an_assignment_in_the_order_of_notebooks():
+    asked = OURS.catalogue.marked.values()
+    counting = {one.notebook for one in asked if any(part.points for part in one.parts)}
+    names = [one.notebooks for one in of_course(course(LAB))]
+    assert names == [(name,) for name in OURS.catalogue.notebooks if name in counting]
+    assert [one.title for one in of_course(course(LAB))][1:3] == ["Lab 02", "03 model validation"]
+    dropped = MarkSettings(drop=tuple(one.number for one in asked if one.notebook == THIRD))
+    assert (THIRD,) not in [one.notebooks for one in of_course(course(marks=dropped))]
+
+
+@pytest.mark.parametrize("name", ["lab 02", SECOND, "02"])
+def test_an_assignment_is_found_by_title_notebook_or_number(name):
+    assert find(course(LAB), name) == LAB
+    with pytest.raises(GradingError, match="There are: 01 modeling prelab, Lab 02"):
+        find(course(LAB), "12")
+
+
+def test_an_assignment_has_points_of_its_own_scale_and_a_weight():
+    """Earned 1.5 of 3 in one notebook, of which a tenth is lost, and 1 of 2 in the other: 2.35 of 5."""
+    half = MarkRecord("2.11", "omega_n", "partly right", 1.5, 2.0, "")
+    zero = MarkRecord("2.11", "explanation", "wrong", 0.0, 1.0, "")
+    other = MarkRecord("2.13", "state_space", "partly right", 1.0, 2.0, "")
+    late = {f"{SECOND}.ipynb": Arrival(DUE + timedelta(hours=1)), f"{THIRD}.ipynb": Arrival(DUE)}
+    made = course(BOTH, late=LateSettings(per_day=10))
+    found = final_grade(made, handed(half, zero, other, received=late), DUE + DAY)
+    (both,) = [one for one in found.assignments if one.title == "Both"]
+    assert (both.earned, both.possible, both.points) == (Fraction(235, 100), 5, Fraction(235, 100) * 4)
+    assert (both.points_text, both.days_late, both.state) == ("9.40", 1, State.MARKED)
+    assert (both.weighted, both.weight) == (Fraction(47, 10), 10)
+
+
+def test_so_far_only_what_is_due_and_the_final_grade_when_all_is():
+    made = course(LAB, Assignment("Lab 03", (THIRD,), DUE + 7 * DAY))
+    later = MarkRecord("2.13", "state_space", "missing", 0.0, 2.0, "")
+    what = handed(RIGHT, later)
+    early, over = (final_grade(made, what, when) for when in (DUE + DAY, DUE + 8 * DAY))
+    assert (early.earned, early.out_of, early.final) == (2, 2, None)
+    assert (over.earned, over.out_of, over.final_text) == (2, 4, "2.00")
+
+
+def test_who_is_excused_has_it_in_neither_sum():
+    made = course(BOTH)
+    other = MarkRecord("2.13", "state_space", "partly right", 1.0, 2.0, "")
+    some = final_grade(made, handed(RIGHT, other, excuses=excused(SECOND)), DUE + DAY)
+    assert (some.earned, some.out_of) == (5, 10)  # 1 of 2, of the weight of 10
+    every = final_grade(made, handed(RIGHT, other, excuses=excused(SECOND) | excused(THIRD)), DUE + DAY)
+    assert every.out_of == 0 and every.final is None and every.assignments[1].points_text == ""
+
+
+def test_pages_show_everything_until_some_assignments_are_given_back_and_then_only_these():
+    def publications(*names):
+        return [Publication(number, "lea", "", DUE, one) for number, one in enumerate(names)]
+
+    assert given_back([]) is None and given_back(publications((SECOND,), ())) is None
+    assert given_back(publications((SECOND,), (THIRD,))) == {SECOND, THIRD}
+    shown = final_grade(course(LAB), handed(RIGHT), DUE + DAY).given_back({THIRD})
+    assert shown.earned == 0 and shown.assignments[1].points_text == "" and not shown.is_over
+
+
+def test_the_calendar_goes_by_the_clock(monkeypatch):
+    monkeypatch.setattr(assignments, "now", lambda: DUE)
+    assert works(course(LAB), Handed(ADA))[SECOND].state == State.NOT_DUE
