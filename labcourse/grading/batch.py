@@ -129,7 +129,7 @@ class Batch:
         }
         self._reports = list(report_files.names(course.catalogue).values())
         self.ignored = [*collected.ignored, *erased, *self._bundles.problems]
-        time_matters = course.settings.deadlines and course.settings.late.per_day
+        time_matters = course.settings.dues and course.settings.late.per_day
         self.doubts = [doubt for doubt in collected.doubts if doubt.about != intake.TIME or time_matters]
         present = {caseless(student) for student in (*self.students, *gradebook.handed_in())}
         self.absent = [student.student for student in roster if caseless(student.student) not in present]

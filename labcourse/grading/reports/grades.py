@@ -122,7 +122,7 @@ class Reports:
                 f"Feedback pages say that they open at {settings.feedback.opens:%Y-%m-%d %H:%M %Z} (course.toml); then "
                 f"say {program.name()} report."
             )
-        if settings.deadlines:
+        if settings.dues or settings.extensions:
             in_deadlines, in_extensions = unknown_names(settings, self._book.students())
             text = "course.toml names these in {}, and the gradebook does not have them: {}. Nobody has {} by them."
             if in_deadlines:
