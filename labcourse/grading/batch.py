@@ -193,7 +193,9 @@ class Batch:
     def _prepare(self, submission: intake.Submission) -> Prepared:
         """Read a submission, store its new files, and prepare for the run what counts: the newest of each notebook."""
         names, packages = self._bundles.names, self._course.packages
-        read = intake.read(submission, names, self._masters, packages, self._reports, self._settings.decisions)
+        decisions, owner = self._settings.decisions, submission.claimed_by or submission.student
+        before = partial(self._gradebook.delivered, owner)
+        read = intake.read(submission, names, self._masters, packages, self._reports, decisions, before)
         self.doubts += read.doubts
         earlier, delivered = store_submission(self._gradebook, submission, read)
         hand_in, arrivals = intake.newest(delivered, names, self._reports)

@@ -1,5 +1,6 @@
 """A class through a batch: what is run, what is known already, what a fault costs, what is marked again."""
 
+import os
 from concurrent.futures import wait
 from dataclasses import replace
 from datetime import UTC, datetime, timedelta
@@ -62,6 +63,18 @@ def test_who_hands_in_an_earlier_version_again_is_not_run_again_and_has_its_mark
     fake_class.hand_in("ada", source="first")
     assert fake_class.grade() == {"ada": 2}
     assert fake_class.runs == ["ada", "ada"]
+
+
+def test_an_empty_notebook_of_a_later_download_does_not_replace_one_with_answers(fake_class, tmp_path):
+    for source, minutes in (("omega_n = 1", -2), ("", -1)):
+        fake_class.hand_in("ada", source=source)
+        when = (datetime.now(UTC) + timedelta(minutes=minutes)).timestamp()
+        os.utime(fake_class.folder / "in" / "ada" / "a.ipynb", (when, when))
+        assert fake_class.grade() == {"ada": 2}
+    assert fake_class.asked["ada"].notebooks["a.ipynb"]["cells"][0]["source"] == "omega_n = 1"
+    with fake_class.book() as book:
+        (note,) = (note for note in book.current("ada").run.notes if "is empty" in note)
+        assert note == "a.ipynb in 'ada' is empty; the one that was handed in before it counts."
 
 
 def test_settings_of_what_marks_come_to_neither_run_nor_mark_anything_again(fake_class):

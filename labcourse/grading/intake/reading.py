@@ -5,9 +5,10 @@ from __future__ import annotations
 import hashlib
 import re
 from collections import Counter
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime, timedelta
+from functools import cached_property
 from pathlib import PurePosixPath
 from typing import Any
 
@@ -94,6 +95,7 @@ def read(
     packages: Collection[str] = (labcourse.__name__,),
     reports: Sequence[str] = (),
     decisions: Decisions | None = None,
+    earlier: Callable[[], Iterable[Delivery]] = tuple,
 ) -> Contents:
     """Read a submission's pieces, in order of time. If one of them cannot be read, the others are.
 
@@ -105,9 +107,10 @@ def read(
     packages : names of the course's packages, which are not own files
     reports : file names of the course's reports, as PDF
     decisions : which of several files counts, by the instructor
+    earlier : function that returns what the student handed in before; called only if a notebook is empty
     """
     with Shelf() as shelf:
-        reader = _Reader(shelf, wanted, masters or {}, packages, reports, decisions or {})
+        reader = _Reader(shelf, wanted, masters or {}, packages, reports, decisions or {}, earlier)
         for piece in submission.pieces:
             reader.read(piece)
     reader.contents.notes = list(dict.fromkeys(reader.contents.notes))
@@ -129,6 +132,7 @@ class _Reader:
     packages: Collection[str]
     reports: Sequence[str]
     decisions: Decisions
+    earlier: Callable[[], Iterable[Delivery]]
     contents: Contents = field(default_factory=Contents)
     answered: set[str] = field(default_factory=set)  # notebooks in which something was written
 
@@ -192,7 +196,7 @@ class _Reader:
         master, contents = self.masters.get(name), self.contents
         if master is None or _cells_written(notebook.cells, master):
             self.answered.add(name)
-        elif name in self.answered:
+        elif name in self.answered or self._was_answered(name, master):
             source = shown(self._piece.source)
             contents.notes.append(f"{name} in {source} is empty; the one that was handed in before it counts.")
             return
@@ -201,6 +205,17 @@ class _Reader:
         contents.notes += contents.unreadable
         contents.unreadable.clear()
         contents.has_notebooks = True
+
+    def _was_answered(self, name: str, master: Master) -> bool:
+        """Return whether the student handed in a notebook before this piece, with something written in it."""
+        before = self._earlier.get(name)
+        if before is None or before.received >= self._piece.received:
+            return False
+        return _cells_written(Notebook.read(before.content).cells, master) > 0
+
+    @cached_property
+    def _earlier(self) -> dict[str, Delivery]:
+        return {item.name: item for item in self.earlier()}
 
     def _folder_of_most(self, fits: Mapping[str, Sequence[tuple[Fit, str]]]) -> str:
         """Return the folder of most of the course's notebooks; without any, of its other files, or the top."""
