@@ -61,7 +61,7 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
     "run": (2048, ("labcourse/run/**/*.py",)),
     "report": (1164, ("labcourse/report/**/*.py",)),
     "running, the warm runner": (1016, ("labcourse/grading/running/**/*.py", "labcourse/run/inside/**/*.py")),
-    "intake": (1301, ("labcourse/grading/intake/**/*.py",)),
+    "intake": (1302, ("labcourse/grading/intake/**/*.py",)),
     "gradebook": (1451, ("labcourse/grading/gradebook/**/*.py",)),
     "marking": (1182, ("labcourse/grading/marking/**/*.py",)),
     "isolation": (1123, ("labcourse/grading/isolation/**/*.py",)),

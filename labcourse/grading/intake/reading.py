@@ -458,7 +458,11 @@ def _most_alike(cells: Sequence[Cell], masters: Mapping[str, Master]) -> str | N
 
 
 def _cells_written(cells: Iterable[Cell], master: Master) -> int:
-    """Return how many cells a student changed so that they are longer than the course's."""
-    released = {name: source_of(cell).strip() for name, cell in master.items()}
-    changed = [cell for cell in cells if cell.source.strip() not in released.values()]
-    return sum(len(cell.source.strip()) > len(released.get(cell.id, "")) for cell in changed)
+    """Return in how many cells a student wrote: they have a line that the course's notebook does not have."""
+    released = {line for cell in master.values() for line in _lines(source_of(cell))}
+    return sum(not _lines(cell.source) <= released for cell in cells)
+
+
+def _lines(source: str) -> set[str]:
+    """Return the lines of a cell without white space around them."""
+    return {line.strip() for line in source.strip().splitlines()}

@@ -108,6 +108,15 @@ def test_an_empty_notebook_that_came_later_does_not_replace_an_answered_one(tmp_
     assert A in note and "ada (2).zip" in note
 
 
+def test_an_answer_that_is_shorter_than_the_text_that_it_replaces_is_an_answer(tmp_path):
+    released = notebook(A, "x = None\n# Your code here.")
+    masters = MASTERS | {A: {cell["id"]: cell for cell in json.loads(released)["cells"]}}
+    for name, answer, when in (("ada (1).zip", "x = 1  # as it is in the book", EARLY), ("ada (2).zip", "x = 2", LATE)):
+        lay(tmp_path, {name: zipped({A: notebook(A, answer)}, when)})
+    (submission,) = intake.find(tmp_path).submissions
+    assert source_of_first(intake.read(submission, WANTED, masters)) == "x = 2"
+
+
 @pytest.mark.parametrize("partner", ["bob", ["bob"]])
 def test_a_partner_may_stand_in_a_list_or_alone(tmp_path, partner):
     lay(tmp_path / "ada", {A: ANSWERED, "course.json": json.dumps({"student": "ada", "with": partner}).encode()})
