@@ -29,7 +29,7 @@ from labcourse.student_id import caseless
 
 MAX_STRANGERS = 30  #: notebooks of other names that are compared with the course's cells
 _MOST_COMPARED = 10  # files that may be the same notebook
-_UNREAD = "{name} cannot be read: {error}"
+_UNREAD, _ABSENT = "{name} cannot be read: {error}", "{name} was not handed in."
 _SAME_TIME = timedelta(seconds=2)  # to which a zip rounds
 _OLD = datetime.min.replace(tzinfo=UTC)
 _WORD = re.compile(r"[^\W_]+")
@@ -120,6 +120,11 @@ def read(
 def is_unread(name: str, problems: Collection[str]) -> bool:
     """Tell whether the problems of a run say that a file was handed in and could not be read."""
     return any(line.startswith(_UNREAD.format(name=name, error="")) for line in problems)
+
+
+def is_absent(name: str, notes: Collection[str]) -> bool:
+    """Tell whether the notes of a run say that a file was not handed in."""
+    return _ABSENT.format(name=name) in notes
 
 
 @dataclass
@@ -388,7 +393,7 @@ def newest(items: Iterable[Delivery], wanted: Sequence[str], reports: Sequence[s
         stages[latest[name].received, latest[name].source].append(name)
     counting = sorted((stage, names) for stage, names in stages.items() if names and len(stages) > 1)
     notes = [f"Of {time:%Y-%m-%d %H:%M} UTC ({source}): {', '.join(names)}." for (time, source), names in counting]
-    return hand_in, notes + [f"{name} was not handed in." for name in wanted if received and name not in latest]
+    return hand_in, notes + [_ABSENT.format(name=name) for name in wanted if received and name not in latest]
 
 
 # --- which notebook of the course a file is ---------------------------------------------------------------------------

@@ -19,7 +19,8 @@ from labcourse.grading.gradebook import (
     RunRecord,
     StudentRecord,
 )
-from labcourse.grading.graded_run import facts_of
+from labcourse.grading.graded_run import facts_of, key_faults
+from labcourse.grading.intake import is_absent
 from labcourse.grading.marking.marking import Mark
 from labcourse.grading.verdicts import UNDECIDED, Status
 from labcourse.student_id import caseless
@@ -140,8 +141,11 @@ class Result:
         def is_shown(question: str | None) -> bool:
             return question not in asked or asked[question].notebook in notebooks
 
+        faults = key_faults(replace(self.graded, marks=tuple(m for m in self.marks if not is_shown(m.question))))
+        problems = tuple(problem for problem in self.run.problems if problem not in faults)
         graded = replace(
             self.graded,
+            run=replace(self.run, problems=problems),
             marks=tuple(mark for mark in self.marks if is_shown(mark.question)),
             lapsed=tuple(given for given in self.graded.lapsed if is_shown(given.mark.question)),
         )
@@ -180,6 +184,8 @@ def account_in(book: Gradebook, course: Course, graded: Graded | None, about: St
 def received(book: Gradebook, student: str, graded: Graded | None) -> dict[str, Arrival]:
     """Return when each notebook of a student came. What only a partner handed in is stored as the partner's.
 
+    A partner's other notebooks are not the student's.
+
     Parameters
     ----------
     book : the gradebook
@@ -187,7 +193,9 @@ def received(book: Gradebook, student: str, graded: Graded | None) -> dict[str, 
     graded : their run that counts, which names their partner; None without a run
     """
     partner = "" if graded is None else facts_of(graded.run).bench_of
-    theirs = book.received(partner) if partner and caseless(partner) != caseless(student) else {}
+    if graded is None or not partner or caseless(partner) == caseless(student):
+        return book.received(student)
+    theirs = {name: when for name, when in book.received(partner).items() if not is_absent(name, graded.run.notes)}
     return {**theirs, **book.received(student)}
 
 
