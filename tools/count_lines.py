@@ -65,7 +65,7 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
     "gradebook": (1451, ("labcourse/grading/gradebook/**/*.py",)),
     "marking": (1182, ("labcourse/grading/marking/**/*.py",)),
     "isolation": (1123, ("labcourse/grading/isolation/**/*.py",)),
-    "reports, scoring": (2025, ("labcourse/grading/reports/**/*.py", "labcourse/grading/scoring/**/*.py")),
+    "reports, scoring": (2029, ("labcourse/grading/reports/**/*.py", "labcourse/grading/scoring/**/*.py")),
     "outcomes, overview, platforms, accounts": (
         1833,
         (
@@ -78,7 +78,7 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
         ),
     ),
     "settings, release, commands, rest": (
-        3341,
+        3343,
         (
             "rotflex/cli.py",
             "labcourse/command_line.py",

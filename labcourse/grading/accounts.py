@@ -463,8 +463,7 @@ def final_grade(course: Course, handed: Handed, when: datetime | None = None) ->
     for mark in handed.marks:
         if mark.out_of:
             name = notebook_of[mark.question]
-            time = work[name].timing if name in work else None
-            items[name].append(_item(mark, name, time, settings))
+            items[name].append(_item(mark, name, work.get(name), settings))
     run = None if handed.graded is None else handed.graded.run
     made = _predictions_made(run, course) if settings.marks.predictions else {}
     rest = Assignment("", tuple({*items, *made} - {*work}))
@@ -479,10 +478,11 @@ def final_grade(course: Course, handed: Handed, when: datetime | None = None) ->
     return replace(grade, predictions=sum(made.get(name, 0) for name in due))
 
 
-def _item(mark: MarkRecord | Mark, notebook: str, due: Timing | None, settings: CourseSettings) -> Item:
-    """Return a mark as it counts. While an unknown time of receipt may cost points, it is not decided."""
-    marks, where = settings.marks, (mark.question, mark.part)
-    undecided = mark.status in UNDECIDED or (due is not None and due.waits and settings.late.per_day)
+def _item(mark: MarkRecord | Mark, notebook: str, work: Work | None, settings: CourseSettings) -> Item:
+    """Return a mark as it counts. It is not decided if the file cannot be read, or while its time may cost points."""
+    marks, where, due = settings.marks, (mark.question, mark.part), None if work is None else work.timing
+    unread = work is not None and work.is_unread
+    undecided = mark.status in UNDECIDED or unread or (due is not None and due.waits and settings.late.per_day)
     return Item(
         *where,
         notebook,

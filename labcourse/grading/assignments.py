@@ -200,6 +200,7 @@ class Work:
     until : when it is due for this student, without hours of grace; None without any date
     timing : when it was due, and handed in; None without a deadline
     excuse : the act that excuses the student; None if they are not excused
+    is_unread : whether a file came that cannot be read, and no person has given points for it
     """
 
     notebook: str
@@ -208,6 +209,7 @@ class Work:
     until: datetime | None = None
     timing: Timing | None = None
     excuse: Excuse | None = None
+    is_unread: bool = False
 
     @property
     def counts(self) -> bool:
@@ -265,7 +267,8 @@ def works(course: Course, handed: Handed, when: datetime | None = None) -> dict[
             state = State.MISSING if is_due else State.NOT_DUE
         elif name in untouched:
             state = State.UNTOUCHED
-        found[name] = Work(name, state, is_due, until, time, handed.excuses.get(name))
+        is_unread = state is State.NOT_GRADED and f"{name}.ipynb" not in handed.received
+        found[name] = Work(name, state, is_due, until, time, handed.excuses.get(name), is_unread)
     return found
 
 

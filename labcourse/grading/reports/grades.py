@@ -305,10 +305,14 @@ def state_of(grade: AssignmentGrade) -> str:
 def _points(row: Result, questions: Sequence[str]) -> list[str]:
     """Return the cells of a student between the final grade and the notes."""
     grades = () if row.account is None else row.account.assignments
-    empty = {item.question for one in grades if one.is_empty or one.is_excused for item in one.all_items}
-    decided = (
-        sums(() if number in empty else (mark for mark in row.marks if mark.question == number)) for number in questions
-    )
+    empty = {
+        (item.question, item.part)
+        for one in grades
+        for item in one.all_items
+        if item.points is None or one.is_empty or one.is_excused
+    }
+    shown = [mark for mark in row.marks if mark.where not in empty]
+    decided = (sums(mark for mark in shown if mark.question == number) for number in questions)
     whole = row.sums
     return [
         *("" if one.earned is None else points(one.earned) for one in decided),
