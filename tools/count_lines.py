@@ -65,9 +65,9 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
     "gradebook": (1451, ("labcourse/grading/gradebook/**/*.py",)),
     "marking": (1182, ("labcourse/grading/marking/**/*.py",)),
     "isolation": (1123, ("labcourse/grading/isolation/**/*.py",)),
-    "reports, scoring": (2029, ("labcourse/grading/reports/**/*.py", "labcourse/grading/scoring/**/*.py")),
+    "reports, scoring": (2035, ("labcourse/grading/reports/**/*.py", "labcourse/grading/scoring/**/*.py")),
     "outcomes, overview, platforms, accounts": (
-        1833,
+        1841,
         (
             "labcourse/grading/accounts.py",
             "labcourse/grading/erasure.py",

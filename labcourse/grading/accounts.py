@@ -139,8 +139,9 @@ class AssignmentGrade:
 
     @property
     def state(self) -> State:
-        """The least advanced state of its notebooks that are not excused."""
-        return least([work.state for work in self.works if work.excuse is None] or [State.MARKED])
+        """The least advanced state of its notebooks; if some are not excused, of these."""
+        counting = [work for work in self.works if work.excuse is None] or self.works
+        return least([work.state for work in counting] or [State.MARKED])
 
     @property
     def is_excused(self) -> bool:
@@ -201,8 +202,11 @@ class AssignmentGrade:
 
     @property
     def out_of(self) -> Fraction:
-        """What its column is out of."""
-        return self.possible if self.assignment.out_of is None else exact(self.assignment.out_of)
+        """What its column is out of; that does not depend on whether the student is excused from all of it."""
+        if self.assignment.out_of is not None:
+            return exact(self.assignment.out_of)
+        items = self.all_items if self.is_excused else self.items
+        return sum((item.possible for item in items if not item.dropped_as), Fraction(0))
 
     @property
     def points(self) -> Fraction:
@@ -308,6 +312,11 @@ class FinalGrade:
     def earned(self) -> Fraction:
         """Points as they count so far, as far as they are decided."""
         return sum((one.weighted for one in self.so_far), Fraction(0))
+
+    @property
+    def so_far_text(self) -> str:
+        """These points with all decimals of the final grade, as "7.30"."""
+        return f"{float(half_up(self.earned, self.marks.decimals)):.{self.marks.decimals}f}"
 
     @property
     def out_of(self) -> Fraction:
@@ -433,7 +442,8 @@ class FinalGrade:
             waiting = _worth(sum(item.possible for item in self.undecided))
             yield f"There is no final grade yet: still to be decided are {waiting}."
         elif not self.is_over:
-            yield f"So far: {_of(self.earned, self.out_of)}. The final grade follows when everything is due."
+            known = "due" if all(one.is_given_back for one in self.assignments) else "due and given back"
+            yield f"So far: {_of(self.earned, self.out_of)}. The final grade follows when everything is {known}."
         elif self.final is None:
             yield "Nothing of this counts, so that there is no final grade."
         else:

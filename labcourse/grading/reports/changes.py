@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
@@ -133,7 +133,12 @@ class Change(NamedTuple):
         return f"{self.question} {self.part}: {state_text(self.before)} → {state_text(self.after)}"
 
 
-def changed_since(trail: Iterable[AuditRecord], publications: Sequence[Publication], course: Course) -> list[Change]:
+def changed_since(
+    trail: Iterable[AuditRecord],
+    publications: Sequence[Publication],
+    course: Course,
+    excuses: Mapping[str, Collection[str]],
+) -> list[Change]:
     """Find marks with other points than were given back the last time, or that were decided since.
 
     Parameters
@@ -141,13 +146,15 @@ def changed_since(trail: Iterable[AuditRecord], publications: Sequence[Publicati
     trail : the changes of marks, in order
     publications : when feedback was given back, in order, and of which notebooks
     course : with its questions
+    excuses : student, in small letters → notebooks, without ending, from which they are excused now
     """
     asked = course.catalogue.marked
     entries: dict[tuple[str, str, str], list[AuditRecord]] = defaultdict(list)
     for entry in trail:
         notebook = asked[entry.question].notebook if entry.question in asked else ""
         back = [one for one in publications if not one.notebooks or notebook in one.notebooks]
-        if back and entry.when > back[-1].when:
+        is_excused = notebook in excuses.get(caseless(entry.student), ())
+        if back and entry.when > back[-1].when and not is_excused:
             entries[entry.student, entry.question, entry.part].append(entry)
     changes = [Change(*where, those[0].before, those[-1].after) for where, those in entries.items()]
     return [change for change in changes if _shown_points(change.before) != _shown_points(change.after)]

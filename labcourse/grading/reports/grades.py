@@ -241,7 +241,7 @@ def grades_table(
     TITLE, TITLE out of,    of each assignment: its points, rounded, empty while they are not known; what it is out of;
     TITLE state             and the state of the work, see :class:`labcourse.grading.assignments.State`, with how late
                             it came, or that the student is excused
-    so far, so far out of   points of what is due, by the course's settings, not rounded
+    so far, so far out of   points of what is due, by the course's settings, rounded as the final grade
     final                   the final grade; empty until all is due and everything that counts is decided
     final out of            its scale
     how it counts           what is special about it: what was left out, has another weight, came late, ...
@@ -289,7 +289,7 @@ def _grades(account: FinalGrade, is_graded: bool) -> list[str]:
             cells += [one.points_text if is_graded else "", in_full(one.out_of) if is_graded else "", state_of(one)]
     if not is_graded:
         return [*cells, "", "", "", "", ""]
-    so_far = [in_full(account.earned), in_full(account.out_of)] if account.out_of else ["", ""]
+    so_far = [account.so_far_text, in_full(account.out_of)] if account.out_of else ["", ""]
     final = [account.final_text, in_full(exact(account.final_out_of)), "; ".join(account.how())]
     return [*cells, *so_far, *final]
 
