@@ -33,6 +33,8 @@ if TYPE_CHECKING:
     from labcourse.grading.erasure import Results
     from labcourse.grading.gradebook import Erased, Gradebook
     from labcourse.grading.scoring.desk import Desk
+    from labcourse.grading.scoring.guards import Find
+    from labcourse.grading.scoring.site import Site
 
 ALL_WELL, SOME_TROUBLE, NOT_ISOLATED = 0, 1, 3  #: exit codes; 2 is for any error that stops the command
 _COURSE, _CLASS, _PERSON = "Course", "Class", "Person"  # panels of --help
@@ -369,6 +371,11 @@ def status(marks: Marks, solutions: CourseFolder = None, out: Out = None) -> Non
     typer.echo(f"\nThe same as a page: {folder / PAGE_FILE}")
 
 
+_URL = "The page's address for other computers, as https://marks.school.edu/lab."
+_PROXY = "IP address of the proxy that serves --url: 127.0.0.1 if it runs on this computer."
+_NEW_TOKEN = "Only make and print a new address for NAME; the former one ends at once."
+
+
 @app.command(rich_help_panel=_CLASS)
 def score(
     marks: Marks,
@@ -376,24 +383,37 @@ def score(
     by: Annotated[list[str] | None, Option(metavar="NAME", help="Your name, for the record; once for each.")] = None,
     port: Annotated[int, Option(min=0, max=65535, help="Port of the page; 0: any free port.")] = 0,
     show_names: Annotated[bool, Option("--names", help="Show students' names instead of numbers.")] = False,
-    browser: Annotated[bool, Option(help="Open a browser for the first scorer.")] = True,
+    browser: Annotated[bool, Option(help="Open a browser for the first scorer; never with --url.")] = True,
+    url: Annotated[str | None, Option(metavar="URL", help=_URL)] = None,
+    proxy: Annotated[str | None, Option(metavar="ADDRESS", help=_PROXY)] = None,
+    certificate: Annotated[Path | None, Option(help="Certificate (PEM), if no proxy encrypts.")] = None,
+    private_key: Annotated[Path | None, Option(help="Its key, if that is in another file.")] = None,
+    new_token: Annotated[str | None, Option(metavar="NAME", help=_NEW_TOKEN)] = None,
+    revoke: Annotated[str | None, Option(metavar="NAME", help="Only end the address of NAME, at once.")] = None,
     write: Annotated[Path | None, Option(help="Only write all answers into this table (.xlsx or .csv).")] = None,
     read: Annotated[Path | None, Option(help="Read scores from this table of --write.", dir_okay=False)] = None,
     force: Force = False,
 ) -> None:
     """Score the answers that a person must read: in a browser, or in a table (--write, --read).
 
+    With --url, assistants score at their own computers, and their addresses stay valid when the command ends.
+
     Exit code: 0 all well, 1 some rows of a table were not read, 2 nothing done.
     """
     from labcourse.grading.scoring import rubric
     from labcourse.grading.scoring.desk import Desk
 
+    site = _site(url, proxy, certificate, private_key, only_address=new_token is not None)
+    if new_token is not None or revoke is not None:
+        with _gradebook(marks) as book:
+            _change_tokens(book, site, new_token, revoke)
+        return
     names = [name.strip() for name in by or ()]
     if write is not None and read is not None:
         raise GradingError("Give --write or --read, and not both at once.")
     if read is not None and len(names) != 1:
         raise GradingError("Say who scored in the table: --by NAME, once.")
-    if write is None and (not names or len({*map(str.casefold, names), ""}) <= len(names)):
+    if write is None and (not (names or site) or len({*map(str.casefold, names), ""}) <= len(names)):
         raise GradingError("Say who scores: --by NAME, once for each. Two scorers need two names.")
     course = courses.find(solutions)
     with _gradebook(marks) as book:
@@ -404,25 +424,98 @@ def score(
         elif read is not None:
             _read_table(desk, read, names[0])
         else:
-            _serve(desk, names, port, browser, course.title)
+            _serve(desk, names, site, port, browser, course.title, certificate, private_key)
 
 
-def _serve(desk: Desk, names: list[str], port: int, browser: bool, title: str) -> None:
-    import webbrowser
+def _site(
+    url: str | None, proxy: str | None, certificate: Path | None, private_key: Path | None, only_address: bool
+) -> Site | None:
+    """Return the site that other computers reach; None without --url."""
+    from labcourse.grading.scoring import site
 
-    from labcourse.grading.scoring import server
+    if private_key is not None and certificate is None:
+        raise GradingError("--private-key belongs to a certificate: name it, too, by --certificate.")
+    if url is not None:
+        return site.at(url, proxy, None if only_address else certificate is not None)
+    if proxy is not None or certificate is not None:
+        raise GradingError("Say by --url which address the page has for other computers.")
+    return None
+
+
+def _change_tokens(book: Gradebook, site: Site | None, new_token: str | None, revoke: str | None) -> None:
+    """Revoke the address of a scorer; make a new one, and print it. A server that runs knows it at once."""
+    if revoke is not None:
+        book.tokens.revoke(revoke.strip())
+        say(f"{revoke.strip()}'s address has ended. A page that is open with it does nothing more.")
+    if new_token is not None:
+        if site is None or not new_token.strip():
+            raise GradingError("Say whose address is to be made, and by --url which address the page has.")
+        _make_tokens(book, site, [new_token.strip()])
+
+
+def _make_tokens(book: Gradebook, site: Site, names: list[str]) -> None:
+    from labcourse.grading.gradebook.records import TOKEN_LASTS
     from labcourse.grading.scoring.guards import Scorer
 
-    scorers = [Scorer(name) for name in names]
-    with server.listening(port) as listener:
-        listener.listen()
+    for scorer in map(Scorer, names):
+        book.tokens.replace(scorer.name, scorer.digest)
+        say(f"{scorer.name}: {site.address(scorer.token)}")
+    if names:
+        typer.echo(f"A new address is shown only this once. It opens the page for {TOKEN_LASTS.days} days.")
+
+
+def _serve(
+    desk: Desk,
+    names: list[str],
+    site: Site | None,
+    port: int,
+    browser: bool,
+    title: str,
+    certificate: Path | None,
+    private_key: Path | None,
+) -> None:
+    from labcourse.grading.scoring import server
+
+    if certificate is not None:
+        server.check_certificate(certificate, private_key)
+    own_tls = certificate is not None
+    with server.listening(site.port if site and own_tls and not port else port, own_tls) as listener:
         port = listener.getsockname()[1]
-        for scorer in scorers:
-            typer.echo(f"{scorer.name}: {scorer.address(port)}")
-        typer.echo("Each opens their own address, in a browser on this computer. Ctrl-C ends it; nothing is lost.")
-        if browser:
-            webbrowser.open(scorers[0].address(port))
-        server.serve(server.application(desk, scorers, port, title), listener)
+        if site is None:
+            site, find = _let_in_here(names, port, browser)
+        else:
+            find = _let_in(desk.book, site, names)
+            where = "all interfaces" if own_tls else "127.0.0.1"
+            typer.echo(f"The page is {site.url}/. The program listens on {where}, port {port}. Ctrl-C ends it.")
+        server.serve(server.application(desk, site, find, title), listener, certificate, private_key)
+
+
+def _let_in_here(names: list[str], port: int, browser: bool) -> tuple[Site, Find]:
+    """Print addresses on this computer, which are valid while the server runs; return who is let in."""
+    import webbrowser
+
+    from labcourse.grading.scoring.guards import Scorer, while_it_runs
+    from labcourse.grading.scoring.site import on_loopback
+
+    site, scorers = on_loopback(port), [Scorer(name) for name in names]
+    addresses = [site.address(scorer.token) for scorer in scorers]
+    say(*(f"{name}: {address}" for name, address in zip(names, addresses, strict=True)))
+    typer.echo("Each opens their own address, in a browser on this computer. Ctrl-C ends it; nothing is lost.")
+    if browser:
+        webbrowser.open(addresses[0])
+    return site, while_it_runs(scorers)
+
+
+def _let_in(book: Gradebook, site: Site, names: list[str]) -> Find:
+    """Print a new address for each name without a valid one; return who is let in: all with a valid one."""
+    former = book.tokens.valid()
+    known = {token.actor.casefold() for token in former}
+    if not names and not former:
+        raise GradingError("Nobody has an address yet. Say who scores: --by NAME, once for each.")
+    _make_tokens(book, site, [name for name in names if name.casefold() not in known])
+    for token in former:
+        say(f"{token.actor} has an address, made on {token.made:%Y-%m-%d}. --new-token makes another.")
+    return book.tokens.find
 
 
 def _write_table(desk: Desk, path: Path, force: bool) -> None:

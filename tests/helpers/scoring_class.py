@@ -18,9 +18,10 @@ from gradebooks import graded, mark, prose, record, report_text
 
 from labcourse.grading.gradebook import Gradebook
 from labcourse.grading.scoring.desk import Desk
-from labcourse.grading.scoring.guards import HEADER, Scorer
+from labcourse.grading.scoring.guards import HEADER, TOKEN_HEADER, Scorer, while_it_runs
 from labcourse.grading.scoring.rubric import Item
 from labcourse.grading.scoring.server import application
+from labcourse.grading.scoring.site import Site, on_loopback
 from labcourse.grading.settings import LevelSettings
 from labcourse.student_id import GRADEBOOK_FILE
 from rotflex.course.questions import CATALOGUE
@@ -71,19 +72,24 @@ def desk(book: Gradebook, **more: Any) -> Desk:
 
 @dataclass
 class Client:
-    """Sends what a browser sends, to an application that is guarded for a port; as one scorer, or as nobody."""
+    """Sends what a browser sends, to an application that is guarded for a site; as one scorer, or as nobody."""
 
     app: Any
     scorer: Scorer | None = None
-    port: int = 8765
+    home: str = "http://127.0.0.1:8765"  #: address of the site, as its browser has it
+    peer: str = "127.0.0.1"  #: whose connection it is
     cookies: dict[str, str] = field(default_factory=dict)
 
     def enter(self) -> Client:
-        """Open the scorer's address, and keep the cookie."""
-        reply = self.get(self.scorer.address(self.port).partition(str(self.port))[2])
+        """Exchange the token of the scorer's address for the cookie."""
+        reply = self.sign_in(self.scorer.token)
         name, _, value = reply.headers["set-cookie"].partition(";")[0].partition("=")
         self.cookies[name] = value
         return self
+
+    def sign_in(self, token: str, **headers: str | None) -> Any:
+        """What the page of an address sends; a header that is None is left out."""
+        return self.request("POST", "/enter", self._sent({TOKEN_HEADER: token, **headers}))
 
     def get(self, path: str, **headers: str) -> Any:
         """A page."""
@@ -91,28 +97,34 @@ class Client:
 
     def act(self, name: str, sent: Any = None, **headers: str | None) -> Any:
         """An act as the page sends it; a header that is None is left out."""
-        usual = {"origin": f"http://127.0.0.1:{self.port}", HEADER: self.scorer.page if self.scorer else None}
-        given = {key.replace("_", "-"): value for key, value in {**usual, **headers}.items() if value is not None}
-        return self.request("POST", f"/act/{name}", given, json={} if sent is None else sent)
+        secret = self.scorer.page if self.scorer else None
+        return self.request("POST", f"/act/{name}", self._sent({HEADER: secret, **headers}), json=sent or {})
 
-    def request(self, method: str, path: str, headers: dict[str, str], **more: Any) -> Any:
-        """Any request."""
+    def _sent(self, headers: dict[str, str | None]) -> dict[str, str]:
+        origin = "/".join(self.home.split("/")[:3])
+        given = {key.replace("_", "-"): value for key, value in {"origin": origin, **headers}.items()}
+        return {key: value for key, value in given.items() if value is not None}
+
+    def request(self, method: str, path: str, headers: Any, **more: Any) -> Any:
+        """Any request; headers that come twice are a list of pairs."""
         import httpx
 
-        async def sending() -> Any:
-            transport = httpx.ASGITransport(self.app)
-            async with httpx.AsyncClient(transport=transport, base_url=f"http://127.0.0.1:{self.port}") as client:
-                cookie = {"cookie": "; ".join(f"{name}={value}" for name, value in self.cookies.items())}
-                return await client.request(method, path, headers={**cookie, **headers}, **more)
+        async def sending(headers: Any) -> Any:
+            transport = httpx.ASGITransport(self.app, client=(self.peer, 123))
+            async with httpx.AsyncClient(transport=transport) as client:
+                cookie = "; ".join(f"{name}={value}" for name, value in self.cookies.items())
+                if isinstance(headers, dict):
+                    headers = {"cookie": cookie, **headers}.items()
+                return await client.request(method, self.home + path, headers=[*headers], **more)
 
-        return asyncio.run(sending())
+        return asyncio.run(sending(headers))
 
 
-def clients(made: Desk, *names: str) -> list[Client]:
+def clients(made: Desk, *names: str, site: Site | None = None) -> list[Client]:
     """A client for each scorer, let in."""
     scorers = [Scorer(name) for name in names]
-    app = application(made, scorers, Client.port, "A course")
-    return [Client(app, one).enter() for one in scorers]
+    app = application(made, site or on_loopback(8765), while_it_runs(scorers), "A course")
+    return [Client(app, one, **({"home": site.url} if site else {})).enter() for one in scorers]
 
 
 def shown(reply: Any) -> list[dict[str, str]]:
@@ -123,7 +135,7 @@ def shown(reply: Any) -> list[dict[str, str]]:
 
 @contextlib.contextmanager
 def serving(
-    folder: Path, *names: str, options: tuple[str, ...] = ()
+    folder: Path, *names: str, options: tuple[str | Path, ...] = ()
 ) -> Iterator[tuple[subprocess.Popen[str], list[str]]]:
     """`rotflex score`, until the block ends: the process, and an address for each name."""
     words = [sys.executable, "-m", "rotflex.cli", "score", str(folder), "--solutions", str(ROOT / "solutions")]

@@ -34,5 +34,6 @@ from labcourse.grading.gradebook.records import Publication as Publication
 from labcourse.grading.gradebook.records import Request as Request
 from labcourse.grading.gradebook.records import RunRecord as RunRecord
 from labcourse.grading.gradebook.records import StudentRecord as StudentRecord
+from labcourse.grading.gradebook.records import Token as Token
 from labcourse.grading.gradebook.store import Gradebook as Gradebook
 from labcourse.grading.gradebook.store import standing as standing

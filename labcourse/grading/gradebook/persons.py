@@ -59,6 +59,7 @@ _CALLED = {
     "publications": "note on what was given back",
     "excuses": "excuse",
     "erasures": "erasure",
+    "tokens": "address of a scorer",
 }
 _Stored = TypeVar("_Stored", bound=OfAnswer | CommentRecord | Delivery | Excuse)
 _Named = TypeVar("_Named", bound=OfAnswer | CommentRecord | Excuse)

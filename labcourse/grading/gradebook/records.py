@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from datetime import UTC, datetime
+from datetime import UTC, datetime, timedelta
 from typing import Any, ClassVar, NamedTuple
 
 import sqlalchemy as sa
@@ -27,6 +27,8 @@ NEW: Any = None  #: number of a record that is not stored yet; the database give
 #: ``info`` of a column in which persons write about others' work. An erasure replaces names in its text; of a column
 #: with JSON, in ``reason``.
 WRITTEN = {"names": True}
+
+TOKEN_LASTS = timedelta(days=200)  #: a term with its examinations
 
 Where = tuple[str, str]  #: question and part
 
@@ -524,6 +526,30 @@ class Erasure(Base):
     actor: Mapped[str]
     lines: Mapped[int]
     erased: Mapped[datetime]
+
+
+class Token(Base):
+    """A token by which a scorer opens the scoring page from another computer. Only its digest is stored.
+
+    Attributes
+    ----------
+    actor : the scorer
+    digest : SHA-256 of the token, in hexadecimal digits
+    made, revoked : when (UTC); None if it was not revoked
+    """
+
+    __tablename__ = "tokens"
+
+    number = mapped_column("id", sa.Integer, primary_key=True)
+    actor: Mapped[str]
+    digest: Mapped[str] = mapped_column(unique=True)
+    made: Mapped[datetime]
+    revoked: Mapped[datetime | None] = mapped_column(default=None)
+
+    @property
+    def is_valid(self) -> bool:
+        """Whether it opens the page now."""
+        return self.revoked is None and datetime.now(UTC) < self.made + TOKEN_LASTS
 
 
 @dataclass(frozen=True)

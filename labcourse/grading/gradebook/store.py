@@ -1,4 +1,4 @@
-"""The gradebook in three classes: :class:`Gradebook`, and its parts for scoring and for requests.
+"""The gradebook in four classes: :class:`Gradebook`, and its parts for scoring, for requests and for tokens.
 
 Each method is one transaction: after an error or a kill, nothing of it is stored.
 
@@ -59,6 +59,7 @@ from labcourse.grading.gradebook.records import (
     RosterReport,
     RunRecord,
     StudentRecord,
+    Token,
     Where,
 )
 from labcourse.student_id import caseless
@@ -97,6 +98,7 @@ class Gradebook(AbstractContextManager["Gradebook"]):
     ----------
     scores : what scorers do
     requests : what students ask to have looked at again, and when feedback was given back
+    tokens : who may open the scoring page from another computer
     persons : a copy of all data of a person, and erasing it
 
     Raises
@@ -115,6 +117,7 @@ class Gradebook(AbstractContextManager["Gradebook"]):
             raise
         self.scores = Scores(self._database)
         self.requests = Requests(self._database)
+        self.tokens = Tokens(self._database)
         self.persons = Persons(self._database)
 
     def __exit__(self, *_: object) -> None:
@@ -940,6 +943,57 @@ class Requests:
         """Return when feedback was given back, in order."""
         with self._database.reading() as session:
             return list(session.scalars(select(Publication).order_by(Publication.number)))
+
+
+class Tokens:
+    """Who may open the scoring page from another computer. Each method is one transaction.
+
+    Names of scorers are compared without regard to capitals.
+
+    Parameters
+    ----------
+    database : the gradebook's, with its tables
+    """
+
+    def __init__(self, database: Database) -> None:
+        self._database = database
+
+    def find(self, digest: str) -> Token | None:
+        """Return the token with a digest, valid or not; None if there is none."""
+        with self._database.reading() as session:
+            return session.scalar(select(Token).where(Token.digest == digest))
+
+    def valid(self) -> list[Token]:
+        """Return the tokens that are neither revoked nor too old, in the order in which they were made."""
+        with self._database.reading() as session:
+            return _valid_tokens(session)
+
+    def replace(self, actor: str, digest: str) -> Token:
+        """Store the digest of a scorer's new token, and revoke the former one."""
+        token = storable.cleaned(Token(actor, digest, now()), "The address")
+        with self._database.writing() as session:
+            _revoke(session, token.actor)
+            session.add(token)
+        return token
+
+    def revoke(self, actor: str) -> None:
+        """Revoke a scorer's token. Raises GradebookError if there is none."""
+        with self._database.writing() as session:
+            if not _revoke(session, storable.text(actor)):
+                names = ", ".join(token.actor for token in _valid_tokens(session)) or "nobody"
+                raise GradebookError(f"{storable.text(actor)} has no address. These have one: {names}.")
+
+
+def _valid_tokens(session: Session) -> list[Token]:
+    return [token for token in session.scalars(select(Token).order_by(Token.number)) if token.is_valid]
+
+
+def _revoke(session: Session, actor: str) -> bool:
+    """Revoke a scorer's token; return whether there was one."""
+    own = [token for token in _valid_tokens(session) if token.actor.casefold() == actor.casefold()]
+    for token in own:
+        token.revoked = now()
+    return bool(own)
 
 
 def _not_empty(given: str, otherwise: str) -> str:

@@ -1,25 +1,42 @@
 """Decide who is let in to the scoring page, and set what its answers tell a browser.
 
-The server listens on the loopback interface only. Each scorer has an address of their own; it is exchanged for a cookie
-at once. A request has to name this very host and port (else another site could be made to look like it). An act has
-to come from this very page, with a header that only the page knows.
+Each scorer has an address of their own. It ends in a token, which stands behind a ``#``: a browser sends that part to
+nobody, so the token is in no log and in no referrer. The page ``enter`` exchanges it for a cookie. A request has to
+name this very host (else another site could be made to look like it). An act has to come from this very page, with a
+header that only the page knows.
 """
 
 from __future__ import annotations
 
+import hashlib
+import hmac
+import logging
+import math
 import secrets
-from collections.abc import Sequence
+import time
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from datetime import UTC, datetime
+from pathlib import Path
 
+from starlette.concurrency import run_in_threadpool
 from starlette.datastructures import MutableHeaders
 from starlette.exceptions import HTTPException
 from starlette.requests import Request
-from starlette.responses import JSONResponse, PlainTextResponse, RedirectResponse, Response
+from starlette.responses import FileResponse, JSONResponse, PlainTextResponse, RedirectResponse, Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
+from labcourse.errors import GradebookError
+from labcourse.grading.gradebook import Token
+from labcourse.grading.gradebook.records import TOKEN_LASTS
+from labcourse.grading.scoring.site import Site
+
 HEADER = "x-labcourse-page"  #: of each act: the secret that its page was given
+TOKEN_HEADER = "x-labcourse-token"  #: of the request that exchanges a token for a cookie
 ACTOR = "labcourse.actor"  #: in a request's scope: the :class:`Scorer`
 MOST_BYTES = 64_000  #: of an act; a remark and fifty answers' keys, ten times
+MOST_WRONG = 10  #: wrong tokens from one address in a minute, before it is asked to wait
+MOST_ADDRESSES = 1000  #: of which wrong tokens are counted
 POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; connect-src 'self'; "
     "form-action 'self'; base-uri 'none'; frame-ancestors 'none'"
@@ -32,11 +49,19 @@ _HEADERS = {
     "cross-origin-opener-policy": "same-origin",
     "cross-origin-resource-policy": "same-origin",
 }
-_ENTER = "/enter/"
+_MINUTE = 60.0  # s
+_ENTER = "/enter"
+_PAGE = Path(__file__).parent / "page"
+_OPEN = {_ENTER: _PAGE / "enter.html", "/enter.js": _PAGE / "enter.js"}  # without a cookie
 _CLOSED = (
-    "This page opens by the address that the command score printed when it was started last. Open that address again; "
+    "This page opens by your own address only, the newest one that the command score printed. Open that address again; "
     "what was scored before is kept."
 )
+_ENDED = (
+    "Your address has ended: it was revoked or replaced, or it is older than {} days. Ask the instructor for a new "
+    "one. What you scored before is kept."
+)
+Find = Callable[[str], Token | None]  #: the token of a digest
 
 
 def _secret() -> str:
@@ -45,16 +70,51 @@ def _secret() -> str:
 
 @dataclass(frozen=True)
 class Scorer:
-    """Somebody who scores: the name in the gradebook, and a secret each of their address, browser and pages."""
+    """Somebody who scores: the name in the gradebook, and the token of their address, which is their cookie, too."""
 
     name: str
     token: str = field(default_factory=_secret, repr=False)
-    session: str = field(default_factory=_secret, repr=False)
-    page: str = field(default_factory=_secret, repr=False)
 
-    def address(self, port: int) -> str:
-        """Return the address where they begin."""
-        return f"http://127.0.0.1:{port}{_ENTER}{self.token}"
+    @property
+    def digest(self) -> str:
+        """What is stored of the token: nobody can enter by it."""
+        return hashlib.sha256(self.token.encode()).hexdigest()
+
+    @property
+    def page(self) -> str:
+        """The secret of their pages. The token cannot be computed from it."""
+        return hmac.digest(self.token.encode(), b"page", "sha256").hex()
+
+
+def while_it_runs(scorers: Sequence[Scorer]) -> Find:
+    """Return who is let in while this server runs."""
+    return {one.digest: Token(one.name, one.digest, datetime.now(UTC)) for one in scorers}.get
+
+
+class WrongTokens:
+    """Count wrong tokens by the address that sends them. A right token is let in from any address.
+
+    Parameters
+    ----------
+    clock : of seconds
+    """
+
+    def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
+        self._clock = clock
+        self._counts: dict[str, tuple[float, int]] = {}  # address → begin of its minute, wrong tokens since
+
+    def wait(self, address: str) -> int:
+        """Count a wrong token; return for how many seconds its sender has to wait."""
+        now = self._clock()
+        begin, count = self._counts.pop(address, (now, 0))
+        if now - begin >= _MINUTE:
+            begin, count = now, 0
+        if len(self._counts) >= MOST_ADDRESSES:
+            del self._counts[next(iter(self._counts))]  # the one that was silent for longest
+        self._counts[address] = begin, count + 1
+        if count == MOST_WRONG:
+            logging.getLogger(__name__).warning("More than %s wrong tokens in a minute from %s.", MOST_WRONG, address)
+        return math.ceil(begin + _MINUTE - now) if count >= MOST_WRONG else 0
 
 
 class Guard:
@@ -63,14 +123,13 @@ class Guard:
     Parameters
     ----------
     app : the application
-    scorers : who is let in
-    port : where the server listens
+    site : where browsers find the page
+    find : who is let in
     """
 
-    def __init__(self, app: ASGIApp, scorers: Sequence[Scorer], port: int) -> None:
-        self._app, self._scorers = app, tuple(scorers)
-        self._hosts = {f"{name}:{port}" for name in ("127.0.0.1", "localhost")}
-        self._cookie = f"labcourse-score-{port}"  # a browser does not tell ports apart
+    def __init__(self, app: ASGIApp, site: Site, find: Find) -> None:
+        self._app, self._site, self._find = app, site, find
+        self._wrong = WrongTokens()
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Serve a request."""
@@ -86,45 +145,61 @@ class Guard:
 
         request = Request(scope, receive)
         try:
-            answer = self._admit(request)
-        except HTTPException as refused:
+            answer = await self._admit(request)
+        except (HTTPException, GradebookError) as refused:
             answer = refusal(request, refused)
         await (answer or self._app)(scope, receive, guarded)
 
-    def _admit(self, request: Request) -> Response | None:
-        """Sign in a scorer who opens their own link, and return the redirect; else check who sends the request.
+    async def _admit(self, request: Request) -> Response | None:
+        """Check who sends a request; return the answer if it is not for the application.
 
         Returns None if the request may go on; its scope names the scorer then. Raises HTTPException if it may not.
         """
-        if request.headers.get("host") not in self._hosts:
-            raise HTTPException(421, "This server answers to 127.0.0.1 and localhost only.")
-        path = request.scope["path"]
-        if path.startswith(_ENTER) and request.method == "GET":
-            scorer = self._scorer("token", path.removeprefix(_ENTER))
-            response = RedirectResponse("/", 303)
-            response.set_cookie(self._cookie, scorer.session, httponly=True, samesite="strict")
-            return response
-        scorer = self._scorer("session", request.cookies.get(self._cookie, ""))
-        if request.method == "POST":
-            _check_post(scorer, request)
-        elif request.method not in ("GET", "HEAD"):
+        if request.method not in ("GET", "HEAD", "POST"):
             raise HTTPException(405, "Method not allowed.")
+        path = self._site.checked_path(request)
+        request.scope["root_path"] = self._site.prefix
+        if not path:
+            return RedirectResponse(f"{self._site.prefix}/", 308)
+        if request.method != "POST" and path in _OPEN:
+            return FileResponse(_OPEN[path])
+        if request.method == "POST":
+            self._site.check_origin(request)
+        if path == _ENTER:
+            return await self._enter(request)
+        scorer = await self._scorer(request, request.cookies.get(self._site.cookie(request), ""))
+        if request.method == "POST":
+            _check_act(scorer, request)
         request.scope[ACTOR] = scorer
         return None
 
-    def _scorer(self, secret: str, given: str) -> Scorer:
-        for scorer in self._scorers:
-            if _same(getattr(scorer, secret), given):
-                return scorer
-        raise HTTPException(403, _CLOSED)
+    async def _enter(self, request: Request) -> Response:
+        """Exchange a token for a cookie."""
+        scorer = await self._scorer(request, request.headers.get(TOKEN_HEADER, ""))
+        response = Response(status_code=204)
+        name, secure = self._site.cookie(request), self._site.is_secure
+        response.set_cookie(name, scorer.token, httponly=True, samesite="strict", secure=secure)
+        return response
+
+    async def _scorer(self, request: Request, token: str) -> Scorer:
+        """Return who has a token. Raises HTTPException if nobody has it, or has it no more."""
+        if not token:
+            raise HTTPException(403, _CLOSED)
+        found = await run_in_threadpool(self._find, Scorer("", token).digest)
+        if found is None:
+            if wait := self._wrong.wait(self._site.sender(request)):
+                told = f"There were too many wrong addresses from this computer. Wait {wait} s. {_CLOSED}"
+                raise HTTPException(429, told, {"retry-after": str(wait)})
+            raise HTTPException(403, _CLOSED)
+        if not found.is_valid:
+            raise HTTPException(403, _ENDED.format(TOKEN_LASTS.days))
+        return Scorer(found.actor, token)
 
 
-def _check_post(scorer: Scorer, request: Request) -> None:
+def _check_act(scorer: Scorer, request: Request) -> None:
     """Refuse an act that does not come from a page of this scorer's."""
     headers = request.headers
-    if headers.get("origin") != f"http://{headers['host']}":
-        raise HTTPException(403, "This was sent by another site. Nothing was done.")
-    if not _same(scorer.page, headers.get(HEADER, "")):
+    if not secrets.compare_digest(scorer.page.encode(), headers.get(HEADER, "").encode()):
         raise HTTPException(
             403,
             f"This page belongs to another scorer or to an earlier start: this browser is {scorer.name}'s now. "
@@ -133,17 +208,15 @@ def _check_post(scorer: Scorer, request: Request) -> None:
     if headers.get("content-type", "").partition(";")[0].strip() != "application/json":
         raise HTTPException(415, "An act is sent as JSON. Nothing was done.")
     length = headers.get("content-length", "")
-    if not (length.isascii() and length.isdigit()) or int(length) > MOST_BYTES:
+    chunked = "transfer-encoding" in headers  # then the length is not what is read
+    if chunked or not (length.isascii() and length.isdigit()) or int(length) > MOST_BYTES:
         raise HTTPException(413, f"That is too long: {MOST_BYTES} bytes at most. Nothing was done.")
 
 
-def _same(secret: str, given: str) -> bool:
-    return secrets.compare_digest(secret.encode(), given.encode("utf-8", "replace"))
-
-
 def refusal(request: Request, refused: Exception) -> Response:
-    """Answer a request that is refused with the reason; JSON for an act."""
-    assert isinstance(refused, HTTPException)
+    """Answer a request that is refused, or that the gradebook fails, with the reason; JSON for an act."""
+    if not isinstance(refused, HTTPException):
+        refused = HTTPException(503, str(refused))
     if request.method == "POST":
-        return JSONResponse({"problem": refused.detail}, refused.status_code)
-    return PlainTextResponse(refused.detail + "\n", refused.status_code)
+        return JSONResponse({"problem": refused.detail}, refused.status_code, refused.headers)
+    return PlainTextResponse(refused.detail + "\n", refused.status_code, refused.headers)

@@ -1,8 +1,9 @@
-"""The scoring page as a server on the loopback interface: its pages, and the acts that they send."""
+"""The scoring page as a server: its pages, and the acts that they send."""
 
 from __future__ import annotations
 
 import socket
+import ssl
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any
@@ -26,7 +27,8 @@ from labcourse.grading.reports.result import worth as in_points
 from labcourse.grading.reports.templating import templates
 from labcourse.grading.scoring import cards, progress
 from labcourse.grading.scoring.desk import Desk, Done, Pick, Where, key_of, seen, state
-from labcourse.grading.scoring.guards import ACTOR, Guard, Scorer, refusal
+from labcourse.grading.scoring.guards import ACTOR, Find, Guard, Scorer, refusal
+from labcourse.grading.scoring.site import Site
 
 LONGEST_REMARK = 2000  #: characters; a page
 MOST_ANSWERS = 50  #: in one act; a page shows several times fewer
@@ -149,8 +151,6 @@ class Pages:
             fault = error.errors()[0]
             place = ".".join(map(str, fault["loc"])) or "the act"
             raise HTTPException(400, f"{place}: {fault['msg']}. Nothing was done.") from None
-        except GradebookError as error:
-            raise HTTPException(500, str(error)) from None
 
     # --- acts ---------------------------------------------------------------------------------------------------------
 
@@ -278,14 +278,14 @@ def _asset(request: Request) -> Response:
 # --- the server -------------------------------------------------------------------------------------------------------
 
 
-def application(desk: Desk, scorers: Sequence[Scorer], port: int, title: str = "") -> ASGIApp:
+def application(desk: Desk, site: Site, find: Find, title: str = "") -> ASGIApp:
     """Return the application, guarded.
 
     Parameters
     ----------
     desk : where the class is scored
-    scorers : who is let in
-    port : where the server listens
+    site : where browsers find it
+    find : who is let in
     title : of the course
     """
     pages = Pages(desk, title)
@@ -296,35 +296,54 @@ def application(desk: Desk, scorers: Sequence[Scorer], port: int, title: str = "
         Route("/act/{name}", pages.act, methods=["POST"]),
         Route("/{name}", _asset),
     ]
-    return Guard(Starlette(routes=routes, exception_handlers={HTTPException: refusal}), scorers, port)
+    handlers = dict.fromkeys((HTTPException, GradebookError), refusal)
+    return Guard(Starlette(routes=routes, exception_handlers=handlers), site, find)
 
 
-def listening(port: int) -> socket.socket:
-    """Return a socket of the loopback interface.
+def listening(port: int, everywhere: bool = False) -> socket.socket:
+    """Return a socket of the loopback interface, or of all interfaces.
 
     Raises
     ------
     GradingError
         If the port is taken.
     """
-    listener = socket.socket()
-    listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    both = everywhere and socket.has_dualstack_ipv6()
+    host, family = ("" if everywhere else "127.0.0.1"), socket.AF_INET6 if both else socket.AF_INET
     try:
-        listener.bind(("127.0.0.1", port))
+        return socket.create_server((host, port), family=family, dualstack_ipv6=both)
     except OSError as error:
-        listener.close()
         raise GradingError(
-            f"Port {port} cannot be used: {error.strerror}. Leave --port out, and a free one is taken."
+            f"Port {port} cannot be used: {error.strerror}. Name another one by --port; without it a free one, or that "
+            "of --url, is taken."
         ) from None
-    return listener
 
 
-def serve(app: ASGIApp, listener: socket.socket) -> None:
-    """Serve until it is interrupted."""
+def check_certificate(certificate: Path, private_key: Path | None) -> None:
+    """Raise GradingError if a certificate cannot be used."""
+    try:
+        ssl.create_default_context(ssl.Purpose.CLIENT_AUTH).load_cert_chain(certificate, private_key)
+    except OSError as error:
+        raise GradingError(f"The certificate {certificate} or its private key cannot be used: {error}.") from None
+
+
+def serve(
+    app: ASGIApp, listener: socket.socket, certificate: Path | None = None, private_key: Path | None = None
+) -> None:
+    """Serve until it is interrupted; by TLS if there is a certificate."""
     import uvicorn
 
-    # No log of requests: their addresses would be in it.
+    # No log of requests: what is read would be in it. Whom to believe about who asks, the site decides.
     config = uvicorn.Config(
-        app, log_level="warning", access_log=False, server_header=False, lifespan="off", ws="none", workers=1
+        app,
+        log_level="error",
+        access_log=False,
+        server_header=False,
+        proxy_headers=False,
+        lifespan="off",
+        ws="none",
+        workers=1,
+        ssl_certfile=certificate,
+        ssl_keyfile=private_key,
     )
     uvicorn.Server(config).run(sockets=[listener])

@@ -1,6 +1,7 @@
 """rotflex score: what it takes, what it says, and scores by a table."""
 
 import csv
+import re
 
 import pytest
 from checkout import ROOT
@@ -9,8 +10,11 @@ from typer.testing import CliRunner
 
 from labcourse.grading.gradebook import Gradebook
 from labcourse.grading.scoring import server
+from labcourse.grading.scoring.guards import Scorer
 from labcourse.student_id import GRADEBOOK_FILE
 from rotflex.cli import app
+
+URL = "https://marks.school.edu/lab"
 
 
 @pytest.fixture
@@ -33,27 +37,64 @@ def run(marks, *words):
         (("--read", "x.csv", "--by", "Ann"), "x.csv cannot be read"),
         (("--read", "x.csv", "--write", "x.csv"), "not both at once"),
         (("--write", "x.txt"), "ends in .xlsx or .csv"),
+        (("--by", "Ann", "--url", "http://marks.school.edu"), "is not encrypted"),
+        (("--by", "Ann", "--url", URL), "say who encrypts"),
+        (("--by", "Ann", "--proxy", "127.0.0.1"), "Say by --url"),
+        (("--by", "Ann", "--url", URL, "--private-key", __file__), "name it, too, by --certificate"),
+        (("--by", "Ann", "--url", URL, "--certificate", __file__), "or its private key cannot be used"),
+        (("--by", "Ann", "--url", URL, "--certificate", "no.pem"), "No such file"),
+        (("--url", URL, "--proxy", "127.0.0.1"), "Nobody has an address yet"),
+        (("--new-token", "Ann"), "by --url"),
+        (("--new-token", " ", "--url", URL), "Say whose address"),
+        (("--revoke", "Ann"), "Ann has no address. These have one: nobody"),
     ],
 )
 def test_what_is_missing_is_told(marks, words, said):
     done = run(marks, *words)
     assert done.exit_code == 2
     assert said in str(done.exception or "") + done.output
+    with Gradebook(marks / GRADEBOOK_FILE) as book:
+        assert book.tokens.valid() == []
 
 
 def test_each_has_an_address_and_the_first_a_browser(marks, monkeypatch):
     opened, served = [], []
     monkeypatch.setattr("webbrowser.open", opened.append)
-    monkeypatch.setattr(server, "serve", lambda app, listener: served.append(listener.getsockname()))
+    monkeypatch.setattr(server, "serve", lambda app, listener, *tls: served.append(listener.getsockname()))
     done = run(marks, "--by", "Ann", "--by", "Bea")
     assert done.exit_code == 0
     ann, bea, _hint = done.output.splitlines()
     ((host, port),) = served
     assert host == "127.0.0.1"
-    assert ann.startswith(f"Ann: http://127.0.0.1:{port}/enter/")
-    assert bea.startswith(f"Bea: http://127.0.0.1:{port}/enter/")
+    assert ann.startswith(f"Ann: http://127.0.0.1:{port}/enter#")
+    assert bea.startswith(f"Bea: http://127.0.0.1:{port}/enter#")
     assert opened == [ann.partition(": ")[2]]
-    assert ann.rpartition("/")[2] != bea.rpartition("/")[2]
+    assert ann.rpartition("#")[2] != bea.rpartition("#")[2]
+
+
+def test_an_address_for_other_computers_is_shown_once_and_lasts_until_it_is_replaced_or_revoked(marks, monkeypatch):
+    opened = []
+    monkeypatch.setattr("webbrowser.open", opened.append)
+    monkeypatch.setattr(server, "serve", lambda app, listener, *tls: None)
+    at = ("--url", URL, "--proxy", "127.0.0.1")
+    first = run(marks, "--by", "Ann", "--by", "Bea", *at).output
+    (of_ann,) = re.findall(rf"^Ann: {URL}/enter#([\w-]{{43}})$", first, re.M)
+    assert f"Bea: {URL}/enter#" in first and f"The page is {URL}/." in first
+    again = run(marks, "--by", "ANN", "--by", "Cid", *at).output
+    assert "Ann has an address" in again and "Bea has an address" in again and f"Cid: {URL}/enter#" in again
+    assert again.count("/enter#") == 1
+    assert run(marks, "--revoke", "Bea").output.startswith("Bea's address has ended.")
+    (new,) = re.findall(
+        rf"^Ann: {URL}/enter#([\w-]{{43}})$", run(marks, "--new-token", "Ann", "--url", URL).output, re.M
+    )
+    assert new != of_ann
+    last = run(marks, *at).output
+    assert "/enter#" not in last and "Bea" not in last and "Ann has an address" in last
+    with Gradebook(marks / GRADEBOOK_FILE) as book:
+        assert [token.actor for token in book.tokens.valid()] == ["Cid", "Ann"]
+        assert book.tokens.find(Scorer("Ann", of_ann).digest).revoked is not None
+        assert book.tokens.find(Scorer("Ann", new).digest).is_valid
+    assert opened == []
 
 
 def fill_in(path, change):

@@ -180,6 +180,12 @@ def test_what_others_wrote_themselves_stays_and_is_reported(book):
     assert {one.name: one.content for one in book.delivered("bob")}["notes.txt"] == f"With {NAME}!".encode()
 
 
+def test_a_student_who_has_an_address_for_scoring_is_reported_and_scores_on(book):
+    book.tokens.replace(NAME, "0" * 64)
+    assert f"{NAME} is named as who marked, wrote, published or erased" in book.persons.erase(ID, "lea").still_named
+    assert book.tokens.find("0" * 64).is_valid
+
+
 def test_a_course_changes_runs_and_files_of_others(book):
     record(book, graded("bob", submission="with them", problems=(f"of {ID}",), answers=b'{"student": "Zo"}'))
 
@@ -217,7 +223,7 @@ def test_a_copy_of_all_data_of_a_person_leaves_out_no_table(book):
 def test_each_table_that_names_persons_has_a_name_for_its_rows():
     tables = Base.metadata.tables
     held = {name for name, table in tables.items() if {"student_id", "run_id"} & set(table.c.keys())}
-    assert held | {"publications", "erasures"} == set(persons._CALLED)
+    assert held | {"publications", "erasures", "tokens"} == set(persons._CALLED)
     actors = {name for name, table in tables.items() if {"actor", "answered_by"} & set(table.c.keys())}
     assert actors <= set(persons._CALLED)
 

@@ -9,6 +9,7 @@ from gradebooks import graded, mark, prose, record, report_text
 from scoring_class import WORDS, fill, new_class, serving, texts
 
 from labcourse.grading.gradebook import Gradebook
+from labcourse.grading.scoring.guards import Scorer
 from labcourse.student_id import GRADEBOOK_FILE
 
 PART = f"/score?question={WORDS[0]}&part={WORDS[1]}"
@@ -27,7 +28,7 @@ class Seat:
         self.page.on(
             "request", lambda one: None if one.url.startswith((home, "data:")) else self.abroad.append(one.url)
         )
-        self.page.goto(address)
+        enter(self.page, address)
         self.home = home
 
     def open(self, path=PART):
@@ -49,6 +50,12 @@ class Seat:
 
     def close(self):
         self.context.close()
+
+
+def enter(page, address):
+    """Open a scorer's address, which is exchanged for a cookie."""
+    page.goto(address)
+    page.wait_for_selector("main.overview")
 
 
 def acts(folder):
@@ -178,7 +185,7 @@ def test_two_at_once_never_read_the_same_and_overwrite_nothing_unseen(tmp_path, 
         assert "Nothing of yours was written" in bea.message
         assert bea.keys == [key]
         # In one browser, another's address makes the page that is open the other's: it may not act.
-        ann.context.new_page().goto(addresses[1])
+        enter(ann.context.new_page(), addresses[1])
         before = len(acts(tmp_path))
         ann.press("2")
         assert "this browser is Bea's now" in ann.message
@@ -255,3 +262,29 @@ def test_what_changes_is_in_view_on_a_small_screen(tmp_path, chromium):
             assert seat.page.evaluate("() => document.documentElement.scrollHeight <= innerHeight")
             seat.press("4")
         seat.close()
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_an_open_page_says_that_its_address_was_revoked_and_a_new_address_opens_it_again(tmp_path, chromium, scheme):
+    port = browser.free_port()
+    home = f"http://localhost:{port}/lab"  # a tunnel to an address below a path, which lasts
+    options = ("--url", home, "--port", str(port))
+    with serving(new_class(tmp_path, texts(3)), "Ann", options=options) as (_process, (address,)):
+        seat = Seat(chromium, address, scheme).open()
+        assert seat.page.url.startswith(f"{home}/score?")
+        seat.press("4")
+        with Gradebook(tmp_path / GRADEBOOK_FILE) as book:
+            book.tokens.revoke("Ann")
+            seat.press("3")
+            assert "revoked or replaced" in seat.message
+            seat.page.goto(address)
+            seat.page.wait_for_selector("text=Ask the instructor for a new one")
+            assert findings(seat.page) == []
+            book.tokens.replace("Ann", (new := Scorer("Ann")).digest)
+        enter(seat.page, f"{home}/enter#{new.token}")  # in the same tab: only what is behind the # changes
+        assert seat.page.url == f"{home}/"
+        seat.open()
+        seat.press("2")
+        assert seat.abroad == []
+        seat.close()
+    assert [act.level for act in acts(tmp_path)] == [4, 2]

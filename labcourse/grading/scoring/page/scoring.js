@@ -16,13 +16,13 @@ const say = (words, trouble = false) => {
 };
 
 const send = async (act, more = {}, options = {}) => {
-  const reply = await fetch(`/act/${act}`, {
+  const reply = await fetch(`act/${act}`, {
     method: "POST",
     headers: { "Content-Type": "application/json", "X-Labcourse-Page": document.body.dataset.page },
     body: JSON.stringify({ ...task, ...more }),
     ...options,
   });
-  const content = await reply.json();
+  const content = await reply.json().catch(() => { throw new TypeError(); }); // a proxy's own page
   if (!reply.ok) throw new Error(content.problem);
   return content;
 };
@@ -75,7 +75,7 @@ const act = async (name, more) => {
     show(await send(name, more));
   } catch (error) {
     const gone = error instanceof TypeError;
-    say(gone ? "The scoring program does not answer. What was scored before is kept; whether this one is, you see when it runs again: start the command score once more and open the address that it prints." : error.message, true);
+    say(gone ? "The scoring program does not answer. What was scored before is kept; whether this one is, you see when the program runs again. Then open your address again. On the computer where you started the command score, start it once more and open the address that it prints." : error.message, true);
     card.setAttribute("aria-busy", "false");
   }
   busy = false;

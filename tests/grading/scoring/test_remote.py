@@ -1,0 +1,390 @@
+"""The scoring page for other computers: by a tunnel, behind a proxy, with a certificate; and tokens that last."""
+
+import contextlib
+import multiprocessing
+import re
+import shutil
+import sqlite3
+import ssl
+import subprocess
+import threading
+from datetime import UTC, datetime, timedelta
+
+import httpx
+import pytest
+from browser import free_port
+from gradebooks import graded, mark, prose, record
+from scoring_class import WORDS, Client, clients, desk, fill, new_class, serving, shown, texts
+
+from labcourse.errors import GradebookError, GradingError
+from labcourse.grading.gradebook import Gradebook, database, records
+from labcourse.grading.scoring import guards, server
+from labcourse.grading.scoring.guards import HEADER, POLICY, TOKEN_HEADER, Scorer, WrongTokens
+from labcourse.grading.scoring.server import application
+from labcourse.grading.scoring.site import Site, at
+
+SENT = {"question": WORDS[0], "part": WORDS[1]}
+URL = "https://marks.school.edu/lab"
+PROXY = "10.0.0.2"
+
+
+@pytest.fixture
+def book(tmp_path):
+    with Gradebook(tmp_path / "gradebook.sqlite") as made:
+        fill(made, texts(4))
+        yield made
+
+
+@pytest.fixture
+def ann(book):
+    return clients(desk(book), "Ann", site=at(URL, None, encrypts=True))[0]
+
+
+@pytest.fixture
+def behind(book):
+    """Somebody behind a proxy on this computer."""
+    return clients(desk(book), "Ann", site=at(URL, "127.0.0.1", encrypts=False))[0]
+
+
+# --- a tunnel ---------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("home", ["http://localhost:9000", "http://127.0.0.1:9000", "http://[::1]:9000"])
+def test_a_tunnel_may_begin_at_any_port(book, home):
+    (ann,) = clients(desk(book), "Ann")
+    far = Client(ann.app, ann.scorer, home).enter()
+    assert list(far.cookies) == ["labcourse-score-9000"]  # two tunnels of one browser are two pages
+    assert "You are <strong>Ann</strong>" in far.get("/").text
+    card = shown(far.act("next", SENT))
+    for origin in (None, "http://localhost:9001", "http://localhost", home.replace("http", "https"), ann.home):
+        assert far.act("give", {**SENT, "answers": card, "level": 4}, origin=origin).status_code == 403
+        assert far.sign_in(ann.scorer.token, origin=origin).status_code == 403
+    assert book.scores.acts() == []
+    assert far.act("give", {**SENT, "answers": card, "level": 4}).status_code == 200
+
+
+# --- an address by TLS ------------------------------------------------------------------------------------------------
+
+
+def test_beyond_loopback_the_cookie_is_of_this_host_and_of_tls_only(ann):
+    cookie = r"__Host-labcourse-score-443!lab=[\w-]{43}; HttpOnly; Path=/; SameSite=strict; Secure"
+    reply = ann.sign_in(ann.scorer.token)
+    assert re.fullmatch(cookie, reply.headers["set-cookie"])
+    page = ann.get("/")
+    assert "You are <strong>Ann</strong>" in page.text
+    assert (page.headers["content-security-policy"], page.headers["referrer-policy"]) == (POLICY, "no-referrer")
+    assert "frame-ancestors 'none'" in POLICY
+    other = Client(ann.app, cookies={"labcourse-score-443": ann.scorer.token})
+    assert other.get("/lab/").status_code == 421  # of this computer: it has no way around TLS
+
+
+@pytest.mark.parametrize(
+    "host",
+    [
+        "localhost",
+        "127.0.0.1:8765",
+        "school.edu",
+        "marks.school.edu:8443",
+        "marks.school.edu.",
+        "evilmarks.school.edu",
+        "",
+    ],
+)
+def test_beyond_loopback_the_host_is_exactly_that_of_the_address(ann, host):
+    for reply in (
+        ann.get("/", host=host),
+        ann.sign_in(ann.scorer.token, host=host),
+        ann.act("next", SENT, host=host, origin=f"https://{host}"),
+    ):
+        assert (reply.status_code, "marks.school.edu only" in reply.text) == (421, True)
+
+
+@pytest.mark.parametrize(
+    "origin", [None, "null", "http://marks.school.edu", "https://school.edu", "https://marks.school.edu:8443"]
+)
+def test_beyond_loopback_the_origin_is_exactly_that_of_the_address(ann, book, origin):
+    card = shown(ann.act("next", SENT))
+    for reply in (
+        ann.act("give", {**SENT, "answers": card, "level": 4}, origin=origin),
+        ann.sign_in(ann.scorer.token, origin=origin),
+    ):
+        assert (reply.status_code, "another site" in reply.json()["problem"]) == (403, True)
+    assert book.scores.acts() == []
+    assert ann.act("give", {**SENT, "answers": card, "level": 4}).status_code == 200
+
+
+def test_two_hosts_or_two_origins_in_one_request_are_refused(behind):
+    cookie = ("cookie", f"__Host-labcourse-score-443!lab={behind.scorer.token}")
+    host, origin = ("host", "marks.school.edu"), ("origin", "https://marks.school.edu")
+    secret = ((HEADER, behind.scorer.page), ("content-type", "application/json"))
+
+    def send(*headers):
+        return behind.request("POST", "/act/next", [cookie, *secret, *headers], json=SENT).status_code
+
+    assert send(host, origin) == 200
+    assert send(host, ("host", "evil.example"), origin) == 421
+    assert send(host, origin, ("origin", "https://evil.example")) == 403
+    assert send(host, origin, ("transfer-encoding", "chunked")) == 413
+
+
+def test_all_is_below_the_path_of_the_address_and_nothing_beside_it(behind):
+    home = "https://marks.school.edu"
+    bare = Client(behind.app, behind.scorer, home, cookies=behind.cookies)
+    assert bare.get("/lab").headers["location"] == "/lab/"
+    for path in ("/lab/", "/lab/scoring.js", "/lab/score?question=2.11&part=explanation", "/lab/enter"):
+        assert bare.get(path).status_code == 200
+    for path in ("/", "/score?question=2.11&part=explanation", "/scoring.js", "/enter", "/act/next"):
+        for beside in (path, f"/labevil{path}", f"/LAB{path}", f"//lab{path}", f"/x/lab{path}"):
+            assert bare.get(beside).status_code == 404, beside
+    assert bare.act("next", SENT).status_code == 404
+    page = behind.get("/").text + behind.get("/score?question=2.11&part=explanation").text
+    page += behind.act("next", SENT).json()["html"]
+    assert re.findall(r'(?:href|src|action)="/[^"]*"', page) == []  # all links are relative
+
+
+# --- a proxy ----------------------------------------------------------------------------------------------------------
+
+
+def test_only_the_named_proxy_may_connect(book):
+    (ann,) = clients(desk(book), "Ann", site=Site("https", "marks.school.edu", "/lab", "127.0.0.1"))
+    for peer in ("127.0.0.1", "::ffff:127.0.0.1"):
+        ann.peer = peer
+        assert ann.get("/").status_code == 200
+    for peer in (PROXY, "127.0.0.2", "", "::1"):
+        ann.peer = peer
+        for headers in ({}, {"x-forwarded-for": "127.0.0.1"}, {"forwarded": "for=127.0.0.1"}):
+            assert ann.get("/", **headers).status_code == 403
+            assert ann.sign_in(ann.scorer.token, **headers).status_code == 403
+
+
+def wrong(client, count, **headers):
+    return [client.sign_in("x" * 43, **headers).status_code for _ in range(count)]
+
+
+def test_who_sends_many_wrong_tokens_has_to_wait_and_locks_nobody_out(behind):
+    mallory = {"x-forwarded-for": "198.51.100.7"}
+    assert wrong(behind, guards.MOST_WRONG, **mallory) == [403] * guards.MOST_WRONG
+    reply = behind.sign_in("y" * 43, **mallory)
+    assert reply.status_code == 429
+    assert 0 < int(reply.headers["retry-after"]) <= 60
+    assert re.search(r"Wait \d+ s", reply.json()["problem"])
+    stale = Client(behind.app, home=URL, cookies=dict.fromkeys(behind.cookies, "z" * 43))
+    assert stale.get("/", **mallory).status_code == 429  # a wrong cookie is a wrong token
+    assert wrong(behind, 1, **{"x-forwarded-for": "198.51.100.8"}) == [403]
+    assert behind.sign_in(behind.scorer.token, **mallory).status_code == 204
+    assert "You are <strong>Ann</strong>" in behind.get("/", **mallory).text
+
+
+def test_the_sender_is_who_the_proxy_says_last_and_never_who_says_so_without_a_proxy(behind, ann):
+    wrong(behind, guards.MOST_WRONG, **{"x-forwarded-for": "198.51.100.7"})
+    assert wrong(behind, 1, **{"x-forwarded-for": "203.0.113.1, 198.51.100.7"}) == [429]
+    assert wrong(behind, 1, **{"x-forwarded-for": "198.51.100.7, 203.0.113.1"}) == [403]
+    assert [wrong(ann, 1, **{"x-forwarded-for": f"203.0.113.{n}"})[0] for n in range(guards.MOST_WRONG + 1)][-1] == 429
+
+
+def test_wrong_tokens_are_counted_for_a_minute_and_for_few_addresses(monkeypatch):
+    now = 100.0
+    counted = WrongTokens(lambda: now)
+    assert [counted.wait("a") for _ in range(guards.MOST_WRONG)] == [0] * guards.MOST_WRONG
+    now = 130.0
+    assert counted.wait("a") == 30
+    now = 160.0
+    assert counted.wait("a") == 0
+    monkeypatch.setattr(guards, "MOST_ADDRESSES", 3)
+    for address in "bcd":
+        counted.wait(address)
+    assert list(counted._counts) == ["b", "c", "d"]
+
+
+# --- what --url may be ------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("url", "proxy", "encrypts", "message"),
+    [
+        ("http://marks.school.edu/lab", "127.0.0.1", False, "not encrypted"),
+        ("http://marks.school.edu/lab", None, True, "not encrypted"),
+        ("http://127.0.0.1.school.edu", None, False, "not encrypted"),
+        ("http://localhost", "127.0.0.1", False, "without --proxy"),
+        (URL, None, False, "say who encrypts"),
+        (URL, PROXY, False, "A proxy on another computer needs both"),
+        (URL, "proxy.school.edu", True, "IP address"),
+        *((url, None, True, "give an address") for url in ("marks.school.edu", "ftp://x", "https://", "https://a b")),
+        *((f"https://x{rest}", None, True, "give an address") for rest in ("/a/../b", "/.", "/a?b", "/a#b", "/a//b")),
+        *((f"https://{host}", None, True, "give an address") for host in ("u@x", "u:p@x", "prüfung.de", "x:0")),
+    ],
+)
+def test_an_address_that_cannot_be_or_is_not_encrypted_is_refused(url, proxy, encrypts, message):
+    with pytest.raises(GradingError, match=message):
+        at(url, proxy, encrypts)
+
+
+@pytest.mark.parametrize(
+    ("url", "host", "prefix", "port"),
+    [
+        ("https://Marks.School.edu:443/lab/", "marks.school.edu", "/lab", 443),
+        ("https://10.0.0.1:8443", "10.0.0.1:8443", "", 8443),
+        ("https://[2001:db8::1]/a/b.c", "[2001:db8::1]", "/a/b.c", 443),
+        ("http://localhost:9000", "localhost:9000", "", 9000),
+    ],
+)
+def test_an_address_is_read_as_a_browser_does(url, host, prefix, port):
+    site = at(url, None, encrypts=url.startswith("https"))
+    assert (site.host, site.prefix, site.port) == (host, prefix, port)
+
+
+# --- tokens that last -------------------------------------------------------------------------------------------------
+
+
+def lasting(book, name="Ann"):
+    """A scorer whose token the gradebook has; a server each time."""
+    scorer = Scorer(name)
+    book.tokens.replace(name, scorer.digest)
+    return lambda: Client(application(desk(book), at(URL, None, True), book.tokens.find), scorer, URL)
+
+
+def test_a_token_outlives_the_server_and_the_gradebook_has_only_its_digest(book, tmp_path):
+    start = lasting(book)
+    first = start().enter()
+    card = shown(first.act("next", SENT))
+    second = start()  # the page that was open goes on
+    second.cookies = first.cookies
+    assert second.act("give", {**SENT, "answers": card, "level": 4}).status_code == 200
+    stored = (tmp_path / "gradebook.sqlite").read_bytes()
+    assert first.scorer.token.encode() not in stored and first.scorer.page.encode() not in stored
+    assert first.scorer.digest.encode() in stored
+    assert start().sign_in(first.scorer.digest).status_code == 403
+
+
+def test_a_revoked_token_is_refused_at_once_and_the_open_page_says_so(book):
+    ann, bea = lasting(book, "Ann")().enter(), lasting(book, "Bea")().enter()
+    card = shown(ann.act("next", SENT))
+    book.tokens.revoke("ANN")
+    for reply in (ann.act("give", {**SENT, "answers": card, "level": 4}), ann.sign_in(ann.scorer.token)):
+        assert (reply.status_code, "revoked or replaced" in reply.json()["problem"]) == (403, True)
+    assert (ann.get("/").status_code, bea.get("/").status_code) == (403, 200)
+    assert book.scores.acts() == []
+    with pytest.raises(GradebookError, match=r"Ann has no address\. These have one: Bea"):
+        book.tokens.revoke("Ann")
+
+
+def test_a_new_token_ends_the_former_one_and_a_term_ends_each(book, monkeypatch):
+    former, new = lasting(book)(), lasting(book, "ann")()
+    assert (former.sign_in(former.scorer.token).status_code, new.enter().get("/").status_code) == (403, 200)
+    assert [token.actor for token in book.tokens.valid()] == ["ann"]
+    monkeypatch.setattr(records, "datetime", Later)
+    reply = new.get("/")
+    assert (reply.status_code, "older than 200 days" in reply.text) == (403, True)
+    assert book.tokens.valid() == []
+
+
+class Later(datetime):
+    @classmethod
+    def now(cls, tz=None):
+        return datetime.now(UTC) + timedelta(days=201)
+
+
+def test_the_cookie_of_another_scorer_does_not_act_on_this_ones_page(book):
+    ann, bea = clients(desk(book), "Ann", "Bea")
+    card = shown(ann.act("next", SENT))
+    ann.cookies = bea.cookies
+    reply = ann.act("give", {**SENT, "answers": card, "level": 4})
+    assert (reply.status_code, "this browser is Bea's now" in reply.json()["problem"]) == (403, True)
+    assert book.scores.acts() == []
+
+
+# --- one gradebook, many writers --------------------------------------------------------------------------------------
+
+
+def grade(path, begun):
+    with Gradebook(path) as book:
+        for n in range(30):
+            record(book, graded(f"late-{n:02}", mark(), prose(given=f"It bends, and I saw it {n} times.")))
+            begun.set()
+
+
+def test_what_two_scorers_and_grade_write_at_once_is_all_there(tmp_path):
+    path = tmp_path / "gradebook.sqlite"
+    with Gradebook(path) as book:
+        fill(book, texts(24))
+        both = clients(desk(book), "Ann", "Bea")
+        spawn = multiprocessing.get_context("spawn")
+        begun = spawn.Event()
+        grading = spawn.Process(target=grade, args=(path, begun))
+        grading.start()
+        assert begun.wait(300)
+        scoring = [threading.Thread(target=score, args=(client, 10)) for client in both]
+        for thread in scoring:
+            thread.start()
+        for thread in scoring:
+            thread.join()
+        grading.join(300)
+        assert grading.exitcode == 0
+        acts = book.scores.acts()
+        assert sorted(act.actor for act in acts) == ["Ann"] * 10 + ["Bea"] * 10
+        assert len({act.student for act in acts}) == 20
+        assert len([one for one in book.students() if one.student.startswith("late-")]) == 30
+        assert len([one for one in book.scores.answers([WORDS]) if not one.waiting]) == 20
+
+
+def score(client, count):
+    for _ in range(count):
+        card = shown(client.act("next", SENT))
+        client.act("give", {**SENT, "answers": card[:1], "level": 4})
+
+
+def test_a_busy_gradebook_is_a_message_and_the_act_can_be_done_again(tmp_path, monkeypatch):
+    monkeypatch.setattr(database, "PATIENCE", 0.05)
+    with Gradebook(path := tmp_path / "gradebook.sqlite") as book:
+        fill(book, texts(3))
+        ann = lasting(book)().enter()
+        act = {**SENT, "answers": shown(ann.act("next", SENT)), "level": 4, "remark": "It bends."}
+        (bea,) = clients(desk(book), "Bea")
+        with contextlib.closing(sqlite3.connect(path, isolation_level=None)) as other:
+            for lock in ("IMMEDIATE", "EXCLUSIVE"):  # another writes; another commits, and nobody can even read
+                other.execute(f"BEGIN {lock}")
+                for scorer in (ann, bea):
+                    reply = scorer.act("give", act)
+                    said = reply.json()
+                    assert "another process has been writing" in said.get("problem", "") + said.get("message", "")
+                    assert (reply.status_code, said.get("trouble")) in {(200, True), (503, None)}
+                if lock == "EXCLUSIVE":
+                    for scorer in (ann, bea):
+                        page = scorer.get("/")
+                        assert (page.status_code, "another process" in page.text) == (503, True)
+                other.execute("ROLLBACK")
+        assert book.scores.acts() == []
+        ann.act("give", act)
+        assert [(one.level, one.remark) for one in book.scores.acts()] == [(4, "It bends.")]
+
+
+# --- a certificate ----------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.skipif(shutil.which("openssl") is None, reason="openssl is not installed (apt-get install openssl)")
+def test_with_a_certificate_the_page_is_served_by_tls_and_in_no_other_way(tmp_path):
+    certificate, key = tmp_path / "cert.pem", tmp_path / "key.pem"
+    kind = ("-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:P-256", "-nodes", "-days", "2")
+    names = ("-subj", "/CN=localhost", "-addext", "subjectAltName=DNS:localhost")
+    made = ["openssl", "req", *kind, *names, "-keyout", key, "-out", certificate]
+    subprocess.run(made, check=True, capture_output=True)
+    port = free_port()
+    home = f"https://localhost:{port}/lab"
+    tls = ("--url", home, "--certificate", certificate, "--private-key", key)
+    with serving(new_class(tmp_path, texts(1)), "Ann", options=tls) as (process, (address,)):
+        assert address.startswith(f"{home}/enter#")
+        assert "shown only this once" in process.stdout.readline()
+        assert process.stdout.readline().startswith(f"The page is {home}/.")
+        trusted = ssl.create_default_context(cafile=certificate)
+        with httpx.Client(verify=trusted) as client:
+            sent = {"origin": f"https://localhost:{port}", TOKEN_HEADER: address.partition("#")[2]}
+            assert client.post(f"{home}/enter", headers=sent).status_code == 204
+            assert "You are <strong>Ann</strong>" in client.get(f"{home}/").text
+            assert client.get(f"https://localhost:{port}/").status_code == 404
+        with pytest.raises(httpx.TransportError):
+            httpx.get(f"http://localhost:{port}/lab/")
+
+
+def test_a_port_that_is_taken_is_refused():
+    with server.listening(0) as listener, pytest.raises(GradingError, match="cannot be used"):
+        server.listening(listener.getsockname()[1])
