@@ -6,6 +6,7 @@ import contextlib
 import errno
 import itertools
 import json
+import math
 import os
 import stat
 import sys
@@ -139,20 +140,32 @@ def from_json(data: bytes, max_depth: int = MAX_DEPTH, *, allow_nan: bool = True
     ValueError
         If it is not JSON, is nested too deeply, or has a number that is not allowed.
     """
+    text = data.decode(json.detect_encoding(data), "surrogatepass")
     try:
-        value = json.loads(data, **hooks)
-        if isinstance(value, dict | list) and _depth(value) > max_depth:
+        value = json.loads(text, **hooks)
+        depth, numbers = _examined(value)
+        if depth > max_depth:
             raise RecursionError
     except RecursionError:
         raise ValueError(f"it is nested too deeply: more than {max_depth} lists or objects within each other") from None
+    if text.isascii() and "\\ud" not in text and "\\uD" not in text and (allow_nan or math.isfinite(numbers)):
+        return value  # no half of a surrogate pair; to write it takes longer than to read it
     text = json.dumps(value, ensure_ascii=False, allow_nan=allow_nan)
     written = text.encode(errors="replace")
     return value if written.decode() == text else json.loads(written, **hooks)
 
 
-def _depth(value: Any) -> int:
+def _examined(value: Any) -> tuple[int, float]:
+    """Return how many lists and objects lie within each other, and a number that is finite only if all numbers are."""
+    if isinstance(value, float):
+        return 0, value
+    if not isinstance(value, (dict, list)):
+        return 0, 0.0
     inner = value.values() if isinstance(value, dict) else value
-    return 1 + max((_depth(item) for item in inner if isinstance(item, dict | list)), default=0)
+    if {*map(type, inner)} == {float}:  # the samples of a signal
+        return 1, sum(inner)
+    depths, numbers = zip(*map(_examined, inner), strict=True) if inner else ((0,), ())
+    return 1 + max(depths), sum(numbers)
 
 
 def shown(path: str | PurePath) -> str:
