@@ -38,7 +38,7 @@ from labcourse.student_id import GRADEBOOK_FILE
 NEW = 5  # students of whom something is new
 PICTURE = 300_000  # bytes of what a notebook shows
 JOBS = 2
-DEADLINE = '\n[[deadline]]\ndue = 2026-01-31\n\n[late]\nper_day = 10\ncap = 50\n'
+DEADLINE = "\n[[deadline]]\ndue = 2026-01-31\n\n[late]\nper_day = 10\ncap = 50\n"
 MODEL = "s001"  # whom the run comes from
 STARTED = (2026, 1, 20, 12, 0, 0)  # when the zips were written
 CHANGED = (2026, 1, 27, 12, 0, 0)

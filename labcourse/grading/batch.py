@@ -8,6 +8,7 @@ of all that it depends on.
 
 from __future__ import annotations
 
+import hashlib
 import hmac
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
@@ -82,11 +83,13 @@ class GradedSubmission:
     graded : its run and marks, as in the gradebook
     ran : whether it was run just now; else the gradebook had the run already
     new : whether its marks were made just now
+    before : the run and the marks that counted before; None without any
     """
 
     graded: Graded
     ran: bool
     new: bool = True
+    before: Graded | None = None
 
 
 class Batch:
@@ -123,6 +126,9 @@ class Batch:
         taken, erased = leave_out_erased(gradebook, collected.submissions, settings.again)
         self._submissions = [*taken, *take_from_earlier_owners(gradebook, taken)]
         self._bundles = Bundles(course)
+        self._how = [labcourse.__version__, asdict(settings.limits), settings.isolated, settings.every_cell]
+        given = [*self._how, settings.probe_seed, settings.supplied]
+        self._basis = content_digest([self._bundles.digest(), _code_digest(), given])
         self._masters = {
             name: {cell["id"]: cell for cell in notebook["cells"]}
             for name, notebook in self._bundles.current.pristine.items()
@@ -170,13 +176,17 @@ class Batch:
 
     def _grade(self, submission: intake.Submission, pool: runner.Pool, marker: Marker) -> GradedSubmission:
         """Grade one submission; only IsolationError is raised, and any other error becomes a failed grading."""
+        current = self._gradebook.current(submission.student)
         try:
-            prepared = self._prepare(submission)
+            read = self._read(submission)
+            if current and (current.run.taken, current.key_digest) == (self._taken(submission, read), self._key_digest):
+                return GradedSubmission(current, ran=False, new=False, before=current)
+            prepared = self._prepare(submission, read)
             run = self._identify(submission.student, prepared)
-            current = self._gradebook.current(submission.student)
             identity = (run.key, run.submission, self._key_digest)
             if current and (current.run.key, current.run.submission, current.key_digest) == identity:
-                return GradedSubmission(current, ran=False, new=False)
+                self._gradebook.note_taken(run.key, run.taken)
+                return GradedSubmission(current, ran=False, new=False, before=current)
             known = self._gradebook.find(run.key)
             if known is None:
                 marker.warm_up()
@@ -184,21 +194,38 @@ class Batch:
             else:
                 run = replace(run, answers=known.run.answers, cells=known.run.cells)
             run = self._explain(run, prepared, pool)
-            return GradedSubmission(self._mark(run, prepared, marker), ran=known is None)
+            return GradedSubmission(self._mark(run, prepared, marker), ran=known is None, before=current)
         except IsolationError:
             raise
         except Exception as error:  # a fault of ours; it must not cost the others their marks
-            return GradedSubmission(self._failed(submission.student, error), ran=True)
+            return GradedSubmission(self._failed(submission.student, error), ran=True, before=current)
 
-    def _prepare(self, submission: intake.Submission) -> Prepared:
-        """Read a submission, store its new files, and prepare for the run what counts: the newest of each notebook."""
+    def _read(self, submission: intake.Submission) -> intake.Contents:
+        """Read the files of a submission."""
         names, packages = self._bundles.names, self._course.packages
         decisions, owner = self._settings.decisions, submission.claimed_by or submission.student
         before = partial(self._gradebook.delivered, owner)
         read = intake.read(submission, names, self._masters, packages, self._reports, decisions, before)
         self.doubts += read.doubts
-        earlier, delivered = store_submission(self._gradebook, submission, read)
-        hand_in, arrivals = intake.newest(delivered, names, self._reports)
+        return read
+
+    def _taken(self, submission: intake.Submission, read: intake.Contents) -> str:
+        """Return the digest of all that a submission is prepared from: it is prepared again only if this changes.
+
+        These are the course, the program, the settings, the content of all files that are read, what is said about
+        them, and the files that the gradebook has of the student.
+        """
+        about = {**vars(submission), **vars(read), "pieces": 0, "items": 0, "doubts": 0, "held": sorted(read.held)}
+        files = [(item.name, item.digest, item.received, item.source, item.clock) for item in read.items]
+        stored = self._gradebook.stored(submission.claimed_by or submission.student)
+        return content_digest([self._basis, about, files, stored])
+
+    def _prepare(self, submission: intake.Submission, read: intake.Contents) -> Prepared:
+        """Store the new files of a submission, and prepare for the run what counts: the newest of each notebook."""
+        names = self._bundles.names
+        earlier = store_submission(self._gradebook, submission, read)
+        taken = self._taken(submission, read)  # what another program stores from now on is new the next time
+        hand_in, arrivals = intake.newest(delivered(self._gradebook, submission, read), names, self._reports)
         chosen = self._bundles.choose(hand_in)
         prepared = prepare(
             hand_in,
@@ -210,7 +237,7 @@ class Batch:
         )
         problems = (*submission.problems, *read.problems(earlier), *chosen.problems, *prepared.problems)
         notes = (*submission.notes, *read.notes, *arrivals, *chosen.notes, *prepared.notes)
-        return replace(prepared, problems=problems, notes=notes, python=read.python)
+        return replace(prepared, problems=problems, notes=notes, python=read.python, taken=taken)
 
     def _identify(self, student: str, prepared: Prepared) -> RunRecord:
         """Make the record of a run before it is run; its key is a digest of all that the run depends on.
@@ -218,8 +245,7 @@ class Batch:
         The probe seed is the settings', or else drawn from the gradebook's secret.
         """
         settings = self._settings
-        how = [labcourse.__version__, asdict(settings.limits), settings.isolated, settings.every_cell]
-        content = content_digest([student, prepared.run_content(), how])
+        content = content_digest([student, prepared.run_content(), self._how])
         seed = settings.probe_seed
         if seed is None:  # only somebody who has the gradebook can compute it
             drawn = hmac.digest(self._secret, content.encode(), "sha256")
@@ -235,6 +261,7 @@ class Batch:
             supplied=prepared.supplied,
             release=prepared.bundle.release,
             files=tuple(prepared.files),
+            taken=prepared.taken,
         )
 
     def _run_record(self, student: str, bundle: Bundle, **fields: Any) -> RunRecord:
@@ -348,6 +375,14 @@ class Batch:
         return graded_run.mark_records(tuple(marks))
 
 
+def _code_digest() -> str:
+    """Return the digest of this package's modules, by which submissions are prepared."""
+    digest = hashlib.sha256()
+    for path in sorted(Path(labcourse.__file__).parent.rglob("*.py")):
+        digest.update(f"{path} ".encode() + hashlib.sha256(path.read_bytes()).digest())
+    return digest.hexdigest()
+
+
 def _record(gradebook: Gradebook, graded: Graded, actor: str, reason: str) -> Graded:
     """Store a submission's run and marks in one transaction. Return them as they count: marks by persons stay.
 
@@ -365,9 +400,7 @@ def _record(gradebook: Gradebook, graded: Graded, actor: str, reason: str) -> Gr
 # --- what the gradebook has of earlier submissions --------------------------------------------------------------------
 
 
-def store_submission(
-    gradebook: Gradebook, submission: intake.Submission, contents: intake.Contents
-) -> tuple[list[str], list[Delivery]]:
+def store_submission(gradebook: Gradebook, submission: intake.Submission, contents: intake.Contents) -> list[str]:
     """Store the files of a submission that are not in the gradebook yet.
 
     If a partner handed in for this student, the files stay the partner's: whatever their time, they never replace what
@@ -383,15 +416,18 @@ def store_submission(
     -------
     list
         Names of the files that were there before.
-    list
-        All files that were handed in until now.
     """
-    owner = submission.claimed_by or submission.student
-    earlier = gradebook.delivered(owner)
+    earlier = gradebook.stored(submission.claimed_by or submission.student)
     if not submission.claimed_by:
-        gradebook.deliver(owner, contents.items)
-    delivered = [*earlier, *contents.items] if submission.claimed_by else gradebook.delivered(owner)
-    return [delivery.name for delivery in earlier], delivered
+        gradebook.deliver(submission.student, contents.items)
+    return [name for name, *_about in earlier]
+
+
+def delivered(gradebook: Gradebook, submission: intake.Submission, contents: intake.Contents) -> list[Delivery]:
+    """Return all files that were handed in for a student until now; parameters as for :func:`store_submission`."""
+    if submission.claimed_by:
+        return [*gradebook.delivered(submission.claimed_by), *contents.items]
+    return gradebook.delivered(submission.student)
 
 
 def students_named_before(gradebook: Gradebook, student: str) -> list[str] | None:

@@ -289,11 +289,13 @@ def grade(
     # Try to break out before any submission can. This mostly waits; meanwhile libraries are imported.
     isolation = ThreadPoolExecutor(1).submit(check) if unsafe_no_isolation or scheduler is None else None
     from labcourse.grading.batch import Batch, Settings
+    from labcourse.grading.gradebook import StudentRecord
     from labcourse.grading.intake.platforms import read_times
     from labcourse.grading.reports import intake_table
-    from labcourse.grading.reports.changes import Before
+    from labcourse.grading.reports.changes import changes_since
     from labcourse.grading.reports.grades import Reports, make_folder
     from labcourse.grading.reports.live_report import JsonLines, Screen
+    from labcourse.grading.reports.result import Result
     from labcourse.grading.running import supplied
     from labcourse.grading.running.runner import Limits
 
@@ -310,13 +312,13 @@ def grade(
         how = (limits, jobs, scheduler, probe_seed, not unsafe_no_isolation, every_cell, values, when, zone)
         with _gradebook(marks, make=True) as book:
             batch = Batch(submissions, course, book, Settings(*how, again=tuple(again or ()), decisions=decisions))
-            before = Before(book)
             show = JsonLines if as_json else Screen
             progress = show(len(batch.students), [*batch.ignored, *problems], batch.absent)
             with Reports(folder, course, book, batch.students) as reports, progress:
                 try:
                     for step in batch.grade():
-                        progress.add(step.ran, reports.result(step.graded), before.changes(step.graded))
+                        result = Result(step.graded, StudentRecord(step.graded.run.student))
+                        progress.add(step.ran, result, changes_since(step.before, step.graded))
                 finally:
                     rows = intake_table.write(folder / INTAKE_FILE, batch.doubts, decided)
     except IsolationError as error:

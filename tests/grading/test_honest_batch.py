@@ -15,7 +15,7 @@ from labcourse.grading.batch import regrade
 from labcourse.grading.gradebook import Gradebook, StudentRecord
 from labcourse.grading.graded_run import key_faults
 from labcourse.grading.reports import live_report
-from labcourse.grading.reports.changes import Before
+from labcourse.grading.reports.changes import changes_since
 from labcourse.grading.reports.grades import Reports
 from labcourse.grading.reports.result import Result
 from labcourse.grading.running import runner, supplied
@@ -78,7 +78,7 @@ def test_where_grading_fails_nothing_shows_a_number(fake_class, tmp_path, capsys
     fake_class.grade()
     fake_class.grade()
     with fake_class.book() as book:
-        current, before = book.current("ada"), Before(book)
+        current = book.current("ada")
         (problem,) = current.run.problems
         assert "Not graded" in problem and "the disk is full" in problem
         Reports(tmp_path / "out", fake_class.course, book).write_all()
@@ -101,7 +101,7 @@ def test_where_grading_fails_nothing_shows_a_number(fake_class, tmp_path, capsys
         assert marks["total"] is None and marks["account"] is None
         del fake_class.leaves["ada"]
         assert fake_class.grade() == {"ada": 2}
-        assert before.changes(book.current("ada")) is None
+        assert changes_since(current, book.current("ada")) is None
 
 
 @pytest.mark.parametrize("graded_before", [False, True])
@@ -281,11 +281,15 @@ def stage(tmp_path):
                 os.utime(path, (FUTURE, FUTURE) if name == "mallory" else None)
         with Gradebook(tmp_path / "book.sqlite") as book:
             found = intake.find(folder, earlier=partial(batch.students_named_before, book)).submissions
-            return {
-                one.student: _answer(batch.store_submission(book, one, intake.read(one, WANTED))[1]) for one in found
-            }
+            return {one.student: _answer(_stored(book, one)) for one in found}
 
     return take
+
+
+def _stored(book, submission):
+    read = intake.read(submission, WANTED)
+    batch.store_submission(book, submission, read)
+    return batch.delivered(book, submission, read)
 
 
 def _answer(delivered):

@@ -93,7 +93,7 @@ def taken(fake_class):
     with fake_class.book() as book:
         batch = Batch(fake_class.folder / "in", fake_class.course, book)
         (submission,) = batch._submissions
-        yield batch, batch._prepare(submission)
+        yield batch, batch._prepare(submission, batch._read(submission))
 
 
 def other_cells(one, changes):
@@ -149,7 +149,7 @@ NOT_RUN = {
 
 def test_every_field_of_what_was_prepared_is_tested():
     run = {"merged", "files", "bundle", "bench_of"}
-    shown = {"supplied", "python", "untouched"}  # in cells that are run, in a reason, and in a note
+    shown = {"supplied", "python", "untouched", "taken"}  # in cells that are run, in a reason, in a note, and stored
     assert {one.name for one in fields(Prepared)} == {*run, *shown, *NOT_RUN}
 
 
@@ -175,7 +175,8 @@ def test_words_differ_by_their_text_and_their_pictures(taken):
 def test_a_submission_is_run_on_the_students_own_bench_unless_another_is_named(taken):
     batch, one = taken
     (submission,) = batch._submissions
-    assert one.bench_of == "ada" and batch._prepare(replace(submission, bench_of="bob")).bench_of == "bob"
+    on_bobs = batch._prepare(replace(submission, bench_of="bob"), batch._read(submission))
+    assert (one.bench_of, on_bobs.bench_of) == ("ada", "bob")
 
 
 @pytest.mark.parametrize("jobs", [1, 2])

@@ -233,8 +233,9 @@ class RunRecord(Base):
     supplied : values that an instructor gave in place of missing ones: as "1.2.speed" → value
     release : identity of the release that it was run under; "" if it has none
     files : names of the student's own files in the submission
+    taken : digest of all that it was prepared from; "" if it is to be prepared again
 
-    The last six are plain data of JSON: lists, no tuples, and finite numbers.
+    The six before it are plain data of JSON: lists, no tuples, and finite numbers.
     """
 
     __tablename__ = "runs"
@@ -260,6 +261,7 @@ class RunRecord(Base):
     supplied: Mapped[Mapping[str, Any]] = mapped_column(default_factory=dict)
     release: Mapped[str] = mapped_column(default="")
     files: Mapped[tuple[str, ...]] = mapped_column(default=())
+    taken: Mapped[str] = mapped_column(default="")
 
 
 _COUNTS = sa.text("current")

@@ -236,6 +236,13 @@ class Gradebook(AbstractContextManager["Gradebook"]):
             files = session.scalars(select(Delivery).where(Delivery.id.in_(newest.values())))
             return sorted(files, key=lambda file: file.name)
 
+    def stored(self, student: str) -> list[tuple[Any, ...]]:
+        """Return name, digest, time, source and clock of all files that a student handed in, in order of storing."""
+        columns = select(Delivery.name, Delivery.digest, Delivery.received, Delivery.source, Delivery.clock)
+        with self._database.reading() as session:
+            rows = session.execute(columns.join(StudentRecord).where(is_student(student)).order_by(Delivery.id))
+            return [tuple(row) for row in rows]
+
     def content(self, student: str, name: str, digest: str) -> bytes | None:
         """Return the content of a file that a student handed in, by name and digest; None if there is none."""
         wanted = select(Delivery.content).join(StudentRecord).where(Delivery.name == name, Delivery.digest == digest)
@@ -341,6 +348,11 @@ class Gradebook(AbstractContextManager["Gradebook"]):
                 return 0
             check_expected(session, before, mark, expected)
             return decide(session, before, new.where, GivenMark(new, actor, now()), actor, reason)
+
+    def note_taken(self, key: str, taken: str) -> None:
+        """Store by which :attr:`RunRecord.taken` the run with a key was prepared last."""
+        with self._database.writing() as session:
+            session.execute(update(RunRecord).where(RunRecord.key == key).values(taken=taken))
 
     def find(self, key: str) -> Graded | None:
         """Return the run with a key, and its marks as they are now; None without one. Another run may count."""

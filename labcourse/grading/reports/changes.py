@@ -4,15 +4,14 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from labcourse.grading.course import Course
-from labcourse.grading.gradebook import AuditRecord, Gradebook, Graded, MarkRecord, MarkState, Publication
+from labcourse.grading.gradebook import AuditRecord, Graded, MarkRecord, MarkState, Publication
 from labcourse.grading.graded_run import FAILED
 from labcourse.grading.reports.result import points
 from labcourse.grading.verdicts import UNDECIDED
-from labcourse.student_id import caseless
 
 KEY_CHANGED = "the key has changed"
 RUN_AGAIN = "run again, with other notebooks, software or settings"
@@ -93,27 +92,11 @@ def _decision(mark: MarkRecord | None) -> tuple[str, float, float] | None:
     return None if mark is None else (mark.status, mark.points, mark.out_of)
 
 
-class Before:
-    """The marks in a gradebook before a class is graded.
-
-    Parameters
-    ----------
-    book : as it is now
-    """
-
-    def __init__(self, book: Gradebook) -> None:
-        self._graded = {
-            # A class's answers need not be in memory.
-            caseless(graded.run.student): replace(graded, run=replace(graded.run, answers=None, words={}, cells=()))
-            for graded in book.all_current()
-            if not graded.run.key.startswith(FAILED)  # there were no marks yet
-        }
-
-    def changes(self, after: Graded) -> Changes | None:
-        """Return what changed for a student since; None for one who had no marks, or has the same."""
-        before = self._graded.get(caseless(after.run.student))
-        found = None if before is None else changes(before, after)
-        return found if found and found.parts else None
+def changes_since(before: Graded | None, after: Graded) -> Changes | None:
+    """Return what changed for a student; None for a student who had no marks before, or has the same."""
+    had_marks = before is not None and not before.run.key.startswith(FAILED)
+    found = changes(before, after) if before is not None and had_marks else None
+    return found if found and found.parts else None
 
 
 # --- since feedback was given back ------------------------------------------------------------------------------------

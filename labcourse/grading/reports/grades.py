@@ -109,11 +109,6 @@ class Reports:
     def __exit__(self, *_: object) -> None:
         self.write_all()
 
-    def result(self, graded: Graded) -> Result:
-        """Return what came out for a student, with what the roster says of them."""
-        about = {caseless(one.student): one for one in self._book.students()}.get(caseless(graded.run.student))
-        return result_in(self._book, self._course, graded, about)
-
     def notices(self) -> Iterator[str]:
         """Yield what an instructor should know after :meth:`write_all`: pages that are closed, unknown names, hints."""
         settings = self._course.settings

@@ -111,6 +111,15 @@ class Bundles:
         self._built = {self.current.release: self.current}
         self._building = threading.Lock()
 
+    def digest(self) -> str:
+        """Return a digest of the course as it is now and of all stored releases."""
+        digest = hashlib.sha256(f"{self.current.digest} {self.problems}".encode())
+        for name, release in sorted(self._older.items()):
+            digest.update(f"{name} {release.policy}".encode())
+            for path, content in sorted(release.files.items()):
+                digest.update(f"{path} ".encode() + hashlib.sha256(content).digest())
+        return digest.hexdigest()
+
     def choose(self, hand_in: HandIn) -> Chosen:
         """Choose the bundle under which a submission is run and marked.
 

@@ -46,6 +46,7 @@ class Prepared:
     supplied : "1.2.speed" → value that the instructor supplied in place of a missing answer
     python : newest version of Python that a notebook was saved with; None if it is not known
     untouched : names of notebooks, without ending, in which the student changed nothing
+    taken : digest of all that it was prepared from
     """
 
     bundle: Bundle
@@ -61,6 +62,7 @@ class Prepared:
     supplied: Mapping[str, Any] = field(default_factory=dict)
     python: Version | None = None
     untouched: tuple[str, ...] = ()
+    taken: str = ""
 
     def run_content(self) -> list[Any]:
         """Return what a run depends on, as plain data: the owner of the bench, the bundle, the cells and the files.

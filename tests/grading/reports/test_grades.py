@@ -22,8 +22,8 @@ def out(tmp_path):
 def test_everybody_is_in_the_reports_whoever_was_graded_just_now(book, out, tmp_path):
     record(book, graded("bob"), graded("ada"), graded("zoe"))
     enrol(book, tmp_path, ("ada", "Ada L.", "ada@x.org", "B"), ("eve", "Eve E.", "", "A"))
-    with Reports(out, OURS, book) as reports:
-        assert reports.result(graded("bob")).total == 2
+    with Reports(out, OURS, book):
+        pass
     found = rows(out)
     assert list(found) == ["ada", "bob", "eve", "zoe"]
     assert found["ada"]["name"] == "Ada L." and found["ada"]["total"] == "2"
