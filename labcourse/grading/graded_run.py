@@ -9,6 +9,7 @@ import zlib
 from base64 import b64decode, b64encode
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import lru_cache
 from typing import Annotated, Any
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, PlainSerializer
@@ -78,6 +79,17 @@ def facts_of(run: RunRecord) -> Facts:
     if not run.cells:
         return Facts(problems=run.problems, notes=run.notes, bench_of=run.student)
     return Facts.model_validate(run.cells[0])
+
+
+def answers_of(run: RunRecord) -> dict[str, Any]:
+    """Return the content of a run's ``answers.json``, which is not to be changed; nothing if it cannot be read."""
+    try:
+        return _parsed(run.answers or b"")
+    except AnswerError:
+        return {}
+
+
+_parsed = lru_cache(maxsize=2)(answers.parse)  # a student's page and the hints read it one after the other
 
 
 def words_as_json(words: Mapping[Where, TextAnswer]) -> dict[str, dict[str, Any]]:

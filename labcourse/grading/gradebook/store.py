@@ -65,6 +65,7 @@ from labcourse.grading.gradebook.records import (
 from labcourse.student_id import caseless
 
 NO_LONGER = "The answer, or the points possible, changed: the mark that a person gave no longer holds."
+_IS_NOTEBOOK = Delivery.name.endswith(".ipynb", autoescape=True)
 _WEAK_CLOCKS = (None, "", DECIDED)  # another time replaces a time that is known so
 
 
@@ -224,13 +225,15 @@ class Gradebook(AbstractContextManager["Gradebook"]):
             session.execute(delete(Delivery).where(others))
             return list(students)
 
-    def delivered(self, student: str) -> list[Delivery]:
-        """Return the newest version of each file that a student handed in, by name.
+    def delivered(self, student: str, notebooks: bool = True) -> list[Delivery]:
+        """Return the newest version of each file that a student handed in, by name; without notebooks if so asked.
 
         It is the version that was received last; of equal times, the one that was stored last.
         """
         order = (Delivery.received, Delivery.id)
         ids = select(Delivery.name, Delivery.id).join(StudentRecord).where(is_student(student)).order_by(*order)
+        if not notebooks:
+            ids = ids.where(~_IS_NOTEBOOK)
         with self._database.reading() as session:
             newest = {name: number for name, number in session.execute(ids)}
             files = session.scalars(select(Delivery).where(Delivery.id.in_(newest.values())))
@@ -255,9 +258,8 @@ class Gradebook(AbstractContextManager["Gradebook"]):
         It is the time at which the present content was received first, so that a notebook is not late for being handed
         in again. A time that only the student's computer wrote counts if there is no other.
         """
-        notebooks = Delivery.name.endswith(".ipynb", autoescape=True)
         columns = select(Delivery.name, Delivery.digest, Delivery.received, Delivery.clock)
-        files = columns.join(StudentRecord).where(is_student(student), notebooks)
+        files = columns.join(StudentRecord).where(is_student(student), _IS_NOTEBOOK)
         first: dict[tuple[str, str], Arrival] = {}
         last: dict[str, str] = {}
         with self._database.reading() as session:

@@ -11,13 +11,14 @@ from typing import Any
 
 from markupsafe import Markup
 
-from labcourse.answers import answers, forms, reflection, report_files
+from labcourse.answers import forms, reflection, report_files
 from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.json_values import clean
 from labcourse.answers.parts import WHOLE, Question
 from labcourse.errors import AnswerError
 from labcourse.grading.course import Course
 from labcourse.grading.gradebook import MarkRecord, RunRecord
+from labcourse.grading.graded_run import answers_of
 from labcourse.grading.reports import drawn_figure, markdown
 from labcourse.grading.reports.result import Result, asked, lapse, points, sums, worth
 from labcourse.grading.reports.templating import templates
@@ -111,7 +112,7 @@ def figures_of(
     only : question and part of those to draw; all of them unless given
     """
     drawn = {}
-    for number, parts in _answers(run).get("answers", {}).items():
+    for number, parts in answers_of(run).get("answers", {}).items():
         question = catalogue.everything.get(number)
         for part in question.parts if question is not None else ():
             wanted = only is None or (number, part.name) in only
@@ -131,7 +132,7 @@ def predictions_of(run: RunRecord, catalogue: Catalogue) -> dict[str, tuple[list
     dict
         question → lines, each a prediction beside what was recorded; and what the student thought of it afterwards
     """
-    content = _answers(run)
+    content = answers_of(run)
     stored = content.get(reflection.SECTION, {})
     find = partial(_answer, content.get("answers", {}), catalogue)
     predicted = {}
@@ -145,14 +146,6 @@ def predictions_of(run: RunRecord, catalogue: Catalogue) -> dict[str, tuple[list
         if lines or why:
             predicted[number] = (lines, why)
     return predicted
-
-
-def _answers(run: RunRecord) -> dict[str, Any]:
-    """Return the content of a run's answers.json; nothing if it cannot be read."""
-    try:
-        return answers.parse(run.answers or b"")
-    except AnswerError:
-        return {}
 
 
 def _answer(given: Mapping[str, Any], catalogue: Catalogue, question: str, part: str) -> Any:

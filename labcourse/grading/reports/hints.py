@@ -9,11 +9,11 @@ from __future__ import annotations
 import hashlib
 import math
 from collections import defaultdict
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from decimal import Decimal
 from enum import StrEnum
-from itertools import combinations
+from itertools import islice
 from typing import Any
 
 import numpy as np
@@ -25,14 +25,14 @@ from labcourse.errors import AnswerError
 from labcourse.files import ANSWERS_FILE, COURSE_FILE
 from labcourse.grading.course import Course
 from labcourse.grading.gradebook import Gradebook, Graded
-from labcourse.grading.graded_run import facts_of, marking_job
+from labcourse.grading.graded_run import answers_of, facts_of, marking_job
 from labcourse.grading.reports.templating import templates
 from labcourse.grading.verdicts import Key, OwnBench, Status
 from labcourse.messages import plural
 from labcourse.student_id import caseless
 
 Where = tuple[str, str]  # question and part
-Samples = tuple[tuple[str, ...], NDArray[np.float64]]  # names of n channels, and their samples, shape (n, samples)
+Samples = tuple[tuple[str, ...], NDArray[np.float32]]  # names of n channels, and their samples, shape (n, samples)
 
 FEWEST_DIGITS = 3  #: significant digits of a number that may be taken for a class-mate's
 FEWEST_TOGETHER = 2  #: wrong numbers that have to fit another bench, where none is a hint by itself
@@ -101,12 +101,24 @@ class Work:
 
 def of_class(book: Gradebook, course: Course) -> list[Hint]:
     """Compare all students of a gradebook, by the runs that count and by what they handed in last."""
+    work = works(book, course)
+    return compared([work(graded) for graded in book.all_current()], course)
+
+
+def works(book: Gradebook, course: Course) -> Callable[[Graded], Work]:
+    """Return a function that gathers what is compared of a student, from the run that counts."""
     given = course.data.rglob("*") if course.data.is_dir() else ()
     handed_out = frozenset(digest(path.read_bytes()) for path in given if path.is_file())
-    everybody = []
-    for graded in book.all_current():
-        delivered = {file.name: file.content for file in book.delivered(graded.run.student)}
-        everybody.append(replace(handed_in(graded, delivered, handed_out), **measured(graded, course)))
+
+    def work(graded: Graded) -> Work:
+        delivered = {file.name: file.content for file in book.delivered(graded.run.student, notebooks=False)}
+        return replace(handed_in(graded, delivered, handed_out), **measured(graded, course))
+
+    return work
+
+
+def compared(everybody: Sequence[Work], course: Course) -> list[Hint]:
+    """Compare all students of a class."""
     by_numbers = fitting_numbers(everybody, measured_parts(course.key))
     return [*by_numbers, *equal_recordings(everybody), *equal_files(everybody)]
 
@@ -140,7 +152,7 @@ def measured(graded: Graded, course: Course) -> dict[str, Any]:
     job = marking_job(graded.run)
     try:
         bench = course.true_bench(job.student, job.policy, job.evidence)
-        content = answers.parse(graded.run.answers or b"")["answers"]
+        content = answers_of(graded.run)["answers"]
         expected = {where: float(own.expected(bench)) for where, own in parts.items()}
         numbers = {where: content.get(where[0], {}).get(where[1], {}).get("value") for where in parts}
         given = {where: float(number) for where, number in numbers.items() if _is_number(number)}
@@ -229,9 +241,10 @@ def handed_in(graded: Graded, delivered: Mapping[str, bytes], handed_out: Collec
     facts = facts_of(graded.run)
     recordings: dict[Where, list[Samples]] = defaultdict(list)
     if facts.policy is None or facts.policy.which in (OWN, REAL):
-        for data in (graded.run.answers, delivered.get(ANSWERS_FILE)):
-            for where, samples in _recordings(data):
-                recordings[where].append(samples)
+        for content in (answers_of(graded.run), _at_home(delivered.get(ANSWERS_FILE))):
+            for where, samples in _recordings(content.get("answers", {})):
+                if not any(_is_equal(samples, known) for known in recordings[where]):
+                    recordings[where].append(samples)
     files = {
         digest(content): name
         for name, content in sorted(delivered.items())
@@ -243,12 +256,16 @@ def handed_in(graded: Graded, delivered: Mapping[str, bytes], handed_out: Collec
     return Work(graded.run.student, group, recordings=recordings, files=own)
 
 
-def _recordings(data: bytes | None) -> Iterator[tuple[Where, Samples]]:
-    """Yield the scaled channels of each measured recording. The content is untrusted."""
+def _at_home(data: bytes | None) -> dict[str, Any]:
+    """Return the content of the ``answers.json`` that was handed in; nothing if it cannot be read."""
     try:
-        content = answers.parse(data or b"")["answers"]
+        return answers.parse(data or b"")
     except AnswerError:
-        return
+        return {}
+
+
+def _recordings(content: Mapping[str, Mapping[str, Any]]) -> Iterator[tuple[Where, Samples]]:
+    """Yield the scaled channels of each measured recording in answers. They are untrusted."""
     for question, parts in content.items():
         for part, answer in parts.items():
             if isinstance(answer, Mapping) and answer.get("kind") == _KIND:
@@ -268,7 +285,7 @@ def _samples(content: Mapping[str, Any]) -> Samples | None:
     if rows.ndim != 2 or not rows.size or not np.isfinite(rows).all() or not np.ptp(rows, axis=1).any():
         return None
     largest = np.abs(rows).max(axis=1, keepdims=True)
-    return names, rows / np.where(largest > 0, largest, 1.0)
+    return names, (rows / np.where(largest > 0, largest, 1.0)).astype(np.float32)
 
 
 def digest(content: bytes) -> str:
@@ -280,11 +297,30 @@ def equal_recordings(everybody: Sequence[Work]) -> list[Hint]:
     """Find pairs of students, of different groups, with equal samples in the same part."""
     places: dict[tuple[str, str], list[str]] = defaultdict(list)
     for where in dict.fromkeys(where for student in everybody for where in student.recordings):
-        for one, other in combinations((student for student in everybody if where in student.recordings), 2):
-            if one.group != other.group and _same(one.recordings[where], other.recordings[where]):
-                places[one.student, other.student].append(" ".join(where))
+        # Samples that are the same have nearly the same mean: only neighbours by their mean are compared.
+        means = [
+            (float(rows.mean()), place, (names, rows))
+            for place, student in enumerate(everybody)
+            for names, rows in student.recordings.get(where, ())
+        ]
+        means.sort(key=lambda entry: entry[:2])
+        alike = set()
+        for start, (mean, one, samples) in enumerate(means, 1):
+            for another, other, others in islice(means, start, None):
+                if another - mean > 2 * SAME:
+                    break
+                if _same([samples], [others]):
+                    alike.add((min(one, other), max(one, other)))
+        for pair in sorted(alike):
+            first, second = (everybody[place] for place in pair)
+            if first.group != second.group:
+                places[first.student, second.student].append(" ".join(where))
     text = "{} have the same samples in {}, though each has a bench of their own."
     return [Hint(pair, About.MEASURED, text.format(", ".join(pair), ", ".join(of))) for pair, of in places.items()]
+
+
+def _is_equal(samples: Samples, other: Samples) -> bool:
+    return samples[0] == other[0] and np.array_equal(samples[1], other[1])
 
 
 def _same(some: Iterable[Samples], others: Sequence[Samples]) -> bool:
