@@ -11,13 +11,14 @@ from dataclasses import dataclass, replace
 from datetime import datetime
 from decimal import Decimal, localcontext
 from fractions import Fraction
+from functools import cached_property
 from typing import Any
 
-from labcourse.answers import answers, reflection
-from labcourse.errors import AnswerError
+from labcourse.answers import reflection
 from labcourse.grading.assignments import Handed, State, Timing, Work, exact, least, of_course, works
 from labcourse.grading.course import Course
 from labcourse.grading.gradebook import MarkRecord, RunRecord, StudentRecord
+from labcourse.grading.graded_run import answers_of
 from labcourse.grading.marking.marking import Mark
 from labcourse.grading.settings import Assignment, CourseSettings, Deadline, Extension, LateSettings, MarkSettings
 from labcourse.grading.verdicts import UNDECIDED
@@ -137,7 +138,7 @@ class AssignmentGrade:
         """Title of the assignment."""
         return self.assignment.title
 
-    @property
+    @cached_property
     def state(self) -> State:
         """The least advanced state of its notebooks; if some are not excused, of these."""
         counting = [work for work in self.works if work.excuse is None] or self.works
@@ -153,7 +154,7 @@ class AssignmentGrade:
         """Whether all of it is due."""
         return all(work.is_due for work in self.works)
 
-    @property
+    @cached_property
     def counts(self) -> bool:
         """Whether it counts so far: it is due and given back, and the student is not excused."""
         return self.is_due and self.is_given_back and not self.is_excused
@@ -180,7 +181,7 @@ class AssignmentGrade:
         excused = {work.notebook for work in self.works if work.excuse is not None}
         return [item for item in self.all_items if item.notebook not in excused]
 
-    @property
+    @cached_property
     def counting(self) -> list[Item]:
         """The marks that count."""
         return [item for item in self.items if not item.dropped_as]
@@ -190,12 +191,12 @@ class AssignmentGrade:
         """The marks that count and are not decided."""
         return [item for item in self.counting if item.points is None]
 
-    @property
+    @cached_property
     def earned(self) -> Fraction:
         """Points of its notebooks with weights and lateness, as far as they are decided."""
         return sum((item.weighted * (1 - item.taken) for item in self.counting), self.bonus)
 
-    @property
+    @cached_property
     def possible(self) -> Fraction:
         """What these points are out of, undecided ones included."""
         return sum((item.possible for item in self.counting), Fraction(0))
@@ -269,7 +270,7 @@ class FinalGrade:
     marks: MarkSettings
     late: LateSettings
 
-    @property
+    @cached_property
     def so_far(self) -> list[AssignmentGrade]:
         """The assignments that count so far."""
         return [one for one in self.assignments if one.counts]
@@ -286,17 +287,17 @@ class FinalGrade:
         back = [replace(one, is_given_back={*one.assignment.notebooks} <= {*notebooks}) for one in self.assignments]
         return replace(self, assignments=tuple(back))
 
-    @property
+    @cached_property
     def items(self) -> list[Item]:
         """Each mark of :attr:`so_far` that is worth points, also those that do not count."""
         return [item for one in self.so_far for item in one.items]
 
-    @property
+    @cached_property
     def counting(self) -> list[Item]:
         """The marks that count so far."""
         return [item for one in self.so_far for item in one.counting]
 
-    @property
+    @cached_property
     def undecided(self) -> list[Item]:
         """The marks that count so far and are not decided."""
         return [item for one in self.so_far for item in one.undecided]
@@ -308,7 +309,7 @@ class FinalGrade:
         times = [work.timing for one in self.so_far for work in one.works if work.notebook in there]
         return [time for time in times if time and (time.days or time.extended or time.received is None)]
 
-    @property
+    @cached_property
     def earned(self) -> Fraction:
         """Points as they count so far, as far as they are decided."""
         return sum((one.weighted for one in self.so_far), Fraction(0))
@@ -318,7 +319,7 @@ class FinalGrade:
         """These points with all decimals of the final grade, as "7.30"."""
         return f"{float(half_up(self.earned, self.marks.decimals)):.{self.marks.decimals}f}"
 
-    @property
+    @cached_property
     def out_of(self) -> Fraction:
         """What these points are out of, undecided ones included."""
         return sum((one.weight for one in self.so_far), Fraction(0))
@@ -506,11 +507,13 @@ def _item(mark: MarkRecord | Mark, notebook: str, work: Work | None, settings: C
 
 
 def _predictions_made(run: RunRecord | None, course: Course) -> dict[str, int]:
-    """Count a run's predictions for questions that count, by notebook; each is read as strictly as an answer."""
-    try:
-        made = answers.parse(b"" if run is None else run.answers or b"").get(reflection.SECTION, {})
-    except AnswerError:
+    """Count a run's predictions by notebook, if they earn points and their questions count.
+
+    Each is read as strictly as an answer.
+    """
+    if run is None or not course.settings.marks.predictions:
         return {}
+    made = answers_of(run).get(reflection.SECTION, {})
     counts = Counter[str]()
     for number, what in course.catalogue.predictions.items():
         if number not in course.settings.marks.drop:

@@ -398,13 +398,11 @@ class Gradebook(AbstractContextManager["Gradebook"]):
             for name in notebooks:
                 put(session, about.id, Excuse(NEW, about.student, name, excused, actor, reason, now()))
 
-    def excuses(self) -> dict[str, dict[str, Excuse]]:
-        """Return the excuses that hold now: student, in small letters → notebook without ending → the act."""
-        last: dict[str, dict[str, Excuse]] = defaultdict(dict)
+    def excuses(self, student: str) -> dict[str, Excuse]:
+        """Return the excuses of a student that hold now: notebook without ending → the act."""
         with self._database.reading() as session:
-            for act in read(session, Excuse):
-                last[caseless(act.student)][act.notebook] = act
-        return {who: {name: act for name, act in acts.items() if act.excused} for who, acts in last.items()}
+            last = {act.notebook: act for act in read(session, Excuse, is_student(student))}
+        return {name: act for name, act in last.items() if act.excused}
 
     # --- comments and the audit trail ---------------------------------------------------------------------------------
 
@@ -930,9 +928,10 @@ class Requests:
             request.answered_by, request.answer, request.answered = storable.text(actor), text, now()
             return request
 
-    def all(self, open_only: bool = False) -> list[Request]:
-        """Return requests, in the order in which they were made."""
-        which = [Request.answered.is_(None)] if open_only else []
+    def all(self, open_only: bool = False, student: str | None = None) -> list[Request]:
+        """Return requests, in the order in which they were made; of one student, if given."""
+        which: list[Any] = [Request.answered.is_(None)] if open_only else []
+        which += [] if student is None else [is_student(student)]
         with self._database.reading() as session:
             return read(session, Request, *which)
 

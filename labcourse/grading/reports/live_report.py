@@ -92,7 +92,9 @@ class Screen(ProgressReport):
         self._console = Console(width=None if sys.stdout.isatty() else 200, markup=False, highlight=False, emoji=False)
         counts = TextColumn("{task.completed} of {task.total}, {task.fields[counts]}")
         self._bar = Progress(*Progress.get_default_columns(), counts, console=self._console)
-        self._results: list[Result] = []
+        self._lines: list[tuple[bool, str, str]] = []  # without problems, student, what is said
+        self._lapsed: list[str] = []
+        self._isolation = ""
         self._changed: list[Changes] = []
 
     def __enter__(self) -> Screen:
@@ -104,7 +106,13 @@ class Screen(ProgressReport):
     def add(self, ran: bool, result: Result, changed: Changes | None = None) -> None:
         """Report one submission, whether it was run just now, and what changed for a student who had marks before."""
         super().add(ran, result, changed)
-        self._results.append(result)
+        student, sums = result.about.student, result.sums
+        marks = "not graded" if result.not_graded else f"{points(result.total)} of {points(sums.out_of)} points"
+        waits = f", {points(sums.awaiting)} awaiting a person" if sums.awaiting else ""
+        line = " ".join([f"{student}: {marks}{waits}.", *result.run.problems])
+        self._lines.append((not result.run.problems, student, line))  # and not the result: the class may be large
+        self._lapsed += [f"{student}, {lapse(given)}" for given in result.graded.lapsed]
+        self._isolation = result.run.isolation
         if changed is not None and changed.why != HANDED_IN_AGAIN:
             self._changed.append(changed)
         counts = "{ran} run, {known} known, {failed} with trouble".format(**self.counts)
@@ -117,7 +125,7 @@ class Screen(ProgressReport):
         self._say(*map(str, changed[:_MOST_ROWS]))
         if more := changed[_MOST_ROWS:]:
             self._say(f"The marks of {len(more)} more changed: {program.name()} history shows them.")
-        self._say(*(f"{one.about.student}, {lapse(given)}" for one in self._results for given in one.graded.lapsed))
+        self._say(*self._lapsed)
         if self.absent:
             self._say(f"Nothing handed in: {', '.join(self.absent)}")
         if kind is not None:
@@ -129,14 +137,10 @@ class Screen(ProgressReport):
 
     def _marks(self) -> None:
         """Print points and problems; in a large class those with problems come first, and the rest is in grades.csv."""
-        results = sorted(self._results, key=lambda result: result.about.student)
-        if len(results) > _MOST_ROWS:
-            results.sort(key=lambda result: not result.run.problems)
-        for result in results[:_MOST_ROWS]:
-            sums = result.sums
-            marks = "not graded" if result.not_graded else f"{points(result.total)} of {points(sums.out_of)} points"
-            waits = f", {points(sums.awaiting)} awaiting a person" if sums.awaiting else ""
-            self._say(" ".join([f"{result.about.student}: {marks}{waits}.", *result.run.problems]))
-        if more := results[_MOST_ROWS:]:
+        lines = sorted(self._lines, key=lambda line: line[1:])
+        if len(lines) > _MOST_ROWS:
+            lines.sort(key=lambda line: line[0])
+        self._say(*(line for *_order, line in lines[:_MOST_ROWS]))
+        if more := lines[_MOST_ROWS:]:
             self._say(f"and {len(more)} more, in grades.csv")
-        self._say(*(result.run.isolation for result in results[:1]))
+        self._say(*filter(None, [self._isolation]))

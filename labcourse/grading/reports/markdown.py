@@ -158,6 +158,7 @@ def _show_picture(_self: Any, tokens: Sequence[Token], index: int, _options: Any
 # --- formulas ---------------------------------------------------------------------------------------------------------
 
 
+@lru_cache(maxsize=256)  # a class writes the same short formulas
 def as_mathml(latex: str, block: bool = False) -> Markup:
     """Convert a formula to MathML.
 
@@ -184,7 +185,7 @@ def as_mathml(latex: str, block: bool = False) -> Markup:
         raise FormulaError from None
     if sum(1 for _node in tree.iter()) > MOST_NODES:
         raise FormulaError
-    return _written(tree)
+    return Markup(_written(tree))
 
 
 def _depth(latex: str) -> int:
@@ -199,14 +200,14 @@ def _depth(latex: str) -> int:
     return max(deepest, longest_row // _CHARACTERS_A_LEVEL)
 
 
-def _written(node: Element) -> Markup:
+def _written(node: Element) -> str:
     """Write an element and all in it as text of a page."""
-    inner = Markup("").join([escape(html.unescape(node.text or "")), *map(_written, node)])
+    inner = "".join([escape(html.unescape(node.text or "")), *map(_written, node)])
     if not _ELEMENT.fullmatch(node.tag):
         return inner
-    attributes = Markup("").join(
-        Markup(' {}="{}"').format(name, value)
+    attributes = "".join(
+        f' {name}="{value}"'
         for name, value in node.attrib.items()
         if _ATTRIBUTE.fullmatch(name) and _VALUE.fullmatch(value)
     )
-    return Markup("<{0}{1}>{2}</{0}>").format(Markup(node.tag), attributes, inner)
+    return f"<{node.tag}{attributes}>{inner}</{node.tag}>"

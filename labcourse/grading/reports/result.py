@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 from labcourse.grading.accounts import FinalGrade, final_grade
 from labcourse.grading.assignments import Handed
@@ -103,7 +104,7 @@ class Result:
         """Points earned so far, in what counts so far."""
         return sum(mark.points for mark in self.counted)
 
-    @property
+    @cached_property
     def counted(self) -> list[MarkRecord]:
         """The marks in what counts so far."""
         if self.account is None:
@@ -111,7 +112,7 @@ class Result:
         counted = {(item.question, item.part) for item in self.account.items}
         return [mark for mark in self.marks if mark.where in counted]
 
-    @property
+    @cached_property
     def sums(self) -> Sums:
         """Points of the marks in what counts so far."""
         return sums(self.counted)
@@ -170,13 +171,13 @@ def result_in(book: Gradebook, course: Course, graded: Graded, about: StudentRec
     """
     student = graded.run.student
     about = about or StudentRecord(student)
-    requests = [request for request in book.requests.all() if caseless(request.student) == caseless(student)]
+    requests = book.requests.all(student=student)
     return Result(graded, about, book.comments(student), requests, account_in(book, course, graded, about))
 
 
 def account_in(book: Gradebook, course: Course, graded: Graded | None, about: StudentRecord) -> FinalGrade:
     """Return the account of a student; of one of whom nothing was graded, too, for the states of their work."""
-    arrivals, excuses = received(book, about.student, graded), book.excuses().get(caseless(about.student), {})
+    arrivals, excuses = received(book, about.student, graded), book.excuses(about.student)
     marks = () if graded is None else graded.marks
     return final_grade(course, Handed(about, marks, arrivals, graded, excuses))
 
