@@ -51,7 +51,7 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
         ),
     ),
     "answers, session, files of a course": (
-        3563,
+        3575,
         (
             "labcourse/*.py",
             "labcourse/answers/**/*.py",
@@ -60,14 +60,14 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
     ),
     "run": (2048, ("labcourse/run/**/*.py",)),
     "report": (1164, ("labcourse/report/**/*.py",)),
-    "running, the warm runner": (1016, ("labcourse/grading/running/**/*.py", "labcourse/run/inside/**/*.py")),
+    "running, the warm runner": (1024, ("labcourse/grading/running/**/*.py", "labcourse/run/inside/**/*.py")),
     "intake": (1305, ("labcourse/grading/intake/**/*.py",)),
-    "gradebook": (1451, ("labcourse/grading/gradebook/**/*.py",)),
+    "gradebook": (1503, ("labcourse/grading/gradebook/**/*.py",)),
     "marking": (1182, ("labcourse/grading/marking/**/*.py",)),
     "isolation": (1123, ("labcourse/grading/isolation/**/*.py",)),
-    "reports, scoring": (2035, ("labcourse/grading/reports/**/*.py", "labcourse/grading/scoring/**/*.py")),
+    "reports, scoring": (2206, ("labcourse/grading/reports/**/*.py", "labcourse/grading/scoring/**/*.py")),
     "outcomes, overview, platforms, accounts": (
-        1841,
+        1844,
         (
             "labcourse/grading/accounts.py",
             "labcourse/grading/erasure.py",
@@ -78,7 +78,7 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
         ),
     ),
     "settings, release, commands, rest": (
-        3343,
+        3447,
         (
             "rotflex/cli.py",
             "labcourse/command_line.py",

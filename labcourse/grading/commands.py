@@ -638,7 +638,7 @@ def publish(
     publication = Publication(NEW, by, note, begun, notebooks)
     is_open = course.settings.feedback.is_open(begun)
     with _gradebook(marks) as book:
-        changed = changed_since(book.audit(), book.requests.publications(), course, book.excuses())
+        changed = changed_since(book.audit(), book.requests.publications(), course, book.excuses)
         reports = Reports(folder, course, book, publication=publication if is_open else None)
         count = reports.write_all() - len(reports.without_page)
         unready = list(not_ready(book, course.settings, begun))

@@ -151,7 +151,7 @@ def class_overview(book: Gradebook, course: Course) -> dict[str, Any]:
         "slips": slips(runs),
         "common": hints.by_students(hints.of_class(book, course)),
         "publications": publications,
-        "changes": changed_since(book.audit(), publications, course, book.excuses()),
+        "changes": changed_since(book.audit(), publications, course, book.excuses),
     }
 
 

@@ -47,6 +47,7 @@ from labcourse.student_id import caseless
 
 WORKSHEET = "Moodle's grading worksheet"  #: of one assignment, beside the export of Moodle's gradebook
 _SHOWN, _NAMED = 12, 6  # headings, and parts that wait, in a message
+_EXCUSED = "excused"
 _NUMBER = re.compile(r"-?\d+(?:\.\d+|,(?!\d{3}$)\d+)?")  # "1,000" may be a thousand, and is no number here
 _PARTICIPANT = re.compile(r"\w+ (?=\d+$)")  # Moodle's "Participant 1234567"
 _NOT_IN_A_NAME = re.compile(r'[\x00-\x1f/\\:*?"<>|_]')  # Moodle takes what is between two _ for the number
@@ -459,12 +460,12 @@ class Earned(NamedTuple):
     ----------
     share : of all points, exactly; 1 for all of them; None if there is nothing of the student's
     remark : why there is nothing, or what a person has yet to decide; "" if all is decided
-    is_excused : whether the student is excused from all of it
+    state : of the assignment, if it is the only one that is written; "excused" if the student is excused from it
     """
 
     share: Fraction | None
     remark: str = ""
-    is_excused: bool = False
+    state: str = ""
 
 
 def earned(book: Gradebook, course: Course, assignment: Assignment | None = None) -> dict[str, Earned]:
@@ -485,12 +486,13 @@ def _earned(
     graded = book.current(about.student)
     account = account_in(book, course, graded, about)
     grade = next((one for one in account.assignments if one.assignment == assignment), None)
-    if grade is not None and (graded is not None or grade.is_excused):
+    has_marks = any(one.all_items for one in account.assignments)
+    if grade is not None and (has_marks or grade.is_excused):
         return _earned_in(grade)
-    if graded is None:
+    if not has_marks:
         there = caseless(about.student) in handed_in
         return Earned(None, "handed in, and not graded yet." if there else "nothing handed in.")
-    if all(mark.status == Status.NOT_MARKED for mark in graded.marks if mark.out_of) and graded.marks:
+    if graded and graded.marks and all(mark.status == Status.NOT_MARKED for mark in graded.marks if mark.out_of):
         return Earned(None, f"not graded, as grading failed; say {program.name()} grade again.")
     return _earned_in_all(account)
 
@@ -509,14 +511,14 @@ def _earned_in_all(account: FinalGrade) -> Earned:
 def _earned_in(grade: AssignmentGrade) -> Earned:
     """Return what a student has earned in an assignment."""
     if grade.is_excused:
-        return Earned(None, "excused.", is_excused=True)
+        return Earned(None, f"{_EXCUSED}.", _EXCUSED)
     if grade.is_empty or not grade.possible:
         return Earned(None, f"{grade.state}.")
     share = grade.points / grade.out_of
     if grade.undecided:
         waits = listed([f"{item.question} {item.part}" for item in grade.undecided], _NAMED)
         return Earned(share, f"{grade.state}: {waits}.")
-    return Earned(share, f"{grade.state}." if grade.state is State.NOT_GRADED else "")
+    return Earned(share, f"{grade.state}." if grade.state is State.NOT_GRADED else "", grade.state)
 
 
 @dataclass(frozen=True)
@@ -582,7 +584,7 @@ def fill(
     for row, about in sorted(matches.found.items()):
         mark, before = earned[about.student], export.table.cell(row, column.place)
         why = _why_left(export, column, row)
-        if mark.is_excused and export.platform.excused and not why:
+        if mark.state == _EXCUSED and export.platform.excused and not why:
             new[row, column.place] = export.platform.excused
             entries[about.student] = Entry(before, export.platform.excused, mark.remark, complete=True)
             continue
@@ -597,7 +599,8 @@ def fill(
         after = before
         if _number(before) != value:
             after = new[row, column.place] = in_full(value).replace(".", "," if comma else ".")
-        entries[about.student] = Entry(before, after, cut or mark.remark, not mark.remark)
+        missing = f"{State.MISSING}." if mark.state == State.MISSING else ""
+        entries[about.student] = Entry(before, after, cut or mark.remark or missing, not mark.remark)
     if above and not choice.cap:
         most, those = in_full(Fraction(maximum)), ", ".join(f"{who}: {value}" for who, value in above.items())
         raise GradingError(

@@ -280,7 +280,7 @@ def test_what_is_left_is_estimated_by_the_median_of_each_part_or_else_of_all():
 
 def changed(book):
     last = book.requests.publications()[-1]
-    return [(one.student, one.part) for one in changes.changed_since(book.audit(), [last], OURS, {})]
+    return [(one.student, one.part) for one in changes.changed_since(book.audit(), [last], OURS, book.excuses)]
 
 
 def test_marks_that_changed_since_are_listed_with_both_points(book):

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass
+from functools import cache
 from typing import Any, NamedTuple
 
 from labcourse.grading.course import Course
@@ -120,7 +121,7 @@ def changed_since(
     trail: Iterable[AuditRecord],
     publications: Sequence[Publication],
     course: Course,
-    excuses: Mapping[str, Collection[str]],
+    excuses: Callable[[str], Collection[str]],
 ) -> list[Change]:
     """Find marks with other points than were given back the last time, or that were decided since.
 
@@ -129,15 +130,14 @@ def changed_since(
     trail : the changes of marks, in order
     publications : when feedback was given back, in order, and of which notebooks
     course : with its questions
-    excuses : student, in small letters → notebooks, without ending, from which they are excused now
+    excuses : ID of a student → notebooks, without ending, from which they are excused now
     """
-    asked = course.catalogue.marked
+    asked, excuses_of = course.catalogue.marked, cache(excuses)
     entries: dict[tuple[str, str, str], list[AuditRecord]] = defaultdict(list)
     for entry in trail:
         notebook = asked[entry.question].notebook if entry.question in asked else ""
         back = [one for one in publications if not one.notebooks or notebook in one.notebooks]
-        is_excused = notebook in excuses.get(caseless(entry.student), ())
-        if back and entry.when > back[-1].when and not is_excused:
+        if back and entry.when > back[-1].when and notebook not in excuses_of(entry.student):
             entries[entry.student, entry.question, entry.part].append(entry)
     changes = [Change(*where, those[0].before, those[-1].after) for where, those in entries.items()]
     return [change for change in changes if _shown_points(change.before) != _shown_points(change.after)]

@@ -271,18 +271,18 @@ def grades_table(
             requests = [f"{one.question}, {one.part}: {asked(one)}" for one in row.requests]
             run, cells = row.run, _points(row, questions)
             notes = " ".join([*run.problems, *map(lapse, row.graded.lapsed), *requests, *run.notes, run.isolation])
-        grades = _grades(account, isinstance(row, Result)) if account else [""] * len([*assignments, *_SO_FAR])
+        grades = _grades(account) if account else [""] * len([*assignments, *_SO_FAR])
         lines.append([about.student, about.name, about.email, about.section, *grades, *cells, notes])
     return as_csv([heads, *lines])
 
 
-def _grades(account: FinalGrade, is_graded: bool) -> list[str]:
-    """Return the cells of a student between section and the questions. Without anything graded there are no points."""
-    cells = []
+def _grades(account: FinalGrade) -> list[str]:
+    """Return the cells of a student between section and the questions."""
+    cells, has_marks = [], any(one.all_items for one in account.assignments)
     for one in account.assignments:
         if one.title:
-            cells += [one.points_text if is_graded else "", in_full(one.out_of) if is_graded else "", state_of(one)]
-    if not is_graded:
+            cells += [one.points_text, in_full(one.out_of) if has_marks else "", state_of(one)]
+    if not has_marks:
         return [*cells, "", "", "", "", ""]
     so_far = [account.so_far_text, in_full(account.out_of)] if account.out_of else ["", ""]
     final = [account.final_text, in_full(exact(account.final_out_of)), "; ".join(account.how())]

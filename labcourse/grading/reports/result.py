@@ -176,10 +176,21 @@ def result_in(book: Gradebook, course: Course, graded: Graded, about: StudentRec
 
 
 def account_in(book: Gradebook, course: Course, graded: Graded | None, about: StudentRecord) -> FinalGrade:
-    """Return the account of a student; of one of whom nothing was graded, too, for the states of their work."""
+    """Return the account of a student.
+
+    Whoever handed in nothing has 0 points for what is due. In a course without any date nobody can say what is due, and
+    so they have no points.
+    """
     arrivals, excuses = received(book, about.student, graded), book.excuses(about.student)
-    marks = () if graded is None else graded.marks
+    absent = nothing_given(course) if course.settings.dues and not arrivals else ()
+    marks = absent if graded is None else graded.marks
     return final_grade(course, Handed(about, marks, arrivals, graded, excuses))
+
+
+def nothing_given(course: Course) -> tuple[MarkRecord, ...]:
+    """Return the marks of somebody who gave no answer."""
+    parts = [(question.number, part) for question in course.asked.marked.values() for part in question.parts]
+    return tuple(MarkRecord(number, part.name, Status.MISSING, 0.0, part.points, "") for number, part in parts)
 
 
 def received(book: Gradebook, student: str, graded: Graded | None) -> dict[str, Arrival]:
