@@ -58,10 +58,10 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
             "labcourse/jupyter/**/*.py",
         ),
     ),
-    "run": (2048, ("labcourse/run/**/*.py",)),
+    "run": (2088, ("labcourse/run/**/*.py",)),
     "report": (1164, ("labcourse/report/**/*.py",)),
-    "running, the warm runner": (1024, ("labcourse/grading/running/**/*.py", "labcourse/run/inside/**/*.py")),
-    "intake": (1305, ("labcourse/grading/intake/**/*.py",)),
+    "running, the warm runner": (1028, ("labcourse/grading/running/**/*.py", "labcourse/run/inside/**/*.py")),
+    "intake": (1308, ("labcourse/grading/intake/**/*.py",)),
     "gradebook": (1503, ("labcourse/grading/gradebook/**/*.py",)),
     "marking": (1182, ("labcourse/grading/marking/**/*.py",)),
     "isolation": (1123, ("labcourse/grading/isolation/**/*.py",)),
@@ -78,7 +78,7 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
         ),
     ),
     "settings, release, commands, rest": (
-        3447,
+        3463,
         (
             "rotflex/cli.py",
             "labcourse/command_line.py",

@@ -21,6 +21,8 @@ from typing import Any
 
 import labcourse
 from labcourse.answers import report_files, schema, starts
+from labcourse.answers.catalogue import Catalogue
+from labcourse.answers.parts import Where
 from labcourse.benches import REAL
 from labcourse.errors import AnswerError, CourseError, GradingError, IsolationError
 from labcourse.files import COURSE_FILE
@@ -225,7 +227,9 @@ class Batch:
         names = self._bundles.names
         earlier = store_submission(self._gradebook, submission, read)
         taken = self._taken(submission, read)  # what another program stores from now on is new the next time
-        hand_in, arrivals = intake.newest(delivered(self._gradebook, submission, read), names, self._reports)
+        hand_in, arrivals = intake.newest(
+            delivered(self._gradebook, submission, read), names, self._reports, read.unread
+        )
         chosen = self._bundles.choose(hand_in)
         prepared = prepare(
             hand_in,
@@ -301,7 +305,7 @@ class Batch:
         documents = dict(pdf_pages.count_pages(prepared.reports, catalogue, pool, self._settings.isolated))
         damaged = [f"{pdf.report}: {pdf.name} {pdf.trouble}." for pdf in documents.values() if pdf.trouble]
         counted = [str(pdf) for pdf in documents.values() if not pdf.trouble]
-        unreadable = any(cell.error and cell.error.type == "SyntaxError" for cell in facts.reports.cells)
+        has_syntax_error = any(cell.error and cell.error.type == "SyntaxError" for cell in facts.reports.cells)
         reasons = explain(
             bundle.pristine,
             prepared.merged,
@@ -311,12 +315,14 @@ class Batch:
             handed_in=prepared.handed_in,
             claim=prepared.claim,
             seconds=self._settings.limits.cell,
-            python=prepared.python if unreadable else None,
+            python=prepared.python if has_syntax_error else None,
         )
+        ended = [problem for problem in facts.ended if not runner.is_said(problem, reasons.ended_by)]
+        missing = {**_not_there(prepared, catalogue), **reasons.missing}
         additional = {
-            "problems": (*prepared.problems, *facts.ended, *damaged, *reasons.stops, *reasons.lost),
+            "problems": (*prepared.problems, *ended, *damaged, *reasons.stops, *reasons.lost),
             "notes": (*prepared.notes, *counted, *reasons.harmless),
-            "missing": [(*where, reason) for where, reason in reasons.missing.items()],
+            "missing": [(*where, reason) for where, reason in missing.items()],
             "asked": self._asked(bundle),
             "bench_of": prepared.bench_of,
             "policy": bundle.policy,
@@ -350,7 +356,9 @@ class Batch:
         supplied = {value.name: value.value for value in self._supplied(student)}  # so that they are not lost
         current = self._gradebook.current(student)
         if current is not None and not current.run.key.startswith(graded_run.FAILED):
-            problems = dict.fromkeys((*facts_of(current.run).problems, fault))
+            problems = dict.fromkeys(
+                (*facts_of(current.run).problems, f"{fault.rstrip('.')}. The marks are those of before.")
+            )
             return Graded(replace(current.run, problems=tuple(problems), supplied=supplied), current.marks, "")
         bundle = self._bundles.current
         key = f"{graded_run.FAILED}{student}"
@@ -381,6 +389,17 @@ def _code_digest() -> str:
     for path in sorted(Path(labcourse.__file__).parent.rglob("*.py")):
         digest.update(f"{path} ".encode() + hashlib.sha256(path.read_bytes()).digest())
     return digest.hexdigest()
+
+
+def _not_there(prepared: Prepared, catalogue: Catalogue) -> dict[Where, str]:
+    """Return why there are no answers in notebooks that are not there or cannot be read: (question, part) → why."""
+    why: dict[Where, str] = {}
+    for number, question in catalogue.marked.items():
+        notebook = f"{question.notebook}.ipynb"
+        if notebook not in prepared.handed_in:
+            happened = "could not be read" if intake.is_unread(notebook, prepared.problems) else "was not handed in"
+            why |= {(number, part): f"Its notebook, {notebook}, {happened}." for part in question.names}
+    return why
 
 
 def _record(gradebook: Gradebook, graded: Graded, actor: str, reason: str) -> Graded:

@@ -27,6 +27,9 @@ from labcourse.run.portability import HERE, Version, version_text
 
 _UNDEFINED = re.compile(r"name '(\w+)' is not defined")
 _NO_MODULE = re.compile(r"No module named '([\w.]+)'")
+#: Errors of a cell that uses a name without a value: a name that is not defined, or is None.
+_OF_NO_VALUE = {"NameError", "TypeError", "AttributeError", "ValueError", "IndexError", "LinAlgError", "UFuncTypeError"}
+_BINDS_UNSEEN = ("import *", "%")  # in a cell's source: it may bind names that are not written in it
 _NAMED = 2  # questions that are named before "and 12 more"
 _MOST_HARMLESS = 20  # cells that are mentioned though they cost nothing
 
@@ -45,6 +48,7 @@ class Reasons:
     stops : what stopped, a sentence each, and what builds on it
     lost : what was recorded at home and is not here, though nothing stopped; a sentence each
     harmless : what stopped, and cost no answer; a sentence each
+    ended_by : types of the errors in all these sentences; "" where Python ended without one
     begun : (question, part) of what the student wrote code for, or what needs none of theirs
     """
 
@@ -53,6 +57,7 @@ class Reasons:
     stops: tuple[str, ...] = ()
     lost: tuple[str, ...] = ()
     harmless: tuple[str, ...] = ()
+    ended_by: frozenset[str] = frozenset()
     begun: frozenset[Where] = frozenset()
 
 
@@ -86,7 +91,8 @@ def explain(
     """
     run = Causes(pristine, merged, reports, set(recorded), catalogue)
     texts = _Texts(run, seconds, place or "where grading runs", python or HERE)
-    causes = {where: run.cause_of(where) for where in run.missing()}
+    away = {where for where in run.missing() if run.recorder[where][0] not in handed_in and not run.is_begun(where)}
+    causes = {where: None if where in away else run.cause_of(where) for where in run.missing()}
     built_on: dict[RunCell, list[str]] = {}
     for where, cause in causes.items():
         if isinstance(cause, RunCell):
@@ -99,14 +105,19 @@ def explain(
     for (question, part), why in lost.items():
         by_reason.setdefault(why, []).append(f"{question} {part}")
     stopped = [cell for cells in run.cells.values() for cell in cells if cell.stopped]
-    costly = {*built_on, *(cell for where in causes for cell in run.cells_of(where))}
-    harmless = [cell for cell in stopped if cell not in costly and not run.is_passed_on(cell)]
+    # A cell that stopped beside a missing answer with a cause is not named again.
+    beside = {cell for where, cause in causes.items() if cause or where in away for cell in run.cells_of(where)}
+    harmless = {
+        cell: text for cell in stopped if cell not in beside | {*built_on} and (text := texts.of_harmless(cell))
+    }
+    named = [*built_on, *harmless]
     return Reasons(
         missing,
         {where: f"{texts.stop(cause)}." for where, cause in causes.items() if isinstance(cause, RunCell)},
         tuple(stops),
         tuple(f"Recorded at home and missing here: {', '.join(parts)}; {why}." for why, parts in by_reason.items()),
-        tuple(f"{texts.stop(cell)}; no answer is missing for it." for cell in harmless[:_MOST_HARMLESS]),
+        tuple(harmless.values())[:_MOST_HARMLESS],
+        frozenset(error.type if (error := cell.report and cell.report.error) else "" for cell in named),
         frozenset(filter(run.is_begun, run.recorder)),
     )
 
@@ -144,10 +155,10 @@ class _Texts:
     def of_missing(self, where: Where, cause: Cause) -> str:
         """Say why one answer is missing, for the student."""
         match cause:
-            case Refused():
+            case Refused() if cause.where == where:
                 return f"It was given, and not recorded: {cause.why.rstrip('.')}."
-            case Unanswered():
-                return f"It builds on {cause.question}, which is not answered."
+            case Refused() | Unanswered():
+                return f"It builds on {cause}."
             case RunCell() if self.run.question_of(cause) == where[0]:
                 return f"{self.stop(cause)}."
             case RunCell():
@@ -165,6 +176,15 @@ class _Texts:
         building = f"{', '.join(most)} and {last} build" if most else f"{last} builds"
         return f"{self.stop(cell)}; {building} on it."
 
+    def of_harmless(self, cell: RunCell) -> str:
+        """Say that a cell stopped beside which no answer is missing; "" if another sentence says what caused it."""
+        cause = self.run.root(cell)
+        if isinstance(cause, RunCell):
+            if cause is not cell:
+                return ""
+            cause = next((Unanswered(where[0]) for where in self.run.without_value(cell, anywhere=True)), None)
+        return f"{self.stop(cell)}; {f'it builds on {cause}' if cause else 'no answer is missing for it'}."
+
     def stop(self, cell: RunCell) -> str:
         """Say that a cell stopped, and why."""
         return f"{self._name(cell)} stopped: {self._error(cell)}"
@@ -180,7 +200,7 @@ class _Texts:
     def _error(self, cell: RunCell) -> str:
         error = cell.report.error if cell.report else None
         if error is None:
-            return "the Python process ended in it, and nothing after it in this notebook was run"
+            return "Python ended in it, and nothing after it in this notebook was run"
         if error.type == LEFT:
             return "it called exit(), which ends Python: nothing after it in this notebook was run"
         line = f", line {error.line}" if error.line else ""
@@ -251,12 +271,19 @@ class Unanswered:
 
     question: str
 
+    def __str__(self) -> str:
+        return f"{self.question}, which is not answered"
+
 
 @dataclass(frozen=True)
 class Refused:
     """An answer that was given and not recorded."""
 
+    where: Where
     why: str
+
+    def __str__(self) -> str:
+        return f"{self.where[0]}, which was given and not recorded: {self.why.rstrip('.')}"
 
 
 Cause = RunCell | Unanswered | Refused | None
@@ -290,6 +317,7 @@ class Causes:
         self.cells: dict[str, list[RunCell]] = {}
         self.recorder: dict[Where, tuple[str, int]] = {}
         self.questions: dict[str, dict[int, str]] = {}
+        self._variables: dict[str, list[Where]] = {}  # name of a variable → what is recorded from it
         for name, notebook in merged.notebooks.items():
             readable = skippable_cells.readable(map(source_of, notebook["cells"]))
             released = {cell["id"]: source_of(cell) for cell in pristine[name]["cells"]}
@@ -303,6 +331,9 @@ class Causes:
             if (place := places.get((name, entry.cell))) is not None and not entry.in_words:
                 self.questions.setdefault(name, {})[place] = entry.question
                 self.recorder |= dict.fromkeys(asked_for, (name, place))
+                for where in asked_for:
+                    if variable := (entry.names or {}).get(where[1]):
+                        self._variables.setdefault(variable, []).append(where)
         self._causes: dict[Where, Cause] = {}
         self._roots: dict[RunCell, Cause] = {}
 
@@ -337,7 +368,8 @@ class Causes:
 
     def _cause(self, where: Where) -> Cause:
         name, recorder = self.recorder[where]
-        cells, own = self.cells[name], self.cells_of(where)
+        cells, beside = self.cells[name], self.cells_of(where)
+        own = [cell for cell in beside if not cell.stopped or self._matters(cell, beside)]
         if (stopped := next((cell for cell in own if cell.stopped), None)) is not None:
             return self.root(stopped)
         if cells[recorder].report is None:  # it was never reached
@@ -346,7 +378,14 @@ class Causes:
             lacked = self._lacked(cell, where)
             if lacked is not None or cell.stopped:
                 return lacked or self.root(cell)
-        return Refused(self._refusals[where]) if where in self._refusals else None
+        return Refused(where, self._refusals[where]) if where in self._refusals else None
+
+    def _matters(self, cell: RunCell, own: Sequence[RunCell]) -> bool:
+        """Return whether a stop beside an answer may have cost it: not if the student's own cell has no part in it."""
+        others = [other for other in own if other.role is not Role.ADDED]
+        begun = any(other.written or other.stopped for other in others)
+        may_bind = any(text in cell.source for text in _BINDS_UNSEEN) or any(cell.binds & it.uses for it in others)
+        return begun or may_bind or cell.ended_all or cell in others
 
     def root(self, cell: RunCell) -> Cause:
         """Return the first cause of the stop of a cell: the cell itself, or what it builds on."""
@@ -365,9 +404,22 @@ class Causes:
         self._roots |= dict.fromkeys(passed, cause)
         return cause
 
-    def is_passed_on(self, cell: RunCell) -> bool:
-        """Return whether it is known that what stopped in a cell was caused elsewhere."""
-        return self._roots.get(cell, cell) is not cell
+    def without_value(self, cell: RunCell, anywhere: bool = False) -> Iterator[Where]:
+        """Yield the missing answers from which a student's cell takes a name; it stopped, for the name has no value.
+
+        Parameters
+        ----------
+        cell : that stopped
+        anywhere : also look at answers that are asked for later, or in another notebook
+        """
+        error = cell.report.error if cell.report else None
+        for name in sorted(cell.uses) if cell.written and error and error.type in _OF_NO_VALUE else ():
+            for where in self._variables.get(name, ()):
+                notebook, recorder = self.recorder[where]
+                is_before = notebook == cell.notebook and self._bound_at(cell, name) <= recorder < cell.place
+                has_none = where not in self._recorded and where not in self._refusals
+                if has_none and (is_before or anywhere):
+                    yield where
 
     def _upstream(self, cells: Sequence[RunCell]) -> Iterator[RunCell]:
         """Yield cells, and all that they build on by the names that they use: those that bound a name last."""
@@ -377,13 +429,18 @@ class Causes:
         while waiting:
             cell = waiting.popleft()
             for name in sorted(cell.uses):
-                places = self._binders[cell.notebook].get(name, ())
-                place = bisect_left(places, cell.place) - 1
-                binder = self.cells[cell.notebook][places[place]] if place >= 0 else cell
+                place = self._bound_at(cell, name)
+                binder = self.cells[cell.notebook][place] if place >= 0 else cell
                 if binder not in seen:
                     seen.add(binder)
                     waiting.append(binder)
                     yield binder
+
+    def _bound_at(self, cell: RunCell, name: str) -> int:
+        """Return the place of the last cell before this one that binds a name; -1 if there is none."""
+        places = self._binders[cell.notebook].get(name, [])
+        before = bisect_left(places, cell.place)
+        return places[before - 1] if before else -1
 
     @cached_property
     def _binders(self) -> dict[str, dict[str, list[int]]]:
@@ -398,7 +455,7 @@ class Causes:
 
     def _lacked(self, cell: RunCell, where: Where | None = None) -> Cause:
         """Return the cause that lies in an earlier answer which a cell asked for and did not get."""
-        for needed in cell.report.lacked if cell.report else ():
+        for needed in (*(cell.report.lacked if cell.report else ()), *self.without_value(cell)):
             if needed in self.recorder and needed not in self._recorded and needed != where:
                 return self.cause_of(needed) or Unanswered(needed[0])
         return None

@@ -1,5 +1,6 @@
 """A class through a batch: what is run, what is known already, what a fault costs, what is marked again."""
 
+import json
 import os
 from concurrent.futures import wait
 from dataclasses import replace
@@ -14,6 +15,7 @@ from labcourse.benches import BenchPolicy
 from labcourse.errors import GradingError, IsolationError
 from labcourse.grading import batch
 from labcourse.grading.batch import Batch, Settings, _marked_again, regrade
+from labcourse.grading.graded_run import facts_of
 from labcourse.grading.intake import TIME
 from labcourse.grading.running import runner
 from labcourse.grading.settings import Deadline, Extension, LateSettings, MarkSettings, OutcomeSettings
@@ -192,3 +194,49 @@ def test_where_one_cannot_be_marked_again_their_marks_stay_and_the_others_are_ma
         ada, bob = regrade(book, fake_class.course)
         assert "could not be marked" in ada.problem and ada.after == book.current("ada") == ada.before
         assert bob.problem == "" and sum(mark.points for mark in book.current("bob").marks) == 0
+
+
+def reports(*lines):
+    return "".join(json.dumps({"notebook": "a.ipynb", **line}) + "\n" for line in lines).encode()
+
+
+def test_what_ended_a_run_is_said_once_where_the_cell_is_known_and_else_of_the_run(fake_class):
+    fake_class.hand_in("ada", "bob")
+    problem = "A cell took longer than 60 s and was stopped."
+    error = {"type": "KeyboardInterrupt", "message": "", "line": 1}
+    stopped = reports({"event": "started", "cell": "q1"}, {"event": "ended", "cell": "q1", "error": error})
+    fake_class.leaves |= {"ada": runner.Run(None, (problem,), stopped), "bob": runner.Run(None, (problem,))}
+    fake_class.grade()
+    with fake_class.book() as book:
+        (cell,) = book.current("ada").run.problems
+        assert cell.startswith("2.11 stopped: it took longer than 60 s and was stopped, line 1")
+        assert book.current("bob").run.problems == (problem,)
+        assert facts_of(book.current("ada").run).ended == (problem,)
+
+
+@pytest.mark.parametrize(
+    ("there", "reason"), [("", "was not handed in"), ("no notebook", "could not be read"), ('{"cells": []}', "")]
+)
+def test_what_is_missing_with_its_notebook_says_so_and_nothing_else_does(fake_class, there, reason):
+    name = "02_finding_stiffness.ipynb"
+    fake_class.made = replace(fake_class.made, pristine={**fake_class.made.pristine, name: {"cells": []}})
+    fake_class.hand_in("ada")
+    if there:
+        (fake_class.folder / "in" / "ada" / name).write_text(there)
+    fake_class.leaves["ada"] = runner.Run(None)
+    fake_class.grade()
+    with fake_class.book() as book:
+        graded = book.current("ada")
+    reasons = {mark.reason for mark in graded.marks if mark.question == "2.11"}
+    assert reasons == {f"Its notebook, {name}, {reason}."} if reason else not any(name in one for one in reasons)
+    assert (f"{name} was not handed in." in graded.run.notes) is (there == "")
+
+
+def test_who_could_not_be_graded_again_learns_that_the_marks_are_those_of_before(fake_class):
+    fake_class.hand_in("ada")
+    assert fake_class.grade() == {"ada": 2}
+    fake_class.hand_in("ada", source="omega_n = 2")
+    fake_class.leaves["ada"] = ValueError("No.")
+    assert fake_class.grade() == {"ada": 2}
+    with fake_class.book() as book:
+        assert book.current("ada").run.problems[-1].endswith("ValueError: No. The marks are those of before.")

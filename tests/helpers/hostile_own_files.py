@@ -200,7 +200,7 @@ OWN_FILES = {
     ),
     "says-another-release": Attack(
         lay=says(release="../../../etc/" + _MARKUP, draw=10**30, bench=_POLICY, title=_MARKUP, term=["x"] * 99),
-        trouble=("which is not stored in",),
+        trouble=("is not among the releases",),
     ),
     "other-bench-in-format-2": changed(OTHER_BENCH, "The answers say that they come from another bench"),
 }

@@ -81,9 +81,9 @@ class Contents:
         for name, why in self.unread.items():
             counts = " The one that was handed in before it counts." if name in read else ""
             messages.append(_UNREAD.format(name=name, error=why) + counts)
-        if not (self.has_notebooks or any(map(is_notebook, [*self.unread, *earlier]))):
+        if not (self.has_notebooks or self.unreadable or any(map(is_notebook, [*self.unread, *earlier]))):
             held = f" It holds {listed(sorted(self.held))}." if self.held else ""
-            why = "There is no notebook of the course in the submission: its name ends in .ipynb."
+            why = "There is no notebook of the course in the submission. Names of notebooks end in .ipynb."
             messages.append(f"{why}{held}")
         return list(dict.fromkeys(messages))
 
@@ -368,7 +368,9 @@ class _Reader:
             self.contents.notes.append(f"{listed(paths)}: {why}.")
 
 
-def newest(items: Iterable[Delivery], wanted: Sequence[str], reports: Sequence[str] = ()) -> tuple[HandIn, list[str]]:
+def newest(
+    items: Iterable[Delivery], wanted: Sequence[str], reports: Sequence[str] = (), unread: Collection[str] = ()
+) -> tuple[HandIn, list[str]]:
     """Return the newest of all that was handed in, and notes on what came when.
 
     Parameters
@@ -376,6 +378,7 @@ def newest(items: Iterable[Delivery], wanted: Sequence[str], reports: Sequence[s
     items : all files, in order of arrival, which decides between files of one time
     wanted : file names of the course's notebooks
     reports : file names of the course's reports, as PDF
+    unread : file names of notebooks that were handed in and cannot be read
     """
     in_order = sorted(items, key=lambda item: item.received)
     latest = {item.name: item for item in in_order}
@@ -393,7 +396,8 @@ def newest(items: Iterable[Delivery], wanted: Sequence[str], reports: Sequence[s
         stages[latest[name].received, latest[name].source].append(name)
     counting = sorted((stage, names) for stage, names in stages.items() if names and len(stages) > 1)
     notes = [f"Of {time:%Y-%m-%d %H:%M} UTC ({source}): {', '.join(names)}." for (time, source), names in counting]
-    return hand_in, notes + [_ABSENT.format(name=name) for name in wanted if received and name not in latest]
+    absent = [name for name in wanted if received and name not in latest and name not in unread]
+    return hand_in, notes + [_ABSENT.format(name=name) for name in absent]
 
 
 # --- which notebook of the course a file is ---------------------------------------------------------------------------

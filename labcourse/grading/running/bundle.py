@@ -139,9 +139,9 @@ class Bundles:
                 notes.append(f"{COURSE_FILE} names the release {named}, but the notebooks are those of {release}.")
         elif isinstance(named, str) and named:
             problems.append(
-                f"{COURSE_FILE} names the release {named[:_SHOWN]!a}, which is not stored in {self._course.releases}: "
-                f"put the zip that was handed out there, and grade again. Until then, {closest} counts, which the "
-                "notebooks resemble most."
+                f"{COURSE_FILE} names the release {named[:_SHOWN]!a}, which is not among the releases in "
+                f"{self._course.releases.name}/. Until your instructor puts the zip that was handed out there, "
+                f"{closest} counts, which the notebooks resemble most."
             )
         if release != self.current.release:
             notes.append(f"Run and marked under an earlier release, {release}.")

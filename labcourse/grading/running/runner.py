@@ -10,13 +10,13 @@ import contextlib
 import json
 import threading
 from base64 import b64encode
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any
 
 import labcourse
-from labcourse.answers.cell_reports import MAX_BYTES, REPORTS_FILE
+from labcourse.answers.cell_reports import LEFT, MAX_BYTES, REPORTS_FILE
 from labcourse.errors import GradingError
 from labcourse.files import ANSWERS_FILE
 from labcourse.grading.isolation import sandbox
@@ -28,6 +28,7 @@ MAX_ANSWERS = 2_000_000  #: bytes: twice those of answers.json, for others' form
 MAX_EVIDENCE = 40_000_000  #: bytes: 20 recordings of 30,000 samples in four channels, 13 characters each
 _GIB = 1024**3
 _CONNECT = 15  # s to find a scheduler and a worker; a scheduler answers within one
+_TOO_LONG, _DIED = "A cell took longer than", "The Python process died"  # how messages begin
 _RETRIES = 3  # of a submission after its worker was lost
 # Copy matplotlib's list of fonts ($0, its folder) to where matplotlib could write it; then become the command ($@).
 _WITH_FONTS = 'mkdir -p "$HOME/.cache" && cp -R "$0" "$HOME/.cache/matplotlib" && exec "$@"'
@@ -165,12 +166,24 @@ def _run_in_sandbox(packed: bytes, job: Job, cancelled: threading.Event | None) 
     )
 
 
+def is_said(problem: str, ended_by: Collection[str]) -> bool:
+    """Return whether a message on a whole run says no more than messages on the cells in it.
+
+    Parameters
+    ----------
+    problem : of a :class:`Run`
+    ended_by : types of the errors in the messages on cells, as in :class:`labcourse.run.reasons.Reasons`
+    """
+    types = {_TOO_LONG: {"KeyboardInterrupt"}, _DIED: {LEFT, ""}}
+    return any(problem.startswith(begin) and types[begin] & {*ended_by} for begin in types)
+
+
 def _problems(outcome: Outcome, limits: Limits) -> tuple[str, ...]:
     """Return messages on what went wrong with a run as a whole; none if all notebooks were run to their end."""
     by_code: dict[int | None, str] = {
         inside.FINE: "",
-        inside.TIMED_OUT: f"A cell took longer than {limits.cell} s and was stopped; later cells were run if possible.",
-        inside.DIED: "The Python process died while a notebook was run; the rest of that notebook was not run.",
+        inside.TIMED_OUT: f"{_TOO_LONG} {limits.cell} s and was stopped.",
+        inside.DIED: f"{_DIED} while a notebook was run; the rest of that notebook was not run.",
     }
     problem = {
         Ending.DEADLINE: f"The run took longer than {limits.submission:g} s and was stopped.",

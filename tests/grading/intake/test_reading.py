@@ -430,7 +430,7 @@ def test_a_sparse_tar_unpacks_to_no_more_than_the_limit(tmp_path, monkeypatch):
         header[148:156] = b"%06o\0 " % sum(header)
         archive.fileobj.write(header)
     lay(tmp_path, {"ada.tar.gz": packed.getvalue()})
-    (problem, _no_notebook) = Read(tmp_path).problems
+    (problem,) = Read(tmp_path).problems
     assert "more than 10000000 bytes" in problem
 
 

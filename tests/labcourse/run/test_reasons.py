@@ -85,7 +85,7 @@ def test_each_reason_names_the_question_the_error_and_its_line():
 
     gone = {"q1-answer": "not run"}
     died, exited = of_one("died", **gone), of_one(CellError(LEFT, ""), **gone)
-    for found, fragment in ((died, "the Python process ended in it"), (exited, "exit()")):
+    for found, fragment in ((died, "Python ended in it"), (exited, "exit()")):
         stopped, first, second = *found.stops, *found.missing.values()
         assert all(fragment in sentence for sentence in (stopped, first, second))
         assert "nothing after it in this notebook was run" in stopped and stopped.endswith("2 builds on it.")
@@ -149,3 +149,61 @@ def test_causes_are_told_apart_and_only_what_costs_an_answer_is_a_stop():
     assert found.stops == () and found.harmless[0].startswith("Your own cell mine in 1_one.ipynb stopped: NameError")
     found = told({"q1": "a = omgea"}, {"q1": NAME}, "234", claim={"1": {"x": "q1-answer"}})
     assert found.lost == () and len(found.stops) == 1  # it is not said again that it was recorded at home
+
+
+def mine(source):
+    return Cell("mine", "", CODE, source)
+
+
+@pytest.mark.parametrize(
+    ("q1", "place", "source", "error"),
+    [
+        ("x = 1", 4, "print(a)", name_error("a")),  # 1 stops on the same name
+        ("a = None", 4, "print(a / 2)", CellError("TypeError", "unsupported operand", 1)),
+        ("a = None", 0, "print(a)", name_error("a")),
+    ],
+)
+def test_no_stop_on_the_name_of_a_missing_answer_is_said_to_cost_nothing(q1, place, source, error):
+    stops = {"mine": error} | ({"q1-answer": name_error("a")} if q1 == "x = 1" else {})
+    found = told({"q1": q1}, stops, "234", added=[(ONE, place, mine(source))])
+    assert not any("no answer is missing" in sentence for sentence in found.harmless)
+    assert [*found.stops, *found.harmless] == [*found.stops] or "builds on 1, which is not answered" in found.harmless[
+        0
+    ]
+
+
+def test_what_stops_because_an_answer_of_the_same_notebook_has_no_value_builds_on_that():
+    none = CellError("TypeError", "unsupported operand", 1)
+    found = told({"q2": "b = a + 1"}, {"q2": none}, "34")
+    assert (found.missing["2", "x"], found.stops) == ("It builds on 1, which is not answered.", ())
+    found = told({"q1": "c = 1", "q2": "b = a + 1"}, {"q1-answer": name_error("a"), "q2": name_error("a")}, "34")
+    assert found.stops == ("1 stopped: NameError, name 'a' is not defined, line 1; 2 builds on it.",)
+    own = told({"q2": "b = a + 1"}, {"q2": none}, "34", added=[(ONE, 2, mine("a = 3"))])
+    assert own.stops == ("2 stopped: TypeError, unsupported operand, line 1.",)  # they gave it a value themselves
+
+
+def test_a_stop_in_an_own_cell_costs_no_answer_that_nobody_began():
+    found = told({}, {"mine": NAME}, "234", added=[(ONE, 0, mine("y = omgea"))])
+    assert ("1", "x") not in found.missing and found.stops == ()
+    assert found.harmless[0].endswith("; no answer is missing for it.")
+    begun = told({"q1": "a = y"}, {"mine": NAME, "q1": name_error("y")}, "234", added=[(ONE, 0, mine("y = omgea"))])
+    assert begun.harmless == () and begun.stops[0].startswith("Your own cell before 1 stopped")
+
+
+def test_only_what_was_given_itself_is_said_to_be_given_and_not_recorded():
+    refused = [Refusal("2", "x", "it is text; leave out the quotes.")]
+    found = told({"q2": "b = 'x'"}, {"get-2": (("2", "x"),)}, "14", refusals=refused)
+    assert found.missing["2", "x"] == "It was given, and not recorded: it is text; leave out the quotes."
+    built = "It builds on 2, which was given and not recorded: it is text; leave out the quotes."
+    assert found.missing["3", "x"] == built
+
+
+def test_nothing_is_blamed_for_an_answer_in_a_notebook_that_was_not_handed_in():
+    found = told({"q2": "b = omgea"}, {"q2": NAME, "get-2": (("2", "x"),)}, "1", handed_in=(ONE,))
+    assert [*found.missing] == [("2", "x")]
+
+
+@pytest.mark.parametrize(("error", "named"), [("died", {""}), (CellError("KeyboardInterrupt", "", 1), None)])
+def test_it_is_known_which_errors_that_end_a_run_are_named(error, named):
+    found = told({"q1": "a = 1"}, {"q1": error}, "234")
+    assert found.ended_by == (named or {"KeyboardInterrupt"})
