@@ -162,6 +162,13 @@ def judge_candidates(
     return None, why
 
 
+def _wrong(what: str, case: Case, follow: Follows, why: str) -> Verdict:
+    """The verdict on a value that agrees with nothing; own answers are named only if there are any that lead to one."""
+    has_own = led_to(case, follow)[0] or len([*candidates(case)]) > 1
+    own = ", and not what follows from your own earlier answers" if has_own else ""
+    return wrong(f"Not {what} of your bench{own}.{why}")
+
+
 @dataclass(frozen=True)
 class ArrayFrom:
     """A matrix or a vector of numbers, each entry within a tolerance.
@@ -198,7 +205,7 @@ class ArrayFrom:
         for slip, expected in led_to(case, self.others)[0]:
             if self._agrees(value, expected):
                 return wrong(f"Not {self.what}: {slip}.")
-        return wrong(f"Not {self.what} of your bench, and not what follows from your own earlier answers.{why}")
+        return _wrong(self.what, case, self.follow, why)
 
     def _agrees(self, value: Any, expected: Any) -> bool:
         return same_entries(value, expected, self.rtol)
@@ -237,7 +244,7 @@ class PolesFrom:
         for slip, expected in led_to(case, self.others)[0]:
             if self._agrees(value, expected):
                 return wrong(f"Not {self.what}: {slip}.")
-        return wrong(f"Not {self.what} of your bench, and not what follows from your own earlier answers.{why}")
+        return _wrong(self.what, case, self.follow, why)
 
     def _agrees(self, value: Any, expected: Any) -> bool:
         return same_poles(value, expected, self.rtol)

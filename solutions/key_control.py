@@ -302,17 +302,18 @@ def experiment(suffix):
     """The check of a response and its figure, and of what is measured on it."""
     recorded, measured, again, slips = EXPERIMENTS[suffix]
     response = (recorded, "response")
+    numbers = {
+        name: Measured(name, again, response, measured, slips=tuple(slips.values()), **room)
+        for name, room in tolerances.MEASURED.items()
+    }
     return {
         recorded: {
             "response": ResponseOf(again, channels=("theta", "alpha", "vm"), slips=slips),
             "figure": FigureShows(again, own=response, channels=("theta", "alpha", "vm")),
         },
         measured: {
-            **{
-                name: Measured(name, again, response, measured, slips=tuple(slips.values()), **room)
-                for name, room in tolerances.MEASURED.items()
-            },
-            "satisfied": Satisfied(measured, again, response),
+            **numbers,
+            "satisfied": Satisfied(measured, again, response, numbers),
             "conclusion": ForAPerson(),
         },
     }

@@ -151,6 +151,8 @@ class ClosedLoopPoles:
                 "These are the desired poles, but with your own gain of question 3.8 they are not where your "
                 "model's are: compute the eigenvalues of A - B K."
             )
+        if gain is None:
+            return wrong(f"These are not the desired poles, and there is no gain of yours that gives others.{why}")
         return wrong(f"Not the poles of your own model with your own gain: the eigenvalues of A - B K.{why}")
 
     def _by_closing(self, gain: Array, value: Any, wanted: bool, case: Case) -> Verdict | None:

@@ -96,7 +96,8 @@ class Stiffness:
             return ". It agrees with your own J_l, but that is another arm's"
         if follows:
             return ". It agrees with your own J_l and omega_n, but neither is your bench's"
-        return ", and not J_l·omega_n² with your own J_l and omega_n"
+        has_both = None not in (_own(OMEGA_N, case), _own(J_L, case))
+        return ", and not J_l·omega_n² with your own J_l and omega_n" if has_both else ""
 
 
 def frequency_of(omega: float, case: Case) -> readings.Span | None:

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from labcourse.answers.json_values import thin
 from labcourse.answers.parts import Part
 from labcourse.grading.marking.checks import misfit, refused_recording
-from labcourse.grading.verdicts import Case, Verdict, follow_through, for_a_person, partly, right, wrong
+from labcourse.grading.verdicts import Case, Status, Verdict, follow_through, for_a_person, partly, right, wrong
 from rotflex import response
 from rotflex.errors import RotflexError
 from rotflex.recording import Recording
@@ -67,10 +67,26 @@ class ResponseOf:
             for slip, does in self.slips.items():
                 if any(_apart(value, run, self.channels) <= self.rtol for run in does(case, value["metadata"])):
                     return wrong(f"It is not the response that is asked for: {slip}.")
-            return wrong("Run again on your own bench, with your own answers, the experiment gives another response.")
+            return wrong(f"The experiment gives another response when it is run again{_with_what(case)}.")
         if any(_apart(value, best, (channel,)) > self.rtol for channel in self.model):
             return partly(0.5, "The bench's channels are right; your model of question 2.14 gives other curves.")
-        return right("It comes out the same when the experiment is run again with your own answers.")
+        return right(f"It comes out the same when the experiment is run again{_with_what(case)}.")
+
+
+def _with_what(case: Case) -> str:
+    """With which answers an experiment is run again: the student's own, if there is a gain or a model of theirs."""
+    if any(_is_there(case, *where) for where in (("3.8", "K"), ("3.10", "K"), ("2.14", "A"))):
+        return " with your own answers"
+    return " with the right design, for you gave none"
+
+
+def _is_there(case: Case, question: str, part: str) -> bool:
+    """Whether there is an own answer from which something can follow."""
+    try:
+        usable(case.own, question, part)
+    except LookupError:
+        return False
+    return True
 
 
 def _apart(value: dict[str, Any], run: Recording, channels: tuple[str, ...]) -> float:
@@ -118,14 +134,14 @@ class Measured:
             return for_a_person("It was not measured on a bench that is known here; a person will look at it.")
         expected = [measured[self.quantity] for measured in measured_again(case, self.again, self.recording)]
         if any(self._near(value, target) for target in expected):
-            return right("Agrees with what is measured when the experiment is run again with your own answers.")
+            return right(f"Agrees with what is measured when the experiment is run again{_with_what(case)}.")
         found = self._from_own(value, case)
         if found is not None:
             return found
         if not expected:
             return wrong("It cannot be checked: with your gain the loop is unstable, or nothing could be measured.")
         slip = self._slip(value, expected)
-        again = "Not what is measured when the experiment is run again with your own answers."
+        again = f"Not what is measured when the experiment is run again{_with_what(case)}."
         return wrong(f"{again} {slip}".strip())
 
     def _slip(self, value: float, expected: list[float]) -> str:
@@ -210,11 +226,22 @@ LIMITS = {
 
 @dataclass(frozen=True)
 class Satisfied:
-    """Whether the specifications are met: as the student's own numbers say, if these are there."""
+    """Whether the specifications are met: as the student's own numbers say, if these are there.
+
+    Nothing follows from numbers that were never measured: all of them are wrong, and nothing was recorded.
+
+    Parameters
+    ----------
+    question : in which the numbers are given
+    again : runs the experiment again
+    recording : (question, part) of the student's recording
+    numbers : the checks of the numbers
+    """
 
     question: str
     again: Again
     recording: tuple[str, str]
+    numbers: Mapping[str, Measured] = field(default_factory=dict)
     kinds = ("choice",)
 
     def verdict(self, part: Part, value: Any, case: Case) -> Verdict:
@@ -224,11 +251,21 @@ class Satisfied:
         except LookupError:
             own = {}
         if own:
-            if value == _meets(own) or _touches(own):
-                return right("It agrees with the numbers that you measured.")
-            return wrong("Your own numbers, held against the four limits, say otherwise.")
+            return self._by_own(part, value, own, case)
         answers = {_meets(measured) for measured in measured_again(case, self.again, self.recording)}
         return right("It is so.") if value in answers else wrong("Hold each number against its limit.")
+
+    def _by_own(self, part: Part, value: Any, own: dict[str, float], case: Case) -> Verdict:
+        """Compare with the student's own numbers, of which some or all may be wrong."""
+        judged = [check.verdict(part, own[name], case) for name, check in self.numbers.items()]
+        wrong_ones = sum(verdict.status is Status.WRONG for verdict in judged)
+        if judged and wrong_ones == len(judged) and not _is_there(case, *self.recording):
+            return wrong("None of your numbers is right, and you recorded nothing: nothing follows from them.")
+        if value != _meets(own) and not _touches(own):
+            return wrong("Your own numbers, held against the four limits, say otherwise.")
+        if not wrong_ones:
+            return right("It agrees with the numbers that you measured.")
+        return follow_through("It agrees with the numbers that you gave, though not all of them are right.")
 
 
 def _touches(measured: dict[str, float]) -> bool:

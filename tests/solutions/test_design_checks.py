@@ -9,7 +9,7 @@ from rotflex import simulation
 from rotflex.course.questions import CATALOGUE
 from solutions import tolerances
 from solutions.design_checks import ArrayFrom, PolesFrom, StateSpaceFunction
-from solutions.loop_checks import GainPlaces
+from solutions.loop_checks import ClosedLoopPoles, GainPlaces
 from solutions.true_bench import TrueBench
 from solutions.wanted import desired_poles
 
@@ -38,10 +38,20 @@ def gain(K_s):
 
 
 def status(check, part, value, **own):
+    return verdict(check, part, value, **own).status
+
+
+def verdict(check, part, value, **own):
     """With own answers given as ``K_s=...``, ``A=...``, ``B=...``."""
-    places = {"K_s": ("2.12", "K_s"), "A": ("2.14", "A"), "B": ("2.14", "B"), "poles": ("2.18", "poles")}
+    places = {
+        "K_s": ("2.12", "K_s"),
+        "K": ("3.8", "K"),
+        "A": ("2.14", "A"),
+        "B": ("2.14", "B"),
+        "poles": ("2.18", "poles"),
+    }
     known = {places[name]: value for name, value in own.items()}
-    return check.verdict(part, value, Case(BENCH, lambda q, p: known[q, p], 7)).status
+    return check.verdict(part, value, Case(BENCH, lambda q, p: known[q, p], 7))
 
 
 MODEL = ArrayFrom("the matrix A", lambda d: d.torque_model[0])
@@ -72,6 +82,20 @@ def test_a_stiffness_that_was_not_answered_is_taken_from_the_own_matrix_if_it_is
         A, _ = model(off * BENCH.K_s)
         assert status(MODEL, A_PART, A, A=A) is expected
         assert status(OPEN_LOOP, POLES_PART, np.linalg.eigvals(voltage_model(off * BENCH.K_s)[0]), A=A) is expected
+
+
+@pytest.mark.parametrize(
+    ("check", "part", "value", "own"),
+    [
+        (MODEL, A_PART, np.ones((4, 4)), {"K_s": 3 * BENCH.K_s}),
+        (OPEN_LOOP, POLES_PART, np.array([-1, -2, -3, -4]), {"K_s": 3 * BENCH.K_s}),
+        (ClosedLoopPoles(), POLES_PART, np.array([-1, -2, -3, -4]), {"K": gain(3 * BENCH.K_s)}),
+    ],
+)
+def test_only_own_answers_that_are_there_are_said_to_disagree(check, part, value, own):
+    nothing, something = verdict(check, part, value), verdict(check, part, value, **own)
+    assert nothing.status is something.status is Status.WRONG
+    assert "your own" in something.reason and "your own" not in nothing.reason
 
 
 def _nothing(question, part):

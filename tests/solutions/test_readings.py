@@ -277,3 +277,10 @@ def test_a_stiffness_by_itself_is_right_to_half_a_bin():
 def test_half_a_digit_is_that_of_the_second():
     found = [readings.half_a_digit(value) for value in (23.0, 1.5, 0.0034, 20.0, 23.4, 0.0, math.nan)]
     assert found == pytest.approx([0.5, 0.05, 0.00005, 0.5, 0.0, 0.0, 0.0])
+
+
+def test_a_stiffness_is_not_said_to_disagree_with_own_numbers_that_were_not_given():
+    bench = TrueBench("ada")
+    neither, both = stiffness(9.9, case(bench)), stiffness(9.9, case(bench, omega_n=20.0, J_l=bench.J_l))
+    assert neither.status is both.status is WRONG
+    assert "your own J_l" in both.reason and "your own" not in neither.reason

@@ -116,6 +116,42 @@ def numbers(bench, **shares):
     return case(bench, **{f"q3_14_{part}": limit * shares.get(part, 0.9) for part, limit in LIMITS.items()})
 
 
+def satisfied(value, own):
+    """The verdict with the checks of the numbers, which have 3 % of room."""
+    checks = {name: Measured(name, FULL, OWN) for name in LIMITS}
+    return Satisfied("3.14", FULL, OWN, checks).verdict(SATISFIED, value, own)
+
+
+def test_numbers_that_are_not_right_are_not_called_measured_and_what_agrees_with_them_follows(bench, K, run):
+    worst = response.worst(response.measure(run))
+    right_ones = {
+        "t_s": worst.settling_time,
+        "PO": worst.overshoot,
+        "alpha_max_deg": np.rad2deg(worst.max_alpha),
+        "V_max": worst.max_vm,
+    }
+    is_met = "yes" if all(right_ones[name] <= limit for name, limit in LIMITS.items()) else "no"
+    own = {"K": np.array([K]), "response": stored(RESPONSE, run)}
+
+    def judged(value, **changed):
+        given = {f"q3_14_{name}": number for name, number in (right_ones | changed).items()}
+        return satisfied(value, case(bench, **own, **given))
+
+    measured, mistaken = judged(is_met), judged("no", t_s=5.0)
+    assert (measured.status, mistaken.status) == (Status.RIGHT, Status.FOLLOW_THROUGH)
+    assert "that you measured" in measured.reason and "not all of them are right" in mistaken.reason
+    assert judged("yes", t_s=5.0).status is Status.WRONG
+
+
+def test_nothing_follows_from_numbers_that_are_all_wrong_where_nothing_was_recorded(bench, K, run):
+    invented = {f"q3_14_{name}": 0.3 * limit for name, limit in LIMITS.items()}
+    for value in ("yes", "no"):
+        verdict = satisfied(value, case(bench, **invented))
+        assert verdict.status is Status.WRONG and "nothing follows" in verdict.reason
+    recorded = case(bench, K=np.array([K]), response=stored(RESPONSE, run), **invented)
+    assert satisfied("yes", recorded).status is Status.FOLLOW_THROUGH
+
+
 @pytest.mark.parametrize(
     ("shares", "accepted"),
     [
@@ -207,3 +243,10 @@ def test_who_measured_a_servo_that_never_settles_need_not_give_a_settling_time(b
     assert check.missing(T_S, case(bench, K=restless, q3_14_PO=0.0)) is None  # nothing was recorded
     settled = {"K": np.array([K]), "response": stored(RESPONSE, bench.tracking(K, "full"))}
     assert check.missing(T_S, case(bench, **settled, q3_14_PO=0.0)) is None
+
+
+def test_a_number_is_not_said_to_be_compared_with_own_answers_that_were_not_given(bench, K):
+    check = Measured("t_s", FULL, OWN)
+    nothing, own = check.verdict(T_S, 5.0, case(bench)), check.verdict(T_S, 5.0, case(bench, K=np.array([K])))
+    assert nothing.status is own.status is Status.WRONG
+    assert ("own answers" in own.reason) and ("own answers" not in nothing.reason)
