@@ -603,7 +603,7 @@ def report(marks: Marks, out: Out = None, solutions: CourseFolder = None) -> Non
     with _gradebook(marks) as book:
         reports = Reports(folder, course, book)
         count = reports.write_all()
-    say(f"{_students(count)}: {folder}", *reports.notices())
+    say(f"Pages of {_students(count)}: {folder}", *reports.notices())
 
 
 @app.command(rich_help_panel=_CLASS)

@@ -133,7 +133,7 @@ class Reports:
         Returns
         -------
         int
-            number of students
+            number of students who have pages
 
         Raises
         ------
@@ -160,7 +160,7 @@ class Reports:
                 files.write(path, grades_table(rows, handed_in, self._course.key))
         if self._failures:
             raise _not_written(self._failures)
-        return len(rows)
+        return sum(isinstance(row, Result) for row in rows)
 
     def _write_hints(self) -> None:
         self._hints = hints.of_class(self._book, self._course)
