@@ -107,16 +107,16 @@ def explain(
     stopped = [cell for cells in run.cells.values() for cell in cells if cell.stopped]
     # A cell that stopped beside a missing answer with a cause is not named again.
     beside = {cell for where, cause in causes.items() if cause or where in away for cell in run.cells_of(where)}
-    harmless = {
-        cell: text for cell in stopped if cell not in beside | {*built_on} and (text := texts.of_harmless(cell))
-    }
+    aside = [cell for cell in stopped if cell not in beside and cell not in built_on]
+    said = ((cell, text) for cell in aside if (text := texts.of_harmless(cell)))
+    harmless = dict(islice(said, _MOST_HARMLESS))
     named = [*built_on, *harmless]
     return Reasons(
         missing,
         {where: f"{texts.stop(cause)}." for where, cause in causes.items() if isinstance(cause, RunCell)},
         tuple(stops),
         tuple(f"Recorded at home and missing here: {', '.join(parts)}; {why}." for why, parts in by_reason.items()),
-        tuple(harmless.values())[:_MOST_HARMLESS],
+        tuple(harmless.values()),
         frozenset(error.type if (error := cell.report and cell.report.error) else "" for cell in named),
         frozenset(filter(run.is_begun, run.recorder)),
     )

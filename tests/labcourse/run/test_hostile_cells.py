@@ -108,7 +108,7 @@ def test_a_thousand_cells_of_which_each_builds_on_all_before_it():
         for place, cell in enumerate(cells)
     ]
     said = explained(cells, Reports(tuple(stopped)))
-    assert len(said.stops) == 1
+    assert (len(said.harmless), said.stops) == (18, ())  # one of 50 stops, no answer uses it, and names are too many
 
 
 def test_answers_that_say_they_lack_each_other_have_an_end():
