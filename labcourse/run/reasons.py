@@ -405,7 +405,9 @@ class Causes:
         return cause
 
     def without_value(self, cell: RunCell, anywhere: bool = False) -> Iterator[Where]:
-        """Yield the missing answers from which a student's cell takes a name; it stopped, for the name has no value.
+        """Yield the missing answers from which a cell takes a name without a value, which stopped it.
+
+        A cell of the course must not stop on a name that is None; such a stop is its own.
 
         Parameters
         ----------
@@ -413,7 +415,8 @@ class Causes:
         anywhere : also look at answers that are asked for later, or in another notebook
         """
         error = cell.report.error if cell.report else None
-        for name in sorted(cell.uses) if cell.written and error and error.type in _OF_NO_VALUE else ():
+        may_be = error and (error.type == "NameError" or (cell.written and error.type in _OF_NO_VALUE))
+        for name in sorted(cell.uses) if may_be else ():
             for where in self._variables.get(name, ()):
                 notebook, recorder = self.recorder[where]
                 is_before = notebook == cell.notebook and self._bound_at(cell, name) <= recorder < cell.place

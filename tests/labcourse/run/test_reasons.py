@@ -205,3 +205,11 @@ def test_nothing_is_blamed_for_an_answer_in_a_notebook_that_was_not_handed_in():
 def test_it_is_known_which_errors_that_end_a_run_are_named(error, named):
     found = told({"q1": "a = 1"}, {"q1": error}, "234")
     assert found.ended_by == (named or {"KeyboardInterrupt"})
+
+
+def test_a_cell_of_the_course_builds_on_an_answer_only_if_the_name_is_not_defined():
+    own = {"q3": "e = 1", "q4": "d = 1"}
+    undefined = told(own, {"q3-answer": name_error("c"), "q4-answer": name_error("c")}, "12")
+    assert undefined.stops == ("3 stopped: NameError, name 'c' is not defined, line 1; 4 builds on it.",)
+    none = told({"q4": "d = 1"}, {"q4-answer": CellError("TypeError", "unsupported operand", 1)}, "12")
+    assert none.stops == ("4 stopped: TypeError, unsupported operand, line 1.",)
