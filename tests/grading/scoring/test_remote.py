@@ -188,7 +188,7 @@ def test_wrong_tokens_are_counted_for_a_minute_and_for_few_addresses(monkeypatch
     assert [counted.wait("a") for _ in range(guards.MOST_WRONG)] == [0] * guards.MOST_WRONG
     now = 130.0
     assert counted.wait("a") == 30
-    now = 160.0
+    now = 170.0
     assert counted.wait("a") == 0
     monkeypatch.setattr(guards, "MOST_ADDRESSES", 3)
     for address in "bcd":
