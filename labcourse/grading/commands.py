@@ -30,6 +30,7 @@ from labcourse.safe_text import say
 from labcourse.student_id import GRADEBOOK_FILE, INTAKE_FILE
 
 if TYPE_CHECKING:
+    from labcourse.grading.course import Course
     from labcourse.grading.erasure import Results
     from labcourse.grading.gradebook import Erased, Gradebook
     from labcourse.grading.scoring.desk import Desk
@@ -426,7 +427,7 @@ def score(
         elif read is not None:
             _read_table(desk, read, names[0])
         else:
-            _serve(desk, names, site, port, browser, course.title, certificate, private_key)
+            _serve(desk, names, site, port, browser, course, certificate, private_key)
 
 
 def _site(
@@ -472,10 +473,11 @@ def _serve(
     site: Site | None,
     port: int,
     browser: bool,
-    title: str,
+    course: Course,
     certificate: Path | None,
     private_key: Path | None,
 ) -> None:
+    from labcourse.grading.overview import as_page, class_overview
     from labcourse.grading.scoring import server
 
     if certificate is not None:
@@ -489,7 +491,10 @@ def _serve(
             find = _let_in(desk.book, site, names)
             where = "all interfaces" if own_tls else "127.0.0.1"
             typer.echo(f"The page is {site.url}/. The program listens on {where}, port {port}. Ctrl-C ends it.")
-        server.serve(server.application(desk, site, find, title), listener, certificate, private_key)
+        made = server.application(
+            desk, site, find, course, lambda link: as_page(class_overview(desk.book, course), link)
+        )
+        server.serve(made, listener, certificate, private_key)
 
 
 def _let_in_here(names: list[str], port: int, browser: bool) -> tuple[Site, Find]:
@@ -843,13 +848,22 @@ def comment(marks: Marks, student: Student, text: FeedbackText, by: By, question
 
 @app.command(rich_help_panel=_PERSON)
 def history(marks: Marks, student: OneStudent = None, question: OneQuestion = None) -> None:
-    """Show every change of a mark: before and after, when, by whom, and why."""
+    """Show every change of a mark: before and after, when, by whom, and why; and who opened what by name.
+
+    Scorers from whom names are hidden can open a student or an answer by name. It is recorded, and shown here.
+    """
+    from labcourse.grading.overview import moment
+
     with _gradebook(marks) as book:
         for entry in book.audit(student, question):
             states = (entry.before, entry.after)
             change = " → ".join("–" if state is None else f"{state.points:g} ({state.status})" for state in states)
             where = f"{entry.when:%Y-%m-%d %H:%M} UTC  {entry.student}  {entry.question} {entry.part}"
             say(f"{where}: {change}  {entry.actor}: {entry.reason}")
+        for opening in book.scores.openings(student):
+            if question is None or question == opening.question:
+                shown = f"{opening.student or 'the class'}  {opening.question} {opening.part}".rstrip()
+                say(f"{moment(opening.when)}  {shown}: opened by name  {opening.actor}")
 
 
 @requests.command()

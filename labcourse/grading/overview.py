@@ -7,10 +7,8 @@ leaves out is in nothing of it, but for requests and for changes of marks.
 from __future__ import annotations
 
 import io
-import re
-import textwrap
 from collections import Counter, defaultdict
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 from html.parser import HTMLParser
@@ -34,7 +32,7 @@ from labcourse.grading.graded_run import FAILED, facts_of, key_faults
 from labcourse.grading.intake import is_unread
 from labcourse.grading.reports import hints
 from labcourse.grading.reports.changes import changed_since, state_text
-from labcourse.grading.reports.result import lapse, points, received, result_in, worth
+from labcourse.grading.reports.result import lapse, points, received, result_in, shortened, without_numbers, worth
 from labcourse.grading.reports.templating import templates
 from labcourse.grading.scoring import progress
 from labcourse.grading.settings import CourseSettings, MarkSettings
@@ -48,12 +46,9 @@ MUCH = 1 / 3  #: of the points; a student who misses more is in trouble
 FAR_BELOW, FEWEST = 1 / 2, 5  #: of the class's median share of points, of at least so many students
 MANY, SEVERAL = 0.2, 2  #: share of the judged answers, and students, for whom a part went wrong
 _MOST_PROBLEMS = 3  # of a student that are shown; all are in their feedback
-_LONGEST = 300  # characters of what somebody wrote
 _WIDTH = 100  # columns of a terminal
 _WENT_WRONG = (Status.WRONG, Status.PARTLY)
 _JUDGED = (*_WENT_WRONG, Status.RIGHT, Status.FOLLOW_THROUGH)
-#: No digit of a name, as in K_2 or q3, and no full stop that ends a sentence.
-_NUMBER = re.compile(r"(?<![\w.])[-+\u2212]?\d+(?:[.,]\d+)*(?:[eE][-+]?\d+)?(?:[·×]10[⁻⁺⁰¹²³⁴⁵⁶⁷⁸⁹]+)?j?(?!\w)")
 
 
 @dataclass(frozen=True)
@@ -160,8 +155,15 @@ def _left_out(marks: MarkSettings) -> str:
     return f"{what} Requests and changed marks are still listed for it." if marks.drop else ""
 
 
-def as_page(overview: Mapping[str, Any]) -> str:
-    """Return the overview as an HTML page without scripts, which loads nothing."""
+def as_page(overview: Mapping[str, Any], answer_link: Callable[[str, str, str], str] | None = None) -> str:
+    """Return the overview as an HTML page without scripts, which loads nothing.
+
+    Parameters
+    ----------
+    overview : from :func:`class_overview`
+    answer_link : student, question, part → address of the answer, or of all of the student's if question and part are
+        empty. With it, the page has links, and must not be written to a file.
+    """
     environment = templates("templates")
     environment.filters["short"] = short
     functions = {
@@ -172,7 +174,8 @@ def as_page(overview: Mapping[str, Any]) -> str:
         "left": progress.time_text,
     }
     page = environment.get_template("overview.html")
-    return page.render(**overview, **functions, listed=listed, many=MANY, program=program.name())
+    about = {"listed": listed, "many": MANY, "program": program.name(), "answer_link": answer_link}
+    return page.render(**overview, **functions, **about)
 
 
 def as_text(page: str) -> str:
@@ -374,16 +377,6 @@ def slips(runs: Iterable[Graded]) -> list[Slip]:
         judged_parts.append(Slip(where, len(wrong), len(marks), lost, reasons))
     many = (slip for slip in judged_parts if slip.wrong >= max(SEVERAL, MANY * slip.judged))
     return sorted(many, key=lambda slip: (-slip.wrong / slip.judged, -slip.lost, slip.where))
-
-
-def without_numbers(reason: str) -> str:
-    """Return a reason as it is the same for everybody with the same slip: each number in it as "…"."""
-    return shortened(_NUMBER.sub("…", reason))
-
-
-def shortened(text: str) -> str:
-    """Return the beginning of a text in one line."""
-    return textwrap.shorten(text, _LONGEST, placeholder="…")
 
 
 # --- feedback that was given back -------------------------------------------------------------------------------------

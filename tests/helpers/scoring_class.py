@@ -15,8 +15,10 @@ from typing import Any
 
 from checkout import ROOT
 from gradebooks import graded, mark, prose, record, report_text
+from made_courses import OURS
 
 from labcourse.grading.gradebook import Gradebook
+from labcourse.grading.overview import as_page, class_overview
 from labcourse.grading.scoring.desk import Desk
 from labcourse.grading.scoring.guards import HEADER, TOKEN_HEADER, Scorer, while_it_runs
 from labcourse.grading.scoring.rubric import Item
@@ -123,7 +125,10 @@ class Client:
 def clients(made: Desk, *names: str, site: Site | None = None) -> list[Client]:
     """A client for each scorer, let in."""
     scorers = [Scorer(name) for name in names]
-    app = application(made, site or on_loopback(8765), while_it_runs(scorers), "A course")
+    find = while_it_runs(scorers)
+    app = application(
+        made, site or on_loopback(8765), find, OURS, lambda link: as_page(class_overview(made.book, OURS), link)
+    )
     return [Client(app, one, **({"home": site.url} if site else {})).enter() for one in scorers]
 
 

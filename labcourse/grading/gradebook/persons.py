@@ -54,6 +54,7 @@ _CALLED = {
     "audit": "audit trail",
     "scores": "remark",
     "claims": "answer that is being read",
+    "openings": "page that was opened by name",
     "comments": "comment for them",
     "requests": "request to look again",
     "publications": "note on what was given back",
@@ -107,7 +108,7 @@ def add_student(session: Session, student: StudentRecord) -> StudentRecord:
     return student
 
 
-def put(session: Session, student_id: int, record: _Stored, **own: Any) -> _Stored:
+def put(session: Session, student_id: int | None, record: _Stored, **own: Any) -> _Stored:
     """Store a record of a student, with values for columns that are not fields of the record.
 
     Returns
@@ -125,7 +126,7 @@ def put(session: Session, student_id: int, record: _Stored, **own: Any) -> _Stor
 
 def read(session: Session, table: type[_Named], *which: Any) -> list[_Named]:
     """Read the records for which some conditions hold, with their student's ID, in the order of writing."""
-    statement = select(table, StudentRecord.student).join(StudentRecord, StudentRecord.id == table.student_id)
+    statement = select(table, StudentRecord.student).outerjoin(StudentRecord, StudentRecord.id == table.student_id)
     records = []
     for record, student in session.execute(statement.where(*which).order_by(*inspect(table).primary_key)):
         record.student = student
@@ -313,7 +314,7 @@ def _as_json(value: Any) -> Any:
     return vars(value) if isinstance(value, MarkState) else value
 
 
-_ACTED = "{} is named as who marked, wrote, published or erased"
+_ACTED = "{} is named as who marked, wrote, opened, published or erased"
 
 
 class _Erasing:

@@ -403,9 +403,26 @@ class Claim(Base):
     until: Mapped[datetime]
 
 
+class Opening(OfAnswer, Base):
+    """A page that a scorer opened by name, where names are hidden. This table only grows.
+
+    Attributes
+    ----------
+    student : that the page shows; None for the page of the class
+    question, part : of the answer that the page shows; "" for another page
+    actor, when : the scorer, and when (UTC)
+    """
+
+    __tablename__ = "openings"
+
+    student_id = mapped_column(sa.ForeignKey("students.id", ondelete="CASCADE"), index=True)
+    actor: Mapped[str]
+    when: Mapped[datetime] = mapped_column("opened")
+
+
 @dataclass(frozen=True)
 class Answer:
-    """An answer that a person reads or has marked, as it is now.
+    """An answer as it is now.
 
     Attributes
     ----------
@@ -413,6 +430,7 @@ class Answer:
     mark : that counts
     acts : on the present answer, in order; without those that were taken back
     given : the mark that a person gave, by an act or by ``labcourse mark``; None if nobody gave one
+    made : the mark that the software made; None if it is not known
     """
 
     student: str
@@ -421,6 +439,7 @@ class Answer:
     mark: MarkRecord
     acts: tuple[Act, ...] = ()
     given: GivenMark | None = None
+    made: MarkRecord | None = None
 
     @property
     def where(self) -> Where:

@@ -54,6 +54,7 @@ from labcourse.grading.gradebook.records import (
     Mark,
     MarkRecord,
     MarkState,
+    Opening,
     Publication,
     Request,
     RosterReport,
@@ -666,6 +667,11 @@ class Scores:
         with self._database.reading() as session:
             return _answers(session, parts)
 
+    def any_answers(self, where: Where) -> list[Answer]:
+        """Return all students' answers to a part, by student, whoever marks them; blank ones, too."""
+        with self._database.reading() as session:
+            return _answers(session, [where], any_state=True)
+
     def acts(self, parts: Collection[Where] | None = None, actor: str | None = None) -> list[Act]:
         """Return what scorers did, in order; also acts that were taken back, and the acts that took them back.
 
@@ -739,6 +745,26 @@ class Scores:
                 raise _changed_error(session, before, before.mark(act.where))
             earlier = act.replaced and GivenMark.from_json(**act.replaced)
             return _act(session, before, earlier, f"taken back: act {number}", act.where, actor, undoes=number)
+
+    # --- what was opened by name --------------------------------------------------------------------------------------
+
+    def opened(self, actor: str, student: str | None = None, where: Where = ("", "")) -> Opening:
+        """Store that a scorer opened the page of the class, of a student, or of an answer by name.
+
+        Raises
+        ------
+        GradebookError
+            If there is no such student.
+        """
+        with self._database.writing() as session:
+            about = None if student is None else known_student(session, student)
+            shown, number = (None, None) if about is None else (about.student, about.id)
+            return put(session, number, Opening(NEW, shown, *where, actor, now()))  # type: ignore[arg-type]
+
+    def openings(self, student: str | None = None) -> list[Opening]:
+        """Return what was opened by name, in order; of one student, if given."""
+        with self._database.reading() as session:
+            return read(session, Opening, *([] if student is None else [is_student(student)]))
 
     # --- who reads what -----------------------------------------------------------------------------------------------
 
@@ -834,8 +860,8 @@ def _own_act(session: Session, number: int, actor: str) -> Act:
 # --- answers ----------------------------------------------------------------------------------------------------------
 
 
-def _answers(session: Session, parts: Collection[Where] | None) -> list[Answer]:
-    """Return the answers that a person reads or has marked, of these parts or of all."""
+def _answers(session: Session, parts: Collection[Where] | None, any_state: bool = False) -> list[Answer]:
+    """Return the answers of these parts or of all: those that a person reads or has marked, or those in any state."""
     done: dict[tuple[str, Where], list[Act]] = defaultdict(list)
     for act in standing(read(session, Act, *_among(Act, parts))):
         done[act.student, act.where].append(act)
@@ -843,8 +869,8 @@ def _answers(session: Session, parts: Collection[Where] | None) -> list[Answer]:
     for student, mark, given in read_marks(session, RunRecord.current, *_among(Mark, parts)):
         own = given if given is not None and holds(given.mark, mark) else None
         acts = tuple(act for act in done[student, mark.where] if holds(act, mark))
-        if mark.status == FOR_A_PERSON or own is not None or acts:
-            answers.append(Answer(student, *mark.where, with_decision(mark, own), acts, own))
+        if any_state or mark.status == FOR_A_PERSON or own is not None or acts:
+            answers.append(Answer(student, *mark.where, with_decision(mark, own), acts, own, mark))
     return answers
 
 

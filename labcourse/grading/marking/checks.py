@@ -101,6 +101,13 @@ class _Numbers:
         disagrees = f" It does not agree with {self.follow_what} either." if own is not None else why
         return verdicts.wrong(f"More than {tolerance} off {self.what}.{disagrees}")
 
+    def compared(self, part: Part, bench: Any) -> str:
+        """Say to an instructor what answers on a bench are compared with. Students must not see it."""
+        wanted = np.array2string(np.asarray(self.expected(bench)), precision=5, separator=", ")
+        tolerance = _tolerance_text(self.rtol, self.atol, part.unit or part.usual.unit)
+        follows = f" An answer that agrees with {self.follow_what} counts, too." if self.follow else ""
+        return f"{self.what}: {wanted} {part.unit or part.usual.unit}".rstrip() + f", within {tolerance}.{follows}"
+
     def _agrees(self, value: Any, wanted: Any, rtol: float) -> bool:
         """Return whether an answer is within the tolerance of a value."""
         return same_entries(value, wanted, rtol, self.atol)

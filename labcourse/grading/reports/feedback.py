@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection, Mapping
 from datetime import UTC, datetime
 from functools import partial
 from itertools import groupby
@@ -22,21 +22,24 @@ from labcourse.grading.graded_run import answers_of
 from labcourse.grading.reports import drawn_figure, markdown
 from labcourse.grading.reports.result import Result, asked, lapse, points, sums, worth
 from labcourse.grading.reports.templating import templates
+from labcourse.grading.settings import FeedbackSettings
 from labcourse.grading.verdicts import UNDECIDED, Status
 
 _GOOD = (Status.RIGHT, Status.BY_A_PERSON)
 _LOST = (Status.PARTLY, Status.WRONG, Status.MISSING, Status.SUPPLIED)  # look at it again, whatever it is worth
 
 
-def page(result: Result, course: Course) -> str:
+def page(result: Result, course: Course, answer_link: Callable[[str, str, str], str] | None = None) -> str:
     """Return a student's feedback as HTML. Before it opens, it has the date and problems with the submission only.
 
     Parameters
     ----------
     result : what came out
     course : with its questions, and the settings of what students see
+    answer_link : student, question, part → address of the answer. With it, the page is an instructor's copy: it is
+        complete, whatever students see, and has a link at each answer. It must not be written to a file.
     """
-    seen, account = course.settings.feedback, result.account
+    seen, account = FeedbackSettings() if answer_link else course.settings.feedback, result.account
     questions = shown_questions(result, course.catalogue)
     sections = groupby(questions, key=lambda one: (one["question"].section, one["question"].notebook))
     context = {
@@ -48,6 +51,7 @@ def page(result: Result, course: Course) -> str:
         "final": "" if account is None else account.final_text,
         "course": " · ".join(filter(None, (course.title, course.settings.term))),
         "undecided": UNDECIDED,
+        "answer_link": answer_link,
     }
     helpers = {"points": points, "worth": worth, "sums": sums, "asked": asked, "lapse": lapse}
     return templates().get_template("feedback.html").render(**context, **helpers) + "\n"

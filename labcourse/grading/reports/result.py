@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+import textwrap
 from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -25,6 +27,10 @@ from labcourse.grading.intake import is_absent
 from labcourse.grading.marking.marking import Mark
 from labcourse.grading.verdicts import UNDECIDED, Status
 from labcourse.student_id import caseless
+
+_LONGEST = 300  # characters of what somebody wrote
+#: No digit of a name, as in K_2 or q3, and no full stop that ends a sentence.
+_NUMBER = re.compile(r"(?<![\w.])[-+\u2212]?\d+(?:[.,]\d+)*(?:[eE][-+]?\d+)?(?:[·×]10[⁻⁺⁰¹²³⁴⁵⁶⁷⁸⁹]+)?j?(?!\w)")
 
 
 def points(number: float) -> str:
@@ -227,3 +233,13 @@ def lapse(given: GivenMark) -> str:
         f"{given.when:%Y-%m-%d} for another answer than there is now, or when there were other points for it. "
         "They do not count; a person has to look again."
     )
+
+
+def without_numbers(reason: str) -> str:
+    """Return a reason as it is the same for everybody with the same slip: each number in it as "…"."""
+    return shortened(_NUMBER.sub("…", reason))
+
+
+def shortened(text: str) -> str:
+    """Return the beginning of a text in one line."""
+    return textwrap.shorten(text, _LONGEST, placeholder="…")

@@ -9,11 +9,13 @@ from markupsafe import Markup
 
 from labcourse.answers.parts import WHOLE, Part, Question
 from labcourse.answers.report_files import NOT_WRITTEN, ReportFile, without_digests
+from labcourse.grading.course import Course
 from labcourse.grading.gradebook import Answer, MarkRecord, RunRecord
-from labcourse.grading.graded_run import facts_of
+from labcourse.grading.graded_run import facts_of, marking_job
 from labcourse.grading.reports.feedback import figures_of
 from labcourse.grading.reports.markdown import answer_as_html, as_html, pictures_of
 from labcourse.grading.scoring.desk import Desk, Where, key_of, seen, state
+from labcourse.safe_text import no_escapes
 
 _WORDS = ("prose", WHOLE)  # kinds of parts
 
@@ -34,12 +36,64 @@ def card(desk: Desk, answers: Sequence[Answer]) -> dict[str, Any]:
     }
 
 
+def opened(desk: Desk, course: Course, answer: Answer) -> dict[str, Any]:
+    """Return what the template needs of an answer that was opened by name: all that is known of it."""
+    book, student, where = desk.book, answer.student, answer.where
+    graded = book.current(student)
+    return {
+        "answer": answer,
+        "shown": _shown(desk, answer),
+        "compared": "" if graded is None else _compared(course, graded.run, where),
+        "acts": [act for act in book.scores.acts([where]) if act.student == student],
+        "audit": [entry for entry in book.audit(student, where[0]) if entry.part == where[1]],
+        "comments": [comment for comment in book.comments(student) if comment.question == where[0]],
+        "requests": sorted(
+            (one for one in book.requests.all() if (one.student, one.where) == (student, where)),
+            key=lambda one: one.answered is not None,
+        ),
+        "lapsed": [given for given in (graded.lapsed if graded else ()) if given.mark.where == where],
+    }
+
+
+def alike(desk: Desk, answers: Sequence[Answer]) -> list[dict[str, Any]]:
+    """Return what the template needs of other students' answers to a part of one kind."""
+    shown = []
+    for answer in answers:
+        graded = desk.book.current(answer.student) if _kind(desk, answer.where) in ("figure", *_WORDS) else None
+        run = None if graded is None else graded.run
+        figures = {} if run is None else figures_of(run, desk.catalogue, {answer.where})
+        about = {"key": key_of(answer.student, answer.where), "seen": seen(answer), "mark": answer.mark}
+        label = desk.label(answer.student, answer.where)
+        shown.append({**about, "label": label, "text": _text(desk, run, answer), "figure": figures.get(answer.where)})
+    return shown
+
+
+def _compared(course: Course, run: RunRecord, where: Where) -> str:
+    """Say what the key compared an answer with; "" if its check does not say so."""
+    check: Any = course.key.get(where[0], {}).get(where[1])
+    compared: Any = getattr(check, "compared", None)
+    own: Any = getattr(check, "own_bench", None)
+    if compared is None and own is None:
+        return ""
+    job, part = marking_job(run), course.catalogue.find_marked(where[0]).part(where[1])
+    try:
+        bench = course.true_bench(job.student, job.policy, job.evidence)
+        return compared(part, bench) if compared else f"{own.expected(bench):.5g} {part.unit} on this student’s bench."
+    except Exception as error:  # of the course's own code; an answer is to be seen in any case
+        return f"The key does not say: {type(error).__name__}: {error}"
+
+
+def _kind(desk: Desk, where: Where) -> str:
+    kinds = {part.name: part.kind for part in _parts(desk.catalogue.marked.get(where[0]))}
+    return kinds.get(where[1], "")
+
+
 def _shown(desk: Desk, answer: Answer) -> dict[str, Any]:
     where, judged = answer.where, desk.catalogue.report_judged
     graded = desk.book.current(answer.student)
     run, marks = (None, ()) if graded is None else (graded.run, graded.marks)
     related = _related(desk, where)
-    figures = {} if run is None else figures_of(run, desk.catalogue, related)
+    figures = {} if run is None else figures_of(run, desk.catalogue, {where, *related})
     pdf = report_of(desk, run, where)
     return {
         "key": key_of(answer.student, where),
@@ -63,7 +117,9 @@ def report_of(desk: Desk, run: RunRecord | None, where: Where) -> ReportFile | N
 
 
 def _text(desk: Desk, run: RunRecord | None, answer: Answer) -> Markup:
-    """Return the text; of a report as a whole, all of its texts with their pictures."""
+    """Return a text; of a report as a whole, all of its texts with their pictures; other answers as they are."""
+    if _kind(desk, answer.where) not in ("", *_WORDS):
+        return Markup('<p class="value">{}</p>').format(no_escapes(answer.mark.given))
     words = {} if run is None else run.words
     written = words.get(answer.question, {}).get(answer.part)
     if written is not None:
@@ -101,7 +157,6 @@ def _parts(question: Question | None) -> Iterable[Part]:
 def _fact(desk: Desk, mark: MarkRecord, where: Where) -> dict[str, str]:
     """Return a mark beside the text: what the student gave, and, if it is no text, what the machine found."""
     name = mark.part if mark.question == where[0] else f"{mark.question} {mark.part}"
-    kinds = {part.name: part.kind for part in _parts(desk.catalogue.marked.get(mark.question))}
-    if kinds.get(mark.part) in _WORDS:
+    if _kind(desk, mark.where) in _WORDS:
         return {"name": name, "given": mark.given, "status": "", "reason": ""}  # another's marks are not to sway
     return {"name": name, "given": mark.given, "status": mark.status, "reason": mark.reason}

@@ -14,14 +14,16 @@ import unicodedata
 from collections import Counter, defaultdict
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from datetime import datetime
 from itertools import islice
 
 from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.report_files import is_given
 from labcourse.errors import GradebookError
 from labcourse.grading.assignments import exact
-from labcourse.grading.gradebook import Act, Answer, Gradebook, standing
+from labcourse.grading.gradebook import FOR_A_PERSON, Act, Answer, Gradebook, standing
 from labcourse.grading.reports.result import points as shown_points
+from labcourse.grading.reports.result import without_numbers
 from labcourse.grading.reports.result import worth as in_points
 from labcourse.grading.scoring.rubric import Item
 from labcourse.grading.settings import LevelSettings
@@ -173,8 +175,22 @@ class Desk:
         later[:] = [*(one for one in later if one != key), key]
 
     def find(self, where: Where, key: str) -> Answer | None:
-        """Return the answer of a key in any state; None if there is none."""
-        return next((one for one in self.book.scores.answers([where]) if key_of(one.student, where) == key), None)
+        """Return the answer of a key in any state, whoever marks it; None if there is none."""
+        return next((one for one in self.book.scores.any_answers(where) if key_of(one.student, where) == key), None)
+
+    def alike(self, decided: Answer) -> list[Answer]:
+        """Return the answers on which nobody decided, and to which the machine gave what it gave to a decided one.
+
+        Status and reason are the same, apart from numbers in the reason. The result is empty if nobody decided on the
+        answer, and for answers that the machine leaves to a person.
+        """
+        made = decided.made
+        if decided.given is None or made is None or made.status == FOR_A_PERSON:
+            return []
+        same = (made.status, without_numbers(made.reason))
+        answers = sorted(self.book.scores.any_answers(made.where), key=lambda one: shuffled(one.student, made.where))
+        free = [one for one in answers if one.given is None and not one.asked]
+        return [one for one in free if (one.mark.status, without_numbers(one.mark.reason)) == same]
 
     def renew(self, actor: str, where: Where, key: str) -> str | None:
         """Claim an answer again; return a message if that fails."""
@@ -207,6 +223,23 @@ class Desk:
 
         return self._act(where, picks, write)
 
+    def give_same(self, actor: str, where: Where, decided: Pick, picks: Sequence[Pick]) -> Done:
+        """Give answers the share of their points, and the remark, that a person gave to another answer.
+
+        Nothing is given if the decision is not any more what the page showed.
+        """
+        example = self.find(where, decided.key)
+        if example is None or example.given is None or seen(example) != decided.seen:
+            return Done(problems=["The decision has changed. " + ("" if example is None else state(example))])
+        mark = example.mark
+        share = exact(mark.points) / (exact(mark.out_of) or 1)
+
+        def write(answer: Answer) -> Act:
+            points = float(share * exact(answer.mark.out_of))
+            return self.book.scores.give(answer.student, where, points, actor, remark=mark.reason, expected=answer.mark)
+
+        return self._act(where, picks, write)
+
     def ask(self, actor: str, where: Where, picks: Sequence[Pick], remark: str = "") -> Done:
         """Leave answers to the instructor, with a question."""
 
@@ -221,7 +254,7 @@ class Desk:
         for pick in reversed(picks):
             answer = self.find(where, pick.key)
             if answer is None:
-                done.problems.append("An answer is not there any more: it was handed in again, and left blank.")
+                done.problems.append("An answer is not there any more: the student’s work has no such part now.")
             elif seen(answer) != pick.seen:
                 done.problems.append(self.conflict(answer))
             else:
@@ -240,22 +273,23 @@ class Desk:
         label = self.label(answer.student, answer.where)
         return f"{label} has changed. {state(answer)} Nothing of yours was written for it."
 
+    def last_acts(self, actor: str) -> list[Act]:
+        """Return what a scorer did last, with all that was done by the same key: what :meth:`undo` takes back."""
+        left = [act for act in standing(self.book.scores.acts(actor=actor)) if act.number not in self._stuck[actor]]
+        together = self._together.get(left[-1].number, (left[-1].number,)) if left else ()
+        by_number = {act.number: act for act in left}
+        return [by_number[number] for number in together if number in by_number]
+
     def undo(self, actor: str) -> Done:
         """Undo what a scorer did last, with all that was done by the same key.
 
         A mark that cannot be undone is reported in ``problems``, and the next undo skips it.
         """
-        acts = self.book.scores.acts(actor=actor)
-        stuck = self._stuck[actor]
-        left = [act for act in standing(acts) if act.number not in stuck]
-        done = Done()
-        if not left:
+        stuck, done, last = self._stuck[actor], Done(), self.last_acts(actor)
+        if not last:
             stuck.clear()  # start again: what could not be undone may have been changed back
             done.problems.append("There is nothing of yours to undo.")
-            return done
-        together = self._together.get(left[-1].number, (left[-1].number,))
-        by_number = {act.number: act for act in left}
-        for act in (by_number[number] for number in together if number in by_number):
+        for act in last:
             try:
                 self.book.scores.undo(act.number, actor)
                 done.acts.append(act)
@@ -269,17 +303,20 @@ class Desk:
 
 
 def state(answer: Answer) -> str:
-    """Describe what became of an answer so far."""
+    """Describe what became of an answer so far: who decided, when, and why."""
     last, mark, by, act = answer.last(), answer.mark, answer.given, answer.decision
     if last is not None and answer.asked:
-        return f"{last.actor} asked the instructor at {last.when:%H:%M} UTC: “{last.remark}”"
+        return f"{last.actor} asked the instructor at {moment(last.when)}: “{last.remark}”"
     points = f"{shown_points(mark.points)} of {in_points(mark.out_of)}"
     if by is None:
-        return f"It has {points} now ({mark.status})."
-    if act is None:  # by labcourse mark, which has a reason
-        return f"{by.actor} gave it {points} at {by.when:%H:%M} UTC: “{mark.reason}”"
-    level = f"level {act.level}, " if act.level is not None else ""
-    return f"{act.actor} gave it {level}{points} at {act.when:%H:%M} UTC."
+        return f"It has {points} now ({mark.status}). {mark.reason}"
+    level = "" if act is None or act.level is None else f"level {act.level}, "
+    return f"{by.actor} gave it {level}{points} at {moment(by.when)}{f': “{mark.reason}”' if mark.reason else '.'}"
+
+
+def moment(when: datetime) -> str:
+    """Write a time as "2026-03-02 12:00 UTC"."""
+    return f"{when:%Y-%m-%d %H:%M} UTC"
 
 
 def _compared(answer: Answer) -> str:

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import base64
+import hashlib
+import re
 import socket
 import ssl
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Annotated, Any
-from urllib.parse import quote
+from urllib.parse import quote, urlencode
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from starlette.applications import Starlette
@@ -20,28 +23,40 @@ from starlette.types import ASGIApp
 
 from labcourse import program
 from labcourse.errors import GradebookError, GradingError
-from labcourse.grading.gradebook import Answer
+from labcourse.grading.course import Course
+from labcourse.grading.gradebook import Answer, StudentRecord
 from labcourse.grading.graded_run import facts_of
+from labcourse.grading.reports import feedback
+from labcourse.grading.reports.result import asked, lapse, result_in
 from labcourse.grading.reports.result import points as shown_points
 from labcourse.grading.reports.result import worth as in_points
 from labcourse.grading.reports.templating import templates
 from labcourse.grading.scoring import cards, progress
-from labcourse.grading.scoring.desk import Desk, Done, Pick, Where, key_of, seen, state
+from labcourse.grading.scoring.desk import Desk, Done, Pick, Where, key_of, moment, seen, state
 from labcourse.grading.scoring.guards import ACTOR, Find, Guard, Scorer, refusal
 from labcourse.grading.scoring.site import Site
+from labcourse.student_id import caseless
 
 LONGEST_REMARK = 2000  #: characters; a page
-MOST_ANSWERS = 50  #: in one act; a page shows several times fewer
+MOST_ANSWERS = 50  #: in one act, and shown at a time
 #: Of a student's PDF, which nothing here opens. "sandbox" allows it nothing: no script, no form, an origin of its own.
 REPORT_POLICY = "default-src 'none'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'; sandbox"
+#: Of a page that stands as a file elsewhere, with its style inside: nothing else on it may be styled or run.
+COPY_POLICY = (
+    "default-src 'none'; style-src 'sha256-{}'; img-src data:; "
+    "form-action 'none'; base-uri 'none'; frame-ancestors 'none'"
+)
 _MOST_POINTS = 1e6  # the gradebook knows how many there are for an answer
 _FOLDER = Path(__file__).parents[1]
 _ASSETS = {
+    "acts.js": _FOLDER / "scoring/page/acts.js",
+    "answer.js": _FOLDER / "scoring/page/answer.js",
     "scoring.js": _FOLDER / "scoring/page/scoring.js",
     "scoring.css": _FOLDER / "scoring/page/scoring.css",
     "drawn.css": _FOLDER / "reports/templates/drawn.css",
 }
 _Text = Annotated[str, Field(max_length=LONGEST_REMARK)]
+ClassPage = Callable[[Callable[[str, str, str], str]], str]  #: from links to answers, the page of the class
 _Name = Annotated[str, Field(min_length=1, max_length=LONGEST_REMARK)]
 
 
@@ -56,6 +71,8 @@ class Sent(BaseModel):
     answers : those that are ticked
     shown : keys of all, in their order
     level, points, remark : to give
+    seen : with a key, what the page showed of the answer
+    replies : number of a request → answer to it
     """
 
     model_config = ConfigDict(strict=True)
@@ -69,6 +86,8 @@ class Sent(BaseModel):
     level: int | None = None
     points: Annotated[float, Field(ge=-_MOST_POINTS, le=_MOST_POINTS)] | None = None
     remark: _Text = ""
+    seen: _Text = ""
+    replies: Annotated[dict[int, _Text], Field(max_length=MOST_ANSWERS)] = {}
 
     @property
     def where(self) -> Where:
@@ -82,12 +101,15 @@ class Pages:
     Parameters
     ----------
     desk : where the class is scored
-    title : of the course
+    course : its course
+    class_page : the page of the class
     """
 
-    def __init__(self, desk: Desk, title: str) -> None:
-        self.desk, self.title = desk, title
-        self._acts = {act.__name__: act for act in (self.next, self.give, self.ask, self.undo, self.renew, self.leave)}
+    def __init__(self, desk: Desk, course: Course, class_page: ClassPage) -> None:
+        self.desk, self.course, self._class_page = desk, course, class_page
+        self._warned: set[str] = set()  # scorers who know that openings by name are recorded
+        acts = (self.next, self.give, self.ask, self.undo, self.renew, self.leave)
+        self._acts = {act.__name__: act for act in (*acts, self.decide, self.note, self.same, self.back)}
 
     # --- pages --------------------------------------------------------------------------------------------------------
 
@@ -108,19 +130,93 @@ class Pages:
     def scoring(self, request: Request) -> Response:
         """Show the page on which one part is scored; what changes on it comes by acts."""
         where = _where(request)
+        key = request.query_params.get("key", "")
+        return self._page("scoring.html", request, where=where, key=key, **self._asked(where))
+
+    def _asked(self, where: Where) -> dict[str, Any]:
+        """Return the question and the part of an answer, and what to look for."""
         question, item = self.desk.catalogue.marked.get(where[0]), self.desk.rubric.get(where)
         part = next((one for one in (question.parts if question else ()) if one.name == where[1]), None)
-        key = request.query_params.get("key", "")
-        return self._page("scoring.html", request, where=where, key=key, question=question, part=part, item=item)
+        return {"question": question, "part": part, "item": item}
 
     def _page(self, template: str, request: Request, **values: Any) -> Response:
-        about = {"course": self.title, "program": program.name(), "scorer": request.scope[ACTOR]}
+        about = {"course": self.course.title, "program": program.name(), "scorer": request.scope[ACTOR]}
         return HTMLResponse(self._rendered(template, **about, **values))
 
     def _rendered(self, template: str, **values: Any) -> str:
-        helpers = {"points": shown_points, "key_of": key_of, "state": state, "label": self.desk.label}
-        helpers["left_text"] = progress.time_text
+        helpers: dict[str, Any] = {"points": shown_points, "key_of": key_of, "state": state, "label": self.desk.label}
+        helpers |= {"left_text": progress.time_text, "worth": in_points, "link": link, "asked_on": asked}
+        helpers |= {"moment": moment, "lapse": lapse, "names": self.desk.names}
         return templates("scoring/page").get_template(template).render(**values, **helpers)
+
+    # --- pages by name ------------------------------------------------------------------------------------------------
+
+    def class_page(self, request: Request) -> Response:
+        """Show the class, with links to students and answers."""
+        if (notice := self._notice(request)) is not None:
+            return notice
+        self._record(request)
+        return _copy(self._class_page(link))
+
+    def student(self, request: Request) -> Response:
+        """Show an instructor's copy of a student's feedback, or the students with a name."""
+        if (notice := self._notice(request)) is not None:
+            return notice
+        wanted = request.query_params.get("id", "").strip()
+        found = self._look_up(wanted)
+        if len(found) != 1:
+            return self._page("by_name.html", request, students=found, wanted=wanted)
+        (about,) = found
+        graded = self.desk.book.current(about.student)
+        if graded is None:
+            raise HTTPException(404, f"Nothing of {about.student!r} has been graded.")
+        self._record(request, about.student)
+        return _copy(feedback.page(result_in(self.desk.book, self.course, graded, about), self.course, link))
+
+    def answer(self, request: Request) -> Response:
+        """Show any answer of a student, why it has its mark, and what a person can do about it."""
+        where, wanted = _where(request), request.query_params.get("student", "")
+        if (notice := self._notice(request)) is not None:
+            return notice
+        about = next((one for one in self.desk.book.students() if caseless(one.student) == caseless(wanted)), None)
+        key = "" if about is None else key_of(about.student, where)
+        answer = self.desk.find(where, key)
+        if about is None or answer is None:
+            raise HTTPException(404, f"There is no answer of {wanted!r} to {where[0]}, {where[1]}.")
+        self._record(request, about.student, where)
+        card = self._card(request.scope[ACTOR], answer)
+        return self._page("answer.html", request, where=where, key=key, about=about, **self._asked(where), **card)
+
+    def _notice(self, request: Request) -> Response | None:
+        """Return a notice if names are hidden, and the scorer has not been told that this opening is recorded."""
+        actor, asked_for = request.scope[ACTOR].name, request.query_params
+        if asked_for.get("recorded") == "yes":
+            self._warned.add(actor)
+        if self.desk.names or actor in self._warned:
+            return None
+        path = request.url.path.rpartition("/")[2]
+        return self._page("by_name.html", request, students=None, path=path, asked=asked_for.items())
+
+    def _record(self, request: Request, student: str | None = None, where: Where = ("", "")) -> None:
+        if not self.desk.names:
+            self.desk.book.scores.opened(request.scope[ACTOR].name, student, where)
+
+    def _look_up(self, wanted: str) -> list[StudentRecord]:
+        """Return the student with an ID; without one, those with the text in ID or name."""
+        everybody, text = self.desk.book.students(), caseless(wanted)
+        same = [one for one in everybody if caseless(one.student) == text]
+        return same or [one for one in everybody if text in caseless(f"{one.student}\n{one.name}")]
+
+    def _card(self, scorer: Scorer, answer: Answer, again: Sent | None = None) -> dict[str, Any]:
+        """Return what the card of an answer that was opened by name needs, with what was typed before."""
+        same = self.desk.alike(answer)
+        return {
+            "card": cards.opened(self.desk, self.course, answer),
+            "alike": cards.alike(self.desk, same[:MOST_ANSWERS]),
+            "count": len(same),
+            "last": self.desk.last_acts(scorer.name),
+            "again": again or {"remark": "", "points": None, "replies": {}},
+        }
 
     def report(self, request: Request) -> Response:
         """Send the PDF that belongs to an answer. It is found by the answer, never by a name or a path."""
@@ -199,6 +295,86 @@ class Pages:
             self.desk.renew(scorer.name, sent.where, key_of(answers[0].student, sent.where))
         return self._reply(scorer, sent.where, messages, answers, again, trouble=bool(done.problems))
 
+    def decide(self, scorer: Scorer, sent: Sent) -> dict[str, Any]:
+        """Give an answer that was opened by name points, and answer the requests on it."""
+        if len(sent.answers) != 1 or sent.points is None or not sent.remark.strip():
+            raise HTTPException(400, "Give points to one answer, with a remark: it says to the student why.")
+        replies, remark = self._replies(sent), sent.remark.strip()
+        done = self.desk.give(scorer.name, sent.where, sent.answers, points=sent.points, remark=remark)
+        given = [f"Given: {in_points(act.points or 0.0)}." for act in done.acts]
+        if not done.acts:
+            return self._opened(scorer, sent, sent.answers[0].key, done.problems, again=sent)
+        return self._opened(scorer, sent, sent.answers[0].key, [*given, *self._reply_to(scorer, replies)])
+
+    def note(self, scorer: Scorer, sent: Sent) -> dict[str, Any]:
+        """Write a comment on an answer that was opened by name, answer the requests on it, and leave the points."""
+        replies, remark = self._replies(sent), sent.remark.strip()
+        if len(sent.answers) != 1 or not (remark or replies):
+            raise HTTPException(400, "Write a remark, or an answer to a request.")
+        answer = self.desk.find(sent.where, sent.answers[0].key)
+        if answer is None or seen(answer) != sent.answers[0].seen:
+            problems = [] if answer is None else [self.desk.conflict(answer)]
+            return self._opened(scorer, sent, sent.answers[0].key, problems, again=sent)
+        if remark:
+            self.desk.book.comment(answer.student, remark, scorer.name, answer.question)
+        written = ["The points are as they were.", *self._reply_to(scorer, replies)]
+        return self._opened(scorer, sent, sent.answers[0].key, ["Noted.", *written] if remark else written)
+
+    def same(self, scorer: Scorer, sent: Sent) -> dict[str, Any]:
+        """Give other answers, which were shown and ticked, what was decided for one."""
+        if not sent.answers:
+            raise HTTPException(400, "Tick at least one answer.")
+        done = self.desk.give_same(scorer.name, sent.where, Pick(sent.key, sent.seen), sent.answers)
+        count = len(done.acts)
+        given = f"The same was given to {count} {'answer' if count == 1 else 'answers'}; u takes all of it back."
+        messages = [given, *done.problems] if count else done.problems
+        return self._opened(scorer, sent, sent.key, messages, trouble=bool(done.problems))
+
+    def back(self, scorer: Scorer, sent: Sent) -> dict[str, Any]:
+        """Take back what was done last, and show the answer that was opened by name as it is then."""
+        done = self.desk.undo(scorer.name)
+        labels = ", ".join(f"{self.desk.label(act.student, act.where)}, {' '.join(act.where)}" for act in done.acts)
+        messages = [f"Taken back: {labels}."] if done.acts else []
+        return self._opened(scorer, sent, sent.key, [*messages, *done.problems], trouble=bool(done.problems))
+
+    def _replies(self, sent: Sent) -> dict[int, str]:
+        """Return the answers to requests that were typed. Refuse all of an act if a request is not open any more."""
+        replies = {number: text.strip() for number, text in sent.replies.items() if text.strip()}
+        keys = {pick.key for pick in sent.answers}
+        own = [one for one in self.desk.book.requests.all() if key_of(one.student, sent.where) in keys]
+        requests = {one.number: one for one in own if one.where == sent.where}
+        for number in replies:
+            if (request := requests.get(number)) is None:
+                raise HTTPException(400, f"There is no request {number} on this answer. Nothing was written.")
+            if request.answered is not None:
+                why = f"{asked(request)} “{request.answer}”"
+                raise HTTPException(409, f"Request {number} is not open any more. {why} Nothing was written.")
+        return replies
+
+    def _reply_to(self, scorer: Scorer, replies: dict[int, str]) -> list[str]:
+        """Answer requests, and return a message on each."""
+        done = [self.desk.book.requests.answer(number, scorer.name, text) for number, text in replies.items()]
+        return [f"Request {request.number} is answered." for request in done]
+
+    def _opened(
+        self,
+        scorer: Scorer,
+        sent: Sent,
+        key: str,
+        messages: Sequence[str],
+        again: Sent | None = None,
+        trouble: bool = False,
+    ) -> dict[str, Any]:
+        """Return the card of an answer that was opened by name, and messages; with what was typed if that failed."""
+        answer = self.desk.find(sent.where, key)
+        if answer is None:
+            raise HTTPException(404, " ".join([*messages, "This answer is not there any more."]))
+        card, failed = self._card(scorer, answer, again), trouble or again is not None
+        if card["count"] and not failed:
+            messages = [*messages, "Below are answers to which the machine gave the same for the same reason."]
+        message, html = " ".join(messages), self._rendered("answer_card.html", **card)
+        return {"html": html, "state": "", "message": message, "trouble": failed}
+
     def renew(self, scorer: Scorer, sent: Sent) -> dict[str, Any]:
         """Hold on to what is shown."""
         return {"message": self.desk.renew(scorer.name, sent.where, sent.key) or ""}
@@ -262,6 +438,22 @@ class Pages:
         }
 
 
+def link(student: str, question: str = "", part: str = "") -> str:
+    """Return the address of a student's answer, or, without a question, of the copy of their feedback."""
+    if not question:
+        return f"student?{urlencode({'id': student})}"
+    return f"answer?{urlencode({'student': student, 'question': question, 'part': part})}"
+
+
+def _copy(page: str) -> Response:
+    """Return a page that has its style inside, which is allowed by its digest."""
+    style = re.search(r"<style>(.*?)</style>", page, re.DOTALL)
+    digest = hashlib.sha256((style[1] if style else "").encode()).digest()
+    return HTMLResponse(
+        page, headers={"content-security-policy": COPY_POLICY.format(base64.b64encode(digest).decode())}
+    )
+
+
 def _where(request: Request) -> Where:
     question, part = (request.query_params.get(name, "") for name in ("question", "part"))
     if not question or not part:
@@ -278,7 +470,7 @@ def _asset(request: Request) -> Response:
 # --- the server -------------------------------------------------------------------------------------------------------
 
 
-def application(desk: Desk, site: Site, find: Find, title: str = "") -> ASGIApp:
+def application(desk: Desk, site: Site, find: Find, course: Course, class_page: ClassPage) -> ASGIApp:
     """Return the application, guarded.
 
     Parameters
@@ -286,13 +478,17 @@ def application(desk: Desk, site: Site, find: Find, title: str = "") -> ASGIApp:
     desk : where the class is scored
     site : where browsers find it
     find : who is let in
-    title : of the course
+    course : its course
+    class_page : the page of the class
     """
-    pages = Pages(desk, title)
+    pages = Pages(desk, course, class_page)
     routes = [
         Route("/", pages.overview),
         Route("/score", pages.scoring),
         Route("/report", pages.report),
+        Route("/class", pages.class_page),
+        Route("/student", pages.student),
+        Route("/answer", pages.answer),
         Route("/act/{name}", pages.act, methods=["POST"]),
         Route("/{name}", _asset),
     ]

@@ -185,7 +185,7 @@ def test_another_answer_than_was_read_is_not_scored(book):
     assert made.give("Ann", WORDS, shown, level=4).acts == []
     record(book, graded("student-000", mark(), prose("missing", given=""), report_text(), submission="third"))
     (problem,) = made.give("Ann", WORDS, shown, level=4).problems
-    assert "left blank" in problem
+    assert "has 0 of 1 point now (missing)" in problem
 
 
 def test_who_asks_the_instructor_leaves_the_answer_waiting_and_out_of_the_queue(book):

@@ -288,3 +288,80 @@ def test_an_open_page_says_that_its_address_was_revoked_and_a_new_address_opens_
         assert seat.abroad == []
         seat.close()
     assert [act.level for act in acts(tmp_path)] == [4, 2]
+
+
+def looked_at(page):
+    """A page is for everybody, and is no wider than a telephone or a small screen."""
+    assert findings(page) == []
+    for width, height in ((390, 844), (1280, 720)):
+        page.set_viewport_size({"width": width, "height": height})
+        assert page.evaluate("() => document.documentElement.scrollWidth <= innerWidth"), width
+
+
+@pytest.fixture
+def slips(tmp_path):
+    """Fourteen have the same slip; the first of them asks for another look."""
+    with Gradebook(tmp_path / GRADEBOOK_FILE) as book:
+        for n in range(14):
+            record(book, graded(f"s-{n:02}", mark("wrong", 0.0, f"It is {n}.5 off.", f"{n}.5 rad/s"), prose()))
+        book.requests.make("s-00", ("2.11", "omega_n"), "I measured it twice.")
+    return tmp_path
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_an_answer_is_two_clicks_away_from_the_class(slips, chromium, scheme):
+    with serving(slips, "Ann") as (_process, (address,)):
+        seat = Seat(chromium, address, scheme)
+        page = seat.page
+        looked_at(page)
+        page.click("text=The class at a glance")
+        looked_at(page)
+        page.click("button[name=recorded]")
+        looked_at(page)
+        page.locator("a", has_text="s-00").first.click()
+        looked_at(page)
+        page.locator("a", has_text="Open 2.11 omega_n").click()
+        looked_at(page)
+        page.keyboard.press("c")
+        page.wait_for_selector("text=The class at a glance")
+        page.goto(f"{seat.home}/student?id=s-")
+        looked_at(page)
+        assert seat.abroad == seat.errors == []
+        seat.close()
+    with Gradebook(slips / GRADEBOOK_FILE) as book:
+        assert [one.student for one in book.scores.openings()] == [None, "s-00", "s-00", None]
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_an_answer_is_decided_by_keys_and_the_same_for_all_that_were_in_view(slips, chromium, scheme):
+    with serving(slips, "Ann", options=("--names",)) as (_process, (address,)):
+        seat = Seat(chromium, address, scheme).open("/answer?student=s-00&question=2.11&part=omega_n")
+        page = seat.page
+        page.keyboard.press("f")
+        assert "Write a remark first" in seat.message and acts(slips) == []
+        page.keyboard.type("Fine: your axis says Hz. n u f")  # typed, and no key for the page
+        page.fill(".reply", "It counts.")
+        page.keyboard.press("Escape")
+        seat.press("p")
+        page.keyboard.type("1,5")
+        seat.press("Enter")
+        assert "Given: 1.5 points. Request 1 is answered." in seat.message
+        looked_at(page)
+        presses = 0
+        while len(seat.keys) == 13 and presses < 20:
+            page.wait_for_timeout(100)
+            seat.press("s")
+            presses += 1
+            if len(seat.keys) == 13:
+                assert "had not been in view" in seat.message and len(acts(slips)) == 1
+        assert presses > 1 and seat.keys == []
+        assert [act.points for act in acts(slips)] == [1.5] * 14
+        seat.press("u")
+        assert len(seat.keys) == 13
+        page.fill("#remark", "See the axis.")
+        page.click("#note")
+        page.wait_for_function(QUIET)
+        assert "Noted" in seat.message and seat.abroad == seat.errors == []
+        seat.close()
+    with Gradebook(slips / GRADEBOOK_FILE) as book:
+        assert [one.text for one in book.comments("s-00")] == ["See the axis."]
