@@ -5,11 +5,12 @@ import io
 import json
 
 from gradebooks import graded, mark, prose, record
+from made_courses import OURS
 from PIL import Image
 from scoring_class import COMPARED, RUBRIC, WORDS, desk
 
 from labcourse.grading.gradebook import MarkRecord
-from labcourse.grading.scoring.cards import card
+from labcourse.grading.scoring.cards import alike, card, opened
 
 REPORT = "Modeling report"
 ANALYSIS = (REPORT, "stiffness_analysis")  # about 2.11 and 2.12
@@ -96,3 +97,20 @@ def test_the_students_figure_is_drawn_beside_what_it_belongs_to(book):
     assert name == "2.10 figure"
     assert '<path class="curve' in drawn
     assert shown(book, ANALYSIS, text(WHOLE), text(ANALYSIS), answers=answers)["answers"][0]["figures"] == []
+
+
+def test_an_answer_that_is_no_text_is_shown_as_it_was_given_and_a_figure_is_drawn(book):
+    content = {"format": 2, "student": "ada", "bench": {}, "software": "rotflex 0", "probe_seed": 7}
+    answers = json.dumps({**content, "answers": {"2.10": {"figure": {"kind": "figure", "axes": [FIGURE]}}}}).encode()
+    figure = MarkRecord("2.10", "figure", "wrong", 0.0, 1.0, "No peak.", "a figure")
+    record(book, graded("ada", mark("wrong", 0.0, given="2*K*s*<3>"), figure, answers=answers))
+    made = desk(book)
+    found = {}
+    for answer in (*book.scores.any_answers(("2.11", "omega_n")), *book.scores.any_answers(("2.10", "figure"))):
+        found[answer.question] = opened(made, OURS, answer)["shown"]
+        (listed,) = alike(made, [answer])
+        assert listed["text"] == found[answer.question]["text"]
+    assert found["2.11"]["text"] == '<p class="value">2*K*s*&lt;3&gt;</p>'
+    assert (
+        listed["figure"] == dict(found["2.10"]["figures"])["2.10 figure"] and '<path class="curve' in listed["figure"]
+    )
