@@ -57,14 +57,21 @@ def opened(desk: Desk, course: Course, answer: Answer) -> dict[str, Any]:
 
 def alike(desk: Desk, answers: Sequence[Answer]) -> list[dict[str, Any]]:
     """Return what the template needs of other students' answers to a part of one kind."""
+    labels = desk.labels(answers[0].where) if answers else {}
     shown = []
     for answer in answers:
         graded = desk.book.current(answer.student) if _kind(desk, answer.where) in ("figure", *_WORDS) else None
         run = None if graded is None else graded.run
         figures = {} if run is None else figures_of(run, desk.catalogue, {answer.where})
         about = {"key": key_of(answer.student, answer.where), "seen": seen(answer), "mark": answer.mark}
-        label = desk.label(answer.student, answer.where)
-        shown.append({**about, "label": label, "text": _text(desk, run, answer), "figure": figures.get(answer.where)})
+        shown.append(
+            {
+                **about,
+                "label": labels[answer.student],
+                "text": _text(desk, run, answer),
+                "figure": figures.get(answer.where),
+            }
+        )
     return shown
 
 

@@ -109,12 +109,15 @@ class Desk:
 
     def label(self, student: str, where: Where) -> str:
         """Return a number for an answer, or, if names are shown, the student's name."""
+        return self.labels(where)[student]
+
+    def labels(self, where: Where) -> dict[str, str]:
+        """Return student → :meth:`label` of their answer to a part."""
         everybody = self.book.students()
         if self.names:
-            name = next((one.name for one in everybody if one.student == student), "")
-            return f"{name} ({student})" if name else student
-        order = sorted(shuffled(one.student, where) for one in everybody)
-        return f"Answer {order.index(shuffled(student, where)) + 1}"
+            return {one.student: f"{one.name} ({one.student})" if one.name else one.student for one in everybody}
+        order = sorted((one.student for one in everybody), key=lambda student: shuffled(student, where))
+        return {student: f"Answer {place}" for place, student in enumerate(order, start=1)}
 
     def points(self, level: int, out_of: float) -> float:
         """Return what a level is worth: exactly its share, or by the course's thresholds it may be another level."""

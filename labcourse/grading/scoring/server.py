@@ -333,8 +333,9 @@ class Pages:
     def back(self, scorer: Scorer, sent: Sent) -> dict[str, Any]:
         """Take back what was done last, and show the answer that was opened by name as it is then."""
         done = self.desk.undo(scorer.name)
-        labels = ", ".join(f"{self.desk.label(act.student, act.where)}, {' '.join(act.where)}" for act in done.acts)
-        messages = [f"Taken back: {labels}."] if done.acts else []
+        labels = [f"{self.desk.label(act.student, act.where)} ({' '.join(act.where)})" for act in done.acts[:3]]
+        more = [f"{len(done.acts) - 3} more"] if len(done.acts) > 3 else []
+        messages = [f"Taken back: {', '.join([*labels, *more])}."] if done.acts else []
         return self._opened(scorer, sent, sent.key, [*messages, *done.problems], trouble=bool(done.problems))
 
     def _replies(self, sent: Sent) -> dict[int, str]:
