@@ -184,16 +184,16 @@ class Desk:
     def alike(self, decided: Answer) -> list[Answer]:
         """Return the answers on which nobody decided, and to which the machine gave what it gave to a decided one.
 
-        Status and reason are the same, apart from numbers in the reason. The result is empty if nobody decided on the
-        answer, and for answers that the machine leaves to a person.
+        Status and reason are the same, apart from numbers in the reason. Answers on which the instructor is asked are
+        left out: somebody has a question about them. The result is empty if nobody decided on the answer, and for
+        answers that the machine leaves to a person.
         """
         made = decided.made
         if decided.given is None or made is None or made.status == FOR_A_PERSON:
             return []
         same = (made.status, without_numbers(made.reason))
         answers = sorted(self.book.scores.any_answers(made.where), key=lambda one: shuffled(one.student, made.where))
-        free = [one for one in answers if one.given is None and not one.asked]
-        return [one for one in free if (one.mark.status, without_numbers(one.mark.reason)) == same]
+        return [one for one in answers if (one.mark.status, without_numbers(one.mark.reason)) == same and not one.asked]
 
     def renew(self, actor: str, where: Where, key: str) -> str | None:
         """Claim an answer again; return a message if that fails."""
