@@ -122,13 +122,15 @@ class Client:
         return asyncio.run(sending(headers))
 
 
+def app_of(made: Desk, site: Site, find: Any) -> Any:
+    """The application of this course."""
+    return application(made, site, find, OURS, lambda link: as_page(class_overview(made.book, OURS), link))
+
+
 def clients(made: Desk, *names: str, site: Site | None = None) -> list[Client]:
     """A client for each scorer, let in."""
     scorers = [Scorer(name) for name in names]
-    find = while_it_runs(scorers)
-    app = application(
-        made, site or on_loopback(8765), find, OURS, lambda link: as_page(class_overview(made.book, OURS), link)
-    )
+    app = app_of(made, site or on_loopback(8765), while_it_runs(scorers))
     return [Client(app, one, **({"home": site.url} if site else {})).enter() for one in scorers]
 
 

@@ -14,13 +14,12 @@ import httpx
 import pytest
 from browser import free_port
 from gradebooks import graded, mark, prose, record
-from scoring_class import WORDS, Client, clients, desk, fill, new_class, serving, shown, texts
+from scoring_class import WORDS, Client, app_of, clients, desk, fill, new_class, serving, shown, texts
 
 from labcourse.errors import GradebookError, GradingError
 from labcourse.grading.gradebook import Gradebook, database, records
 from labcourse.grading.scoring import guards, server
 from labcourse.grading.scoring.guards import HEADER, POLICY, TOKEN_HEADER, Scorer, WrongTokens
-from labcourse.grading.scoring.server import application
 from labcourse.grading.scoring.site import Site, at
 
 SENT = {"question": WORDS[0], "part": WORDS[1]}
@@ -240,7 +239,7 @@ def lasting(book, name="Ann"):
     """A scorer whose token the gradebook has; a server each time."""
     scorer = Scorer(name)
     book.tokens.replace(name, scorer.digest)
-    return lambda: Client(application(desk(book), at(URL, None, True), book.tokens.find), scorer, URL)
+    return lambda: Client(app_of(desk(book), at(URL, None, True), book.tokens.find), scorer, URL)
 
 
 def test_a_token_outlives_the_server_and_the_gradebook_has_only_its_digest(book, tmp_path):
