@@ -1,0 +1,200 @@
+"""A term by the calendar, at six dates: every number in every page and file, against a calculator of its own.
+
+What happens stands in ``term_table.py``; what it comes to is worked out in ``term_by_hand.py``; ``term_class.py`` does
+it with the program. The numbers of the calculator are done on paper here, first.
+"""
+
+import re
+from dataclasses import dataclass, replace
+from typing import Any
+
+import pytest
+from term_by_hand import ByHand, rounded
+from term_class import TermClass
+from term_table import ASSIGNMENTS, CLASS, PARTS, QUESTION, TERM
+
+DAYS = range(1, len(TERM) + 1)
+
+# --- the calculator, by hand ------------------------------------------------------------------------------------------
+
+#: Day and student → so far, out of, and the final grade.
+ON_PAPER = {
+    # Before anything is due.
+    (1, "s1"): ("0.00", "0.00", ""),
+    # 2 + 2.5 and half a point for a prediction, 4: 9 of 9, of 20.
+    (2, "s1"): ("20.00", "20.00", ""),
+    # 0 + 1.5, and 0 for the mass by the key as it was: 1.5 / 9 × 20 = 3.333…
+    (2, "s2"): ("3.33", "20.00", ""),
+    # Nothing, and it is due.
+    (2, "s5"): ("0.00", "20.00", ""),
+    # Section B has one day more.
+    (2, "s8"): ("0.00", "0.00", ""),
+    # 1 and 0.7 × 0: 1 / 9 × 20 = 2.222…; the mended key gives the mass its 4 points: (1 + 2.8) / 9 × 20 = 8.444…
+    (3, "s4"): ("2.22", "20.00", ""),
+    (5, "s4"): ("28.44", "60.00", ""),  # and 4 / 6 × 30 = 20 of the second lab, whose remark waits
+    (6, "s4"): ("35.94", "60.00", ""),  # 5.5 / 6 × 30 = 27.5; the report cannot be read, and nobody has decided
+    # An hour after the extension of the second notebook, within its grace: the assignment is not due.
+    (3, "s6"): ("0.00", "0.00", ""),
+    (4, "s6"): ("20.00", "20.00", ""),  # 2 + 3 + 4 of 9
+    # Excused from the only thing that is due.
+    (3, "s7"): ("0.00", "0.00", ""),
+    # The new stiffness is right, and 11 days late; the words wait: 0.65 × 2 / 9 × 20 = 2.888…
+    (4, "s2"): ("2.89", "20.00", ""),
+    # 0.65 × 5 / 9 × 20 = 7.222…; 1 / 6 × 30 = 5; 10: what followed from the old stiffness is lost.
+    (5, "s2"): ("22.22", "60.00", "22.22"),
+    # 4 / 9 × 20 = 8.888…; 0.9 × 4 / 6 × 30 = 18; an untouched report.
+    (5, "s3"): ("26.89", "60.00", "26.89"),
+    # 0.65 × (2 + 2 + 4) + 0.5 = 5.7; 5.7 / 9 × 20 = 12.666…; until 11-27 nothing else is due.
+    (5, "s5"): ("12.67", "20.00", ""),
+    (6, "s5"): ("47.67", "60.00", "47.67"),  # 5 / 6 × 30 = 25; 10
+    # 0.65 × 2 / 9 × 20 = 2.888…; 10; excused from the second lab until that is taken back.
+    (5, "s8"): ("12.89", "30.00", "12.89"),
+    (6, "s8"): ("12.89", "60.00", "12.89"),
+    # Of the second lab 4 / 6 × 30 = 20, and its remark waits; no report.
+    (6, "s7"): ("20.00", "40.00", ""),
+}
+
+
+@pytest.mark.parametrize(("day", "student"), ON_PAPER)
+def test_the_calculator_agrees_with_paper(day, student):
+    by_hand = ByHand(day)
+    found = (*map(rounded, by_hand.so_far(student)), by_hand.final(student))
+    assert found == ON_PAPER[day, student]
+
+
+# --- the program, against the calculator ------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Seen:
+    """What the program wrote at a date: grades.csv, each student's marks.json, the exports, what ``publish`` said."""
+
+    grades: dict[str, dict[str, str]]
+    data: dict[str, dict[str, Any]]
+    exported: dict[tuple[str, str], dict[str, str]]
+    published: str
+
+
+@pytest.fixture(scope="module")
+def term(tmp_path_factory):
+    """Day → what is seen then."""
+    seen = {}
+    with pytest.MonkeyPatch.context() as patch:
+        there = TermClass(tmp_path_factory.mktemp("term"), patch)
+        for number, day in enumerate(TERM, 1):
+            there.live(day)
+            exported = {(p, title): there.exported(p, title) for p in ("Canvas", "Moodle") for title in ASSIGNMENTS}
+            seen[number] = Seen(there.grades(), {who: there.data(who) for who in CLASS}, exported, there.published)
+        there.rescale(100)
+        seen["of 100"] = replace(seen[number], grades=there.grades())
+    return seen
+
+
+def parts_of(title):
+    """The parts of an assignment that count."""
+    return [part for name in ASSIGNMENTS[title][0] for part in PARTS[name]]
+
+
+@pytest.mark.parametrize("day", DAYS)
+def test_grades_csv_has_a_column_and_a_state_for_each_assignment(term, day):
+    by_hand = ByHand(day)
+    for student, row in term[day].grades.items():
+        for title, (_names, out_of, _weight) in ASSIGNMENTS.items():
+            assert row[f"{title} state"] == by_hand.label(student, title), (student, title)
+            assert row[title] == by_hand.column(student, title), (student, title)
+            assert row[f"{title} out of"] == ("" if student == by_hand.lost else str(out_of)), (student, title)
+
+
+@pytest.mark.parametrize("day", DAYS)
+def test_grades_csv_says_what_each_student_has_so_far_and_the_final_grade_when_all_is_due(term, day):
+    by_hand = ByHand(day)
+    for student, row in term[day].grades.items():
+        earned, out_of = by_hand.so_far(student)
+        expected = (rounded(earned), str(out_of)) if out_of and student != by_hand.lost else ("", "")
+        assert (row["so far"], row["so far out of"]) == expected, student
+        assert row["final"] == by_hand.final(student), student
+
+
+def test_the_final_grade_can_have_a_scale_of_its_own(term):
+    by_hand = ByHand(len(TERM))
+    for student, row in term["of 100"].grades.items():
+        earned, out_of = by_hand.so_far(student)
+        assert row["final"] == (rounded(earned / out_of * 100) if by_hand.final(student) else ""), student
+        assert row["final out of"] == "100"
+
+
+@pytest.mark.parametrize("day", DAYS)
+def test_undecided_points_are_empty_and_all_others_stand_by_question(term, day):
+    by_hand = ByHand(day)
+    for student, row in term[day].grades.items():
+        for title in ASSIGNMENTS:
+            is_open = by_hand.is_open(student, title) or (student, title) in by_hand.excused
+            for part in parts_of(title):
+                points = None if is_open or not by_hand.is_graded(student) else by_hand.earned(student, part)
+                shown = "" if points is None else f"{float(points / (2 if part == 'total' else 1)):g}"
+                assert row[QUESTION[part]] == shown, (student, part)
+
+
+@pytest.mark.parametrize("day", DAYS)
+def test_marks_json_has_only_what_was_given_back(term, day):
+    by_hand = ByHand(day)
+    shown = by_hand.published or set(ASSIGNMENTS)
+    parts = {part for title in shown for part in parts_of(title)}
+    for student, data in term[day].data.items():
+        assert bool(data) == by_hand.is_graded(student)
+        if not data:
+            continue
+        assert {mark["part"] for mark in data["marks"]} - {"unit"} == parts, student
+        assert ("load" in parts and not by_hand.mended and "load" in by_hand.answers(student)) == any(
+            "3.1, load is not marked" in problem for problem in data["problems"]
+        )
+        earned, out_of = by_hand.so_far(student, shown)
+        assert data["account"]["earned"] == pytest.approx(float(earned)), student
+        assert data["account"]["out_of"] == out_of, student
+        final = by_hand.final(student) if shown == set(ASSIGNMENTS) else ""
+        assert data["account"]["final"] == (float(final) if final else None), student
+        for entry in data["account"]["assignments"]:
+            title = entry["title"]
+            assert entry["points"] == (by_hand.column(student, title) if title in shown else ""), (student, title)
+            assert entry["state"] == by_hand.states(student)[title], (student, title)
+            assert bool(entry["excused"]) == ((student, title) in by_hand.excused), (student, title)
+            late = max(by_hand.days_late(student, name) for name in ASSIGNMENTS[title][0])
+            assert (entry["days_late"], entry["out_of"]) == (late, ASSIGNMENTS[title][1]), (student, title)
+
+
+@pytest.mark.parametrize("platform", ["Canvas", "Moodle"])
+@pytest.mark.parametrize("day", DAYS)
+def test_a_platforms_column_has_what_is_decided_and_nothing_else(term, day, platform):
+    by_hand = ByHand(day)
+    for title in ASSIGNMENTS:
+        column = term[day].exported[platform, title]
+        for student, cell in column.items():
+            if platform == "Canvas" and (student, title) in by_hand.excused:
+                assert cell == "EX", (student, title)
+                continue
+            out_of = 30 if (platform, title) == ("Canvas", "Lab B") else ASSIGNMENTS[title][1]
+            points = by_hand.column(student, title, out_of)
+            expected = f"{float(points):g}" if points else {"Canvas": "", "Moodle": "-"}[platform]
+            assert cell == expected, (student, title)
+
+
+#: Day → assignment that was given back before → on which day last.
+GIVEN_BACK = {5: {"Lab A": 3}, 6: {"Lab A": 3, "Lab B": 5}}
+
+
+@pytest.mark.parametrize("day", GIVEN_BACK)
+def test_publish_lists_the_marks_that_moved_since_they_were_given_back(term, day):
+    now = ByHand(day)
+    moved = {}
+    for title, before in GIVEN_BACK[day].items():
+        then = ByHand(before)
+        for student in CLASS:
+            for part in parts_of(title):
+                points = now.earned(student, part)
+                if points != then.earned(student, part) and (student, title) not in now.excused:
+                    moved[student, part] = "not decided" if points is None else f"{float(points):g}"
+    lines = re.findall(r"tell (\w+): (.*)", term[day].published)
+    listed = {(who, part): after for who, line in lines for part, after in re.findall(r"(\w+): [^,]*→ ([^ ,]+)", line)}
+    assert moved.items() <= listed.items()
+    # Of who had nothing when it was given back, all marks are new.
+    assert {where for where in listed if where[1] != "unit" and where[0] != "s8"} <= moved.keys()
