@@ -632,7 +632,7 @@ def publish(
     from labcourse.grading.gradebook.records import NEW, Publication
     from labcourse.grading.outcomes import PAGE_FILE
     from labcourse.grading.overview import moment, not_ready
-    from labcourse.grading.reports.changes import changed_since
+    from labcourse.grading.reports.changes import changed_in
     from labcourse.grading.reports.grades import Reports
     from labcourse.grading.sheets import FOLDER
 
@@ -643,7 +643,7 @@ def publish(
     publication = Publication(NEW, by, note, begun, notebooks)
     is_open = course.settings.feedback.is_open(begun)
     with _gradebook(marks) as book:
-        changed = changed_since(book.audit(), book.requests.publications(), course, book.excuses)
+        changed = changed_in(book, course)
         reports = Reports(folder, course, book, publication=publication if is_open else None)
         count = reports.write_all() - len(reports.without_page)
         unready = list(not_ready(book, course.settings, begun))

@@ -31,7 +31,7 @@ from labcourse.grading.gradebook import (
 from labcourse.grading.graded_run import FAILED, facts_of, key_faults
 from labcourse.grading.intake import is_unread
 from labcourse.grading.reports import hints
-from labcourse.grading.reports.changes import changed_since, state_text
+from labcourse.grading.reports.changes import changed_in, state_text
 from labcourse.grading.reports.result import lapse, points, received, result_in, shortened, without_numbers, worth
 from labcourse.grading.reports.templating import templates
 from labcourse.grading.scoring import progress
@@ -146,7 +146,7 @@ def class_overview(book: Gradebook, course: Course) -> dict[str, Any]:
         "slips": slips(runs),
         "common": hints.by_students(hints.of_class(book, course)),
         "publications": publications,
-        "changes": changed_since(book.audit(), publications, course, book.excuses),
+        "changes": changed_in(book, course),
     }
 
 
@@ -261,7 +261,7 @@ def _counting(graded: Graded, settings: MarkSettings) -> Graded:
     faults_of_dropped = key_faults(replace(graded, marks=dropped))
     problems = tuple(problem for problem in graded.run.problems if problem not in faults_of_dropped)
     lapsed = tuple(given for given in graded.lapsed if not settings.dropped_as(*given.mark.where))
-    return replace(graded, run=replace(graded.run, problems=problems), marks=marks, lapsed=lapsed)
+    return replace(graded, run=replace(graded.run, problems=problems), marks=marks, lapsed=lapsed).without_answers()
 
 
 def _counting_notebooks(course: Course) -> list[str]:

@@ -1,5 +1,6 @@
 """The identity of a run: a change in anything that it depends on makes another run; other changes do not."""
 
+import os
 from dataclasses import fields, replace
 from datetime import UTC, datetime, timedelta, timezone
 
@@ -7,6 +8,7 @@ import pytest
 
 import labcourse
 from labcourse.answers.words import TextAnswer
+from labcourse.grading import batch as batches
 from labcourse.grading.batch import Batch, Settings
 from labcourse.grading.running import runner
 from labcourse.grading.running.prepared import Prepared
@@ -84,6 +86,38 @@ def test_a_students_own_file_is_part_of_what_is_run(fake_class, content):
         data.write_bytes(content)
     fake_class.grade()
     assert fake_class.runs == ["ada"] * (1 if content == b"1,2\n" else 2)
+
+
+@pytest.fixture
+def prepared(monkeypatch):
+    """What is prepared from now on."""
+    hand_ins, once = [], batches.prepare
+    monkeypatch.setattr(batches, "prepare", lambda hand_in, *more: hand_ins.append(hand_in) or once(hand_in, *more))
+    return hand_ins
+
+
+def test_what_is_unchanged_by_content_is_not_prepared_again(fake_class, prepared):
+    file = fake_class.folder / "in" / "ada" / "data.csv"
+    fake_class.hand_in("ada", "bob")
+    file.write_bytes(b"1,2\n")
+    fake_class.grade()
+    about = file.stat()
+    fake_class.grade()
+    assert [one.files for one in prepared] == [{"data.csv": b"1,2\n"}, {}]
+    file.write_bytes(b"1,3\n")  # of the same name, size and time
+    os.utime(file, ns=(about.st_atime_ns, about.st_mtime_ns))
+    fake_class.grade()
+    assert [one.files for one in prepared[2:]] == [{"data.csv": b"1,3\n"}]
+
+
+def test_what_came_at_another_time_is_prepared_once_more_and_not_run(fake_class, prepared):
+    fake_class.hand_in("ada")
+    fake_class.grade()
+    for path in (fake_class.folder / "in" / "ada").iterdir():
+        os.utime(path, (1e9, 1e9))
+    for _again in range(2):
+        fake_class.grade()
+    assert (len(prepared), fake_class.runs) == (2, ["ada"])
 
 
 @pytest.fixture

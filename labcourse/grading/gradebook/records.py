@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime, timedelta
 from typing import Any, ClassVar, NamedTuple
 
@@ -315,6 +315,10 @@ class Graded:
     marks: tuple[MarkRecord, ...]
     key_digest: str
     lapsed: tuple[GivenMark, ...] = ()
+
+    def without_answers(self) -> Graded:
+        """Return it without the answers: those of a whole class are not to be in memory at once."""
+        return replace(self, run=replace(self.run, answers=None, words={}))
 
 
 class CommentRecord(Base):

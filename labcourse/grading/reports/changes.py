@@ -9,7 +9,7 @@ from functools import cache
 from typing import Any, NamedTuple
 
 from labcourse.grading.course import Course
-from labcourse.grading.gradebook import AuditRecord, Graded, MarkRecord, MarkState, Publication
+from labcourse.grading.gradebook import AuditRecord, Gradebook, Graded, MarkRecord, MarkState, Publication
 from labcourse.grading.graded_run import FAILED
 from labcourse.grading.reports.result import points
 from labcourse.grading.verdicts import UNDECIDED
@@ -115,6 +115,13 @@ class Change(NamedTuple):
     def __str__(self) -> str:
         """Return question, part and points before and after."""
         return f"{self.question} {self.part}: {state_text(self.before)} → {state_text(self.after)}"
+
+
+def changed_in(book: Gradebook, course: Course) -> list[Change]:
+    """Find the marks in a gradebook that have changed since feedback was given back; see :func:`changed_since`."""
+    publications = book.requests.publications()
+    trail = book.audit(since=publications[0].when) if publications else []
+    return changed_since(trail, publications, course, book.excuses)
 
 
 def changed_since(

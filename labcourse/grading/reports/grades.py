@@ -10,7 +10,7 @@ import json
 from collections import Counter
 from collections.abc import Collection, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -147,14 +147,16 @@ class Reports:
         rows: list[Result | NotGraded] = []
         new = [] if self._publication is None else [self._publication]
         back = given_back([*self._book.requests.publications(), *new])
+        gather, works = hints.works(self._book, self._course), list[hints.Work]()
         for _name, about in sorted(everybody.items()):
             graded = self._book.current(about.student)
             if graded is None:
                 rows.append(NotGraded(about, account_in(self._book, self._course, None, about)))
             else:
                 rows.append(self._write_pages(graded, about, back))
+                works.append(gather(graded))
         self.without_page = [row.about.student for row in rows if isinstance(row, NotGraded)]
-        self._write_hints()
+        self._write_hints(works)
         if rows:
             with self._file(self._out / GRADES_FILE) as path:
                 files.write(path, grades_table(rows, handed_in, self._course.key))
@@ -162,8 +164,8 @@ class Reports:
             raise _not_written(self._failures)
         return sum(isinstance(row, Result) for row in rows)
 
-    def _write_hints(self) -> None:
-        self._hints = hints.of_class(self._book, self._course)
+    def _write_hints(self, works: Sequence[hints.Work]) -> None:
+        self._hints = hints.compared(works, self._course)
         with self._file(self._out / HINTS_FILE) as path:
             if self._hints:
                 files.write(path, no_escapes(hints.as_markdown(self._hints)))
@@ -182,7 +184,7 @@ class Reports:
             with self._file(self._out / result.about.student / name) as path:
                 path.parent.mkdir(exist_ok=True)
                 files.write(path, content)
-        return result
+        return replace(result, graded=graded.without_answers())
 
     @contextmanager
     def _file(self, path: Path) -> Iterator[Path]:

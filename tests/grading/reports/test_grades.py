@@ -2,15 +2,17 @@
 
 import errno
 import json
+from collections import Counter
 from datetime import UTC, datetime
 
 import pytest
 from gradebooks import enrol, graded, mark, prose, record, report_text, rows
 from made_courses import OURS
+from sqlalchemy import event
 
 from labcourse import files
 from labcourse.errors import GradingError
-from labcourse.grading.gradebook import Delivery
+from labcourse.grading.gradebook import Delivery, Request, StudentRecord
 from labcourse.grading.reports.grades import NOT_GRADED_YET, Reports
 
 
@@ -30,6 +32,25 @@ def test_everybody_is_in_the_reports_whoever_was_graded_just_now(book, out, tmp_
     assert found["eve"]["notes"] == "nothing handed in"
     assert sorted(path.name for path in out.iterdir()) == ["ada", "bob", "grades.csv", "zoe"]
     assert {path.name for path in (out / "zoe").iterdir()} == {"marks.json", "feedback.html"}
+
+
+@pytest.mark.parametrize("size", [2, 6])
+def test_each_row_of_the_class_is_read_once(book, out, size):
+    students = [f"s{number}" for number in range(size)]
+    record(book, *map(graded, students))
+    for student in students:
+        book.requests.make(student, ("2.11", "omega_n"), "Please look again.")
+    loaded = Counter()
+
+    def count(row, _context):
+        loaded[type(row)] += 1
+
+    for table in (StudentRecord, Request):
+        event.listen(table, "load", count)
+    Reports(out, OURS, book).write_all()
+    for table in (StudentRecord, Request):
+        event.remove(table, "load", count)
+    assert loaded == {StudentRecord: size, Request: size}
 
 
 @pytest.mark.parametrize("end", [KeyboardInterrupt, GradingError("The scheduler is gone.")])
