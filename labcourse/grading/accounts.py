@@ -390,11 +390,12 @@ class FinalGrade:
         counting, each = self.counting, exact(self.marks.predictions)
         for one in self.assignments:
             for act in (work.excuse for work in one.works if work.excuse is not None):
-                excused = f"{act.actor} excused you on {act.when:%Y-%m-%d}"
-                yield f"{act.notebook} does not count. {excused}: {act.reason}"
+                yield f"{act.notebook} does not count: {act.actor} excused you on {act.when:%Y-%m-%d} ({act.reason})."
         if self.later:
-            yield f"Not counted so far: {self.later}."
-        yield f"{'All answers' if self.is_over else 'All answers in what is due'}: {_points(self.items)}."
+            yield f"Not counted so far, as it is not due or not given back: {self.later}."
+        if self.items:
+            work = "" if self.is_over else " in the work that counts so far"
+            yield f"All answers{work}: {_points(self.items)}."
         if dropped := _grouped(self.items, "dropped_as"):
             names = ", ".join(f"{name} ({_points(items)}{_so_far(items)})" for name, items in dropped.items())
             yield f"Not counted: {names}. Left: {_points(counting)}."
@@ -404,49 +405,49 @@ class FinalGrade:
         yield from map(self._timing_step, self.timings)
         if each:
             more = in_full(self.predictions * each)
-            yield f"{self.predictions} predictions made, {_worth(each)} each: {more} more."
+            yield f"{self.predictions} predictions made, {_worth(each)} each: {more} points more."
         for one in self.so_far:
             if one.out_of != one.possible:
                 yield f"{one.title}: {_of(one.earned, one.possible)} become {_of(one.points, one.out_of)}."
             if one.weight != one.out_of:
                 yield f"{one.title}: {_of(one.points, one.out_of)} count as {_of(one.weighted, one.weight)}."
-        if not self.is_plain:
+        if not self.is_plain and self.is_over and not self.undecided:
             yield f"Together: {_of(self.earned, self.out_of)}."
 
     def _timing_step(self, entry: Timing) -> str:
         due, until = _when(entry.due, entry.until), _when(entry.until, entry.until)
         if entry.received is None:
-            rest = "It is not known when it was handed in; it is taken as in time."
+            rest = "Nobody knows when it was handed in. It counts as in time."
             if entry.waits:
-                rest = "Only the computer that it was written on says when it was saved; "
-                rest += "your instructor decides when it was handed in."
+                rest = "Only the computer on which it was written says when it was saved. "
+                rest += "Your instructor decides when it was handed in."
             return f"{entry.notebook} was due on {until}. {rest}"
         start = f"{entry.notebook} was handed in on {_when(entry.received, entry.until)}"
         start += f" ({entry.clock})" if entry.clock else ""
         if not entry.days:
-            return f"{start}. It was due on {due}; by an extension until {until} it is in time."
+            return f"{start}. It was due on {due}. You have an extension until {until}, so it is in time."
         late = self.late
         extended = " by an extension" if entry.extended else ""
         grace = f" with {in_full(exact(late.grace_hours))} h of grace" if late.grace_hours else ""
-        what = f"{start}, due on {until}{extended}{grace}: {_days(entry.days)} late (one that has begun counts)."
+        what = f"{start}, due on {until}{extended}{grace}: {_days(entry.days)} late (a day that has begun counts)."
         if not entry.taken:
             return f"{what} That costs nothing."
         capped = entry.days * exact(late.per_day) > exact(late.cap)
         most = f", and {in_full(exact(late.cap))} % at most" if capped else ""
         points = sum(item.weighted for item in self.counting if item.notebook == entry.notebook)
-        cost = f"{in_full(entry.taken * 100)} % of its {_worth(points)} are taken, {in_full(points * entry.taken)}."
-        return f"{what} {in_full(exact(late.per_day))} % a day{most}: {cost}"
+        cost = f"{in_full(entry.taken * 100)} % of its {_worth(points)}, which is {in_full(points * entry.taken)}."
+        return f"{what} {in_full(exact(late.per_day))} % a day{most}: it loses {cost}"
 
     def _last_steps(self) -> Iterator[str]:
         marks = self.marks
-        if self.undecided:
+        if self.undecided or not self.is_over:
             waiting = _worth(sum(item.possible for item in self.undecided))
-            yield f"There is no final grade yet: still to be decided are {waiting}."
-        elif not self.is_over:
-            known = "due" if all(one.is_given_back for one in self.assignments) else "due and given back"
-            yield f"So far: {_of(self.earned, self.out_of)}. The final grade follows when everything is {known}."
+            open_yet = f" Answers worth {waiting} are not decided yet." if self.undecided else ""
+            so_far = f"So far: {_of(self.earned, self.out_of)}.{open_yet}" if self.out_of else "Nothing counts so far."
+            known = "due" if all(one.is_given_back for one in self.assignments) else "due, given back"
+            yield f"{so_far} The final grade comes when everything is {known} and decided."
         elif self.final is None:
-            yield "Nothing of this counts, so that there is no final grade."
+            yield "Nothing counts, so there is no final grade."
         else:
             if marks.out_of is not None:
                 scale = in_full(exact(marks.out_of))

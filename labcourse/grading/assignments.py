@@ -217,6 +217,11 @@ class Work:
         return self.is_due and self.excuse is None
 
     @property
+    def is_blank(self) -> bool:
+        """Whether there is nothing of the student's, and nothing is owed: it is not due, or they are excused."""
+        return not self.counts and self.state in (State.MISSING, State.UNTOUCHED, State.NOT_DUE)
+
+    @property
     def days_late(self) -> int:
         """Days by which it was handed in late."""
         return self.timing.days if self.timing is not None else 0

@@ -11,11 +11,13 @@ from __future__ import annotations
 import hashlib
 import importlib
 import importlib.util
+import json
 import sys
 import traceback
 import types
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -143,6 +145,15 @@ class Course:
 
         name = self.settings.given
         return starts.narrowed(self.catalogue, starts.find(self.catalogue, name) if name else None)
+
+    @cached_property
+    def cells(self) -> dict[tuple[str, str], str]:
+        """(question, part) → id of the cell in which a student answers it, as far as there is one."""
+        from labcourse.run.alignment import asked
+
+        notebooks = {path.name: json.loads(path.read_text(encoding="utf-8")) for path in self.notebooks}
+        found = asked(notebooks, self.catalogue)
+        return {where: entry.cell.removesuffix("-answer") for _name, entry, parts in found for where in parts}
 
     @property
     def notebooks(self) -> list[Path]:

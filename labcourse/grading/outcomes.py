@@ -2,8 +2,8 @@
 
 There is one rule, whoever gave the marks: the points earned of the points possible, over all decided parts with a code,
 are a share, and the share is a level by the course's thresholds. What waits for a person, or was not marked for a fault
-of the key, is not decided and is counted. What is missing earned nothing. An accreditation outcome has all parts of all
-codes that go to it. ``docs/outcomes.md`` has an example to compute by hand.
+of the key, is not decided and is counted. What is missing when it is due earned nothing; excused work is left out. An
+accreditation outcome has all parts of all codes that go to it. ``docs/outcomes.md`` has an example to compute by hand.
 
 ===================  ==================================================================================================
 ``attainment.html``  levels, attainment, and mean shares by question; nothing of small groups
@@ -28,7 +28,7 @@ from labcourse.answers.catalogue import Catalogue
 from labcourse.errors import GradingError
 from labcourse.grading.course import OUTCOMES_FILE, Course
 from labcourse.grading.gradebook import GIVEN_BY_A_PERSON, Gradebook, MarkRecord, StudentRecord
-from labcourse.grading.reports.result import points
+from labcourse.grading.reports.result import account_in, points
 from labcourse.grading.reports.templating import templates
 from labcourse.grading.settings import SHARE_DIGITS, CourseSettings, MarkSettings, read_toml, refuse
 from labcourse.grading.verdicts import UNDECIDED
@@ -115,15 +115,18 @@ def standing(
     return Standing(about, [Judged(codes[mark.where], mark) for mark in marks if mark.where in codes and mark.out_of])
 
 
-def standings(book: Gradebook, catalogue: Catalogue, counted: MarkSettings) -> list[Standing]:
-    """Return all students with marks, by ID."""
+def standings(book: Gradebook, course: Course) -> list[Standing]:
+    """Return all students with marks, by ID. Work that is excused, unreadable, or neither due nor there is left out."""
+    asked, found = course.catalogue.marked, []
     known = {caseless(student.student): student for student in book.students()}
-    return [
-        standing(
-            known.get(caseless(graded.run.student), StudentRecord(graded.run.student)), graded.marks, catalogue, counted
-        )
-        for graded in book.all_current()
-    ]
+    for graded in book.all_current():
+        about = known.get(caseless(graded.run.student), StudentRecord(graded.run.student))
+        account = account_in(book, course, graded, about)
+        works = [work for one in account.assignments for work in one.works]
+        left_out = {work.notebook for work in works if work.excuse or work.is_blank or work.is_unread}
+        marks = [m for m in graded.marks if m.question not in asked or asked[m.question].notebook not in left_out]
+        found.append(standing(about, marks, course.catalogue, course.settings.marks))
+    return found
 
 
 # --- the map to outcomes of an accreditation --------------------------------------------------------------------------
@@ -370,7 +373,7 @@ def write_report(out: Path, course: Course, book: Gradebook, by_section: bool = 
     """
     settings, catalogue = course.settings, course.catalogue
     mapped = read_map(course.folder, catalogue)
-    students = standings(book, catalogue, settings.marks)
+    students = standings(book, course)
     sections = {caseless(""): "no section"}  # "a" and "A" are one section, as in deadlines
     for student in students:
         sections.setdefault(caseless(student.about.section), student.about.section)

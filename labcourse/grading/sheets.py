@@ -43,6 +43,7 @@ LEGEND = (
     "then the points earned of the points possible.",
     f"{MACHINE}: marked by the machine. {PERSON}: marked by a person.",
     f"{WAITS}: waits for a person, or could not be marked; a level before it may change.",
+    "An empty cell has no points: it scores nothing, or the work is excused or not due yet.",
 )
 
 
@@ -283,7 +284,7 @@ class Sheet:
 
 
 def fill(layout: Layout, standing: Standing, levels: LevelSettings) -> Sheet:
-    """Fill in a sheet. A part that the student was not asked for, or that was dropped, is on no sheet.
+    """Fill in a sheet. A part that was not asked for, dropped, excused, or is neither due nor there, is on no sheet.
 
     Parameters
     ----------
@@ -326,7 +327,7 @@ def write(out: Path, course: Course, book: Gradebook, students: Sequence[str] = 
         If the course has no sheets, a student is not known, or something cannot be written.
     """
     settings, layouts = course.settings, read_layouts(course.folder, course.catalogue)
-    everybody = {caseless(one.about.student): one for one in standings(book, course.catalogue, settings.marks)}
+    everybody = {caseless(one.about.student): one for one in standings(book, course)}
     known = {caseless(one): one for one in (*book.handed_in(), *(about.student for about in book.students()))}
     for student in students:
         if caseless(student) not in known:

@@ -165,4 +165,5 @@ def test_predictions_that_were_made_earn_what_is_set_for_each(predicted, drop, n
     before = account(given_marks, run=run_with(predicted))
     after = account(given_marks, run=run_with(predicted), marks=MarkSettings(drop, predictions=0.3))
     assert after.earned - before.earned == number * Fraction(3, 10) and after.out_of == before.out_of
-    assert f"{number} predictions made, 0.3 points each: {in_full(number * Fraction(3, 10))} more." in after.steps()
+    more = in_full(number * Fraction(3, 10))
+    assert f"{number} predictions made, 0.3 points each: {more} points more." in after.steps()

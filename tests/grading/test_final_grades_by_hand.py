@@ -151,7 +151,7 @@ def test_the_student_reads_what_it_cost_and_the_data_have_the_steps(term):
     said = json.loads((out / "two" / "marks.json").read_text(encoding="utf-8"))["account"]
     page = (out / "two" / "feedback.html").read_text(encoding="utf-8")
     assert said["final"] == 62.02 and said["out_of"] == 10.5
-    late = "2 days late (one that has begun counts). 7.5 % a day: 15 % of its 3.25 points are taken, 0.4875."
+    late = "2 days late (a day that has begun counts). 7.5 % a day: it loses 15 % of its 3.25 points, which is 0.4875."
     assert any(one.endswith(late) for one in said["steps"]) and late in page
     assert "Final grade: 62.02 of 100, rounded to 2 decimals (half up)." in page
 

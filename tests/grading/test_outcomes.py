@@ -5,13 +5,14 @@ import random
 import re
 from collections import Counter
 from dataclasses import replace
+from datetime import UTC, datetime
 from fractions import Fraction
 
 import marked_class
 import pytest
 from accessible import findings
 from checkout import ROOT
-from gradebooks import enrol
+from gradebooks import enrol, record
 from hypothesis import given, settings
 from hypothesis import strategies as some
 from made_courses import OURS
@@ -22,7 +23,7 @@ from labcourse.errors import GradingError
 from labcourse.grading import outcomes
 from labcourse.grading.gradebook import Gradebook, MarkRecord, StudentRecord
 from labcourse.grading.outcomes import evidence, withheld, write_report
-from labcourse.grading.settings import LevelSettings, MarkSettings, OutcomeSettings, read
+from labcourse.grading.settings import Assignment, LevelSettings, MarkSettings, OutcomeSettings, read
 
 MAP = outcomes.read_map(OURS.folder, OURS.catalogue)
 CODES = {code: {code} for code in OURS.catalogue.outcomes}
@@ -82,10 +83,27 @@ def test_what_waits_is_not_decided_and_what_does_not_count_is_no_evidence():
 
 def test_everybody_with_marks_is_there_as_the_roster_has_them(tmp_path):
     with Gradebook(marked_class.gradebook(tmp_path, {"A": 2, "B": 1})) as book:
-        found = outcomes.standings(book, OURS.catalogue, MarkSettings())
+        found = outcomes.standings(book, OURS)
     assert [(one.about.student, one.about.section) for one in found] == [("a-00", "A"), ("a-01", "A"), ("b-00", "B")]
     by_person = {part.mark.where for one in found for part in one.parts if part.by_a_person}
     assert by_person and all(OURS.catalogue.marked[where[0]].part(where[1]).marked == "person" for where in by_person)
+
+
+def test_work_that_is_excused_or_not_due_and_not_there_is_no_evidence(tmp_path):
+    dues = ((2020, "02_finding_stiffness"), (2020, "05_control_prelab"), (2900, "03_model_validation"))
+    given = [Assignment(name, (name,), due=datetime(year, 1, 1, tzinfo=UTC)) for year, name in dues]
+    course = replace(OURS, settings=replace(OURS.settings, assignments=tuple(given)))
+    marks = [
+        MarkRecord("2.12", "J_l", "missing", 0, 1, ""),  # due
+        MarkRecord("2.16", "comparison", "missing", 0, 2, ""),  # not due
+        MarkRecord("2.1", "V", "right", 2, 2, ""),  # handed in, and not due: due with the last
+        MarkRecord("3.1", "explanation", "missing", 0, 1, ""),  # excused
+    ]
+    with Gradebook(tmp_path / "book.sqlite") as book:
+        record(book, marked_class.graded("ada", marks))
+        book.excuse("ada", ["05_control_prelab"], "ill", "lea")
+        (one,) = outcomes.standings(book, course)
+    assert [part.mark.where for part in one.parts] == [("2.12", "J_l"), ("2.1", "V")]
 
 
 def test_the_example_in_the_documentation_comes_out_as_it_says():

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass
+from datetime import datetime
 from functools import cache
 from typing import Any, NamedTuple
 
@@ -104,24 +105,32 @@ def changes_since(before: Graded | None, after: Graded) -> Changes | None:
 
 
 class Change(NamedTuple):
-    """A mark that is not the one that was published; no mark is None."""
+    """A mark that is not the one that was published; no mark is None. ``why`` and ``when`` are of the last change."""
 
     student: str
     question: str
     part: str
     before: MarkState | None
     after: MarkState | None
+    why: str
+    when: datetime
 
     def __str__(self) -> str:
         """Return question, part and points before and after."""
         return f"{self.question} {self.part}: {state_text(self.before)} → {state_text(self.after)}"
 
 
-def changed_in(book: Gradebook, course: Course) -> list[Change]:
-    """Find the marks in a gradebook that have changed since feedback was given back; see :func:`changed_since`."""
+def changed_in(book: Gradebook, course: Course, since_first: bool = False) -> list[Change]:
+    """Find the marks in a gradebook that have changed since feedback was given back; see :func:`changed_since`.
+
+    Parameters
+    ----------
+    book, course : the class
+    since_first : compare with what was given back first, and not with what was given back last
+    """
     publications = book.requests.publications()
     trail = book.audit(since=publications[0].when) if publications else []
-    return changed_since(trail, publications, course, book.excuses)
+    return changed_since(trail, publications[::-1] if since_first else publications, course, book.excuses)
 
 
 def changed_since(
@@ -130,12 +139,12 @@ def changed_since(
     course: Course,
     excuses: Callable[[str], Collection[str]],
 ) -> list[Change]:
-    """Find marks with other points than were given back the last time, or that were decided since.
+    """Find marks with other points than were given back, or that were decided since.
 
     Parameters
     ----------
     trail : the changes of marks, in order
-    publications : when feedback was given back, in order, and of which notebooks
+    publications : when feedback was given back, and of which notebooks; the last one here that has a notebook counts
     course : with its questions
     excuses : ID of a student → notebooks, without ending, from which they are excused now
     """
@@ -146,7 +155,10 @@ def changed_since(
         back = [one for one in publications if not one.notebooks or notebook in one.notebooks]
         if back and entry.when > back[-1].when and notebook not in excuses_of(entry.student):
             entries[entry.student, entry.question, entry.part].append(entry)
-    changes = [Change(*where, those[0].before, those[-1].after) for where, those in entries.items()]
+    changes = [
+        Change(*where, those[0].before, those[-1].after, those[-1].reason, those[-1].when)
+        for where, those in entries.items()
+    ]
     return [change for change in changes if _shown_points(change.before) != _shown_points(change.after)]
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from datetime import UTC, datetime
 from functools import partial
 from itertools import groupby
@@ -16,17 +16,21 @@ from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.json_values import clean
 from labcourse.answers.parts import WHOLE, Question
 from labcourse.errors import AnswerError
+from labcourse.grading.accounts import in_full
+from labcourse.grading.assignments import State, Work
 from labcourse.grading.course import Course
 from labcourse.grading.gradebook import MarkRecord, RunRecord
 from labcourse.grading.graded_run import answers_of
 from labcourse.grading.reports import drawn_figure, markdown
-from labcourse.grading.reports.result import Result, asked, lapse, points, sums, worth
+from labcourse.grading.reports.changes import state_text
+from labcourse.grading.reports.result import Result, asked, lapse, points, state_of, sums, worth
 from labcourse.grading.reports.templating import templates
 from labcourse.grading.settings import FeedbackSettings
 from labcourse.grading.verdicts import UNDECIDED, Status
 
 _GOOD = (Status.RIGHT, Status.BY_A_PERSON)
-_LOST = (Status.PARTLY, Status.WRONG, Status.MISSING, Status.SUPPLIED)  # look at it again, whatever it is worth
+_ABSENT = (State.MISSING, State.UNTOUCHED)
+_MOST = 3  # questions on the first screen
 
 
 def page(result: Result, course: Course, answer_link: Callable[[str, str, str], str] | None = None) -> str:
@@ -40,7 +44,10 @@ def page(result: Result, course: Course, answer_link: Callable[[str, str, str], 
         complete, whatever students see, and has a link at each answer. It must not be written to a file.
     """
     seen, account = FeedbackSettings() if answer_link else course.settings.feedback, result.account
-    questions = shown_questions(result, course.catalogue)
+    grades = [one for one in account.assignments if one.title] if account else []
+    works = {work.notebook: work for one in grades for work in one.works}
+    blank = {name for name, work in works.items() if work.is_blank and not answer_link}
+    questions = [one for one in shown_questions(result, course.catalogue) if one["question"].notebook not in blank]
     sections = groupby(questions, key=lambda one: (one["question"].section, one["question"].notebook))
     context = {
         "result": result,
@@ -48,13 +55,36 @@ def page(result: Result, course: Course, answer_link: Callable[[str, str, str], 
         "opens": None if seen.is_open(datetime.now(UTC)) else seen.opens,
         "questions": questions,
         "sections": [list(group) for _name, group in sections],
-        "final": "" if account is None else account.final_text,
+        "grades": grades,
+        "works": works,
+        "again": _look_again(questions, works, course),
+        "cells": course.cells,
         "course": " · ".join(filter(None, (course.title, course.settings.term))),
         "undecided": UNDECIDED,
         "answer_link": answer_link,
     }
-    helpers = {"points": points, "worth": worth, "sums": sums, "asked": asked, "lapse": lapse}
+    helpers = {"points": points, "worth": worth, "sums": sums, "asked": asked, "lapse": lapse, "in_full": in_full}
+    helpers |= {"state_of": state_of, "state_text": state_text, "anchor": anchor}
     return templates().get_template("feedback.html").render(**context, **helpers) + "\n"
+
+
+def _look_again(
+    questions: Iterable[dict[str, Any]], works: Mapping[str, Work], course: Course
+) -> list[tuple[dict[str, Any], MarkRecord]]:
+    """Return the questions that lost most points, each with the mark that lost most; nothing of work that is absent."""
+    counted = course.settings.marks
+
+    def lost(mark: MarkRecord) -> float:
+        counts = mark.status not in UNDECIDED and not counted.dropped_as(*mark.where)
+        return (mark.out_of - mark.points) * counted.weight(*mark.where) if counts else 0.0
+
+    found = []
+    for one in questions:
+        work = works.get(one["question"].notebook)
+        if work is None or (work.state not in _ABSENT and work.excuse is None):
+            found.append((sum(map(lost, one["marks"])), one))
+    found.sort(key=lambda entry: -entry[0])
+    return [(one, max(one["marks"], key=lost)) for points_lost, one in found[:_MOST] if points_lost > 0]
 
 
 def shown_questions(result: Result, catalogue: Catalogue) -> list[dict[str, Any]]:
@@ -71,7 +101,7 @@ def shown_questions(result: Result, catalogue: Catalogue) -> list[dict[str, Any]
         shown.append(
             {
                 "question": question,
-                "anchor": "q-" + re.sub(r"\W+", "-", number),
+                "anchor": anchor(number),
                 "marks": marks,
                 "sums": sums(marks),
                 "parts": [_part(mark, question, figures, result.run.words) for mark in marks],
@@ -80,15 +110,14 @@ def shown_questions(result: Result, catalogue: Catalogue) -> list[dict[str, Any]
                 "predicted": predicted.get(number),
                 "is_folded": all_right and not comments and not requests,
                 "common_reason": marks[0].reason if all_missing else None,  # then it is shown once
-                "look_again": any(map(_look_again, marks)),
             }
         )
     return shown
 
 
-def _look_again(mark: MarkRecord) -> bool:
-    """Return whether points were lost, or would have been if there were any."""
-    return mark.status in _LOST or (mark.status == Status.BY_A_PERSON and mark.points < mark.out_of)
+def anchor(number: str) -> str:
+    """Return the id of a question on the page."""
+    return "q-" + re.sub(r"\W+", "-", number)
 
 
 def _part(

@@ -7,7 +7,7 @@ has ``marks.json`` and ``feedback.html`` in a folder of their own. ``hints.md`` 
 from __future__ import annotations
 
 import json
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Collection, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, replace
@@ -18,13 +18,14 @@ from typing import Any
 import labcourse
 from labcourse import files, program
 from labcourse.errors import GradingError
-from labcourse.grading.accounts import AssignmentGrade, FinalGrade, in_full, unknown_names
+from labcourse.grading.accounts import FinalGrade, in_full, unknown_names
 from labcourse.grading.assignments import exact, given_back
 from labcourse.grading.course import Course
 from labcourse.grading.gradebook import Gradebook, Graded, Publication, StudentRecord
 from labcourse.grading.reports import feedback, hints
-from labcourse.grading.reports.result import Result, account_in, asked, lapse, points, result_in, sums
-from labcourse.messages import DISK_FULL, FREE_SPACE, plural
+from labcourse.grading.reports.changes import Change, changed_in
+from labcourse.grading.reports.result import Result, account_in, asked, lapse, points, result_in, state_of, sums
+from labcourse.messages import DISK_FULL, FREE_SPACE
 from labcourse.safe_text import as_csv, no_escapes
 from labcourse.student_id import GRADES_FILE, HINTS_FILE, caseless
 
@@ -147,13 +148,16 @@ class Reports:
         rows: list[Result | NotGraded] = []
         new = [] if self._publication is None else [self._publication]
         back = given_back([*self._book.requests.publications(), *new])
+        moved = defaultdict[str, list[Change]](list)
+        for change in changed_in(self._book, self._course, since_first=True):
+            moved[caseless(change.student)] += [change] if change.before is not None else []
         gather, works = hints.works(self._book, self._course), list[hints.Work]()
-        for _name, about in sorted(everybody.items()):
+        for name, about in sorted(everybody.items()):
             graded = self._book.current(about.student)
             if graded is None:
                 rows.append(NotGraded(about, account_in(self._book, self._course, None, about)))
             else:
-                rows.append(self._write_pages(graded, about, back))
+                rows.append(self._write_pages(graded, about, back, moved[name]))
                 works.append(gather(graded))
         self.without_page = [row.about.student for row in rows if isinstance(row, NotGraded)]
         self._write_hints(works)
@@ -172,10 +176,12 @@ class Reports:
             else:
                 path.unlink(missing_ok=True)
 
-    def _write_pages(self, graded: Graded, about: StudentRecord, back: frozenset[str] | None) -> Result:
-        """Write a student's files, with what was given back (None for all); return what came out."""
+    def _write_pages(
+        self, graded: Graded, about: StudentRecord, back: frozenset[str] | None, moved: Sequence[Change]
+    ) -> Result:
+        """Write a student's files, with what was given back (None for all), and moved; return what came out."""
         result = result_in(self._book, self._course, graded, about)
-        shown = result.given_back(self._course, back)
+        shown = replace(result.given_back(self._course, back), changes=moved)
         pages = {
             MARKS_FILE: json.dumps(_as_json(shown), indent=1, sort_keys=True, default=datetime.isoformat) + "\n",
             FEEDBACK_FILE: feedback.page(shown, self._course),
@@ -289,14 +295,6 @@ def _grades(account: FinalGrade) -> list[str]:
     so_far = [account.so_far_text, in_full(account.out_of)] if account.out_of else ["", ""]
     final = [account.final_text, in_full(exact(account.final_out_of)), "; ".join(account.how())]
     return [*cells, *so_far, *final]
-
-
-def state_of(grade: AssignmentGrade) -> str:
-    """Describe the state of an assignment, as "marked, 2 days late"."""
-    if grade.is_excused:
-        return "excused"
-    late = plural(grade.days_late, ", {count} day late", ", {count} days late") if grade.days_late else ""
-    return f"{grade.state}{late}"
 
 
 def _points(row: Result, questions: Sequence[str]) -> list[str]:

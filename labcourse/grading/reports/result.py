@@ -7,8 +7,9 @@ import textwrap
 from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import TYPE_CHECKING
 
-from labcourse.grading.accounts import FinalGrade, final_grade
+from labcourse.grading.accounts import AssignmentGrade, FinalGrade, final_grade
 from labcourse.grading.assignments import Handed
 from labcourse.grading.course import Course
 from labcourse.grading.gradebook import (
@@ -26,7 +27,11 @@ from labcourse.grading.graded_run import facts_of, key_faults
 from labcourse.grading.intake import is_absent
 from labcourse.grading.marking.marking import Mark
 from labcourse.grading.verdicts import UNDECIDED, Status
+from labcourse.messages import plural
 from labcourse.student_id import caseless
+
+if TYPE_CHECKING:
+    from labcourse.grading.reports.changes import Change
 
 _LONGEST = 300  # characters of what somebody wrote
 #: No digit of a name, as in K_2 or q3, and no full stop that ends a sentence.
@@ -86,6 +91,7 @@ class Result:
     requests : what the student asked to have looked at again, in order
     account : what the marks come to by the course's settings; None where these were not asked
     hidden : notebooks, without ending, of which the marks were not given back; only in a student's copy
+    changes : marks that moved since they were first given back; only in a student's copy
     """
 
     graded: Graded
@@ -94,6 +100,7 @@ class Result:
     requests: Sequence[Request] = ()
     account: FinalGrade | None = None
     hidden: Collection[str] = ()
+    changes: Sequence[Change] = ()
 
     @property
     def run(self) -> RunRecord:
@@ -215,6 +222,14 @@ def received(book: Gradebook, student: str, graded: Graded | None) -> dict[str, 
         return book.received(student)
     theirs = {name: when for name, when in book.received(partner).items() if not is_absent(name, graded.run.notes)}
     return {**theirs, **book.received(student)}
+
+
+def state_of(grade: AssignmentGrade) -> str:
+    """Describe the state of an assignment, as "marked, 2 days late"."""
+    if grade.is_excused:
+        return "excused"
+    late = plural(grade.days_late, ", {count} day late", ", {count} days late") if grade.days_late else ""
+    return f"{grade.state}{late}"
 
 
 def asked(request: Request) -> str:

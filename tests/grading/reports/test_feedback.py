@@ -16,6 +16,7 @@ from PIL import Image
 from labcourse.answers.catalogue import Catalogue
 from labcourse.grading.gradebook import CommentRecord, GivenMark, MarkRecord, RunRecord
 from labcourse.grading.reports import feedback
+from labcourse.grading.settings import MarkSettings
 from labcourse.grading.verdicts import Status
 
 OMEGA = MarkRecord("2.11", "omega_n", Status.RIGHT, 2.0, 2.0, "Within 5 %.", "19.9 rad/s")
@@ -50,7 +51,7 @@ def run(answers=None, **more):
 
 
 def opened(text):
-    found = re.findall(r'<details class="question" id="[^"]*"( open)?>\s*<summary><h3>Question ([^:]+):', text)
+    found = re.findall(r'<details class="question"( open)?>\s*<summary><h4>Question ([^:]+):', text)
     return {number: bool(is_open) for is_open, number in found}
 
 
@@ -75,18 +76,20 @@ def test_a_whole_page(snapshot):
     assert "\n".join(filter(None, lines)) == snapshot
 
 
-def test_the_summary_goes_by_section_and_says_what_to_look_at_again():
+def test_the_three_questions_that_lost_most_come_first_with_their_cell_in_the_students_notebook():
     wrong = replace(OMEGA, status=Status.WRONG, points=0.0)
-    lost = MarkRecord("3.1", "explanation", Status.BY_A_PERSON, 0.5, 1.0, "Which way?", "Stable.")
-    text = page(wrong, WHY, STIFFNESS, lost)
-    assert 'scope="col"' in text and 'scope="row"' in text
-    rows = [seen(row) for row in re.findall(r"<tr>.*?</tr>", text, flags=re.DOTALL)]
-    assert rows[1:] == [
-        "2.3.1 02_finding_stiffness 3 5 2.11: Natural frequency",
-        "3.3 05_control_prelab 0.5 1 3.1: Stability",
-        "All 3.5 6",
-    ]
-    assert '<a href="#q-2-11">' in text and 'id="q-2-11"' in text
+    half = MarkRecord("3.1", "explanation", Status.BY_A_PERSON, 0.5, 1.0, "Which way?", "Stable.")
+    little = MarkRecord("3.3", "A_c", Status.PARTLY, 0.9, 1.0, "Nearly.", "A_c")
+    twice = MarkRecord("2.1", "V", Status.PARTLY, 1.25, 2.0, "A sign.", "V")
+    waits = MarkRecord("2.16", "comparison", Status.FOR_A_PERSON, 0.0, 2.0, "A person reads it.", "So.")
+    course = replace(COURSE, settings=replace(COURSE.settings, marks=MarkSettings(weights={"2.1": 1.9})))
+    text = page(wrong, WHY, half, little, twice, waits, course=course)  # lost: 2, 0.5, 0.1, 0.75 × 1.9, nothing
+    first = text[text.index("<ol>") : text.index("</ol>")]
+    assert re.findall('href="#(.*?)"', first) == ["q-2-11", "q-2-1", "q-3-1"]
+    assert all(f'id="{one}"' in text for one in re.findall('href="#(.*?)"', text))
+    assert "2.11: Natural frequency 1 of 3 points omega_n: wrong. Within 5 %." in seen(first)
+    assert "02_finding_stiffness.ipynb, cell q2-11" in seen(first)
+    assert "05_control_prelab.ipynb, cell q3-1-explanation" in seen(first)  # words have a cell of their own
 
 
 def test_a_question_that_the_catalogue_does_not_have_is_shown_all_the_same():
@@ -183,7 +186,7 @@ def test_nothing_turns_the_direction_of_the_page():
     mark = MarkRecord("2.11", "explanation", Status.FOR_A_PERSON, 0.0, 1.0, turning, turning)
     text = page(mark, student=turning, problems=(turning,), notes=(turning,), isolation=turning)
     assert not set("\u202e\u2066\x9b") & set(text)
-    assert text.count(r"\u202e2 of 2\u2066\x9b31m") == 7  # twice as the name, and wherever else it is put
+    assert text.count(r"\u202e2 of 2\u2066\x9b31m") == 8  # twice as name and problem, and wherever else it is put
 
 
 def test_the_page_runs_and_loads_nothing():

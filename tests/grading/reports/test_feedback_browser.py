@@ -1,4 +1,4 @@
-"""The feedback page in a browser: folded on the screen, unfolded on paper, readable in light and dark."""
+"""The feedback page in a browser: short on the screen, whole on paper, readable in light and dark."""
 
 import pytest
 from accessible import findings
@@ -6,10 +6,13 @@ from contrast import CONTRASTS
 from gradebooks import result
 from made_courses import OURS
 
-from labcourse.grading.gradebook import MarkRecord
+from labcourse.grading.accounts import final_grade
+from labcourse.grading.assignments import Handed
+from labcourse.grading.gradebook import MarkRecord, StudentRecord
 from labcourse.grading.reports import feedback
 from labcourse.grading.verdicts import Status
 
+SIZES = [(1280, 720), (390, 844)]
 MARKS = (
     MarkRecord("2.11", "omega_n", Status.RIGHT, 2.0, 2.0, "Folded reason.", "19.9 rad/s"),
     *(MarkRecord("2.12", status.name, status, 0.0, 1.0, "Open reason.", "1.3") for status in Status),
@@ -19,7 +22,9 @@ MARKS = (
 @pytest.fixture(params=["light", "dark"])
 def page(request, chromium, tmp_path):
     file = tmp_path / "feedback.html"
-    file.write_text(feedback.page(result(*MARKS), OURS), encoding="utf-8")
+    account = final_grade(OURS, Handed(StudentRecord("ada"), MARKS))
+    made = result(*MARKS, account=account, problems=("2.12 stopped: " + "NameError, " * 30,))
+    file.write_text(feedback.page(made, OURS), encoding="utf-8")
     context = chromium.new_context(color_scheme=request.param, viewport={"width": 800, "height": 900})
     opened, said = context.new_page(), []
     opened.on("console", lambda message: said.append(message.text))
@@ -29,12 +34,26 @@ def page(request, chromium, tmp_path):
     assert said == []
 
 
-def test_what_is_all_well_is_folded_on_the_screen_and_not_on_paper(page):
-    folded = page.get_by_text("Folded reason.")
-    assert not folded.is_visible() and page.get_by_text("Open reason.").first.is_visible()
+def test_answers_are_folded_on_the_screen_and_not_on_paper(page):
+    folded = [page.get_by_text(text).last for text in ("Folded reason.", "Open reason.")]
+    assert not any(one.is_visible() for one in folded)
     page.emulate_media(media="print")
-    assert folded.is_visible()
+    assert all(one.is_visible() for one in folded)
     assert page.evaluate("getComputedStyle(document.documentElement).getPropertyValue('--page')").strip() == "#fff"
+
+
+def test_a_link_opens_the_folds_that_it_points_into(page):
+    page.locator('.first a[href="#q-2-12"]').last.click()
+    assert page.get_by_text("Open reason.").last.is_visible() and not page.get_by_text("Folded reason.").is_visible()
+    page.locator('a[href="#went-wrong"]').click()
+    assert page.locator("#went-wrong").is_visible()
+
+
+@pytest.mark.parametrize(("width", "height"), SIZES)
+def test_all_of_the_summary_is_on_the_first_screen(page, width, height):
+    page.set_viewport_size({"width": width, "height": height})
+    assert page.locator(".first tbody tr").count() == 10 and page.locator(".first ol a").count() == 1
+    assert page.evaluate("document.querySelector('.first').getBoundingClientRect().bottom") <= height
 
 
 def test_every_text_can_be_read_on_what_lies_behind_it(page):
@@ -44,7 +63,8 @@ def test_every_text_can_be_read_on_what_lies_behind_it(page):
 
 
 def test_the_page_is_no_wider_than_the_window(page):
-    page.set_viewport_size({"width": 390, "height": 800})
+    page.set_viewport_size({"width": 390, "height": 844})
+    page.evaluate("document.querySelectorAll('details').forEach((one) => { one.open = true })")
     assert page.evaluate("document.documentElement.scrollWidth") <= 390
 
 

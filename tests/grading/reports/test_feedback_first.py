@@ -1,0 +1,111 @@
+"""What a student reads first: how they stand by the calendar, what waits, and what moved since it was given back."""
+
+import html
+import re
+from dataclasses import replace
+from datetime import UTC, datetime
+
+import pytest
+from gradebooks import graded, mark, prose, record, report_text
+from made_courses import OURS
+
+from labcourse.grading.accounts import final_grade
+from labcourse.grading.assignments import Handed
+from labcourse.grading.gradebook import Arrival, Excuse, MarkRecord, Request, StudentRecord
+from labcourse.grading.reports import feedback
+from labcourse.grading.reports.grades import Reports
+from labcourse.grading.reports.result import Result
+from labcourse.grading.settings import Assignment
+
+PRELAB, STIFFNESS, VALIDATION = "01_modeling_prelab", "02_finding_stiffness", "03_model_validation"
+BEFORE, BETWEEN = datetime(2026, 11, 1, tzinfo=UTC), datetime(2026, 11, 25, tzinfo=UTC)
+ASSIGNMENTS = tuple(
+    Assignment(title, (name,), due=datetime(2026, month, day, 23, 59, 59, tzinfo=UTC))
+    for title, name, month, day in (
+        ("Lab 1", PRELAB, 11, 14),
+        ("Lab 2", STIFFNESS, 11, 21),
+        ("Lab 3", VALIDATION, 12, 5),
+    )
+)
+COURSE = replace(OURS, settings=replace(OURS.settings, assignments=ASSIGNMENTS))
+MARKS = (
+    MarkRecord("2.1", "V", "right", 2.0, 2.0, "Equal.", "V"),
+    mark("wrong", 0.0),
+    prose(),
+    report_text("missing"),
+)
+
+
+def page(when=BETWEEN, excused=(), back=None, names=(PRELAB, STIFFNESS)):
+    arrived = {f"{name}.ipynb": Arrival(datetime(2026, 10, 30, tzinfo=UTC)) for name in names}
+    excuses = {name: Excuse(1, "ada", name, True, "lea", "ill", BEFORE) for name in excused}
+    run, ada = graded("ada", *MARKS), StudentRecord("ada")
+    account = final_grade(COURSE, Handed(ada, MARKS, arrived, run, excuses), when)
+    asked = [Request(1, "ada", "2.11", "omega_n", "Why?", BEFORE)]
+    whole = Result(run, ada, requests=asked, account=account)
+    return seen(feedback.page(whole.given_back(COURSE, back), COURSE))
+
+
+def seen(text):
+    plain = re.sub(r"<style.*?</style>|<[^>]+>", " ", text, flags=re.DOTALL)
+    return " ".join(html.unescape(plain).split()).replace(" ,", ",").replace(" .", ".")
+
+
+def test_in_the_term_only_what_is_due_counts_and_what_is_not_due_is_not_on_the_page():
+    text = page()
+    assert "So far 2.00 of 5 points." in text and "Final grade" not in text
+    assert "Lab 1 marked 2.00 of 2" in text and "Lab 2 waits for a person of 3" in text
+    assert "Lab 3 not due until 2026-12-05 of 2" in text
+    assert "1 point waits for a person to read: 2.11" in text
+    assert "2.11, omega_n: Asked on 2026-11-01 to be looked at again; not answered yet." in text
+    assert "2.11: Natural frequency 0 of 3 points omega_n: wrong." in text and "2.16" not in text
+    assert "How it counts : So far: 2 of 5 points. Answers worth 1 point are not decided yet." in text
+
+
+def test_before_anything_is_due_the_page_says_when_points_begin_to_count():
+    text = page(BEFORE)
+    assert "Nothing is due yet. Points begin to count when work is due: Lab 1 on 2026-11-14." in text
+    assert "Lab 1 marked, due on 2026-11-14 2.00 of 2" in text and "So far" not in text
+
+
+def test_what_is_excused_has_no_points_and_asks_for_no_second_look():
+    text = page(excused=[STIFFNESS])
+    assert "So far 2.00 of 2 points." in text and "Lab 2 excused " in text
+    assert "lea excused you on 2026-11-01 (ill)." in text and "looking at again" not in text
+
+
+def test_of_what_is_not_given_back_the_page_has_the_state_alone():
+    text = page(back=[PRELAB])
+    assert "So far 2.00 of 2 points." in text
+    assert "Lab 2 waits for a person, not given back yet of 3" in text and "Not given back yet: Lab 2" in text
+    assert "Natural frequency" not in text and "looking at again" not in text
+    assert "None of your marks is given back yet. The marks of Lab 1, Lab 2 come here" in page(back=[VALIDATION])
+
+
+def test_what_is_missing_is_in_its_line_and_not_among_the_things_to_look_at():
+    text = page(names=[PRELAB], when=datetime(2026, 12, 25, tzinfo=UTC))
+    assert "Lab 3 missing 0.00 of 2" in text and "section 2.3.2, missing ? of 2" not in text
+    assert text.count("2.16: How good") == 1  # among the answers
+
+
+@pytest.fixture
+def pages(book, tmp_path):
+    def written():
+        Reports(tmp_path / "out", OURS, book).write_all()
+        return {
+            one: seen((tmp_path / "out" / one / "feedback.html").read_text(encoding="utf-8")) for one in ("ada", "bob")
+        }
+
+    return written
+
+
+def test_a_mark_that_moved_is_on_the_page_from_when_it_was_first_given_back(book, pages):
+    record(book, graded("ada"), graded("bob"))
+    book.set_mark("bob", "2.11", "omega_n", 1.0, "Before it was given back.", "tia")
+    assert "Changed since" not in pages()["bob"]
+    book.requests.publish("lea")
+    book.set_mark("ada", "2.11", "omega_n", 1.5, "Two digits are missing.", "tia")
+    moved = f"2.11, omega_n : 2 of 2 → 1.5 of 2, on {datetime.now(UTC):%Y-%m-%d}. Two digits are missing."
+    assert moved in pages()["ada"] and "Changed since" not in pages()["bob"]
+    book.requests.publish("lea")
+    assert moved in pages()["ada"], "the student saw the first one"
