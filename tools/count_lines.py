@@ -62,12 +62,12 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
     "report": (1164, ("labcourse/report/**/*.py",)),
     "running, the warm runner": (1028, ("labcourse/grading/running/**/*.py", "labcourse/run/inside/**/*.py")),
     "intake": (1308, ("labcourse/grading/intake/**/*.py",)),
-    "gradebook": (1524, ("labcourse/grading/gradebook/**/*.py",)),
+    "gradebook": (1531, ("labcourse/grading/gradebook/**/*.py",)),
     "marking": (1187, ("labcourse/grading/marking/**/*.py",)),
     "isolation": (1123, ("labcourse/grading/isolation/**/*.py",)),
-    "reports, scoring": (2441, ("labcourse/grading/reports/**/*.py", "labcourse/grading/scoring/**/*.py")),
+    "reports, scoring": (2488, ("labcourse/grading/reports/**/*.py", "labcourse/grading/scoring/**/*.py")),
     "outcomes, overview, platforms, accounts": (
-        1837,
+        1842,
         (
             "labcourse/grading/accounts.py",
             "labcourse/grading/erasure.py",
@@ -78,7 +78,7 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
         ),
     ),
     "settings, release, commands, rest": (
-        3473,
+        3484,
         (
             "rotflex/cli.py",
             "labcourse/command_line.py",
