@@ -103,7 +103,7 @@ def test_a_request_is_made_listed_seen_beside_the_answer_and_stays_until_it_is_a
     rotflex("report", book, "--out", out, "--solutions", OURS.folder)
     page = (out / "cleo" / "feedback.html").read_text(encoding="utf-8")
     assert "K_s: Asked on" in page and "not answered yet." in page and "Why &lt;i&gt;not&lt;/i&gt;?" in page
-    assert page.index("Stiffness of the joint") < page.index("K_s: Asked on")
+    assert page.index("Stiffness of the joint") < page.rindex("K_s: Asked on")
     assert "2.12, K_s: Asked on" in rows(out)["cleo"]["notes"]
 
     answered = rotflex("requests", "answer", book, "3", "Half a point more.", "--by", "tia")
