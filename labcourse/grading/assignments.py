@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 from labcourse.errors import GradingError
 from labcourse.grading.gradebook import Arrival, Excuse, Graded, MarkRecord, Publication, StudentRecord
 from labcourse.grading.graded_run import FAILED, facts_of
-from labcourse.grading.intake import is_unread
+from labcourse.grading.intake import is_all_unread, is_unread
 from labcourse.grading.marking.marking import Mark
 from labcourse.grading.settings import Assignment, CourseSettings, Deadline, Extension
 from labcourse.grading.verdicts import UNDECIDED, Status
@@ -268,8 +268,11 @@ def works(course: Course, handed: Handed, when: datetime | None = None) -> dict[
         until = last if time is None else time.until  # without a date of its own, it is due with the last
         is_due = until is None or when > until + grace
         state = _state_if_there(handed, name, statuses[name], bool(time and time.waits and settings.late.per_day))
-        if state is None:
-            state = State.MISSING if is_due else State.NOT_DUE
+        if state is None and is_due:
+            nothing_read = graded is not None and is_all_unread(graded.run.problems)
+            state = State.NOT_GRADED if nothing_read else State.MISSING
+        elif state is None:
+            state = State.NOT_DUE
         elif name in untouched:
             state = State.UNTOUCHED
         is_unread = state is State.NOT_GRADED and f"{name}.ipynb" not in handed.received

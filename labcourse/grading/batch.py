@@ -143,6 +143,11 @@ class Batch:
         self.absent = [student.student for student in roster if caseless(student.student) not in present]
 
     @property
+    def sources(self) -> set[str]:
+        """Names of what is read: archives, folders and files among the submissions."""
+        return {piece.source for submission in self._submissions for piece in submission.pieces}
+
+    @property
     def students(self) -> list[str]:
         """IDs of the students with a submission to grade."""
         return [submission.student for submission in self._submissions]

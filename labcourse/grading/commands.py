@@ -321,7 +321,7 @@ def grade(
                         result = Result(step.graded, StudentRecord(step.graded.run.student))
                         progress.add(step.ran, result, changes_since(step.before, step.graded))
                 finally:
-                    rows = intake_table.write(folder / INTAKE_FILE, batch.doubts, decided)
+                    rows = intake_table.write(folder / INTAKE_FILE, batch.doubts, decided, batch.sources)
     except IsolationError as error:
         isolation_report.print_refusal(error)
         raise typer.Exit(NOT_ISOLATED) from None

@@ -73,6 +73,15 @@ def test_a_file_that_cannot_be_read_could_not_be_graded():
     assert state(replace(what, graded=problem)) == State.NOT_GRADED
 
 
+def test_of_a_submission_that_cannot_be_read_what_is_due_could_not_be_graded():
+    what = handed(MISSING, received={})
+    problem = "The submission cannot be read: ada.zip: it is broken."
+    unread = replace(what, graded=replace(what.graded, run=replace(what.graded.run, problems=(problem,))))
+    assert (state(unread, DUE), state(unread)) == (State.NOT_DUE, State.NOT_GRADED)
+    grade = final_grade(course(LAB), unread, DUE + DAY)
+    assert grade.undecided and grade.assignments[1].points_text == ""
+
+
 def test_of_an_unknown_time_the_work_waits_where_lateness_costs():
     what = handed(RIGHT, received={f"{SECOND}.ipynb": Arrival(DUE, "")})
     assert state(what, made=course(LAB, late=LateSettings(per_day=10))) == State.WAITS

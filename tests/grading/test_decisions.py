@@ -79,7 +79,8 @@ def test_a_decision_is_read_as_a_spreadsheet_saves_it_and_stays_on_its_row(tmp_p
     assert earlier == {DOUBT: "a (1).ipynb"}
     assert intake_table.write(path, [], earlier) == 0  # graded without this submission
     assert intake_table.read(path) == earlier
-    assert intake_table.write(path, [], {DOUBT: ""}) == 0 and not path.exists()
+    assert intake_table.write(path, [], {DOUBT: ""}) == 1  # another download has not got it: it still waits
+    assert intake_table.write(path, [], {DOUBT: ""}, {DOUBT.submission}) == 0 and not path.exists()
 
 
 def test_a_table_is_read_whole_or_refused(tmp_path, monkeypatch):

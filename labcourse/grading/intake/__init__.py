@@ -13,7 +13,7 @@ What is ambiguous is a :class:`Doubt`, a row of ``intake.csv`` for the instructo
 
 from labcourse.grading.intake.finding import OWNER, TIME, Decisions, Doubt, Submission, find
 from labcourse.grading.intake.owners import students_in
-from labcourse.grading.intake.reading import Contents, is_absent, is_unread, newest, read
+from labcourse.grading.intake.reading import Contents, is_absent, is_all_unread, is_unread, newest, read
 
 __all__ = [
     "OWNER",
@@ -24,6 +24,7 @@ __all__ = [
     "Submission",
     "find",
     "is_absent",
+    "is_all_unread",
     "is_unread",
     "newest",
     "read",

@@ -373,7 +373,14 @@ class _Finder:
 
     # --- what they hold -----------------------------------------------------------------------------------------------
 
-    def _take(self, place: Place, label: Label | None, owner: Owner | None = None, name: str = "") -> None:
+    def _take(
+        self,
+        place: Place,
+        label: Label | None,
+        owner: Owner | None = None,
+        name: str = "",
+        archived: datetime | None = None,
+    ) -> None:
         """Take what one student handed in, and determine its owner by name.
 
         Parameters
@@ -382,10 +389,11 @@ class _Finder:
         label : what its name says if a platform gave it
         owner : owner of what has no name of a student
         name : name that says who handed it in, if not the place's
+        archived : when a platform received loose files
         """
         self._shelf.begin_student()
         self._archives_left = MAX_INNER_ARCHIVES
-        archived = place.file.modified if place.file else None
+        archived = place.file.modified if place.file else archived
         whole = Piece(place.source, name or place.stem, label, archived)
         try:
             pieces = self._split(whole, place)
@@ -411,7 +419,9 @@ class _Finder:
             latest = newest_first[0][1]
             if latest.platform == platforms.CANVAS:
                 loose |= platforms.without_canvas_counts(loose)
-            self._take(_together(loose), latest, name=min(place.name for place in loose.values()))
+            name = min(place.name for place in loose.values())
+            times = [place.file.modified for place in loose.values() if place.file and place.file.modified]
+            self._take(_together(loose), latest, name=name, archived=max(times, default=None))
 
     def _split(self, whole: Piece, place: Place, nesting: int = 0) -> list[Piece]:
         """Look into a place, and split it: each archive with work in it is a piece, and so is the rest.

@@ -30,6 +30,7 @@ from labcourse.student_id import caseless
 MAX_STRANGERS = 30  #: notebooks of other names that are compared with the course's cells
 _MOST_COMPARED = 10  # files that may be the same notebook
 _UNREAD, _ABSENT = "{name} cannot be read: {error}", "{name} was not handed in."
+_ALL_UNREAD = "The submission cannot be read: "
 _SAME_TIME = timedelta(seconds=2)  # to which a zip rounds
 _OLD = datetime.min.replace(tzinfo=UTC)
 _WORD = re.compile(r"[^\W_]+")
@@ -122,6 +123,11 @@ def is_unread(name: str, problems: Collection[str]) -> bool:
     return any(line.startswith(_UNREAD.format(name=name, error="")) for line in problems)
 
 
+def is_all_unread(problems: Collection[str]) -> bool:
+    """Tell whether the problems of a run say that nothing that was handed in could be read."""
+    return any(line.startswith(_ALL_UNREAD) for line in problems)
+
+
 def is_absent(name: str, notes: Collection[str]) -> bool:
     """Tell whether the notes of a run say that a file was not handed in."""
     return _ABSENT.format(name=name) in notes
@@ -152,7 +158,7 @@ class _Reader:
         except Unreadable as error:
             trouble = str(error)
         if trouble:
-            contents.unreadable.append(f"The submission cannot be read: {shown(piece.source)}: {trouble}")
+            contents.unreadable.append(f"{_ALL_UNREAD}{shown(piece.source)}: {trouble}")
         for why in dict.fromkeys(piece.refused.values()):
             self._note_files([path for path, reason in piece.refused.items() if reason == why], f"not read: {why}")
 

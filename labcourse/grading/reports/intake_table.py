@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from dataclasses import asdict, fields
 from pathlib import Path
 
@@ -37,21 +37,23 @@ def read(path: Path) -> dict[Doubt, str]:
     return decisions
 
 
-def write(path: Path, doubts: Iterable[Doubt], earlier: dict[Doubt, str]) -> int:
-    """Write the rows of the submissions that were read, and earlier decisions on others.
+def write(path: Path, doubts: Iterable[Doubt], earlier: dict[Doubt, str], read_now: Collection[str] = ()) -> int:
+    """Write the rows of the submissions that were read, and earlier decisions and rows of others.
 
     Parameters
     ----------
     path : the file; without rows it is deleted
     doubts : rows of the submissions that were read
     earlier : rows and decisions, as :func:`read` returns them
+    read_now : names of the submissions that were read; their earlier rows without a decision are not in doubt any more
 
     Returns
     -------
     int
         number of rows without a decision
     """
-    decided = {doubt.key: (doubt, decision) for doubt, decision in earlier.items() if decision}
+    kept = {one: decision for one, decision in earlier.items() if decision or one.submission not in read_now}
+    decided = {doubt.key: (doubt, decision) for doubt, decision in kept.items()}
     rows = decided | {doubt.key: (doubt, decided.get(doubt.key, (doubt, ""))[1]) for doubt in doubts}
     if not rows:
         path.unlink(missing_ok=True)
