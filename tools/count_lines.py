@@ -66,8 +66,8 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
     "marking": (1187, ("labcourse/grading/marking/**/*.py",)),
     "isolation": (1123, ("labcourse/grading/isolation/**/*.py",)),
     "reports, scoring": (2488, ("labcourse/grading/reports/**/*.py", "labcourse/grading/scoring/**/*.py")),
-    "outcomes, overview, platforms, accounts": (
-        1842,
+    "outcomes, overview, to do, platforms, accounts": (
+        2123,
         (
             "labcourse/grading/accounts.py",
             "labcourse/grading/erasure.py",
@@ -75,6 +75,7 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
             "labcourse/grading/overview.py",
             "labcourse/grading/platforms.py",
             "labcourse/grading/sheets.py",
+            "labcourse/grading/todo.py",
         ),
     ),
     "settings, release, commands, rest": (

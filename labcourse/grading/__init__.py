@@ -10,7 +10,8 @@
 ``gradebook``, ``erasure``               what is stored, and how a person is erased from it
 ``scoring``                              answers in words, scored by a person
 ``reports``, ``accounts``                feedback and tables of marks; final grades
-``outcomes``, ``sheets``, ``overview``   levels of outcomes; scoring sheets; a class at a glance
+``outcomes``, ``sheets``                 levels of outcomes; scoring sheets
+``overview``, ``todo``                   a class at a glance; what a person must do today
 ``platforms``                            marks in the files of learning platforms
 ``course_check``, ``new``                whether a course is complete and consistent; a new course
 ``commands``                             the commands of the command line

@@ -354,7 +354,7 @@ def _zone(name: str) -> tzinfo:
 
 @app.command(rich_help_panel=_CLASS)
 def status(marks: Marks, solutions: CourseFolder = None, out: Out = None) -> None:
-    """Show the state of the class: who handed in, who is in trouble, what waits for you.
+    """Show what you must do today, each with its command, and where the class is in the term.
 
     The same is written to class.html in the folder of results. This page names students: do not publish it.
 
@@ -364,7 +364,7 @@ def status(marks: Marks, solutions: CourseFolder = None, out: Out = None) -> Non
 
     course, folder = courses.find(solutions), _results_or_none(marks, out)
     with _gradebook(marks) as book:
-        page = as_page(class_overview(book, course))
+        page = as_page(class_overview(book, course, folder))
     typer.echo(as_text(page))
     if folder is None:
         typer.echo("\nNo page was written: say where by --out.")
@@ -646,7 +646,7 @@ def publish(
         changed = changed_in(book, course)
         reports = Reports(folder, course, book, publication=publication if is_open else None)
         count = reports.write_all() - len(reports.without_page)
-        unready = list(not_ready(book, course.settings, begun))
+        unready = list(not_ready(book, course, notebooks, begun))
         if is_open:
             book.requests.publish(by, note, begun, notebooks)
     say(f"Pages of {_students(count)}: {folder}")

@@ -164,7 +164,9 @@ class Results:
         page, report = folder / overview.PAGE_FILE, (outcomes.PAGE_FILE, outcomes.TABLE_FILE, outcomes.STUDENTS_FILE)
         return {
             (GRADES_FILE, HINTS_FILE): lambda book: Reports(folder, course, book).write_all(),
-            (page.name,): lambda book: files.write(page, overview.as_page(overview.class_overview(book, course))),
+            (page.name,): lambda book: files.write(
+                page, overview.as_page(overview.class_overview(book, course, folder))
+            ),
             report: lambda book: outcomes.write_report(folder, course, book),
             (sheets.CLASS_FILE,): self._write_sheets,
         }

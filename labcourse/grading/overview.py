@@ -8,90 +8,41 @@ from __future__ import annotations
 
 import io
 from collections import Counter, defaultdict
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from datetime import UTC, datetime
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from datetime import datetime
 from html.parser import HTMLParser
+from itertools import chain
+from pathlib import Path
 from statistics import median
 from typing import Any, NamedTuple
 
 from labcourse import program
 from labcourse.answers.parts import Where
-from labcourse.grading.assignments import short, timing
+from labcourse.grading import assignments
+from labcourse.grading.accounts import AssignmentGrade, FinalGrade, in_full
+from labcourse.grading.assignments import State, short
 from labcourse.grading.course import Course
-from labcourse.grading.gradebook import (
-    Act,
-    Answer,
-    Arrival,
-    Gradebook,
-    Graded,
-    MarkRecord,
-    StudentRecord,
-)
-from labcourse.grading.graded_run import FAILED, facts_of, key_faults
-from labcourse.grading.intake import is_unread
-from labcourse.grading.reports import hints
+from labcourse.grading.gradebook import Act, Answer, Gradebook, Graded, MarkRecord
+from labcourse.grading.graded_run import key_faults
+from labcourse.grading.reports import hints, intake_table
 from labcourse.grading.reports.changes import changed_in, state_text
-from labcourse.grading.reports.result import lapse, points, received, result_in, shortened, without_numbers, worth
+from labcourse.grading.reports.result import account_in, lapse, received, shortened, without_numbers, worth
 from labcourse.grading.reports.templating import templates
 from labcourse.grading.scoring import progress
-from labcourse.grading.settings import CourseSettings, MarkSettings
-from labcourse.grading.verdicts import UNDECIDED, Status
+from labcourse.grading.settings import Assignment, MarkSettings
+from labcourse.grading.todo import NOTHING_THERE, Class, Student, causes, todo
+from labcourse.grading.verdicts import Status
 from labcourse.messages import listed, plural
 from labcourse.safe_text import no_escapes
-from labcourse.student_id import caseless
+from labcourse.student_id import INTAKE_FILE, caseless
 
 PAGE_FILE = "class.html"  #: in the folder of results
-MUCH = 1 / 3  #: of the points; a student who misses more is in trouble
 FAR_BELOW, FEWEST = 1 / 2, 5  #: of the class's median share of points, of at least so many students
 MANY, SEVERAL = 0.2, 2  #: share of the judged answers, and students, for whom a part went wrong
-_MOST_PROBLEMS = 3  # of a student that are shown; all are in their feedback
-_WIDTH = 100  # columns of a terminal
+_WIDTH, _MOST_ROWS = 100, 60  # of a terminal: columns, and rows of a table
 _WENT_WRONG = (Status.WRONG, Status.PARTLY)
 _JUDGED = (*_WENT_WRONG, Status.RIGHT, Status.FOLLOW_THROUGH)
-
-
-@dataclass(frozen=True)
-class Student:
-    """A student, as the gradebook knows them.
-
-    Attributes
-    ----------
-    about : what the roster says
-    graded : the run that counts, with the marks that count; None if nothing was graded
-    received : file name of a notebook → when it was handed in, and how that is known
-    unread : file names of notebooks that were handed in and cannot be read
-    late : notebook, without ending → days late
-    overdue : notebooks, without ending, that are missing after their deadline
-    """
-
-    about: StudentRecord
-    graded: Graded | None = None
-    received: Mapping[str, Arrival] = field(default_factory=dict)
-    unread: Sequence[str] = ()
-    late: Mapping[str, int] = field(default_factory=dict)
-    overdue: Sequence[str] = ()
-
-    @property
-    def name(self) -> str:
-        """ID and name, as "ada (Ada Lovelace)"."""
-        return f"{self.about.student} ({self.about.name})" if self.about.name else self.about.student
-
-    @property
-    def handed_in(self) -> bool:
-        """Whether there is anything of them."""
-        return bool(self.received) or self.graded is not None
-
-    @property
-    def behind(self) -> bool:
-        """Whether something came late, or is missing after its deadline."""
-        return bool(self.late or self.overdue)
-
-    @property
-    def last(self) -> str:
-        """When the last notebook was handed in, with "?" if only the student's computer says so."""
-        arrival = max(self.received.values(), default=None, key=lambda arrival: arrival.received)
-        return "" if arrival is None else f"{moment(arrival.received)}{'?' if arrival.clock == '' else ''}"
 
 
 class Waiting(NamedTuple):
@@ -117,36 +68,41 @@ def moment(when: datetime) -> str:
     return f"{when:%Y-%m-%d %H:%M} UTC"
 
 
-def class_overview(book: Gradebook, course: Course) -> dict[str, Any]:
+def class_overview(book: Gradebook, course: Course, folder: Path | None = None) -> dict[str, Any]:
     """Collect what there is to know of a class now: the values of the template.
 
     Parameters
     ----------
     book : the class's gradebook
     course : with its catalogue and settings
+    folder : of results, with ``intake.csv``; None without one
     """
-    marks, names = course.settings.marks, [path.name for path in course.notebooks]
-    now = datetime.now(UTC)
-    students = [_student(book, course, about, now) for about in book.students()]
+    marks = course.settings.marks
+    students, works = _students(book, course)
     runs = [student.graded for student in students if student.graded is not None]
     answers = [answer for answer in book.scores.answers() if not marks.dropped_as(*answer.where)]
-    publications = book.requests.publications()
+    requests, publications = book.requests.all(), book.requests.publications()
+    decisions = {} if folder is None else intake_table.read(folder / INTAKE_FILE)
+    doubts = [doubt for doubt, decision in decisions.items() if not decision]
+    of = Class(course, students, answers, requests, publications, changed_in(book, course), doubts)
     return {
         "course": course,
-        "now": now,
+        "now": assignments.now(),
         "left_out": _left_out(marks),
         "titles": {number: question.title for number, question in course.catalogue.marked.items()},
+        "todo": todo(of),
+        "details": [(student, said) for student in students if (said := _details(student))],
+        "assignments": (rows := [_of_assignment(of, one) for one in of.assignments]),
+        "states": [state for state in State if any(one["states"][state] for one in rows)],
         "students": students,
-        "shown": [name for name in names if any(name in (*one.received, *one.unread) for one in students)],
-        "troubled": in_trouble(students),
+        "behind": far_below(students),
         **waiting(answers, book.scores.acts(), list(course.catalogue.marked)),
         "asked": [(answer, act) for answer in answers if answer.asked and (act := answer.last()) is not None],
-        "requests": book.requests.all(),
-        **faults(runs),
+        "requests": requests,
         "slips": slips(runs),
-        "common": hints.by_students(hints.of_class(book, course)),
+        "common": hints.by_students(hints.compared(works, course)),
         "publications": publications,
-        "changes": changed_in(book, course),
+        "changes": of.changes,
     }
 
 
@@ -165,17 +121,11 @@ def as_page(overview: Mapping[str, Any], answer_link: Callable[[str, str, str], 
         empty. With it, the page has links, and must not be written to a file.
     """
     environment = templates("templates")
-    environment.filters["short"] = short
-    functions = {
-        "moment": moment,
-        "worth": worth,
-        "shortened": shortened,
-        "state": state_text,
-        "left": progress.time_text,
-    }
+    texts = {"moment": moment, "worth": worth, "shortened": shortened, "state": state_text}
+    texts |= {"left": progress.time_text, "work": work_text, "so_far": so_far_text}
     page = environment.get_template("overview.html")
     about = {"listed": listed, "many": MANY, "program": program.name(), "answer_link": answer_link}
-    return page.render(**overview, **functions, **about)
+    return page.render(**overview, **texts, **about)
 
 
 def as_text(page: str) -> str:
@@ -195,7 +145,8 @@ class _Terminal(HTMLParser):
         self._console, self._text, self._rows, self._numbers = console, "", list[list[str]](), set[int]()
 
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        self._text = ""
+        if tag not in ("a", "code", "strong"):
+            self._text = ""
         if tag in ("table", "tr"):
             self._rows = [] if tag == "table" else [*self._rows, []]
         if ("class", "number") in attrs:
@@ -229,33 +180,33 @@ class _Terminal(HTMLParser):
         table = Table(box=SIMPLE_HEAD, pad_edge=False, show_edge=False)
         for place, heading in enumerate(self._rows[0]):
             table.add_column(heading, justify="right" if place in self._numbers else "left")
-        for row in self._rows[1:]:
+        for row in self._rows[1 : _MOST_ROWS + 1]:
             table.add_row(*map(Text, row))
         self._print(table, 2)
+        if (left := len(self._rows) - 1 - _MOST_ROWS) > 0:
+            self._print(f"{left} more rows are on the page.", 2)
         self._numbers.clear()
 
 
-# --- students ---------------------------------------------------------------------------------------------------------
+# --- students and assignments -----------------------------------------------------------------------------------------
 
 
-def _student(book: Gradebook, course: Course, about: StudentRecord, now: datetime) -> Student:
-    """Return a student, with what came late or is missing after its deadline."""
-    graded, names = book.current(about.student), [path.name for path in course.notebooks]
-    came = {name: arrival for name, arrival in received(book, about.student, graded).items() if name in names}
-    unread, late, counting = [], {}, None
-    if graded is not None:
-        account, counting = result_in(book, course, graded, about).account, _counting(graded, course.settings.marks)
-        unread = [name for name in names if name not in came and is_unread(name, graded.run.problems)]
-        late = {entry.notebook: entry.days for entry in account.timings if entry.days} if account is not None else {}
-        if not came and not unread:
-            return Student(about, counting)  # nobody knows when anything came
-    missing = [name for name in _counting_notebooks(course) if f"{name}.ipynb" not in (*came, *unread)]
-    would = ((name, timing(course.settings, about, name, Arrival(now))) for name in missing)
-    return Student(about, counting, came, unread, late, [name for name, entry in would if entry and entry.days])
+def _students(book: Gradebook, course: Course) -> tuple[list[Student], list[hints.Work]]:
+    """Return everybody in the gradebook with the states of their work now, and what hints compare."""
+    students, compared, notebooks = [], [], {path.name for path in course.notebooks}
+    work = hints.works(book, course)
+    for about in book.students():
+        graded, counting = book.current(about.student), None
+        if graded is not None:
+            counting = _counting(graded, course.settings.marks)
+            compared.append(work(graded))
+        came = {name: when for name, when in received(book, about.student, graded).items() if name in notebooks}
+        students.append(Student(about, account_in(book, course, graded, about), counting, came))
+    return students, compared
 
 
 def _counting(graded: Graded, settings: MarkSettings) -> Graded:
-    """Return a run with the marks that count, and without faults of the key in others."""
+    """Return a run without its answers, with the marks that count, and without faults of the key in others."""
     dropped = tuple(mark for mark in graded.marks if settings.dropped_as(*mark.where))
     marks = tuple(mark for mark in graded.marks if mark not in dropped)
     faults_of_dropped = key_faults(replace(graded, marks=dropped))
@@ -264,55 +215,80 @@ def _counting(graded: Graded, settings: MarkSettings) -> Graded:
     return replace(graded, run=replace(graded.run, problems=problems), marks=marks, lapsed=lapsed).without_answers()
 
 
-def _counting_notebooks(course: Course) -> list[str]:
-    """Return the notebooks of which not everything that is worth points is dropped."""
-    parts = [(question, part) for question in course.asked.marked.values() for part in question.parts if part.points]
-    dropped_as = course.settings.marks.dropped_as
-    counts = {question.notebook for question, part in parts if not dropped_as(question.number, part.name)}
-    dropped = {question.notebook for question, _part in parts} - counts
-    return [name for name in course.asked.notebooks if name not in dropped]
+def _details(student: Student) -> list[str]:
+    """Return all messages on a student that may say why points are lost through no fault of theirs."""
+    lapsed = student.graded.lapsed if student.graded else ()
+    return [*chain.from_iterable(causes(student).values()), *map(lapse, lapsed)]
 
 
-def in_trouble(students: Iterable[Student]) -> list[tuple[Student, list[str]]]:
-    """Find the students in trouble, and why; those with the most reasons first."""
-    graded = [(student, student.graded) for student in students if student.graded is not None]
-    shares = [share for _student, run in graded if (share := _decided_share(run.marks)) is not None]
-    usual = median(shares) if len(shares) >= FEWEST else None
-    troubled = [(student, why) for student, run in graded if (why := troubles(run, usual))]
-    return sorted(troubled, key=lambda entry: (-len(entry[1]), caseless(entry[0].about.student)))
+def _of_assignment(of: Class, one: Assignment) -> dict[str, Any]:
+    """Return what the class did of an assignment: how many students are in each state, late, or excused."""
+    grades = [grade for student in of.students for grade in student.assignments if grade.title == one.title]
+    back, points, settings = of.given_back(one), of.of_assignment(one), of.course.settings
+    rules = [(rule.due, settings.notebooks_of(rule)) for rule in settings.dues]
+    return {
+        "title": one.title,
+        "due": max((due for due, names in rules if not names or names & {*one.notebooks}), default=None),
+        "out_of": float(points),
+        "weight": float(points if one.weight is None else one.weight),
+        "states": Counter(grade.state for grade in grades if not grade.is_excused),
+        "late": sum(bool(grade.days_late) for grade in grades if not grade.is_excused),
+        "excused": sum(grade.is_excused for grade in grades),
+        "given_back": None if back is None else back.when,
+    }
 
 
-def troubles(graded: Graded, usual: float | None = None) -> list[str]:
-    """List why a student is in trouble, in sentences.
+def label(grade: AssignmentGrade) -> str:
+    """Return a short name of an assignment: the number of its notebook, if it has no title of its own."""
+    first, *more = grade.assignment.notebooks
+    is_own = not more and grade.title == first.replace("_", " ")
+    return short(first) if is_own else grade.title
 
-    Parameters
-    ----------
-    graded : their run that counts
-    usual : the class's median share of the decided points; None without a class to compare with
+
+def work_text(student: Student) -> str:
+    """Return the states of a student's assignments, a line each; what is not due is left out until it is there."""
+    by_state: dict[str, list[str]] = {}
+    for grade in student.assignments:
+        if grade.is_excused or grade.is_due or grade.state not in NOTHING_THERE:
+            late = f" ({plural(grade.days_late, '{count} day late', '{count} days late')})" if grade.days_late else ""
+            state = "excused" if grade.is_excused else grade.state
+            by_state.setdefault(state, []).append(f"{label(grade)}{late}")
+    order = [*State, "excused"]
+    return "\n".join(f"{state}: {', '.join(by_state[state])}" for state in order if state in by_state)
+
+
+def so_far_text(student: Student) -> str:
+    """Return a student's points so far, as "9.50 of 11"; "" if nothing counts yet."""
+    account = student.account
+    if not account.out_of or not account.items:
+        return ""
+    if account.final is not None:
+        return f"final {account.final_text} of {account.final_out_of:g}"
+    return f"{account.so_far_text} of {in_full(account.out_of)}"
+
+
+def far_below(students: Iterable[Student]) -> list[tuple[Student, float, float]]:
+    """Find who has less than half the class's median share of the points that are decided and due.
+
+    Returns
+    -------
+    list
+        Student, their share (0 to 1), and the median; the smallest share first. Nobody in a class of fewer than five.
     """
-    ended, faults = facts_of(graded.run).ended, key_faults(graded)
-    problems = [problem for problem in graded.run.problems if problem not in (*faults, *ended)]
-    reasons = [*(f"Their run stopped: {why}" for why in ended), *problems[:_MOST_PROBLEMS]]
-    if (left := len(problems) - _MOST_PROBLEMS) > 0:
-        reasons.append(f"{plural(left, '{count} problem', '{count} problems')} more, in their feedback.")
-    missing = [mark.out_of for mark in graded.marks if mark.status == Status.MISSING]
-    everything, own = sum(mark.out_of for mark in graded.marks), _decided_share(graded.marks)
-    if everything and sum(missing) > MUCH * everything:
-        parts = plural(len(missing), "{count} part", "{count} parts")
-        reasons.append(f"Missing: {parts}, worth {points(sum(missing))} of {worth(everything)}.")
-    if graded.run.supplied:
-        reasons.append(f"Values were supplied for them: {', '.join(graded.run.supplied)}.")
-    reasons += map(lapse, graded.lapsed)
-    if usual is not None and own is not None and own < FAR_BELOW * usual:
-        share = f"{100 * own:.0f} % of the points that are decided; the median is {100 * usual:.0f} %."
-        reasons.append(f"Far below the class: {share}")
-    return reasons
+    graded = (student for student in students if student.graded is not None)
+    shares = [(student, share) for student in graded if (share := _decided_share(student.account)) is not None]
+    if len(shares) < FEWEST:
+        return []
+    usual = median(share for _student, share in shares)
+    low = ((student, share, usual) for student, share in shares if share < FAR_BELOW * usual)
+    return sorted(low, key=lambda entry: (entry[1], caseless(entry[0].id)))
 
 
-def _decided_share(marks: Sequence[MarkRecord]) -> float | None:
-    """Return earned points of decided points; None if nothing is decided."""
-    decided = [mark for mark in marks if mark.out_of and mark.status not in UNDECIDED]
-    return sum(mark.points for mark in decided) / sum(mark.out_of for mark in decided) if decided else None
+def _decided_share(account: FinalGrade) -> float | None:
+    """Return earned points of decided points in what is due; None if nothing is decided."""
+    decided = [item for item in account.counting if item.points is not None]
+    possible = sum(item.possible for item in decided)
+    return float(sum(item.weighted * (1 - item.taken) for item in decided) / possible) if possible else None
 
 
 # --- answers and marks ------------------------------------------------------------------------------------------------
@@ -354,16 +330,6 @@ def waiting(answers: Sequence[Answer], acts: Sequence[Act], order: Sequence[str]
     return {"waiting": parts, "seconds_left": usual, "scorers": scorers}
 
 
-def faults(runs: Iterable[Graded]) -> dict[str, Any]:
-    """Return the parts that a fault of the key left unmarked, each with the number of students, and the messages."""
-    unmarked, messages = Counter[Where](), list[str]()
-    for graded in runs:
-        messages += key_faults(graded)
-        if not graded.run.key.startswith(FAILED):
-            unmarked.update(mark.where for mark in graded.marks if mark.status == Status.NOT_MARKED)
-    return {"unmarked": unmarked, "key_faults": list(dict.fromkeys(messages))}
-
-
 def slips(runs: Iterable[Graded]) -> list[Slip]:
     """Find the parts that many students got wrong, among the answers that the key judged; the largest share first."""
     judged: dict[Where, list[MarkRecord]] = defaultdict(list)
@@ -382,9 +348,22 @@ def slips(runs: Iterable[Graded]) -> list[Slip]:
 # --- feedback that was given back -------------------------------------------------------------------------------------
 
 
-def not_ready(book: Gradebook, settings: CourseSettings, now: datetime) -> Iterator[str]:
-    """Yield what to know before feedback is published: what waits, what was asked, and whether pages are closed now."""
-    everything = [answer for answer in book.scores.answers() if answer.waiting]
+def not_ready(book: Gradebook, course: Course, notebooks: Collection[str], now: datetime) -> Iterator[str]:
+    """Yield what to know before feedback is given back: what waits, what was asked, and whether pages are closed now.
+
+    Parameters
+    ----------
+    book : the class's gradebook
+    course : with its questions and settings
+    notebooks : that are given back, without ending; all of them if there are none
+    now : when, with a time zone
+    """
+    settings, asked = course.settings, course.catalogue.marked
+
+    def is_given(question: str) -> bool:
+        return not notebooks or (question in asked and asked[question].notebook in notebooks)
+
+    everything = [answer for answer in book.scores.answers() if answer.waiting and is_given(answer.question)]
     waiting = [answer for answer in everything if not settings.marks.dropped_as(*answer.where)]
     if waiting:
         answers = plural(len(waiting), "{count} answer", "{count} answers")
@@ -392,8 +371,8 @@ def not_ready(book: Gradebook, settings: CourseSettings, now: datetime) -> Itera
         yield f"Still to be read by a person: {answers} of {students}; their pages say so."
     if len(waiting) < len(everything):
         yield _left_out(settings.marks)
-    if asked := len(book.requests.all(open_only=True)):
-        requests = plural(asked, "{count} request", "{count} requests")
+    if count := len([one for one in book.requests.all(open_only=True) if is_given(one.question)]):
+        requests = plural(count, "{count} request", "{count} requests")
         yield f"{requests} not answered yet ({program.name()} requests list)."
     opens = settings.feedback.opens
     if opens is not None and not settings.feedback.is_open(now):

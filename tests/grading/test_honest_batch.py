@@ -10,7 +10,7 @@ from fake_class import perfect
 from made_courses import loaded
 from packings import WANTED, lay, work
 
-from labcourse.grading import batch, intake, overview, platforms
+from labcourse.grading import batch, intake, platforms
 from labcourse.grading.batch import regrade
 from labcourse.grading.gradebook import Gradebook, StudentRecord
 from labcourse.grading.graded_run import key_faults
@@ -92,7 +92,7 @@ def test_where_grading_fails_nothing_shows_a_number(fake_class, tmp_path, capsys
         assert json.loads("{" + event.splitlines()[0])["points"] is None
         given = platforms.earned(book, fake_class.course)["ada"]
         assert given.share is None and "not graded" in given.remark
-        assert not overview.faults([current])["unmarked"]
+        assert not key_faults(current)
         (row,) = csv.DictReader((tmp_path / "out" / "grades.csv").read_text().splitlines())
         assert row["total"] == row["final"] == row["2.11"] == "" and row["notes"].startswith("Not graded")
         page = (tmp_path / "out" / "ada" / "feedback.html").read_text()

@@ -1,17 +1,26 @@
-"""A class on some day of the term, made up: who is in trouble, what waits, what went wrong, what was given back."""
+"""A class on some day of the term, made up: what is missing, stopped, waits, went wrong, and was given back."""
 
 import json
 from collections.abc import Mapping
-from datetime import UTC, datetime
+from dataclasses import replace
+from datetime import UTC, datetime, timedelta
 from hashlib import sha256
 from pathlib import Path
+from typing import Any
 
-from gradebooks import enrol, graded, mark, prose, record, report_text
+import gradebooks
+from gradebooks import enrol, mark, prose, record, report_text
+from made_courses import OURS
 
-from labcourse.grading.gradebook import Delivery, Gradebook, MarkRecord
+from labcourse.grading.course import Course
+from labcourse.grading.gradebook import Delivery, Gradebook, Graded, MarkRecord
 from labcourse.grading.graded_run import Facts
+from labcourse.grading.marking.marking_processes import marking_digest
+from labcourse.grading.settings import Assignment
 
+FIRST, SECOND = "02_finding_stiffness", "03_model_validation"
 HANDED_IN = datetime(2026, 3, 2, 12, tzinfo=UTC)
+NOW = datetime(2026, 4, 1, 12, tzinfo=UTC)
 NAMES = {"ada": "Ada Lovelace", "bob": "Bob Bell", "cleo": "", "dan": "Dan Dee", "eve": "Eve <b>Early</b>"}
 NAMES |= {"fay": "Fay Foot", "gus": "Gus Gray"}
 IN_HZ = "It is {off:.3g} rad/s off; it looks like Hz."
@@ -24,6 +33,19 @@ def stiffness(status: str = "right", points: float = 2.0, reason: str = "Well.")
 
 def off(pattern: str, by: float) -> MarkRecord:
     return mark("wrong", 0.0, pattern.format(off=by), f"{by} rad/s")
+
+
+def graded(student: str, *marks: MarkRecord, **run: Any) -> Graded:
+    """A run that is marked by the present key."""
+    return gradebooks.graded(student, *marks, **{"key": marking_digest(OURS), **run})
+
+
+def term(**settings: Any) -> Course:
+    """The course in which 02 and 03 are due two days before NOW, and all else 60 days after it."""
+    names = [name for name in OURS.asked.notebooks if name not in (FIRST, SECOND)]
+    labs = [Assignment(f"Lab {name[:2]}", (name,), NOW - timedelta(days=2)) for name in (FIRST, SECOND)]
+    later = Assignment("Later", tuple(names), NOW + timedelta(days=60))
+    return replace(OURS, settings=replace(OURS.settings, **{"assignments": (*labs, later), **settings}))
 
 
 def notebook(code: str = "") -> bytes:

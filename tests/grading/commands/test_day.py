@@ -26,7 +26,7 @@ def out(tmp_path):
 def test_class_prints_it_and_writes_the_page_beside_the_gradebook(out):
     done = rotflex("status", out, "--solutions", OURS.folder)
     assert done.exit_code == 0, done.output
-    assert "IN TROUBLE (TO DO)" in done.output and f"The same as a page: {out / 'class.html'}" in said(done)
+    assert "TO DO TODAY" in done.output and f"The same as a page: {out / 'class.html'}" in said(done)
     page = (out / "class.html").read_text(encoding="utf-8")
     assert page.startswith("<!doctype html>") and "Requests to look again" in page
 

@@ -1,0 +1,421 @@
+"""What a person must do something about today: for whom, how many points it is worth, and the command that does it.
+
+Nothing here is cut, so that whoever reads only this learns of all that cost points through no fault of the student.
+"""
+
+from __future__ import annotations
+
+import re
+from collections import defaultdict
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from fractions import Fraction
+from functools import cached_property
+from itertools import chain
+from shlex import quote
+from typing import NamedTuple
+
+from labcourse import program
+from labcourse.answers.parts import Where
+from labcourse.grading.accounts import AssignmentGrade, FinalGrade, unknown_names
+from labcourse.grading.assignments import State, Work, exact, of_course
+from labcourse.grading.course import Course
+from labcourse.grading.gradebook import Answer, Arrival, Graded, Publication, Request, StudentRecord
+from labcourse.grading.graded_run import FAILED, facts_of, key_faults
+from labcourse.grading.intake import OWNER, TIME, Doubt
+from labcourse.grading.marking.marking_processes import marking_digest
+from labcourse.grading.reports.changes import Change
+from labcourse.grading.reports.result import shortened
+from labcourse.grading.settings import Assignment
+from labcourse.grading.verdicts import Status
+from labcourse.messages import listed
+from labcourse.student_id import caseless
+
+#: States of work that needs nothing more.
+DONE = (State.MARKED, State.MISSING, State.UNTOUCHED)
+#: States of work of which there is nothing, or nothing of the student's own.
+NOTHING_THERE = (State.MISSING, State.NOT_DUE, State.UNTOUCHED)
+_STUDENT = "STUDENT"  # in a command: the ID of the first student
+_GRADE = "grade MARKS SUBMISSIONS"
+_MARK = f'mark MARKS {_STUDENT} QUESTION PART POINTS --reason "..." --by NAME'
+_SHOWN = 3  # names in a sentence
+
+
+@dataclass(frozen=True)
+class Student:
+    """A student, as the gradebook knows them.
+
+    Attributes
+    ----------
+    about : what the roster says
+    account : their points and the states of their work
+    graded : the run that counts, with the marks that count; None if nothing was graded
+    received : file name of a notebook → when it was handed in, and how that is known
+    """
+
+    about: StudentRecord
+    account: FinalGrade
+    graded: Graded | None = None
+    received: Mapping[str, Arrival] = field(default_factory=dict)
+
+    @property
+    def id(self) -> str:
+        """The student's ID."""
+        return self.about.student
+
+    @property
+    def name(self) -> str:
+        """ID and name, as "ada (Ada Lovelace)"."""
+        return f"{self.id} ({self.about.name})" if self.about.name else self.id
+
+    @property
+    def assignments(self) -> list[AssignmentGrade]:
+        """Each assignment, with the states of its notebooks."""
+        return [one for one in self.account.assignments if one.title]
+
+    @cached_property
+    def work(self) -> dict[str, Work]:
+        """Notebook, without ending → the work from which the student is not excused."""
+        return {work.notebook: work for one in self.assignments for work in one.works if work.excuse is None}
+
+    @property
+    def last(self) -> str:
+        """When the last notebook was handed in, with "?" if only the student's computer says so."""
+        arrival = max(self.received.values(), default=None, key=lambda arrival: arrival.received)
+        clock = "?" if arrival is not None and arrival.clock == "" else ""
+        return "" if arrival is None else f"{arrival.received:%Y-%m-%d %H:%M} UTC{clock}"
+
+    @property
+    def handed_in(self) -> bool:
+        """Whether there is anything of their own."""
+        return any(work.state not in NOTHING_THERE for one in self.assignments for work in one.works)
+
+
+class Finding(NamedTuple):
+    """Something to do for one student, or for nobody in particular; worth None if nobody knows how many points."""
+
+    what: str
+    command: str
+    who: str = ""
+    worth: Fraction | None = None
+
+
+@dataclass(frozen=True)
+class Task:
+    """Something to do: what, the command, the IDs of the students, and the points at stake; None if nobody knows."""
+
+    what: str
+    command: str
+    who: tuple[str, ...]
+    worth: Fraction | None
+
+
+@dataclass(frozen=True)
+class Class:
+    """A class as it is now, and what it asks for; ``doubts`` are the rows of ``intake.csv`` without a decision."""
+
+    course: Course
+    students: Sequence[Student]
+    answers: Sequence[Answer] = ()
+    requests: Sequence[Request] = ()
+    publications: Sequence[Publication] = ()
+    changes: Sequence[Change] = ()
+    doubts: Sequence[Doubt] = ()
+
+    @cached_property
+    def assignments(self) -> list[Assignment]:
+        """The assignments of the class."""
+        return of_course(self.course)
+
+    @cached_property
+    def by_id(self) -> dict[str, Student]:
+        """ID in small letters → student."""
+        return {caseless(student.id): student for student in self.students}
+
+    @cached_property
+    def worths(self) -> dict[Where, Fraction]:
+        """Question and part of what counts → its points in the column of its assignment."""
+        marks, found = self.course.settings.marks, dict[Where, Fraction]()
+        for one in self.assignments:
+            questions = [item for item in self.course.asked.marked.values() if item.notebook in one.notebooks]
+            own = {
+                (item.number, part.name): exact(part.points) * exact(marks.weight(item.number, part.name))
+                for item in questions
+                for part in item.parts
+                if part.points and not marks.dropped_as(item.number, part.name)
+            }
+            possible = sum(own.values())
+            scale = exact(one.out_of) / possible if one.out_of is not None and possible else 1
+            found |= {where: points * scale for where, points in own.items()}
+        return found
+
+    @cached_property
+    def _notebooks(self) -> dict[str, str]:
+        return {number: question.notebook for number, question in self.course.catalogue.marked.items()}
+
+    def notebook(self, question: str) -> str:
+        """Return the notebook of a question, without ending; "" if the course does not ask it any more."""
+        return self._notebooks.get(question, "")
+
+    @cached_property
+    def _of_notebooks(self) -> dict[str, Fraction]:
+        found = defaultdict[str, Fraction](Fraction)
+        for (question, _part), worth in self.worths.items():
+            found[self.notebook(question)] += worth
+        return found
+
+    def of_notebook(self, name: str) -> Fraction:
+        """Return the points of a notebook."""
+        return self._of_notebooks[name]
+
+    def of_assignment(self, assignment: Assignment) -> Fraction:
+        """Return what the column of an assignment is out of."""
+        return sum(map(self.of_notebook, assignment.notebooks), Fraction(0))
+
+    def assignment_of(self, question: str) -> Assignment | None:
+        """Return the assignment of a question; None if it is in none."""
+        return next((one for one in self.assignments if self.notebook(question) in one.notebooks), None)
+
+    def at_stake(self, student: Student, wheres: Iterable[Where]) -> Fraction:
+        """Add up the points of some answers of a student, without those from which the student is excused."""
+        there = (one for one in wheres if one in self.worths and self.notebook(one[0]) in student.work)
+        return sum((self.worths[one] for one in there), Fraction(0))
+
+    def given_back(self, assignment: Assignment) -> Publication | None:
+        """Return when an assignment was given back last; None if it was not."""
+        names = {*assignment.notebooks}
+        return next(
+            (one for one in reversed(self.publications) if not one.notebooks or names <= {*one.notebooks}), None
+        )
+
+
+def todo(of: Class) -> list[Task]:
+    """Return what to do in a class; what is worth most comes first, and what nobody knows the worth of behind it."""
+    groups: dict[str, list[Finding]] = {}
+    for finding in chain(_by_state(of), _by_run(of), _by_mark(of), _by_answer(of), _by_class(of)):
+        groups.setdefault(finding.what, []).append(finding)
+    tasks = []
+    for what, those in groups.items():
+        who = tuple(dict.fromkeys(finding.who for finding in those if finding.who))
+        worths = [finding.worth for finding in those if finding.worth is not None]
+        command = those[0].command.replace(_STUDENT, quote(who[0]) if who else _STUDENT)
+        tasks.append(Task(what, f"{program.name()} {command}", who, sum(worths, Fraction(0)) if worths else None))
+    return sorted(tasks, key=lambda task: (task.worth is None or not task.worth, task.worth == 0, -(task.worth or 0)))
+
+
+# --- by the calendar --------------------------------------------------------------------------------------------------
+
+
+def _by_state(of: Class) -> Iterator[Finding]:
+    """Yield what is missing after its due date, is not graded yet, or came at a time that nobody knows."""
+    for student in of.students:
+        for grade in student.assignments:
+            excuse = f'excuse MARKS {_STUDENT} {quote(grade.title)} --reason "..." --by NAME'
+            for work in grade.works:
+                finding = _of_work(grade, work, excuse, bool(of.course.settings.late.per_day))
+                points = of.of_notebook(work.notebook)
+                if finding is not None and work.excuse is None and points:
+                    yield Finding(*finding, student.id, points)
+
+
+def _of_work(grade: AssignmentGrade, work: Work, excuse: str, late_costs: bool) -> tuple[str, str] | None:
+    """Return what to do about a piece of work, and the command; None for nothing."""
+    is_overdue = work.is_due and work.until is not None  # without any date, nobody is behind
+    match work.state:
+        case State.MISSING if is_overdue:
+            return f"missing: {grade.title}. Ask for it, excuse them, or give an extension in course.toml.", excuse
+        case State.UNTOUCHED if is_overdue:
+            return f"untouched: {grade.title} came as it was handed out. Ask for the right file.", excuse
+        case State.HANDED_IN:
+            return "handed in: not graded yet.", _GRADE
+        case State.WAITS if late_costs and work.timing is not None and work.timing.waits:
+            what = f"waits for a person: nobody knows when {grade.title} was handed in. Decide in MARKS/intake.csv."
+            return what, _GRADE
+    return None
+
+
+# --- by what a run says -----------------------------------------------------------------------------------------------
+
+
+class Cause(NamedTuple):
+    """Something that may cost points through no fault of the student.
+
+    Attributes
+    ----------
+    line : pattern of the messages on a run that say it
+    what, command : to do; "{line}" stands for the message
+    reason : pattern of the reasons of the missing marks that it cost; "" if only messages can name the parts
+    """
+
+    line: str
+    what: str
+    command: str
+    reason: str = ""
+
+
+_ANY = "(?s:.*)"  # the reason of each missing mark
+_STOPPED, _TOO_LONG, _NO_MODULE = "the run was stopped", "it took longer than", "is not installed where"
+_UNREAD, _INTAKE = "could not be graded: {line} Ask for it again.", "Decide it in MARKS/intake.csv."
+#: The first that fits a message counts.
+CAUSES = (
+    Cause("^Not graded. ", "could not be graded: {line}", _GRADE, _ANY),
+    Cause("^Grading failed", "the last grading failed, and earlier marks stand. {line}", _GRADE),
+    Cause("^The run took longer than", f"{_STOPPED}: it took too long.", f"{_GRADE} --deadline 1200", _ANY),
+    Cause("^The Python process died", f"{_STOPPED}: memory ran out, most likely.", f"{_GRADE} --memory 4096", _ANY),
+    Cause("^The run was stopped: it printed", f"{_STOPPED}: it printed too much. Look at its cells.", _GRADE, _ANY),
+    Cause("^The run ended before all", f"{_STOPPED}. Nobody knows why.", f"{_GRADE} --cell-timeout 90", _ANY),
+    Cause("^answers.json ", "the answers of the run cannot be read. Look at its cells.", _GRADE, _ANY),
+    Cause(f"A cell took longer than|{_TOO_LONG}", "a cell took too long.", f"{_GRADE} --cell-timeout 120", _TOO_LONG),
+    Cause(_NO_MODULE, "a module is missing where grading runs. Install it.", f"{_GRADE} --cell-timeout 90", _NO_MODULE),
+    Cause("this needs Python", "a newer Python is needed. Grade with it.", _GRADE, "this needs Python"),
+    Cause("not come along|not taken along", "a cell needs a file that was left out.", _GRADE, "FileNotFound|No such"),
+    Cause("^Recorded at home and missing", "answers were recorded at home and are missing.", _MARK, "recorded at home"),
+    Cause(".ipynb cannot be read: .* handed in before it counts", "an older file counts: {line}", _GRADE),
+    Cause(".ipynb cannot be read: |^The submission cannot be read: |no notebook of the course", _UNREAD, _GRADE),
+    Cause(".pdf cannot be read|may be damaged|asks for a password", "a report cannot be read. Ask for it.", _GRADE),
+    Cause("names the student|that it was made with", f"there is a doubt about who did it. {_INTAKE}", _GRADE),
+    Cause("they come from another bench", f"the answers are of another bench. {_INTAKE}", _GRADE),
+    Cause("is not among the releases", "a release is unknown. Put its zip where the message says.", _GRADE),
+    Cause("until a person has looked", "a recording does not count until you have looked at it.", _MARK),
+    Cause("is empty; the one that", "a newer file is empty, so that an older one counts. Look at both.", _GRADE),
+    Cause("shorten it|picture|is left out: |not read as the answer", "part of a text is not read. Look at it.", _MARK),
+)
+
+
+def causes(student: Student) -> dict[tuple[Cause, str], list[str]]:
+    """Return the causes that the messages on a student's run name, each with what to do → the messages."""
+    found: dict[tuple[Cause, str], list[str]] = {}
+    if student.graded is not None:
+        run, faults = student.graded.run, key_faults(student.graded)
+        for line in dict.fromkeys((*facts_of(run).ended, *run.problems, *run.notes)):
+            cause = next((one for one in CAUSES if re.search(one.line, line)), None)
+            if cause is not None and line not in faults:
+                what = cause.what.format(line=shortened(line.removeprefix("Not graded. ")))
+                found.setdefault((cause, what), []).append(line)
+    return found
+
+
+def cost(of: Class, student: Student, cause: Cause, said: Sequence[str]) -> Fraction | None:
+    """Return the points that a cause cost a student, by their marks, or by what messages name; None if unknown."""
+    if not cause.reason:
+        files = [name for name in student.work if any(line.startswith(f"{name}.ipynb ") for line in said)]
+        parts = [one for one in of.worths if any(line.startswith(f"{one[0]}, {one[1]}: ") for line in said)]
+        return sum(map(of.of_notebook, files), of.at_stake(student, parts)) if files or parts else None
+    if (graded := student.graded) is None:
+        return None
+    if graded.run.key.startswith(FAILED):
+        return of.at_stake(student, (mark.where for mark in graded.marks))
+    there = {name for name, work in student.work.items() if work.state not in NOTHING_THERE}
+    lost = (mark for mark in graded.marks if mark.status == Status.MISSING and re.search(cause.reason, mark.reason))
+    return of.at_stake(student, (mark.where for mark in lost if of.notebook(mark.question) in there))
+
+
+def _by_run(of: Class) -> Iterator[Finding]:
+    """Yield what failed, could not be read, or stopped, and what else a run says that may cost points."""
+    for student in of.students:
+        for (cause, what), said in causes(student).items():
+            worth = cost(of, student, cause, said)
+            if worth is None or worth:
+                yield Finding(what, cause.command, student.id, worth)
+
+
+# --- by marks and answers ---------------------------------------------------------------------------------------------
+
+
+def _by_mark(of: Class) -> Iterator[Finding]:
+    """Yield faults of the key, marks of an older key, and marks by persons that do not hold any more."""
+    digest = marking_digest(of.course)
+    for student in of.students:
+        graded = student.graded
+        if graded is None or graded.run.key.startswith(FAILED):
+            continue
+        messages = key_faults(graded)
+        for question, part in (mark.where for mark in graded.marks if mark.status == Status.NOT_MARKED):
+            said = next((line for line in messages if line.startswith(f"{question}, {part} ")), f"{question}, {part}")
+            what = f"could not be graded: {shortened(said)} Mend the key."
+            regrade = f"regrade MARKS --question {quote(question)}"
+            yield Finding(what, regrade, student.id, of.at_stake(student, [(question, part)]))
+        if graded.key_digest not in ("", digest):
+            yield Finding("marks are of an older key, or of an older version.", "regrade MARKS", student.id)
+        for question, part in (given.mark.where for given in graded.lapsed):
+            what = f"a person's mark for {question} {part} lapsed, as the answer or its points changed."
+            again = f'mark MARKS {_STUDENT} {quote(question)} {quote(part)} POINTS --reason "..." --by NAME'
+            yield Finding(what, again, student.id, of.at_stake(student, [(question, part)]))
+
+
+def _by_answer(of: Class) -> Iterator[Finding]:
+    """Yield the answers that wait in what is due; those whose mark lapsed are above."""
+    questions = of.course.catalogue.marked.values()
+    by_persons = {(one.number, part.name) for one in questions for part in one.parts if part.marked == "person"}
+    for answer in of.answers:
+        student, assignment = of.by_id[caseless(answer.student)], of.assignment_of(answer.question)
+        work = student.work.get(of.notebook(answer.question))
+        lapsed = {given.mark.where for given in student.graded.lapsed} if student.graded else set()
+        if not answer.waiting or work is None or not work.is_due or assignment is None or answer.where in lapsed:
+            continue
+        worth, (question, part) = of.at_stake(student, [answer.where]), answer.where
+        if answer.asked:
+            yield Finding("a scorer asks you to decide.", "score MARKS --by NAME", answer.student, worth)
+        elif answer.where in by_persons:
+            what = f"waits for a person: answers of {assignment.title}."
+            yield Finding(what, "score MARKS --by NAME", answer.student, worth)
+        else:
+            mark = f'mark MARKS {_STUDENT} {quote(question)} {quote(part)} POINTS --reason "..." --by NAME'
+            what = f"waits for a person: {question} {part}. {shortened(answer.mark.reason)}"
+            yield Finding(what, mark, answer.student, worth)
+
+
+# --- by the class -----------------------------------------------------------------------------------------------------
+
+
+def _by_class(of: Class) -> Iterator[Finding]:
+    """Yield requests, marks that moved, what can be given back, and what names nobody."""
+    for request in of.requests:
+        if request.answered is None:
+            student = of.by_id[caseless(request.student)]
+            marks = student.graded.marks if student.graded else ()
+            left = sum(exact(mark.out_of) - exact(mark.points) for mark in marks if mark.where == request.where)
+            answer = f'requests answer MARKS {request.number} "TEXT" --by NAME'
+            yield Finding(f"a request to look again at {' '.join(request.where)}.", answer, student.id, Fraction(left))
+    for change in of.changes:
+        one = of.assignment_of(change.question)
+        title = one.title if one else "what is not asked any more"
+        moved = abs(_points(change.after) - _points(change.before))
+        yield Finding(f"marks of {title} moved since you gave them back.", _publish(one), change.student, moved)
+    for one in of.assignments:
+        grades = [grade for student in of.students for grade in student.assignments if grade.title == one.title]
+        counted = [grade for grade in grades if not grade.is_excused]
+        is_done = all(grade.state in DONE and grade.is_due for grade in counted)
+        if is_done and any(grade.state is State.MARKED for grade in counted) and of.given_back(one) is None:
+            yield Finding(f"marked: all of {one.title}, and not given back yet.", _publish(one), worth=Fraction(0))
+    yield from _names_nobody(of)
+
+
+def _publish(one: Assignment | None) -> str:
+    only = f" --assignment {quote(one.title)}" if one else ""
+    return f"publish MARKS{only} --by NAME"
+
+
+def _points(state: object) -> Fraction:
+    return exact(getattr(state, "points", 0))
+
+
+def _names_nobody(of: Class) -> Iterator[Finding]:
+    """Yield names in the settings, submissions and students that belong to nobody of the class."""
+    deadlines, extensions = unknown_names(of.course.settings, (student.about for student in of.students))
+    for where, names in (("deadlines", deadlines), ("extensions", extensions)):
+        if names:
+            what = f"course.toml names in {where} whom nobody knows: {listed(names, _SHOWN)}. Mend it."
+            yield Finding(what, "report MARKS")
+    doubts = [doubt for doubt in of.doubts if doubt.about != TIME]
+    unknown = [doubt.submission for doubt in doubts if doubt.about == OWNER and not doubt.assumed]
+    if unknown:
+        what = f"nobody knows who handed in {listed(unknown, _SHOWN)}, so that it is not graded. {_INTAKE}"
+        yield Finding(what, _GRADE)
+    assumed = [f"{doubt.submission} ({doubt.about})" for doubt in doubts if doubt.about != OWNER or doubt.assumed]
+    if assumed:
+        yield Finding(f"not certain: {listed(assumed, _SHOWN)}. {_INTAKE}", _GRADE)
+    strangers = [student.id for student in of.students if not student.about.enrolled]
+    for who in strangers if len(strangers) < len(of.students) else ():
+        what = "not on the roster. Take the roster in again, or rename the submission."
+        yield Finding(what, "roster MARKS NAMES.csv", who)
