@@ -61,11 +61,11 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
     "run": (2089, ("labcourse/run/**/*.py",)),
     "report": (1164, ("labcourse/report/**/*.py",)),
     "running, the warm runner": (1028, ("labcourse/grading/running/**/*.py", "labcourse/run/inside/**/*.py")),
-    "intake": (1308, ("labcourse/grading/intake/**/*.py",)),
+    "intake": (1321, ("labcourse/grading/intake/**/*.py",)),
     "gradebook": (1531, ("labcourse/grading/gradebook/**/*.py",)),
     "marking": (1187, ("labcourse/grading/marking/**/*.py",)),
     "isolation": (1123, ("labcourse/grading/isolation/**/*.py",)),
-    "reports, scoring": (2488, ("labcourse/grading/reports/**/*.py", "labcourse/grading/scoring/**/*.py")),
+    "reports, scoring": (2489, ("labcourse/grading/reports/**/*.py", "labcourse/grading/scoring/**/*.py")),
     "outcomes, overview, to do, platforms, accounts": (
         2123,
         (
@@ -79,7 +79,7 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
         ),
     ),
     "settings, release, commands, rest": (
-        3484,
+        3490,
         (
             "rotflex/cli.py",
             "labcourse/command_line.py",

@@ -249,6 +249,7 @@ SAVED, LAID = datetime(2026, 11, 21, 13, 5, 58, tzinfo=UTC), datetime(2026, 11, 
         ({"ada/work.zip": zipped(work(), SAVED)}, False),  # unpacked of another zip, maybe
         ({"class.zip": zipped({f"ada/{name}": data for name, data in work().items()}, SAVED)}, False),
         (packings.moodle("Ada King Lovelace", 1234567, work()), False),
+        (packings.canvas("Ada King Lovelace", 1234567, work()), True),  # Canvas's own time of each file
     ],
 )
 def test_the_clock_of_the_students_computer_is_no_time_of_receipt(tmp_path, files, is_trusted):
