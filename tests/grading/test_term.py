@@ -67,10 +67,11 @@ def test_the_calculator_agrees_with_paper(day, student):
 
 @dataclass(frozen=True)
 class Seen:
-    """What the program wrote at a date: grades.csv, each student's marks.json, the exports, what ``publish`` said."""
+    """What the program wrote at a date: grades.csv, students' marks.json and pages, exports, what ``publish`` said."""
 
     grades: dict[str, dict[str, str]]
     data: dict[str, dict[str, Any]]
+    pages: dict[str, tuple[str, list[list[str]]]]
     exported: dict[tuple[str, str], dict[str, str]]
     published: str
 
@@ -84,7 +85,8 @@ def term(tmp_path_factory):
         for number, day in enumerate(TERM, 1):
             there.live(day)
             exported = {(p, title): there.exported(p, title) for p in ("Canvas", "Moodle") for title in ASSIGNMENTS}
-            seen[number] = Seen(there.grades(), {who: there.data(who) for who in CLASS}, exported, there.published)
+            data, pages = ({who: read(who) for who in CLASS} for read in (there.data, there.page))
+            seen[number] = Seen(there.grades(), data, pages, exported, there.published)
         there.rescale(100)
         seen["of 100"] = replace(seen[number], grades=there.grades())
     return seen
@@ -160,6 +162,22 @@ def test_marks_json_has_only_what_was_given_back(term, day):
             assert bool(entry["excused"]) == ((student, title) in by_hand.excused), (student, title)
             late = max(by_hand.days_late(student, name) for name in ASSIGNMENTS[title][0])
             assert (entry["days_late"], entry["out_of"]) == (late, ASSIGNMENTS[title][1]), (student, title)
+
+
+@pytest.mark.parametrize("day", DAYS)
+def test_a_students_page_begins_with_what_counts_and_has_a_line_for_each_assignment(term, day):
+    by_hand = ByHand(day)
+    shown = by_hand.published or set(ASSIGNMENTS)
+    for student in filter(by_hand.is_graded, CLASS):
+        (first, lines), (earned, out_of) = term[day].pages[student], by_hand.so_far(student, shown)
+        final = by_hand.final(student) if shown == set(ASSIGNMENTS) else ""
+        so_far = f"So far {rounded(earned)} of {out_of} points." if out_of else "Nothing is due yet."
+        assert (f"Final grade: {final} of {out_of}." if final else so_far) in first, student
+        for (title, (_names, most, _weight)), line in zip(ASSIGNMENTS.items(), lines, strict=True):
+            points = by_hand.column(student, title) if title in shown else ""
+            points = "" if (student, title) in by_hand.excused else f"{points} of {most}".strip()
+            assert (line[0], line[2]) == (title, points), student
+            assert line[1].startswith(by_hand.label(student, title)), (student, title)
 
 
 @pytest.mark.parametrize("platform", ["Canvas", "Moodle"])

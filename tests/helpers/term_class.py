@@ -4,7 +4,9 @@ Only what costs time is replaced: a run calls the cells in this process, and thi
 """
 
 import csv
+import html
 import json
+import re
 import zipfile
 from collections.abc import Mapping
 from pathlib import Path
@@ -84,6 +86,11 @@ def written(notebook: dict[str, Any], content: Mapping[str, Any]) -> dict[str, A
             source = content[words]
         cells.append({**cell, "source": source})
     return {**notebook, "cells": cells}
+
+
+def _text(page: str) -> str:
+    """The text of a part of a page."""
+    return " ".join(html.unescape(re.sub(r"<style.*?</style>|<[^>]+>", " ", page, flags=re.DOTALL)).split())
 
 
 class TermClass:
@@ -200,6 +207,13 @@ class TermClass:
         """A student's marks.json; nothing without one."""
         file = self.marks / student / "marks.json"
         return json.loads(file.read_text(encoding="utf-8")) if file.exists() else {}
+
+    def page(self, student: str) -> tuple[str, list[list[str]]]:
+        """What a student's page says above its first table, and the cells of that, by row; nothing without a page."""
+        file = self.marks / student / "feedback.html"
+        first, _table, rest = (file.read_text("utf-8") if file.exists() else "").partition("<tbody>")
+        rows = rest.partition("</tbody>")[0].split("</tr>")[:-1]
+        return _text(first), [list(map(_text, re.split(r"</t[hd]>", row)[:-1])) for row in rows]
 
     def exported(self, platform: str, title: str) -> dict[str, str]:
         """The column of an assignment in a platform's file, by student."""
