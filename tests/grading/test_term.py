@@ -6,6 +6,7 @@ it with the program. The numbers of the calculator are done on paper here, first
 
 import re
 from dataclasses import dataclass, replace
+from fractions import Fraction
 from typing import Any
 
 import pytest
@@ -67,11 +68,12 @@ def test_the_calculator_agrees_with_paper(day, student):
 
 @dataclass(frozen=True)
 class Seen:
-    """What the program wrote at a date: grades.csv, students' marks.json and pages, exports, what ``publish`` said."""
+    """What the program wrote: grades.csv, marks.json, pages, the class's tasks, exports, what ``publish`` said."""
 
     grades: dict[str, dict[str, str]]
     data: dict[str, dict[str, Any]]
     pages: dict[str, tuple[str, list[list[str]]]]
+    to_do: dict[str, tuple[set[str], Fraction | None]]
     exported: dict[tuple[str, str], dict[str, str]]
     published: str
 
@@ -86,7 +88,7 @@ def term(tmp_path_factory):
             there.live(day)
             exported = {(p, title): there.exported(p, title) for p in ("Canvas", "Moodle") for title in ASSIGNMENTS}
             data, pages = ({who: read(who) for who in CLASS} for read in (there.data, there.page))
-            seen[number] = Seen(there.grades(), data, pages, exported, there.published)
+            seen[number] = Seen(there.grades(), data, pages, there.to_do(), exported, there.published)
         there.rescale(100)
         seen["of 100"] = replace(seen[number], grades=there.grades())
     return seen
@@ -178,6 +180,26 @@ def test_a_students_page_begins_with_what_counts_and_has_a_line_for_each_assignm
             points = "" if (student, title) in by_hand.excused else f"{points} of {most}".strip()
             assert (line[0], line[2]) == (title, points), student
             assert line[1].startswith(by_hand.label(student, title)), (student, title)
+
+
+#: Tasks that are not about the state of somebody's work, by how they begin → on which days, and who.
+OTHER_TASKS = {
+    "a request to look again at 1.2 why": {3: {"s4"}, 4: {"s4"}},
+    "marks of Lab A moved": {4: {"s2", "s3", "s5"}, 5: {"s2", "s3", "s4", "s5", "s8"}},
+    "a newer file is empty": {4: {"s6"}},
+}
+
+
+@pytest.mark.parametrize("day", DAYS)
+def test_the_class_page_lists_what_a_person_must_do_with_its_worth_and_nothing_else(term, day):
+    expected, found = ByHand(day).to_do(), term[day].to_do
+    for beginning, (who, worth) in expected.items():
+        (task,) = (what for what in found if what.startswith(beginning))
+        assert found.pop(task) == (who, worth), task
+    for beginning, days in OTHER_TASKS.items():
+        those = [what for what in found if what.startswith(beginning)]
+        assert [found.pop(what)[0] for what in those] == [days[number] for number in days if number == day], beginning
+    assert not found
 
 
 @pytest.mark.parametrize("platform", ["Canvas", "Moodle"])

@@ -6,7 +6,7 @@ from fractions import Fraction
 from math import ceil
 from typing import Any
 
-from term_table import ASSIGNMENTS, CLASS, PARTS, TERM, UNREADABLE, UNTOUCHED, WORDS, at
+from term_table import ASSIGNMENTS, CLASS, PARTS, QUESTION, TERM, UNREADABLE, UNTOUCHED, WORDS, at
 
 #: States of a piece of work, from the least advanced.
 STATES = ("could not be graded", "missing", "untouched", "not due", "handed in", "waits for a person", "marked")
@@ -204,6 +204,37 @@ class ByHand:
         for names, _, weight in (ASSIGNMENTS[title] for title in counting):
             earned += weight * sum((self.points(student, name) for name in names), Fraction(0)) / possible(names)
         return earned, sum(ASSIGNMENTS[title][2] for title in counting)
+
+    # --- what a person must do today ----------------------------------------------------------------------------------
+
+    def to_do(self) -> dict[str, tuple[set[str], Fraction]]:
+        """How a task begins → its students, and the points at stake, by the columns of the assignments."""
+        tasks: dict[str, tuple[set[str], Fraction]] = {}
+        work = [(who, title, name) for who in CLASS for title in ASSIGNMENTS for name in ASSIGNMENTS[title][0]]
+        for student, title, name in (one for one in work if one[:2] not in self.excused):
+            for part, worth in PARTS[name].items():
+                what = self.task(student, title, name, part)
+                if what:
+                    who, points = tasks.get(what, (set(), Fraction(0)))
+                    at_stake = Fraction(worth * ASSIGNMENTS[title][1], possible(ASSIGNMENTS[title][0]))
+                    tasks[what] = {*who, student}, points + at_stake
+        return tasks
+
+    def task(self, student: str, title: str, name: str, part: str) -> str:
+        """How the task begins that is about a part of a notebook; "" if there is nothing to do."""
+        state, undecided = self.state(student, name), self.earned(student, part) is None
+        is_due = self.is_due(student, name)
+        if state == MISSING or (state == UNTOUCHED_STATE and is_due):
+            return f"{state}: {title}"
+        if state == HANDED_IN:
+            return state
+        if self.content(student, name) == UNREADABLE:
+            return f"{state}: {name}"
+        if part == "load" and undecided:
+            return f"{NOT_GRADED}: 3.1, load"
+        if part in WORDS and undecided and (student, part) in self.given:
+            return f"a person's mark for {QUESTION[part]} {part} lapsed"
+        return f"{WAITS}: answers of {title}" if part in WORDS and undecided and is_due else ""
 
     def final(self, student: str) -> str:
         """The final grade: "" until all is due, and all that counts is decided."""

@@ -9,6 +9,7 @@ import json
 import re
 import zipfile
 from collections.abc import Mapping
+from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
@@ -31,8 +32,9 @@ from term_table import (
 )
 
 from labcourse.errors import IsolationError
-from labcourse.grading import assignments, batch
+from labcourse.grading import assignments, batch, overview
 from labcourse.grading import course as courses
+from labcourse.grading.gradebook import Gradebook
 from labcourse.grading.release import student_course
 from labcourse.grading.running import isolation_report, runner
 
@@ -214,6 +216,12 @@ class TermClass:
         first, _table, rest = (file.read_text("utf-8") if file.exists() else "").partition("<tbody>")
         rows = rest.partition("</tbody>")[0].split("</tr>")[:-1]
         return _text(first), [list(map(_text, re.split(r"</t[hd]>", row)[:-1])) for row in rows]
+
+    def to_do(self) -> dict[str, tuple[set[str], Fraction | None]]:
+        """What the class page says first: a task → its students, and the points at stake."""
+        with Gradebook(self.marks / "gradebook.sqlite") as book:
+            tasks = overview.class_overview(book, courses.load(self._solutions), self.marks)["todo"]
+        return {task.what: ({*task.who}, task.worth) for task in tasks}
 
     def exported(self, platform: str, title: str) -> dict[str, str]:
         """The column of an assignment in a platform's file, by student."""
