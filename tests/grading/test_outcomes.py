@@ -97,7 +97,7 @@ def test_work_that_is_excused_or_not_due_and_not_there_is_no_evidence(tmp_path):
         MarkRecord("2.12", "J_l", "missing", 0, 1, ""),  # due
         MarkRecord("2.16", "comparison", "missing", 0, 2, ""),  # not due
         MarkRecord("2.1", "V", "right", 2, 2, ""),  # handed in, and not due: due with the last
-        MarkRecord("3.1", "explanation", "missing", 0, 1, ""),  # excused
+        MarkRecord("3.1", "explanation", "right", 1, 1, ""),  # excused
     ]
     with Gradebook(tmp_path / "book.sqlite") as book:
         record(book, marked_class.graded("ada", marks))

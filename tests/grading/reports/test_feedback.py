@@ -82,10 +82,10 @@ def test_the_three_questions_that_lost_most_come_first_with_their_cell_in_the_st
     little = MarkRecord("3.3", "A_c", Status.PARTLY, 0.9, 1.0, "Nearly.", "A_c")
     twice = MarkRecord("2.1", "V", Status.PARTLY, 1.25, 2.0, "A sign.", "V")
     waits = MarkRecord("2.16", "comparison", Status.FOR_A_PERSON, 0.0, 2.0, "A person reads it.", "So.")
-    course = replace(COURSE, settings=replace(COURSE.settings, marks=MarkSettings(weights={"2.1": 1.9})))
-    text = page(wrong, WHY, half, little, twice, waits, course=course)  # lost: 2, 0.5, 0.1, 0.75 × 1.9, nothing
+    course = replace(COURSE, settings=replace(COURSE.settings, marks=MarkSettings(weights={"2.1": 3})))
+    text = page(wrong, WHY, half, little, twice, waits, course=course)  # lost: 2, 0.5, 0.1, 0.75 × 3, nothing
     first = text[text.index("<ol>") : text.index("</ol>")]
-    assert re.findall('href="#(.*?)"', first) == ["q-2-11", "q-2-1", "q-3-1"]
+    assert re.findall('href="#(.*?)"', first) == ["q-2-1", "q-2-11", "q-3-1"]
     assert all(f'id="{one}"' in text for one in re.findall('href="#(.*?)"', text))
     assert "2.11: Natural frequency 1 of 3 points omega_n: wrong. Within 5 %." in seen(first)
     assert "02_finding_stiffness.ipynb, cell q2-11" in seen(first)

@@ -23,7 +23,7 @@ MARKS = (
 def page(request, chromium, tmp_path):
     file = tmp_path / "feedback.html"
     account = final_grade(OURS, Handed(StudentRecord("ada"), MARKS))
-    made = result(*MARKS, account=account, problems=("2.12 stopped: " + "NameError, " * 30,))
+    made = result(*MARKS, account=account, problems=("2.12 stopped: " + "NameError, " * 200,))
     file.write_text(feedback.page(made, OURS), encoding="utf-8")
     context = chromium.new_context(color_scheme=request.param, viewport={"width": 800, "height": 900})
     opened, said = context.new_page(), []
