@@ -262,20 +262,20 @@ def works(course: Course, handed: Handed, when: datetime | None = None) -> dict[
     last = max((time.until for time in times.values() if time is not None), default=None)
     grace = timedelta(hours=settings.late.grace_hours)
     untouched = facts_of(graded.run).untouched if graded is not None else ()
+    nothing_read = graded is not None and is_all_unread(graded.run.problems)
     statuses = _statuses(course, handed.marks)
     found = {}
     for name, time in times.items():
         until = last if time is None else time.until  # without a date of its own, it is due with the last
         is_due = until is None or when > until + grace
         state = _state_if_there(handed, name, statuses[name], bool(time and time.waits and settings.late.per_day))
-        if state is None and is_due:
-            nothing_read = graded is not None and is_all_unread(graded.run.problems)
-            state = State.NOT_GRADED if nothing_read else State.MISSING
-        elif state is None:
-            state = State.NOT_DUE
+        if state is None:
+            due = State.NOT_GRADED if nothing_read else State.MISSING
+            state = due if is_due else State.NOT_DUE
         elif name in untouched:
             state = State.UNTOUCHED
-        is_unread = state is State.NOT_GRADED and f"{name}.ipynb" not in handed.received
+        came = f"{name}.ipynb" in handed.received or statuses[name] - _NOTHING_GIVEN
+        is_unread = state is State.NOT_GRADED and not came
         found[name] = Work(name, state, is_due, until, time, handed.excuses.get(name), is_unread)
     return found
 

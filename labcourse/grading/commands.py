@@ -427,7 +427,8 @@ def score(
         elif read is not None:
             _read_table(desk, read, names[0])
         else:
-            _serve(desk, names, site, port, browser, course, certificate, private_key)
+            folder = _results_or_none(marks, None)
+            _serve(desk, names, site, port, browser, course, folder, certificate, private_key)
 
 
 def _site(
@@ -474,6 +475,7 @@ def _serve(
     port: int,
     browser: bool,
     course: Course,
+    folder: Path | None,
     certificate: Path | None,
     private_key: Path | None,
 ) -> None:
@@ -492,7 +494,7 @@ def _serve(
             where = "all interfaces" if own_tls else "127.0.0.1"
             typer.echo(f"The page is {site.url}/. The program listens on {where}, port {port}. Ctrl-C ends it.")
         made = server.application(
-            desk, site, find, course, lambda link: as_page(class_overview(desk.book, course), link)
+            desk, site, find, course, lambda link: as_page(class_overview(desk.book, course, folder), link)
         )
         server.serve(made, listener, certificate, private_key)
 

@@ -11,9 +11,10 @@ from typing import Any, NamedTuple
 
 from labcourse.grading.course import Course
 from labcourse.grading.gradebook import AuditRecord, Gradebook, Graded, MarkRecord, MarkState, Publication
+from labcourse.grading.gradebook.store import NO_LONGER
 from labcourse.grading.graded_run import FAILED
 from labcourse.grading.reports.result import points
-from labcourse.grading.verdicts import UNDECIDED
+from labcourse.grading.verdicts import UNDECIDED, Status
 
 KEY_CHANGED = "the key has changed"
 RUN_AGAIN = "run again, with other notebooks, software or settings"
@@ -114,6 +115,13 @@ class Change(NamedTuple):
     after: MarkState | None
     why: str
     when: datetime
+
+    @property
+    def reason(self) -> str:
+        """The reason for the student: that of a person, or that the work was graded again."""
+        if self.after is not None and self.after.status == Status.BY_A_PERSON:
+            return self.after.reason
+        return f"Your work was graded again. {NO_LONGER if NO_LONGER in self.why else ''}".strip()
 
     def __str__(self) -> str:
         """Return question, part and points before and after."""

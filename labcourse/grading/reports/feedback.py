@@ -81,7 +81,7 @@ def _look_again(
     found = []
     for one in questions:
         work = works.get(one["question"].notebook)
-        if work is None or (work.state not in _ABSENT and work.excuse is None):
+        if work is None or (work.state not in _ABSENT and work.excuse is None and not work.is_unread):
             found.append((sum(map(lost, one["marks"])), one))
     found.sort(key=lambda entry: -entry[0])
     return [(one, max(one["marks"], key=lost)) for points_lost, one in found[:_MOST] if points_lost > 0]

@@ -24,7 +24,7 @@ from labcourse.grading.gradebook import (
     StudentRecord,
 )
 from labcourse.grading.graded_run import facts_of, key_faults
-from labcourse.grading.intake import is_absent
+from labcourse.grading.intake import is_absent, is_unread
 from labcourse.grading.marking.marking import Mark
 from labcourse.grading.verdicts import UNDECIDED, Status
 from labcourse.messages import plural
@@ -220,7 +220,9 @@ def received(book: Gradebook, student: str, graded: Graded | None) -> dict[str, 
     partner = "" if graded is None else facts_of(graded.run).bench_of
     if graded is None or not partner or caseless(partner) == caseless(student):
         return book.received(student)
-    theirs = {name: when for name, when in book.received(partner).items() if not is_absent(name, graded.run.notes)}
+    run, theirs = graded.run, book.received(partner)
+    own = [name for name in theirs if is_absent(name, run.notes) or is_unread(name, run.problems)]
+    theirs = {name: when for name, when in theirs.items() if name not in own}
     return {**theirs, **book.received(student)}
 
 
