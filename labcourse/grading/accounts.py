@@ -212,7 +212,7 @@ class AssignmentGrade:
     @property
     def points(self) -> Fraction:
         """Points in its column, not rounded, as far as they are decided."""
-        return self.earned * _ratio(self.out_of, self.possible)
+        return self.earned * ratio(self.out_of, self.possible)
 
     @property
     def points_text(self) -> str:
@@ -231,7 +231,7 @@ class AssignmentGrade:
     @property
     def weighted(self) -> Fraction:
         """What it adds to the final grade."""
-        return self.earned * _ratio(self.weight, self.possible)
+        return self.earned * ratio(self.weight, self.possible)
 
     def as_data(self) -> dict[str, Any]:
         """Return it for JSON."""
@@ -249,7 +249,7 @@ class AssignmentGrade:
         }
 
 
-def _ratio(part: Fraction, whole: Fraction) -> Fraction:
+def ratio(part: Fraction, whole: Fraction) -> Fraction:
     """Divide; what is out of nothing keeps its points, as those for predictions, if nothing replaces their scale."""
     return part / whole if whole else Fraction(part == whole)
 
@@ -467,14 +467,11 @@ def final_grade(course: Course, handed: Handed, when: datetime | None = None) ->
     handed : what there is of the student: all marks, also those by persons
     when : the time by which work is due or not; now, if it is None
     """
-    settings, asked, work = course.settings, course.catalogue.marked, works(course, handed, when)
-    notebook_of = {
-        mark.question: asked[mark.question].notebook if mark.question in asked else "" for mark in handed.marks
-    }
+    settings, work = course.settings, works(course, handed, when)
     items = defaultdict[str, list[Item]](list)
     for mark in handed.marks:
         if mark.out_of:
-            name = notebook_of[mark.question]
+            name = course.notebook_of(mark.question)
             items[name].append(_item(mark, name, work.get(name), settings))
     run = None if handed.graded is None else handed.graded.run
     made = _predictions_made(run, course) if settings.marks.predictions else {}

@@ -282,10 +282,10 @@ def works(course: Course, handed: Handed, when: datetime | None = None) -> dict[
 
 def _statuses(course: Course, marks: Iterable[MarkRecord | Mark]) -> dict[str, set[str]]:
     """Return notebook, without ending → the statuses of the marks in it that count."""
-    asked, found = course.catalogue.marked, defaultdict[str, set[str]](set)
+    found = defaultdict[str, set[str]](set)
     for mark in marks:
-        if mark.out_of and mark.question in asked and not course.settings.marks.dropped_as(mark.question, mark.part):
-            found[asked[mark.question].notebook].add(mark.status)
+        if mark.out_of and not course.settings.marks.dropped_as(mark.question, mark.part):
+            found[course.notebook_of(mark.question)].add(mark.status)
     return found
 
 

@@ -155,6 +155,11 @@ class Course:
         found = asked(notebooks, self.catalogue)
         return {where: entry.cell.removesuffix("-answer") for _name, entry, parts in found for where in parts}
 
+    def notebook_of(self, question: str | None) -> str:
+        """Return the notebook of a question, without ending; "" if the course does not ask it any more."""
+        asked = self.catalogue.marked
+        return asked[question].notebook if question in asked else ""
+
     @property
     def notebooks(self) -> list[Path]:
         """The notebooks that have a student version, in order."""

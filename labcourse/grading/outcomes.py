@@ -117,14 +117,14 @@ def standing(
 
 def standings(book: Gradebook, course: Course) -> list[Standing]:
     """Return all students with marks, by ID. Work that is excused, unreadable, or neither due nor there is left out."""
-    asked, found = course.catalogue.marked, []
+    found = []
     known = {caseless(student.student): student for student in book.students()}
     for graded in book.all_current():
         about = known.get(caseless(graded.run.student), StudentRecord(graded.run.student))
         account = account_in(book, course, graded, about)
         works = [work for one in account.assignments for work in one.works]
         left_out = {work.notebook for work in works if work.excuse or work.is_blank or work.is_unread}
-        marks = [m for m in graded.marks if m.question not in asked or asked[m.question].notebook not in left_out]
+        marks = [mark for mark in graded.marks if course.notebook_of(mark.question) not in left_out]
         found.append(standing(about, marks, course.catalogue, course.settings.marks))
     return found
 

@@ -358,10 +358,10 @@ def not_ready(book: Gradebook, course: Course, notebooks: Collection[str], now: 
     notebooks : that are given back, without ending; all of them if there are none
     now : when, with a time zone
     """
-    settings, asked = course.settings, course.catalogue.marked
+    settings = course.settings
 
     def is_given(question: str) -> bool:
-        return not notebooks or (question in asked and asked[question].notebook in notebooks)
+        return not notebooks or course.notebook_of(question) in notebooks
 
     everything = [answer for answer in book.scores.answers() if answer.waiting and is_given(answer.question)]
     waiting = [answer for answer in everything if not settings.marks.dropped_as(*answer.where)]

@@ -6,7 +6,6 @@ Nothing here is cut, so that whoever reads only this learns of all that cost poi
 from __future__ import annotations
 
 import re
-from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
@@ -17,15 +16,15 @@ from typing import NamedTuple
 
 from labcourse import program
 from labcourse.answers.parts import Where
-from labcourse.grading.accounts import AssignmentGrade, FinalGrade, unknown_names
-from labcourse.grading.assignments import State, Work, exact, of_course
+from labcourse.grading.accounts import AssignmentGrade, FinalGrade, final_grade, ratio, unknown_names
+from labcourse.grading.assignments import Handed, State, Work, exact, of_course
 from labcourse.grading.course import Course
 from labcourse.grading.gradebook import Answer, Arrival, Graded, Publication, Request, StudentRecord
 from labcourse.grading.graded_run import FAILED, facts_of, key_faults
 from labcourse.grading.intake import OWNER, TIME, Doubt
 from labcourse.grading.marking.marking_processes import marking_digest
 from labcourse.grading.reports.changes import Change
-from labcourse.grading.reports.result import shortened
+from labcourse.grading.reports.result import nothing_given, shortened
 from labcourse.grading.settings import Assignment
 from labcourse.grading.verdicts import Status
 from labcourse.messages import listed
@@ -135,38 +134,18 @@ class Class:
     @cached_property
     def worths(self) -> dict[Where, Fraction]:
         """Question and part of what counts → its points in the column of its assignment."""
-        marks, found = self.course.settings.marks, dict[Where, Fraction]()
-        for one in self.assignments:
-            questions = [item for item in self.course.asked.marked.values() if item.notebook in one.notebooks]
-            own = {
-                (item.number, part.name): exact(part.points) * exact(marks.weight(item.number, part.name))
-                for item in questions
-                for part in item.parts
-                if part.points and not marks.dropped_as(item.number, part.name)
-            }
-            possible = sum(own.values())
-            scale = exact(one.out_of) / possible if one.out_of is not None and possible else 1
-            found |= {where: points * scale for where, points in own.items()}
-        return found
-
-    @cached_property
-    def _notebooks(self) -> dict[str, str]:
-        return {number: question.notebook for number, question in self.course.catalogue.marked.items()}
-
-    def notebook(self, question: str) -> str:
-        """Return the notebook of a question, without ending; "" if the course does not ask it any more."""
-        return self._notebooks.get(question, "")
-
-    @cached_property
-    def _of_notebooks(self) -> dict[str, Fraction]:
-        found = defaultdict[str, Fraction](Fraction)
-        for (question, _part), worth in self.worths.items():
-            found[self.notebook(question)] += worth
-        return found
+        nobody = final_grade(self.course, Handed(StudentRecord(""), nothing_given(self.course)))
+        return {
+            (item.question, item.part): item.possible * ratio(one.out_of, one.possible)
+            for one in nobody.assignments
+            for item in one.counting
+            if one.title
+        }
 
     def of_notebook(self, name: str) -> Fraction:
         """Return the points of a notebook."""
-        return self._of_notebooks[name]
+        parts = (where for where in self.worths if self.course.notebook_of(where[0]) == name)
+        return sum((self.worths[where] for where in parts), Fraction(0))
 
     def of_assignment(self, assignment: Assignment) -> Fraction:
         """Return what the column of an assignment is out of."""
@@ -174,11 +153,11 @@ class Class:
 
     def assignment_of(self, question: str) -> Assignment | None:
         """Return the assignment of a question; None if it is in none."""
-        return next((one for one in self.assignments if self.notebook(question) in one.notebooks), None)
+        return next((one for one in self.assignments if self.course.notebook_of(question) in one.notebooks), None)
 
     def at_stake(self, student: Student, wheres: Iterable[Where]) -> Fraction:
         """Add up the points of some answers of a student, without those from which the student is excused."""
-        there = (one for one in wheres if one in self.worths and self.notebook(one[0]) in student.work)
+        there = (one for one in wheres if one in self.worths and self.course.notebook_of(one[0]) in student.work)
         return sum((self.worths[one] for one in there), Fraction(0))
 
     def given_back(self, assignment: Assignment) -> Publication | None:
@@ -307,7 +286,7 @@ def cost(of: Class, student: Student, cause: Cause, said: Sequence[str]) -> Frac
         return of.at_stake(student, (mark.where for mark in graded.marks))
     there = {name for name, work in student.work.items() if work.state not in NOTHING_THERE}
     lost = (mark for mark in graded.marks if mark.status == Status.MISSING and re.search(cause.reason, mark.reason))
-    return of.at_stake(student, (mark.where for mark in lost if of.notebook(mark.question) in there))
+    return of.at_stake(student, (mark.where for mark in lost if of.course.notebook_of(mark.question) in there))
 
 
 def _by_run(of: Class) -> Iterator[Finding]:
@@ -349,7 +328,7 @@ def _by_answer(of: Class) -> Iterator[Finding]:
     by_persons = {(one.number, part.name) for one in questions for part in one.parts if part.marked == "person"}
     for answer in of.answers:
         student, assignment = of.by_id[caseless(answer.student)], of.assignment_of(answer.question)
-        work = student.work.get(of.notebook(answer.question))
+        work = student.work.get(of.course.notebook_of(answer.question))
         lapsed = {given.mark.where for given in student.graded.lapsed} if student.graded else set()
         if not answer.waiting or work is None or not work.is_due or assignment is None or answer.where in lapsed:
             continue

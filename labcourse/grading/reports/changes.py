@@ -156,10 +156,10 @@ def changed_since(
     course : with its questions
     excuses : ID of a student → notebooks, without ending, from which they are excused now
     """
-    asked, excuses_of = course.catalogue.marked, cache(excuses)
+    excuses_of = cache(excuses)
     entries: dict[tuple[str, str, str], list[AuditRecord]] = defaultdict(list)
     for entry in trail:
-        notebook = asked[entry.question].notebook if entry.question in asked else ""
+        notebook = course.notebook_of(entry.question)
         back = [one for one in publications if not one.notebooks or notebook in one.notebooks]
         if back and entry.when > back[-1].when and notebook not in excuses_of(entry.student):
             entries[entry.student, entry.question, entry.part].append(entry)

@@ -99,12 +99,6 @@ class Work:
 # --- the class --------------------------------------------------------------------------------------------------------
 
 
-def of_class(book: Gradebook, course: Course) -> list[Hint]:
-    """Compare all students of a gradebook, by the runs that count and by what they handed in last."""
-    work = works(book, course)
-    return compared([work(graded) for graded in book.all_current()], course)
-
-
 def works(book: Gradebook, course: Course) -> Callable[[Graded], Work]:
     """Return a function that gathers what is compared of a student, from the run that counts."""
     given = course.data.rglob("*") if course.data.is_dir() else ()

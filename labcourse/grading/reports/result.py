@@ -150,10 +150,10 @@ class Result:
         """
         if notebooks is None or self.account is None:
             return self
-        asked = course.catalogue.marked
+        shown = {"", *notebooks}
 
         def is_shown(question: str | None) -> bool:
-            return question not in asked or asked[question].notebook in notebooks
+            return course.notebook_of(question) in shown
 
         faults = key_faults(replace(self.graded, marks=tuple(m for m in self.marks if not is_shown(m.question))))
         problems = tuple(problem for problem in self.run.problems if problem not in faults)
@@ -168,7 +168,7 @@ class Result:
             graded=graded,
             comments=[comment for comment in self.comments if is_shown(comment.question)],
             account=self.account.given_back(notebooks),
-            hidden={question.notebook for question in asked.values()} - {*notebooks},
+            hidden={question.notebook for question in course.catalogue.marked.values()} - shown,
         )
 
 

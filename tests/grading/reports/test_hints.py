@@ -302,4 +302,5 @@ def test_a_pair_that_hands_in_together_is_no_hint_and_neither_are_answers_that_c
     record(book, graded("bob", mark(), answers=b"not json"), answered("eve", 3.01, Status.WRONG))  # eve has no bench
     for student in ("cleo", "dan"):
         deliver(book, student, own_py=b"x = 1")
-    assert hints.of_class(book, course) == []
+    work = hints.works(book, course)
+    assert hints.compared([work(one) for one in book.all_current()], course) == []
