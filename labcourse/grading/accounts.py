@@ -201,7 +201,7 @@ class AssignmentGrade:
         """What these points are out of, undecided ones included."""
         return sum((item.possible for item in self.counting), Fraction(0))
 
-    @property
+    @cached_property
     def out_of(self) -> Fraction:
         """What its column is out of; that does not depend on whether the student is excused from all of it."""
         if self.assignment.out_of is not None:

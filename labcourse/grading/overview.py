@@ -35,7 +35,7 @@ from labcourse.grading.todo import NOTHING_THERE, Class, Student, causes, todo
 from labcourse.grading.verdicts import Status
 from labcourse.messages import listed, plural
 from labcourse.safe_text import no_escapes
-from labcourse.student_id import INTAKE_FILE, caseless
+from labcourse.student_id import HINTS_FILE, INTAKE_FILE, caseless
 
 PAGE_FILE = "class.html"  #: in the folder of results
 FAR_BELOW, FEWEST = 1 / 2, 5  #: of the class's median share of points, of at least so many students
@@ -75,10 +75,10 @@ def class_overview(book: Gradebook, course: Course, folder: Path | None = None) 
     ----------
     book : the class's gradebook
     course : with its catalogue and settings
-    folder : of results, with ``intake.csv``; None without one
+    folder : of results, with ``intake.csv`` and ``hints.md``; None without one
     """
     marks = course.settings.marks
-    students, works = _students(book, course)
+    students = _students(book, course)
     runs = [student.graded for student in students if student.graded is not None]
     answers = [answer for answer in book.scores.answers() if not marks.dropped_as(*answer.where)]
     requests, publications = book.requests.all(), book.requests.publications()
@@ -100,7 +100,7 @@ def class_overview(book: Gradebook, course: Course, folder: Path | None = None) 
         "asked": [(answer, act) for answer in answers if answer.asked and (act := answer.last()) is not None],
         "requests": requests,
         "slips": slips(runs),
-        "common": hints.by_students(hints.compared(works, course)),
+        "common": {} if folder is None else hints.read(folder / HINTS_FILE),
         "publications": publications,
         "changes": of.changes,
     }
@@ -191,18 +191,15 @@ class _Terminal(HTMLParser):
 # --- students and assignments -----------------------------------------------------------------------------------------
 
 
-def _students(book: Gradebook, course: Course) -> tuple[list[Student], list[hints.Work]]:
-    """Return everybody in the gradebook with the states of their work now, and what hints compare."""
-    students, compared, notebooks = [], [], {path.name for path in course.notebooks}
-    work = hints.works(book, course)
+def _students(book: Gradebook, course: Course) -> list[Student]:
+    """Return everybody in the gradebook with the states of their work now."""
+    students, notebooks = [], {path.name for path in course.notebooks}
     for about in book.students():
-        graded, counting = book.current(about.student), None
-        if graded is not None:
-            counting = _counting(graded, course.settings.marks)
-            compared.append(work(graded))
+        graded = book.current(about.student)
+        counting = None if graded is None else _counting(graded, course.settings.marks)
         came = {name: when for name, when in received(book, about.student, graded).items() if name in notebooks}
         students.append(Student(about, account_in(book, course, graded, about), counting, came))
-    return students, compared
+    return students
 
 
 def _counting(graded: Graded, settings: MarkSettings) -> Graded:

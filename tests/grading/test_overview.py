@@ -19,6 +19,7 @@ from labcourse.grading.gradebook import Act, Answer, Delivery, Gradebook, MarkRe
 from labcourse.grading.graded_run import FAILED, Facts
 from labcourse.grading.intake import Doubt
 from labcourse.grading.reports import changes, intake_table
+from labcourse.grading.reports.grades import Reports
 from labcourse.grading.reports.result import without_numbers
 from labcourse.grading.settings import (
     Assignment,
@@ -436,11 +437,14 @@ def test_questions_that_the_course_does_not_ask_any_more_are_there_without_a_tit
     assert "9.9 why – 2 2 2" in text(book) and "9.9 how – 2 of 2 (100 %)" in text(book)
 
 
-def test_the_same_work_is_a_hint_with_its_evidence(book):
+def test_the_same_work_is_a_hint_with_its_evidence(book, tmp_path):
     for student in ("ada", "bob"):
         deliver(book, student, {"own.py": b"x = 1"})
         record(book, graded(student, cells=Facts(bench_of=student).as_json()))
-    assert "ada, bob ada, bob handed in the same 1 file: own.py." in text(book)
+    Reports(tmp_path, OURS, book).write_all()
+    page = overview.as_page(overview.class_overview(book, OURS, tmp_path))
+    assert "ada, bob ada, bob handed in the same 1 file: own.py." in " ".join(overview.as_text(page).split())
+    assert "Nobody has the numbers, recordings or files of a class-mate" in text(book)  # nothing is written yet
 
 
 def acts(times, where=("1.1", "why"), actor="tia"):

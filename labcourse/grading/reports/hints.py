@@ -14,6 +14,7 @@ from dataclasses import dataclass, field, replace
 from decimal import Decimal
 from enum import StrEnum
 from itertools import islice
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -128,6 +129,17 @@ def by_students(hints: Iterable[Hint]) -> dict[tuple[str, ...], list[Hint]]:
 def as_markdown(hints: Iterable[Hint]) -> str:
     """Write the text of ``hints.md``."""
     return templates().get_template("hints.md").render(groups=by_students(hints))
+
+
+def read(path: Path) -> dict[tuple[str, ...], list[str]]:
+    """Return students → evidence, as ``hints.md`` has them; nothing without the file."""
+    found: dict[tuple[str, ...], list[str]] = {}
+    for line in path.read_text(encoding="utf-8").splitlines() if path.exists() else ():
+        if line.startswith("## "):
+            found[tuple(line.removeprefix("## ").split(", "))] = []
+        elif line.startswith("* ") and found:
+            found[next(reversed(found))].append(line.removeprefix("* "))
+    return found
 
 
 # --- numbers that fit a class-mate's bench ----------------------------------------------------------------------------
