@@ -647,7 +647,7 @@ def publish(
     with _gradebook(marks) as book:
         changed = changed_in(book, course)
         reports = Reports(folder, course, book, publication=publication if is_open else None)
-        count = reports.write_all() - len(reports.without_page)
+        count = reports.write_all()
         unready = list(not_ready(book, course, notebooks, begun))
         if is_open:
             book.requests.publish(by, note, begun, notebooks)

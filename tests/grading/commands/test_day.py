@@ -1,12 +1,13 @@
 """The commands of an instructor's day: class, publish, request, answer, requests."""
 
 import json
+import re
 from datetime import UTC, datetime, timedelta
 
 import pytest
 from command_line import rotflex, said
 from day_class import fill, score
-from gradebooks import rows
+from gradebooks import enrol, rows
 from made_courses import OURS, copied
 
 from labcourse.grading.gradebook import Gradebook
@@ -71,6 +72,15 @@ def test_a_mark_that_is_changed_while_pages_are_written_is_named_the_next_time(o
         changed.setattr(Reports, "write_all", write_and_mark)
         assert rotflex(*publish).exit_code == 0
     assert "Other marks than were given back before; tell cleo: 2.12 K_s" in said(rotflex(*publish))
+
+
+def test_publish_counts_the_students_who_have_pages_and_names_the_others(out):
+    with Gradebook(out / "gradebook.sqlite") as book:
+        enrol(book, out, ("zoe", "Zoe Zed", "", ""))
+    done = rotflex("publish", out, "--by", "lea", "--solutions", OURS.folder)
+    pages = [*out.glob("*/feedback.html")]
+    assert len(pages) > 1 and f"Pages of {len(pages)} students: " in said(done)
+    assert re.search(r"No page, as nothing of theirs is graded: [a-z, ]*\bzoe\.", said(done))
 
 
 def test_publish_names_what_it_does_not_write_anew(out):
