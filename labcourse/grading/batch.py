@@ -36,6 +36,7 @@ from labcourse.grading.running import pdf_pages, runner
 from labcourse.grading.running.bundle import Bundle, Bundles
 from labcourse.grading.running.prepared import Prepared, content_digest, prepare
 from labcourse.grading.running.supplied import Supplied, values_for
+from labcourse.grading.settings import Assignment
 from labcourse.grading.verdicts import UNDECIDED, Status
 from labcourse.run.reasons import explain
 from labcourse.student_id import caseless
@@ -61,6 +62,7 @@ class Settings:
     zone : time zone of times in names and in zips, which do not say their zone
     again : IDs of persons who were erased, and begin anew
     decisions : what the instructor decided about submissions (``intake.csv``)
+    only : the assignment for which the submissions were handed in; None for all
     """
 
     limits: runner.Limits = field(default_factory=runner.Limits)
@@ -74,6 +76,7 @@ class Settings:
     zone: tzinfo = UTC
     again: tuple[str, ...] = ()
     decisions: intake.Decisions = field(default_factory=dict)
+    only: Assignment | None = None
 
 
 @dataclass(frozen=True)
@@ -214,7 +217,25 @@ class Batch:
         before = partial(self._gradebook.delivered, owner)
         read = intake.read(submission, names, self._masters, packages, self._reports, decisions, before)
         self.doubts += read.doubts
+        self._leave_out_others(read, {name: digest for name, digest, *_ in self._gradebook.stored(owner)})
         return read
+
+    def _leave_out_others(self, read: intake.Contents, before: Mapping[str, str]) -> None:
+        """Leave out the notebooks of other assignments that the student has handed in before.
+
+        Parameters
+        ----------
+        read : what was read of a submission
+        before : name of a file that the student handed in before → digest of its newest version
+        """
+        only = self._settings.only
+        of_only = set() if only is None else {f"{name}.ipynb" for name in only.notebooks}
+        others = [one for one in read.items if one.name in before and one.name in {*self._bundles.names} - of_only]
+        for one in others if only is not None else ():
+            read.items.remove(one)
+            if one.digest != before[one.name]:
+                counts = "the version that was handed in before counts."
+                read.notes.append(f"{one.name} in {one.source} is not taken, as this is for {only.title}; {counts}")
 
     def _taken(self, submission: intake.Submission, read: intake.Contents) -> str:
         """Return the digest of all that a submission is prepared from: it is prepared again only if this changes.

@@ -243,6 +243,7 @@ def roster(marks: Marks, file: RosterFile = None, remove: Remove = None, again: 
 
 
 _SUPPLY = "Supply a missing answer. It earns nothing; later answers can. An empty VALUE takes it back."
+_FOR = "The submissions are for this assignment: keep notebooks of others that were handed in before."
 _CLUSTER = "Run on the workers of this dask.distributed scheduler, as tcp://host:8786."
 
 
@@ -269,6 +270,7 @@ def grade(
     times: Annotated[Path | None, Option(help="A CSV with names and times of receipt.", dir_okay=False)] = None,
     time_zone: Annotated[str, Option(help="Of times without one, for example Europe/Berlin.")] = "UTC",
     again: Again = None,
+    assignment: Annotated[str | None, Option(metavar="NAME", help=_FOR)] = None,
     as_json: Json = False,
     unsafe_no_isolation: Annotated[
         bool, Option("--unsafe-no-isolation", help="Run code with your own rights.")
@@ -289,6 +291,7 @@ def grade(
     check = unisolated.check_allowed if unsafe_no_isolation else isolation_report.check
     # Try to break out before any submission can. This mostly waits; meanwhile libraries are imported.
     isolation = ThreadPoolExecutor(1).submit(check) if unsafe_no_isolation or scheduler is None else None
+    from labcourse.grading.assignments import find
     from labcourse.grading.batch import Batch, Settings
     from labcourse.grading.gradebook import StudentRecord
     from labcourse.grading.intake.platforms import read_times
@@ -312,7 +315,8 @@ def grade(
         decisions = {row.key: text for row, text in decided.items() if text}
         how = (limits, jobs, scheduler, probe_seed, not unsafe_no_isolation, every_cell, values, when, zone)
         with _gradebook(marks, make=True) as book:
-            batch = Batch(submissions, course, book, Settings(*how, again=tuple(again or ()), decisions=decisions))
+            only = find(course, assignment) if assignment else None
+            batch = Batch(submissions, course, book, Settings(*how, tuple(again or ()), decisions, only))
             show = JsonLines if as_json else Screen
             progress = show(len(batch.students), [*batch.ignored, *problems], batch.absent)
             with Reports(folder, course, book, batch.students) as reports, progress:

@@ -27,7 +27,7 @@ from labcourse.grading.gradebook import Act, Answer, Gradebook, Graded, MarkReco
 from labcourse.grading.graded_run import key_faults
 from labcourse.grading.reports import hints, intake_table
 from labcourse.grading.reports.changes import changed_in, state_text
-from labcourse.grading.reports.result import account_in, lapse, received, shortened, without_numbers, worth
+from labcourse.grading.reports.result import account_in, lapse, points, received, shortened, without_numbers, worth
 from labcourse.grading.reports.templating import templates
 from labcourse.grading.scoring import progress
 from labcourse.grading.settings import Assignment, MarkSettings
@@ -121,7 +121,7 @@ def as_page(overview: Mapping[str, Any], answer_link: Callable[[str, str, str], 
         empty. With it, the page has links, and must not be written to a file.
     """
     environment = templates("templates")
-    texts = {"moment": moment, "worth": worth, "shortened": shortened, "state": state_text}
+    texts = {"moment": moment, "worth": worth, "shortened": shortened, "state": state_text, "points": points}
     texts |= {"left": progress.time_text, "work": work_text, "so_far": so_far_text}
     page = environment.get_template("overview.html")
     about = {"listed": listed, "many": MANY, "program": program.name(), "answer_link": answer_link}
@@ -247,7 +247,8 @@ def work_text(student: Student) -> str:
     by_state: dict[str, list[str]] = {}
     for grade in student.assignments:
         if grade.is_excused or grade.is_due or grade.state not in NOTHING_THERE:
-            late = f" ({plural(grade.days_late, '{count} day late', '{count} days late')})" if grade.days_late else ""
+            days = 0 if grade.is_excused else grade.days_late
+            late = f" ({plural(days, '{count} day late', '{count} days late')})" if days else ""
             state = "excused" if grade.is_excused else grade.state
             by_state.setdefault(state, []).append(f"{label(grade)}{late}")
     order = [*State, "excused"]
@@ -261,7 +262,8 @@ def so_far_text(student: Student) -> str:
         return ""
     if account.final is not None:
         return f"final {account.final_text} of {account.final_out_of:g}"
-    return f"{account.so_far_text} of {in_full(account.out_of)}"
+    rest = ", not all decided" if account.undecided else ""
+    return f"{account.so_far_text} of {in_full(account.out_of)}{rest}"
 
 
 def far_below(students: Iterable[Student]) -> list[tuple[Student, float, float]]:
