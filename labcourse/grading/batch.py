@@ -228,10 +228,10 @@ class Batch:
         read : what was read of a submission
         before : name of a file that the student handed in before → digest of its newest version
         """
-        only = self._settings.only
-        of_only = set() if only is None else {f"{name}.ipynb" for name in only.notebooks}
-        others = [one for one in read.items if one.name in before and one.name in {*self._bundles.names} - of_only]
-        for one in others if only is not None else ():
+        if (only := self._settings.only) is None:
+            return
+        others = {*self._bundles.names} - {f"{name}.ipynb" for name in only.notebooks}
+        for one in [item for item in read.items if item.name in others and item.name in before]:
             read.items.remove(one)
             if one.digest != before[one.name]:
                 counts = "the version that was handed in before counts."
