@@ -502,7 +502,9 @@ def _earned_in_all(account: FinalGrade) -> Earned:
     if not account.out_of:
         return Earned(None, "it is out of no points.")
     if account.final is not None:
-        return Earned(exact(account.final) / exact(account.final_out_of))
+        nothing = all(one.state is State.MISSING for one in account.so_far if one.title)
+        share = exact(account.final) / exact(account.final_out_of)
+        return Earned(share, state=State.MISSING if nothing else "")
     waits = listed([f"{item.question} {item.part}" for item in account.undecided], _NAMED)
     remark = f"still waits for a person: {waits}." if waits else f"only what is due so far: not {account.later}."
     return Earned(account.earned / account.out_of, remark)

@@ -1,19 +1,15 @@
 """Fixtures for the tests of several rooms."""
 
-from datetime import UTC, datetime
-
 import pytest
+from end_of_term import everything_is_due
 from fake_class import FakeClass
 
-from labcourse.grading import assignments
 from labcourse.grading.gradebook import Gradebook
 
 
 @pytest.fixture(autouse=True, scope="session")
-def after_the_term():
-    """Everything is due, whatever a test's deadlines are, and whenever it runs."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(assignments, "now", lambda: datetime(2100, 1, 1, tzinfo=UTC))
+def end_of_term():
+    with everything_is_due():
         yield
 
 

@@ -1,7 +1,14 @@
 """What tests of the whole share."""
 
 import pytest
+from end_of_term import everything_is_due
 from remembered import remembered
+
+
+@pytest.fixture(autouse=True, scope="session")
+def end_of_term():
+    with everything_is_due():
+        yield
 
 
 @pytest.fixture(scope="module")
