@@ -9,6 +9,7 @@ import signal
 import subprocess
 import sys
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -119,7 +120,8 @@ class Client:
                     headers = {"cookie": cookie, **headers}.items()
                 return await client.request(method, self.home + path, headers=[*headers], **more)
 
-        return asyncio.run(sending(headers))
+        with ThreadPoolExecutor(1) as alone:  # a browser that is open in this thread has a loop of its own
+            return alone.submit(asyncio.run, sending(headers)).result()
 
 
 def app_of(made: Desk, site: Site, find: Any) -> Any:
