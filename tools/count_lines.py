@@ -67,7 +67,7 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
     "isolation": (1123, ("labcourse/grading/isolation/**/*.py",)),
     "reports, scoring": (2503, ("labcourse/grading/reports/**/*.py", "labcourse/grading/scoring/**/*.py")),
     "outcomes, overview, to do, platforms, accounts": (
-        2100,
+        2123,
         (
             "labcourse/grading/accounts.py",
             "labcourse/grading/erasure.py",
@@ -79,7 +79,7 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
         ),
     ),
     "settings, release, commands, rest": (
-        3495,
+        3514,
         (
             "rotflex/cli.py",
             "labcourse/command_line.py",

@@ -306,7 +306,8 @@ class FinalGrade:
     def timings(self) -> list[Timing]:
         """Notebooks that earned something and came late, in time only by an extension, or at an unknown time."""
         there = {item.notebook for item in self.counting if item.points != 0}
-        times = [work.timing for one in self.so_far for work in one.works if work.notebook in there]
+        read = [work for one in self.so_far for work in one.works if not work.is_unread]
+        times = [work.timing for work in read if work.notebook in there]
         return [time for time in times if time and (time.days or time.extended or time.received is None)]
 
     @cached_property

@@ -112,6 +112,7 @@ class Batch:
     ignored : a message on everything among the submissions that is not taken in
     absent : students of the gradebook's roster who have not handed in anything
     doubts : what an instructor may decide otherwise; complete when all are graded
+    left_out : messages on notebooks that are not taken, as they are of another assignment; complete as above
 
     Raises
     ------
@@ -142,6 +143,7 @@ class Batch:
         self.ignored = [*collected.ignored, *erased, *self._bundles.problems]
         time_matters = course.settings.dues and course.settings.late.per_day
         self.doubts = [doubt for doubt in collected.doubts if doubt.about != intake.TIME or time_matters]
+        self.left_out: list[str] = []
         present = {caseless(student) for student in (*self.students, *gradebook.handed_in())}
         self.absent = [student.student for student in roster if caseless(student.student) not in present]
 
@@ -235,7 +237,9 @@ class Batch:
             read.items.remove(one)
             if one.digest != before[one.name]:
                 counts = "the version that was handed in before counts."
-                read.notes.append(f"{one.name} in {one.source} is not taken, as this is for {only.title}; {counts}")
+                note = f"{one.name} in {one.source} is not taken, as this is for {only.title}; {counts}"
+                read.notes.append(note)
+                self.left_out.append(note)
 
     def _taken(self, submission: intake.Submission, read: intake.Contents) -> str:
         """Return the digest of all that a submission is prepared from: it is prepared again only if this changes.

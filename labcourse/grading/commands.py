@@ -333,7 +333,7 @@ def grade(
         f"What cannot be known for certain is in {folder / INTAKE_FILE}, with what was assumed "
         f"({plural(rows, '{count} row', '{count} rows')}): write what is right under decision and grade again."
     )
-    say(*reports.notices(), *([doubts] if rows else []), err=True)
+    say(*batch.left_out, *reports.notices(), *([doubts] if rows else []), err=True)
     raise typer.Exit(SOME_TROUBLE if progress.trouble else ALL_WELL)
 
 

@@ -256,14 +256,13 @@ def work_text(student: Student) -> str:
 
 
 def so_far_text(student: Student) -> str:
-    """Return a student's points so far, as "9.50 of 11"; "" if nothing counts yet."""
+    """Return a student's points so far, as "9.50 of 11"; "" if nothing that counts is decided."""
     account = student.account
-    if not account.out_of or not account.items:
+    if not account.out_of or len(account.undecided) == len(account.counting):
         return ""
     if account.final is not None:
         return f"final {account.final_text} of {account.final_out_of:g}"
-    rest = ", not all decided" if account.undecided else ""
-    return f"{account.so_far_text} of {in_full(account.out_of)}{rest}"
+    return f"{account.so_far_text} of {in_full(account.out_of)}"
 
 
 def far_below(students: Iterable[Student]) -> list[tuple[Student, float, float]]:
@@ -362,7 +361,8 @@ def not_ready(book: Gradebook, course: Course, notebooks: Collection[str], now: 
     def is_given(question: str) -> bool:
         return not notebooks or course.notebook_of(question) in notebooks
 
-    everything = [answer for answer in book.scores.answers() if answer.waiting and is_given(answer.question)]
+    read = [answer for answer in book.scores.answers() if is_given(answer.question)]
+    everything = [answer for answer in read if answer.waiting]
     waiting = [answer for answer in everything if not settings.marks.dropped_as(*answer.where)]
     if waiting:
         answers = plural(len(waiting), "{count} answer", "{count} answers")
@@ -370,6 +370,10 @@ def not_ready(book: Gradebook, course: Course, notebooks: Collection[str], now: 
         yield f"Still to be read by a person: {answers} of {students}; their pages say so."
     if len(waiting) < len(everything):
         yield _left_out(settings.marks)
+    silent = [one for one in read if one.given and one.mark.points < one.mark.out_of and not one.mark.reason]
+    if silent:
+        have = plural(len(silent), "{count} answer has", "{count} answers have")
+        yield f"{have} less than full points from a person, without a remark: the student reads no reason."
     if count := len([one for one in book.requests.all(open_only=True) if is_given(one.question)]):
         requests = plural(count, "{count} request", "{count} requests")
         yield f"{requests} not answered yet ({program.name()} requests list)."

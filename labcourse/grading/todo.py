@@ -204,7 +204,8 @@ def _of_work(grade: AssignmentGrade, work: Work, excuse: str, late_costs: bool) 
         case State.MISSING if is_overdue:
             return f"missing: {grade.title}. Ask for it, excuse them, or give an extension in course.toml.", excuse
         case State.UNTOUCHED if is_overdue:
-            return f"untouched: {grade.title} came as it was handed out. Ask for the right file.", excuse
+            what = f"untouched: {grade.title}. The file is as it was handed out. Ask for their work, or excuse them."
+            return what, excuse
         case State.HANDED_IN:
             return "handed in: not graded yet.", _GRADE
         case State.WAITS if late_costs and work.timing is not None and work.timing.waits:
@@ -359,9 +360,11 @@ def _by_class(of: Class) -> Iterator[Finding]:
     for change in of.changes:
         one = of.assignment_of(change.question)
         title = one.title if one else "what is not asked any more"
-        moved = abs(_points(change.after) - _points(change.before))
+        scale = ratio(of.worths.get((change.question, change.part), Fraction(0)), _out_of(change))
+        moved = abs(_points(change.after) - _points(change.before)) * scale
         yield Finding(f"marks of {title} moved since you gave them back.", _publish(one), change.student, moved)
     for one in of.assignments:
+        yield from _handed_in_again(of, one)
         grades = [grade for student in of.students for grade in student.assignments if grade.title == one.title]
         counted = [grade for grade in grades if not grade.is_excused]
         is_done = all(grade.state in DONE and grade.is_due for grade in counted)
@@ -370,9 +373,25 @@ def _by_class(of: Class) -> Iterator[Finding]:
     yield from _names_nobody(of)
 
 
+def _handed_in_again(of: Class, one: Assignment) -> Iterator[Finding]:
+    """Yield who handed in a version after an assignment was given back: it counts, and may be late."""
+    if (back := of.given_back(one)) is None:
+        return
+    for student in of.students:
+        for name in {*one.notebooks} & {*student.work}:
+            arrival = student.received.get(f"{name}.ipynb")
+            if arrival is not None and back.when < arrival.received:
+                what = f"{one.title}: a version came after you gave it back. It counts, late or not."
+                yield Finding(what, f"history MARKS {_STUDENT}", student.id)
+
+
 def _publish(one: Assignment | None) -> str:
     only = f" --assignment {quote(one.title)}" if one else ""
     return f"publish MARKS{only} --by NAME"
+
+
+def _out_of(change: Change) -> Fraction:
+    return exact(getattr(change.after or change.before, "out_of", 0))
 
 
 def _points(state: object) -> Fraction:

@@ -18,7 +18,7 @@ from labcourse.grading.batch import Batch, Settings, _marked_again, regrade
 from labcourse.grading.graded_run import facts_of
 from labcourse.grading.intake import TIME
 from labcourse.grading.running import runner
-from labcourse.grading.settings import Deadline, Extension, LateSettings, MarkSettings, OutcomeSettings
+from labcourse.grading.settings import Assignment, Deadline, Extension, LateSettings, MarkSettings, OutcomeSettings
 
 
 def test_a_failed_run_replaces_an_earlier_mark(fake_class):
@@ -77,6 +77,17 @@ def test_an_empty_notebook_of_a_later_download_does_not_replace_one_with_answers
     with fake_class.book() as book:
         (note,) = (note for note in book.current("ada").run.notes if "is empty" in note)
         assert note == "a.ipynb in 'ada' is empty; the one that was handed in before it counts."
+
+
+def test_a_hand_in_for_one_assignment_leaves_earlier_notebooks_of_others_as_they_are(fake_class):
+    fake_class.hand_in("ada", source="omega_n = 1")
+    assert fake_class.grade() == {"ada": 2}
+    fake_class.hand_in("ada", "bob", source="omega_n = 2")  # bob has handed in none before
+    fake_class.grade(only=Assignment("Other", ("b",)))
+    sources = {who: job.notebooks["a.ipynb"]["cells"][0]["source"] for who, job in fake_class.asked.items()}
+    assert sources == {"ada": "omega_n = 1", "bob": "omega_n = 2"}
+    with fake_class.book() as book:
+        assert any("is not taken, as this is for Other" in note for note in book.current("ada").run.notes)
 
 
 def test_settings_of_what_marks_come_to_neither_run_nor_mark_anything_again(fake_class):

@@ -158,7 +158,7 @@ class _Reader:
         except Unreadable as error:
             trouble = str(error)
         if trouble:
-            contents.unreadable.append(f"{_ALL_UNREAD}{shown(piece.source)}: {trouble}")
+            contents.unreadable.append(f"{_ALL_UNREAD}{shown(piece.source)}: {trouble} Hand it in again.")
         for why in dict.fromkeys(piece.refused.values()):
             self._note_files([path for path, reason in piece.refused.items() if reason == why], f"not read: {why}")
 
