@@ -58,7 +58,7 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
             "labcourse/jupyter/**/*.py",
         ),
     ),
-    "run": (2089, ("labcourse/run/**/*.py",)),
+    "run": (2090, ("labcourse/run/**/*.py",)),
     "report": (1164, ("labcourse/report/**/*.py",)),
     "running, the warm runner": (1028, ("labcourse/grading/running/**/*.py", "labcourse/run/inside/**/*.py")),
     "intake": (1321, ("labcourse/grading/intake/**/*.py",)),
@@ -67,7 +67,7 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
     "isolation": (1123, ("labcourse/grading/isolation/**/*.py",)),
     "reports, scoring": (2503, ("labcourse/grading/reports/**/*.py", "labcourse/grading/scoring/**/*.py")),
     "outcomes, overview, to do, platforms, accounts": (
-        2123,
+        2128,
         (
             "labcourse/grading/accounts.py",
             "labcourse/grading/erasure.py",

@@ -34,6 +34,7 @@ from labcourse.grading.settings import Assignment, MarkSettings
 from labcourse.grading.todo import NOTHING_THERE, Class, Student, causes, todo
 from labcourse.grading.verdicts import Status
 from labcourse.messages import listed, plural
+from labcourse.run.reasons import STOPPED
 from labcourse.safe_text import no_escapes
 from labcourse.student_id import HINTS_FILE, INTAKE_FILE, caseless
 
@@ -91,6 +92,7 @@ def class_overview(book: Gradebook, course: Course, folder: Path | None = None) 
         "left_out": _left_out(marks),
         "titles": {number: question.title for number, question in course.catalogue.marked.items()},
         "todo": todo(of),
+        "stopped": [(student, said) for student in students if (said := _stopped(student))],
         "details": [(student, said) for student in students if (said := _details(student))],
         "assignments": (rows := [_of_assignment(of, one) for one in of.assignments]),
         "states": [state for state in State if any(one["states"][state] for one in rows)],
@@ -216,6 +218,12 @@ def _details(student: Student) -> list[str]:
     """Return all messages on a student that may say why points are lost through no fault of theirs."""
     lapsed = student.graded.lapsed if student.graded else ()
     return [*chain.from_iterable(causes(student).values()), *map(lapse, lapsed)]
+
+
+def _stopped(student: Student) -> list[str]:
+    """Return the messages on cells of a student that stopped, and cost answers."""
+    problems = () if student.graded is None else student.graded.run.problems
+    return [line for line in problems if STOPPED in line]
 
 
 def _of_assignment(of: Class, one: Assignment) -> dict[str, Any]:

@@ -25,6 +25,7 @@ from labcourse.run.alignment import Role, asked, source_of
 from labcourse.run.merge import Merged, role_of
 from labcourse.run.portability import HERE, Version, version_text
 
+STOPPED = " stopped: "  #: in the message on a cell
 _UNDEFINED = re.compile(r"name '(\w+)' is not defined")
 _NO_MODULE = re.compile(r"No module named '([\w.]+)'")
 #: Errors of a cell that uses a name without a value: a name that is not defined, or is None.
@@ -187,7 +188,7 @@ class _Texts:
 
     def stop(self, cell: RunCell) -> str:
         """Say that a cell stopped, and why."""
-        return f"{self._name(cell)} stopped: {self._error(cell)}"
+        return f"{self._name(cell)}{STOPPED}{self._error(cell)}"
 
     def _name(self, cell: RunCell) -> str:
         question = self.run.question_of(cell)

@@ -437,6 +437,13 @@ def test_questions_that_the_course_does_not_ask_any_more_are_there_without_a_tit
     assert "9.9 why – 2 2 2" in text(book) and "9.9 how – 2 of 2 (100 %)" in text(book)
 
 
+def test_whose_cells_stopped_is_listed_with_what_builds_on_them(book):
+    stop = "2.11 stopped: NameError, name 'f' is not defined, line 3; 2.12 builds on it."
+    record(book, graded("ada", mark(), problems=(stop, "own.py is too large.")), graded("bob", mark()))
+    assert [(one.id, said) for one, said in overview.class_overview(book, OURS)["stopped"]] == [("ada", [stop])]
+    assert "Cells of 1 student stopped" in text(book) and "ada 2.11 stopped: NameError" in text(book)
+
+
 def test_the_same_work_is_a_hint_with_its_evidence(book, tmp_path):
     for student in ("ada", "bob"):
         deliver(book, student, {"own.py": b"x = 1"})
@@ -532,7 +539,7 @@ def test_the_terminal_gets_all_of_it_and_nothing_that_steers_it(day):
     assert max(map(len, shown.splitlines())) <= 100
     assert "\x1b" not in shown and "Is <this> right?\\x1b[2J" in shown and "Eve <b>Early</b>" in shown
     headings = re.findall(r"<h2[^>]*>([^<]+)", day[1])
-    assert len(headings) == 10 and all(f"\n{one.upper()}\n" in f"\n{shown}\n" for one in headings)
+    assert len(headings) == 11 and all(f"\n{one.upper()}\n" in f"\n{shown}\n" for one in headings)
     assert "rotflex grade MARKS SUBMISSIONS --deadline 1200\n" in shown  # in one line, to be copied
 
 
