@@ -13,6 +13,7 @@ from labcourse.grading.batch import Batch, Settings
 from labcourse.grading.running import runner
 from labcourse.grading.running.prepared import Prepared
 from labcourse.grading.running.supplied import Supplied
+from labcourse.grading.settings import Assignment
 
 #: Settings that a run does not depend on, each with another value than the default.
 NO_PART = {
@@ -21,6 +22,7 @@ NO_PART = {
     "again": ("ada",),
     "decisions": {("ada", "owner"): "ada"},
     "zone": timezone(timedelta(hours=2)),
+    "only": Assignment("Other", ("another_notebook",)),  # the files that it leaves out are no part
 }
 PLACE = {"scheduler"}  #: says where it is run, not what: tests/grading/test_cluster.py
 #: The others, each changed alone.
