@@ -387,7 +387,7 @@ class Batch:
         current = self._gradebook.current(student)
         if current is not None and not current.run.key.startswith(graded_run.FAILED):
             problems = dict.fromkeys(
-                (*facts_of(current.run).problems, f"{fault.rstrip('.')}. The marks are those of before.")
+                (*facts_of(current.run).problems, f"{fault.rstrip('.')}. The earlier marks stay.")
             )
             return Graded(replace(current.run, problems=tuple(problems), supplied=supplied), current.marks, "")
         bundle = self._bundles.current

@@ -403,7 +403,7 @@ def _names_nobody(of: Class) -> Iterator[Finding]:
     deadlines, extensions = unknown_names(of.course.settings, (student.about for student in of.students))
     for where, names in (("deadlines", deadlines), ("extensions", extensions)):
         if names:
-            what = f"course.toml names in {where} whom nobody knows: {listed(names, _SHOWN)}. Mend it."
+            what = f"course.toml has unknown students or sections in {where}: {listed(names, _SHOWN)}. Correct it."
             yield Finding(what, "report MARKS")
     doubts = [doubt for doubt in of.doubts if doubt.about != TIME]
     unknown = [doubt.submission for doubt in doubts if doubt.about == OWNER and not doubt.assumed]

@@ -250,4 +250,4 @@ def test_who_could_not_be_graded_again_learns_that_the_marks_are_those_of_before
     fake_class.leaves["ada"] = ValueError("No.")
     assert fake_class.grade() == {"ada": 2}
     with fake_class.book() as book:
-        assert book.current("ada").run.problems[-1].endswith("ValueError: No. The marks are those of before.")
+        assert book.current("ada").run.problems[-1].endswith("ValueError: No. The earlier marks stay.")

@@ -214,7 +214,7 @@ def test_unknown_times_names_and_owners_are_to_do(book, tmp_path):
     found = tasks(book, course, tmp_path)
     when = "waits for a person: nobody knows when Lab 02 was handed in. Decide in MARKS/intake.csv."
     assert found[when] == (("ada",), worth(FIRST), "rotflex grade MARKS SUBMISSIONS")
-    assert "course.toml names in extensions whom nobody knows: nobody. Mend it." in found
+    assert "course.toml has unknown students or sections in extensions: nobody. Correct it." in found
     assert "nobody knows who handed in a.zip, so that it is not graded. Decide it in MARKS/intake.csv." in found
     assert "not certain: b.zip (owner). Decide it in MARKS/intake.csv." in found
     assert not any("nobody knows when" in what for what in tasks(book))  # lateness costs nothing
