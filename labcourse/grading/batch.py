@@ -386,9 +386,7 @@ class Batch:
         supplied = {value.name: value.value for value in self._supplied(student)}  # so that they are not lost
         current = self._gradebook.current(student)
         if current is not None and not current.run.key.startswith(graded_run.FAILED):
-            problems = dict.fromkeys(
-                (*facts_of(current.run).problems, f"{fault.rstrip('.')}. The earlier marks stay.")
-            )
+            problems = dict.fromkeys((*facts_of(current.run).problems, f"{fault.rstrip('.')}. The earlier marks stay."))
             return Graded(replace(current.run, problems=tuple(problems), supplied=supplied), current.marks, "")
         bundle = self._bundles.current
         key = f"{graded_run.FAILED}{student}"
