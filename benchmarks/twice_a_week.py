@@ -35,7 +35,7 @@ from labcourse.grading.gradebook import Gradebook, Graded, RunRecord
 from labcourse.grading.running.runner import Limits
 from labcourse.student_id import GRADEBOOK_FILE
 
-NEW = 5  # students of whom something is new
+NEW = 5  # students who hand in something new
 PICTURE = 300_000  # bytes of what a notebook shows
 JOBS = 2
 DEADLINE = "\n[[deadline]]\ndue = 2026-01-31\n\n[late]\nper_day = 10\ncap = 50\n"

@@ -412,7 +412,7 @@ class Opening(OfAnswer, Base):
 
     Attributes
     ----------
-    student : that the page shows; None for the page of the class
+    student : that the page shows; "" for the page of the class
     question, part : of the answer that the page shows; "" for another page
     actor, when : the scorer, and when (UTC)
     """

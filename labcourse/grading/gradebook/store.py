@@ -763,8 +763,8 @@ class Scores:
         """
         with self._database.writing() as session:
             about = None if student is None else known_student(session, student)
-            shown, number = (None, None) if about is None else (about.student, about.id)
-            return put(session, number, Opening(NEW, shown, *where, actor, now()))  # type: ignore[arg-type]
+            shown, number = ("", None) if about is None else (about.student, about.id)
+            return put(session, number, Opening(NEW, shown, *where, actor, now()))
 
     def openings(self, student: str | None = None) -> list[Opening]:
         """Return what was opened by name, in order; of one student, if given."""
