@@ -65,7 +65,7 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
     "gradebook": (1531, ("labcourse/grading/gradebook/**/*.py",)),
     "marking": (1187, ("labcourse/grading/marking/**/*.py",)),
     "isolation": (1123, ("labcourse/grading/isolation/**/*.py",)),
-    "reports, scoring": (2503, ("labcourse/grading/reports/**/*.py", "labcourse/grading/scoring/**/*.py")),
+    "reports, scoring": (2581, ("labcourse/grading/reports/**/*.py", "labcourse/grading/scoring/**/*.py")),
     "outcomes, overview, to do, platforms, accounts": (
         2128,
         (
@@ -79,7 +79,7 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
         ),
     ),
     "settings, release, commands, rest": (
-        3514,
+        3445,
         (
             "rotflex/cli.py",
             "labcourse/command_line.py",

@@ -30,12 +30,9 @@ from labcourse.safe_text import say
 from labcourse.student_id import GRADEBOOK_FILE, INTAKE_FILE
 
 if TYPE_CHECKING:
-    from labcourse.grading.course import Course
     from labcourse.grading.erasure import Results
     from labcourse.grading.gradebook import Erased, Gradebook
     from labcourse.grading.scoring.desk import Desk
-    from labcourse.grading.scoring.guards import Find
-    from labcourse.grading.scoring.site import Site
 
 ALL_WELL, SOME_TROUBLE, NOT_ISOLATED = 0, 1, 3  #: exit codes; 2 is for any error that stops the command
 _COURSE, _CLASS, _PERSON = "Course", "Class", "Person"  # panels of --help
@@ -407,13 +404,14 @@ def score(
 
     Exit code: 0 all well, 1 some rows of a table were not read, 2 nothing done.
     """
-    from labcourse.grading.scoring import rubric
+    from labcourse.grading.overview import as_page, class_overview
+    from labcourse.grading.scoring import rubric, start
     from labcourse.grading.scoring.desk import Desk
 
-    site = _site(url, proxy, certificate, private_key, only_address=new_token is not None)
+    site = start.find_site(url, proxy, certificate, private_key, only_address=new_token is not None)
     if new_token is not None or revoke is not None:
         with _gradebook(marks) as book:
-            _change_tokens(book, site, new_token, revoke)
+            start.change_tokens(book, site, new_token, revoke)
         return
     names = [name.strip() for name in by or ()]
     if write is not None and read is not None:
@@ -432,103 +430,17 @@ def score(
             _read_table(desk, read, names[0])
         else:
             folder = _results_or_none(marks, None)
-            _serve(desk, names, site, port, browser, course, folder, certificate, private_key)
-
-
-def _site(
-    url: str | None, proxy: str | None, certificate: Path | None, private_key: Path | None, only_address: bool
-) -> Site | None:
-    """Return the site that other computers reach; None without --url."""
-    from labcourse.grading.scoring import site
-
-    if private_key is not None and certificate is None:
-        raise GradingError("--private-key belongs to a certificate: name it, too, by --certificate.")
-    if url is not None:
-        return site.at(url, proxy, None if only_address else certificate is not None)
-    if proxy is not None or certificate is not None:
-        raise GradingError("Say by --url which address the page has for other computers.")
-    return None
-
-
-def _change_tokens(book: Gradebook, site: Site | None, new_token: str | None, revoke: str | None) -> None:
-    """Revoke the address of a scorer; make a new one, and print it. A server that runs knows it at once."""
-    if revoke is not None:
-        book.tokens.revoke(revoke.strip())
-        say(f"{revoke.strip()}'s address has ended. A page that is open with it does nothing more.")
-    if new_token is not None:
-        if site is None or not new_token.strip():
-            raise GradingError("Say whose address is to be made, and by --url which address the page has.")
-        _make_tokens(book, site, [new_token.strip()])
-
-
-def _make_tokens(book: Gradebook, site: Site, names: list[str]) -> None:
-    from labcourse.grading.gradebook.records import TOKEN_LASTS
-    from labcourse.grading.scoring.guards import Scorer
-
-    for scorer in map(Scorer, names):
-        book.tokens.replace(scorer.name, scorer.digest)
-        say(f"{scorer.name}: {site.address(scorer.token)}")
-    if names:
-        typer.echo(f"A new address is shown only this once. It opens the page for {TOKEN_LASTS.days} days.")
-
-
-def _serve(
-    desk: Desk,
-    names: list[str],
-    site: Site | None,
-    port: int,
-    browser: bool,
-    course: Course,
-    folder: Path | None,
-    certificate: Path | None,
-    private_key: Path | None,
-) -> None:
-    from labcourse.grading.overview import as_page, class_overview
-    from labcourse.grading.scoring import server
-
-    if certificate is not None:
-        server.check_certificate(certificate, private_key)
-    own_tls = certificate is not None
-    with server.listening(site.port if site and own_tls and not port else port, own_tls) as listener:
-        port = listener.getsockname()[1]
-        if site is None:
-            site, find = _let_in_here(names, port, browser)
-        else:
-            find = _let_in(desk.book, site, names)
-            where = "all interfaces" if own_tls else "127.0.0.1"
-            typer.echo(f"The page is {site.url}/. The program listens on {where}, port {port}. Ctrl-C ends it.")
-        made = server.application(
-            desk, site, find, course, lambda link: as_page(class_overview(desk.book, course, folder), link)
-        )
-        server.serve(made, listener, certificate, private_key)
-
-
-def _let_in_here(names: list[str], port: int, browser: bool) -> tuple[Site, Find]:
-    """Print addresses on this computer, which are valid while the server runs; return who is let in."""
-    import webbrowser
-
-    from labcourse.grading.scoring.guards import Scorer, while_it_runs
-    from labcourse.grading.scoring.site import on_loopback
-
-    site, scorers = on_loopback(port), [Scorer(name) for name in names]
-    addresses = [site.address(scorer.token) for scorer in scorers]
-    say(*(f"{name}: {address}" for name, address in zip(names, addresses, strict=True)))
-    typer.echo("Each opens their own address, in a browser on this computer. Ctrl-C ends it; nothing is lost.")
-    if browser:
-        webbrowser.open(addresses[0])
-    return site, while_it_runs(scorers)
-
-
-def _let_in(book: Gradebook, site: Site, names: list[str]) -> Find:
-    """Print a new address for each name without a valid one; return who is let in: all with a valid one."""
-    former = book.tokens.valid()
-    known = {token.actor.casefold() for token in former}
-    if not names and not former:
-        raise GradingError("Nobody has an address yet. Say who scores: --by NAME, once for each.")
-    _make_tokens(book, site, [name for name in names if name.casefold() not in known])
-    for token in former:
-        say(f"{token.actor} has an address, made on {token.made:%Y-%m-%d}. --new-token makes another.")
-    return book.tokens.find
+            start.serve(
+                desk,
+                names,
+                site,
+                port,
+                browser,
+                course,
+                lambda link: as_page(class_overview(book, course, folder), link),
+                certificate,
+                private_key,
+            )
 
 
 def _write_table(desk: Desk, path: Path, force: bool) -> None:
