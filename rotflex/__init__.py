@@ -20,8 +20,8 @@ __version__ = "0.2.0"
 
 _PUBLIC = (
     *("config", "controller", "design", "errors", "experiments", "figures", "greybox", "hil", "identification"),
-    *("model", "plant", "recording", "response", "signals", "simulation", "specifications", "symbolic"),
-    *("units", "widgets"),
+    *("model", "observers", "plant", "recording", "response", "sampled", "signals", "simulation", "specifications"),
+    *("symbolic", "units", "widgets"),
 )
 
 

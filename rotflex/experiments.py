@@ -32,6 +32,7 @@ __all__ = [
     "FOLLOWING",
     "HOLDING",
     "MODEL_BOUND",
+    "follow",
     "free_decay",
     "hold",
     "rest",
@@ -225,6 +226,35 @@ def tracking(
     return _run(bench, controller, theta_ref, settings, progress)
 
 
+def follow(
+    bench: Bench, controller: Controller, reference: ArrayLike, sample_time: float = SAMPLE_TIME, progress: bool = True
+) -> Recording:
+    """Run a controller along any command, at any sample time.
+
+    Parameters
+    ----------
+    bench : an open bench
+    controller : a function (theta_ref, theta, alpha) → V, in rad, see :func:`tracking`
+    reference : (n,) commanded servo angle, rad, one a sample
+    sample_time : s; a bench with a watchdog bears 0.1 s at most
+    progress : show a progress bar when it takes longer than a second
+
+    Returns
+    -------
+    Recording
+        theta_ref, theta, alpha, vm.
+
+    Raises
+    ------
+    DesignError
+        If the controller returns anything but one number.
+    BenchError
+        If the reference is not a list of finite numbers.
+    """
+    settings = {"experiment": "follow", "controller": name_of(controller)}
+    return _run(bench, controller, np.asarray(reference, dtype=float), settings, progress, sample_time)
+
+
 def watch(bench: Bench, duration: float = 10.0, progress: bool = True) -> Recording:
     """Listen to the encoders at 0 V: while the arm is moved by hand, or a recording is replayed.
 
@@ -303,12 +333,13 @@ def _run(
     reference: NDArray[np.float64],
     settings: dict[str, Any],
     progress: bool,
+    sample_time: float = SAMPLE_TIME,
 ) -> Recording:
     """Bring the arm to rest, and run."""
     if isinstance(bench.recorded, RecordedRuns):
-        bench.recorded.choose(settings, controller, reference, SAMPLE_TIME)
+        bench.recorded.choose(settings, controller, reference, sample_time)
     rest(bench)
-    return _finished(bench, run(bench, controller, reference, SAMPLE_TIME, settings, progress))
+    return _finished(bench, run(bench, controller, reference, sample_time, settings, progress))
 
 
 def _finished(bench: Bench, measured: Recording) -> Recording:

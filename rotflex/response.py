@@ -25,7 +25,7 @@ from rotflex.recording import Recording
 from rotflex.specifications import SETTLING_BAND, SPECIFICATIONS, Specification
 from rotflex.units import DEG
 
-__all__ = ["Finding", "StepResponse", "Summary", "measure", "verdict", "worst"]
+__all__ = ["Finding", "StepResponse", "Summary", "measure", "swing", "verdict", "voltage_noise", "worst"]
 
 
 def __dir__() -> list[str]:
@@ -307,3 +307,32 @@ def _judge(summary: Summary, specification: Specification) -> Finding:
 def _shown(value: float, unit: str) -> str:
     """A value for people: angles in degrees."""
     return f"{value / DEG:.3g} deg" if unit == "rad" else f"{value:.3g} {unit}"
+
+
+# --- what the specifications do not cover -----------------------------------------------------------------------------
+
+
+def swing(recording: Recording, after: float = 0.5) -> float:
+    """Largest deflection (rad) later than ``after`` (s) from the start of each full-size turn until the next one."""
+    return max(float(np.abs(part["alpha"]).max()) for part in _later(recording, after))
+
+
+def voltage_noise(recording: Recording, after: float = 0.2) -> float:
+    """Root mean square (V) of the voltage's change from sample to sample, later than ``after`` (s) in each turn."""
+    changes = np.concatenate([np.diff(part["vm"]) for part in _later(recording, after)])
+    return float(np.sqrt(np.mean(changes**2)))
+
+
+def _later(recording: Recording, after: float) -> list[Recording]:
+    """The part of each full-size turn that is later than a time (s) from its start."""
+    turns = measure(recording)
+    ends = [*(turn.start for turn in turns[1:]), float(recording.time[-1])]
+    largest = max(turn.size for turn in turns)
+    parts = [
+        recording.between(turn.start + after, end)
+        for turn, end in zip(turns, ends, strict=True)
+        if turn.size >= _FULL_SIZE * largest and end > turn.start + after
+    ]
+    if not parts:
+        raise IdentificationError(f"No turn lasts longer than {after:g} s, so there is nothing to look at.")
+    return parts

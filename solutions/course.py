@@ -36,7 +36,14 @@ COURSE = Course(
     evidence="rotflex.course.recordings_folder:evidence",
     bench_of_evidence=RealBench,
     knows_bench=on_virtual_bench,
-    withheld=("rotflex.design", "rotflex.model", "rotflex.symbolic"),
+    withheld=(
+        "rotflex.design",
+        "rotflex.model",
+        "rotflex.observers",
+        "rotflex.sampled",
+        "rotflex.signals.flat",
+        "rotflex.symbolic",
+    ),
     parameters={"bench": "virtual"},
     imports=(
         "rotflex.experiments",

@@ -395,6 +395,100 @@ CONTROL = (
 )
 
 
+# --- beyond the workbook: observers, sampling, robustness, feed-forward; optional ------------------------------------
+
+_FLAT = ("gamma_dot", "gamma_ddot", "gamma_3", "gamma_4", "J_eq", "J_l", "K_s", "B_eq", "a", "b")
+_ENCODERS = ("servo", "link", "neither")
+_TRIED_MS = ("2", "10", "20", "30", "50")
+_OF_RATE = "Standard deviation of the deflection's rate, known from 0.1 s of samples of {}."
+_NOISE = "RMS change of the voltage from sample to sample, later than 0.2 s in each turn, with {}."
+_PEAK = "Sensitivity peak M_s of the loop with {}."
+_SWING = number("swing_deg", "deg", (0.0, 20.0), "B-7", "The largest deflection later than 0.5 s after a turn begins.")
+
+
+def _run(prompt: str) -> Part:
+    return recording("response", {"experiment": "follow"}, ("theta_ref", "theta", "alpha", "vm"), "B-5", prompt)
+
+
+BEYOND = _section(
+    "beyond",
+    "11_beyond_the_workbook",
+    _asked(
+        "4.1",
+        "What the encoders know",
+        number("rank_servo", "", None, "K-1", "The rank of the observability matrix of the servo's encoder alone."),
+        number("rank_link", "", None, "K-1", "The rank of the observability matrix of the link's encoder alone."),
+        choice("spare", _ENCODERS, "B-7", "Without which encoder is the state still known?"),
+    ),
+    _asked(
+        "4.2",
+        "How well they know it",
+        number("deviation_servo", "deg/s", (0.05, 50.0), "K-1", _OF_RATE.format("the servo's encoder alone")),
+        number("deviation_both", "deg/s", (0.05, 50.0), "K-1", _OF_RATE.format("both encoders")),
+        prose("explanation", "B-7", "How can the servo's encoder know how fast the link swings?"),
+    ),
+    _asked(
+        "4.3",
+        "Gain of the observer",
+        matrix("L", (4, 1), "K-1", "Kalman's gain for the servo's encoder alone, at 2 ms, in filter form.", 2),
+    ),
+    _asked(
+        "4.4",
+        "Observer against derivatives",
+        _run("A recording with your observer and your gain, on the servo's encoder alone."),
+        number("noise_derivatives", "V", (1e-3, 5.0), "B-7", _NOISE.format("the 33 Hz derivatives")),
+        number("noise_observer", "V", (1e-4, 5.0), "B-7", _NOISE.format("your observer")),
+        _SWING,
+    ),
+    _asked(
+        "4.5",
+        "The plant from sample to sample",
+        matrix(
+            "Phi", (5, 5), "A-2", "The model at 30 ms with a delay of 2 ms; the fifth state is the last voltage.", 2
+        ),
+        matrix("Gamma", (5, 1), "A-2", "How the new voltage acts on the five states until the next sample."),
+    ),
+    _asked(
+        "4.6",
+        "Sampled design",
+        matrix("K", (1, 5), "K-1", "The gain that puts the poles in z where your poles of 3.4 belong at 30 ms.", 2),
+        _run("A recording with your observer and your sampled design, at 30 ms."),
+    ),
+    _asked(
+        "4.7",
+        "When emulation is lost",
+        number("limit_ms", "ms", (3.0, 100.0), "K-1", "The longest sample time with which your K is stable.", points=2),
+        choice("lost_ms", _TRIED_MS, "B-9", "The first sample time (ms) at which the bench is lost."),
+    ),
+    _asked(
+        "4.8",
+        "Which design forgives",
+        number("peak_emulated", "", (1.0, 50.0), "K-1", _PEAK.format("your K emulated at 20 ms")),
+        number("peak_sampled", "", (1.0, 50.0), "K-1", _PEAK.format("observer and sampled design at 20 ms")),
+        choice("forgives", ("emulated", "sampled"), "B-9", "Which of the two forgives more of what is not modelled?"),
+    ),
+    _asked(
+        "4.9",
+        "From the motion to the voltage",
+        expression("alpha", _FLAT, "A-2", "The deflection, from derivatives of gamma = theta + alpha.", points=1),
+        expression("V_m", _FLAT, "A-2", "The motor voltage, from derivatives of gamma."),
+    ),
+    _asked(
+        "4.10",
+        "A turn without swing",
+        number("alpha_max_deg", "deg", (0.5, 20.0), "K-3", "The largest deflection of your planned turn."),
+        number("V_max", "V", (0.2, 10.0), "K-3", "The largest voltage of your planned turn."),
+        _run("A recording of your planned turn on the bench, with feedback."),
+        replace(_SWING, prompt="The largest deflection after the end of the turn."),
+    ),
+    _asked(
+        "4.11",
+        "Your choice",
+        prose("conclusion", "B-9", "Which design would you leave on the bench, and which numbers decide it?", points=2),
+    ),
+)
+
+
 # --- the results tables -----------------------------------------------------------------------------------------------
 
 _ASKED = {(question.number, part.name): part for question in (*MODELING, *CONTROL) for part in question.parts}
@@ -528,7 +622,7 @@ def _items(report: str, rows: Rows) -> Iterable[ReportItem]:
 
 
 CATALOGUE = Catalogue(
-    (*MODELING, *CONTROL),
+    (*MODELING, *CONTROL, *BEYOND),
     warm_up=WARM_UP,
     tables=(TABLE_2, TABLE_3),
     report_items=(*_items("Modeling report", _MODELING_ROWS), *_items("Control report", _CONTROL_ROWS)),

@@ -8,13 +8,18 @@ Velocities are not measured; they come from the angles through band-limited deri
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
-from rotflex.config import one_of
+from rotflex.config import DAC_LIMIT, one_of
+from rotflex.controller import Controller
 from rotflex.errors import DesignError
 from rotflex.units import HZ
+
+if TYPE_CHECKING:
+    from control import StateSpace
 
 DERIVATIVE_CUTOFF = 33 * HZ  #: rad/s, of the band-limited derivatives
 FEEDBACK = ("full", "partial")
@@ -93,6 +98,7 @@ class StateFeedback:
         if feedback == "partial":
             gain = gain * (1, 0, 1, 0)
         self._gain: tuple[float, ...] = tuple(gain.tolist())
+        self._sample_time, self._cutoff = sample_time, cutoff
         self._theta_dot = BandLimitedDerivative(sample_time, cutoff)
         self._alpha_dot = BandLimitedDerivative(sample_time, cutoff)
 
@@ -105,6 +111,116 @@ class StateFeedback:
         """The voltage (V) for a commanded servo angle (rad) and measured angles (rad)."""
         k_1, k_2, k_3, k_4 = self._gain
         return k_1 * (reference - theta) - k_2 * alpha - k_3 * self._theta_dot(theta) - k_4 * self._alpha_dot(alpha)
+
+    def system(self) -> StateSpace:
+        """Return the controller as a discrete system of python-control, from theta and alpha to the voltage."""
+        angles, rates = np.array([self._gain[:2]]), np.array([self._gain[2:]])
+        w_c, passed, I = self._cutoff, self._cutoff * self._sample_time, np.eye(2)
+        return _system((1 - passed) * I, passed * I, w_c * rates, -angles - w_c * rates, self._sample_time)
+
+
+class ObserverFeedback:
+    """State feedback u = K(x_d − x̂) with x_d = [theta_d, 0, …, 0], where a discrete observer finds the state x̂.
+
+    The observer predicts with the model, x̂⁻[k+1] = Phi x̂ + Gamma u, and corrects with the newest sample,
+    x̂ = x̂⁻ + L (y − C x̂⁻). It knows that the voltage is limited.
+
+    Parameters
+    ----------
+    Phi, Gamma : (n, n) and (n, 1) or (n,), the model from one sample to the next; its first two states are theta and
+        alpha (rad). Earlier voltages may be states, too
+    L : (n, 1), correction by the servo's encoder alone; or (n, 2), by both encoders
+    K : (n,) or (1, n), gain: V/rad for the angles, V/(rad/s) for the rates
+    sample_time : s, of the model and of the loop
+
+    Raises
+    ------
+    DesignError
+        If the shapes do not fit each other, or a value is not finite.
+    """
+
+    def __init__(self, Phi: ArrayLike, Gamma: ArrayLike, L: ArrayLike, K: ArrayLike, sample_time: float) -> None:
+        self.Phi, self.Gamma, self.L, self.K = (np.array(matrix, dtype=float) for matrix in (Phi, Gamma, L, K))
+        n = len(self.Phi)
+        self.Gamma, self.K = self.Gamma.ravel(), self.K.ravel()
+        shapes = self.Phi.shape == (n, n) and self.Gamma.shape == self.K.shape == (n,)
+        if not shapes or self.L.shape not in ((n, 1), (n, 2)):
+            raise DesignError(
+                f"For a model with {n} states, Phi must be ({n}, {n}), Gamma and K must have {n} values, and L must be "
+                f"({n}, 1) for the servo's encoder or ({n}, 2) for both; they are {self.Phi.shape}, "
+                f"{self.Gamma.shape}, {self.K.shape} and {self.L.shape}."
+            )
+        if not all(np.isfinite(matrix).all() for matrix in (self.Phi, self.Gamma, self.L, self.K)):
+            raise DesignError("Phi, Gamma, L or K has a value that is not finite.")
+        self.sample_time = sample_time
+        self.reset()
+
+    def reset(self) -> None:
+        """Begin again: the arm is at rest where the next sample finds it."""
+        self._predicted: NDArray[np.float64] | None = None
+
+    def __call__(self, reference: float, theta: float, alpha: float) -> float:
+        """The voltage (V) for a commanded servo angle (rad) and measured angles (rad)."""
+        measured = np.array([theta, alpha])[: self.L.shape[1]]
+        if self._predicted is None:
+            self._predicted = np.zeros(len(self.Phi))
+            self._predicted[: measured.size] = measured
+        state = self._predicted + self.L @ (measured - self._predicted[: measured.size])
+        voltage = float(np.clip(self.K[0] * reference - self.K @ state, -DAC_LIMIT, DAC_LIMIT))
+        self._predicted = self.Phi @ state + self.Gamma * voltage
+        return voltage
+
+    def system(self) -> StateSpace:
+        """Return the controller as a discrete system of python-control, from theta and alpha to the voltage."""
+        n, used = len(self.Phi), self.L.shape[1]
+        gain = np.hstack([self.L, np.zeros((n, 2 - used))])
+        correct, loop = np.eye(n) - gain @ np.eye(2, n), self.Phi - np.outer(self.Gamma, self.K)
+        K = self.K[np.newaxis]
+        return _system(loop @ correct, loop @ gain, -K @ correct, -K @ gain, self.sample_time)
+
+
+class TwoDegreesOfFreedom:
+    """Another controller with a feed-forward and an integrator in front of it: command + feed-forward + z.
+
+    ż = rate · (command − theta). While the voltage is at its limit, z does not grow further in that direction
+    (anti-windup by conditional integration).
+
+    Parameters
+    ----------
+    controller : the other one
+    feedforward : (n,) rad, added to the command, such as ``FlatMotion.feedforward``; zero after its end
+    rate : of the integrator, 1/s; none by default
+    sample_time : s
+    """
+
+    def __init__(
+        self, controller: Controller, feedforward: ArrayLike = (), rate: float = 0.0, sample_time: float = 0.002
+    ) -> None:
+        self._controller, self._step = controller, rate * sample_time
+        self._feedforward: list[float] = np.asarray(feedforward, dtype=float).ravel().tolist()
+        self.reset()
+
+    def reset(self) -> None:
+        """Begin again at the first sample, with no sum of errors; so does the other controller."""
+        self._sample, self._sum = 0, 0.0
+        if hasattr(self._controller, "reset"):
+            self._controller.reset()
+
+    def __call__(self, reference: float, theta: float, alpha: float) -> float:
+        """The voltage (V) for a commanded servo angle (rad) and measured angles (rad)."""
+        ahead = self._feedforward[self._sample] if self._sample < len(self._feedforward) else 0.0
+        self._sample += 1
+        voltage = float(self._controller(reference + ahead + self._sum, theta, alpha))
+        error = reference - theta
+        if abs(voltage) < DAC_LIMIT or voltage * error < 0:
+            self._sum += self._step * error
+        return voltage
+
+
+def _system(A: ArrayLike, B: ArrayLike, C: ArrayLike, D: ArrayLike, sample_time: float) -> StateSpace:
+    import control
+
+    return control.StateSpace(A, B, C, D, sample_time, inputs=["theta", "alpha"], outputs=["V_m"])
 
 
 class PositionServo:

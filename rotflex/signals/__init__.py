@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from rotflex.errors import ConfigurationError
 
-__all__ = ["chirp", "rate_limit", "smooth_square_wave", "square_wave", "step", "time_axis"]
+__all__ = ["chirp", "rate_limit", "shaped", "smooth_square_wave", "square_wave", "step", "time_axis"]
 
 
 def __dir__() -> list[str]:
@@ -135,6 +135,33 @@ def smooth_square_wave(t: Any, frequency: float, amplitude: float, rate: float) 
     """
     time = _times(t)
     return amplitude * rate_limit(square_wave(time, frequency), rate, _sample_time(time))
+
+
+def shaped(x: Any, omega_n: float, zeta: float, sample_time: float) -> NDArray[np.float64]:
+    """Shape a command so that it leaves no swing of one oscillation (zero-vibration shaper; Singer and Seering, 1990).
+
+    The result is a weighted mean of the command and of the command half a damped period later.
+
+    Parameters
+    ----------
+    x : (n,) command, which starts from ``x[0]``
+    omega_n : natural frequency of the oscillation, rad/s
+    zeta : its damping ratio, 0 <= zeta < 1
+    sample_time : s; half the period is rounded to whole samples
+
+    Raises
+    ------
+    ConfigurationError
+        If ``x`` is not a vector of numbers, or another value is out of its range.
+    """
+    command, omega_n = _vector("x", x), _positive("omega_n", omega_n, "rad/s")
+    if not 0 <= zeta < 1:
+        raise ConfigurationError(f"zeta is {zeta!r}; it must be at least 0 and below 1.")
+    root = np.sqrt(1 - zeta**2)
+    later = round(np.pi / (omega_n * root) / _positive("sample_time", sample_time, "s"))
+    left = np.exp(-np.pi * zeta / root)  # of a swing, after half a period
+    delayed = np.concatenate([np.full(later, command[0]), command])[: command.size]
+    return np.asarray((command + left * delayed) / (1 + left))
 
 
 def _positive(what: str, value: float, unit: str) -> float:

@@ -1,0 +1,212 @@
+"""Design for a controller that samples: the plant from one sample to the next, with hold and delay.
+
+The program reads the encoders every ``sample_time`` seconds, and holds each voltage until the next one. Between two
+samples the plant is therefore exactly x[k+1] = Phi x[k] + Gamma u[k]. A voltage that comes late still acts in the next
+interval, so earlier voltages become states (Åström and Wittenmark, *Computer-Controlled Systems*, section 2.3)::
+
+    plant = sampled.sample(model.state_space(servo, joint, K_s), sample_time=0.02, delay=0.002)
+    K = sampled.gain_by_place(plant, design.desired_poles(0.6, 20, -30, -40))
+    K = control.dlqr(plant, Q, R)[0]              # or by weights
+    L = observers.kalman_gain(plant, ...)
+    controller = ObserverFeedback(plant.A, plant.B, L, K, 0.02)
+    print(sampled.margins(plant, controller.system()))
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.linalg import expm
+from scipy.optimize import brentq
+
+from rotflex import design
+from rotflex.errors import DesignError
+from rotflex.model import Array, system_pair
+from rotflex.simulation import STATES, takes_systems
+
+if TYPE_CHECKING:
+    from control import StateSpace
+
+__all__ = [
+    "Margins",
+    "emulated_poles",
+    "gain_by_place",
+    "longest_sample_time",
+    "margins",
+    "poles_in_z",
+    "sample",
+]
+
+
+def __dir__() -> list[str]:
+    return __all__
+
+
+LONGEST = 0.1  #: s; the longest sample time that :func:`longest_sample_time` looks at
+_TRIED = 200  # sample times up to it
+_BAND, _FREQUENCIES = (1e-4, 1.0), 4000  # of the Nyquist frequency, at which margins are found
+
+
+@takes_systems
+def sample(A: ArrayLike, B: ArrayLike, sample_time: float, delay: float = 0.0) -> StateSpace:
+    """Sample a plant with a zero-order hold and an input delay.
+
+    Parameters
+    ----------
+    A, B : (4, 4) and (4, 1) or (4,), in continuous time; or a system of python-control in place of the two
+    sample_time : s
+    delay : of the voltage, s; it may be longer than a sample time
+
+    Returns
+    -------
+    control.StateSpace
+        In discrete time. Its states are the plant's and, with a delay, the last voltages (u_1 is the latest one).
+        Its input is V_m, and its outputs are theta and alpha.
+
+    Raises
+    ------
+    DesignError
+        If the matrices do not fit each other, the sample time is not positive, or the delay is negative.
+    """
+    import control
+
+    A, B = system_pair(A, B)
+    if not 0 < sample_time < np.inf or not 0 <= delay < np.inf:
+        raise DesignError(
+            f"The sample time must be positive and the delay not negative, both in s; they are {sample_time!r} and "
+            f"{delay!r}."
+        )
+    whole, part = divmod(delay, sample_time)
+    if min(part, sample_time - part) < 1e-9 * sample_time:  # a whole number of samples, but for rounding
+        whole, part = round(delay / sample_time), 0.0
+    n, old = len(A), int(whole) + (part > 0)
+    now, hold = _held(A, B, sample_time - part)
+    late, late_hold = _held(A, B, part)
+    Phi, Gamma = np.eye(n + old, k=-1), np.zeros((n + old, 1))
+    Phi[: n + 1] = 0
+    Phi[:n, :n] = now @ late
+    inputs = np.zeros((n, old + 1))  # what u[k], u[k-1], … do until the next sample
+    inputs[:, int(whole)] += hold[:, 0]
+    inputs[:, old] += (now @ late_hold)[:, 0] if part else 0.0
+    Phi[:n, n:], Gamma[:n] = inputs[:, 1:], inputs[:, :1]
+    Gamma[n : n + 1] = 1
+    states = [*(STATES if n == len(STATES) else (f"x_{i}" for i in range(n))), *(f"u_{i + 1}" for i in range(old))]
+    named = {"states": states, "inputs": ["V_m"], "outputs": list(STATES[:2])}
+    return control.StateSpace(Phi, Gamma, np.eye(2, n + old), np.zeros((2, 1)), sample_time, **named)
+
+
+def _held(A: Array, B: Array, time: float) -> tuple[Array, Array]:
+    """Phi (n, n) and Gamma (n, 1) over a time (s) with a constant input."""
+    n = len(A)
+    step = expm(np.block([[A, B], [np.zeros((1, n + 1))]]) * time)
+    return step[:n, :n], step[:n, n:]
+
+
+# --- poles and gains --------------------------------------------------------------------------------------------------
+
+
+def poles_in_z(desired: ArrayLike, plant: StateSpace) -> NDArray[np.complex128]:
+    """Map desired poles (rad/s) to the z-plane: z = exp(s sample_time), and zero for each voltage that is a state."""
+    mapped = np.exp(design.paired(desired) * plant.dt)
+    return np.concatenate([mapped, np.zeros(plant.nstates - mapped.size)])
+
+
+def gain_by_place(plant: StateSpace, desired: ArrayLike) -> Array:
+    """Gain K (1, n) that gives a sampled plant the behaviour of desired poles in s (rad/s).
+
+    Raises
+    ------
+    DesignError
+        If a pole is unpaired, there are too many, or the sampled plant is not controllable.
+    """
+    return design.gain_by_place(plant.A, plant.B, poles_in_z(desired, plant))
+
+
+def emulated_poles(plant: StateSpace, K: ArrayLike) -> NDArray[np.complex128]:
+    """Poles in z of a sampled plant under a continuous design K (4,) whose rates are differences of two samples.
+
+    That is ``StateFeedback(K, sample_time=h, cutoff=1 / h)``. The angles of the last sample are two states more.
+    """
+    n, h, gain = plant.nstates, plant.dt, np.ravel(K)
+    Phi = np.block([[plant.A, np.zeros((n, 2))], [plant.C, np.zeros((2, 2))]])
+    feedback = np.concatenate([(gain[:2] + gain[2:] / h) @ plant.C, -gain[2:] / h])
+    loop = Phi - np.outer(np.append(plant.B, [0, 0]), feedback)
+    return np.linalg.eigvals(loop).astype(complex)
+
+
+@takes_systems
+def longest_sample_time(A: ArrayLike, B: ArrayLike, K: ArrayLike, delay: float = 0.0) -> float:
+    """Longest sample time (s) up to which a continuous design K stays stable with differences for rates.
+
+    Returns
+    -------
+    float
+        ``LONGEST`` if the loop is stable up to there, and 0 if it is never stable.
+    """
+
+    def growth(sample_time: float) -> float:
+        return float(np.abs(emulated_poles(sample(A, B, sample_time, delay), K)).max()) - 1
+
+    times = np.linspace(0, LONGEST, _TRIED + 1)[1:]
+    lost = next((place for place, time in enumerate(times) if growth(float(time)) >= 0), None)
+    if lost is None:
+        return LONGEST
+    return float(brentq(growth, times[lost - 1], times[lost])) if lost else 0.0
+
+
+# --- robustness -------------------------------------------------------------------------------------------------------
+
+
+class Margins(NamedTuple):
+    """How far a loop is from instability.
+
+    Attributes
+    ----------
+    sensitivity_peak : M_s, the largest |1/(1 + L)|; the Nyquist curve keeps a distance of 1/M_s from -1
+    gain : factor by which the loop gain may grow
+    phase : deg
+    delay : s, that may be added
+    """
+
+    sensitivity_peak: float
+    gain: float
+    phase: float
+    delay: float
+
+    def __str__(self) -> str:
+        return (
+            f"M_s = {self.sensitivity_peak:.2f}, gain margin {self.gain:.3g}, phase margin {self.phase:.3g} deg, "
+            f"delay margin {1e3 * self.delay:.3g} ms"
+        )
+
+
+def margins(plant: StateSpace, controller: StateSpace) -> Margins:
+    """Margins of the loop that is broken at the motor voltage, hold, delay and controller included.
+
+    Parameters
+    ----------
+    plant : sampled, from V_m to the two angles
+    controller : from the two angles to V_m, as ``StateFeedback.system`` gives it; same sample time
+
+    Raises
+    ------
+    DesignError
+        If the closed loop is unstable: then it has no margins.
+    """
+    import control
+
+    loop = -(controller * plant)
+    if np.abs(control.feedback(loop, 1).poles()).max() >= 1:
+        raise DesignError("The closed loop is unstable, so it has no margins.")
+    omega = np.geomspace(*_BAND, _FREQUENCIES) * np.pi / plant.dt
+    gains, phases, _distances, _at_gain, crossings, _nearest = control.stability_margins(
+        control.FRD(loop, omega), returnall=True
+    )
+    return Margins(
+        float(np.max(1 / np.abs(1 + control.frequency_response(loop, omega).complex))),
+        float(np.min(gains[gains > 1], initial=np.inf)),
+        float(np.min(np.abs(phases), initial=np.inf)),
+        float(np.min(np.deg2rad(np.mod(phases, 360)) / crossings, initial=np.inf)),
+    )
