@@ -1,8 +1,9 @@
 """``course.json``, beside the notebooks: the student who works in the folder, and the release of the course.
 
 It is ``{"student", "release", "draw", "title", "term", "bench", "reflect", "python"}``; with ``"page_limit"`` if the
-course limits reports, and ``"given"`` if the class begins in the middle (:mod:`labcourse.answers.starts`). A release
-leaves the student empty; old files have the student alone. Unknown entries, which a later release may add, stay.
+course limits reports, ``"optional"`` if it has optional notebooks, and ``"given"`` if the class begins in the middle
+(:mod:`labcourse.answers.starts`). A release leaves the student empty; old files have the student alone. Unknown
+entries, which a later release may add, stay.
 """
 
 from __future__ import annotations

@@ -52,7 +52,7 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
         ),
     ),
     "answers, session, files of a course": (
-        3575,
+        3589,
         (
             "labcourse/*.py",
             "labcourse/answers/**/*.py",
@@ -66,9 +66,9 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
     "gradebook": (1531, ("labcourse/grading/gradebook/**/*.py",)),
     "marking": (1187, ("labcourse/grading/marking/**/*.py",)),
     "isolation": (1123, ("labcourse/grading/isolation/**/*.py",)),
-    "reports, scoring": (2581, ("labcourse/grading/reports/**/*.py", "labcourse/grading/scoring/**/*.py")),
+    "reports, scoring": (2583, ("labcourse/grading/reports/**/*.py", "labcourse/grading/scoring/**/*.py")),
     "outcomes, overview, to do, platforms, accounts": (
-        2128,
+        2129,
         (
             "labcourse/grading/accounts.py",
             "labcourse/grading/erasure.py",
@@ -80,7 +80,7 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
         ),
     ),
     "settings, release, commands, rest": (
-        3445,
+        3482,
         (
             "rotflex/cli.py",
             "labcourse/command_line.py",

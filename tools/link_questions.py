@@ -84,7 +84,7 @@ def places_of(notebooks: Mapping[str, NotebookNode]) -> Places:
 
 def main() -> int:
     """Write links into the instructor's notebooks."""
-    paths = course.find().notebooks
+    paths = course.find(with_optional=True).notebooks
     notebooks = {path.stem: student_notebooks.read(path) for path in paths}
     places = places_of(notebooks)
     for path in paths:

@@ -162,7 +162,7 @@ HEADINGS = ("words", "folded", "figures", "answers", "in words", "functions", "m
 
 def main() -> int:
     """Print a line for each notebook, and their sum; return 1 if a text states another time."""
-    ours, total, words, folded = course.find(), 0, 0, 0
+    ours, total, words, folded = course.find(with_optional=True), 0, 0, 0
     print(f"{'notebook':28}" + "".join(f"{heading:>11}" for heading in HEADINGS))
     for path in ours.notebooks:
         time = reading_time(student_notebooks.read(path), path.stem, ours.catalogue)

@@ -328,7 +328,7 @@ def catalogue_of(notebooks: Mapping[str, dict[str, Any]]) -> Catalogue:
 
 
 def asked_of(notebooks: Mapping[str, dict[str, Any]], folder: Path) -> Catalogue:
-    """Return the catalogue for a student's folder: a class that begins in the middle is asked less.
+    """Return the catalogue for a student's folder: some releases ask less than the whole course.
 
     Raises
     ------
@@ -337,8 +337,9 @@ def asked_of(notebooks: Mapping[str, dict[str, Any]], folder: Path) -> Catalogue
     """
     from labcourse.answers import starts
 
-    catalogue = catalogue_of(notebooks)
-    return starts.narrowed(catalogue, starts.chosen(course_file.of(folder) or {}, catalogue))
+    course = course_file.of(folder) or {}
+    catalogue = starts.handed_out(catalogue_of(notebooks), course)
+    return starts.narrowed(catalogue, starts.chosen(course, catalogue))
 
 
 def _modules(notebook: dict[str, Any]) -> Iterator[str]:

@@ -1,10 +1,14 @@
-"""Begin a course in the middle: a class is given the results of the notebooks that it skips.
+"""Reduce a course for a class: leave out optional notebooks, or begin in the middle.
 
-A course lists in its catalogue where a class may begin. The course's settings choose one of these, and ``course.json``
-then has ``"given": {"from": name, "values": {question: {part: value}}}``. It has no values if each student has a bench
-of their own: then their session works them out. Given values are not asked, and neither are the other questions of
-skipped notebooks, entries of tables that repeat such an answer, and rows of reports that use only such answers. A given
-value replaces what a student records: later answers are marked as following from it.
+A course lists in its catalogue which notebooks are optional. The course's settings choose those that a class has, and
+``course.json`` then has them under ``"optional"``. Nothing is asked of the others.
+
+A class that begins in the middle is given the results of the notebooks that it skips. A course lists in its catalogue
+where a class may begin. The course's settings choose one of these, and ``course.json`` then has
+``"given": {"from": name, "values": {question: {part: value}}}``. It has no values if each student has a bench of their
+own: then their session works them out. Given values are not asked, and neither are the other questions of skipped
+notebooks, entries of tables that repeat such an answer, and rows of reports that use only such answers. A given value
+replaces what a student records: later answers are marked as following from it.
 """
 
 from __future__ import annotations
@@ -15,13 +19,14 @@ from typing import Any
 
 import numpy as np
 
+from labcourse import course_file
 from labcourse.answers import forms
 from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.parts import Part, Question, ReportItem, Where
 from labcourse.answers.reflection import Check
 from labcourse.errors import ConfigurationError
 
-GIVEN = "given"  #: in course.json
+GIVEN, OPTIONAL = "given", "optional"  #: in course.json
 Values = Mapping[Where, Any]
 
 
@@ -152,7 +157,29 @@ def narrowed(catalogue: Catalogue, start: Start | None) -> Catalogue:
             if catalogue.everything[number].notebook not in start.skips
         },
         starts=catalogue.starts,
+        optional=catalogue.optional,
+        whole=catalogue.whole,
     )
+
+
+def with_optional(catalogue: Catalogue, names: Collection[str]) -> Catalogue:
+    """Reduce a catalogue to the questions for a class that has these optional notebooks, and no others."""
+    off = tuple(name for name in catalogue.optional if name not in names)
+    return narrowed(catalogue, Start("", (), off, "") if off else None)
+
+
+def handed_out(catalogue: Catalogue, course: Mapping[str, Any]) -> Catalogue:
+    """Reduce a catalogue to the questions of a release, by its ``course.json``. A checkout is no release: it has all.
+
+    Raises
+    ------
+    ConfigurationError
+        If the entry "optional" is broken.
+    """
+    names = course.get(OPTIONAL, [] if course_file.RELEASE in course else catalogue.optional)
+    if not isinstance(names, list | tuple):
+        raise ConfigurationError(f'"optional" should be a list of names of notebooks; it is {names!r:.80}.')
+    return with_optional(catalogue, names)
 
 
 class Beginning:
@@ -161,12 +188,12 @@ class Beginning:
     Parameters
     ----------
     course : content of ``course.json``
-    whole : the course's catalogue
+    catalogue : of the course
     session : works out the values of the student's own bench, if the course does not bring them
 
     Attributes
     ----------
-    whole : as given
+    whole : the questions of the release
     start : where it begins; None for at the beginning
     catalogue : what is asked
 
@@ -176,10 +203,10 @@ class Beginning:
         If the entry in ``course.json`` is broken.
     """
 
-    def __init__(self, course: Mapping[str, Any], whole: Catalogue, session: Any) -> None:
-        self.whole, self._session = whole, session
-        self.start = chosen(course, whole)
-        self.catalogue = narrowed(whole, self.start)
+    def __init__(self, course: Mapping[str, Any], catalogue: Catalogue, session: Any) -> None:
+        self.whole, self._session = handed_out(catalogue, course), session
+        self.start = chosen(course, self.whole)
+        self.catalogue = narrowed(self.whole, self.start)
         self._values = None if self.start is None else values_in(course, self.start)
         self._announced: set[Where] = set()
 

@@ -401,9 +401,13 @@ class Batch:
         return values_for(student, earlier, self._settings.supplied, self._course.catalogue)
 
     def _asked(self, bundle: Bundle) -> list[tuple[str, str]] | None:
-        """Return the (question, part) that a release asks for; None if that is all that the course asks."""
-        is_all = bundle.start is None and bundle.release == self._bundles.current.release
-        return None if is_all else sorted(bundle.asked)
+        """Return the (question, part) that a release asks for; None if that is the whole course."""
+        if bundle.start is not None or bundle.release != self._bundles.current.release:
+            return sorted(bundle.asked)
+        if not self._course.off:
+            return None
+        # The class may get another notebook later. This work was not asked for it.
+        return [(number, name) for number, question in self._course.catalogue.marked.items() for name in question.names]
 
     def _no_points(self, reason: str, status: Status, bundle: Bundle) -> tuple[MarkRecord, ...]:
         """Return marks without points for all that the release asks."""

@@ -148,7 +148,7 @@ def make_notebooks(solutions: CourseFolder = None) -> None:
     """Make the student notebooks in notebooks/ from the notebooks with solutions."""
     from labcourse.grading.release.student_course import write_notebooks
 
-    for path in write_notebooks(courses.find(solutions)):
+    for path in write_notebooks(courses.find(solutions, with_optional=True)):
         typer.echo(str(path))
 
 

@@ -70,8 +70,8 @@ class Course:
     Attributes
     ----------
     name : of the folder and the zip that students get
-    catalogue : of its questions
-    key : question → part → check
+    catalogue : of its questions; once it is loaded, of those of the class, without optional notebooks that are off
+    key : question → part → check; once it is loaded, for these questions
     bench : student's ID, which bench each student has → that student's bench as it really is, for the checks of the key
     title : of the course, for people; a title in the settings replaces it
     presets : names of the benches that all students may be given
@@ -139,6 +139,11 @@ class Course:
         return self.bench(student, policy)
 
     @property
+    def off(self) -> frozenset[str]:
+        """The names of the optional notebooks that the class does not have."""
+        return frozenset(self.catalogue.optional).difference(self.settings.optional)
+
+    @property
     def asked(self) -> Catalogue:
         """The questions of the class: all of the catalogue, unless it begins in the middle."""
         from labcourse.answers import starts
@@ -162,8 +167,9 @@ class Course:
 
     @property
     def notebooks(self) -> list[Path]:
-        """The notebooks that have a student version, in order."""
-        return [path for path in sorted(self.folder.glob("*.ipynb")) if path.name < _FIRST_INSTRUCTOR_NOTEBOOK]
+        """The notebooks that have a student version, in order, without those that are off."""
+        paths = [path for path in sorted(self.folder.glob("*.ipynb")) if path.name < _FIRST_INSTRUCTOR_NOTEBOOK]
+        return [path for path in paths if path.stem not in self.off]
 
     @property
     def student_notebooks(self) -> Path:
@@ -181,12 +187,13 @@ class Course:
         return self.folder.parent / self.settings.releases
 
 
-def find(option: str | Path | None = None) -> Course:
+def find(option: str | Path | None = None, with_optional: bool = False) -> Course:
     """Find a course: the one named, else the one in the current folder, else the one that is installed from a folder.
 
     Parameters
     ----------
     option : the course's folder, or the one above it; None or "" if no course is named
+    with_optional : as for :func:`load`
 
     Raises
     ------
@@ -204,7 +211,7 @@ def find(option: str | Path | None = None) -> Course:
             f"--solutions FOLDER or by the environment variable {SETTING}. Or name a course that was installed by pip "
             f"install -e, by --course NAME or by {courses.SETTING}."
         )
-    return load(folder)
+    return load(folder, with_optional)
 
 
 def _solutions_beside_installed() -> Path | None:
@@ -219,14 +226,20 @@ def _solutions_beside_installed() -> Path | None:
     return next((above / SOLUTIONS for above in installed.above if (above / SOLUTIONS / _FILE).is_file()), None)
 
 
-def load(folder: Path) -> Course:
+def load(folder: Path, with_optional: bool = False) -> Course:
     """Load the course in a folder. Its code is run.
+
+    Parameters
+    ----------
+    folder : of the course
+    with_optional : with all optional notebooks, whatever the settings say: for those who write the course
 
     Raises
     ------
     GradingError
         If it cannot be loaded, if its key does not fit its catalogue, or if its settings are not understood.
     """
+    from labcourse.answers import starts
     from labcourse.grading import settings
 
     folder = folder.resolve()
@@ -249,8 +262,12 @@ def load(folder: Path) -> Course:
         raise GradingError(f"{folder} should define COURSE, a labcourse.grading.course.Course, in {_FILE}.")
     _check_key(course)
     course_settings = settings.read(folder, course.presets, course.draw, course.benches, course.catalogue)
+    if with_optional:
+        course_settings = replace(course_settings, optional=course.catalogue.optional)
     title = course_settings.title or course.title or course.name
-    return replace(course, folder=folder, settings=course_settings, title=title)
+    catalogue = starts.with_optional(course.catalogue, course_settings.optional)
+    key = {number: checks for number, checks in course.key.items() if number in catalogue.marked}
+    return replace(course, catalogue=catalogue, key=key, folder=folder, settings=course_settings, title=title)
 
 
 def _origin(error: Exception, folder: Path) -> str:

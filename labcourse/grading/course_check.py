@@ -162,6 +162,9 @@ def check_cells(course: Course) -> Iterator[Finding]:
         notebook = student_notebooks.read(path)
         yield from _check_tags_and_headings(path.name, notebook.cells)
         yield from _check_recorded(course, path, notebook, places)
+    for name in course.catalogue.optional:
+        if not (course.folder / f"{name}.ipynb").is_file():
+            yield Finding("the catalogue, optional", f"there is no notebook {name} in {course.folder.name}.")
     names = {path.stem for path in course.notebooks}
     for question in course.catalogue.everything.values():
         if question.notebook not in names:
@@ -241,7 +244,8 @@ def check_derived(course: Course) -> Iterator[Finding]:
         yield Finding("the student notebooks", str(error))
         return
     folder = course.student_notebooks
-    stored = {path.name: path.read_text(encoding="utf-8") for path in folder.glob("*.ipynb")}
+    paths = [path for path in folder.glob("*.ipynb") if path.stem not in course.off]
+    stored = {path.name: path.read_text(encoding="utf-8") for path in paths}
     for name in sorted(texts.keys() | stored.keys()) if folder.is_dir() else ():
         place = f"{folder.name}/{name}"
         if name not in texts:

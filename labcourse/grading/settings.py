@@ -320,6 +320,7 @@ class CourseSettings:
     python : version that grades, major and minor; "" for the one that makes the release
     bench : which bench each student has
     given : name of what is given to a class that begins in the middle; "" for a class that begins at the beginning
+    optional : names of the optional notebooks that the class has, without their ending
     feedback : what students see of their marks, and when
     reflect : whether and when students are asked about contradictions between their answers
     report : what their lab reports may be like
@@ -337,6 +338,7 @@ class CourseSettings:
     python: Annotated[str, Strict(), Field(pattern=r"^3\.[0-9]{1,2}$"), _in_table("course", "python")] = ""
     bench: Annotated[BenchPolicy, GetPydanticSchema(_bench_schema)] = THEIR_OWN
     given: Annotated[_Name, _in_table("given", "from")] = ""
+    optional: Annotated[tuple[_Notebook, ...], _in_table("optional", "notebooks")] = ()
     feedback: FeedbackSettings = FeedbackSettings()
     reflect: ReflectSettings = ReflectSettings()
     report: ReportSettings = ReportSettings()
@@ -451,7 +453,7 @@ _TABLES: Mapping[str, type] = {
 }
 #: Table → names of its entries.
 _ENTRIES: Mapping[str, list[str]] = {
-    **{"course": ["title", "term", "python"], "given": ["from"], "releases": ["folder"]},
+    **{"course": ["title", "term", "python"], "given": ["from"], "optional": ["notebooks"], "releases": ["folder"]},
     **{name: ["from" if entry.name == "opens" else entry.name for entry in fields(t)] for name, t in _TABLES.items()},
 }
 
@@ -561,23 +563,34 @@ def _unknown_names(settings: CourseSettings, catalogue: Catalogue) -> Iterator[F
     rows += [(("deadline", number), row) for number, row in enumerate(settings.deadlines)]
     rows += [(("extension", number), row) for number, row in enumerate(settings.extensions)]
     titles = [assignment.title for assignment in settings.assignments]
+    for name in sorted({*settings.optional}.difference(catalogue.optional)):
+        known = f"the course has {_name_list(catalogue.optional)}."
+        yield ("optional", "notebooks"), f"there is no optional notebook {name!a}; {known}"
+    off = {*catalogue.optional}.difference(settings.optional)
     for place, row in rows:
         for name in sorted({*row.notebooks}.difference(catalogue.notebooks)):
             yield (*place, "notebooks"), f"there is no notebook {name!a}; there are {_name_list(catalogue.notebooks)}."
+        yield from (((*place, "notebooks"), _OFF.format(name)) for name in row.notebooks if name in off)
         for name in sorted({*getattr(row, "assignments", ())}.difference(titles)):
             yield (*place, "assignments"), f"there is no [[assignment]] {name!a}; there are {_name_list(titles)}."
     yield from _doubled(settings.assignments)
     for entry, names in (("drop", settings.marks.drop), ("weights", tuple(settings.marks.weights))):
         for name in names:
             question, _space, part = name.rpartition(" ")
+            is_part = name not in catalogue.marked and question in catalogue.marked
             try:
-                if name not in catalogue.marked and question in catalogue.marked:
-                    catalogue.find_marked(question).part(part)
-                else:
-                    catalogue.find_marked(name)
+                found = catalogue.find_marked(question if is_part else name)
+                if is_part:
+                    found.part(part)
             except AnswerError as error:
                 yield ("marks", entry), str(error)
+                continue
+            if found.notebook in off:
+                yield ("marks", entry), f"{name} is in {found.notebook}. {_OFF.format(found.notebook)}"
     yield from _start_faults(settings, catalogue)
+
+
+_OFF = "{} is optional, and the class does not have it. Name it in [optional] notebooks, or leave this entry out."
 
 
 def _doubled(assignments: Sequence[Assignment]) -> Iterator[Fault]:

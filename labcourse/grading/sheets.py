@@ -127,8 +127,9 @@ def read_layouts(folder: Path, catalogue: Catalogue) -> list[Layout]:
     except FileNotFoundError:
         what = f"there is no {file}. (docs/outcomes.md says what it holds.)"
         raise GradingError(f"This course has no scoring sheets: {what}") from None
-    refuse(file, (fault for name, sheet in tables.items() for fault in _faults(name, sheet, catalogue)))
-    layouts = [_layout(name, sheet, catalogue) for name, sheet in tables.items()]
+    refuse(file, (fault for name, sheet in tables.items() for fault in _faults(name, sheet, catalogue.whole)))
+    all_layouts = [_layout(name, sheet, catalogue) for name, sheet in tables.items()]
+    layouts = [layout for layout in all_layouts if layout.rows]  # a sheet of an optional notebook may have none
     twice = [where for where, count in Counter(where for one in layouts for where in one.parts).items() if count > 1]
     refuse(file, (f"{question}, {part}: it is scored in two places." for question, part in twice))
     return layouts
@@ -178,7 +179,7 @@ def _row(item: ReportItem, also: Iterable[str], codes: Collection[str], catalogu
         if report == item.report and item.judged:
             parts[number, item.judged] = catalogue.marked[number].part(item.judged).outcome
     parts = {where: code for where, code in parts.items() if code in item.outcomes}
-    for number in also:
+    for number in [one for one in also if one in catalogue.marked]:
         parts |= _parts(catalogue.marked[number])
     before, colon, after = item.heading.partition(": ")
     prefix, point, _number = item.number.partition(".")

@@ -37,5 +37,6 @@ def loaded(folder: Path, notebooks: Iterable[str] = (), key: str = "", more: str
     return courses.load(copied(folder, notebooks, key, more))
 
 
-#: This course, as it is.
+#: This course, as it is; and with all its optional notebooks, whatever its settings say.
 OURS = courses.load(ROOT / "solutions")
+WITH_OPTIONAL = courses.load(ROOT / "solutions", with_optional=True)

@@ -5,20 +5,20 @@ import re
 
 import link_questions
 import pytest
-from made_courses import OURS
+from made_courses import WITH_OPTIONAL
 
 from labcourse.grading.release import student_course, student_notebooks
 
-NAMES = [path.stem for path in OURS.notebooks]
+NAMES = [path.stem for path in WITH_OPTIONAL.notebooks]
 LINK = re.compile(r"\]\((\d\d_\w+\.ipynb)?(?:#([^)\s]+))?\)")
-PLACES = link_questions.places_of({path.stem: student_notebooks.read(path) for path in OURS.notebooks})
+PLACES = link_questions.places_of({path.stem: student_notebooks.read(path) for path in WITH_OPTIONAL.notebooks})
 
 
 def texts(notebook):
     return ["".join(cell["source"]) for cell in notebook["cells"] if cell["cell_type"] == "markdown"]
 
 
-STUDENTS = {name: json.loads(text) for name, text in student_course.derive_notebooks(OURS).items()}
+STUDENTS = {name: json.loads(text) for name, text in student_course.derive_notebooks(WITH_OPTIONAL).items()}
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -54,7 +54,7 @@ def outdated(course: Course) -> dict[Path, NotebookNode]:
     GradingError
         If a cell answers what the catalogue does not have.
     """
-    texts = sorted(course.folder.glob("[0-9]*.py"))
+    texts = [path for path in sorted(course.folder.glob("[0-9]*.py")) if path.stem not in course.off]
     notebooks = {path.with_suffix(".ipynb"): notebook(path.read_text("utf-8"), path.name, course) for path in texts}
     return {
         path: made

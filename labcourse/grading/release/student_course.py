@@ -133,7 +133,8 @@ def build(course: Course, folder: Path, with_data: bool = False) -> tuple[str, .
     texts = {name: text for name, text in derive_notebooks(course).items() if Path(name).stem not in skipped}
     (folder / NOTEBOOKS).mkdir(parents=True)
     for name, content in texts.items():
-        _write_text(folder / NOTEBOOKS / name, student_notebooks.without_links(content, skipped))
+        of_class = student_notebooks.without_lines(content, course.off)
+        _write_text(folder / NOTEBOOKS / name, student_notebooks.without_links(of_class, skipped))
     for name in (PACKAGE, *course.packages):
         _copy_package(package_folder(name), folder / name)
     for module in course.withheld:
@@ -213,6 +214,8 @@ def _course_json(course: Course, folder: Path) -> dict[str, Any]:
     }
     if settings.report.page_limit is not None:  # without one, names of releases stay the same
         course_json[course_file.PAGE_LIMIT] = settings.report.page_limit
+    if course.catalogue.optional:  # also without any, so that an update of a student's folder takes them out
+        course_json[starts.OPTIONAL] = sorted(settings.optional)
     if settings.given:  # with own benches, each student's session works the values out
         start, bench = starts.find(course.catalogue, settings.given), settings.bench
         if bench.which != OWN and course.given is None:

@@ -161,8 +161,22 @@ def text(notebook: NotebookNode) -> str:
 
 def without_links(text: str, notebooks: Collection[str]) -> str:
     """Return a notebook's text without links to notebooks (by their names) that are not handed out."""
-    link = re.compile(rf"\[([^\[\]]*)\]\((?:{'|'.join(map(re.escape, notebooks))})\.ipynb[^)\s]*\)")
-    return link.sub(r"\1", text) if notebooks else text
+    return _links_to(notebooks).sub(r"\1", text) if notebooks else text
+
+
+def without_lines(content: str, notebooks: Collection[str]) -> str:
+    """Return a notebook's text without the lines in its cells that link to notebooks (by their names)."""
+    if not notebooks or not (link := _links_to(notebooks)).search(content):
+        return content
+    notebook = nbformat.reads(content, as_version=nbformat.NO_CONVERT)
+    for cell in notebook.cells:
+        cell.source = "\n".join(line for line in cell.source.split("\n") if not link.search(line))
+    return text(notebook)
+
+
+def _links_to(notebooks: Collection[str]) -> re.Pattern[str]:
+    """Return the pattern of a link to one of some notebooks; its group is the text of the link."""
+    return re.compile(rf"\[([^\[\]]*)\]\((?:{'|'.join(map(re.escape, notebooks))})\.ipynb[^)\s]*\)")
 
 
 def is_answer(cell: Mapping[str, Any]) -> bool:

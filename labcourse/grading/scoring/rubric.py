@@ -103,8 +103,8 @@ def examine(folder: Path, catalogue: Catalogue) -> tuple[dict[Where, Item], list
         return {}, [str(error)]
     tables = {number: parts if isinstance(parts, Mapping) else {"": parts} for number, parts in content.items()}
     entries = {(number, name): entry for number, parts in tables.items() for name, entry in parts.items()}
-    wanted = [(q.number, part.name) for q in catalogue.marked.values() for part in q.parts if part.marked == "person"]
-    strange = [where for where in entries if where not in wanted]
+    wanted, known = _for_a_person(catalogue), _for_a_person(catalogue.whole)
+    strange = [where for where in entries if where not in known]
     faults = [f"{_place(where)}: there is no such part that a person marks." for where in strange]
     items = {}
     for where in wanted:
@@ -117,6 +117,11 @@ def examine(folder: Path, catalogue: Catalogue) -> tuple[dict[Where, Item], list
         except ValueError as error:
             faults.append(f"{_place(where)}: {error}")
     return items, faults
+
+
+def _for_a_person(catalogue: Catalogue) -> list[Where]:
+    """Return the parts that a person marks."""
+    return [(q.number, part.name) for q in catalogue.marked.values() for part in q.parts if part.marked == "person"]
 
 
 def _place(where: Where) -> str:

@@ -3,7 +3,7 @@
 import json
 
 import pytest
-from made_courses import OURS
+from made_courses import WITH_OPTIONAL
 
 from labcourse.answers.words import where_of
 from labcourse.grading.course_check import solved_cells
@@ -158,7 +158,7 @@ def test_cells_are_looked_at_up_to_their_longest(length, monkeypatch):
 
 
 def test_no_answer_cell_and_no_call_of_the_laboratory_is_an_illustration():
-    for path in OURS.notebooks:
+    for path in WITH_OPTIONAL.notebooks:
         for one in student_notebooks.read(path).cells:
             if skippable_cells.ILLUSTRATION in one.metadata.get("tags", []):
                 assert one.cell_type == "code" and not student_notebooks.is_answer(one), (path.name, one.id)
@@ -167,8 +167,8 @@ def test_no_answer_cell_and_no_call_of_the_laboratory_is_an_illustration():
 
 def test_answers_are_the_same_to_the_last_bit_with_and_without_illustrations(sandbox):
     """The whole course, solved. What an illustration draws, or runs on a bench, must leave no trace."""
-    made = bundle.build(OURS)
-    solved = solved_cells(OURS, made.pristine)
+    made = bundle.build(WITH_OPTIONAL)
+    solved = solved_cells(WITH_OPTIONAL, made.pristine)
     settings = {"parameters": made.parameters, "imports": made.imports}
     every, needed = (merged(made.pristine, solved, every_cell).notebooks for every_cell in (True, False))
     runs = [runner.run(made.packed, runner.Job("ada", one, 5, **settings)) for one in (every, needed)]
@@ -176,7 +176,7 @@ def test_answers_are_the_same_to_the_last_bit_with_and_without_illustrations(san
     cells = [one for notebook in made.pristine.values() for one in notebook["cells"]]
     in_words = {where[0] for one in cells if (where := where_of(one))}
     recorded = json.loads(runs[0].answers)["answers"].keys()
-    assert recorded | in_words == OURS.catalogue.everything.keys()
+    assert recorded | in_words == WITH_OPTIONAL.catalogue.everything.keys()
     assert runs[0].answers == runs[1].answers
     counts = [sum(len(one["cells"]) for one in notebooks.values()) for notebooks in (every, needed)]
     assert counts[1] < 0.65 * counts[0]
