@@ -61,7 +61,7 @@ class Record:
         angles = (self.theta, self.alpha)
         self.begins_at_rest = all(np.ptp(angle[:_BEGINNING]) == 0 for angle in angles)
         self._counts = [np.flatnonzero(np.diff(angle)) for angle in angles]  # samples after which an angle has changed
-        self._windows = [self._window(at) for at in self._counts]
+        self._windows = [windows(at, len(recording), recording.sample_time) for at in self._counts]
         self.windows = np.concatenate(self._windows)
 
     def simulate(
@@ -75,12 +75,13 @@ class Record:
 
     def residual(self, theta: Vector, alpha: Vector) -> Vector:
         """Measured minus simulated where the encoders count, rad: theta less its mean in each window, then alpha."""
-        difference = _less_mean(_between(self.theta - theta, self._counts[0]), self._windows[0])
+        difference = less_mean(_between(self.theta - theta, self._counts[0]), self._windows[0])
         return np.concatenate([difference, _between(self.alpha - alpha, self._counts[1])])
 
     def rms(self, theta: Vector, alpha: Vector) -> dict[str, float]:
         """Root mean square of measured minus simulated over all samples, rad: see ``FitResult.residual_rms``."""
-        left = _less_mean(self.theta - theta, self._window(np.arange(len(self.recording))))
+        samples = len(self.recording)
+        left = less_mean(self.theta - theta, windows(np.arange(samples), samples, self.recording.sample_time))
         return {"theta": rms(left), "alpha": rms(self.alpha - alpha)}
 
     def beside(self, theta: Vector, alpha: Vector) -> Recording:
@@ -89,11 +90,12 @@ class Record:
         simulated = {"theta_model": Channel(theta, "rad"), "alpha_model": Channel(alpha, "rad")}
         return Recording(self.recording.time, {**kept, **simulated}, self.recording.metadata)
 
-    def _window(self, samples: NDArray[np.intp]) -> NDArray[np.intp]:
-        """The window of each sample; a rest at the end belongs to the last whole one."""
-        window = (samples * self.recording.sample_time / WINDOW + 1e-9).astype(np.intp)
-        whole = int(len(self.recording) * self.recording.sample_time / WINDOW + 1e-9)
-        return np.minimum(window, max(whole - 1, 0))
+
+def windows(samples: NDArray[np.intp], length: int, sample_time: float) -> NDArray[np.intp]:
+    """The window of each sample of a recording with ``length`` samples; a rest at the end belongs to the last whole."""
+    window = (samples * sample_time / WINDOW + 1e-9).astype(np.intp)
+    whole = int(length * sample_time / WINDOW + 1e-9)
+    return np.minimum(window, max(whole - 1, 0))
 
 
 def rms(values: Vector) -> float:
@@ -106,7 +108,7 @@ def _between(signal: Vector, samples: NDArray[np.intp]) -> Vector:
     return (signal[samples] + signal[samples + 1]) / 2
 
 
-def _less_mean(signal: Vector, windows: NDArray[np.intp]) -> Vector:
+def less_mean(signal: Vector, windows: NDArray[np.intp]) -> Vector:
     """The signal less its mean in each window."""
     return signal - (np.bincount(windows, signal) / np.maximum(np.bincount(windows), 1))[windows]
 

@@ -70,13 +70,14 @@ class VirtualPlantSpec:
         before = self.parameters
         changed = replace(
             before,
-            servo_friction=_scaled(before.servo_friction, servo),
-            link_friction=_scaled(before.link_friction, link),
+            servo_friction=scaled(before.servo_friction, servo),
+            link_friction=scaled(before.link_friction, link),
         )
         return replace(self, parameters=changed, timing=replace(self.timing, seed=int(draw.integers(2**32))))
 
 
-def _scaled(friction: tuple[float, float], factor: float) -> tuple[float, float]:
+def scaled(friction: tuple[float, float], factor: float) -> tuple[float, float]:
+    """Return friction of both directions times a factor."""
     return friction[0] * float(factor), friction[1] * float(factor)
 
 
