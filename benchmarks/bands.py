@@ -9,7 +9,6 @@ it is fitted to as many recordings of other runs, commands and controllers. Each
 ==========  ============================================================
 same        the command that was fitted, the same controller
 other       35 deg at 0.5 Hz, by partial feedback
-soft        a sine of 15 deg at 0.7 Hz, by 0.7 of the gain
 open        a square wave of 1.5 V without feedback
 ==========  ============================================================
 """
@@ -62,16 +61,15 @@ def loops(seed: int) -> dict[str, Loop]:
         "first": Loop(usual, StateFeedback(K), 1),
         "same": Loop(usual, StateFeedback(K), 2),
         "other": Loop(large, StateFeedback(K, "partial"), 3),
-        "soft": Loop(15 * DEG * np.sin(2 * np.pi * 0.7 * t), StateFeedback(0.7 * K), 4),
-        "open": Loop(square_wave(t, 0.5, 1.5), OpenLoop(), 5),
-        "large": Loop(large, StateFeedback(K), 6),
-        "slow": Loop(smooth_square_wave(t, 0.25, 30 * DEG, RATE), StateFeedback(0.7 * K), 7),
-        "partial": Loop(usual, StateFeedback(K, "partial"), 8),
+        "open": Loop(square_wave(t, 0.5, 1.5), OpenLoop(), 4),
+        "large": Loop(large, StateFeedback(K), 5),
+        "slow": Loop(smooth_square_wave(t, 0.25, 30 * DEG, RATE), StateFeedback(0.7 * K), 6),
+        "partial": Loop(usual, StateFeedback(K, "partial"), 7),
     }
 
 
 FITTED = {1: ("first",), 2: ("large", "partial"), 3: ("large", "partial", "slow")}
-JUDGED = ("same", "other", "soft", "open")
+JUDGED = ("same", "other", "open")
 
 
 def recorded(seed: int, loop: Loop) -> Recording:

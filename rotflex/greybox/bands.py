@@ -41,8 +41,8 @@ if TYPE_CHECKING:
 
 FRICTION = 1.5  #: by this factor, more or less, the friction of such rigs changes from run to run
 OMEGA_N = 0.011  #: by this much, relative, logs of such rigs differ in omega_n
-KNOWN = 2  #: recordings that the known spread counts as, beside measured ones
-DRAWS = 32
+KNOWN = 1  #: recordings that the known spread counts as, beside measured ones
+DRAWS = 20
 _REACH = 1.96  # standard deviations: 95 % of normal errors
 _COUNTS = 1.5  # of an encoder: the least margin
 _SEED = 20
@@ -68,7 +68,7 @@ class Inside(NamedTuple):
 
 
 class Spread(NamedTuple):
-    """Standard deviations from run to run: of ln(friction), of omega_n (relative), and of the delay (s)."""
+    """How far a run may be from the fit: ln(friction), omega_n (relative), and the delay (s), evenly to either side."""
 
     friction: float
     omega_n: float
@@ -189,10 +189,11 @@ def band(found: FitResult, reference: ArrayLike, controller: Controller, sample_
     spread = _spread(found)
     levels = (np.arange(DRAWS) * 2 + 1) / DRAWS - 1  # a Latin hypercube: each parameter takes all its levels
     draw = np.random.default_rng(_SEED)
-    unit = math.sqrt(3) * np.array([draw.permutation(levels) for _parameter in range(4)]).T
-    changes = unit * [spread.friction, spread.friction, spread.omega_n, spread.delay]
+    servo, link, omega_n, delay = (draw.permutation(levels) for _parameter in range(4))
+    factor = math.exp(spread.friction)
+    changes = [factor**servo, factor * (1 + link) / 2, spread.omega_n * omega_n, spread.delay * delay]
     simulated = []
-    for change in bar([[0.0] * 4, *changes.tolist()], "band", "run", progress):
+    for change in bar([(1.0, 1.0, 0.0, 0.0), *np.transpose(changes).tolist()], "band", "run", progress):
         with hil.open("virtual", plant=_changed(found, *change), servo=found.servo) as bench:
             bench.limits = Limits(theta=math.inf, alpha=math.inf)  # there is nothing to come to harm
             recording = run(bench, controller, reference, sample_time, progress=False)
@@ -204,44 +205,44 @@ def band(found: FitResult, reference: ArrayLike, controller: Controller, sample_
 
 
 def _changed(found: FitResult, servo: float, link: float, omega_n: float, delay: float) -> VirtualPlantSpec:
-    """The fitted bench with other frictions, by the logarithm of a factor, omega_n (relative) and delay (s)."""
+    """The fitted bench with friction times factors, and with another omega_n (relative) and delay (s)."""
     was = found.parameters
     plant = replace(
         was,
-        servo_friction=scaled(was.servo_friction, math.exp(servo)),
-        link_friction=scaled(was.link_friction, math.exp(link)),
+        servo_friction=scaled(was.servo_friction, servo),
+        link_friction=scaled(was.link_friction, link),
         K_s=was.K_s * (1 + omega_n) ** 2,
     )
     return VirtualPlantSpec(found.joint, plant, Timing(delay=max(found.delay + delay, 0.0)))
 
 
 def _spread(found: FitResult) -> Spread:
-    """How friction, omega_n and the delay change from run to run."""
-    known = np.array([math.log(FRICTION), OMEGA_N]) / math.sqrt(3)
-    delay = found.estimates["delay"].uncertainty if "delay" in found.estimates else 0.0
+    """How friction, omega_n and the delay differ from run to run. Half an even spread is √3 standard deviations."""
+    known = np.array([math.log(FRICTION), OMEGA_N])
+    delay = math.sqrt(3) * found.estimates["delay"].uncertainty if "delay" in found.estimates else 0.0
     logs = len(found.predictions)
     if logs > 1:
-        ways = [name for name in ("servo_friction_plus", "servo_friction_minus") if name in found.estimates]
+        ways = [name for name in ("servo_friction_plus", "servo_friction_minus") if name in found.intervals]
         reach = sum(float(np.ptp(found.intervals[name])) / 2 for name in ways)
         friction = reach / max(sum(found.estimates[name].value for name in ways), 1e-9)
         # An interval reaches Student's t standard errors of a mean to either side.
         measured = np.array([friction, 2 * found.omega_n.uncertainty / found.omega_n.value])
-        measured *= math.sqrt(logs) / student(logs)
-        variance = (KNOWN * known**2 + (logs - 1) * measured**2) / (KNOWN + logs - 1)
-        known = np.sqrt(variance * (1 + 1 / logs))
+        measured *= math.sqrt(3 * logs) / student(logs)
+        squares = (KNOWN * known**2 + (logs - 1) * measured**2) / (KNOWN + logs - 1)
+        known = np.sqrt(squares * (1 + 1 / logs))
     friction, omega_n = known.tolist()
     return Spread(friction, omega_n, delay)
 
 
 def _in_words(found: FitResult, spread: Spread) -> str:
     logs = len(found.predictions)
-    friction, omega_n, delay = (math.sqrt(3) * one for one in spread)
-    known = f"friction ×/÷ {FRICTION} and omega_n ±{OMEGA_N:.1%} from run to run are known of such rigs"
-    source = (
-        f"As {logs} recordings differ; besides, {known}, which counts as {KNOWN} recordings more."
-        if logs > 1
-        else f"It was fitted to one recording: {known}, and not measured."
+    drawn = (
+        f"Drawn: servo friction ×/÷ {math.exp(spread.friction):.2f}, omega_n ±{spread.omega_n:.1%}, "
+        f"delay ±{spread.delay * 1e3:.2f} ms."
     )
-    return (
-        f"Drawn: friction ×/÷ {math.exp(friction):.2f}, omega_n ±{omega_n:.1%}, delay ±{delay * 1e3:.2f} ms. {source}"
-    )
+    known = f"friction ×/÷ {FRICTION} and omega_n ±{OMEGA_N:.1%}"
+    if logs > 1:
+        return (
+            f"{drawn} The spread is measured between {logs} recordings; {known}, known of such rigs, count as one more."
+        )
+    return f"{drawn} One recording does not tell how runs differ: {known} are known of such rigs."

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -9,14 +10,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from labcourse.scene.explorer import Explorer
-from labcourse.scene.scene import Button, Choice, Column, Panel, Readout, Row, Scene, Slider, around
+from labcourse.scene.scene import Button, Choice, Column, Panel, Readout, Row, Scene, Slider, around, thinned
 from rotflex import experiments, greybox
 from rotflex.config import Joint, Servo
 from rotflex.errors import IdentificationError, RotflexError
-from rotflex.greybox import FitResult
+from rotflex.greybox import Band, FitResult
+from rotflex.hil.controllers import OpenLoop
 from rotflex.identification import channel
 from rotflex.plant import PlantParameters, State, driven
 from rotflex.recording import Channel, Recording
+from rotflex.units import DEG
 from rotflex.widgets import another_arm
 
 if TYPE_CHECKING:
@@ -83,6 +86,12 @@ def alt_text_of(compared: Recording) -> str:
     )
 
 
+def _draw(panel: Panel, time: Vector, edges: Sequence[Vector], role: str, label: str = "") -> None:
+    """Shade what lies between a lower and an upper curve."""
+    (left, lower), (right, upper) = (thinned(time, edge) for edge in edges)
+    panel.area(np.append(left, right[::-1]), np.append(lower, upper[::-1]), role, label)
+
+
 class ValidationExplorer(Explorer):
     """A model over a recording, with sliders.
 
@@ -110,6 +119,7 @@ class ValidationExplorer(Explorer):
         self._start = self.parameters
         self.friction = "none"
         self.fitted: FitResult | None = None
+        self.band: Band | None = None
         self.busy = False
         self.compared = overlay(recording, self.parameters)
         super().__init__()
@@ -134,7 +144,7 @@ class ValidationExplorer(Explorer):
         elif not self.busy:
             self.busy = True
             self.notice = "Fitting: the plant is simulated about seventy times, which takes some seconds."
-            self.in_background(self.fit, self._fitted)
+            self.in_background(self._fit_and_predict, self._fitted)
 
     def fit(self) -> FitResult:
         """The grey-box fit, from where the sliders stand.
@@ -148,12 +158,18 @@ class ValidationExplorer(Explorer):
         begin = self.parameters if rubs else replace(self.parameters, **_TYPICAL)
         return greybox.fit(self._recording, self._servo, self._joint, initial=begin, progress=False)
 
-    def _fitted(self, found: FitResult | Exception) -> None:
+    def _fit_and_predict(self) -> tuple[FitResult, Band]:
+        """The fit, and the band that it predicts for the recording's voltage."""
+        found = self.fit()
+        return found, found.band(self._recording["vm"], OpenLoop(), self._recording.sample_time, progress=False)
+
+    def _fitted(self, result: tuple[FitResult, Band] | Exception) -> None:
         try:
-            if isinstance(found, Exception):
-                raise found
+            if isinstance(result, Exception):
+                raise result
+            found, band = result
             self._take(found.parameters)
-            self.fitted, self.friction = found, "fitted"
+            self.fitted, self.band, self.friction = found, band, "fitted"
         finally:
             self.busy = False
         values = ", ".join(f"{name} = {found.estimates[name]} {unit}" for name, unit in _TOLD.items())
@@ -178,17 +194,23 @@ class ValidationExplorer(Explorer):
         """Both angles, measured and modelled, and what is left between them."""
         compared = self.compared
         span = (float(compared.time[0]), float(compared.time[-1]))
-        panels = []
+        panels, band = [], self._band()
         for name, label in (("theta", "θ (deg)"), ("alpha", "α (deg)")):
             measured, model = compared.degrees(name), compared.degrees(f"{name}_model")
             panel = Panel(label, span, around(measured, model), height=1.3)
+            if name in band:
+                _draw(panel, compared.time, band[name], "model", "band of 95 %")
             panel.line(compared.time, measured, "measured", "measured")
             panel.line(compared.time, model, "model", "model")
             panels.append(panel)
-        left_theta, left_alpha = self._residuals()
-        residual = Panel("measured − model (deg)", span, around(left_theta, left_alpha), "time (s)", height=1.15)
-        residual.line(compared.time, left_theta, "ghost", "θ")
-        residual.line(compared.time, left_alpha, "voltage", "α")
+        left = dict(zip(_ANGLES, self._residuals(), strict=True))
+        edges = {name: [edge - compared.degrees(f"{name}_model") for edge in both] for name, both in band.items()}
+        limits = around(*left.values(), *edges.get("alpha", ()))
+        residual = Panel("measured − model (deg)", span, limits, "time (s)", height=1.15)
+        for name, symbol, role in (("theta", "θ", "ghost"), ("alpha", "α", "voltage")):
+            if name in edges:
+                _draw(residual, compared.time, edges[name], role)
+            residual.line(compared.time, left[name], role, symbol)
         sliders: list[Slider | Choice | Button] = [
             Slider(name, name, _UNITS[name], *_RANGES[name], getattr(self.parameters, name), self.busy)
             for name in _RANGES
@@ -209,6 +231,13 @@ class ValidationExplorer(Explorer):
             height=300 if self._another else 460,
         )
 
+    def _band(self) -> dict[str, list[Vector]]:
+        """Lower and upper curve of each angle, deg, as long as the curves are those of the fit."""
+        if self.band is None or self.fitted is None or self.parameters != self.fitted.parameters:
+            return {}
+        curves = zip(_ANGLES, self.band.around(self._recording), strict=True)
+        return {name: [one.lower / DEG, one.upper / DEG] for name, one in curves}
+
     def _residuals(self) -> tuple[Any, Any]:
         theta, alpha = (self.compared.degrees(name) - self.compared.degrees(f"{name}_model") for name in _ANGLES)
         return theta, alpha
@@ -219,6 +248,9 @@ class ValidationExplorer(Explorer):
             explained = fit_percent(self.compared[name], self.compared[f"{name}_model"])
             rms = float(np.sqrt(np.mean(left**2)))
             rows.append(Row(symbol, (f"{explained:.1f} %", f"{rms:.3f} deg")))
+        if self.band is not None and self._band():
+            theta, alpha = self.band(self._recording)
+            rows.append(Row("inside the band", (f"θ {theta:.1%}", f"α {alpha:.1%}")))
         return Readout("Model against measurement", rows, ("", "model fit", "residual, RMS"))
 
 

@@ -157,6 +157,11 @@ def test_the_fit_figure():
         widgets.fit_percent(np.ones(9), np.ones(9))
 
 
+def drawn(explorer):
+    """Kinds of what each panel shows."""
+    return [[item["kind"] for item in panel.items] for panel in explorer.view().columns[0].panels]
+
+
 def test_a_fit_begins_where_the_sliders_stand_and_leaves_a_kernels_loop_free(lab, validated):
     async def scenario():
         explorer = ValidationExplorer(validated, lab.servo, lab.joint, K_s=1.2)
@@ -177,10 +182,17 @@ def test_a_fit_begins_where_the_sliders_stand_and_leaves_a_kernels_loop_free(lab
     assert explorer.parameters.K_s == explorer.fitted.parameters.K_s
     assert explorer.friction == "fitted" and "doubted" not in explorer.notice
     (prediction,) = explorer.fitted.predictions
-    explorer._fitted(replace(explorer.fitted, predictions=(replace(prediction, rms={"theta": 0.1, "alpha": 0.0}),)))
+    assert [row["label"] for row in readout(explorer, "Model against measurement")["rows"]][2] == "inside the band"
+    inside = explorer.band(validated)
+    assert min(inside) > 0.9
+    assert readout(explorer, "Model against measurement")["rows"][2]["values"][1] == f"α {inside.alpha:.1%}"
+    bad = replace(explorer.fitted, predictions=(replace(prediction, rms={"theta": 0.1, "alpha": 0.0}),))
+    explorer._fitted((bad, explorer.band))
     assert explorer.notice.startswith("This fit is doubted")
-    change(explorer, "friction", "none")
+    assert drawn(explorer) == [["area", "line", "line"]] * 2 + [["area", "line"] * 2]
+    change(explorer, "friction", "none")  # the curves are not those of the fit any more
     assert explorer.parameters.servo_friction == (0.0, 0.0)
+    assert drawn(explorer) == [["line", "line"]] * 3
     press(explorer, "reset")
     assert explorer.parameters.K_s == 1.2
 
