@@ -41,7 +41,7 @@ from dataclasses import replace
 
 from rotflex.config import Joint, Servo, one_of
 from rotflex.errors import IdentificationError
-from rotflex.greybox.bands import Band, Curves, Inside
+from rotflex.greybox.bands import Band
 from rotflex.greybox.problem import TYPICAL, Problem
 from rotflex.greybox.result import FitResult, LeftOut, Prediction, result_of
 from rotflex.greybox.solving import FREE, Chosen, choose, search, sureness
@@ -49,19 +49,7 @@ from rotflex.plant import PlantParameters
 from rotflex.progress import progress as bar
 from rotflex.recording import Recording
 
-__all__ = [
-    "FREE",
-    "TYPICAL",
-    "Band",
-    "Curves",
-    "FitResult",
-    "Inside",
-    "LeftOut",
-    "Prediction",
-    "fit",
-    "leave_one_out",
-    "typical",
-]
+__all__ = ["FREE", "TYPICAL", "Band", "FitResult", "LeftOut", "Prediction", "fit", "leave_one_out", "typical"]
 
 
 def __dir__() -> list[str]:

@@ -1,15 +1,16 @@
 """The band in which a recording of the bench should lie, for a loop that a fitted plant predicts.
 
-A prediction is wrong for two reasons, and a band has both, as the root of the sum of their squares:
+A prediction errs for two reasons. A band has both, as the root of the sum of their squares:
 
-* *The bench changes from run to run.* Friction, omega_n and the delay are drawn, and the loop is simulated with each.
-  With one recording, how much the first two change is not measured: :data:`FRICTION` and :data:`OMEGA_N` are known of
-  such rigs. With several recordings, the spread is measured between them. Two or three recordings say little of a
-  spread, so the known one counts as :data:`KNOWN` recordings more.
-* *The plant is not the bench.* The margin is what the fit leaves, root mean square, and a count and a half of the
-  encoder at least: the counters of the bench and of its twin do not change at the same angle.
+* *The bench changes from run to run.* Friction, omega_n and the delay are drawn, and the loop is simulated with each
+  draw. One recording does not tell how much the first two change. :data:`FRICTION` and :data:`OMEGA_N` are known of
+  such rigs. Between several recordings, the spread is measured. Two or three recordings tell little of a spread.
+  Therefore the known spread counts as one recording more. The link's dry friction is drawn from none on, because a fit
+  finds too much of it: a real link rings on for seconds.
+* *The plant is not the bench.* The margin is what the fit leaves (root mean square). It is at least a count and a half
+  of the encoder, because the counters of the bench and of its twin do not change at the same angles.
 
-A band is 1.96 times that root to either side of the prediction. That holds 95 % of normal errors.
+The band reaches 1.96 times this root to either side of the prediction. That holds 95 % of normal errors.
 """
 
 from __future__ import annotations
@@ -39,15 +40,19 @@ from rotflex.units import DEG
 if TYPE_CHECKING:
     from rotflex.greybox.result import FitResult
 
-FRICTION = 1.5  #: from run to run, the friction of such rigs changes by a factor up to this one
-#: standard deviation from run to run, relative: 23.01, 23.22 and 22.72 rad/s were fitted to three logs of one bench
+FRICTION = 1.5  #: the largest factor by which the friction of such rigs changes from run to run
+#: standard deviation from run to run, relative: fits to three logs of one bench gave 23.01, 23.22 and 22.72 rad/s
 OMEGA_N = 0.011
-KNOWN = 1  #: recordings that the known spread counts as, beside measured ones
-DRAWS = 20
+KNOWN = 1  #: the known spread counts as so many recordings, beside those that are measured
+_DRAWS = 20
 _REACH = 1.96  # standard deviations: 95 % of normal errors
 _COUNTS = 1.5  # of an encoder: the least margin
+_LEAST = 1e-3  # N·m: of less friction, a relative spread says nothing
 _SEED = 20
 _ANGLES = ("theta", "alpha")
+_KNOWN = f"friction ×/÷ {FRICTION} and a standard deviation of {OMEGA_N:.1%} in omega_n are known of such rigs"
+_ONE = f"One recording does not tell how runs differ: {_KNOWN}."
+_SEVERAL = f"The spread is measured between {{logs}} recordings; {_KNOWN}, and count as one recording more."
 
 
 class Curves(NamedTuple):
@@ -66,14 +71,6 @@ class Inside(NamedTuple):
 
     def __str__(self) -> str:
         return f"Inside the band: {self.theta:.1%} of theta, {self.alpha:.1%} of alpha."
-
-
-class Spread(NamedTuple):
-    """How far a run may be from the fit: ln(friction), omega_n (relative), and the delay (s), evenly to either side."""
-
-    friction: float
-    omega_n: float
-    delay: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,10 +108,8 @@ class Band:
     @property
     def half_width(self) -> dict[str, float]:
         """Root mean square of half the width, rad, by angle."""
-        return {
-            name: rms(curves.upper - curves.middle)
-            for name, curves in {"theta": self.theta, "alpha": self.alpha}.items()
-        }
+        curves = dict(zip(_ANGLES, (self.theta, self.alpha), strict=True))
+        return {name: rms(one.upper - one.middle) for name, one in curves.items()}
 
     def __call__(self, recording: Recording) -> Inside:
         """Return the shares of a recording's samples that lie inside.
@@ -127,10 +122,8 @@ class Band:
         IdentificationError
             If the recording has another length or sample time, or no theta or alpha.
         """
-        shares = []
-        for curves, name in zip(self.around(recording), _ANGLES, strict=True):
-            shares.append(float(np.mean((curves.lower <= recording[name]) & (recording[name] <= curves.upper))))
-        return Inside(*shares)
+        pairs = zip(self.around(recording), map(recording.__getitem__, _ANGLES), strict=True)
+        return Inside(*(float(np.mean((one.lower <= angle) & (angle <= one.upper))) for one, angle in pairs))
 
     def around(self, recording: Recording) -> tuple[Curves, Curves]:
         """Return the curves of theta and alpha for a recording: in an open loop, theta's follow its drift.
@@ -140,8 +133,7 @@ class Band:
         IdentificationError
             As a call of the band.
         """
-        theta = channel(recording, "theta", may_be_constant=True)
-        channel(recording, "alpha", may_be_constant=True)
+        theta, _alpha = (channel(recording, name, may_be_constant=True) for name in _ANGLES)
         step = self.time[1] - self.time[0]
         if len(recording) != self.time.size or abs(recording.sample_time - step) > 1e-3 * step:
             raise IdentificationError(
@@ -187,12 +179,11 @@ class Band:
 
 def band(found: FitResult, reference: ArrayLike, controller: Controller, sample_time: float, progress: bool) -> Band:
     """Predict a loop: see :meth:`rotflex.greybox.FitResult.band`."""
-    spread = _spread(found)
-    levels = (np.arange(DRAWS) * 2 + 1) / DRAWS - 1  # a Latin hypercube: each parameter takes all its levels
+    friction, most_omega_n, most_delay = _spread(found)
+    levels = (np.arange(_DRAWS) * 2 + 1) / _DRAWS - 1  # a Latin hypercube: each parameter takes all its levels
     draw = np.random.default_rng(_SEED)
     servo, link, omega_n, delay = (draw.permutation(levels) for _parameter in range(4))
-    factor = math.exp(spread.friction)
-    changes = [factor**servo, factor * (1 + link) / 2, spread.omega_n * omega_n, spread.delay * delay]
+    changes = [friction**servo, friction * (1 + link) / 2, most_omega_n * omega_n, most_delay * delay]
     simulated = []
     for change in bar([(1.0, 1.0, 0.0, 0.0), *np.transpose(changes).tolist()], "band", "run", progress):
         with hil.open("virtual", plant=_changed(found, *change), servo=found.servo) as bench:
@@ -202,7 +193,10 @@ def band(found: FitResult, reference: ArrayLike, controller: Controller, sample_
     middle, *draws = np.array(simulated)
     least = _COUNTS * found.servo.K_enc / _REACH
     margin = np.array([max(found.residual_rms[name], least) for name in _ANGLES])
-    return Band(recording.time, middle, np.array(draws), margin, type(controller) is OpenLoop, _in_words(found, spread))
+    drawn = f"friction ×/÷ {friction:.2f}, omega_n ±{most_omega_n:.1%}, delay ±{most_delay * 1e3:.2f} ms"
+    source = _SEVERAL if len(found.predictions) > 1 else _ONE
+    said = f"Drawn evenly: {drawn}. {source.format(logs=len(found.predictions))}"
+    return Band(recording.time, middle, np.array(draws), margin, type(controller) is OpenLoop, said)
 
 
 def _changed(found: FitResult, servo: float, link: float, omega_n: float, delay: float) -> VirtualPlantSpec:
@@ -217,33 +211,19 @@ def _changed(found: FitResult, servo: float, link: float, omega_n: float, delay:
     return VirtualPlantSpec(found.joint, plant, Timing(delay=max(found.delay + delay, 0.0)))
 
 
-def _spread(found: FitResult) -> Spread:
-    """How friction, omega_n and the delay differ from run to run. Half an even spread is √3 standard deviations."""
+def _spread(found: FitResult) -> tuple[float, float, float]:
+    """How far a run may be from the fit: a factor of friction, omega_n (relative), and the delay (s).
+
+    The draws are even. Half their width is √3 standard deviations.
+    """
     known = np.array([math.log(FRICTION), math.sqrt(3) * OMEGA_N])
     delay = math.sqrt(3) * found.estimates["delay"].uncertainty if "delay" in found.estimates else 0.0
     logs = len(found.predictions)
     if logs > 1:
+        scale = math.sqrt(3 * logs) / student(logs)  # an interval reaches Student's t standard errors of a mean
         ways = [name for name in ("servo_friction_plus", "servo_friction_minus") if name in found.intervals]
-        reach = sum(float(np.ptp(found.intervals[name])) / 2 for name in ways)
-        friction = reach / max(sum(found.estimates[name].value for name in ways), 1e-9)
-        # An interval reaches Student's t standard errors of a mean to either side.
-        measured = np.array([friction, 2 * found.omega_n.uncertainty / found.omega_n.value])
-        measured *= math.sqrt(3 * logs) / student(logs)
-        squares = (KNOWN * known**2 + (logs - 1) * measured**2) / (KNOWN + logs - 1)
-        known = np.sqrt(squares * (1 + 1 / logs))
-    friction, omega_n = known.tolist()
-    return Spread(friction, omega_n, delay)
-
-
-def _in_words(found: FitResult, spread: Spread) -> str:
-    logs = len(found.predictions)
-    drawn = (
-        f"Drawn: servo friction ×/÷ {math.exp(spread.friction):.2f}, omega_n ±{spread.omega_n:.1%}, "
-        f"delay ±{spread.delay * 1e3:.2f} ms."
-    )
-    known = f"friction ×/÷ {FRICTION} and omega_n ±{OMEGA_N:.1%} (standard deviation)"
-    if logs > 1:
-        return (
-            f"{drawn} The spread is measured between {logs} recordings; {known}, known of such rigs, count as one more."
-        )
-    return f"{drawn} One recording does not tell how runs differ: {known} are known of such rigs."
+        relative = [np.ptp(found.intervals[name]) / 2 / max(found.estimates[name].value, _LEAST) for name in ways]
+        friction = scale * np.mean(relative) if ways else known[0]
+        measured = np.array([friction, scale * 2 * found.omega_n.uncertainty / found.omega_n.value])
+        known = np.sqrt((KNOWN * known**2 + (logs - 1) * measured**2) / (KNOWN + logs - 1) * (1 + 1 / logs))
+    return math.exp(known[0]), float(known[1]), delay

@@ -165,9 +165,9 @@ class FitResult:
     ) -> Band:
         """Predict a loop on the bench, with the band in which 95 % of a recording's samples should lie.
 
-        The plant is simulated some thirty times on its bench, from rest: with its encoders and delay, and with another
-        friction, omega_n and delay each time. See :mod:`rotflex.greybox.bands` for what the band stands on. It takes
-        3 s for a reference of 10 s at 2 ms. The same fit and reference give the same band.
+        The plant is simulated on its bench about twenty times, from rest at zero: with encoders and delay, and with
+        other friction, omega_n and delay each time. See :mod:`rotflex.greybox.bands` for what the band stands on. A
+        reference of 10 s at 2 ms takes about 3 s. The same fit and reference give the same band.
 
         Parameters
         ----------

@@ -86,7 +86,7 @@ def alt_text_of(compared: Recording) -> str:
     )
 
 
-def _draw(panel: Panel, time: Vector, edges: Sequence[Vector], role: str, label: str = "") -> None:
+def _shade(panel: Panel, time: Vector, edges: Sequence[Vector], role: str, label: str = "") -> None:
     """Shade what lies between a lower and an upper curve."""
     (left, lower), (right, upper) = (thinned(time, edge) for edge in edges)
     panel.area(np.append(left, right[::-1]), np.append(lower, upper[::-1]), role, label)
@@ -194,22 +194,18 @@ class ValidationExplorer(Explorer):
         """Both angles, measured and modelled, and what is left between them."""
         compared = self.compared
         span = (float(compared.time[0]), float(compared.time[-1]))
-        panels, band = [], self._band()
-        for name, label in (("theta", "θ (deg)"), ("alpha", "α (deg)")):
+        panels, edges, left = [], self._edges(), dict(zip(_ANGLES, self._residuals(), strict=True))
+        above = [edge - compared.degrees("alpha_model") for edge in edges.get("alpha", ())]
+        residual = Panel("measured − model (deg)", span, around(*left.values(), *above), "time (s)", height=1.15)
+        for name, symbol, role in (("theta", "θ", "ghost"), ("alpha", "α", "voltage")):
             measured, model = compared.degrees(name), compared.degrees(f"{name}_model")
-            panel = Panel(label, span, around(measured, model), height=1.3)
-            if name in band:
-                _draw(panel, compared.time, band[name], "model", "band of 95 %")
+            panel = Panel(f"{symbol} (deg)", span, around(measured, model), height=1.3)
+            if name in edges:
+                _shade(panel, compared.time, edges[name], "model", "band of 95 %")
+                _shade(residual, compared.time, [edge - model for edge in edges[name]], role)
             panel.line(compared.time, measured, "measured", "measured")
             panel.line(compared.time, model, "model", "model")
             panels.append(panel)
-        left = dict(zip(_ANGLES, self._residuals(), strict=True))
-        edges = {name: [edge - compared.degrees(f"{name}_model") for edge in both] for name, both in band.items()}
-        limits = around(*left.values(), *edges.get("alpha", ()))
-        residual = Panel("measured − model (deg)", span, limits, "time (s)", height=1.15)
-        for name, symbol, role in (("theta", "θ", "ghost"), ("alpha", "α", "voltage")):
-            if name in edges:
-                _draw(residual, compared.time, edges[name], role)
             residual.line(compared.time, left[name], role, symbol)
         sliders: list[Slider | Choice | Button] = [
             Slider(name, name, _UNITS[name], *_RANGES[name], getattr(self.parameters, name), self.busy)
@@ -231,7 +227,7 @@ class ValidationExplorer(Explorer):
             height=300 if self._another else 460,
         )
 
-    def _band(self) -> dict[str, list[Vector]]:
+    def _edges(self) -> dict[str, list[Vector]]:
         """Lower and upper curve of each angle, deg, as long as the curves are those of the fit."""
         if self.band is None or self.fitted is None or self.parameters != self.fitted.parameters:
             return {}
@@ -248,7 +244,7 @@ class ValidationExplorer(Explorer):
             explained = fit_percent(self.compared[name], self.compared[f"{name}_model"])
             rms = float(np.sqrt(np.mean(left**2)))
             rows.append(Row(symbol, (f"{explained:.1f} %", f"{rms:.3f} deg")))
-        if self.band is not None and self._band():
+        if self.band is not None and self._edges():
             theta, alpha = self.band(self._recording)
             rows.append(Row("inside the band", (f"θ {theta:.1%}", f"α {alpha:.1%}")))
         return Readout("Model against measurement", rows, ("", "model fit", "residual, RMS"))
