@@ -174,7 +174,9 @@ class ValidationExplorer(Explorer):
             self.busy = False
         values = ", ".join(f"{name} = {found.estimates[name]} {unit}" for name, unit in _TOLD.items())
         braking = "The braking is the sum of B_eq and back-EMF. A recording cannot separate the two."
-        self.notice = " ".join([*found.doubts(), f"Fitted, with dry friction in both joints: {values}.", braking])
+        band_means = "95 % of another run should lie in the band; θ drifts, so its band follows it in windows of 1 s."
+        fitted = f"Fitted, with dry friction in both joints: {values}."
+        self.notice = " ".join([*found.doubts(), fitted, braking, band_means])
 
     def _with_friction(self, parameters: PlantParameters, choice: str) -> PlantParameters:
         if choice == "fitted":
