@@ -17,6 +17,7 @@ from dataclasses import replace
 from types import TracebackType
 
 import numpy as np
+from numpy.typing import NDArray
 
 from labcourse.errors import AnswerError
 from labcourse.run import by_program
@@ -73,7 +74,11 @@ class Practice:
         return hil.open("virtual", seed=_OFFSET + self.number, draw=DRAW, run=run)
 
     def controller(self) -> StateFeedback:
-        """Return a ready-made controller of this bench: a sampled linear quadratic regulator."""
+        """Return a ready-made controller of this bench: full state feedback with :meth:`gain`."""
+        return StateFeedback(self.gain())
+
+    def gain(self) -> NDArray[np.float64]:
+        """Return the gain (1, 4) of a ready-made controller of this bench: a sampled linear quadratic regulator."""
         import control  # slow to load, and most sessions need no controller
 
         none = (0.0, 0.0)
@@ -82,7 +87,8 @@ class Practice:
         )
         columns = [driven(linear, State(*unit[:4]), [unit[4]] * 2, SAMPLE_TIME)[1] for unit in np.eye(5).tolist()]
         A, B = np.array(columns[:4]).T, np.array(columns[4:]).T
-        return StateFeedback(control.dlqr(A, B, np.diag(_WEIGHTS), np.eye(1))[0])
+        K: NDArray[np.float64] = control.dlqr(A, B, np.diag(_WEIGHTS), np.eye(1))[0]
+        return K
 
     def __enter__(self) -> hil.Bench:
         self._open = self.bench()

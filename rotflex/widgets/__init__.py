@@ -10,6 +10,7 @@ bench and model          ``watch_model(lab)``                            :func:`
 poles                    ``explore_poles(lab=lab)``                      ``design(A, B, poles)``, ``margins(A, B, K)``
 closed loop              ``explore_loop(lab)``                           :func:`rotflex.simulation.closed_loop`
 before and after         ``show_arm(lab)``                               ``figures_of(recording)``
+two designs              ``compare_designs(lab, designs)``               :func:`rotflex.hil.loop.run`
 bench                    ``open_console(lab)``                           :mod:`rotflex.experiments`
 controller to be felt    ``feel_controller(lab)``                        ``experiments.tracking(bench, K)``
 results                  ``results_table(lab, "Table 2")``               ``lab.table("Table 2")``
@@ -27,11 +28,14 @@ from rotflex.widgets.loops import explore_loop
 from rotflex.widgets.placement import Dominant, design, margins, with_gain
 from rotflex.widgets.poles import explore_poles
 from rotflex.widgets.sweeps import explore_sweep, spectra, stiffness_at
+from rotflex.widgets.two_designs import Trial, compare_designs
 from rotflex.widgets.validations import ValidationExplorer, explore_validation, fit_percent, overlay
 
 __all__ = [
     "Dominant",
+    "Trial",
     "ValidationExplorer",
+    "compare_designs",
     "design",
     "explore_loop",
     "explore_poles",

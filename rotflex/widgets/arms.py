@@ -109,7 +109,7 @@ class ArmsExplorer(Explorer):
     def view(self) -> Scene:
         """The arms, and to their right both angles against time."""
         largest = [f"{arm.title} {np.abs(arm.recording.degrees('alpha')).max():.1f} deg" for arm in self.arms]
-        duration = min(float(arm.recording.time[-1]) for arm in self.arms)
+        duration = max(float(arm.recording.time[-1]) for arm in self.arms)
         play = [played(arm.recording, 0.0, duration) for arm in self.arms]
         signals = {f"{name} {n}": values for n, one in enumerate(play) for name, values in one.signals.items()}
         columns = [Column([arm.drawn(number)], 0.62) for number, arm in enumerate(self.arms)]

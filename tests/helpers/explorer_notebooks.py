@@ -25,6 +25,11 @@ with lab.bench() as bench:
 explorer = widgets.ValidationExplorer(recording, lab.servo, lab.joint)
 explorer""",
     "console": "explorer = widgets.open_console(lab, K=[18.2, -17.2, 1.59, 0.633])\nexplorer",
+    "designs": """
+import control
+lab.record("3.8", K=control.place(A, B, [-12 + 16j, -12 - 16j, -30, -40]).tolist())
+explorer = widgets.compare_designs(lab)
+explorer""",
     "results": 'explorer = widgets.results_table(lab, "Table 2")\nexplorer',
 }
 
