@@ -56,7 +56,7 @@ def _quantities() -> set[str]:
     parts = [part for question in CATALOGUE.everything.values() for part in question.parts]
     given = {name for part in parts for name in (*part.symbols, *part.channels, *part.units)}
     asked = {part.name for part in parts if part.kind in ("number", "matrix", "poles", "expression")}
-    return given | {name for name in asked if "_" in name}
+    return (given | {name for name in asked if "_" in name}) - {"a", "b"}  # they are words, too
 
 
 #: No attributes, and no opacity as matplotlib has it: ``alpha=0.3``.
