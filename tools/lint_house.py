@@ -43,6 +43,7 @@ MADE_COURSES = re.compile(r"springlab|spring-course|01_spring")
 VERSIONS = {
     "labcourse/run/inside/private_interfaces.py": ("3.10", "3.11"),
     "labcourse/grading/release/student_course.py": ("3.11",),
+    "labcourse/grading/release/student_notebooks.py": ("4.5",),
     "labcourse/run/skippable_cells.py": ("3.12",),
 }
 
