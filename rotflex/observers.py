@@ -1,10 +1,11 @@
-"""What the encoders know of the state, and observers that find it: discrete, with gains by poles or by Kalman.
+"""What the encoders know of the state, and the gain of a discrete observer that finds it.
 
 An observer runs the model beside the plant and corrects it at each sample: with x̂⁻ the prediction for this sample,
 
     x̂ = x̂⁻ + L (y − C x̂⁻),    x̂⁻[k+1] = Phi x̂ + Gamma u.
 
 L is the gain of the *filter* form, which uses the newest sample. (Phi L is that of the predictor form, which does not.)
+Poles p of the estimation error are placed by ``L = control.place(Phi.T, (C @ Phi).T, p).T``.
 :class:`rotflex.hil.controllers.ObserverFeedback` runs it on a bench.
 """
 
@@ -14,10 +15,12 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.linalg import expm, matrix_balance
+from scipy.linalg import matrix_balance
 
 from rotflex.errors import DesignError
 from rotflex.model import RANK_TOLERANCE, Array, finite, system_matrix
+from rotflex.sampled import period
+from rotflex.simulation import held
 
 if TYPE_CHECKING:
     from control import StateSpace
@@ -27,7 +30,6 @@ __all__ = [
     "gramian",
     "kalman_gain",
     "observability",
-    "observer_gain_by_place",
     "observer_poles",
     "process_noise",
     "uncertainty",
@@ -69,14 +71,13 @@ def observability(A: ArrayLike, C: ArrayLike) -> Observability:
 def gramian(A: ArrayLike, C: ArrayLike, horizon: float) -> Array:
     """Observability Gramian (n, n) over a finite time, ∫ exp(Aᵀt) CᵀC exp(At) dt from 0 to ``horizon`` (s).
 
-    The Gramian over all time, ``control.gram``, does not exist for a plant with an integrator, as this one is. By
-    Van Loan's block exponential (1978).
+    The Gramian over all time, ``control.gram``, does not exist for a plant with an integrator, as this one is. This
+    one integrates Lyapunov's equation Ẇ = AᵀW + WA + CᵀC from zero, as a linear system with a constant input. (Van
+    Loan's block exponential has exp(−At) in it, which grows without bound where A is stable.)
     """
     A, C = _pair(A, C)
-    n = len(A)
-    block = expm(np.block([[-A.T, C.T @ C], [np.zeros((n, n)), A]]) * horizon)
-    W: Array = block[n:, n:].T @ block[:n, n:]
-    return (W + W.T) / 2
+    I = np.eye(len(A))
+    return held(np.kron(A.T, I) + np.kron(I, A.T), (C.T @ C).reshape(-1, 1), horizon)[1].reshape(A.shape)
 
 
 def uncertainty(A: ArrayLike, C: ArrayLike, horizon: float, sample_time: float, resolution: float) -> Array:
@@ -124,28 +125,25 @@ def kalman_gain(plant: StateSpace, process: ArrayLike, resolution: float, servo_
     process : (n, n), covariance of the process noise, see :func:`process_noise`
     resolution : of the encoders, rad; their rounding counts as noise of variance resolution²/12
     servo_only : use the servo's encoder alone
+
+    Raises
+    ------
+    DesignError
+        If the plant is in continuous time, or the covariance has a value that is not finite.
     """
     import control
 
+    period(plant)
     C = plant.C[:1] if servo_only else plant.C
     R = np.eye(len(C)) * resolution**2 / 12
     _L, P, _poles = control.dlqe(plant.A, np.eye(plant.nstates), C, finite("The process noise", process), R)
     return np.asarray(P @ C.T @ np.linalg.inv(C @ P @ C.T + R))
 
 
-def observer_gain_by_place(plant: StateSpace, desired: ArrayLike, servo_only: bool = False) -> Array:
-    """Gain L (n, p) in filter form that gives the estimation error the poles ``desired`` (n,) in z."""
-    import control
-
-    C = plant.C[:1] if servo_only else plant.C
-    return np.asarray(control.place(plant.A.T, (C @ plant.A).T, desired).T)
-
-
 def observer_poles(plant: StateSpace, L: ArrayLike) -> NDArray[np.complex128]:
-    """Poles in z of the estimation error, (I − L C) Phi, for a gain L (n, p) on the first p outputs."""
-    gain = finite("L", L)
-    C = plant.C[: gain.shape[1]]
-    return np.linalg.eigvals((np.eye(plant.nstates) - gain @ C) @ plant.A).astype(complex)
+    """Poles (n,) in z of the estimation error, (I − L C) Phi, for a gain L (n, p) on the first p outputs."""
+    gain = finite("L", L).reshape(plant.nstates, -1)
+    return np.linalg.eigvals(plant.A - gain @ plant.C[: gain.shape[1]] @ plant.A).astype(complex)
 
 
 def _pair(A: ArrayLike, C: ArrayLike) -> tuple[Array, Array]:

@@ -14,17 +14,17 @@ interval, so earlier voltages become states (Åström and Wittenmark, *Computer-
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.linalg import expm
 from scipy.optimize import brentq
 
 from rotflex import design
 from rotflex.errors import DesignError
-from rotflex.model import Array, system_pair
-from rotflex.simulation import STATES, takes_systems
+from rotflex.model import Array
+from rotflex.simulation import STATES, held, matrices, takes_systems
 
 if TYPE_CHECKING:
     from control import StateSpace
@@ -46,7 +46,7 @@ def __dir__() -> list[str]:
 
 LONGEST = 0.1  #: s; the longest sample time that :func:`longest_sample_time` looks at
 _TRIED = 200  # sample times up to it
-_BAND, _FREQUENCIES = (1e-4, 1.0), 1000  # of the Nyquist frequency, at which margins are found
+_BAND, _FREQUENCIES = (1e-4, 1.01), 1000  # of the Nyquist frequency, at and beyond which a crossing may lie
 
 
 @takes_systems
@@ -72,54 +72,55 @@ def sample(A: ArrayLike, B: ArrayLike, sample_time: float, delay: float = 0.0) -
     """
     import control
 
-    A, B = system_pair(A, B)
+    A, B = matrices(A, B)
     if not 0 < sample_time < np.inf or not 0 <= delay < np.inf:
         raise DesignError(
             f"The sample time must be positive and the delay not negative, both in s; they are {sample_time!r} and "
             f"{delay!r}."
         )
-    whole, part = divmod(delay, sample_time)
-    if min(part, sample_time - part) < 1e-9 * sample_time:  # a whole number of samples, but for rounding
-        whole, part = round(delay / sample_time), 0.0
-    n, old = len(A), int(whole) + (part > 0)
-    now, hold = _held(A, B, sample_time - part)
-    late, late_hold = _held(A, B, part)
-    Phi, Gamma = np.eye(n + old, k=-1), np.zeros((n + old, 1))
-    Phi[: n + 1] = 0
-    Phi[:n, :n] = now @ late
+    old = math.ceil(delay / sample_time - 1e-9)  # earlier voltages that still act; 1e-9 for rounding
+    late = delay - (old - 1) * sample_time if old else 0.0  # how long the oldest of them acts
+    (Phi_1, Gamma_1), (Phi_0, Gamma_0) = held(A, B, late), held(A, B, sample_time - late)
+    n = len(STATES)
     inputs = np.zeros((n, old + 1))  # what u[k], u[k-1], … do until the next sample
-    inputs[:, int(whole)] += hold[:, 0]
-    inputs[:, old] += (now @ late_hold)[:, 0] if part else 0.0
-    Phi[:n, n:], Gamma[:n] = inputs[:, 1:], inputs[:, :1]
-    Gamma[n : n + 1] = 1
-    states = [*(STATES if n == len(STATES) else (f"x_{i}" for i in range(n))), *(f"u_{i + 1}" for i in range(old))]
-    named = {"states": states, "inputs": ["V_m"], "outputs": list(STATES[:2])}
+    inputs[:, [old]] += Phi_0 @ Gamma_1
+    inputs[:, [max(old - 1, 0)]] += Gamma_0
+    Phi, Gamma = np.eye(n + old, k=-1), np.eye(n + old, 1, k=-n)
+    Phi[: n + 1] = 0
+    Phi[:n, :n], Phi[:n, n:], Gamma[:n] = Phi_0 @ Phi_1, inputs[:, 1:], inputs[:, :1]
+    named = {"inputs": ["V_m"], "outputs": list(STATES[:2]), "states": [*STATES, *(f"u_{i + 1}" for i in range(old))]}
     return control.StateSpace(Phi, Gamma, np.eye(2, n + old), np.zeros((2, 1)), sample_time, **named)
 
 
-def _held(A: Array, B: Array, time: float) -> tuple[Array, Array]:
-    """Phi (n, n) and Gamma (n, 1) over a time (s) with a constant input."""
-    n = len(A)
-    step = expm(np.block([[A, B], [np.zeros((1, n + 1))]]) * time)
-    return step[:n, :n], step[:n, n:]
+def period(plant: StateSpace) -> float:
+    """Sample time (s) of a sampled plant.
+
+    Raises
+    ------
+    DesignError
+        If the plant is in continuous time.
+    """
+    if not plant.isdtime(strict=True):
+        raise DesignError("The plant is in continuous time. Sample it first: sampled.sample(plant, sample_time).")
+    return float(plant.dt)
 
 
 # --- poles and gains --------------------------------------------------------------------------------------------------
 
 
 def poles_in_z(desired: ArrayLike, plant: StateSpace) -> NDArray[np.complex128]:
-    """Map desired poles (rad/s) to the z-plane: z = exp(s sample_time), and zero for each voltage that is a state."""
-    mapped = np.exp(design.paired(desired) * plant.dt)
+    """Map desired poles (4,), rad/s, to z = exp(s sample_time), and add a zero for each voltage that is a state."""
+    mapped = np.exp(design.paired(desired, len(STATES)) * period(plant))
     return np.concatenate([mapped, np.zeros(plant.nstates - mapped.size)])
 
 
 def gain_by_place(plant: StateSpace, desired: ArrayLike) -> Array:
-    """Gain K (1, n) that gives a sampled plant the behaviour of desired poles in s (rad/s).
+    """Gain K (1, n) that gives a sampled plant the behaviour of desired poles in s (4,), rad/s.
 
     Raises
     ------
     DesignError
-        If a pole is unpaired, there are too many, or the sampled plant is not controllable.
+        If there are not four poles, one is unpaired, or the plant is in continuous time or not controllable.
     """
     return design.gain_by_place(plant.A, plant.B, poles_in_z(desired, plant))
 
@@ -129,21 +130,20 @@ def emulated_poles(plant: StateSpace, K: ArrayLike) -> NDArray[np.complex128]:
 
     That is ``StateFeedback(K, sample_time=h, cutoff=1 / h)``. The angles of the last sample are two states more.
     """
-    n, h, gain = plant.nstates, plant.dt, np.ravel(K)
-    Phi = np.block([[plant.A, np.zeros((n, 2))], [plant.C, np.zeros((2, 2))]])
-    feedback = np.concatenate([(gain[:2] + gain[2:] / h) @ plant.C, -gain[2:] / h])
-    loop = Phi - np.outer(np.append(plant.B, [0, 0]), feedback)
+    angles, rates = np.hsplit(np.reshape(K, (1, 4)), 2)
+    rates = rates / period(plant)
+    loop = np.block([[plant.A - plant.B @ (angles + rates) @ plant.C, plant.B @ rates], [plant.C, np.zeros((2, 2))]])
     return np.linalg.eigvals(loop).astype(complex)
 
 
 @takes_systems
 def longest_sample_time(A: ArrayLike, B: ArrayLike, K: ArrayLike, delay: float = 0.0) -> float:
-    """Longest sample time (s) up to which a continuous design K stays stable with differences for rates.
+    """Longest sample time (s) up to which a continuous design K (4,) stays stable with differences for rates.
 
     Returns
     -------
     float
-        ``LONGEST`` if the loop is stable up to there, and 0 if it is never stable.
+        ``LONGEST`` (0.1 s) if the loop is stable up to there, and 0 if it is not even stable at 0.5 ms.
     """
 
     def growth(sample_time: float) -> float:
@@ -167,19 +167,14 @@ class Margins(NamedTuple):
     sensitivity_peak : M_s, the largest |1/(1 + L)|; the Nyquist curve keeps a distance of 1/M_s from -1
     gain : factor by which the loop gain may grow
     phase : deg
-    delay : s, that may be added
+    delay : s, by which the voltage may come later. It is the phase margin over the crossing's frequency, the least of
+        all crossings. Where a crossing is near the Nyquist frequency, the loop bears a little less
     """
 
     sensitivity_peak: float
     gain: float
     phase: float
     delay: float
-
-    def __str__(self) -> str:
-        return (
-            f"M_s = {self.sensitivity_peak:.2f}, gain margin {self.gain:.3g}, phase margin {self.phase:.3g} deg, "
-            f"delay margin {1e3 * self.delay:.3g} ms"
-        )
 
 
 def margins(plant: StateSpace, controller: StateSpace) -> Margins:
@@ -200,13 +195,16 @@ def margins(plant: StateSpace, controller: StateSpace) -> Margins:
     loop = -(controller * plant)
     if np.abs(control.feedback(loop, 1).poles()).max() >= 1:
         raise DesignError("The closed loop is unstable, so it has no margins.")
-    response = control.frequency_response(loop, np.geomspace(*_BAND, _FREQUENCIES) * np.pi / plant.dt)
-    gains, phases, distances, _at_gain, crossings, _nearest = control.stability_margins(response, returnall=True)
-    at_nyquist = response.complex[-1].real  # the response ends there on the real axis, which is no crossing
-    gains = np.append(gains[gains > 1], -1 / at_nyquist if -1 < at_nyquist < 0 else np.inf)
+    nyquist = np.pi / period(plant)
+    omega = np.geomspace(*_BAND, _FREQUENCIES) * nyquist
+    response = loop(np.exp(1j * omega * plant.dt))
+    gains, phases, distances, _omega_180, omega_c, _omega_s = control.stability_margins(
+        control.FRD(response, omega), returnall=True
+    )
+    phases, omega_c = phases[omega_c <= nyquist], omega_c[omega_c <= nyquist]  # those beyond are mirror images
     return Margins(
-        float(1 / np.min(np.abs(1 + response.complex), initial=np.min(distances, initial=np.inf))),
-        float(np.min(gains)),
+        float(1 / np.min(distances, initial=np.abs(1 + response).min())),
+        float(np.min(gains[gains > 1], initial=np.inf)),
         float(np.min(np.abs(phases), initial=np.inf)),
-        float(np.min(np.deg2rad(np.mod(phases, 360)) / crossings, initial=np.inf)),
+        float(np.min(np.deg2rad(np.mod(phases, 360)) / omega_c, initial=np.inf)),
     )

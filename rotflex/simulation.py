@@ -81,6 +81,13 @@ def _parts(system: StateSpace) -> tuple[Vector, Vector]:
     return system.A, system.B
 
 
+def held(A: Vector, B: Vector, time: float) -> tuple[Vector, Vector]:
+    """Phi (n, n) and Gamma (n, m) of x(t + time) = Phi x(t) + Gamma u for an input u that is held."""
+    n, m = B.shape
+    step = expm(np.block([[A, B], [np.zeros((m, n + m))]]) * time)
+    return step[:n, :n], step[:n, n:]
+
+
 def matrices(A: Any, B: Any) -> tuple[Vector, Vector]:
     """Check a model's matrices, and return them as arrays (4, 4) and (4, 1).
 
@@ -248,15 +255,14 @@ def along(
     A, B = matrices(A, B)
     state, angles = np.zeros(4), np.empty((2, volts.size))
     with np.errstate(over="ignore", invalid="ignore"):
-        step = expm(np.block([[A, B], [np.zeros((1, 5))]]) * sample_time)
-        a, b = step[:4, :4], step[:4, 4]
+        a, b = held(A, B, sample_time)
         for k, voltage in enumerate(volts.tolist()):
             # Written so that a NaN counts as run away, too.
             if not np.abs(state[:2]).max() <= bound:
                 angles[:, k:] = np.clip(np.nan_to_num(state[:2], nan=np.inf), -bound, bound)[:, np.newaxis]
                 return angles, k
             angles[:, k] = state[:2]
-            state = a @ state + b * voltage
+            state = a @ state + b[:, 0] * voltage
     return angles, None
 
 

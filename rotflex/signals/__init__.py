@@ -140,14 +140,15 @@ def smooth_square_wave(t: Any, frequency: float, amplitude: float, rate: float) 
 def shaped(x: Any, omega_n: float, zeta: float, sample_time: float) -> NDArray[np.float64]:
     """Shape a command so that it leaves no swing of one oscillation (zero-vibration shaper; Singer and Seering, 1990).
 
-    The result is a weighted mean of the command and of the command half a damped period later.
+    The result is a weighted mean of the command and of the command half a damped period later. Half a period is seldom
+    a whole number of samples; between samples the command is interpolated.
 
     Parameters
     ----------
     x : (n,) command, which starts from ``x[0]``
     omega_n : natural frequency of the oscillation, rad/s
     zeta : its damping ratio, 0 <= zeta < 1
-    sample_time : s; half the period is rounded to whole samples
+    sample_time : s
 
     Raises
     ------
@@ -158,9 +159,10 @@ def shaped(x: Any, omega_n: float, zeta: float, sample_time: float) -> NDArray[n
     if not 0 <= zeta < 1:
         raise ConfigurationError(f"zeta is {zeta!r}; it must be at least 0 and below 1.")
     root = np.sqrt(1 - zeta**2)
-    later = round(np.pi / (omega_n * root) / _positive("sample_time", sample_time, "s"))
+    later = np.pi / (omega_n * root) / _positive("sample_time", sample_time, "s")
     left = np.exp(-np.pi * zeta / root)  # of a swing, after half a period
-    delayed = np.concatenate([np.full(later, command[0]), command])[: command.size]
+    samples = np.arange(command.size)
+    delayed = np.interp(samples - later, samples, command)
     return np.asarray((command + left * delayed) / (1 + left))
 
 

@@ -55,7 +55,7 @@ class FlatMotion(NamedTuple):
         K : gain, V/rad and V/(rad/s)
         friction : V, that overcome the servo's friction while it moves
         """
-        gain = np.ravel(K)[:4]
+        gain = np.ravel(K)
         helped = self.volts + friction * np.sign(np.round(self.states[2], 2))  # not below 0.005 rad/s
         return np.asarray((helped + gain @ self.states) / gain[0] - self.states[0])
 
