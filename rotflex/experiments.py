@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from rotflex.config import in_radians, one_of
 from rotflex.controller import Controller, name_of
-from rotflex.errors import BenchError
+from rotflex.errors import BenchError, DesignError
 from rotflex.hil.bench import Bench
 from rotflex.hil.controllers import OpenLoop, PositionServo, StateFeedback
 from rotflex.hil.loop import listen, run
@@ -236,7 +236,7 @@ def follow(
     bench : an open bench
     controller : a function (theta_ref, theta, alpha) → V, in rad, see :func:`tracking`
     reference : (n,) commanded servo angle, rad, one a sample
-    sample_time : s; a bench with a watchdog bears 0.1 s at most
+    sample_time : s, below the 0.2 s of the watchdog; at most 0.05 s on a real bench, which has a guard
     progress : show a progress bar when it takes longer than a second
 
     Returns
@@ -247,9 +247,9 @@ def follow(
     Raises
     ------
     DesignError
-        If the controller returns anything but one number.
+        If the controller is made for another sample time, or returns anything but one number.
     BenchError
-        If the reference is not a list of finite numbers.
+        If the reference is not a list of finite numbers, or the sample time is too long.
     """
     settings = {"experiment": "follow", "controller": name_of(controller)}
     return _run(bench, controller, np.asarray(reference, dtype=float), settings, progress, sample_time)
@@ -335,7 +335,12 @@ def _run(
     progress: bool,
     sample_time: float = SAMPLE_TIME,
 ) -> Recording:
-    """Bring the arm to rest, and run."""
+    """Bring the arm to rest, and run a controller that is made for this sample time."""
+    made_for = getattr(controller, "sample_time", sample_time)
+    if not np.isclose(made_for, sample_time, rtol=1e-6):
+        raise DesignError(
+            f"The controller is made for a sample_time of {made_for:g} s; the run has {sample_time:g} s. Use the same."
+        )
     if isinstance(bench.recorded, RecordedRuns):
         bench.recorded.choose(settings, controller, reference, sample_time)
     rest(bench)

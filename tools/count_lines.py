@@ -34,7 +34,7 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
         ),
     ),
     "hil, commissioning, doctor, bench commands": (
-        3752,
+        3753,
         (
             "rotflex/bench_commands.py",
             "rotflex/bench_doctor.py",
@@ -42,7 +42,7 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
             "rotflex/hil/**/*.py",
         ),
     ),
-    "recordings of a real bench": (201, ("rotflex/course/plausible.py", "rotflex/course/recordings_folder.py")),
+    "recordings of a real bench": (203, ("rotflex/course/plausible.py", "rotflex/course/recordings_folder.py")),
     "widgets, scene, the course": (
         4582,
         (

@@ -31,7 +31,7 @@ from rotflex import files
 from rotflex.config import Joint, Servo, check_mounted
 from rotflex.errors import BenchError, ConfigurationError, HILError, LimitExceeded, WatchdogExpired
 from rotflex.hil.board import Board, BufferOverflowMode, Clock, Counts, DigitalState
-from rotflex.hil.guard import Guard, Limits, Measurement, Supervision, at
+from rotflex.hil.guard import SLOWEST, Guard, Limits, Measurement, Supervision, at
 from rotflex.hil.halt import WATCHDOG_TIMEOUT, Ending, halt, uninterrupted
 from rotflex.hil.pace import Pace
 from rotflex.hil.replay import RecordedPlant
@@ -410,13 +410,13 @@ class Bench:
         Raises
         ------
         BenchError
-            If the bench is not open, or the watchdog would not outlast the sample time.
+            If the bench is not open, or the sample time is too long for its watchdog or its guard.
         """
         board = self.board
-        if not 0 < sample_time < WATCHDOG_TIMEOUT:
+        if not 0 < sample_time < WATCHDOG_TIMEOUT or (self.safety.guard and sample_time > SLOWEST):
             raise BenchError(
-                f"The sample time is {sample_time!r} s; it must be positive, and shorter than the "
-                f"{WATCHDOG_TIMEOUT} s after which the watchdog stops the motor."
+                f"The sample time is {sample_time!r} s. It must be positive, and shorter than the {WATCHDOG_TIMEOUT} s "
+                f"after which the watchdog stops the motor. Where a guard watches the bench, it is at most {SLOWEST} s."
             )
         self.stop()
         if zero:

@@ -8,6 +8,7 @@ Velocities are not measured; they come from the angles through band-limited deri
 from __future__ import annotations
 
 import math
+from itertools import chain, repeat
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -98,7 +99,7 @@ class StateFeedback:
         if feedback == "partial":
             gain = gain * (1, 0, 1, 0)
         self._gain: tuple[float, ...] = tuple(gain.tolist())
-        self._sample_time, self._cutoff = sample_time, cutoff
+        self.sample_time, self._cutoff = sample_time, cutoff
         self._theta_dot = BandLimitedDerivative(sample_time, cutoff)
         self._alpha_dot = BandLimitedDerivative(sample_time, cutoff)
 
@@ -115,20 +116,20 @@ class StateFeedback:
     def system(self) -> StateSpace:
         """Return the controller as a discrete system of python-control, from theta and alpha to the voltage."""
         angles, rates = np.array([self._gain[:2]]), np.array([self._gain[2:]])
-        w_c, passed, I = self._cutoff, self._cutoff * self._sample_time, np.eye(2)
-        return _system((1 - passed) * I, passed * I, w_c * rates, -angles - w_c * rates, self._sample_time)
+        w_c, passed, I = self._cutoff, self._cutoff * self.sample_time, np.eye(2)
+        return _system((1 - passed) * I, passed * I, w_c * rates, -angles - w_c * rates, self.sample_time)
 
 
 class ObserverFeedback:
     """State feedback u = K(x_d − x̂) with x_d = [theta_d, 0, …, 0], where a discrete observer finds the state x̂.
 
     The observer predicts with the model, x̂⁻[k+1] = Phi x̂ + Gamma u, and corrects with the newest sample,
-    x̂ = x̂⁻ + L (y − C x̂⁻). It knows that the voltage is limited.
+    x̂ = x̂⁻ + L (y − C x̂⁻). It limits its voltage to the ±10 V of a bench, so that the prediction stays right there.
 
     Parameters
     ----------
     Phi, Gamma : (n, n) and (n, 1) or (n,), the model from one sample to the next; its first two states are theta and
-        alpha (rad). Earlier voltages may be states, too
+        alpha (rad). The last voltages may be states, too, where the voltage comes late
     L : (n, 1), correction by the servo's encoder alone; or (n, 2), by both encoders
     K : (n,) or (1, n), gain: V/rad for the angles, V/(rad/s) for the rates
     sample_time : s, of the model and of the loop
@@ -136,12 +137,15 @@ class ObserverFeedback:
     Raises
     ------
     DesignError
-        If the shapes do not fit each other, or a value is not finite.
+        If one is no array of finite numbers, or the shapes do not fit each other.
     """
 
     def __init__(self, Phi: ArrayLike, Gamma: ArrayLike, L: ArrayLike, K: ArrayLike, sample_time: float) -> None:
-        self.Phi, self.Gamma, self.L, self.K = (np.array(matrix, dtype=float) for matrix in (Phi, Gamma, L, K))
-        n = len(self.Phi)
+        try:
+            self.Phi, self.Gamma, self.L, self.K = (np.array(matrix, dtype=float) for matrix in (Phi, Gamma, L, K))
+        except (TypeError, ValueError):
+            raise DesignError("Phi, Gamma, L and K must be arrays of real numbers.") from None
+        n = self.Phi.shape[0] if self.Phi.ndim else 0
         self.Gamma, self.K = self.Gamma.ravel(), self.K.ravel()
         shapes = self.Phi.shape == (n, n) and self.Gamma.shape == self.K.shape == (n,)
         if not shapes or self.L.shape not in ((n, 1), (n, 2)):
@@ -172,8 +176,7 @@ class ObserverFeedback:
 
     def system(self) -> StateSpace:
         """Return the controller as a discrete system of python-control, from theta and alpha to the voltage."""
-        n, used = len(self.Phi), self.L.shape[1]
-        gain = np.hstack([self.L, np.zeros((n, 2 - used))])
+        n, gain = len(self.Phi), np.pad(self.L, ((0, 0), (0, 2 - self.L.shape[1])))
         correct, loop = np.eye(n) - gain @ np.eye(2, n), self.Phi - np.outer(self.Gamma, self.K)
         K = self.K[np.newaxis]
         return _system(loop @ correct, loop @ gain, -K @ correct, -K @ gain, self.sample_time)
@@ -187,30 +190,26 @@ class TwoDegreesOfFreedom:
 
     Parameters
     ----------
-    controller : the other one
+    controller : the other one; with an attribute ``sample_time`` (s), unless that is 2 ms
     feedforward : (n,) rad, added to the command, such as ``FlatMotion.feedforward``; zero after its end
     rate : of the integrator, 1/s; none by default
-    sample_time : s
     """
 
-    def __init__(
-        self, controller: Controller, feedforward: ArrayLike = (), rate: float = 0.0, sample_time: float = 0.002
-    ) -> None:
-        self._controller, self._step = controller, rate * sample_time
+    def __init__(self, controller: Controller, feedforward: ArrayLike = (), rate: float = 0.0) -> None:
+        self.sample_time: float = getattr(controller, "sample_time", 0.002)
+        self._controller, self._step = controller, rate * self.sample_time
         self._feedforward: list[float] = np.asarray(feedforward, dtype=float).ravel().tolist()
         self.reset()
 
     def reset(self) -> None:
         """Begin again at the first sample, with no sum of errors; so does the other controller."""
-        self._sample, self._sum = 0, 0.0
+        self._ahead, self._sum = chain(self._feedforward, repeat(0.0)), 0.0
         if hasattr(self._controller, "reset"):
             self._controller.reset()
 
     def __call__(self, reference: float, theta: float, alpha: float) -> float:
         """The voltage (V) for a commanded servo angle (rad) and measured angles (rad)."""
-        ahead = self._feedforward[self._sample] if self._sample < len(self._feedforward) else 0.0
-        self._sample += 1
-        voltage = float(self._controller(reference + ahead + self._sum, theta, alpha))
+        voltage = float(self._controller(reference + next(self._ahead) + self._sum, theta, alpha))
         error = reference - theta
         if abs(voltage) < DAC_LIMIT or voltage * error < 0:
             self._sum += self._step * error

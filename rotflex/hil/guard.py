@@ -20,6 +20,7 @@ from rotflex.units import DEG
 
 _LIGHTEST_LINK = 1e-3  # kg·m²; a third of the lightest arm there is
 _A_FEW_COUNTS = 0.5 * DEG  # rad; six counts of an encoder
+SLOWEST = 0.05  #: s, between samples; at 0.1 s the guard stops runs of benches that are in order
 _RATE_OVER = 0.01  # s; a count is worth 0.15 rad/s then
 
 
