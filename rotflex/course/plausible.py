@@ -28,6 +28,7 @@ _VOLTS = 2e-3  # V: what rounding in a file may change; one count is worth more 
 _LINK = 0.25
 _STILL = 0.4 * DEG  # RMS of the deflection, below which it is counts and little else
 _FEWEST = 200  # samples, to tell anything by
+_SLOWEST = 0.0101  # s, between samples: beyond, what the servo did between two of them is not known well enough
 
 
 def doubts(recording: Recording, servo: Servo, bench: PlantParameters) -> list[str]:
@@ -72,12 +73,15 @@ def _controller(recording: Recording) -> Controller | None:
 
 
 def left_of_link(recording: Recording, bench: PlantParameters) -> float:
-    """Return what :func:`rotflex.link.residual` leaves of the deflection; 0 where the arm hardly moved.
+    """Return what :func:`rotflex.link.residual` leaves of the deflection; 0 where nothing can be told.
+
+    That is where the arm hardly moved, or samples were few or far apart.
 
     At 0 V somebody moves the arm by hand, or it swings from before: nothing is looked at then.
     """
     theta, alpha = recording["theta"], recording["alpha"]
-    if theta.size < _FEWEST or float(np.std(alpha)) < _STILL or not recording["vm"].any():
+    known = theta.size >= _FEWEST and recording.sample_time <= _SLOWEST and float(np.std(alpha)) >= _STILL
+    if not known or not recording["vm"].any():
         return 0.0
     came = ~replay.lost_samples(recording)
     return link.residual(theta, alpha, recording.sample_time, bench.K_s / bench.J_l, bench.B_l / bench.J_l, came)
