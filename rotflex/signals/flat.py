@@ -5,7 +5,7 @@ Where the damping B_l of the link is neglected, the direction of the link in the
 
     α = −γ̈/a,    θ = γ − α,    V_m from the first equation of motion.
 
-So a motion γ that starts and ends smoothly leaves no swing. In a turn of half a second on benches of this laboratory,
+So a motion γ that starts and ends smoothly leaves no swing. In a turn of half a second, on benches of this laboratory,
 the neglected B_l α̇ is at most 4 % of the largest spring torque.
 """
 
@@ -55,7 +55,7 @@ class FlatMotion(NamedTuple):
         K : gain, V/rad and V/(rad/s)
         friction : V, that overcome the servo's friction while it moves
         """
-        gain = np.ravel(K)
+        gain = np.ravel(K)[:4]
         helped = self.volts + friction * np.sign(np.round(self.states[2], 2))  # not below 0.005 rad/s
         return np.asarray((helped + gain @ self.states) / gain[0] - self.states[0])
 
