@@ -17,7 +17,6 @@ from dataclasses import replace
 from types import TracebackType
 
 import numpy as np
-from numpy.typing import NDArray
 
 from labcourse.errors import AnswerError
 from labcourse.run import by_program
@@ -77,8 +76,8 @@ class Practice:
         """Return a ready-made controller of this bench: full state feedback with :meth:`gain`."""
         return StateFeedback(self.gain())
 
-    def gain(self) -> NDArray[np.float64]:
-        """Return the gain (1, 4) of a ready-made controller of this bench: a sampled linear quadratic regulator."""
+    def gain(self) -> list[float]:
+        """Return the gain (4,) of a ready-made controller of this bench: a sampled linear quadratic regulator."""
         import control  # slow to load, and most sessions need no controller
 
         none = (0.0, 0.0)
@@ -87,8 +86,7 @@ class Practice:
         )
         columns = [driven(linear, State(*unit[:4]), [unit[4]] * 2, SAMPLE_TIME)[1] for unit in np.eye(5).tolist()]
         A, B = np.array(columns[:4]).T, np.array(columns[4:]).T
-        K: NDArray[np.float64] = control.dlqr(A, B, np.diag(_WEIGHTS), np.eye(1))[0]
-        return K
+        return list(np.ravel(control.dlqr(A, B, np.diag(_WEIGHTS), np.eye(1))[0]))
 
     def __enter__(self) -> hil.Bench:
         self._open = self.bench()

@@ -119,7 +119,7 @@ class ArmsExplorer(Explorer):
             controls=self.controls(),
             readouts=self._readouts,
             height=300,
-            play=replace(play[0], signals=signals, at_once=True),
+            play=replace(play[0], signals=signals, auto=True, at_once=True),
         )
 
     def panels(self, duration: float) -> list[Panel]:

@@ -17,7 +17,6 @@ from rotflex.config import one_of
 from rotflex.controller import Controller
 from rotflex.errors import BenchError
 from rotflex.hil import Bench
-from rotflex.hil.bench import Measurement, Push
 from rotflex.hil.controllers import DERIVATIVE_CUTOFF, StateFeedback
 from rotflex.hil.loop import run
 from rotflex.hil.replay import RecordedRuns
@@ -25,7 +24,6 @@ from rotflex.recording import Channel, Recording
 from rotflex.signals import smooth_square_wave, time_axis
 from rotflex.simulation import Vector
 from rotflex.specifications import AMPLITUDE, FREQUENCY, RATE, SAMPLE_TIME, SETTLING_BAND
-from rotflex.units import DEG
 from rotflex.widgets import another_arm
 from rotflex.widgets.arms import Arm, ArmsExplorer
 
@@ -33,21 +31,12 @@ if TYPE_CHECKING:
     from rotflex.course.lab import Lab
 
 _ROLES = {"first": "measured", "second": "model"}  # choice → how its design is drawn
-_PUSHES = ("none", "at rest")
+_PUSH = "push the arm"
 _TORQUE, _PULSE = 0.1, 0.06  # N·m on the link; for how long, s
-_BAND = SETTLING_BAND * AMPLITUDE  # rad, half width of the settling band
 _TURN, _SWING, _REST = 0.5, 0.5, 1.0  # s: the command rests before a turn; after it, swing counts, and all is at rest
 _STEADY, _WHOLE = 0.2, 0.75  # as in rotflex.response: last part of a turn; of the longest turn, to be measured
-_STILL = 1e-6  # rad; smaller steps of the command are rounding
-_LASTS = 1.5 / FREQUENCY  # s, of the ready-made command: three turns
-_EVERY = (2, 20, 30)  # ms, sample times of the ready-made designs
-_FIGURES = {  # → unit
-    "settling time": "s",
-    "largest deflection": "deg",
-    f"swing after {_SWING:g} s": "deg",
-    "largest voltage": "V",
-    "voltage noise at rest (RMS)": "V",
-}
+_NAMES = ("settling time", "largest deflection", "swing after 0.5 s", "largest voltage", "voltage noise at rest")
+_UNITS = dict(zip(_NAMES, ("s", "deg", "deg", "V", "V"), strict=True))
 
 
 @dataclass(frozen=True)
@@ -90,9 +79,9 @@ class DesignsExplorer(ArmsExplorer):
         self._bench, self._designs, self._more = bench, designs, readouts
         self._pushed = _longest_rest(designs.values())
         self._arm = cache(self._tried)
-        names = tuple(designs)
-        self._options = {"first": names, "second": names, "push": _PUSHES}
-        self._show({"first": names[0], "second": names[:2][-1], "push": "none"})
+        names = {name: name for name in designs}
+        self._options = {"first": names, "second": names, _PUSH: {"none": "none", "at rest": "at rest"}}
+        self._show({"first": next(iter(names)), "second": [*names][:2][-1], _PUSH: "none"})
         super().__init__(self.arms)
 
     def set(self, name: str, value: float | str) -> None:
@@ -100,90 +89,76 @@ class DesignsExplorer(ArmsExplorer):
         self._show({**self.choice, name: one_of(name, str(value), self._options[name])})
 
     def _show(self, choice: dict[str, str]) -> None:
-        self.arms = [replace(self._arm(choice[which], choice["push"]), role=role) for which, role in _ROLES.items()]
+        self.arms = [replace(self._arm(choice[which], choice[_PUSH]), role=role) for which, role in _ROLES.items()]
         self.choice = choice
 
     def _tried(self, name: str, push: str) -> Arm:
-        recording = self._run(self._designs[name], push != "none")
-        part = recording if push == "none" or "ended" in recording.metadata else recording.between(*self._pushed)
-        return Arm(name, "measured", recording, _figures(part))
-
-    def _run(self, trial: Trial, pushed: bool) -> Recording:
         """Run a design; one that is lost gives what was recorded until then, with the reason in its metadata."""
+        trial, pushed = self._designs[name], push != "none"
         with self._bench() as bench:
             if isinstance(bench.recorded, RecordedRuns):
-                settings = {"experiment": "tracking"}
-                bench.recorded.choose(settings, trial.controller, trial.reference, trial.sample_time)
-            bench.disturb(_pulse(self._pushed[0], trial.sample_time) if pushed else None)
+                bench.recorded.choose({"experiment": "tracking"}, trial.controller, trial.reference, trial.sample_time)
+            bench.disturb(_pulse(self._pushed[0], trial) if pushed else None)
             experiments.rest(bench)
             try:
-                return run(bench, trial.controller, trial.reference, trial.sample_time, progress=False)
+                recording = run(bench, trial.controller, trial.reference, trial.sample_time, progress=False)
+                part = recording.between(*self._pushed) if pushed else recording
             except BenchError:
                 if bench.kept is None:
                     raise
                 command = Channel(trial.reference[: len(bench.kept)], "rad")
-                return replace(bench.kept, channels={"theta_ref": command, **bench.kept.channels})
+                part = recording = replace(bench.kept, channels={"theta_ref": command, **bench.kept.channels})
+        return Arm(name, "measured", recording, _figures(part))
 
     def view(self) -> Scene:
         """One arm above the other, the responses over one another, and the table."""
-        scene, table = super().view(), self._table()
+        scene, tables = super().view(), self._tables()
         *arms, plots = scene.columns
-        words = "; ".join(f"{row.label}: {' and '.join(row.values)}" for row in table.rows)
-        ended = {arm.title: why for arm in self.arms if (why := arm.recording.metadata.get("ended"))}
-        lost = [Row(title, (why.partition(": ")[2],)) for title, why in ended.items()]
-        return replace(
-            scene,
-            alt=f"Two designs on the same bench, {' and '.join(arm.title for arm in self.arms)}. {words}.",
-            columns=[Column([panel for column in arms for panel in column.panels], 0.42), plots],
-            readouts=[table, *([Readout("Why a run stopped", lost)] if lost else []), *self._more],
-            height=430,
-            play=scene.play and replace(scene.play, auto=True),
-        )
+        words = "; ".join(f"{row.label}: {' and '.join(row.values)}" for row in tables[0].rows)
+        scene.alt = f"Two designs on the same bench, {' and '.join(arm.title for arm in self.arms)}. {words}."
+        scene.columns = [Column([panel for column in arms for panel in column.panels], 0.42), plots]
+        scene.readouts = [*tables, *self._more]
+        scene.height = 430
+        return scene
 
     def panels(self, duration: float) -> list[Panel]:
         """Servo angle with the commands, deflection, and voltage as it is held."""
         theta, alpha = super().panels(duration)
         theta.y = around(*(arm.recording.degrees(name) for arm in self.arms for name in ("theta", "theta_ref")))
-        for which, label in zip(_ROLES, ("command", ""), strict=True):
-            trial = self._designs[self.choice[which]]
-            theta.line(trial.time, trial.reference / DEG, "reference", label)
         volts = Panel("Vₘ (V)", (0.0, duration), around(*(arm.recording["vm"] for arm in self.arms)), "time (s)", 1.25)
         alpha.xlabel = ""
-        for arm in self.arms:
-            volts.line(np.repeat(arm.recording.time, 2)[1:], np.repeat(arm.recording["vm"], 2)[:-1], arm.role)
+        for arm, label in zip(self.arms, ("command", ""), strict=True):
+            time, volt = arm.recording.time, arm.recording["vm"]
+            theta.line(time, arm.recording.degrees("theta_ref"), "reference", label)
+            volts.line(np.repeat(time, 2)[1:], np.repeat(volt, 2)[:-1], arm.role)
         volts.level(0.0, "text", axis="x", clock=True)
-        if self.choice["push"] != "none":
+        if self.choice[_PUSH] != "none":
             alpha.band(self._pushed[0], self._pushed[0] + _PULSE, "highlight", "push", axis="x")
         return [theta, alpha, volts]
 
     def controls(self) -> list[list[Any]]:
         """The two designs, and the push."""
-        options = {name: {one: one for one in found} for name, found in self._options.items()}
-        labels = ("first design", "second design", "push the arm")
-        named = zip(self.choice.items(), labels, strict=True)
-        return [[Choice(name, label, options[name], value) for (name, value), label in named]]
+        return [[Choice(name, name, options, self.choice[name]) for name, options in self._options.items()]]
 
-    def _table(self) -> Readout:
-        recordings = [arm.recording for arm in self.arms]
-        ends = [f"lost at {one.time[-1]:.2f} s" if "ended" in one.metadata else "complete" for one in recordings]
-        rows = [Row(name, [arm.figure(name, unit) for arm in self.arms]) for name, unit in _FIGURES.items()]
-        title = "The worst of all turns" if self.choice["push"] == "none" else "After the push"
-        return Readout(title, [Row("run", ends), *rows], ("", *(arm.title for arm in self.arms)))
+    def _tables(self) -> list[Readout]:
+        """The table, and why a run stopped early."""
+        ended = {arm.title: str(arm.recording.metadata.get("ended", "")).partition(": ")[2] for arm in self.arms}
+        runs = Row("run", ["lost" if ended[arm.title] else "complete" for arm in self.arms])
+        rows = [Row(name, [arm.figure(name, unit) for arm in self.arms]) for name, unit in _UNITS.items()]
+        title = "The worst of all turns" if self.choice[_PUSH] == "none" else "After the push"
+        table = Readout(title, [runs, *rows], ("", *(arm.title for arm in self.arms)))
+        return [table, *(Readout(f"Lost: {name}", [Row("", (why,))]) for name, why in ended.items() if why)]
 
 
-def _pulse(start: float, sample_time: float) -> Push:
-    """A torque pulse on the link; each sample has its share, so that all sample times push by the same impulse."""
-
-    def torque(measured: Measurement, _plant: object) -> float:
-        inside = min(start + _PULSE, measured.time + sample_time) - max(start, measured.time)
-        return _TORQUE * max(0.0, inside) / sample_time
-
-    return torque
+def _pulse(start: float, trial: Trial) -> Vector:
+    """Torque on the link (n,), N·m: each sample has its share of the pulse, so that the impulse is always the same."""
+    inside = np.minimum(start + _PULSE, trial.time + trial.sample_time) - np.maximum(start, trial.time)
+    return np.asarray(_TORQUE * np.maximum(0.0, inside) / trial.sample_time)
 
 
 def _moves(reference: Vector) -> NDArray[np.intp]:
     """The samples at which a command moves; it comes from 0."""
-    return np.flatnonzero(np.abs(np.diff(reference, prepend=0.0)) > _STILL)
+    return np.flatnonzero(~np.isclose(np.diff(reference, prepend=0.0), 0.0))
 
 
 def _longest_rest(trials: Collection[Trial]) -> tuple[float, float]:
@@ -196,7 +171,7 @@ def _longest_rest(trials: Collection[Trial]) -> tuple[float, float]:
 
 
 def _figures(recording: Recording) -> dict[str, float]:
-    """Measure a run: the worst of its turns, by the names in ``_FIGURES``, in s, deg and V; NaN for what there is not.
+    """Measure a run: the worst of its turns, by the names in ``_NAMES``, in s, deg and V; NaN for what there is not.
 
     A turn begins where the command moves after half a second of rest: a command in several steps is one turn. All else
     is as in :mod:`rotflex.response`, with a settling band of ±0.8 deg.
@@ -209,19 +184,16 @@ def _figures(recording: Recording) -> dict[str, float]:
     settling, swing, noise = np.fmax.reduce(turns).tolist()
     settling = np.inf if "ended" in recording.metadata else settling
     alpha, voltage = (float(np.abs(values).max()) for values in (recording.degrees("alpha"), recording["vm"]))
-    return dict(zip(_FIGURES, (settling, alpha, swing, voltage, noise), strict=True))
+    return dict(zip(_NAMES, (settling, alpha, swing, voltage, noise), strict=True))
 
 
 def _turn(part: Recording) -> tuple[float, float, float]:
     """Settling time (s; infinite without), swing (deg) and the voltage's noise at rest (V) of one turn."""
-    outside = part.time[np.abs(part["theta"] - part["theta_ref"][-1]) > _BAND]
+    outside = part.time[np.abs(part["theta"] - part["theta_ref"][-1]) > SETTLING_BAND * AMPLITUDE]
     settled = float(outside[-1]) + part.sample_time if outside.size else 0.0
+    settled = settled if settled <= (1 - _STEADY) * len(part) * part.sample_time else np.inf
     swing, rest = np.abs(part.degrees("alpha"))[part.time > _SWING], part["vm"][part.time > _REST]
-    return (
-        settled if settled <= (1 - _STEADY) * len(part) * part.sample_time else np.inf,
-        float(swing.max()) if swing.size else np.nan,
-        float(rest.std()) if rest.size else np.nan,
-    )
+    return settled, max(swing.tolist(), default=np.nan), float(rest.std()) if rest.size else np.nan
 
 
 def compare_designs(lab: Lab, designs: Mapping[str, Trial] | None = None) -> DesignsExplorer:
@@ -233,7 +205,7 @@ def compare_designs(lab: Lab, designs: Mapping[str, Trial] | None = None) -> Des
     designs : name → design; without them, the student's gain of 3.8 at several sample times and with partial state
         feedback, or a ready-made gain on another arm: until there is one, and in place of a real bench
     """
-    real = not lab.bench().is_simulated
+    real = another_arm.own_bench(lab).recorded is not None
     why = "Nothing moves a real bench here." if real else "After question 3.8, you see your own here."
 
     def own() -> DesignsExplorer:
@@ -243,18 +215,17 @@ def compare_designs(lab: Lab, designs: Mapping[str, Trial] | None = None) -> Des
         practice, more = another_arm.practice(), Readout("Another arm", [Row("", (why,))])
         return DesignsExplorer(practice.bench, _ready_made(practice.gain()), more)
 
-    if real and not designs:
-        return another()
-    return another_arm.unless_answered(lab, "" if designs else "3.8 K", own, another)
+    first = another if real and not designs else own
+    return another_arm.unless_answered(lab, "" if designs else "3.8 K", first, another)
 
 
 def _ready_made(K: ArrayLike) -> dict[str, Trial]:
     """State feedback with a gain (4,) or (1, 4); at slow sample times the derivatives are plain differences."""
-    found = {}
-    for milliseconds in _EVERY:
-        every = milliseconds / 1000
-        controller = StateFeedback(K, sample_time=every, cutoff=min(DERIVATIVE_CUTOFF, 1 / every))
-        command = smooth_square_wave(time_axis(_LASTS, every), FREQUENCY, AMPLITUDE, RATE)
-        found[f"full state, {milliseconds} ms"] = Trial(controller, command, every)
-    first = found["full state, 2 ms"]
-    return found | {"partial state, 2 ms": replace(first, controller=StateFeedback(K, "partial"))}
+
+    def trial(every: float, feedback: str = "full") -> Trial:
+        controller = StateFeedback(K, feedback, every, min(DERIVATIVE_CUTOFF, 1 / every))
+        time = time_axis(1.5 / FREQUENCY, every)  # three turns
+        return Trial(controller, smooth_square_wave(time, FREQUENCY, AMPLITUDE, RATE), every)
+
+    full = {f"full state, {milliseconds} ms": trial(milliseconds / 1000) for milliseconds in (2, 20, 30)}
+    return full | {"partial state, 2 ms": trial(SAMPLE_TIME, "partial")}

@@ -13,6 +13,7 @@ CHANGES = {  # explorer → what changes while its handle or slider is moved
     "poles": (".handle", "table.readout:visible", ".stage"),
     "sweep": (".handle", "table.readout", ".stage"),
     "validation": ('[data-name="K_s"]', "table.readout", ".stage"),
+    "designs": ('[data-name="second"]', "table.readout", ".stage", ".player"),
     "console": ('[data-name="stop"]', "table.readout:visible", ".stage", ".player"),
 }
 LEAST_PLOTS = 240  # px
@@ -50,7 +51,11 @@ def outside(page, selectors):
 
 @pytest.mark.parametrize(
     "opened",
-    ["poles", "console", *(pytest.param(name, marks=pytest.mark.scheduled) for name in ("sweep", "validation"))],
+    [
+        "poles",
+        "console",
+        *(pytest.param(name, marks=pytest.mark.scheduled) for name in ("sweep", "validation", "designs")),
+    ],
     indirect=True,
 )
 def test_all_that_changes_is_in_view_together_with_what_is_moved(opened):

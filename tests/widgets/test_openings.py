@@ -21,6 +21,7 @@ OPENINGS = {
     "04": widgets.watch_model,
     "05": lambda lab: widgets.explore_poles(lab=lab),
     "07": widgets.explore_loop,
+    "11": widgets.compare_designs,
     "10": widgets.show_arm,
 }
 
@@ -78,7 +79,7 @@ def test_what_a_question_asks_for_is_shown_only_after_its_answer(lab, worked):
     assert np.ravel(own._own.K) == pytest.approx(np.ravel(done.value("3.8", "K")))
     assert "your K" in dict(control(loops(done), "controller")["options"])
     assert "your K" not in dict(control(loops(lab), "controller")["options"])
-    for name in ("02", "03", "04", "05", "07"):
+    for name in ("02", "03", "04", "05", "07", "11"):
         assert "Another arm" in titles(OPENINGS[name](lab)) and "Another arm" not in titles(OPENINGS[name](done)), name
 
 
