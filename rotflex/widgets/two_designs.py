@@ -12,18 +12,17 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from labcourse.scene.scene import Choice, Column, Panel, Readout, Row, Scene, around
-from rotflex import experiments
+from rotflex import experiments, response
 from rotflex.config import one_of
 from rotflex.controller import Controller
-from rotflex.errors import BenchError
+from rotflex.errors import BenchError, RotflexError
 from rotflex.hil import Bench
 from rotflex.hil.controllers import DERIVATIVE_CUTOFF, StateFeedback
-from rotflex.hil.loop import run
-from rotflex.hil.replay import RecordedRuns
 from rotflex.recording import Channel, Recording
 from rotflex.signals import smooth_square_wave, time_axis
 from rotflex.simulation import Vector
 from rotflex.specifications import AMPLITUDE, FREQUENCY, RATE, SAMPLE_TIME, SETTLING_BAND
+from rotflex.units import DEG
 from rotflex.widgets import another_arm
 from rotflex.widgets.arms import Arm, ArmsExplorer
 
@@ -33,9 +32,9 @@ if TYPE_CHECKING:
 _ROLES = {"first": "measured", "second": "model"}  # choice → how its design is drawn
 _PUSH = "push the arm"
 _TORQUE, _PULSE = 0.1, 0.06  # N·m on the link; for how long, s
-_TURN, _SWING, _REST = 0.5, 0.5, 1.0  # s: the command rests before a turn; after it, swing counts, and all is at rest
-_STEADY, _WHOLE = 0.2, 0.75  # as in rotflex.response: last part of a turn; of the longest turn, to be measured
-_NAMES = ("settling time", "largest deflection", "swing after 0.5 s", "largest voltage", "voltage noise at rest")
+_TURN, _SWING, _NOISE = 0.5, 0.5, 0.2  # s: rest of the command before a turn; from then on they count, see response
+_BAND = SETTLING_BAND * AMPLITUDE  # rad, half width of the settling band
+_NAMES = ("settling time", "largest deflection", "swing after 0.5 s", "largest voltage", "voltage noise")
 _UNITS = dict(zip(_NAMES, ("s", "deg", "deg", "V", "V"), strict=True))
 
 
@@ -53,11 +52,6 @@ class Trial:
     controller: Controller
     reference: Vector
     sample_time: float = SAMPLE_TIME
-
-    @property
-    def time(self) -> Vector:
-        """Sample times (n,), s."""
-        return np.arange(len(self.reference), dtype=float) * self.sample_time
 
 
 class DesignsExplorer(ArmsExplorer):
@@ -96,12 +90,9 @@ class DesignsExplorer(ArmsExplorer):
         """Run a design; one that is lost gives what was recorded until then, with the reason in its metadata."""
         trial, pushed = self._designs[name], push != "none"
         with self._bench() as bench:
-            if isinstance(bench.recorded, RecordedRuns):
-                bench.recorded.choose({"experiment": "tracking"}, trial.controller, trial.reference, trial.sample_time)
             bench.disturb(_pulse(self._pushed[0], trial) if pushed else None)
-            experiments.rest(bench)
             try:
-                recording = run(bench, trial.controller, trial.reference, trial.sample_time, progress=False)
+                recording = experiments.follow(bench, trial.controller, trial.reference, trial.sample_time, False)
                 part = recording.between(*self._pushed) if pushed else recording
             except BenchError:
                 if bench.kept is None:
@@ -152,7 +143,8 @@ class DesignsExplorer(ArmsExplorer):
 
 def _pulse(start: float, trial: Trial) -> Vector:
     """Torque on the link (n,), N·m: each sample has its share of the pulse, so that the impulse is always the same."""
-    inside = np.minimum(start + _PULSE, trial.time + trial.sample_time) - np.maximum(start, trial.time)
+    time = np.arange(len(trial.reference)) * trial.sample_time
+    inside = np.minimum(start + _PULSE, time + trial.sample_time) - np.maximum(start, time)
     return np.asarray(_TORQUE * np.maximum(0.0, inside) / trial.sample_time)
 
 
@@ -163,37 +155,42 @@ def _moves(reference: Vector) -> NDArray[np.intp]:
 
 def _longest_rest(trials: Collection[Trial]) -> tuple[float, float]:
     """The middle and the end (s) of the longest time in which all commands rest: the push, and until when it counts."""
-    end = min(float(one.time[-1]) for one in trials)
-    moves = np.concatenate([[0.0, end], *(one.time[_moves(one.reference)] for one in trials)])
+    end = min((len(one.reference) - 1) * one.sample_time for one in trials)
+    moves = np.concatenate([[0.0, end], *(_moves(one.reference) * one.sample_time for one in trials)])
     edges = np.unique(moves[moves <= end])
     longest = int(np.argmax(np.round(np.diff(edges), 3)))
     return float(edges[longest : longest + 2].mean()), float(edges[longest + 1])
 
 
 def _figures(recording: Recording) -> dict[str, float]:
-    """Measure a run: the worst of its turns, by the names in ``_NAMES``, in s, deg and V; NaN for what there is not.
+    """Measure a run as :mod:`rotflex.response` does, by the names in ``_NAMES``, in s, deg and V; NaN if not measured.
 
-    A turn begins where the command moves after half a second of rest: a command in several steps is one turn. All else
-    is as in :mod:`rotflex.response`, with a settling band of ±0.8 deg.
+    A turn begins where the command moves after half a second of rest. It is taken as a step, in however many steps the
+    command goes. The settling band is ±0.8 deg.
     """
-    moves = recording.time[_moves(recording["theta_ref"])]
-    starts = moves[np.diff(moves, prepend=-np.inf) > _TURN] if moves.size else np.zeros(1)
-    edges = [*starts.tolist(), float(recording.time[-1]) + recording.sample_time]
-    whole = _WHOLE * max(np.diff(edges))
-    turns = [_turn(recording.between(*part)) for part in pairwise(edges) if part[1] - part[0] >= whole]
-    settling, swing, noise = np.fmax.reduce(turns).tolist()
-    settling = np.inf if "ended" in recording.metadata else settling
+    steps = recording["theta_ref"].copy()
+    moves = _moves(steps)
+    starts = moves[np.diff(recording.time[moves], prepend=-np.inf) > _TURN]
+    for start, stop in pairwise([*starts.tolist(), len(steps)]):
+        steps[start:stop] = steps[stop - 1]
+    stepped = replace(recording, channels={**recording.channels, "theta_ref": Channel(steps, "rad")})
+    try:
+        settling = response.worst(response.measure(stepped, _BAND / max(np.abs(steps).max(), DEG))).settling_time
+        swing, noise = response.swing(stepped) / DEG, response.voltage_noise(stepped)
+    except RotflexError:
+        settling, swing, noise = _without_step(recording)
+    settling = np.inf if settling is None or "ended" in recording.metadata else settling
     alpha, voltage = (float(np.abs(values).max()) for values in (recording.degrees("alpha"), recording["vm"]))
     return dict(zip(_NAMES, (settling, alpha, swing, voltage, noise), strict=True))
 
 
-def _turn(part: Recording) -> tuple[float, float, float]:
-    """Settling time (s; infinite without), swing (deg) and the voltage's noise at rest (V) of one turn."""
-    outside = part.time[np.abs(part["theta"] - part["theta_ref"][-1]) > SETTLING_BAND * AMPLITUDE]
-    settled = float(outside[-1]) + part.sample_time if outside.size else 0.0
-    settled = settled if settled <= (1 - _STEADY) * len(part) * part.sample_time else np.inf
-    swing, rest = np.abs(part.degrees("alpha"))[part.time > _SWING], part["vm"][part.time > _REST]
-    return settled, max(swing.tolist(), default=np.nan), float(rest.std()) if rest.size else np.nan
+def _without_step(part: Recording) -> tuple[float, float, float]:
+    """Settling time (s), swing (deg) and noise (V) where the command has no step, as after a push."""
+    outside = part.time[np.abs(part["theta"] - part["theta_ref"][-1]) > _BAND]
+    settled = max((outside + part.sample_time).tolist(), default=0.0)
+    swing, changes = np.abs(part.degrees("alpha"))[part.time > _SWING], np.diff(part["vm"][part.time > _NOISE])
+    noise = float(np.sqrt(np.mean(changes**2))) if changes.size else np.nan
+    return settled if settled <= part.time[-1] else np.inf, max(swing.tolist(), default=np.nan), noise
 
 
 def compare_designs(lab: Lab, designs: Mapping[str, Trial] | None = None) -> DesignsExplorer:

@@ -48,18 +48,20 @@ def test_a_design_moves_as_in_an_experiment_and_its_figures_are_those_of_the_spe
     assert explorer.arms[0].figures["settling time"] == pytest.approx(found.settling_time)
     assert explorer.arms[0].figures["largest deflection"] == pytest.approx(found.max_alpha / DEG)
     assert explorer.arms[0].figures["largest voltage"] == found.max_vm
+    assert explorer.arms[0].figures["swing after 0.5 s"] == pytest.approx(response.swing(expected) / DEG)
+    assert explorer.arms[0].figures["voltage noise"] == pytest.approx(response.voltage_noise(expected))
 
 
 def test_the_figures_of_a_made_up_run_whose_command_has_two_steps():
     t = time_axis(3.0, 0.002)
-    unfinished = step(t, -40 * DEG, at=2.9)
+    unfinished = step(t, -20 * DEG, at=2.9)
     reference = step(t, 10 * DEG, at=0.1) + step(t, 10 * DEG, at=0.26) + unfinished
     theta = step(t, 20.7 * DEG, at=0.4)  # within 0.8 deg
     alpha = -9 * DEG * (t < 0.3) + 2 * DEG * (np.abs(t - 0.8) < 0.05)
-    vm = np.where(t < 0.5, -7.0, np.where(np.arange(t.size) % 2, 0.3, -0.3))
+    vm = np.where(t < 0.3, -7.0, np.where(np.arange(t.size) % 2, 0.3, -0.3))
     made_up = {"theta_ref": reference, "alpha": alpha, "vm": vm}
     found = two_designs._figures(Recording.of(t, theta=theta, **made_up))
-    assert [*found.values()] == pytest.approx([0.3, 9.0, 2.0, 7.0, 0.3], rel=1e-3)
+    assert [*found.values()] == pytest.approx([0.3, 9.0, 2.0, 7.0, 0.6], rel=1e-3)
     for about, angle in (({}, 0 * t), ({"ended": "LimitExceeded: too far."}, theta)):
         assert np.isinf(two_designs._figures(Recording.of(t, about, theta=angle, **made_up))["settling time"])
 
