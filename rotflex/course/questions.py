@@ -633,4 +633,5 @@ CATALOGUE = Catalogue(
     outcomes=OUTCOMES,
     predictions=PREDICTIONS,
     starts=STARTS,
+    optional=(BEYOND[0].notebook,),
 )
