@@ -196,7 +196,7 @@ class ArrayFrom:
         found, why = judge_candidates(value, case, self.what, self.ideal, self._agrees, self.follow)
         if found is not None:
             return found
-        right_ones = [self.ideal(candidate) for candidate, _stiffness_is_right in candidates(case)]
+        right_ones = [*self._right_ones(case)]
         for slip, changed in self.slips:
             for expected in (*right_ones, *(own for _words, own in led_to(case, self.follow)[0])):
                 with contextlib.suppress(*EVALUATION_ERRORS):  # what cannot be inverted, say, was not
@@ -206,6 +206,11 @@ class ArrayFrom:
             if self._agrees(value, expected):
                 return wrong(f"Not {self.what}: {slip}.")
         return _wrong(self.what, case, self.follow, why)
+
+    def _right_ones(self, case: Case) -> Iterator[Any]:
+        for candidate, _stiffness_is_right in candidates(case):
+            with contextlib.suppress(*EVALUATION_ERRORS):  # a stiffness may be too large to design with
+                yield self.ideal(candidate)
 
     def _agrees(self, value: Any, expected: Any) -> bool:
         return same_entries(value, expected, self.rtol)

@@ -28,12 +28,13 @@ The policy
   correctly off a recording with the other feedback follow from it. A servo that never settles has no settling time, and
   none need be given. Whether the specifications are met follows from the student's numbers.
 
-The tolerances stand where they are used, in ``key_modeling.py`` and ``key_control.py``, with the reasons.
+The tolerances stand in ``tolerances.py``, with the reasons.
 """
 
 from labcourse.grading.marking.checks import ForAPerson
 from rotflex.course.questions import CATALOGUE
 
+from .key_beyond import BEYOND
 from .key_control import CONTROL
 from .key_modeling import MODELING, WARM_UP
 
@@ -43,4 +44,4 @@ REPORTS = {
     for asked in sorted((CATALOGUE.reports | CATALOGUE.judged).values(), key=lambda asked: asked.section)
 }
 
-KEY = {**WARM_UP, **MODELING, **CONTROL, **REPORTS}
+KEY = {**WARM_UP, **MODELING, **CONTROL, **BEYOND, **REPORTS}

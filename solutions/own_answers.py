@@ -168,6 +168,7 @@ _ZEROS = "nothing but zeros"
 _FEW = "zero in nearly all of its entries"
 _NO_CHANGE = "a matrix that cannot be inverted, or the unit matrix"
 _NO_MOTION = "an equation in which nothing is accelerated by anything"
+_GAMMA = ("gamma_dot", "gamma_ddot", "gamma_3", "gamma_4")
 _NOTHING_TO_DO = "the same before and after, so that the feedback has nothing to do"
 
 #: An answer that others build on → what it is if it fails, and what must be in it.
@@ -209,5 +210,16 @@ _NEEDS: Mapping[Where, tuple[str, Callable[[Any, OwnAnswers], bool]]] = {
         (question, part): ("not positive", _positive)
         for question in ("3.12", "3.14", "3.16")
         for part in ("t_s", "alpha_max_deg", "V_max")
+    },
+    ("4.3", "L"): (_ZEROS, _not_zero),
+    ("4.5", "Phi"): (_FEW, _ranked),
+    ("4.5", "Gamma"): (_ZEROS, _not_zero),
+    ("4.6", "K"): (_ZEROS, _not_zero),
+    ("4.7", "limit_ms"): ("not positive", _positive),
+    ("4.8", "peak_emulated"): ("not positive", _positive),
+    ("4.8", "peak_sampled"): ("not positive", _positive),
+    **{
+        ("4.9", part): ("a quantity that changes with no derivative of gamma", _changes("4.9", part, *_GAMMA))
+        for part in ("alpha", "V_m")
     },
 }

@@ -34,14 +34,20 @@ def right_design(case: Case) -> Design:
     return Design(case.bench.servo, case.bench.joint, case.bench.K_s)
 
 
-def own_gain(case: Case) -> Vector:
-    """The student's gain (3.8, else 3.10), else the one that is right for their bench."""
+def given_gain(case: Case) -> Vector | None:
+    """The student's gain (3.8, else 3.10); None if they gave none."""
     for question in ("3.8", "3.10"):
         try:
             return np.reshape(usable(case.own, question, "K"), 4)
         except LookupError:
             continue
-    return np.ravel(right_design(case).K)
+    return None
+
+
+def own_gain(case: Case) -> Vector:
+    """The student's gain, else the one that is right for their bench."""
+    given = given_gain(case)
+    return np.ravel(right_design(case).K) if given is None else given
 
 
 def own_model(case: Case) -> tuple[Vector, Vector]:

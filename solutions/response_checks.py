@@ -109,7 +109,7 @@ class Measured:
 
     Parameters
     ----------
-    quantity : "t_s", "PO", "alpha_max_deg" or "V_max"
+    quantity : "t_s", "PO", "alpha_max_deg", "V_max", "swing_deg" or "noise"
     again : runs it
     recording : (question, part) of the student's recording, for its settings
     measured : the question in which all is measured on it
@@ -132,7 +132,8 @@ class Measured:
         """Run it again, measure, and compare."""
         if not case.virtual:
             return for_a_person("It was not measured on a bench that is known here; a person will look at it.")
-        expected = [measured[self.quantity] for measured in measured_again(case, self.again, self.recording)]
+        measured = measured_again(case, self.again, self.recording)
+        expected = [one[self.quantity] for one in measured]
         if any(self._near(value, target) for target in expected):
             return right(f"Agrees with what is measured when the experiment is run again{_with_what(case)}.")
         found = self._from_own(value, case)
@@ -141,6 +142,8 @@ class Measured:
         if not expected:
             return wrong("It cannot be checked: with your gain the loop is unstable, or nothing could be measured.")
         slip = self._slip(value, expected)
+        if self.quantity == "swing_deg" and any(abs(value - one["alpha_max_deg"]) <= self.atol for one in measured):
+            slip = "It is the largest deflection of all; wanted is the largest later than 0.5 s after a turn begins."
         again = f"Not what is measured when the experiment is run again{_with_what(case)}."
         return wrong(f"{again} {slip}".strip())
 
@@ -211,7 +214,8 @@ def _measured(runs: Iterable[Recording]) -> list[dict[str, float]]:
         numbers = (summary.settling_time, summary.overshoot, summary.max_alpha, summary.max_vm)
         if None not in numbers:
             t_s, PO, max_alpha, max_vm = (float(number or 0.0) for number in numbers)
-            found.append({"t_s": t_s, "PO": PO, "alpha_max_deg": max_alpha / DEG, "V_max": max_vm})
+            later = {"swing_deg": response.swing(run) / DEG, "noise": response.voltage_noise(run)}
+            found.append({"t_s": t_s, "PO": PO, "alpha_max_deg": max_alpha / DEG, "V_max": max_vm, **later})
     return found
 
 

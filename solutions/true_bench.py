@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import math
+import pickle
 from collections.abc import Iterator
 from functools import cached_property
 
@@ -13,6 +14,7 @@ from numpy.typing import ArrayLike
 from labcourse.benches import PRESET, BenchPolicy
 from rotflex import experiments, hil
 from rotflex.config import Joint, Servo, srv02
+from rotflex.controller import Controller
 from rotflex.course import spare_design
 from rotflex.errors import RotflexError
 from rotflex.hil.student_benches import DRAW, FIRST_RUN, preset, student_bench, student_seed
@@ -55,6 +57,7 @@ class TrueBench:
         self._validated: dict[tuple[bytes, str, int], Recording] = {}
         self._swept: dict[int, Recording] = {}
         self._tracked: dict[tuple[tuple[float, ...], str, int], Recording] = {}
+        self._followed: dict[bytes, Recording] = {}
 
     @property
     def J_l(self) -> float:
@@ -91,6 +94,16 @@ class TrueBench:
             with self._open(run) as bench:
                 self._tracked[which] = experiments.tracking(bench, K, feedback, progress=False)
         return self._tracked[which]
+
+    def follow(
+        self, controller: Controller, reference: ArrayLike, sample_time: float, run: int = FIRST_RUN
+    ) -> Recording:
+        """A controller along a command, run again (4.4 to 4.10)."""
+        which = pickle.dumps((controller, _content(reference), sample_time, run))
+        if which not in self._followed:
+            with self._open(run) as bench:
+                self._followed[which] = experiments.follow(bench, controller, reference, sample_time, progress=False)
+        return self._followed[which]
 
     def simulations(self, A: ArrayLike, B: ArrayLike, K: ArrayLike) -> list[Recording]:
         """The simulation of 3.11 with a model and a gain: either fidelity, with the limit or without.

@@ -402,6 +402,7 @@ _ENCODERS = ("servo", "link", "neither")
 _TRIED_MS = ("2", "10", "20", "30", "50")
 _OF_RATE = "Standard deviation of the deflection's rate, known from 0.1 s of samples of {}."
 _NOISE = "RMS change of the voltage from sample to sample, later than 0.2 s in each turn, with {}."
+_LOST = "The first sample time (ms) at which a turn does not settle on the bench, or a limit stops it."
 _PEAK = "Sensitivity peak M_s of the loop with {}."
 _SWING = number("swing_deg", "deg", (0.0, 20.0), "B-7", "The largest deflection later than 0.5 s after a turn begins.")
 
@@ -451,14 +452,14 @@ BEYOND = _section(
     _asked(
         "4.6",
         "Sampled design",
-        matrix("K", (1, 5), "K-1", "The gain that puts the poles in z where your poles of 3.4 belong at 30 ms.", 2),
+        matrix("K", (1, 5), "K-1", "The gain for your poles of 3.4, as poles in z at 30 ms, and the pole 0.", 2),
         _run("A recording with your observer and your sampled design, at 30 ms."),
     ),
     _asked(
         "4.7",
         "When emulation is lost",
         number("limit_ms", "ms", (3.0, 100.0), "K-1", "The longest sample time with which your K is stable.", points=2),
-        choice("lost_ms", _TRIED_MS, "B-9", "The first sample time (ms) at which the bench is lost."),
+        choice("lost_ms", _TRIED_MS, "B-9", _LOST),
     ),
     _asked(
         "4.8",
