@@ -100,19 +100,28 @@ def main() -> None:
     parser.add_argument("--smoke", action="store_true", help="one bench")
     options = parser.parse_args()
     everything: dict[str, list[list[float]]] = {name: [] for name in JUDGED}
-    for seed in range(FIRST, FIRST + (1 if options.smoke else options.benches)):
+    benches = 1 if options.smoke else options.benches
+    for number in range(1, benches + 1):
+        seed = FIRST + number - 1
         row = tried(seed, options.logs)
         for name, values in row.items():
             everything[name].append(values)
-        shares = "  ".join(f"{name} {100 * v[0]:.1f} {100 * v[1]:.1f}" for name, v in row.items())
-        print(f"bench {seed}, inside (%), theta and alpha: {shares}", flush=True)
+        figures = (f"{name} {100 * v[0]:.1f} {100 * v[1]:.1f} (±{v[2]:.2f} {v[3]:.2f})" for name, v in row.items())
+        print(f"bench {seed}, inside (%) and half width (deg), theta and alpha: {'  '.join(figures)}", flush=True)
+        if number % 10 == 0 or number == benches:
+            summarise(everything)
+
+
+def summarise(everything: dict[str, list[list[float]]]) -> None:
+    """Print what the benches come to until now."""
+    print(f"{len(everything['same'])} benches")
     print(f"{'':8}{'angle':>6}{'median':>9}{'worst':>8}{'benches >= 95 %':>17}{'half width, deg RMS':>21}")
     for name, rows in everything.items():
         for angle, share, width in (("theta", 0, 2), ("alpha", 1, 3)):
             inside, widths = np.array(rows)[:, share], np.array(rows)[:, width]
             enough, root = np.mean(inside >= ASKED), np.sqrt(np.mean(widths**2))
             figures = f"{np.median(inside):9.1%}{inside.min():8.1%}{enough:17.1%}{root:21.2f}"
-            print(f"{name:8}{angle:>6}{figures}")
+            print(f"{name:8}{angle:>6}{figures}", flush=True)
 
 
 if __name__ == "__main__":
