@@ -12,6 +12,7 @@ import shutil
 import subprocess
 import sys
 import zipfile
+from copy import copy
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -21,7 +22,7 @@ from checkout import ROOT
 from labcourse.answers import starts
 from labcourse.answers.catalogue import Catalogue
 from labcourse.errors import ConfigurationError, GradingError
-from labcourse.grading import assignments, course_check
+from labcourse.grading import assignments, commands, course_check
 from labcourse.grading import course as courses
 from labcourse.grading.batch import Batch, Settings, regrade
 from labcourse.grading.course import Course
@@ -112,7 +113,7 @@ def term(tmp_path_factory: pytest.TempPathFactory) -> Term:
     for name, more in (("rubric.toml", _RUBRIC), ("sheets.toml", _SHEETS), (f"{OPTIONAL}.py", _TEXT)):
         with (solutions / name).open("a", encoding="utf-8") as file:
             file.write(more)
-    student_course.write_notebooks(courses.load(solutions, with_optional=True))
+    commands.make_notebooks(str(solutions))
     return Term(
         solutions,
         student_course.release(set_to(solutions, ""), place / "without"),
@@ -181,6 +182,16 @@ def test_a_name_of_no_notebook_is_found_in_the_catalogue(off):
     catalogue = Catalogue([], optional=("02_beyound",))
     found = [one for one in course_check.check_cells(replace(off, catalogue=catalogue)) if "optional" in one.where]
     assert [one.what for one in found] == ["there is no notebook 02_beyound in solutions."]
+
+
+def test_a_row_of_a_sheet_may_also_have_a_question_of_a_notebook_that_is_off(tmp_path):
+    text = (ROOT / "solutions" / "sheets.toml").read_text(encoding="utf-8")
+    (tmp_path / "sheets.toml").write_text(text.replace('"I.2" = ["2.13"]', '"I.2" = ["2.13", "3.1"]'), encoding="utf-8")
+    course = copy(CATALOGUE)
+    course.optional, course.whole = ("05_control_prelab",), course
+    layouts = read_layouts(tmp_path, starts.with_optional(course, ()))
+    assert "control_prelab" not in [layout.name for layout in layouts]
+    assert not [where for layout in layouts for where in layout.parts if where[0] == "3.1"]
 
 
 def student(made: Release, place: Path, code: str) -> str:

@@ -1,6 +1,7 @@
 """What a mark is known by: another key, tolerance or check is another way of marking; another report is not."""
 
 import shutil
+from copy import copy
 from dataclasses import replace
 
 import pytest
@@ -122,6 +123,7 @@ OTHERWISE = {
     "course": 'term = "2026 autumn"',
     "bench": 'which = "same"\nseed = 7',
     "given": 'from = "stiffness"',
+    "optional": 'notebooks = ["10_control_results"]',
     "feedback": "points = false",
     "reflect": "asks = false",
     "report": "page_limit = 12",
@@ -141,7 +143,9 @@ def with_settings(tree, *sections):
     heading = {name: f"[{name}]" for name in OTHERWISE} | {name: f"[[{name}]]" for name in settings._ROWS}
     lines = [f"{heading[name]}\n{OTHERWISE[name]}\n" for name in sections]
     (tree / "solutions" / "course.toml").write_text("".join(lines), encoding="utf-8")
-    decided = settings.read(tree / "solutions", catalogue=OURS.catalogue)
+    catalogue = copy(OURS.catalogue)
+    catalogue.optional = (*catalogue.optional, "10_control_results")
+    decided = settings.read(tree / "solutions", catalogue=catalogue)
     assert decided != CourseSettings() or not sections
     return marking_processes.marking_digest(replace(OURS, folder=tree / "solutions", settings=decided))
 
@@ -151,7 +155,7 @@ def test_settings_of_what_is_made_of_marks_mark_nothing_again(tree, section):
     """Nor does a word of comment."""
     needs = ["deadline"] if section in ("extension", "late") else []
     same = with_settings(tree) == with_settings(tree, *needs, section)
-    assert same == (section not in ("course", "bench", "reflect", "releases"))
+    assert same == (section not in ("course", "bench", "optional", "reflect", "releases"))
 
 
 def test_the_settings_that_are_tried_are_all_there_are():
