@@ -1,0 +1,216 @@
+"""What notebook 11 says in numbers, tested on drawn benches and on the bench of its own solution.
+
+The designs are those of ``benchmarks/beyond.py``: what a student makes of what a student knows.
+"""
+
+import sys
+from functools import cache
+
+import control
+import numpy as np
+import pytest
+from checkout import ROOT
+
+from rotflex import experiments, hil, observers, response, sampled, simulation
+from rotflex.config import srv02
+from rotflex.errors import DesignError, LimitExceeded
+from rotflex.hil.controllers import BandLimitedDerivative
+from rotflex.hil.student_benches import student_bench, student_seed
+from rotflex.signals import smooth_square_wave, time_axis
+from rotflex.signals.flat import turn
+from rotflex.specifications import AMPLITUDE, DURATION, FREQUENCY, RATE
+from rotflex.units import DEG
+
+sys.path.append(str(ROOT / "benchmarks"))
+import beyond
+
+pytestmark = pytest.mark.slow
+DEMO = student_seed("demo")  # the student of the solution
+BENCHES = (0, 1, DEMO)
+LINK = "sampled, both"
+SERVO = "sampled, servo's encoder"
+
+
+@cache
+def designs(seed, factor=1.0):
+    return {(name, h): controller for name, h, controller in beyond.designs(seed, factor)}
+
+
+@cache
+def on_wave(seed, name, h=0.002, factor=1.0):
+    """The recording along the square wave; None if a limit stops it."""
+    wave = smooth_square_wave(time_axis(DURATION, h), FREQUENCY, AMPLITUDE, RATE)
+    try:
+        with hil.open("virtual", seed=seed) as bench:
+            return experiments.follow(bench, designs(seed, factor)[name, h], wave, h, progress=False)
+    except LimitExceeded:
+        return None
+
+
+def measured(*run):
+    return response.worst(response.measure(on_wave(*run)))
+
+
+def settles(*run):
+    return on_wave(*run) is not None and measured(*run).settling_time < np.inf
+
+
+def swing(*run):
+    return response.swing(on_wave(*run)) / DEG
+
+
+@cache
+def on_turns(seed):
+    return {name: beyond.short(seed, way, command) for name, way, command in beyond.turns(seed)}
+
+
+# --- 1 What the encoders know -----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("seed", BENCHES)
+def test_the_servos_encoder_alone_knows_the_state_and_the_links_does_not(seed):
+    A = beyond.own_model(seed)[0]
+    ranks = [np.linalg.matrix_rank(control.obsv(A, C)) for C in np.eye(2, 4)[:, None]]
+    assert ranks == [observers.observability(A, C).rank for C in np.eye(2, 4)] == [4, 3]
+    with pytest.raises(ValueError):
+        control.gram(control.ss(A, np.zeros((4, 1)), np.eye(1, 4), 0), "o")
+
+
+@pytest.mark.parametrize("seed", BENCHES)
+def test_the_servos_encoder_knows_the_links_rate_about_three_times_less_well(seed):
+    A, count = beyond.own_model(seed)[0], srv02().K_enc
+    servo, both = (observers.uncertainty(A, np.eye(p, 4), 0.1, 0.002, count)[3] for p in (1, 2))
+    assert 2.4 < servo / both < 3.6
+
+
+# --- 2 An observer ----------------------------------------------------------------------------------------------------
+
+
+def test_the_filter_of_33_hz_is_unstable_above_9_ms():
+    BandLimitedDerivative(0.009)
+    with pytest.raises(DesignError):
+        BandLimitedDerivative(0.010)
+
+
+@pytest.mark.parametrize("seed", BENCHES)
+def test_with_the_motors_noise_two_poles_go_to_the_zeros(seed):
+    A, B, _K = beyond.own_model(seed)
+    plant, push = sampled.sample(A, B, 0.002), [0, 0, 0, 1 / student_bench(seed).joint.J_l]
+    zero = 1j * np.sqrt(-(A[2, 1] + A[3, 1]))
+    assert np.abs(control.ss(A, B, np.eye(1, 4), 0).zeros() - zero).min() == pytest.approx(0, abs=1e-3)
+    apart = []
+    for volts in (0.02, 0.1, 0.5, 5.0):
+        noise = observers.process_noise(plant, (plant.B, volts), (sampled.sample(A, push, 0.002).B, 0.005))
+        L = observers.kalman_gain(plant, noise, srv02().K_enc, servo_only=True)
+        apart.append(np.abs(np.log(observers.observer_poles(plant, L)) / 0.002 - zero).min())
+    assert apart == sorted(apart, reverse=True)
+    assert apart[-1] < 0.05 * abs(zero)
+
+
+@pytest.mark.parametrize("seed", BENCHES)
+def test_the_observers_voltage_is_five_times_quieter_and_the_swing_as_small(seed):
+    derivatives, servo, both = (response.voltage_noise(on_wave(seed, name)) for name in ("33 Hz, full", SERVO, LINK))
+    assert max(servo, both) < derivatives / 5
+    assert max(swing(seed, SERVO), swing(seed, LINK)) < min(1.0, swing(seed, "33 Hz, partial"))
+    assert measured(seed, SERVO).max_alpha == pytest.approx(measured(seed, "33 Hz, full").max_alpha, rel=0.1)
+
+
+def test_after_a_push_the_swing_is_over_sooner_with_both_encoders():
+    left = {name: [] for name in (SERVO, LINK)}
+    for seed in BENCHES:
+        for name, rows in left.items():
+            rows.append(beyond.short(seed, designs(seed)[name, 0.002], 0 * beyond.TIME, beyond.PUSH)["swing, deg"])
+    assert np.mean(left[LINK]) < 0.7 * np.mean(left[SERVO])
+
+
+# --- 3 Design for a slow computer -------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("seed", BENCHES)
+def test_emulation_is_predicted_and_lost_where_the_sampled_design_settles(seed):
+    A, B, K = beyond.own_model(seed)
+    assert 0.024 < sampled.longest_sample_time(A, B, K, 0.002) < 0.034
+    assert all(settles(seed, "emulated", h) for h in (0.01, 0.02))
+    assert on_wave(seed, "emulated", 0.03) is None or not all(
+        finding.met for finding in response.verdict(measured(seed, "emulated", 0.03))
+    )
+    assert not settles(seed, "emulated", 0.05)
+    assert all(settles(seed, SERVO, h) for h in (0.002, 0.01, 0.02, 0.03, 0.05))
+    assert measured(seed, "emulated", 0.02).max_alpha > 1.2 * measured(seed, SERVO, 0.02).max_alpha
+    assert measured(seed, SERVO, 0.05).max_vm < measured(seed, SERVO).max_vm
+
+
+def test_both_30_and_50_ms_are_the_first_at_which_a_bench_is_lost():
+    assert {settles(seed, "emulated", 0.03) for seed in BENCHES} == {True, False}
+
+
+# --- 4 Which design forgives? -----------------------------------------------------------------------------------------
+
+
+def peak(seed, name, h):
+    A, B, _K = beyond.own_model(seed)
+    return sampled.margins(sampled.sample(A, B, h, 0.002), designs(seed)[name, h].system())
+
+
+@pytest.mark.parametrize("seed", BENCHES)
+def test_at_20_ms_the_sampled_design_forgives(seed):
+    emulated, own = peak(seed, "emulated", 0.02), peak(seed, SERVO, 0.02)
+    assert own.sensitivity_peak < 2
+    assert emulated.sensitivity_peak > 4
+    assert own.delay > 5 * emulated.delay
+
+
+@pytest.mark.parametrize("seed", BENCHES)
+def test_a_wrong_stiffness_costs_the_observer_of_the_servos_encoder_most(seed):
+    worst = {name: max(swing(seed, name, 0.002, factor) for factor in (0.7, 1.3)) for name in ("33 Hz, full", SERVO)}
+    assert worst["33 Hz, full"] < worst[SERVO]
+    assert worst["33 Hz, full"] < 1
+
+
+# --- 5 A turn that leaves no swing ------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("seed", BENCHES)
+def test_a_flat_turn_leaves_no_swing(seed):
+    ran = on_turns(seed)
+    assert ran["flat"]["swing, deg"] <= 0.5
+    assert ran["flat"]["V_m, V"] < 0.5 * ran["step"]["V_m, V"]
+    assert ran["flat"]["alpha, deg"] < 0.5 * ran["step"]["alpha, deg"]
+    assert ran["shaped, partial"]["swing, deg"] < 0.4 * ran["step, partial"]["swing, deg"]
+
+
+def test_the_plan_begins_and_ends_at_rest_and_without_a_jump_of_the_voltage():
+    A, B, _K = beyond.own_model(DEMO)
+    motion = turn(A, B, 40 * DEG, 0.5, beyond.TIME, 0.5)
+    assert np.abs(np.diff(motion.volts)).max() < 0.05
+    assert motion.states[:, -1] == pytest.approx([40 * DEG, 0, 0, 0], abs=1e-9)
+    angles = simulation.along(A, B, motion.volts)[0]  # the voltage alone, on the own model
+    assert np.abs(angles[1, beyond.TIME > 1]).max() < 0.05 * DEG
+
+
+@pytest.mark.parametrize("seed", BENCHES)
+def test_the_neglected_damping_is_small(seed):
+    A, B, _K = beyond.own_model(seed)
+    states, true = turn(A, B, 40 * DEG, 0.5, beyond.TIME, 0.5).states, student_bench(seed).parameters
+    assert true.B_l * np.abs(states[3]).max() < 0.04 * true.K_s * np.abs(states[1]).max()
+
+
+def test_the_typical_friction_is_0_07_volt():
+    servos = [student_bench(seed).parameters for seed in range(100)]
+    volts = [np.mean(one.servo_friction) / one.torque_per_volt for one in servos]
+    assert np.median(volts) == pytest.approx(0.07, abs=0.01)
+
+
+# --- the numbers of the solution's conclusion ------------------------------------------------------------------------
+
+
+def test_the_solution_concludes_from_the_numbers_of_its_own_bench():
+    assert peak(DEMO, "emulated", 0.02).sensitivity_peak == pytest.approx(5.8, rel=0.1)
+    assert peak(DEMO, "emulated", 0.02).delay == pytest.approx(0.004, abs=0.0005)
+    assert peak(DEMO, SERVO, 0.02).sensitivity_peak == pytest.approx(1.4, rel=0.05)
+    assert response.voltage_noise(on_wave(DEMO, SERVO)) == pytest.approx(0.007, rel=0.1)
+    assert response.voltage_noise(on_wave(DEMO, "33 Hz, full")) == pytest.approx(0.15, rel=0.1)
+    flat, step = (on_turns(DEMO)[name] for name in ("flat", "step"))
+    assert [flat["V_m, V"], flat["alpha, deg"]] == pytest.approx([2.6, 3.3], rel=0.05)
+    assert [step["V_m, V"], step["alpha, deg"]] == pytest.approx([8.5, 9.3], rel=0.05)
+    assert flat["swing, deg"] < 0.25
