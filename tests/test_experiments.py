@@ -8,11 +8,14 @@ import numpy as np
 import pytest
 from scipy.signal import lsim
 
-from rotflex import experiments, hil
+from rotflex import design, experiments, hil, observers, response, sampled
 from rotflex.config import joint, srv02
-from rotflex.errors import ConfigurationError, DesignError, LimitExceeded
-from rotflex.hil.controllers import StateFeedback
+from rotflex.errors import BenchError, ConfigurationError, DesignError, LimitExceeded
+from rotflex.hil.bench import Safety
+from rotflex.hil.controllers import ObserverFeedback, OpenLoop, StateFeedback, TwoDegreesOfFreedom
+from rotflex.hil.guard import Allowance, Guard
 from rotflex.hil.student_benches import student_bench
+from rotflex.signals import smooth_square_wave, time_axis
 from rotflex.simulation import closed_loop
 from rotflex.units import DEG, HZ
 
@@ -196,3 +199,53 @@ def test_a_model_that_runs_away_is_recorded_up_to_a_bound_and_told(factor, capsy
     assert angles[:, away.time < cut].max() < 100
     assert np.ptp(angles[:, away.time >= cut], axis=1).max() == 0  # they stay there
     np.testing.assert_allclose(away["theta"], right["theta"], atol=0.01)  # of the bench, nothing is changed
+
+
+# --- any command, at any sample time ---
+
+
+@pytest.mark.parametrize("sample_time", [0.002, 0.03, 0.15])
+def test_a_controller_is_called_at_the_sample_time_that_is_asked_for(sample_time):
+    command = np.linspace(0, 0.1, 20)
+    with hil.open(seed=3) as bench:
+        run = experiments.follow(bench, lambda theta_ref, _theta, _alpha: theta_ref, command, sample_time)
+    np.testing.assert_array_equal(run["theta_ref"], command)
+    np.testing.assert_array_equal(run["vm"], command)
+    assert run.sample_time == pytest.approx(sample_time) and run.metadata["sample_time"] == sample_time
+
+
+def test_a_controller_that_is_made_for_another_sample_time_is_refused():
+    feedback = StateFeedback([18.0, -17.0, 1.6, 0.6])
+    with hil.open(seed=3) as bench:
+        for controller in (feedback, TwoDegreesOfFreedom(feedback)):
+            with pytest.raises(DesignError, match=r"0\.002 s; the run has 0\.02 s"):
+                experiments.follow(bench, controller, np.zeros(5), 0.02)
+        with pytest.raises(DesignError, match=r"0\.02 s; the run has 0\.002 s"):
+            experiments.tracking(bench, StateFeedback([1.0, 0, 0, 0], sample_time=0.02, cutoff=50.0))
+
+
+@pytest.mark.parametrize(("sample_time", "guard"), [(0.2, None), (0.0, None), (np.nan, None), (0.06, Guard(srv02()))])
+def test_a_sample_time_that_watchdog_or_guard_cannot_bear_is_refused(sample_time, guard):
+    bench = hil.open(seed=3)
+    bench.safety = Safety(guard=guard)
+    with bench, pytest.raises(BenchError, match=r"shorter than the 0\.2 s .* guard .* at most 0\.05 s"):
+        experiments.follow(bench, OpenLoop(), np.zeros(5), sample_time)
+
+
+@pytest.mark.parametrize("seed", [3, 14])
+@pytest.mark.parametrize("sample_time", [0.01, 0.03, 0.05])
+def test_an_observer_and_a_sampled_design_control_a_bench_and_no_guard_stops_them(seed, sample_time):
+    spec = student_bench(seed)
+    A, B = linear_model(spec.parameters.K_s)
+    plant = sampled.sample(A, B, sample_time, 0.002)
+    K = sampled.gain_by_place(plant, design.desired_poles(0.6, 20, -30, -40))
+    noise = observers.process_noise(plant, (sampled.sample(A, B, sample_time).B, 0.1))
+    L = observers.kalman_gain(plant, noise, srv02().K_enc, servo_only=True)
+    controller = ObserverFeedback(plant.A, plant.B, L, K, sample_time)
+    t = time_axis(6.0, sample_time)
+    bench = hil.open(seed=seed)
+    bench.safety = Safety(guard=Guard(srv02(), allowance=Allowance(stiffness=spec.parameters.K_s)))
+    with bench:
+        run = experiments.follow(bench, controller, smooth_square_wave(t, 0.33, 20 * DEG, 100.0), sample_time)
+    found = response.worst(response.measure(run))
+    assert found.overshoot < 8 and found.max_vm < 10 and response.swing(run) < 1.5 * DEG

@@ -15,7 +15,8 @@ from scipy.integrate import solve_ivp
 from rotflex import experiments, hil, link
 from rotflex.config import srv02
 from rotflex.course import plausible
-from rotflex.hil.student_benches import REAL_BENCH
+from rotflex.hil.controllers import StateFeedback
+from rotflex.hil.student_benches import REAL_BENCH, student_bench
 from rotflex.recording import Recording
 
 
@@ -97,3 +98,13 @@ def test_the_natural_frequency_is_found_whatever_drives_the_servo(omega, damping
     assert found == pytest.approx(omega, rel=2e-3)
     assert left < 0.03
     assert link.natural_frequency(theta, -alpha, DT, damping, (10.0, 38.0), 0.3)[1] > 0.5
+
+
+@pytest.mark.parametrize("sample_time", [0.01, 0.03])
+def test_an_honest_run_with_samples_far_apart_is_not_doubted(sample_time):
+    controller = StateFeedback([8.0, 0.0, 0.5, 0.0], sample_time=sample_time, cutoff=0.5 / sample_time)
+    command = 0.4 * np.sign(np.sin(np.arange(round(10 / sample_time)) * sample_time * 2))
+    with hil.open("virtual:?seed=3") as bench:
+        run = experiments.follow(bench, controller, command, sample_time, progress=False)
+    assert np.std(run["alpha"]) > 0.02
+    assert doubts(run, student_bench(3)) == []

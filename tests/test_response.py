@@ -272,3 +272,19 @@ def test_the_real_bench_measures_as_was_checked(real_log):
     assert worst.max_alpha / DEG == pytest.approx(9.7, abs=0.06)
     assert worst.max_vm == pytest.approx(8.4, abs=0.05)
     assert [finding.met for finding in response.verdict(worst)] == [False, True, True, True]
+
+
+def test_swing_and_noise_are_of_full_turns_after_the_time_that_is_said():
+    recording = wave([1, -1, 1], hold=1.0)  # the first turn, from 0, is half as large
+    late = recording.time % 1 > 0.5
+    alpha = np.where(late, 0.02, 0.5) * DEG
+    alpha[(recording.time < 1) & late] = DEG
+    alpha[recording.time > 1.9] *= -3
+    vm = np.where(recording.time % 1 > 0.2, np.arange(alpha.size) % 2 * 0.4, 0.0)
+    vm[recording.time < 1] *= 9
+    noisy = changed(recording, alpha=alpha, vm=vm)
+    assert response.swing(noisy) == pytest.approx(1.5 * DEG)  # three times 0.5, early in the last turn
+    assert response.swing(noisy.between(0, 2.8), after=0.55) == pytest.approx(0.06 * DEG)
+    assert response.voltage_noise(noisy) == pytest.approx(0.4)
+    with pytest.raises(IdentificationError, match="lasts longer than 2 s"):
+        response.swing(noisy, after=2.0)

@@ -1,5 +1,6 @@
 """Signals against their definitions, at the samples where rounding would show."""
 
+import control
 import numpy as np
 import pytest
 from hypothesis import given
@@ -98,3 +99,25 @@ def test_signals_refuse_impossible_arguments():
             call()
     with pytest.raises(ConfigurationError, match="250 Hz"):
         signals.chirp(t, 1, 260)
+
+
+@pytest.mark.parametrize(("zeta", "sample_time"), [(0.0, 0.002), (0.1, 0.002), (0.1, 0.02), (0.4, 0.03)])
+def test_a_shaped_step_leaves_a_tenth_or_less_of_the_swing_and_ends_where_the_step_does(zeta, sample_time):
+    omega_n = 20.0
+    command = signals.step(signals.time_axis(2, sample_time), 1.0, at=0.1)
+    shaped = signals.shaped(command, omega_n, zeta, sample_time)
+    assert shaped[0] == 0 and shaped[-1] == pytest.approx(1)
+    half = np.pi / (omega_n * np.sqrt(1 - zeta**2))
+    since = round((0.1 + half) / sample_time) + 2
+    left = []
+    for given_command in (command, shaped):
+        link = control.c2d(control.tf([omega_n**2], [1, 2 * zeta * omega_n, omega_n**2]), sample_time)
+        angle = control.forced_response(link, inputs=given_command).outputs
+        left.append(np.abs(angle[since:] - 1).max())
+    assert left[1] < 0.1 * left[0]
+
+
+def test_what_is_shaped_has_a_frequency_and_a_damping_below_1():
+    for wrong in ((0.0, 0.1, 0.002), (20.0, 1.0, 0.002), (20.0, -0.1, 0.002), (20.0, 0.1, 0.0)):
+        with pytest.raises(ConfigurationError):
+            signals.shaped([0.0, 1.0], *wrong)

@@ -77,6 +77,9 @@ ASKED = {
     "tracking": lambda bench: experiments.tracking(bench, GAIN, duration=1.0, progress=False),
     "small": lambda bench: experiments.tracking(bench, GAIN, duration=1.0, amplitude=0.05, progress=False),
     "partial": lambda bench: experiments.tracking(bench, GAIN, "partial", duration=1.0, progress=False),
+    "follow at 20 ms": lambda bench: experiments.follow(
+        bench, StateFeedback(GAIN, sample_time=0.02, cutoff=50.0), np.full(51, 0.1), 0.02, progress=False
+    ),
     "watch": lambda bench: experiments.watch(bench, 0.5, progress=False),
 }
 STEERED = [name for name in ASKED if name not in ("small", "watch")]
