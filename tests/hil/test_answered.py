@@ -9,12 +9,13 @@ from forged import changed
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from rotflex import experiments, hil
+from rotflex import design, experiments, hil, model, observers, sampled
 from rotflex.config import joint, srv02
 from rotflex.course import plausible
 from rotflex.course.recordings_folder import bench_of as bench_of_recordings
 from rotflex.errors import BenchError, NotRecorded
 from rotflex.hil import replay
+from rotflex.hil.controllers import ObserverFeedback, StateFeedback, TwoDegreesOfFreedom
 from rotflex.hil.halt import WATCHDOG_TIMEOUT
 from rotflex.hil.loop import run
 from rotflex.hil.student_benches import REAL_BENCH
@@ -162,6 +163,33 @@ def test_wherever_a_program_pauses_its_recording_is_honest(long, short, verb, bu
     np.testing.assert_array_equal(again(recording)["vm"], recording["vm"])
     if buffer == 500:
         np.testing.assert_allclose(recording["vm"][: SAMPLES - 1], board.before_each[1:SAMPLES], atol=1e-12)
+
+
+def designed(kind):
+    """Controllers that count samples or predict them."""
+    system = model.state_space(srv02(), REAL_BENCH.joint, REAL_BENCH.parameters.K_s, link_damping=0.0)
+    if kind == "feedforward":
+        return TwoDegreesOfFreedom(StateFeedback(GAIN), 0.1 * np.sin(np.arange(SAMPLES) / 100))
+    plant = sampled.sample(system, SAMPLE_TIME, 0.002)
+    noise = observers.process_noise(plant, (sampled.sample(system, SAMPLE_TIME).B, 0.1))
+    L = observers.kalman_gain(plant, noise, srv02().K_enc, servo_only=True)
+    poles = design.desired_poles(0.6, 20, -30, -40)
+    return ObserverFeedback(plant.A, plant.B, L, sampled.gain_by_place(plant, poles), SAMPLE_TIME)
+
+
+@pytest.mark.parametrize("kind", ["observer", "feedforward"])
+def test_a_controller_that_counts_or_predicts_samples_runs_along_when_they_come_late_or_never(kind):
+    """The pauses come while the arm moves; two seconds later all is as without them."""
+    command = 0.2 * np.minimum(np.arange(SAMPLES) / 200, 1)
+    runs = []
+    for loses, pauses in (({}, {}), ({120: 20}, {150: 0.1})):
+        board = Hiccups("write_analog", pauses)
+        with bench_of(board) as bench:
+            board.loses.update(loses)
+            runs.append(run(bench, designed(kind), command, SAMPLE_TIME, progress=False))
+    assert stretches(runs[1].metadata, LOST) and stretches(runs[1].metadata, HELD)
+    apart = np.abs(runs[1]["theta"] - runs[0]["theta"])
+    assert 1e-3 < apart.max() < 0.1 and apart[1150:].max() < 0.006
 
 
 def test_a_part_of_a_recording_says_which_of_its_samples_were_held(paused):
