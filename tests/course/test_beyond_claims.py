@@ -14,7 +14,7 @@ from checkout import ROOT
 from rotflex import experiments, hil, observers, response, sampled, simulation
 from rotflex.config import srv02
 from rotflex.errors import DesignError, LimitExceeded
-from rotflex.hil.controllers import BandLimitedDerivative
+from rotflex.hil.controllers import BandLimitedDerivative, StateFeedback, TwoDegreesOfFreedom
 from rotflex.hil.student_benches import student_bench, student_seed
 from rotflex.signals import smooth_square_wave, time_axis
 from rotflex.signals.flat import turn
@@ -62,6 +62,12 @@ def swing(*run):
 @cache
 def on_turns(seed):
     return {name: beyond.short(seed, way, command) for name, way, command in beyond.turns(seed)}
+
+
+def followed(seed, controller, command):
+    """Angle of the servo (n,), deg."""
+    with hil.open("virtual", seed=seed) as bench:
+        return experiments.follow(bench, controller, command, progress=False).degrees("theta")
 
 
 # --- 1 What the encoders know -----------------------------------------------------------------------------------------
@@ -165,6 +171,7 @@ def test_a_wrong_stiffness_costs_the_observer_of_the_servos_encoder_most(seed):
     worst = {name: max(swing(seed, name, 0.002, factor) for factor in (0.7, 1.3)) for name in ("33 Hz, full", SERVO)}
     assert worst["33 Hz, full"] < worst[SERVO]
     assert worst["33 Hz, full"] < 1
+    assert max(swing(seed, SERVO, 0.02, factor) for factor in (0.7, 1.3)) > swing(seed, SERVO, 0.02)
 
 
 # --- 5 A turn that leaves no swing ------------------------------------------------------------------------------------
@@ -177,6 +184,19 @@ def test_a_flat_turn_leaves_no_swing(seed):
     assert ran["flat"]["V_m, V"] < 0.5 * ran["step"]["V_m, V"]
     assert ran["flat"]["alpha, deg"] < 0.5 * ran["step"]["alpha, deg"]
     assert ran["shaped, partial"]["swing, deg"] < 0.4 * ran["step, partial"]["swing, deg"]
+
+
+def test_an_integral_helps_a_turn_that_the_servo_can_follow_and_no_step():
+    left, overshoot = {0.0: [], 2.0: []}, []
+    for seed in BENCHES:
+        A, B, K = beyond.own_model(seed)
+        motion, step = turn(A, B, 40 * DEG, 0.5, beyond.TIME, 0.5), 40 * DEG * np.clip((beyond.TIME - 0.5) / 0.02, 0, 1)
+        for rate, errors in left.items():
+            helped = TwoDegreesOfFreedom(StateFeedback(K), motion.feedforward(K, 0.07), rate)
+            errors.append(abs(followed(seed, helped, motion.states[0])[-1] - 40))
+        overshoot.append(followed(seed, TwoDegreesOfFreedom(StateFeedback(K), rate=2.0), step).max() - 40)
+    assert np.mean(left[2.0]) < 0.5 * np.mean(left[0.0])
+    assert min(overshoot) > 5
 
 
 def test_the_plan_begins_and_ends_at_rest_and_without_a_jump_of_the_voltage():
