@@ -4,7 +4,7 @@ import control
 import matplotlib.pyplot as plt
 import numpy as np
 
-from rotflex import experiments, hil, identification, model, response
+from rotflex import experiments, hil, identification, model, observers, response
 
 
 class Observed:  # state feedback on the states that an observer estimates: it sees only the servo's encoder
@@ -24,7 +24,7 @@ with hil.open("virtual:?seed=7") as bench:
     plant = model.state_space(bench.servo, bench.joint, K_s)  # V_m → theta, alpha
     sampled = control.sample_system(plant, 0.002)
     K = control.lqr(plant, np.diag([400, 400, 1, 1]), 1)[0]
-    L = control.dlqe(sampled.A, np.eye(4), sampled.C[:1], np.diag([1e-6, 1e-6, 1e-2, 1e-2]), 1e-6)[0]
+    L = observers.kalman_gain(sampled, np.diag([1e-6, 1e-6, 1e-2, 1e-2]), bench.servo.K_enc, servo_only=True)
     for controller in (K, Observed()):
         print(response.worst(response.measure(experiments.tracking(bench, controller))))
 print("gain and phase margin:", control.margin(control.ss(plant.A, plant.B, K, 0))[:2])
