@@ -159,7 +159,6 @@ OBSERVERS = {
             CHANNELS,
             rtol=tolerances.OBSERVED,
             slips={
-                "the observer has both encoders": along_square(partial(observed, servo_only=False)),
                 "the rates are the 33 Hz derivatives, not the observer's": along_square(derivatives),
             },
         ),

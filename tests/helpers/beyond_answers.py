@@ -64,11 +64,13 @@ class Student:
     name : of the student
     bench : as the key knows it; for the arm
     K_s : stiffness, N·m/rad
+    count : what they take for a count of the encoder in the noise, rad
     """
 
     name: str
     bench: Any
     K_s: float
+    count: float = COUNT
 
     @cached_property
     def torque_model(self) -> tuple[Any, Any]:
@@ -117,7 +119,7 @@ class Student:
     def filter_gain(self, Phi: Any, C: Any, h: float) -> Any:
         Q = np.zeros(Phi.shape)
         Q[:4, :4] = self.noise(h)
-        R = np.eye(len(C)) * COUNT**2 / 12
+        R = np.eye(len(C)) * self.count**2 / 12
         P = control.dlqe(Phi, np.eye(len(Phi)), C, Q, R)[1]
         return P @ C.T @ np.linalg.inv(C @ P @ C.T + R)
 
@@ -125,9 +127,10 @@ class Student:
     def L(self) -> Any:
         return self.filter_gain(zoh(*self.model, 0.002)[0], SERVO_ONLY, 0.002)
 
-    def observed(self, C: Any = SERVO_ONLY) -> Recording:
+    def controller(self, C: Any = SERVO_ONLY) -> ObserverFeedback:
         Phi, Gamma = zoh(*self.model, 0.002)
-        return self.run(ObserverFeedback(Phi, Gamma, self.filter_gain(Phi, C, 0.002), self.K, 0.002), square(0.002))
+        L = self.L if C is SERVO_ONLY else self.filter_gain(Phi, C, 0.002)
+        return ObserverFeedback(Phi, Gamma, L, self.K, 0.002)
 
     # --- sampled design -------------------------------------------------------------------------------------------
 
@@ -145,7 +148,7 @@ class Student:
         return float(np.abs(control.feedback(plant, controller, sign=1).poles()).max() - 1)
 
     def limit_ms(self, delay: float = 0.002) -> float:
-        return 1e3 * float(scipy.optimize.brentq(lambda h: self.growth(h, delay), 0.015, 0.045))
+        return 1e3 * float(scipy.optimize.brentq(lambda h: self.growth(h, delay), 0.01, 0.09))
 
     def is_lost(self, ms: int) -> bool:
         h = ms / 1e3
@@ -164,13 +167,16 @@ class Student:
 
     # --- feed-forward ---------------------------------------------------------------------------------------------
 
-    def turn(self, t: Any, power: int = 4, start: float = 0.5) -> tuple[Any, Any]:
-        """States (4, n) and voltage (n,) of a turn of 40 deg in 0.5 s."""
-        servo, c = self.bench.servo, self.bench.J_l / self.K_s
+    def gamma(self, t: Any, power: int = 4, start: float = 0.5) -> list[Any]:
+        """A turn of gamma by 40 deg in 0.5 s, and four of its derivatives."""
         x = Polynomial([0, 1])
         bell = (x**power * (1 - x) ** power).integ()
         path, s = bell / bell(1) * np.deg2rad(40), np.clip((t - start) / 0.5, 0, 1)
-        g = [path.deriv(k)(s) / 0.5**k if k else path(s) for k in range(5)]
+        return [path.deriv(k)(s) / 0.5**k if k else path(s) for k in range(5)]
+
+    def turn(self, t: Any, power: int = 4, start: float = 0.5) -> tuple[Any, Any]:
+        """States (4, n) and voltage (n,) of this turn."""
+        servo, c, g = self.bench.servo, self.bench.J_l / self.K_s, self.gamma(t, power, start)
         states = np.array([g[0] + c * g[2], -c * g[2], g[1] + c * g[3], -c * g[3]])
         torque = servo.J_eq * (g[2] + c * g[4]) + servo.B_eq * states[2] - self.K_s * states[1]
         return states, torque / servo.torque_per_volt + servo.k_m * servo.K_g * states[2]
@@ -185,7 +191,7 @@ class Student:
     def answers(self) -> dict[Where, Any]:
         """All answers of notebook 11 that are marked automatically."""
         A = self.model[0]
-        run, turned = self.observed(), self.turned()
+        run, turned = self.run(self.controller(), square(0.002)), self.turned()
         states, volts = self.turn(signals.time_axis(2.5, 0.002))
         Phi, Gamma, L, K = self.sampled(0.03)
         peaks = [peak(loop, 0.02) for loop in self.loops()]

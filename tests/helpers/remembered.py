@@ -4,6 +4,7 @@ For tests in which hundreds of answers are worked out on few benches.
 """
 
 import json
+import pickle
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
@@ -18,17 +19,17 @@ def remembered() -> Iterator[dict[Any, Recording]]:
     kept: dict[Any, Recording] = {}
     real = experiments._run
 
-    def run(bench: Any, controller: Any, reference: Any, settings: Any, progress: bool, **channels: Any) -> Recording:
+    def run(bench: Any, controller: Any, reference: Any, settings: Any, *more: Any) -> Recording:
         if bench.identity.get("clock") != "simulated" or bench.recorded or bench.on_recorded:
-            return real(bench, controller, reference, settings, progress, **channels)
+            return real(bench, controller, reference, settings, *more)
         which = (
             json.dumps([bench.identity, settings], sort_keys=True),
-            type(controller),
+            pickle.dumps(controller),
             reference.tobytes(),
-            *((name, values.tobytes()) for name, values in channels.items()),
+            more,
         )
         if which not in kept:
-            kept[which] = real(bench, controller, reference, settings, progress, **channels)
+            kept[which] = real(bench, controller, reference, settings, *more)
         return kept[which]
 
     experiments._run = run
