@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 from numpy.polynomial import Polynomial
+from scipy.optimize import brentq
 
 from labcourse.answers.json_values import thin
 from labcourse.answers.parts import Part
@@ -39,6 +40,7 @@ _WINDOW = 0.1  # s, of the samples of 4.2
 _MOTOR, _LINK = 0.1, 0.005  # V and N·m, standard deviations of the process noise
 _ANGLE, _TURN, _REST, _WATCHED, _FRICTION = 40 * DEG, 0.5, 0.5, 2.5, 0.07  # of 4.10: rad, s, s, s, V
 
+Plant = Callable[[Array, Array, float], Any]  # A, B and the sample time (s) → the sampled plant
 Groups = Callable[[Case], Iterator[list[Callable[[], Controller]]]]
 
 
@@ -53,9 +55,16 @@ class NumberFrom(ArrayFrom):
 class InUnits(ArrayFrom):
     """A matrix for states: each entry within a tolerance of the largest entry in its unit, as one may be near zero."""
 
+    rtol: float = tolerances.STATES
+
     def _agrees(self, value: Any, expected: Any) -> bool:
-        wanted = np.asarray(expected, dtype=float)
-        return bool(np.all(np.abs(np.reshape(value, wanted.shape) - wanted) <= self.rtol * largest_in_unit(wanted)))
+        return near_in_units(value, expected, self.rtol)
+
+
+def near_in_units(value: Any, expected: Any, rtol: float = tolerances.STATES) -> bool:
+    """Whether each entry is within a tolerance of the largest entry in its unit."""
+    wanted = np.asarray(expected, dtype=float)
+    return bool(np.all(np.abs(np.reshape(value, wanted.shape) - wanted) <= rtol * largest_in_unit(wanted)))
 
 
 def largest_in_unit(matrix: Array) -> Array:
@@ -75,6 +84,43 @@ def deviation(A: Array, B: Array, encoders: int = 1, state: int = 3) -> float:
     return float(observers.uncertainty(A, np.eye(encoders, 4), _WINDOW, SAMPLE_TIME, RESOLUTION)[state] / DEG)
 
 
+def plant_in_z(A: Array, B: Array, sample_time: float) -> Any:
+    """The plant of 4.5: five states, the last one is the last voltage."""
+    return sampled.sample(A, B, sample_time, DELAY)
+
+
+def _changed(plant: Any, last: Array, new: Array, stored: float = 1.0) -> Any:
+    """The plant with other effects (4, 1) of the last and the new voltage."""
+    import control
+
+    Phi, Gamma = np.array(plant.A), np.vstack([new, [[stored]]])
+    Phi[:4, 4:] = last
+    return control.StateSpace(Phi, Gamma, plant.C, plant.D, plant.dt)
+
+
+def _exchanged(A: Array, B: Array, sample_time: float) -> Any:
+    plant = plant_in_z(A, B, sample_time)
+    return _changed(plant, plant.B[:4], plant.A[:4, 4:])
+
+
+def _without_delay(A: Array, B: Array, sample_time: float) -> Any:
+    return _changed(plant_in_z(A, B, sample_time), np.zeros((4, 1)), sampled.sample(A, B, sample_time).B)
+
+
+def _late(A: Array, B: Array, sample_time: float) -> Any:
+    return sampled.sample(A, B, sample_time, sample_time - DELAY)
+
+
+def _not_stored(A: Array, B: Array, sample_time: float) -> Any:
+    plant = plant_in_z(A, B, sample_time)
+    return _changed(plant, plant.A[:4, 4:], plant.B[:4], 0.0)
+
+
+def _predictor(A: Array, B: Array, J_l: float, plant: Any = None) -> Array:
+    plant = plant or sampled.sample(A, B, SAMPLE_TIME)
+    return np.asarray(plant.A @ kalman(A, B, J_l, plant))
+
+
 def kalman(
     A: Array, B: Array, J_l: float, plant: Any = None, resolution: float = RESOLUTION, servo_only: bool = True
 ) -> Array:
@@ -85,22 +131,49 @@ def kalman(
     return observers.kalman_gain(plant, observers.process_noise(plant, *sources), resolution, servo_only)
 
 
-def peak_emulated(A: Array, B: Array, K: Array, delay: float = DELAY) -> float:
+#: Usual slips of 4.5 and 4.3, which go on into what is built on them: what was done → what it gives.
+PLANTS: dict[str, Plant] = {
+    "what the last and the new voltage do is exchanged": _exchanged,
+    "the delay is missing": _without_delay,
+    "the 2 ms before the new voltage acts and the rest of the sample are exchanged": lambda A, B, h: sampled.sample(
+        A, B, h, h - DELAY
+    ),
+    "the fifth state is the new voltage, so that its entry in Gamma is 1": _not_stored,
+}
+OBSERVERS: dict[str, Callable[..., Array]] = {
+    "it is the gain of the predictor, Phi L: the filter uses the newest sample": _predictor,
+    "the variance of rounding is the resolution squared, divided by 12": partial(
+        kalman, resolution=RESOLUTION * np.sqrt(12)
+    ),
+    "the resolution is in degrees where the model has radians": partial(kalman, resolution=RESOLUTION / DEG),
+}
+
+
+def peak_emulated(A: Array, B: Array, K: Array, plant_in_z: Plant = plant_in_z) -> float:
     """M_s with a continuous design and differences for rates."""
     controller = StateFeedback(K, sample_time=PEAKS_AT, cutoff=1 / PEAKS_AT)
-    return sampled.margins(sampled.sample(A, B, PEAKS_AT, delay), controller.system()).sensitivity_peak
+    return sampled.margins(plant_in_z(A, B, PEAKS_AT), controller.system()).sensitivity_peak
 
 
-def peak_sampled(A: Array, B: Array, J_l: float, poles: Array, delay: float = DELAY) -> float:
+def peak_sampled(
+    A: Array, B: Array, J_l: float, poles: Array, plant_in_z: Plant = plant_in_z, L: Callable[..., Array] = kalman
+) -> float:
     """M_s with a sampled design and an observer."""
-    plant = sampled.sample(A, B, PEAKS_AT, delay)
-    K, L = sampled.gain_by_place(plant, poles), kalman(A, B, J_l, plant)
-    return sampled.margins(plant, ObserverFeedback(plant.A, plant.B, L, K, PEAKS_AT).system()).sensitivity_peak
+    plant = plant_in_z(A, B, PEAKS_AT)
+    K = sampled.gain_by_place(plant, poles)
+    controller = ObserverFeedback(plant.A, plant.B, L(A, B, J_l, plant), K, PEAKS_AT)
+    return sampled.margins(plant, controller.system()).sensitivity_peak
 
 
-def limit_ms(A: Array, B: Array, K: Array, delay: float = DELAY) -> float:
-    """Longest stable sample time of a continuous design, ms."""
-    return 1e3 * sampled.longest_sample_time(A, B, K, delay)
+def limit_ms(A: Array, B: Array, K: Array, plant_in_z: Plant = plant_in_z) -> float:
+    """Longest sample time (ms) up to which a continuous design is stable; 0 if it is never lost, or always."""
+
+    def growth(ms: float) -> float:
+        return float(np.abs(sampled.emulated_poles(plant_in_z(A, B, ms / 1e3), K)).max()) - 1
+
+    times = np.arange(2.5, 100)
+    lost = next((place for place, ms in enumerate(times) if growth(float(ms)) >= 0), 0)
+    return float(brentq(growth, times[lost - 1], times[lost])) if lost else 0.0
 
 
 def planned(A: Array, B: Array) -> flat.FlatMotion:
@@ -135,17 +208,41 @@ def own_poles(case: Case) -> Array:
 
 def gains(case: Case) -> list[Array]:
     """The gains that notebook 11 may go on with: the student's own if the bench bears it, else the spare one."""
-    own = given_gain(case)
-    if own is not None:
-        try:
-            run = case.bench.follow(StateFeedback(own), square(SAMPLE_TIME), SAMPLE_TIME)
-        except RotflexError as error:
-            bears = not isinstance(error, LimitExceeded)  # at a real bench it may not have been recorded
-        else:
-            bears = spare_design.can_be_measured(run)
-        if bears:
-            return [own]
-    return [np.array(spare_design.SPARE_GAIN), np.ravel(right_design(case).K)]
+    own, spare = given_gain(case), [np.array(spare_design.SPARE_GAIN), np.ravel(right_design(case).K)]
+    if own is None or not _bears(case, own, "full"):
+        return spare
+    return [own] if _bears(case, own, "partial") else [own, *spare]
+
+
+def _bears(case: Case, K: Array, feedback: str) -> bool:
+    try:
+        return spare_design.can_be_measured(case.bench.tracking(tuple(K.tolist()), feedback))
+    except LimitExceeded:
+        return False
+    except RotflexError:  # at a real bench it was not recorded
+        return True
+
+
+def own_plant(case: Case) -> Plant:
+    """How the student samples a plant, by their Phi and Gamma: rightly, or with one of the usual slips."""
+    try:
+        own, model = [usable(case.own, "4.5", part) for part in ("Phi", "Gamma")], own_model(case)
+    except LookupError:
+        return plant_in_z
+
+    def agrees(plant: Any) -> bool:
+        return near_in_units(own[0], plant.A) and near_in_units(own[1], plant.B)
+
+    return next((build for build in PLANTS.values() if agrees(build(*model, HELD))), plant_in_z)
+
+
+def own_observer(case: Case) -> Callable[..., Array]:
+    """How the student finds an observer's gain, by their L: rightly, or with one of the usual slips."""
+    try:
+        own, known = usable(case.own, "4.3", "L"), (*own_model(case), case.bench.J_l)
+    except LookupError:
+        return kalman
+    return next((find for find in OBSERVERS.values() if near_in_units(own, find(*known))), kalman)
 
 
 def by_models(what: str, function: Callable[..., Any], *more: Callable[[Case], Any]) -> Follows:
@@ -203,17 +300,19 @@ def sampled_design(case: Case) -> Iterator[list[Callable[[], Controller]]]:
     """The sampled designs of 4.6: by the student's own Phi, Gamma and K, by their own poles, then all right."""
     import control
 
-    def feedback(model: tuple[Array, Array], poles: Array | None, own_plant: bool = False) -> Controller:
-        plant = sampled.sample(*model, HELD, DELAY)
-        if own_plant:
+    def feedback(model: tuple[Array, Array], poles: Array | None, own: bool, own_L: bool = False) -> Controller:
+        plant = plant_in_z(*model, HELD)
+        if own:
             Phi, Gamma = usable(case.own, "4.5", "Phi"), usable(case.own, "4.5", "Gamma")
             plant = control.StateSpace(Phi, Gamma, plant.C, plant.D, HELD)
         K = usable(case.own, "4.6", "K") if poles is None else sampled.gain_by_place(plant, poles)
-        return ObserverFeedback(plant.A, plant.B, kalman(*model, case.bench.J_l, plant), K, HELD)
+        find = own_observer(case) if own_L else kalman
+        return ObserverFeedback(plant.A, plant.B, find(*model, case.bench.J_l, plant), K, HELD)
 
-    own = own_model(case)
-    yield [partial(feedback, own, None, True), partial(feedback, own, None), partial(feedback, own, own_poles(case))]
-    yield [partial(feedback, right_design(case).voltage_model, desired_poles())]
+    of_own = partial(feedback, own_model(case))
+    ways = ((None, True, True), (None, True), (None, False), (own_poles(case), False))
+    yield [partial(of_own, *way) for way in ways]
+    yield [partial(feedback, right_design(case).voltage_model, desired_poles(), False)]
 
 
 def turned(case: Case, metadata: dict[str, Any]) -> list[Recording]:

@@ -12,9 +12,9 @@ from rotflex.units import DEG
 
 from . import tolerances
 from .beyond_checks import (
-    DELAY,
     HELD,
-    RESOLUTION,
+    OBSERVERS,
+    PLANTS,
     InUnits,
     LostAt,
     NumberFrom,
@@ -28,10 +28,13 @@ from .beyond_checks import (
     largest_by_own,
     limit_ms,
     observed,
+    own_observer,
+    own_plant,
     own_poles,
     peak_emulated,
     peak_sampled,
     planned,
+    plant_in_z,
     sampled_design,
     turned,
     with_own_recording,
@@ -48,19 +51,13 @@ LOOP = "your own model and gain"
 WISH = "your own model and desired poles"
 
 
-def own_gain(case):
-    return gains(case)[0]
+def gain(place):
+    """The student's own gain, or the second with which the notebook may go on."""
+    return lambda case: gains(case)[place]
 
 
 def inertia(case):
     return case.bench.J_l
-
-
-def own_inertia(case):
-    try:
-        return float(usable(case.own, "2.12", "J_l"))
-    except LookupError:
-        return inertia(case)
 
 
 # --- observers --------------------------------------------------------------------------------------------------------
@@ -110,25 +107,11 @@ def rate_known(what, encoders):
     )
 
 
-def predictor(A, B, J_l):
-    return sampled.sample(A, B, 0.002).A @ kalman(A, B, J_l)
-
-
 def of_both(A, B, J_l):
     return kalman(A, B, J_l, servo_only=False)[:, :1]
 
 
-OBSERVER = "Kalman's gain"
-L_SLIPS = {
-    "it is the gain of the predictor, Phi L: the filter uses the newest sample": predictor,
-    "the variance of rounding is the resolution squared, divided by 12": partial(
-        kalman, resolution=RESOLUTION * np.sqrt(12)
-    ),
-    "the resolution is in degrees where the model has radians": partial(kalman, resolution=RESOLUTION / DEG),
-    "it is a column of the gain for both encoders": of_both,
-}
-
-OBSERVERS = {
+SENSORS = {
     "4.1": {
         "rank_servo": rank(0, 4.0),
         "rank_link": rank(1, 3.0),
@@ -146,11 +129,13 @@ OBSERVERS = {
     },
     "4.3": {
         "L": InUnits(
-            OBSERVER,
+            "Kalman's gain",
             lambda d: kalman(*d.voltage_model, d.joint.J_l),
-            rtol=tolerances.STATES,
-            follow=(*by_models(MODEL, kalman, inertia), *by_models("your own model and inertia", kalman, own_inertia)),
-            others=tuple(pair for words, slip in L_SLIPS.items() for pair in by_models(words, slip, own_inertia)),
+            follow=by_models(MODEL, kalman, inertia),
+            others=(
+                *(pair for words, slip in OBSERVERS.items() for pair in by_models(words, slip, inertia)),
+                *by_models("it is a column of the gain for both encoders", of_both, inertia),
+            ),
         ),
     },
     "4.4": {
@@ -179,47 +164,29 @@ OBSERVERS = {
 # --- sampled design ---------------------------------------------------------------------------------------------------
 
 
-def Phi(A, B, held=HELD, delay=DELAY):
-    return with_last_voltage(sampled.sample(A, B, held, delay).A)
+UNDELAYED = PLANTS["the delay is missing"]
 
 
-def Gamma(A, B, held=HELD, delay=DELAY):
-    """(5, 1), with the last voltage as the fifth state, even without a delay."""
-    found = sampled.sample(A, B, held, delay).B
-    return np.vstack([found[:4], [[1.0]]])
+def Phi(A, B, build=plant_in_z):
+    return build(A, B, HELD).A
 
 
-def with_last_voltage(matrix):
-    return np.pad(matrix, (0, 5 - len(matrix)))
-
-
-def exchanged_Phi(A, B):
-    changed = Phi(A, B)
-    changed[:4, 4:] = Gamma(A, B)[:4]
-    return changed
-
-
-def exchanged_Gamma(A, B):
-    return np.vstack([Phi(A, B)[:4, 4:], [[1.0]]])
+def Gamma(A, B, build=plant_in_z):
+    return build(A, B, HELD).B
 
 
 def rest_of_own_Phi(A, B, own_Phi):
     """The hold over the whole sample, without what the student's own Phi has for the last voltage."""
-    return np.vstack([Gamma(A, B, delay=0.0)[:4] - own_Phi[:4, 4:], [[1.0]]])
+    return np.vstack([sampled.sample(A, B, HELD).B - own_Phi[:4, 4:], [[1.0]]])
 
 
-def by_torque(function):
-    """The same for the model with the torque as input."""
-    return lambda case: function(usable(case.own, "2.14", "A"), np.reshape(usable(case.own, "2.14", "B"), (4, 1)))
-
-
-def sampled_slips(function, exchanged):
+def sampled_slips(function):
+    """Usual slips, and the model with the torque as input."""
+    by_torque = "it is for the model with the torque as input"
     return (
-        *by_models("what the last and the new voltage do is exchanged", exchanged),
-        *by_models("the delay is missing", partial(function, delay=0.0)),
-        *by_models("the new voltage acts in the last 28 ms, not 2", partial(function, delay=HELD - DELAY)),
-        *by_models("it is for a sample time of 2 ms", partial(function, held=0.002, delay=0.0)),
-        ("it is for the model with the torque as input", by_torque(function)),
+        *(pair for words, build in PLANTS.items() for pair in by_models(words, partial(function, build=build))),
+        *by_models("it is for a sample time of 2 ms", partial(function, build=lambda A, B, h: UNDELAYED(A, B, 0.002))),
+        (by_torque, lambda case: function(usable(case.own, "2.14", "A"), usable(case.own, "2.14", "B"))),
     )
 
 
@@ -228,7 +195,7 @@ def place(A, B, poles):
 
 
 def sampled_gain(A, B, poles):
-    return sampled.gain_by_place(sampled.sample(A, B, HELD, DELAY), poles)
+    return sampled.gain_by_place(plant_in_z(A, B, HELD), poles)
 
 
 def by_own_plant(case):
@@ -252,17 +219,16 @@ def without_delay(A, B, poles):
 
 def continuous(case):
     """The gain of 3.8 with a zero for the last voltage."""
-    return np.append(own_gain(case), 0)
+    return np.append(gains(case)[0], 0)
 
 
-def last_stays(matrix):
-    """Phi with a last voltage that stays as it is."""
-    return np.vstack([matrix[:4], [[0, 0, 0, 0, 1]]])
-
-
-def without_last(matrix):
-    """Gamma that does not store the new voltage."""
-    return np.vstack([matrix[:4], [[0.0]]])
+def by_own_loop(function):
+    """With the student's own gain, or that of the workbook where the notebook goes on with it; and their own plant."""
+    return (
+        *by_models(LOOP, function, gain(0)),
+        *by_models("the gain of the workbook", function, gain(1)),
+        *by_models("your own Phi, Gamma and gain", function, gain(0), own_plant),
+    )
 
 
 def more_forgiving(own, bench):
@@ -276,28 +242,23 @@ SAMPLED = {
         "Phi": InUnits(
             "the model from sample to sample",
             lambda d: Phi(*d.voltage_model),
-            rtol=tolerances.STATES,
             follow=by_models(MODEL, Phi),
-            slips=(("the fifth state is the new voltage, so that its row in Phi is zero", last_stays),),
-            others=sampled_slips(Phi, exchanged_Phi),
+            others=sampled_slips(Phi),
         ),
         "Gamma": InUnits(
             "the effect of the new voltage",
             lambda d: Gamma(*d.voltage_model),
-            rtol=tolerances.STATES,
             follow=(
                 *by_models(MODEL, Gamma),
                 *by_models("your own Phi", rest_of_own_Phi, lambda case: usable(case.own, "4.5", "Phi")),
             ),
-            slips=(("the fifth state is the new voltage, so that its entry is 1", without_last),),
-            others=sampled_slips(Gamma, exchanged_Gamma),
+            others=sampled_slips(Gamma),
         ),
     },
     "4.6": {
         "K": InUnits(
             "the gain for the poles in z",
             lambda d: sampled_gain(*d.voltage_model, desired_poles()),
-            rtol=tolerances.STATES,
             follow=(
                 ("your own Phi and Gamma, and your own desired poles", by_own_plant),
                 *by_models(WISH, sampled_gain, own_poles),
@@ -317,9 +278,9 @@ SAMPLED = {
             "the longest stable sample time",
             lambda d: limit_ms(*d.voltage_model, d.K),
             rtol=tolerances.LIMIT,
-            follow=by_models(LOOP, limit_ms, own_gain),
+            follow=by_own_loop(limit_ms),
             slips=(("it is in seconds", lambda x: x / 1e3),),
-            others=by_models("the delay of 2 ms is missing", partial(limit_ms, delay=0.0), own_gain),
+            others=by_models("the delay of 2 ms is missing", partial(limit_ms, plant_in_z=UNDELAYED), gain(0)),
         ),
         "lost_ms": LostAt(),
     },
@@ -328,15 +289,18 @@ SAMPLED = {
             "M_s of the emulated design",
             lambda d: peak_emulated(*d.voltage_model, d.K),
             rtol=tolerances.PEAK,
-            follow=by_models(LOOP, peak_emulated, own_gain),
+            follow=by_own_loop(peak_emulated),
             slips=DECIBELS,
-            others=by_models("the delay of 2 ms is missing", partial(peak_emulated, delay=0.0), own_gain),
+            others=by_models("the delay of 2 ms is missing", partial(peak_emulated, plant_in_z=UNDELAYED), gain(0)),
         ),
         "peak_sampled": NumberFrom(
             "M_s of the sampled design",
             lambda d: peak_sampled(*d.voltage_model, d.joint.J_l, desired_poles()),
             rtol=tolerances.PEAK,
-            follow=by_models(WISH, peak_sampled, inertia, own_poles),
+            follow=(
+                *by_models(WISH, peak_sampled, inertia, own_poles),
+                *by_models("your own Phi, Gamma and L", peak_sampled, inertia, own_poles, own_plant, own_observer),
+            ),
             slips=DECIBELS,
         ),
         "forgives": ChoiceIs(
@@ -438,4 +402,4 @@ FEEDFORWARD = {
     "4.11": {"conclusion": ForAPerson()},
 }
 
-BEYOND = {**OBSERVERS, **SAMPLED, **FEEDFORWARD}
+BEYOND = {**SENSORS, **SAMPLED, **FEEDFORWARD}

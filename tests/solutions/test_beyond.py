@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import scipy.integrate
 import scipy.linalg
+import scipy.optimize
 import scipy.signal
 import sympy
 from beyond_answers import (
@@ -349,9 +350,9 @@ def predictor(s):
     return zoh(*s.model, 0.002)[0] @ s.L
 
 
-def exchanged(s):
+def exchanged(s, h=0.03):
     """Phi and Gamma with what the last and the new voltage do exchanged."""
-    Phi, Gamma = (one.copy() for one in s.sampled(0.03)[:2])
+    Phi, Gamma = with_delay(*s.model, h, 0.002)
     Phi[:4, 4:], Gamma[:4] = Gamma[:4].copy(), Phi[:4, 4:].copy()
     return Phi, Gamma
 
@@ -437,9 +438,23 @@ def carried(**changed):
     return student
 
 
+def growth(s, h, plant):
+    """Largest pole in z of the emulated loop, less 1, for other Phi and Gamma."""
+    controller = StateFeedback(s.K, sample_time=h, cutoff=1 / h).system()
+    loop = control.feedback(control.ss(*plant, np.eye(2, 5), 0, h), controller, sign=1)
+    return np.abs(loop.poles()).max() - 1
+
+
 def with_L(s):
+    """The predictor's gain, at 2, 30 and 20 ms."""
     slipped = carried(L=predictor(s))
-    return {("4.3", "L"): slipped.L}, observing(slipped, ObserverFeedback(*zoh(*s.model, 0.002), slipped.L, s.K, 0.002))
+    after = observing(slipped, slipped.controller())
+    for h, where in ((0.03, ("4.6", "response")), (0.02, ("4.8", "peak_sampled"))):
+        Phi, Gamma, L, K = s.sampled(h)
+        controller = ObserverFeedback(Phi, Gamma, Phi @ L, K, h)
+        plant = control.ss(Phi, Gamma, np.eye(2, 5), 0, h)
+        after[where] = peak(-controller.system() * plant, h) if h == 0.02 else s.run(controller, square(h), h)
+    return {("4.3", "L"): slipped.L}, after
 
 
 def with_Phi(s):
@@ -447,7 +462,9 @@ def with_Phi(s):
     K = control.place(Phi, Gamma, [*np.exp(POLES * 0.03), 0])
     L = s.filter_gain(Phi, np.eye(1, 5), 0.03)
     run = s.run(ObserverFeedback(Phi, Gamma, L, K, 0.03), square(0.03), 0.03)
-    return {("4.5", "Phi"): Phi}, {("4.5", "Gamma"): Gamma, ("4.6", "K"): K, ("4.6", "response"): run}
+    limit = 1e3 * scipy.optimize.brentq(lambda h: growth(s, h, exchanged(s, h)), 0.01, 0.09)
+    after = {("4.5", "Gamma"): Gamma, ("4.6", "K"): K, ("4.6", "response"): run, ("4.7", "limit_ms"): limit}
+    return {("4.5", "Phi"): Phi}, after
 
 
 def with_alpha(s):
