@@ -112,7 +112,7 @@ def test_a_shaped_step_leaves_a_tenth_or_less_of_the_swing_and_ends_where_the_st
     left = []
     for given_command in (command, shaped):
         link = control.c2d(control.tf([omega_n**2], [1, 2 * zeta * omega_n, omega_n**2]), sample_time)
-        angle = control.forced_response(link, inputs=given_command).outputs
+        angle = control.forced_response(link, np.arange(command.size) * sample_time, given_command).outputs
         left.append(np.abs(angle[since:] - 1).max())
     assert left[1] < 0.1 * left[0]
 
