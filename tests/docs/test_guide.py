@@ -112,6 +112,20 @@ def test_the_table_of_notebooks_is_counted():
     assert [float(last[column]) for column in (2, 4, 5)] == sums
 
 
+def test_the_optional_notebook_is_counted():
+    (name,) = WHOLE.optional
+    asked = [question for question in WHOLE.marked.values() if question.notebook == name]
+    solved = json.loads((ROOT / "solutions" / f"{name}.ipynb").read_text(encoding="utf-8"))["cells"]
+    title = next("".join(cell["source"]) for cell in solved if cell["id"] == "title")
+    time = re.search(r"about (\d+) minutes", title)[1]
+    worth, by_person = (f"{value:g}" for value in points(asked))
+    said = re.sub(r"\s+", " ", text("organisation.md"))
+    assert f"It takes about {time} minutes at the bench." in said
+    questions = f"{asked[0].number} to {asked[-1].number}"
+    assert f"Its questions {questions} have {worth} points, {by_person} of these by a person." in said
+    assert f"`{name}` takes {time} minutes more" in re.sub(r"\s+", " ", text("time.md"))
+
+
 def test_the_parts_of_the_course_are_worth_what_is_said():
     section = {"pre-lab, modelling": "2.2", "in-lab, modelling": "2.3", "Table 2": "2.4", "report, modelling": "5.1"}
     section |= {"pre-lab, control": "3.3", "in-lab, control": "3.4", "Table 3": "3.5", "report, control": "5.2"}
