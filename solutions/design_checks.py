@@ -196,9 +196,9 @@ class ArrayFrom:
         found, why = judge_candidates(value, case, self.what, self.ideal, self._agrees, self.follow)
         if found is not None:
             return found
-        right_ones = [*self._right_ones(case)]
+        ideal_ones = [*self._ideal_ones(case), *(own for _words, own in led_to(case, self.follow)[0])]
         for slip, changed in self.slips:
-            for expected in (*right_ones, *(own for _words, own in led_to(case, self.follow)[0])):
+            for expected in ideal_ones:
                 with contextlib.suppress(*EVALUATION_ERRORS):  # what cannot be inverted, say, was not
                     if self._agrees(value, changed(np.asarray(expected))):
                         return wrong(f"Not {self.what}: {slip}.")
@@ -207,7 +207,7 @@ class ArrayFrom:
                 return wrong(f"Not {self.what}: {slip}.")
         return _wrong(self.what, case, self.follow, why)
 
-    def _right_ones(self, case: Case) -> Iterator[Any]:
+    def _ideal_ones(self, case: Case) -> Iterator[Any]:
         for candidate, _stiffness_is_right in candidates(case):
             with contextlib.suppress(*EVALUATION_ERRORS):  # a stiffness may be too large to design with
                 yield self.ideal(candidate)
