@@ -53,6 +53,8 @@ def dearer_question():
         report_items=OURS.catalogue.report_items,
         reports={one.number: (one.section, one.notebook, one.title) for one in OURS.catalogue.reports.values()},
         outcomes=OURS.catalogue.outcomes,
+        optional=OURS.catalogue.optional,
+        whole=OURS.catalogue.whole,
     )
     return replace(OURS, catalogue=catalogue)
 
