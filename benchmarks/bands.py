@@ -114,7 +114,7 @@ def main() -> None:
 
 def summarise(everything: dict[str, list[list[float]]]) -> None:
     """Print what the benches come to until now."""
-    print(f"{len(everything['same'])} benches")
+    print(f"benches: {len(everything['same'])}")
     print(f"{'':8}{'angle':>6}{'median':>9}{'worst':>8}{'benches >= 95 %':>17}{'half width, deg RMS':>21}")
     for name, rows in everything.items():
         for angle, share, width in (("theta", 0, 2), ("alpha", 1, 3)):

@@ -256,7 +256,7 @@ def test_release_says_what_it_made_and_keeps_it(tmp_path):
     about = {"student": "", "title": "rotflex-course", "term": "", "draw": DRAW, "bench": {"which": "own"}}
     written = json.loads((notebooks / "course.json").read_text())
     here = f"{sys.version_info.major}.{sys.version_info.minor}"
-    assert written == {**about, "reflect": "on", "release": kept.stem, "python": here}
+    assert written == {**about, "reflect": "on", "release": kept.stem, "python": here, "optional": []}
 
 
 def test_without_the_instructors_libraries_a_command_says_what_to_install(monkeypatch):

@@ -192,7 +192,7 @@ def test_progress_and_summary_tell_what_is_missing(capsys):
     lab.summary()
     said = capsys.readouterr().out
     assert re.search("^00_start +0 of 1 .*\n01_modeling_prelab +0 of 8 .*\n02_finding_stiffness +1 of 4 ", said)
-    assert len(said.splitlines()) == 12  # eleven notebooks, and that words are read from them
+    assert len(said.splitlines()) == 13  # twelve notebooks, and that words are read from them
     lab.progress()
     assert len(capsys.readouterr().out.splitlines()) == len(lab.questions) + 1
     lab.answer("Table 2", omega_n=19.9)
