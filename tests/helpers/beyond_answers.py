@@ -148,7 +148,7 @@ class Student:
         return float(np.abs(control.feedback(plant, controller, sign=1).poles()).max() - 1)
 
     def limit_ms(self, delay: float = 0.002) -> float:
-        return 1e3 * float(scipy.optimize.brentq(lambda h: self.growth(h, delay), 0.01, 0.09))
+        return 1e3 * float(scipy.optimize.brentq(lambda h: self.growth(h, delay), 0.01, 0.06))
 
     def is_lost(self, ms: int) -> bool:
         h = ms / 1e3
