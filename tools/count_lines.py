@@ -44,7 +44,7 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
     ),
     "recordings of a real bench": (203, ("rotflex/course/plausible.py", "rotflex/course/recordings_folder.py")),
     "widgets, scene, the course": (
-        4756,
+        4846,
         (
             "labcourse/scene/**/*.py",
             "rotflex/course/**/*.py",

@@ -9,7 +9,7 @@ from datetime import datetime, timedelta
 
 import numpy as np
 import pytest
-from reflections import asked_of, lab_of
+from reflections import asked_of, lab_of, usual_checks
 from right_ways import rewritten, worked
 from single_slips import SLIPS, STUDENT
 
@@ -38,7 +38,7 @@ def texts(reflection, question):
 def test_right_answers_are_asked_nothing_and_all_of_them_are_looked_at(usual):
     said = asked_of(STUDENT, usual[1])
     assert (said.asked, said.missing, said.unclear) == ((), (), ())
-    assert said.compared == len(lab_of(STUDENT).checks()) > 80
+    assert said.compared == len(usual_checks(STUDENT)) > 80
 
 
 def test_of_every_answer_that_is_marked_but_figures_and_entries_something_is_asked():

@@ -14,7 +14,7 @@ from labcourse.answers.parts import Part
 from labcourse.answers.reflection import Check
 from rotflex.config import Joint, Servo
 from rotflex.course.questions import CATALOGUE
-from rotflex.course.reflection import control, modeling
+from rotflex.course.reflection import beyond, control, modeling
 from rotflex.course.reflection.common import Stored
 
 _SAME_BENCH = ("seed", "preset")  # what tells virtual benches apart
@@ -36,7 +36,7 @@ def checks(servo: Servo, joint: Joint, bench: Mapping[str, Any], probe_seed: int
         if part.kind == "recording"
     ]
     order = {number: place for place, number in enumerate(CATALOGUE.everything)}
-    found = (*recorded, *modeling.checks(servo, joint, probe_seed), *control.checks(servo))
+    found = (*recorded, *modeling.checks(servo, joint, probe_seed), *control.checks(servo), *beyond.checks(servo))
     return sorted(found, key=lambda check: order[check.about[0][0]])
 
 

@@ -77,6 +77,11 @@ _ALLOWED = (LIMITS["settling_time"], LIMITS["overshoot"], LIMITS["max_alpha"] / 
 _SYMBOLS = ("s", "%", "deg", "V")
 
 
+def driven(servo: Servo, ask: Callable[..., str | None]) -> Callable[..., str | None]:
+    """With the own model, voltage as input, in place of the last two answers, A and B."""
+    return lambda *own: ask(*own[:-2], *with_actuator(own[-2], own[-1], servo))
+
+
 def checks(servo: Servo) -> list[Check]:
     """What the design, the responses and the tables can be asked.
 
@@ -84,11 +89,6 @@ def checks(servo: Servo) -> list[Check]:
     ----------
     servo : as the student is told it
     """
-
-    def driven(ask: Callable[..., str | None]) -> Callable[..., str | None]:
-        """With the own model, voltage as input, in place of the last two answers, A and B."""
-        return lambda *own: ask(*own[:-2], *with_actuator(own[-2], own[-1], servo))
-
     given = ("2.14", "A"), ("2.14", "B")
     own_poles, wanted, K = ("2.18", "poles"), ("3.4", "desired_poles"), ("3.8", "K")
     polynomial, desired, companion = ("3.2", "polynomial"), ("3.4", "polynomial"), (("3.3", "A_c"), ("3.3", "B_c"))
@@ -100,15 +100,15 @@ def checks(servo: Servo) -> list[Check]:
         Check((wanted,), _as_asked),
         Check((desired, wanted), partial(_polynomial, number="3.4")),
         Check((("3.5", "K_c"), *companion, desired), _companion_gain),
-        Check((("3.7", "T"), *given), driven(partial(_controllability, number="2.14"))),
+        Check((("3.7", "T"), *given), driven(servo, partial(_controllability, number="2.14"))),
         Check((("3.6", "rank"), ("3.7", "T")), _rank),
         Check((("3.6", "controllable"), ("3.6", "rank")), _controllable),
         Check((("3.7", "T_c"), *companion), partial(_controllability, number="3.3")),
-        Check((("3.7", "W"), *given), driven(_transforms)),
-        Check((K, wanted, *given), driven(_gain)),
-        Check((("3.9", "poles"), K, *given), driven(_closed_loop)),
-        Check((("3.10", "K"), wanted, *given), driven(_gain)),
-        Check((("3.11", "response"), K, *given), driven(_simulated)),
+        Check((("3.7", "W"), *given), driven(servo, _transforms)),
+        Check((K, wanted, *given), driven(servo, _gain)),
+        Check((("3.9", "poles"), K, *given), driven(servo, _closed_loop)),
+        Check((("3.10", "K"), wanted, *given), driven(servo, _gain)),
+        Check((("3.11", "response"), K, *given), driven(servo, _simulated)),
     ]
     for recorded, measured in MEASURED.items():
         if recorded != "3.11":

@@ -41,7 +41,7 @@ _STATE = ("theta", "alpha", "theta_dot", "alpha_dot")
 _NAMES = (*_STATE, "theta_ddot", "alpha_ddot", "tau", "J_eq", "J_l", "B_eq", "B_l", "K_s")
 _ARMS = ("m_1", "L_1", "m_2", "L_2", "d_12")
 _POINTS = 4
-_AGREES = 2e-3  # relative: a third may be written 0.333
+AGREES = 2e-3  #: relative: a third may be written 0.333
 _STIFFNESS = 1.0  # N·m/rad: any will do, where only signs are looked at
 _GROWS = 1e-3  # of the fastest pole: what is nearer to the imaginary axis does not run away
 
@@ -118,13 +118,14 @@ def checks(servo: Servo, joint: Joint, probe_seed: int) -> tuple[Check, ...]:
 # --- expressions at points --------------------------------------------------------------------------------------------
 
 
-def _points(names: tuple[str, ...]) -> Iterator[dict[str, float]]:
+def points(names: tuple[str, ...]) -> Iterator[dict[str, float]]:
+    """Draw a few points: a value of each name."""
     draw = np.random.default_rng(1)
     for _point in range(_POINTS):
         yield dict(zip(names, draw.uniform(0.5, 2.0, len(names)).tolist(), strict=True))
 
 
-def _value_at(expression: Any, point: Point) -> float:
+def value_at(expression: Any, point: Point) -> float:
     """The value of an expression at a point.
 
     Raises
@@ -144,7 +145,7 @@ def _value_at(expression: Any, point: Point) -> float:
 def _matrix_at(matrix: Any, point: Point) -> Array:
     """The numbers of a matrix of expressions at a point."""
     rows, columns = matrix.shape
-    return np.array([[_value_at(matrix[i, j], point) for j in range(columns)] for i in range(rows)])
+    return np.array([[value_at(matrix[i, j], point) for j in range(columns)] for i in range(rows)])
 
 
 def _residual(equation: Any) -> Any:
@@ -152,7 +153,7 @@ def _residual(equation: Any) -> Any:
 
 
 def _close(one: float, other: float, size: float = 0.0) -> bool:
-    return abs(one - other) <= _AGREES * max(abs(one), abs(other), size, 1e-3)
+    return abs(one - other) <= AGREES * max(abs(one), abs(other), size, 1e-3)
 
 
 # --- units ------------------------------------------------------------------------------------------------------------
@@ -171,8 +172,8 @@ def _units(factor: float, what: str) -> Callable[[Any], str | None]:
 
     def ask(expression: Any) -> str | None:
         pairs = [
-            (_value_at(expression, _scaled(point)), factor * _value_at(expression, point))
-            for point in _points(_NAMES + _ARMS)
+            (value_at(expression, _scaled(point)), factor * value_at(expression, point))
+            for point in points(_NAMES + _ARMS)
         ]
         return None if all(_close(one, other) for one, other in pairs) else question
 
@@ -181,7 +182,7 @@ def _units(factor: float, what: str) -> Callable[[Any], str | None]:
 
 def _units_of_equation(equation: Any) -> str | None:
     left = _residual(equation)
-    ratios = [_value_at(left, _scaled(point)) / _value_at(left, point) for point in _points(_NAMES)]
+    ratios = [value_at(left, _scaled(point)) / value_at(left, point) for point in points(_NAMES)]
     if all(_close(one, ratios[0]) for one in ratios):
         return None
     return (
@@ -194,7 +195,7 @@ def _units_of_equation(equation: Any) -> str | None:
 
 
 def _lagrangian(L: Any, T: Any, V: Any) -> str | None:
-    values = [[_value_at(one, point) for one in (L, T, V)] for point in _points(_NAMES)]
+    values = [[value_at(one, point) for one in (L, T, V)] for point in points(_NAMES)]
     if all(_close(L, T - V, max(abs(T), abs(V))) for L, T, V in values):
         return None
     return "This L is not the Lagrangian of your own T and V. How do you compute L from T and V?"
@@ -207,7 +208,7 @@ def _euler_lagrange(L: Any, coordinate: str, point: Point) -> float:
     rate = sympy.Symbol(f"{coordinate}_dot")
     momentum = sympy.diff(L, rate)
     faster = sum(sympy.diff(momentum, sympy.Symbol(f"{q}_dot")) * sympy.Symbol(f"{q}_ddot") for q in ("theta", "alpha"))
-    return _value_at(faster - sympy.diff(L, sympy.Symbol(coordinate)), point)
+    return value_at(faster - sympy.diff(L, sympy.Symbol(coordinate)), point)
 
 
 def _affine(f: Callable[[Point], float], point: Point) -> Array:
@@ -220,11 +221,11 @@ def _affine(f: Callable[[Point], float], point: Point) -> Array:
 def _follows(equation: Any, L: Any, *, coordinate: str) -> str | None:
     """Ask where an equation is no combination of the two that the own L gives: either may be put into the other."""
     left = _residual(equation)
-    for point in _points(_NAMES):
-        given = _affine(lambda p: _value_at(left, p), point)
+    for point in points(_NAMES):
+        given = _affine(lambda p: value_at(left, p), point)
         wanted = np.transpose([_affine(partial(_euler_lagrange, L, q), point) for q in ("theta", "alpha")])
         parts = np.linalg.lstsq(wanted, given, rcond=None)[0]
-        if np.linalg.norm(wanted @ parts - given) > _AGREES * np.linalg.norm(given):
+        if np.linalg.norm(wanted @ parts - given) > AGREES * np.linalg.norm(given):
             return (
                 "Without friction and torque, this equation does not follow from your own L (2.3). "
                 f"Differentiate your L again, with respect to {coordinate}_dot and then time, and with "
@@ -239,10 +240,10 @@ def _carried_along(equation: Any) -> str | None:
     (Which stands in the equation where the servo's was put into it.)
     """
     left = _residual(equation)
-    for point in _points(_NAMES):
+    for point in points(_NAMES):
         turning = {**point, **dict.fromkeys(("alpha", "alpha_dot", "theta_ddot", "alpha_ddot"), 0.0)}
         turning["tau"] = point["B_eq"] * point["theta_dot"]
-        if not _close(_value_at(left, turning), 0.0, point["theta_dot"]):
+        if not _close(value_at(left, turning), 0.0, point["theta_dot"]):
             return (
                 "Let the servo turn at a constant rate, and let the arm turn with it (alpha = 0). Then there is no "
                 "deflection and no acceleration, but your equation still has a term. Which one, and with which rate?"
@@ -251,14 +252,14 @@ def _carried_along(equation: Any) -> str | None:
 
 
 def _solve(theta_ddot: Any, alpha_ddot: Any, servo: Any, link: Any) -> str | None:
-    for point in _points(_NAMES):
+    for point in points(_NAMES):
         undamped = {**point, "B_l": 0.0}
-        found = {"theta_ddot": _value_at(theta_ddot, undamped), "alpha_ddot": _value_at(alpha_ddot, undamped)}
+        found = {"theta_ddot": value_at(theta_ddot, undamped), "alpha_ddot": value_at(alpha_ddot, undamped)}
         solved = {**undamped, **found}
         for number, equation in (("2.4", servo), ("2.5", link)):
             left = _residual(equation)
-            terms = max(abs(_value_at(left, one)) for one in (solved, *({**solved, name: 0.0} for name in found)))
-            if abs(_value_at(left, solved)) > 2 * _AGREES * terms:
+            terms = max(abs(value_at(left, one)) for one in (solved, *({**solved, name: 0.0} for name in found)))
+            if abs(value_at(left, solved)) > 2 * AGREES * terms:
                 return (
                     f"Your two accelerations do not satisfy your own equation of question {number} with B_l = 0. "
                     "Did you lose a sign or a term when you solved for them?"
@@ -268,10 +269,10 @@ def _solve(theta_ddot: Any, alpha_ddot: Any, servo: Any, link: Any) -> str | Non
 
 def _rows_of_accelerations(A: Any, B: Any, theta_ddot: Any, alpha_ddot: Any) -> str | None:
     wrong = set()
-    for point in _points(_NAMES):
+    for point in points(_NAMES):
         rates = _matrix_at(A, point) @ [point[name] for name in _STATE] + _matrix_at(B, point).ravel() * point["tau"]
         for row, own in ((3, theta_ddot), (4, alpha_ddot)):
-            if not _close(rates[row - 1], _value_at(own, point)):
+            if not _close(rates[row - 1], value_at(own, point)):
                 wrong.add(row)
     if not wrong:
         return None
@@ -283,7 +284,7 @@ def _rows_of_accelerations(A: Any, B: Any, theta_ddot: Any, alpha_ddot: Any) -> 
 
 
 def _inertia(J_l: float, formula: Any, *, joint: Joint) -> str | None:
-    own = _value_at(formula, {name: getattr(joint, name) for name in _ARMS})
+    own = value_at(formula, {name: getattr(joint, name) for name in _ARMS})
     if alike(J_l, own, CARRIED / 2):
         return None
     gives = "Your own formula (2.8), with lab.joint's masses and lengths, gives"
