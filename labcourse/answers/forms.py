@@ -10,6 +10,7 @@ from __future__ import annotations
 import copy
 import json
 import math
+import numbers
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
@@ -314,6 +315,8 @@ def _plain_word(text: str) -> str:
 
 def _encode_choice(part: Part, value: Any) -> tuple[Fields, Hints]:
     """Encode a choice, however it is capitalised and spaced."""
+    if isinstance(value, numbers.Real) and str(value) in part.choices:
+        value = str(value)
     if isinstance(value, bool | np.bool_) and part.choices == YES_NO:
         value = "yes" if value else "no"
     listed = ", ".join(map(repr, part.choices))

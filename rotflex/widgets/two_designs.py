@@ -224,5 +224,5 @@ def _ready_made(K: ArrayLike) -> dict[str, Trial]:
         time = time_axis(1.5 / FREQUENCY, every)  # three turns
         return Trial(controller, smooth_square_wave(time, FREQUENCY, AMPLITUDE, RATE), every)
 
-    full = {f"full state, {milliseconds} ms": trial(milliseconds / 1000) for milliseconds in (2, 10, 20)}
+    full = {f"full state, {milliseconds} ms": trial(milliseconds / 1000) for milliseconds in (2, 20, 10)}
     return full | {"partial state, 2 ms": trial(SAMPLE_TIME, "partial")}
