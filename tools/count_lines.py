@@ -52,7 +52,7 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
         ),
     ),
     "answers, session, files of a course": (
-        3589,
+        3592,
         (
             "labcourse/*.py",
             "labcourse/answers/**/*.py",

@@ -315,8 +315,8 @@ def _plain_word(text: str) -> str:
 
 def _encode_choice(part: Part, value: Any) -> tuple[Fields, Hints]:
     """Encode a choice, however it is capitalised and spaced."""
-    if isinstance(value, numbers.Real) and str(value) in part.choices:
-        value = str(value)
+    if isinstance(value, numbers.Real):
+        value = next((choice for choice in part.choices if choice.isdigit() and int(choice) == value), value)
     if isinstance(value, bool | np.bool_) and part.choices == YES_NO:
         value = "yes" if value else "no"
     listed = ", ".join(map(repr, part.choices))

@@ -476,6 +476,14 @@ def test_reading_an_untrusted_answer_gives_a_value_or_an_answer_error(wanted, ga
             assert len(str(error)) < 500
 
 
+@pytest.mark.parametrize("given", ["30", 30, 30.0, np.int64(30)])
+def test_a_choice_among_numbers_may_be_given_as_a_number(given):
+    lost = part("4.7", "lost_ms")
+    assert encode(lost, given, SEED).content["value"] == "30"
+    with pytest.raises(FormError):
+        encode(lost, 25, SEED)
+
+
 GOOD = {FIGURE.name: encode(FIGURE, labelled(20), SEED).content, SWEEP.name: encode(SWEEP, recorded(20), SEED).content}
 
 
