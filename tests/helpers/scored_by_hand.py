@@ -31,7 +31,13 @@ from scored_class import (
 TERM = tomllib.loads(COURSE_TOML)
 SHARES = {int(level): Fraction(share, 100) for level, share in TERM["levels"]["shares"].items()} | {0: Fraction(0)}
 THRESHOLDS = {int(level): Fraction(least, 100) for level, least in TERM["levels"]["thresholds"].items()}
-SHEETS = tomllib.loads((OURS.folder / "sheets.toml").read_text(encoding="utf-8"))
+_SECTIONS = {question.section for question in OURS.catalogue.questions.values()}
+#: Without the sheet of an optional notebook that is off.
+SHEETS = {
+    name: layout
+    for name, layout in tomllib.loads((OURS.folder / "sheets.toml").read_text(encoding="utf-8")).items()
+    if layout.get("section", "2.2") in _SECTIONS
+}
 MAPPED = tomllib.loads((OURS.folder / "outcomes.toml").read_text(encoding="utf-8"))
 LEVELS = (4, 3, 2, 1, 0)
 ATTAINED, FEWEST = 3, 5  # as docs/settings_and_releases.md has them where nothing is said

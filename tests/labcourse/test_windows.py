@@ -171,4 +171,4 @@ def test_all_that_students_have_loads_without_what_windows_has_not(tmp_path):
     )
     assert done.returncode == 0, done.stderr
     modules, said = json.loads(done.stdout.splitlines()[-1])
-    assert modules > 120 and "11 notebooks" in said[0]
+    assert modules > 120 and "12 notebooks" in said[0]

@@ -32,7 +32,7 @@ def test_the_bar_follows_answers_runs_check_refuses_unsaved_work_and_leads_on(ju
             page.evaluate(_RUN, [cell, ""])
         bar = page.locator(".labcourse-bar")
         bar.get_by_label("2.12: empty").wait_for()
-        assert "3 of 11" in bar.inner_text() and "ada" in bar.inner_text()
+        assert "3 of 12" in bar.inner_text() and "ada" in bar.inner_text()
         assert bar.bounding_box()["height"] <= 90
 
         page.evaluate(_RUN, ["q2-12", "J_l, K_s = 0.004, 1.5"])
