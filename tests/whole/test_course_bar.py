@@ -55,7 +55,7 @@ def test_the_bar_follows_answers_runs_check_refuses_unsaved_work_and_leads_on(ju
         bar.get_by_text("Check still runs").wait_for()
         bar.locator(".pane[aria-busy=false]").wait_for()
         said = bar.locator(".pane").inner_text()
-        assert "1 of 40 questions are all there" in said and "2.9 " not in said.partition("By notebook")[0]
+        assert "1 of 51 questions are all there" in said and "2.9 " not in said.partition("By notebook")[0]
         assert "still runs" not in said
 
         bar.get_by_label("2.12: answered").click()
