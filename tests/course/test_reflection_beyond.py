@@ -51,7 +51,14 @@ def asked_of(answers):
     return reflect(CHECKS, lambda *where: answers[where])
 
 
-@pytest.mark.parametrize("name", [NAMES[0], *(pytest.param(name, marks=pytest.mark.slow) for name in NAMES[1:])])
+@pytest.mark.parametrize(
+    "name",
+    [
+        NAMES[0],
+        *(pytest.param(name, marks=pytest.mark.slow) for name in NAMES[1:3]),
+        *(pytest.param(name, marks=pytest.mark.scheduled) for name in NAMES[3:]),
+    ],
+)
 def test_right_answers_of_many_benches_are_asked_nothing(name):
     said = asked_of(answers_of(name))
     assert (said.asked, said.missing, said.unclear, said.compared) == ((), (), (), len(CHECKS))

@@ -53,8 +53,7 @@ def outside(page, selectors):
     "opened",
     [
         "poles",
-        "console",
-        *(pytest.param(name, marks=pytest.mark.scheduled) for name in ("sweep", "validation", "designs")),
+        *(pytest.param(name, marks=pytest.mark.scheduled) for name in ("console", "sweep", "validation", "designs")),
     ],
     indirect=True,
 )
