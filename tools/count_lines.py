@@ -80,7 +80,7 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
         ),
     ),
     "settings, release, commands, rest": (
-        3482,
+        3483,
         (
             "rotflex/cli.py",
             "labcourse/command_line.py",

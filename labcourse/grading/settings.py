@@ -496,7 +496,8 @@ def _refused_entry(details: ErrorDetails) -> Fault:
     place: Place = details["loc"][: 3 if details["loc"][0] in _ROWS else 2]
     if not isinstance(place[-1], str):
         place = place[:1]  # a row is no table: the fault of _unknown_entries replaces this one
-    message, value = details["msg"].removeprefix("Value error, "), details["input"]
+    message = details["msg"].removeprefix("Value error, ").replace("a valid tuple", "a list, in brackets")
+    value = details["input"]
     shown = str(value) if isinstance(value, date | time) else ascii(value)
     return place, "it is missing." if details["type"] == "missing" else f"{message}; it is {shown:.80}."
 

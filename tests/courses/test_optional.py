@@ -166,6 +166,7 @@ def test_what_is_on_is_a_notebook_as_any_other(sandbox, on):
     ("settings", "said"),
     [
         ('[optional]\nnotebooks = ["01_spring"]\n', "there is no optional notebook '01_spring'"),
+        (f'[optional]\nnotebooks = "{OPTIONAL}"\n', "a list, in brackets"),
         (f'[[deadline]]\ndue = 2026-11-21\nnotebooks = ["{OPTIONAL}"]\n', f"{OPTIONAL} is optional"),
         ('[marks]\nweights = {"4.1 ratio" = 2}\n', f"4.1 ratio is in {OPTIONAL}"),
         ('[marks]\ndrop = ["4.2"]\n', r"Name it in \[optional\] notebooks, or leave this entry out"),
