@@ -136,6 +136,7 @@ def test_the_pole_explorer_works_by_keyboard_alone(opened):
     assert page.locator('[data-name="feedback"]').input_value() == "full"
 
 
+@pytest.mark.scheduled
 @pytest.mark.parametrize("opened", ["sweep"], indirect=True)
 def test_the_sweep_explorer_runs_a_sweep_and_its_cursor_moves(opened):
     page = opened
@@ -262,6 +263,7 @@ def test_a_run_ends_at_0_volts_while_another_cell_keeps_python_busy(opened):
     wait_for_text(page, ".readouts", "The motor is at 0 V.")
 
 
+@pytest.mark.scheduled
 @pytest.mark.parametrize("opened", ["console"], indirect=True)
 def test_a_run_is_recorded_and_played(opened, served):
     page = opened
@@ -276,6 +278,7 @@ def test_a_run_is_recorded_and_played(opened, served):
     assert (served[1] / "console_free_decay.mat").exists()
 
 
+@pytest.mark.scheduled
 @pytest.mark.parametrize("opened", ["poles"], indirect=True)
 def test_a_theme_that_changes_and_a_kernel_that_is_restarted_are_noticed(opened):
     page = opened

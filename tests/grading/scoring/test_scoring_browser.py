@@ -264,7 +264,7 @@ def test_what_changes_is_in_view_on_a_small_screen(tmp_path, chromium):
         seat.close()
 
 
-@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize("scheme", ["light", pytest.param("dark", marks=pytest.mark.scheduled)])
 def test_an_open_page_says_that_its_address_was_revoked_and_a_new_address_opens_it_again(tmp_path, chromium, scheme):
     port = browser.free_port()
     home = f"http://localhost:{port}/lab"  # a tunnel to an address below a path, which lasts
@@ -308,7 +308,7 @@ def slips(tmp_path):
     return tmp_path
 
 
-@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize("scheme", ["light", pytest.param("dark", marks=pytest.mark.scheduled)])
 def test_an_answer_is_two_clicks_away_from_the_class(slips, chromium, scheme):
     with serving(slips, "Ann") as (_process, (address,)):
         seat = Seat(chromium, address, scheme)
@@ -332,7 +332,7 @@ def test_an_answer_is_two_clicks_away_from_the_class(slips, chromium, scheme):
         assert [one.student for one in book.scores.openings()] == [None, "s-00", "s-00", None]
 
 
-@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize("scheme", ["light", pytest.param("dark", marks=pytest.mark.scheduled)])
 def test_an_answer_is_decided_by_keys_and_the_same_for_all_that_were_in_view(slips, chromium, scheme):
     with serving(slips, "Ann", options=("--names",)) as (_process, (address,)):
         seat = Seat(chromium, address, scheme).open("/answer?student=s-00&question=2.11&part=omega_n")
