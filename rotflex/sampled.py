@@ -126,9 +126,10 @@ def gain_by_place(plant: StateSpace, desired: ArrayLike) -> Array:
 
 
 def emulated_poles(plant: StateSpace, K: ArrayLike) -> NDArray[np.complex128]:
-    """Poles in z of a sampled plant under a continuous design K (4,) whose rates are differences of two samples.
+    """Return the poles in z of a sampled plant under a continuous design K (4,).
 
-    That is ``StateFeedback(K, sample_time=h, cutoff=1 / h)``. The angles of the last sample are two states more.
+    The rates are differences of two samples, as ``StateFeedback(K, sample_time=h, cutoff=1 / h)`` has them. The angles
+    of the last sample are two more states.
     """
     angles, rates = np.hsplit(np.reshape(K, (1, 4)), 2)
     rates = rates / period(plant)

@@ -321,7 +321,7 @@ def _encode_choice(part: Part, value: Any) -> tuple[Fields, Hints]:
         value = "yes" if value else "no"
     listed = ", ".join(map(repr, part.choices))
     if not isinstance(value, str):
-        raise FormError(f"it is a {type(value).__name__}; give one of {listed}")
+        raise FormError(f"it is none of {listed}")
     if _plain_word(value) in STUBS:
         raise NotAnswered("nothing yet")
     for choice in part.choices:

@@ -73,11 +73,10 @@ def _controller(recording: Recording) -> Controller | None:
 
 
 def left_of_link(recording: Recording, bench: PlantParameters) -> float:
-    """Return what :func:`rotflex.link.residual` leaves of the deflection; 0 where nothing can be told.
+    """Return what :func:`rotflex.link.residual` leaves of the deflection.
 
-    That is where the arm hardly moved, or samples were few or far apart.
-
-    At 0 V somebody moves the arm by hand, or it swings from before: nothing is looked at then.
+    Returns 0 for a recording that cannot be judged: the arm hardly moves, or there are too few samples, or they are too
+    far apart. A recording at 0 V is not judged either: a hand moves the arm, or it still swings from before.
     """
     theta, alpha = recording["theta"], recording["alpha"]
     known = theta.size >= _FEWEST and recording.sample_time <= _SLOWEST and float(np.std(alpha)) >= _STILL

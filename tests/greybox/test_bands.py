@@ -104,7 +104,7 @@ def found(logs, friction, omega_n):
 def test_the_spread_of_several_recordings_is_measured_and_of_one_it_is_the_known_one():
     for friction in (0.1, 0.5):  # whatever a single fit says of itself
         assert bands._spread(found(1, friction, 0.005)) == pytest.approx((1.5, 0.01905, 1.732e-4), rel=1e-3)
-    # 11 logs: Student's t is 2.228, and a mean is told sqrt(11) times as well as a run.
+    # With 11 logs, Student's t is 2.228. The error of a mean is that of a run divided by sqrt(11).
     factor, omega_n, _delay = bands._spread(found(11, 2.228 * 0.3 / np.sqrt(11), 2.228 * 0.02 / np.sqrt(11)))
     assert np.log(factor) / np.sqrt(3) == pytest.approx(np.sqrt((0.234**2 + 10 * 0.3**2) / 11 * 12 / 11), rel=1e-3)
     assert omega_n / np.sqrt(3) == pytest.approx(np.sqrt((0.011**2 + 10 * 0.02**2) / 11 * 12 / 11), rel=1e-3)

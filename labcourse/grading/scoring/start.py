@@ -38,7 +38,7 @@ def change_tokens(book: Gradebook, site: Site | None, new_token: str | None, rev
         say(f"{revoke.strip()}'s address has ended. A page that is open with it does nothing more.")
     if new_token is not None:
         if site is None or not new_token.strip():
-            raise GradingError("Say whose address is to be made, and by --url which address the page has.")
+            raise GradingError("Name the assistant for whom the address is, and give the page's address by --url.")
         _make_tokens(book, site, [new_token.strip()])
 
 

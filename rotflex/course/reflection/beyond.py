@@ -26,11 +26,11 @@ _COUNTS = 0.2  # deg or V: two counts of an encoder; between stored points, the 
 
 
 def checks(servo: Servo) -> list[Check]:
-    """What notebook 11 can be asked.
+    """Return the checks of notebook 11.
 
     Parameters
     ----------
-    servo : as the student is told it
+    servo : nominal servo, as students know it
     """
     by_voltage, model, plant = partial(driven, servo), "2.14 A, 2.14 B", "4.5 Phi, 4.5 Gamma"
     table = (

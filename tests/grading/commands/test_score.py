@@ -45,7 +45,7 @@ def run(marks, *words):
         (("--by", "Ann", "--url", URL, "--certificate", "no.pem"), "No such file"),
         (("--url", URL, "--proxy", "127.0.0.1"), "Nobody has an address yet"),
         (("--new-token", "Ann"), "by --url"),
-        (("--new-token", " ", "--url", URL), "Say whose address"),
+        (("--new-token", " ", "--url", URL), "Name the assistant"),
         (("--revoke", "Ann"), "Ann has no address. These have one: nobody"),
     ],
 )
