@@ -63,6 +63,7 @@ class Settings:
     again : IDs of persons who were erased, and begin anew
     decisions : what the instructor decided about submissions (``intake.csv``)
     only : the assignment for which the submissions were handed in; None for all
+    platform : the learning platform that named the submissions; "" if their names say it
     """
 
     limits: runner.Limits = field(default_factory=runner.Limits)
@@ -77,6 +78,7 @@ class Settings:
     again: tuple[str, ...] = ()
     decisions: intake.Decisions = field(default_factory=dict)
     only: Assignment | None = None
+    platform: str = ""
 
 
 @dataclass(frozen=True)
@@ -110,6 +112,7 @@ class Batch:
     Attributes
     ----------
     ignored : a message on everything among the submissions that is not taken in
+    sources : what was read, to which rows of ``intake.csv`` belong: archives, folders, files, and students
     absent : students of the gradebook's roster who have not handed in anything
     doubts : what an instructor may decide otherwise; complete when all are graded
     left_out : messages on notebooks that are not taken, as they are of another assignment; complete as above
@@ -128,9 +131,13 @@ class Batch:
         self._key_digest, self._secret = marking_digest(course), gradebook.secret()
         roster = [student for student in gradebook.students() if student.enrolled]
         named = partial(students_named_before, gradebook)
-        collected = intake.find(submissions, roster, settings.times, settings.zone, named, settings.decisions)
-        taken, erased = leave_out_erased(gradebook, collected.submissions, settings.again)
+        options = (settings.times, settings.zone, named, settings.decisions, settings.platform)
+        collected = intake.find(submissions, roster, *options)
+        # Somebody who is no partner after all, and of whom there is nothing, needs no marks.
+        found = [one for one in collected.submissions if one.pieces or one.waits or gradebook.current(one.student)]
+        taken, erased = leave_out_erased(gradebook, found, settings.again)
         self._submissions = [*taken, *take_from_earlier_owners(gradebook, taken)]
+        self.sources = collected.read
         self._bundles = Bundles(course)
         self._how = [labcourse.__version__, asdict(settings.limits), settings.isolated, settings.every_cell]
         given = [*self._how, settings.probe_seed, settings.supplied]
@@ -146,11 +153,6 @@ class Batch:
         self.left_out: list[str] = []
         present = {caseless(student) for student in (*self.students, *gradebook.handed_in())}
         self.absent = [student.student for student in roster if caseless(student.student) not in present]
-
-    @property
-    def sources(self) -> set[str]:
-        """Names of what is read: archives, folders and files among the submissions."""
-        return {piece.source for submission in self._submissions for piece in submission.pieces}
 
     @property
     def students(self) -> list[str]:
@@ -269,9 +271,12 @@ class Batch:
             self._settings.every_cell,
             self._supplied(submission.student),
         )
-        problems = (*submission.problems, *read.problems(earlier), *chosen.problems, *prepared.problems)
+        unread = read.problems(earlier) if submission.pieces else ()
+        problems = (*submission.problems, *unread, *chosen.problems, *prepared.problems)
         notes = (*submission.notes, *read.notes, *arrivals, *chosen.notes, *prepared.notes)
-        return replace(prepared, problems=problems, notes=notes, python=read.python, taken=taken)
+        return replace(
+            prepared, problems=problems, notes=notes, python=read.python, taken=taken, waits=submission.waits
+        )
 
     def _identify(self, student: str, prepared: Prepared) -> RunRecord:
         """Make the record of a run before it is run; its key is a digest of all that the run depends on.
@@ -359,6 +364,7 @@ class Batch:
             "start": bundle.start.name if bundle.start else "",
             "reports_in_pdf": documents,
             "untouched": prepared.untouched,
+            "waits": prepared.waits,
         }
         facts = facts.model_copy(update=additional)
         return replace(run, problems=facts.problems, notes=facts.notes, cells=facts.as_json())
@@ -368,7 +374,8 @@ class Batch:
         if prepared.handed_in or prepared.reports:
             return graded_run.mark(run, marker, self._key_digest)
         reason = "Nothing of the course could be read in what you handed in."
-        return Graded(run, self._no_points(reason, Status.MISSING, prepared.bundle), self._key_digest)
+        marks = self._no_points(reason, Status.MISSING, prepared.bundle)
+        return Graded(run, graded_run.with_unconfirmed(marks, facts_of(run)), self._key_digest)
 
     def _store(self, done: GradedSubmission) -> GradedSubmission:
         """Store a submission's marks, if they are new; return it with the marks that count."""

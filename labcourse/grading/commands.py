@@ -241,6 +241,7 @@ def roster(marks: Marks, file: RosterFile = None, remove: Remove = None, again: 
 
 _SUPPLY = "Supply a missing answer. It earns nothing; later answers can. An empty VALUE takes it back."
 _FOR = "The submissions are for this assignment: keep notebooks of others that were handed in before."
+_PLATFORM = "The learning platform that named the submissions, where their names leave it open; none: they are IDs."
 _CLUSTER = "Run on the workers of this dask.distributed scheduler, as tcp://host:8786."
 
 
@@ -268,6 +269,7 @@ def grade(
     time_zone: Annotated[str, Option(help="Of times without one, for example Europe/Berlin.")] = "UTC",
     again: Again = None,
     assignment: Annotated[str | None, Option(metavar="NAME", help=_FOR)] = None,
+    platform: Annotated[str | None, Option(metavar="NAME", help=_PLATFORM)] = None,
     as_json: Json = False,
     unsafe_no_isolation: Annotated[
         bool, Option("--unsafe-no-isolation", help="Run code with your own rights.")
@@ -313,7 +315,14 @@ def grade(
         how = (limits, jobs, scheduler, probe_seed, not unsafe_no_isolation, every_cell, values, when, zone)
         with _gradebook(marks, make=True) as book:
             only = find(course, assignment) if assignment else None
-            batch = Batch(submissions, course, book, Settings(*how, tuple(again or ()), decisions, only))
+            batch = Batch(
+                submissions, course, book, Settings(*how, tuple(again or ()), decisions, only, platform or "")
+            )
+            if not batch.students:  # nothing is graded until somebody decides
+                intake_table.write(folder / INTAKE_FILE, batch.doubts, decided, batch.sources)
+                raise GradingError(
+                    " ".join([f"Nothing was graded. Decide it in {folder / INTAKE_FILE}.", *batch.ignored])
+                )
             show = JsonLines if as_json else Screen
             progress = show(len(batch.students), [*batch.ignored, *problems], batch.absent)
             with Reports(folder, course, book, batch.students) as reports, progress:

@@ -52,6 +52,7 @@ class Facts(BaseModel):
     evidence : what the course's function read from the student's files in the sandbox, JSON: a claim
     reports_in_pdf : number of a report → the PDF that was handed in
     untouched : names of notebooks, without ending, in which the student changed nothing
+    waits : whether a partner handed in for the student whom nobody has confirmed
     """
 
     model_config = ConfigDict(frozen=True)
@@ -68,6 +69,7 @@ class Facts(BaseModel):
     evidence: _Compressed = b""
     reports_in_pdf: dict[str, ReportFile] = {}
     untouched: tuple[str, ...] = ()
+    waits: bool = False
 
     def as_json(self) -> tuple[dict[str, Any], ...]:
         """Return the facts as :attr:`RunRecord.cells` stores them."""
@@ -145,7 +147,17 @@ def mark(run: RunRecord, marker: Marker, key_digest: str) -> Graded:
     facts, marked = facts_of(run), marker.mark(marking_job(run))
     problems = dict.fromkeys((*facts.problems, *marked.problems))
     notes = dict.fromkeys((*facts.notes, *marked.notes))
-    return Graded(replace(run, problems=tuple(problems), notes=tuple(notes)), mark_records(marked.marks), key_digest)
+    marks = with_unconfirmed(mark_records(marked.marks), facts)
+    return Graded(replace(run, problems=tuple(problems), notes=tuple(notes)), marks, key_digest)
+
+
+def with_unconfirmed(marks: tuple[MarkRecord, ...], facts: Facts) -> tuple[MarkRecord, ...]:
+    """Return the marks; while nobody has confirmed a partner who handed in for the student, missing answers wait."""
+    waits = {"reason": "A class-mate's work names you as a partner; your instructor has to confirm it."}
+    waits["status"] = Status.UNCONFIRMED.value
+    return tuple(
+        MarkRecord(**vars(mark) | waits) if facts.waits and mark.status == Status.MISSING else mark for mark in marks
+    )
 
 
 def mark_records(marks: tuple[Mark, ...]) -> tuple[MarkRecord, ...]:

@@ -764,8 +764,8 @@ def _place_in_brightspace(export: Export, row: int, submissions: Sequence[str]) 
 
 
 def _labels(names: Iterable[str], platform: str) -> Iterator[tuple[submission_names.Label, str]]:
-    labels = ((submission_names.label_of(name), name) for name in names)
-    return ((label, name) for label, name in labels if label is not None and label.platform == platform)
+    labels = ((submission_names.label_of(name, platform), name) for name in names)
+    return ((label, name) for label, name in labels if label is not None)
 
 
 def names_in(path: Path) -> list[str]:

@@ -19,7 +19,7 @@ from labcourse.answers.parts import Where
 from labcourse.grading.accounts import AssignmentGrade, FinalGrade, final_grade, ratio, unknown_names
 from labcourse.grading.assignments import Handed, State, Work, exact, of_course
 from labcourse.grading.course import Course
-from labcourse.grading.gradebook import Answer, Arrival, Graded, Publication, Request, StudentRecord
+from labcourse.grading.gradebook import ON_DISK, Answer, Arrival, Graded, Publication, Request, StudentRecord
 from labcourse.grading.graded_run import FAILED, facts_of, key_faults
 from labcourse.grading.intake import OWNER, TIME, Doubt
 from labcourse.grading.marking.marking_processes import marking_digest
@@ -79,9 +79,9 @@ class Student:
 
     @property
     def last(self) -> str:
-        """When the last notebook was handed in, with "?" if only the student's computer says so."""
+        """When the last notebook was handed in: "?" by the student's computer alone, "(file)" by a file on the disk."""
         arrival = max(self.received.values(), default=None, key=lambda arrival: arrival.received)
-        clock = "?" if arrival is not None and arrival.clock == "" else ""
+        clock = {"": "?", ON_DISK: " (file)"}.get(arrival.clock or "-", "") if arrival is not None else ""
         return "" if arrival is None else f"{arrival.received:%Y-%m-%d %H:%M} UTC{clock}"
 
     @property

@@ -22,10 +22,11 @@ class Status(StrEnum):
     BY_A_PERSON = "given by a person"
     SUPPLIED = "supplied by your instructor"
     NOT_MARKED = "not marked: key fault"
+    UNCONFIRMED = "handed in by a partner who is not confirmed"
 
 
 #: Statuses of answers on which nobody has decided yet. (No points is a decision.)
-UNDECIDED = (Status.FOR_A_PERSON, Status.NOT_MARKED)
+UNDECIDED = (Status.FOR_A_PERSON, Status.NOT_MARKED, Status.UNCONFIRMED)
 
 
 class OwnAnswers(Protocol):

@@ -8,9 +8,12 @@ from datetime import UTC, datetime
 import pytest
 
 from labcourse.errors import GradingError
-from labcourse.grading.gradebook import DECIDED, Arrival, Delivery
+from labcourse.grading.assignments import Handed, State, works
+from labcourse.grading.batch import Batch, Settings
+from labcourse.grading.gradebook import DECIDED, Arrival, Delivery, StudentRecord
 from labcourse.grading.intake import Doubt, find, platforms
 from labcourse.grading.reports import intake_table
+from labcourse.grading.verdicts import UNDECIDED, Status
 
 CELL = {"id": "q1", "cell_type": "code", "metadata": {}}
 
@@ -117,3 +120,56 @@ def test_a_submission_that_is_given_over_leaves_one_of_the_same_name_of_another_
             book.deliver(student, [Delivery("a.ipynb", student, b"{}", when, "work.zip")])
         assert book.delete_of_others("work.zip", TUESDAY, "cleo") == ["bob"]
         assert book.delivered("ada") and not book.delivered("bob")
+
+
+def in_class(fake_class, *students):
+    """Put students on the roster."""
+    names = fake_class.folder / "roster.csv"
+    names.write_text("".join(["id,name\n", *(f"{one},{one.title()} Name\n" for one in students)]), encoding="utf-8")
+    with fake_class.book() as book:
+        book.import_roster(names)
+
+
+@pytest.mark.parametrize(("decision", "bobs"), [("yes", "right"), ("no", None)])
+def test_a_partner_whom_only_a_course_file_names_waits_for_a_person(fake_class, decision, bobs):
+    in_class(fake_class, "ada", "bob")
+    fake_class.hand_in("ada")
+    course = {"student": "ada", "with": ["bob"]}
+    (fake_class.folder / "in" / "ada" / "course.json").write_text(json.dumps(course), encoding="utf-8")
+    assert fake_class.grade() == {"ada": 2, "bob": 0}
+    with fake_class.book() as book:
+        waits = [mark for mark in book.current("bob").marks if mark.status == Status.UNCONFIRMED]
+        assert waits and not any(mark.given for mark in book.current("bob").marks) and not book.delivered("bob")
+        assert {mark.status for mark in book.current("bob").marks} <= {*UNDECIDED}
+        work = works(fake_class.course, Handed(StudentRecord("bob"), book.current("bob").marks))
+        assert State.WAITS in {one.state for one in work.values()}
+        assert book.current("bob").run.problems and book.current("ada").run.problems
+    found = find(fake_class.folder / "in", [StudentRecord("ada"), StudentRecord("bob")])
+    (row,) = [row for row in found.doubts if row.about == "partner"]
+    fake_class.grade(decisions={row.key: decision})
+    with fake_class.book() as book:
+        statuses = {mark.status for mark in book.current("bob").marks if mark.out_of}
+        assert Status.UNCONFIRMED not in statuses and (bobs is None or bobs in statuses)
+        assert bobs or statuses == {Status.MISSING}
+    assert fake_class.grade(decisions={row.key: decision})["ada"] == 2
+
+
+def test_nothing_changes_until_it_is_known_which_platform_named_a_download(fake_class):
+    """A file of Canvas, of which the student's part is a class-mate's as Moodle would call it."""
+    in_class(fake_class, "ada", "bob")
+    fake_class.hand_in("bob")
+    before = fake_class.grade()
+    folder = fake_class.folder / "download" / "adaname_12_34_x-Bob Name_1234_assignsubmission_file_work"
+    folder.mkdir(parents=True)
+    (folder / "a.ipynb").write_text(json.dumps({"cells": [{**CELL, "source": "spoilt = 1"}]}))
+    with fake_class.book() as book:
+        stored = (book.stored("ada"), book.stored("bob"), book.current("bob"))
+        batch = Batch(folder.parent, fake_class.course, book)
+        assert batch.students == [] and [(row.about, row.assumed) for row in batch.doubts] == [("platform", "")]
+        assert list(batch.grade()) == [] and before["bob"] == 2
+        assert stored == (book.stored("ada"), book.stored("bob"), book.current("bob"))
+        assert Batch(folder.parent, fake_class.course, book, Settings(platform="canvas")).students == ["ada"]
+        (row,) = batch.doubts
+        assert Batch(folder.parent, fake_class.course, book, Settings(decisions={row.key: "Moodle"})).students == [
+            "bob"
+        ]

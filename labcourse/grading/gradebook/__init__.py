@@ -18,6 +18,7 @@ from __future__ import annotations
 from labcourse.grading.gradebook.records import DECIDED as DECIDED
 from labcourse.grading.gradebook.records import FOR_A_PERSON as FOR_A_PERSON
 from labcourse.grading.gradebook.records import GIVEN_BY_A_PERSON as GIVEN_BY_A_PERSON
+from labcourse.grading.gradebook.records import ON_DISK as ON_DISK
 from labcourse.grading.gradebook.records import Act as Act
 from labcourse.grading.gradebook.records import Answer as Answer
 from labcourse.grading.gradebook.records import Arrival as Arrival

@@ -23,6 +23,7 @@ from labcourse.grading.gradebook import storable
 #: Statuses of marks: set by a person; to be set by a person.
 GIVEN_BY_A_PERSON, FOR_A_PERSON = "given by a person", "for a person"
 DECIDED = "as the instructor decided"  #: how a time of arrival, or an owner, may be known
+ON_DISK = "the time of the file on the disk of whoever graded it"  #: how a time of arrival may be known
 NEW: Any = None  #: number of a record that is not stored yet; the database gives it one
 #: ``info`` of a column in which persons write about others' work. An erasure replaces names in its text; of a column
 #: with JSON, in ``reason``.
@@ -164,7 +165,7 @@ class StudentRecord(Base):
     """A student; all fields but the ID may be empty.
 
     ``aliases`` are other names that platforms use for them; ``enrolled`` is whether they are on a roster, and not only
-    known from what they handed in.
+    known from what they handed in; students of one ``group`` may hand in together.
     """
 
     __tablename__ = "students"
@@ -177,6 +178,7 @@ class StudentRecord(Base):
     section: Mapped[str] = mapped_column(default="")
     aliases: Mapped[tuple[str, ...]] = mapped_column(default=())
     enrolled: Mapped[bool] = mapped_column(default=False)
+    group: Mapped[str] = mapped_column("laboratory_group", Text, default="")  # GROUP is a word of SQL
 
 
 class Delivery(Base):

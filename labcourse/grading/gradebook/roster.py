@@ -8,7 +8,8 @@ ID           the first of these: student ID, student number, SIS user ID, SIS ID
              SIS login ID, ID, student
 name         name, full name, student name; or first and last name; or student, where that is not the ID
 email        email, e-mail, email address
-section      section, group, groups
+section      section; or group, groups
+group        group, groups: students of one group, of four at most, may hand in together
 other names  alias, aliases, other names (several with ; between them), Identifier, user ID, Canvas user ID, and all
              columns of IDs that are not the ID: platforms name submissions by these
 ===========  =========================================================================================================
@@ -50,6 +51,7 @@ _HEADINGS = {
     "last name": ("lastname", "surname", "familyname"),
     "email": ("email", "emailaddress"),
     "section": ("section", "group", "groups"),
+    "group": ("group", "groups"),
 }
 _KNOWN = {heading for headings in _HEADINGS.values() for heading in headings}
 _OTHER_NAMES = (*_HEADINGS["ID"], "alias", "aliases", "othernames", "identifier", "userid", "canvasuserid")
@@ -186,7 +188,8 @@ def _columns(path: Path, headings: Collection[str]) -> dict[str, list[str]]:
     first = {field: [name for name in names if name in usable][:1] for field, names in _HEADINGS.items()}
     name = first["name"] or first["first name"] + first["last name"]
     aliases = [heading for heading in usable if heading in _OTHER_NAMES and heading not in name]
-    return {"student": student, "email": first["email"], "section": first["section"], "name": name, "aliases": aliases}
+    of_headings = {field: first[field] for field in ("email", "section", "group")}
+    return {"student": student, **of_headings, "name": name, "aliases": aliases}
 
 
 def _entry(cells: Mapping[str, str], columns: Mapping[str, list[str]]) -> Entry:

@@ -3,7 +3,7 @@
 =============  =======================================================================================================
 ``archives``   folders, zips and tars, read alike and within limits
 ``platforms``  a pattern for each platform's names; lists of times
-``owners``     who: the roster, the name of a submission and its course.json
+``owners``     who: the roster and the name of a submission; partners
 ``finding``    a class's folder → the submissions of each student, with owner and time: :func:`find`
 ``reading``    which: a submission → cells, own files, what was recorded at home: :func:`read`, :func:`newest`
 =============  =======================================================================================================
@@ -11,12 +11,14 @@
 What is ambiguous is a :class:`Doubt`, a row of ``intake.csv`` for the instructor to decide.
 """
 
-from labcourse.grading.intake.finding import OWNER, TIME, Decisions, Doubt, Submission, find
+from labcourse.grading.intake.finding import OWNER, PARTNER, PLATFORM, TIME, Decisions, Doubt, Submission, find
 from labcourse.grading.intake.owners import students_in
 from labcourse.grading.intake.reading import Contents, is_absent, is_all_unread, is_unread, newest, read
 
 __all__ = [
     "OWNER",
+    "PARTNER",
+    "PLATFORM",
     "TIME",
     "Contents",
     "Decisions",

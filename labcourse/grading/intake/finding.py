@@ -12,11 +12,11 @@ from typing import Any
 from labcourse import messages, program
 from labcourse.errors import GradingError
 from labcourse.files import COURSE_FILE
-from labcourse.grading.gradebook.records import DECIDED, StudentRecord
+from labcourse.grading.gradebook.records import DECIDED, ON_DISK, StudentRecord
 from labcourse.grading.intake import archives, owners, platforms
 from labcourse.grading.intake.archives import Entry, Listing, Shelf, Unreadable, is_notebook, is_work, shown
 from labcourse.grading.intake.owners import Owner, Roster, student_in
-from labcourse.grading.intake.platforms import Label, in_utc, label_of, readable
+from labcourse.grading.intake.platforms import Label, in_utc, label_of, platforms_of, readable
 from labcourse.student_id import LONGEST, caseless
 
 MAX_CLASS_DEPTH = 3  #: folders and zips around those of the students; a platform's zip, its folder, and a section's
@@ -27,8 +27,12 @@ MAX_COURSE_FILE = 10_000  #: bytes of course.json; a name, a release, and partne
 _NEVER = datetime.fromtimestamp(0, UTC)
 _NO_NAME = "it does not say who handed it in."
 _NEITHER = "it is neither a folder nor a zip"
+_SEVERAL = "it holds the hand-ins of several. Put a class's into a folder of its own; rename a student's to the ID."
 
-OWNER, TIME = "owner", "time received"  #: what an instructor may decide, besides a file (by its name in the course)
+#: What an instructor may decide, besides a file (by its name in the course).
+OWNER, TIME, PARTNER, PLATFORM = "owner", "time received", "partner", "platform"
+YES, NO = "yes", "no"  #: decisions on a partner
+NO_PLATFORM = "none"  #: decision on a platform: names are the students' IDs
 #: :attr:`Doubt.key` → what was decided.
 Decisions = Mapping[tuple[str, str], str]
 
@@ -39,11 +43,13 @@ class Doubt:
 
     Attributes
     ----------
-    submission : name of the folder, archive or file, from the class's folder on
-    about : :data:`OWNER` or :data:`TIME`; or the name of a file of the course, if several of the submission may be it
+    submission : name of the folder, archive or file, from the class's folder on; for a partner, the student who named
+        them
+    about : :data:`OWNER`, :data:`TIME`, :data:`PARTNER` or :data:`PLATFORM`; or the name of a file of the course, if
+        several of the submission may be it
     assumed : what counts without a decision; "" for nothing
     why : reason
-    alternatives : what else it may be
+    alternatives : what else it may be; the partner
     """
 
     submission: str
@@ -55,8 +61,8 @@ class Doubt:
     @property
     def key(self) -> tuple[str, str]:
         """Identify the row. A decision on a time holds for files that were saved then, if the row says when."""
-        saved = f": {self.alternatives}" if self.about == TIME and self.alternatives else ""
-        return self.submission, f"{self.about}{saved}"
+        of = f": {self.alternatives}" if self.about in (TIME, PARTNER) and self.alternatives else ""
+        return self.submission, f"{self.about}{of}"
 
 
 @dataclass(frozen=True)
@@ -67,8 +73,9 @@ class Piece:
     ----------
     source : path in the class's folder, which may lead through archives
     name : name of the folder, archive or file, without the ending of an archive
+    outer : name of what lies among the submissions: it holds this piece, or is it
     label : what the name says if a platform gave it; None if the student did
-    archived : time of the archive among the submissions, UTC; None without one
+    archived : when the archive or file among the submissions was received, UTC; None if that is not known
     copy : number of the copy in the name of an archive within the submission; the higher, the later
     files : path → file
     refused : path → reason why it is not read
@@ -76,12 +83,13 @@ class Piece:
     course : content of its course.json
     owner : the students to whom it belongs
     received : time of receipt, UTC
-    clock : how the time is known; "" if only the student's computer wrote it
+    clock : how a time is known; "" if only the student's computer wrote it
     saved : when it was saved, UTC, by the student's computer
     """
 
     source: str
     name: str
+    outer: str = ""
     label: Label | None = None
     archived: datetime | None = None
     copy: int = 0
@@ -105,7 +113,8 @@ class Submission:
     pieces : all that the student handed in, in order of time
     bench_of : ID of the student with the bench for the run: a partner's, if several handed in together
     partners : IDs of the students with whom it was handed in
-    claimed_by : ID of the partner who handed in, if nothing but their course.json names this student; "" otherwise
+    claimed_by : ID of the partner who handed in, if this student handed in nothing; "" otherwise
+    waits : whether others handed in who name this student as a partner, which a person has to confirm
     problems : contradictions about its owner
     notes : other messages about its owner
     """
@@ -115,6 +124,7 @@ class Submission:
     bench_of: str = ""
     partners: tuple[str, ...] = ()
     claimed_by: str = ""
+    waits: bool = False
     problems: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
 
@@ -127,12 +137,14 @@ class ClassFolder:
     ----------
     submissions : one for each student, by ID
     ignored : a message on everything that is not read
-    doubts : what an instructor may decide
+    doubts : what an instructor may decide; while the platform of a download is not decided, there are no submissions
+    read : what rows of ``intake.csv`` may be about: archives, folders and files, and students
     """
 
     submissions: list[Submission]
     ignored: list[str]
     doubts: list[Doubt] = field(default_factory=list)
+    read: set[str] = field(default_factory=set)
 
 
 @dataclass(frozen=True)
@@ -158,11 +170,6 @@ class Place:
     def stem(self) -> str:
         """Its name, without the ending of an archive."""
         return archives.without_ending(self.name) if self.file else self.name
-
-    @property
-    def label(self) -> Label | None:
-        """What its name says if a platform gave it; None for another name."""
-        return label_of(self.name)
 
     @property
     def file(self) -> Entry | None:
@@ -243,6 +250,7 @@ def find(
     zone: tzinfo = UTC,
     earlier: Callable[[str], Collection[str] | None] = lambda student: None,
     decisions: Decisions | None = None,
+    platform: str = "",
 ) -> ClassFolder:
     """Find the submissions in a class's folder, or in a zip of it.
 
@@ -254,38 +262,48 @@ def find(
     zone : of times in names and in zips, which have none
     earlier : function that returns the students whom a student named when they handed in before; None for a student
         who did not
-    decisions : owners and times, by the instructor
+    decisions : owners, times, partners and platforms, by the instructor
+    platform : that named the submissions, where their names leave it open; "" if that is not known
 
     Raises
     ------
     GradingError
-        If there is no such folder, or no submission in it.
+        If there is no such folder, or neither a submission in it nor anything to decide.
     """
     if not (folder.is_dir() or folder.is_file()):
         raise GradingError(f"There is no folder {folder}.")
     folder = folder.resolve()
     with Shelf(zone) as shelf:
-        finder = _Finder(Roster(roster), times or {}, zone, shelf, decisions or {})
+        finder = _Finder(Roster(roster), times or {}, zone, shelf, decisions or {}, platform)
         try:
             finder.start(folder)
         except Unreadable as error:
             raise GradingError(f"{folder} cannot be read: {error}") from None
         submissions = finder.submissions(earlier)
     ignored = finder.messages()
-    if not submissions:
+    if not submissions and not finder.doubts:
         nothing = f"There are no submissions in {folder}: it should hold a folder or a zip for each student."
         raise GradingError(" ".join([nothing, *ignored]))
-    return ClassFolder(submissions, ignored, finder.doubts)
+    return ClassFolder(submissions, ignored, finder.doubts, finder.read)
 
 
 class _Finder:
     """Collects the pieces of a class's folder; then determines their owners and their times of receipt."""
 
     def __init__(
-        self, roster: Roster, times: Mapping[str, datetime], zone: tzinfo, shelf: Shelf, decisions: Decisions
+        self,
+        roster: Roster,
+        times: Mapping[str, datetime],
+        zone: tzinfo,
+        shelf: Shelf,
+        decisions: Decisions,
+        platform: str,
     ) -> None:
         self.doubts: list[Doubt] = []
+        self.read: set[str] = set()
+        self.is_undecided = False
         self._roster, self._zone, self._shelf, self._decisions = roster, zone, shelf, decisions
+        self._given_platform, self._is_given_zip = platform, False
         self._times = {caseless(name): in_utc(time, UTC) for name, time in times.items()}
         self._pieces: list[Piece] = []
         self._ignored: dict[str, list[str]] = defaultdict(list)
@@ -298,28 +316,87 @@ class _Finder:
         """Go through a class's folder or zip, or a student's own folder."""
         name = readable(folder.name)
         if folder.is_file():
-            self._explore([Place(name, archives.on_disk(folder.parent, folder, folder.name))], 0)
+            self._is_given_zip = True
+            self._explore(name, [Place(name, archives.on_disk(folder.parent, folder, folder.name))], 0)
             return
         inside = [*on_disk_in(folder)]
         files = [place.name for place in inside if place.file]
-        if COURSE_FILE in files and any(map(is_notebook, files)) and not any(place.label for place in inside):
-            self._take(Place(name, folder), None, owners.nobody(_NO_NAME))
+        if COURSE_FILE in files and any(map(is_notebook, files)) and not any(map(platforms_of, files)):
+            self._take(own := Place(name, folder), None, self._owner_of_folder(own))
         else:
-            self._explore(inside, 0)
+            self._explore(name, inside, 0)
 
-    def _explore(self, places: Sequence[Place], depth: int) -> None:
+    def _owner_of_folder(self, place: Place) -> Owner:
+        """Return the owner of a student's own folder: by its name, or by its course.json where there is no roster."""
+        by_name = self._roster.by_name(place.name)
+        student = self._roster.spelled(student_in(self._course(place.look(self._shelf).files)))
+        if by_name.is_certain or self._roster or not student:
+            return by_name if by_name.is_certain else owners.nobody(_NO_NAME)
+        return Owner((student,), bench_of=student)
+
+    def _platform(self, source: str, places: Sequence[Place]) -> str | None:
+        """Return the platform that named what lies in a folder or an archive: the one whose pattern all names fit.
+
+        Names of the roster, and of files that are no submissions, are left out. A student chose the end of each name,
+        so that single names may fit several platforms.
+
+        Returns
+        -------
+        str | None
+            "" if no name is a platform's; None if the instructor has to decide
+        """
+        fits = {place.name: platforms_of(place.name) for place in places if not isinstance(place.content, str)}
+        strangers = {place.name for place in places if _may_be_submission(place) and not self._is_on_roster(place)}
+        names = [name for name in fits if fits[name] or name in strangers]
+        possible = sorted({platform for name in names for platform in fits[name]})
+        fitting = [platform for platform in possible if all(platform in fits[name] for name in names)]
+        if len(fitting) == 1 or not possible:
+            return "".join(fitting)
+        self.read.add(source)
+        choices = [*possible, NO_PLATFORM]
+        decided = caseless(self._given_platform or self._decisions.get((source, PLATFORM), ""))
+        chosen = next((choice for choice in choices if caseless(choice) == decided), "")
+        why = f"all names fit {' and '.join(fitting)}" if fitting else "its names are not of one platform"
+        self.doubts.append(Doubt(source, PLATFORM, chosen, why, ", ".join(choices)))
+        if not chosen:
+            self.is_undecided = True
+            decide = f"give --platform ({', '.join(choices)}), or decide it in intake.csv"
+            self._ignore(source, f"{why}. If one platform named it, {decide}; else put each into its own folder.")
+        return "" if chosen == NO_PLATFORM else chosen or None
+
+    def _is_on_roster(self, place: Place) -> bool:
+        """Check whether a name is of the roster, or begins so."""
+        return self._roster.by_name(place.stem).is_certain or self._roster.before_underscore(place.name) is not None
+
+    def _explore(self, source: str, places: Sequence[Place], depth: int) -> None:
         """Take the submissions that lie in a class's folder or archive, at a depth of folders around them."""
+        platform = self._platform(source, places)
+        if platform is None:
+            return
+        labels = {
+            place.source: label_of(place.name, platform) or self._roster.before_underscore(place.name)
+            for place in places
+        }
+        classes = self._classes([place for place in places if labels[place.source] is None], depth)
+        submissions = [place for place in places if labels[place.source] or _may_be_submission(place)]
+        # Anybody can put folders with others' names into a zip, so it is a class's only if all beside it are, too;
+        # without a roster, which knows that the name of a zip is nobody's, only if nothing lies beside it.
+        are_classes = len(classes) == len(submissions) and bool(self._roster or len(submissions) == 1)
         loose: dict[tuple[object, ...], list[tuple[Place, Label]]] = defaultdict(list)
         for place in places:
-            label = place.label or self._roster.before_underscore(place.name)
+            label = labels[place.source]
             if isinstance(place.content, str):
                 self._ignore(place.source, f"{place.content}.")
             elif label is not None and label.is_receipt:
                 self._ignore(place.source, f"{label.platform} itself wrote it.")
             elif label is not None and label.file and place.file:
                 loose[label.platform, label.people, label.number, label.time].append((place, label))
+            elif place.source in classes and are_classes:
+                self._explore(place.source, classes[place.source], depth + 1)
+            elif any(self._roster or platforms_of(inside.name) for inside in classes.get(place.source, ())):
+                self._ignore(place.source, _SEVERAL)
             elif place.is_store:
-                self._look_into(place, label, depth, is_alone=len(places) == 1)
+                self._take(place, label)
             elif is_notebook(place.name):
                 nobody = owners.nobody(f"{_NO_NAME} Put it into a folder that is named by the student's ID.")
                 self._take(_together({place.name: place}), label, nobody)
@@ -330,27 +407,21 @@ class _Finder:
         for files in loose.values():
             self._take_loose(files)
 
-    def _look_into(self, place: Place, label: Label | None, depth: int, is_alone: bool) -> None:
-        """Take one student's folder or archive, or go through that of a class."""
-        if label is None and depth < MAX_CLASS_DEPTH and not self._roster.by_name(place.stem).is_certain:
-            self._shelf.begin_student()
-            inside = place.children(self._shelf)
-            if self._is_class(inside, depth):
-                # Anybody can put folders with others' names into a zip: without a roster, which knows that the name of
-                # the zip is nobody's, only a zip that lies alone is a class's.
-                if self._roster or is_alone:
-                    self._explore(inside, depth + 1)
-                    return
-                if any(child.label for child in inside):
-                    take_in = f"Unpack it, or take in a roster ({program.name()} roster)."
-                    self._ignore(place.source, f"it holds the hand-ins of several. {take_in}")
-                    return
-        self._take(place, label)
+    def _classes(self, places: Sequence[Place], depth: int) -> dict[str, list[Place]]:
+        """Return the folders and archives that hold what looks like a class's submissions, and what lies in each."""
+        classes: dict[str, list[Place]] = {}
+        for place in places if depth < MAX_CLASS_DEPTH else ():
+            if place.is_store and not self._roster.by_name(place.stem).is_certain:
+                self._shelf.begin_student()
+                inside = place.children(self._shelf)
+                if self._is_class(inside, depth):
+                    classes[place.source] = inside
+        return classes
 
     def _is_class(self, places: Sequence[Place], depth: int) -> bool:
         """Check whether what lies in a folder or an archive are the submissions of a class, and not one student's."""
         places = [place for place in places if not isinstance(place.content, str)]
-        if any(is_work(place.name) and not (place.is_store or place.label) for place in places):
+        if any(is_work(place.name) and not (place.is_store or platforms_of(place.name)) for place in places):
             return False
         if any(map(self._is_a_students, places)):
             return True
@@ -360,8 +431,8 @@ class _Finder:
 
     def _is_a_students(self, place: Place) -> bool:
         """Check whether a place is named by a student. Without a roster, the course.json in it must name them, too."""
-        if (label := place.label) is not None:
-            return place.is_store or is_work(label.file) or bool(self._roster.by_label(label).students)
+        if platforms_of(place.name) and (place.is_store or is_notebook(place.name)):
+            return True
         owner = self._roster.by_name(place.stem)
         if self._roster or not (place.is_store and owner.students):
             return place.is_store and owner.is_certain
@@ -379,7 +450,7 @@ class _Finder:
         label: Label | None,
         owner: Owner | None = None,
         name: str = "",
-        archived: datetime | None = None,
+        received: tuple[datetime | None, str] = (None, ""),
     ) -> None:
         """Take what one student handed in, and determine its owner by name.
 
@@ -389,12 +460,12 @@ class _Finder:
         label : what its name says if a platform gave it
         owner : owner of what has no name of a student
         name : name that says who handed it in, if not the place's
-        archived : when a platform received loose files
+        received : when a platform received loose files, and how that is known
         """
         self._shelf.begin_student()
         self._archives_left = MAX_INNER_ARCHIVES
-        archived = place.file.modified if place.file else archived
-        whole = Piece(place.source, name or place.stem, label, archived)
+        archived, clock = self._time_of(place, label) if place.file else received
+        whole = Piece(place.source, name or place.stem, name or place.name, label, archived, clock=clock)
         try:
             pieces = self._split(whole, place)
         except Unreadable as error:
@@ -403,6 +474,18 @@ class _Finder:
         for piece in pieces:
             by_name = owner or self._roster.by_name(piece.name, student_in(piece.course))
             self._pieces.append(replace(piece, owner=by_name))
+
+    def _time_of(self, place: Place, label: Label | None) -> tuple[datetime | None, str]:
+        """Return when a file was received, and how that is known: by the instructor's disk or a platform's archive.
+
+        Returns None and "" for a time inside of an archive that may be a student's.
+        """
+        if place.file is None or place.file.modified is None:
+            return None, ""
+        if isinstance(place.file.store, Path):
+            return place.file.modified, ON_DISK
+        is_platforms = self._is_given_zip or (label is not None and label.platform)
+        return (place.file.modified, "the time in the archive of the class") if is_platforms else (None, "")
 
     def _take_loose(self, files: Sequence[tuple[Place, Label]]) -> None:
         """Take files of one student that a platform named, side by side."""
@@ -420,8 +503,8 @@ class _Finder:
             if latest.platform == platforms.CANVAS:
                 loose |= platforms.without_canvas_counts(loose)
             name = min(place.name for place in loose.values())
-            times = [place.file.modified for place in loose.values() if place.file and place.file.modified]
-            self._take(_together(loose), latest, name=name, archived=max(times, default=None))
+            times = [known for place in loose.values() if (known := self._time_of(place, latest))[0]]
+            self._take(_together(loose), latest, name=name, received=max(times, default=(None, "")))
 
     def _split(self, whole: Piece, place: Place, nesting: int = 0) -> list[Piece]:
         """Look into a place, and split it: each archive with work in it is a piece, and so is the rest.
@@ -462,8 +545,9 @@ class _Finder:
         if nesting == MAX_NESTING or not self._archives_left:
             raise Unreadable(f"of archives in a submission, {MAX_INNER_ARCHIVES} are read, {MAX_NESTING} in each other")
         self._archives_left -= 1
-        if whole.archived is None and whole.label and not nesting and place.file:  # the platform wrote it there
-            whole = replace(whole, archived=place.file.modified)
+        if whole.archived is None and whole.label and not nesting:  # the platform wrote it there
+            archived, clock = self._time_of(place, whole.label)
+            whole = replace(whole, archived=archived, clock=clock)
         copy = platforms.without_copy_number(place.stem)
         whole = replace(whole, copy=max(whole.copy, copy[1] if copy else 0))
         return self._split(whole, place, nesting + 1)
@@ -480,26 +564,35 @@ class _Finder:
     # --- their owners and times ---------------------------------------------------------------------------------------
 
     def submissions(self, earlier: Callable[[str], Collection[str] | None]) -> list[Submission]:
-        """Return the submission of each student."""
-        by_name = [piece.owner for piece in self._pieces]
-        present = {student for owner in by_name if owner.is_certain or not self._roster for student in owner.students}
-        owned = [replace(piece, owner=self._owner(piece, present)) for piece in self._pieces]
+        """Return the submission of each student; none while the platform of a download is not decided."""
+        if self.is_undecided:
+            return []
+        owned = [replace(piece, owner=self._owner(piece)) for piece in self._pieces]
+        self.read |= {piece.source for piece in owned} | {name for piece in owned for name in piece.owner.students}
         pieces = [self._with_time(piece) for piece in owned if piece.owner.students]
-        resolved = owners.resolve_partners([piece.owner for piece in pieces], self._roster, earlier)
+        resolved = owners.resolve_partners(
+            [piece.owner for piece in pieces], self._roster, earlier, self._decided_partner
+        )
         pieces = [replace(piece, owner=owner) for piece, owner in zip(pieces, resolved, strict=True)]
-        students = {student for owner in resolved for student in owner.everybody}
+        for student, partner in [(owner.students[0], name) for owner in resolved for name in owner.waiting]:
+            self.doubts.append(Doubt(student, PARTNER, "", f"only the {COURSE_FILE} of {student} says so", partner))
+        students = {student for owner in resolved for student in (*owner.students, *owner.claimed)}
         return [_submission(student, pieces) for student in sorted(students, key=caseless)]
 
-    def _owner(self, piece: Piece, present: Collection[str]) -> Owner:
-        """Determine the owner of a piece, and add a row for the instructor if that is in doubt.
+    def _decided_partner(self, student: str, partner: str) -> bool | None:
+        """Return whether two students are partners as the instructor decided; None without a decision."""
+        for one, other in ((student, partner), (partner, student)):
+            decision = caseless(self._decisions.get(Doubt(one, PARTNER, "", "", other).key, ""))
+            if decision in (YES, NO):
+                return decision == YES
+            if decision:
+                self._invalid.append(f"intake.csv: on the partner {shown(other)} of {one}, write {YES} or {NO}.")
+        return None
 
-        Parameters
-        ----------
-        piece : with its owner by name
-        present : students who handed in under their own names
-        """
+    def _owner(self, piece: Piece) -> Owner:
+        """Determine the owner of a piece that has an owner by name; add a row for the instructor if it is in doubt."""
         holds_work = any(map(is_work, piece.files))
-        owner = owners.owner_of(piece.name, piece.owner, piece.course, self._roster, holds_work, present)
+        owner = owners.owner_of(piece.name, piece.owner, piece.course, self._roster, holds_work)
         decision = self._decisions.get((piece.source, OWNER))
         decided = self._roster.known(decision) if decision else None
         unlisted = any(self._roster.known(student) is None for student in owner.students)
@@ -550,12 +643,15 @@ class _Finder:
             self._invalid.append(f"intake.csv: {shown(decided)} is not a time; write it as 2026-11-21 13:05.")
         if label is not None and label.time is not None:
             return in_utc(label.time, self._zone), "the time in its name"
-        names = [piece.source.rpartition("/")[2], piece.name, *piece.owner.students]
+        names = [piece.outer, piece.name, *piece.owner.students]
         if label is not None:
-            names += [*label.people, label.number, f"Participant {label.number}"]
+            its = [
+                name for name in (*label.people, label.number) if self._roster.lookup(name) & {*piece.owner.students}
+            ]
+            names += [*its, f"Participant {label.number}"]
         if times := [self._times[caseless(name)] for name in names if caseless(name) in self._times]:
             return times[0], "the list of times"
-        return piece.archived, "the time of the archive among the submissions" if piece.archived else ""
+        return piece.archived, piece.clock
 
     # --- messages -----------------------------------------------------------------------------------------------------
 
@@ -572,22 +668,35 @@ class _Finder:
         return [*ignored, *self._invalid]
 
 
+def _may_be_submission(place: Place) -> bool:
+    """Check whether a place may be a submission that no platform named."""
+    return place.is_store or is_notebook(place.name) or archives.is_other_archive(place.name)
+
+
 def _submission(student: str, pieces: Iterable[Piece]) -> Submission:
     """Collect all pieces of a student."""
+    pieces = [piece for piece in pieces if student in (*piece.owner.students, *piece.owner.claimed)]
     own = [piece for piece in pieces if student in piece.owner.everybody]
     own.sort(key=lambda piece: (piece.received, max(piece.owner.attempt, piece.copy), piece.saved))
-    newest = own[-1].owner
-    is_claimed = all(student not in piece.owner.students for piece in own)
+    claimed_by = own[-1].owner.students[0] if own and all(student not in piece.owner.students for piece in own) else ""
+    problems = dict.fromkeys(problem for piece in own for problem in piece.owner.problems)
     notes = dict.fromkeys(note for piece in own for note in piece.owner.notes)
-    if is_claimed:
-        notes[f"Handed in by {newest.students[0]}: their {COURSE_FILE} says that it was made together."] = None
+    if claimed_by:
+        notes[f"Handed in by {claimed_by}: their {COURSE_FILE} says that it was made together."] = None
+    for piece in pieces:
+        names = f"The {COURSE_FILE} of {', '.join(piece.owner.students)} names {student} as a partner."
+        if student in piece.owner.waiting:
+            problems[f"{names} Your instructor has to confirm it; until then it does not count for you."] = None
+        elif student in piece.owner.declined:
+            notes[f"{names} It does not count for you, as the instructor decided."] = None
     together = {partner for piece in own for partner in piece.owner.everybody}
     return Submission(
         student,
         tuple(own),
-        newest.bench_of,
+        own[-1].owner.bench_of if own else "",
         tuple(sorted(together - {student}, key=caseless)),
-        newest.students[0] if is_claimed else "",
-        tuple(dict.fromkeys(problem for piece in own for problem in piece.owner.problems)),
+        claimed_by,
+        any(student in piece.owner.waiting for piece in pieces),
+        tuple(problems),
         tuple(notes),
     )

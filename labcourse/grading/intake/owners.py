@@ -1,9 +1,9 @@
-"""Determine the owner of a submission: by its name, the roster and its course.json. Contradictions are reported."""
+"""Determine the owner of a submission: by its name and the roster. Its course.json is compared with them."""
 
 from __future__ import annotations
 
 import re
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -12,6 +12,7 @@ from labcourse import course_file, student_id
 from labcourse.errors import ConfigurationError, StudentIDError
 from labcourse.files import COURSE_FILE
 from labcourse.grading.gradebook.records import StudentRecord
+from labcourse.grading.intake import platforms
 from labcourse.grading.intake.archives import is_notebook, shown
 from labcourse.grading.intake.platforms import Label, encodings, letters, plain_letters, without_copy_number
 from labcourse.student_id import caseless
@@ -27,11 +28,14 @@ class Owner:
 
     Attributes
     ----------
-    students : IDs by its name, or by its course.json if the name is no student's; none if nobody was identified
-    claimed : IDs of further students whom only its course.json names
+    students : IDs by its name; none if nobody was identified
+    claimed : IDs of further students whom its course.json names
+    waiting : those of them whose partnership a person has to confirm; nothing of the submission is theirs until then
+    declined : those of them who are no partners, as the instructor decided
     bench_of : ID of the student with the bench that was used
     attempt : number of the attempt, or of the copy; the higher, the later
-    is_certain : whether the students are on the roster
+    group : the platform's group in the name; "" without one
+    is_certain : whether the name is on the roster, be it of several students
     is_decided : whether the instructor decided this
     problems : contradictions about the owner; if nobody was identified, the reason
     notes : other messages about the owner
@@ -39,8 +43,11 @@ class Owner:
 
     students: tuple[str, ...] = ()
     claimed: tuple[str, ...] = ()
+    waiting: tuple[str, ...] = ()
+    declined: tuple[str, ...] = ()
     bench_of: str = ""
     attempt: int = 0
+    group: str = ""
     is_certain: bool = False
     is_decided: bool = False
     problems: tuple[str, ...] = ()
@@ -48,8 +55,8 @@ class Owner:
 
     @property
     def everybody(self) -> tuple[str, ...]:
-        """All students, the claimed ones last."""
-        return (*self.students, *self.claimed)
+        """All students to whom it belongs, the claimed ones last."""
+        return (*self.students, *(name for name in self.claimed if name not in (*self.waiting, *self.declined)))
 
 
 def nobody(why: str) -> Owner:
@@ -68,6 +75,9 @@ class Roster:
     def __init__(self, records: Sequence[StudentRecord] = ()) -> None:
         self._records = {caseless(record.student): record for record in records}
         self._spelled = {name: record.student for name, record in self._records.items()}
+        groups = Counter(record.group for record in records)
+        # Of more students, it is no laboratory group, but a section.
+        self._groups = {record.student: record.group for record in records if groups[record.group] <= MOST_TOGETHER}
         self._aliases, self._names, self._plain_names = (defaultdict[str, set[str]](set) for _kind in range(3))
         for record in records:
             for alias in map(caseless, filter(None, (record.email, *record.aliases))):
@@ -82,6 +92,10 @@ class Roster:
 
     def __bool__(self) -> bool:
         return bool(self._records)
+
+    def group(self, student: str) -> str:
+        """Return the group of a student who stands on the roster; "" without one."""
+        return self._groups.get(student, "")
 
     def known(self, text: str) -> str | None:
         """Return an ID as the roster spells it; without a roster, any valid ID; None if it is nobody's."""
@@ -110,8 +124,11 @@ class Roster:
         return exact or self._plain_names.get(plain, set())
 
     def by_label(self, label: Label) -> Owner:
-        """Identify the student in a platform's name."""
-        by_name = next(filter(None, map(self.lookup, label.people)), set[str]())
+        """Identify the student in a platform's name. Without a roster, only nbgrader's names hold an ID."""
+        if not self and label.platform == platforms.NBGRADER:
+            return self.by_name(label.people[0])
+        person = next(filter(self.lookup, label.people), "")
+        by_name = self.lookup(person)
         by_number = self.lookup(label.number) if label.number else set[str]()
         if len(by_name) == 1 and by_number and not by_name & by_number:
             both = ", ".join(sorted(by_name | by_number))
@@ -122,7 +139,9 @@ class Roster:
                 student for student in by_number if not (label.people and self._records[caseless(student)].name)
             }
         if len(students) == 1:
-            return _by_name(tuple(students), label.attempt if label.file else 0, is_certain=True)
+            group = label.people[0].removesuffix(person) if label.platform == platforms.MOODLE and label.people else ""
+            owner = _by_name(tuple(students), label.attempt if label.file else 0, is_certain=True)
+            return replace(owner, group=group)
         if students:
             return _ambiguous(students)
         why = "nobody on the roster is called so" if self else "there is no roster to say who that is"
@@ -169,7 +188,7 @@ def _by_name(students: tuple[str, ...], attempt: int, is_certain: bool = False) 
 
 
 def _ambiguous(students: Collection[str]) -> Owner:
-    return nobody(f"it may be any of {', '.join(sorted(students))}.")
+    return replace(nobody(f"it may be any of {', '.join(sorted(students))}."), is_certain=True)
 
 
 def _meanings(name: str) -> Iterator[tuple[tuple[str, ...], int]]:
@@ -221,12 +240,8 @@ def student_in(course: Mapping[str, Any]) -> str:
 # --- the owner --------------------------------------------------------------------------------------------------------
 
 
-def owner_of(
-    name: str, by_name: Owner, course: Mapping[str, Any], roster: Roster, holds_work: bool, own_name: Collection[str]
-) -> Owner:
-    """Determine the owner of a submission: by its name if that is certain, else by its course.json, else by its name.
-
-    A course.json assigns nothing to a student who handed in under their own name.
+def owner_of(name: str, by_name: Owner, course: Mapping[str, Any], roster: Roster, holds_work: bool) -> Owner:
+    """Determine the owner of a submission by its name, and compare its course.json, which a student wrote.
 
     Parameters
     ----------
@@ -235,28 +250,22 @@ def owner_of(
     course : content of its course.json
     roster : the students
     holds_work : whether it holds anything of the course
-    own_name : students who handed in under their own names
     """
     written = student_in(course)
     student = roster.spelled(written) if written else None
-    has_own = student in own_name
     partners = {str(one): roster.known(one) if isinstance(one, str) else None for one in _partners(course)}
     claimed = tuple(dict.fromkeys(filter(None, partners.values())))
     unknown = [partner for partner, known in partners.items() if not known]
     notes = tuple(f"{COURSE_FILE} names {shown(partner)} as a partner, who is unknown." for partner in unknown)
-    if by_name.students and (by_name.is_certain or has_own or not roster):
+    if by_name.students and (by_name.is_certain or not roster):
         return _checked(replace(by_name, notes=notes), written, student, claimed)
-    if has_own:
-        return nobody(f"its {COURSE_FILE} names {student}, who handed in under that name as well.")
-    if student is not None:
-        if roster and roster.known(student) is None:
-            notes += (f"{student} is not on the roster: by {COURSE_FILE} alone.",)
-        others = tuple(partner for partner in claimed if partner != student)
-        return Owner((student,), others, student, by_name.attempt, notes=notes)
+    says = f" Its {COURSE_FILE} names {shown(written)}." if written else ""
     if not by_name.students:
-        return by_name
+        return nobody(f"{' '.join(by_name.problems)}{says}")
     if not holds_work:
         return nobody("nobody on the roster is called so, and there is nothing of the course in it.")
+    if written and student not in by_name.students:
+        return nobody(f"nobody on the roster is called so.{says}")
     note = f"{by_name.students[0]} is not on the roster: by the name of {shown(name)} alone."
     return replace(by_name, notes=(*notes, note))
 
@@ -285,12 +294,15 @@ def _checked(owner: Owner, written: str, student: str | None, partners: Sequence
 
 
 def resolve_partners(
-    owners: Sequence[Owner], roster: Roster, earlier: Callable[[str], Collection[str] | None]
+    owners: Sequence[Owner],
+    roster: Roster,
+    earlier: Callable[[str], Collection[str] | None],
+    decide: Callable[[str, str], bool | None],
 ) -> list[Owner]:
-    """Leave out partners whom only a course.json names, if they handed in something else without naming its owner.
+    """Decide which partners, whom a course.json names, count as such; the others wait for a person.
 
-    Anybody can write any ID into a course.json. It replaces nobody's own submission, of now or of an earlier stage, and
-    no work is run on the bench of a student who handed in without naming its owner.
+    Anybody can write any ID into a course.json. A partner counts if both name each other, each in a submission of their
+    own, if they are in one group of the platform or the roster, or if the instructor says so.
 
     Parameters
     ----------
@@ -298,27 +310,45 @@ def resolve_partners(
     roster : the students
     earlier : function that returns the students whom a student named when they handed in before; None for a student
         who did not
+    decide : function that returns whether two students are partners as the instructor decided; None without a decision
     """
     named: dict[str, set[str | None]] = defaultdict(set)
+    groups: dict[str, set[str]] = defaultdict(set)
     for owner in owners:
+        groups[owner.group].update(owner.students)
         for student in owner.students:
-            named[student].update(owner.everybody)
+            named[student].update((*owner.students, *owner.claimed))
     for student in {partner for owner in owners for partner in owner.claimed} - {*named}:
-        before = earlier(student)
-        if before is not None:
-            named[student] = {student, *map(roster.spelled, before)}
-    return [_resolved(owner, named) for owner in owners]
+        named[student] = {*map(roster.spelled, earlier(student) or ())}
+
+    def is_partner(owner: Owner, partner: str) -> bool | None:
+        """Return whether a partner counts; None if a person has to confirm it."""
+        decisions = {decide(student, partner) for student in owner.students} - {None}
+        in_group = owner.group and len(groups[owner.group]) <= MOST_TOGETHER and partner in groups[owner.group]
+        on_roster = roster.group(partner) and roster.group(partner) in map(roster.group, owner.students)
+        if decisions or in_group or on_roster or not named[partner].isdisjoint(owner.students):
+            return decisions != {False}
+        return None
+
+    return [_resolved(owner, {partner: is_partner(owner, partner) for partner in owner.claimed}) for owner in owners]
 
 
-def _resolved(owner: Owner, named: Mapping[str, set[str | None]]) -> Owner:
-    """Leave out an owner's partners who do not name the owner. ``named`` is student → whom their submissions name."""
-    refused = [name for name in owner.claimed if name in named and named[name].isdisjoint(owner.students)]
-    if not refused:
-        return owner
-    problem = (
-        f"{COURSE_FILE} says that it was made with {', '.join(refused)}, who handed in something else, and did not say "
-        f"so. It counts as {', '.join(owner.students)}'s alone, on their own bench."
+def _resolved(owner: Owner, counts: Mapping[str, bool | None]) -> Owner:
+    """Set which of an owner's partners wait and which are declined; no work is run on the bench of one of these."""
+    waiting = tuple(name for name, is_partner in counts.items() if is_partner is None)
+    declined = tuple(name for name, is_partner in counts.items() if is_partner is False)
+    bench_of = owner.students[0] if owner.bench_of in (*waiting, *declined) else owner.bench_of
+    alone = f"It counts as {', '.join(owner.students)}'s alone, on their own bench"
+    problems, notes = [*owner.problems], [*owner.notes]
+    if waiting:
+        names = ", ".join(waiting)
+        problems.append(
+            f"{COURSE_FILE} says that it was made with {names}, which nobody has confirmed. {alone}, until then."
+        )
+    if declined:
+        notes.append(
+            f"{COURSE_FILE} says that it was made with {', '.join(declined)}. {alone}, as the instructor decided."
+        )
+    return replace(
+        owner, waiting=waiting, declined=declined, bench_of=bench_of, problems=tuple(problems), notes=tuple(notes)
     )
-    bench_of = owner.students[0] if owner.bench_of in refused else owner.bench_of
-    claimed = tuple(name for name in owner.claimed if name not in refused)
-    return replace(owner, claimed=claimed, bench_of=bench_of, problems=(*owner.problems, problem))

@@ -1,6 +1,6 @@
 """Read the names that learning platforms give to submissions, and the lists of times that they export.
 
-:data:`PLATFORMS` has a pattern for each form of name. To support another platform, add a row, and an example to
+:data:`PLATFORMS` has the pattern of each platform. To support another platform, add a row, and an example to
 ``docs/handing_in.md``: tests read the examples there.
 """
 
@@ -21,35 +21,26 @@ from labcourse.safe_text import from_csv
 from labcourse.student_id import caseless
 
 MOODLE, CANVAS, BLACKBOARD, BRIGHTSPACE, NBGRADER = "Moodle", "Canvas", "Blackboard", "Brightspace", "nbgrader"
-_MOODLE = r"_(?P<number>\d+)_assignsubmission_(?:(?P<receipt>onlinetext|comments)|[a-z]+)(?:_(?P<file>.*))?"
+_MOODLES = r"(?:(?P<receipt>onlinetext|comments)|[a-z]+)(?:_(?P<file>.*))?"
+_PART = r"(?:(?! ?- ).)"  # a character of a part between two dashes, in names of Brightspace
+_YEAR = rf"(?P<time>{_PART}*\b(?:19|20)\d\d\b{_PART}*)"
 
-#: Platform, the sign that ends a group's or an assignment's name before the student's, and the pattern. Its groups:
+#: Platform → the sign that ends a group's or an assignment's name before the student's, and the pattern. Its groups:
 #: ``name`` and ``login`` of the student, ``number`` by which the platform knows them, ``time``, ``attempt``, ``file``
-#: as the student called it, and ``receipt`` for what the platform itself wrote. The first pattern that fits counts, and
-#: the student's own name for a file stands last in each, so that it can change neither student nor time. Names without
-#: a student are those of blind marking.
-PLATFORMS = tuple(
-    (platform, sign, re.compile(pattern, re.DOTALL | re.IGNORECASE))
+#: as the student called it, and ``receipt`` for what the platform itself wrote. What the platform wrote comes first in
+#: each name and is matched first, so the student's own name for a file, the rest, changes none of the others.
+PLATFORMS = {
+    platform: (sign, re.compile(pattern, re.DOTALL | re.IGNORECASE))
     for platform, sign, pattern in (
-        (MOODLE, "", r"(?:.+-)?(?:participant[ea]?|teilnehmer(?:in)?|deelnemer|partecipante)" + _MOODLE),
-        (MOODLE, "-", r"(?P<name>.+?)" + _MOODLE),
-        (
-            BRIGHTSPACE,
-            "",
-            r"\d+-\d+ ?- (?:(?P<login>\S+) - )?(?P<name>.+?) ?- (?P<time>[^-]*\b(?:19|20)\d\d\b[^-]*?)"
-            r"(?: ?- (?P<file>.+))?",
-        ),
-        (
-            BLACKBOARD,  # none behind Canvas's two numbers
-            "_",
-            r"(?P<name>(?!\w+?_\d{3,}_\d{4,}_).+?)_attempt_(?P<time>\d{4}(?:-\d\d){5})"
-            r"(?:_(?P<file>.+)|(?P<receipt>\.txt))?",
-        ),
-        (CANVAS, "", r"(?:late_)?anon_(?P<number>[a-z0-9]+)_(?P<attempt>\d+)_(?P<file>.+)"),
-        (CANVAS, "", r"(?P<name>\w+?)(?:_late)?_(?P<number>\d+)_(?P<attempt>\d+)_(?P<file>.+)"),
+        (MOODLE, "-", r"(?P<name>.+?)_(?P<number>\d+)_assignsubmission_" + _MOODLES),
+        (BRIGHTSPACE, "", rf"\d+-\d+ ?- (?:(?P<login>\S+) - )??(?P<name>{_PART}+) ?- {_YEAR}(?: ?- (?P<file>.+))?"),
+        (BLACKBOARD, "_", r"(?P<name>.+?)_attempt_(?P<time>\d{4}(?:-\d\d){5})(?:_(?P<file>.+)|(?P<receipt>\.txt))?"),
+        (CANVAS, "", r"(?P<name>\w+?)(?:_late)?_(?P<number>\d+|(?<=anon_)[a-z0-9]+)_(?P<attempt>\d+)_(?P<file>.+)"),
         (NBGRADER, "", r"(?P<login>[^+]+)\+[^+]+\+(?P<time>\d{4}-\d\d-\d\d \d\d:\d\d:\d\d(?:\.\d+)? UTC)(?:\+[^+]+)?"),
     )
-)
+}
+#: What stands for the student's name where marking is blind.
+_NOBODY = re.compile(r"participant[ea]?|teilnehmer(?:in)?|deelnemer|partecipante|(?:late_)?anon", re.IGNORECASE)
 _LONGEST = 300  # characters of a name that a platform writes; a file system's longest, and some
 
 _AGAIN = re.compile(r"(?P<name>.+?)(?: ?\((\d{1,3})\)|[-_](\d{1,2})| ?-? ?copy ?(\d*))", re.IGNORECASE)
@@ -72,7 +63,7 @@ Content = TypeVar("Content")
 
 @dataclass(frozen=True)
 class Label:
-    """What a platform's name for a file or folder says.
+    """A parsed file name of a learning platform.
 
     Attributes
     ----------
@@ -94,23 +85,29 @@ class Label:
     is_receipt: bool = False
 
 
-def label_of(name: str) -> Label | None:
-    """Read a name by the patterns of the platforms; None if it fits none of them."""
-    for platform, sign, pattern in PLATFORMS if len(name) <= _LONGEST else ():
-        if match := pattern.fullmatch(name):
-            part = defaultdict(str, match.groupdict(default=""))
-            name = part["name"]
-            people = [name, *(name[place + 1 :] for place, letter in enumerate(name) if letter == sign)]
-            return Label(
-                platform,
-                tuple(filter(None, [*people, part["login"]])),
-                part["number"],
-                _parse(part["time"]),
-                int(part["attempt"] or 0),
-                part["file"],
-                bool(part["receipt"]),
-            )
-    return None
+def label_of(name: str, platform: str) -> Label | None:
+    """Read a name by the pattern of a platform; None if it does not fit, or for a platform without a pattern."""
+    sign, pattern = PLATFORMS.get(platform, ("", None))
+    match = pattern.fullmatch(name) if pattern and len(name) <= _LONGEST else None
+    if match is None:
+        return None
+    part = defaultdict(str, match.groupdict(default=""))
+    written = part["name"]
+    people = [written, *(written[place + 1 :] for place, letter in enumerate(written) if letter == sign)]
+    return Label(
+        platform,
+        () if _NOBODY.fullmatch(people[-1]) else tuple(filter(None, [*people, part["login"]])),
+        part["number"],
+        _parse(part["time"]),
+        int(part["attempt"] or 0),
+        part["file"],
+        bool(part["receipt"]),
+    )
+
+
+def platforms_of(name: str) -> list[str]:
+    """Return the platforms whose patterns a name fits."""
+    return [platform for platform in PLATFORMS if label_of(name, platform)]
 
 
 def without_copy_number(name: str) -> tuple[str, int] | None:

@@ -49,6 +49,9 @@ def worth(number: float) -> str:
     return "1 point" if text == "1" else f"{text} points"
 
 
+_AWAITING = (Status.FOR_A_PERSON, Status.UNCONFIRMED)
+
+
 @dataclass(frozen=True)
 class Sums:
     """Points of several marks.
@@ -57,7 +60,7 @@ class Sums:
     ----------
     earned : so far; None if nothing is decided yet
     out_of : possible
-    awaiting : that a person has yet to give or refuse
+    awaiting : that a person has yet to give or refuse, or to confirm
     not_marked : that could not be marked, through a fault of the key
     """
 
@@ -74,7 +77,7 @@ def sums(marks: Iterable[MarkRecord | Mark]) -> Sums:
     return Sums(
         sum(decided) if decided else None,
         sum(mark.out_of for mark in marks),
-        sum((mark.out_of for mark in marks if mark.status == Status.FOR_A_PERSON), 0.0),
+        sum((mark.out_of for mark in marks if mark.status in _AWAITING), 0.0),
         sum(mark.out_of for mark in marks if mark.status == Status.NOT_MARKED),
     )
 

@@ -47,6 +47,7 @@ class Prepared:
     python : newest version of Python that a notebook was saved with; None if it is not known
     untouched : names of notebooks, without ending, in which the student changed nothing
     taken : digest of all that it was prepared from
+    waits : whether a partner handed in for the student whom nobody has confirmed
     """
 
     bundle: Bundle
@@ -63,6 +64,7 @@ class Prepared:
     python: Version | None = None
     untouched: tuple[str, ...] = ()
     taken: str = ""
+    waits: bool = False
 
     def run_content(self) -> list[Any]:
         """Return what a run depends on, as plain data: the owner of the bench, the bundle, the cells and the files.
@@ -78,7 +80,7 @@ class Prepared:
     def digest(self) -> str:
         """Return a digest of the whole submission, problems and notes included."""
         not_run = [list(self.words.items()), self.claim, self.handed_in, _file_digests(self.reports)]
-        return content_digest([self.run_content(), *not_run, self.problems, self.notes])
+        return content_digest([self.run_content(), *not_run, self.problems, self.notes, self.waits])
 
 
 def content_digest(content: object) -> str:

@@ -188,13 +188,13 @@ def test_a_batch_does_not_bring_them_back_in_silence(fake_class):
 
 
 def test_who_worked_with_them_keeps_marks_bench_and_times(fake_class, tmp_path):
-    """The hand-in of ada was bob's and cleo's, too: by her word alone, and on her bench."""
+    """The hand-in of ada was bob's and cleo's, too: they are one group of the roster, and it is run on her bench."""
     fake_class.hand_in("ada")
     course = {"student": "ada", "with": ["bob", "cleo"]}
     (tmp_path / "in" / "ada" / "course.json").write_text(json.dumps(course), encoding="utf-8")
     with fake_class.book() as book:
         for one in ("ada", "bob", "cleo"):
-            (tmp_path / "roster.csv").write_text(f"id,name\n{one},{one} Name\n", encoding="utf-8")
+            (tmp_path / "roster.csv").write_text(f"id,name,group\n{one},{one} Name,7\n", encoding="utf-8")
             book.import_roster(tmp_path / "roster.csv")
     points = fake_class.grade()
     assert set(points) == {"ada", "bob", "cleo"} and points["bob"] > 0

@@ -8,6 +8,7 @@ from packings import WANTED, before, lay, moodle, under, work, zipped
 from labcourse.errors import GradingError
 from labcourse.grading import intake
 from labcourse.grading.gradebook.records import StudentRecord
+from labcourse.grading.intake import Doubt
 
 COMPOSED, APART = "j\u00fcrgen", "ju\u0308rgen"
 ROSTER = [
@@ -132,28 +133,16 @@ def test_a_course_file_that_names_what_cannot_be_an_id_is_reported(tmp_path):
     assert "'a/b'" in found_in(tmp_path)[0]["ada"].problems[0]
 
 
-def test_a_name_that_nobody_has_gives_way_to_the_course_file(tmp_path):
+def test_what_a_course_file_says_makes_nobody_the_owner_but_is_what_the_row_asks(tmp_path):
     lay(tmp_path / "final version", work("ada"))
+    lay(tmp_path / "C:", work("bob"))
     lay(tmp_path / "zoe", work(None))
-    lay(tmp_path / "Homework", work("eve"))
     lay(tmp_path / "old stuff", {"x.txt": b""})
-    found, ignored = found_in(tmp_path, ROSTER)
-    assert list(found) == ["ada", "eve", "zoe"]
-    assert "course.json" in found["eve"].notes[0] and "name of 'zoe'" in found["zoe"].notes[0]
-    assert len(ignored) == 1 and "'old stuff'" in ignored[0]
-
-
-def test_nobodys_own_hand_in_gives_way_to_a_course_file_in_a_folder_of_another_name(tmp_path):
-    lay(tmp_path / "ada", work("ada"))
-    lay(tmp_path / "mallory", work("ada", "spoilt = 1"))
-    lay(tmp_path / "C:", work("ada", "spoilt = 1"))
-    found, ignored = found_in(tmp_path, ROSTER)
-    assert {student: [piece.source for piece in one.pieces] for student, one in found.items()} == {
-        "ada": ["ada"],
-        "mallory": ["mallory"],
-    }
-    assert found["mallory"].problems[0].startswith("course.json names the student 'ada'; this counts as 'mallory'")
-    assert "'C:' is not read: its course.json names ada, who handed in under that name as well." in ignored[0]
+    found = intake.find(tmp_path, ROSTER)
+    assert [one.student for one in found.submissions] == ["zoe"]
+    assert "name of 'zoe'" in found.submissions[0].notes[0]
+    rows = {doubt.submission: (doubt.assumed, doubt.alternatives) for doubt in found.doubts if doubt.about == "owner"}
+    assert rows == {"final version": ("", "ada"), "C:": ("", "bob"), "zoe": ("zoe", ""), "old stuff": ("", "")}
 
 
 def test_a_students_own_folder_can_be_given_as_it_is(tmp_path):
@@ -203,10 +192,52 @@ def test_a_course_file_may_name_a_partner_who_handed_in_nothing(tmp_path):
     lay(tmp_path / "ada", work("ada", **{"with": ["BOB", "nobody/at/all", 7]}))
     found, _ignored = found_in(tmp_path, ROSTER)
     assert list(found) == ["ada", "bob"]
-    assert (found["bob"].claimed_by, found["ada"].claimed_by) == ("ada", "")
-    assert found["bob"].notes[-1] == "Handed in by ada: their course.json says that it was made together."
-    assert {one.bench_of for one in found.values()} == {"ada"}
+    assert found["bob"].waits and not found["bob"].pieces
     assert ["'nobody/at/all'" in note for note in found["ada"].notes] == [True, False]
+    row = Doubt("ada", "partner", "", "only the course.json of ada says so", "bob")
+    assert [doubt for doubt in intake.find(tmp_path, ROSTER).doubts if doubt.about == "partner"] == [row]
+
+
+def by_instructor(answer):
+    """One answer to the row on ada and bob."""
+    return {"decisions": {Doubt("ada", "partner", "", "", "bob").key: answer}}
+
+
+@pytest.mark.parametrize(
+    ("folders", "options", "counts"),
+    [
+        ({"ada": ["bob"]}, {}, None),
+        ({"ada": ["bob"], "bob": []}, {}, None),
+        ({"ada": ["bob"], "bob": ["ada"]}, {}, True),
+        ({"ada": ["bob"], "bob": ["eve"]}, {}, None),
+        ({"ada": ["bob"]}, {"earlier": {"bob": ["bob", "ADA"]}.get}, True),
+        ({"ada": ["bob"]}, {"earlier": {"bob": ["bob", "eve"]}.get}, None),
+        ({"ada": ["bob"]}, by_instructor("yes"), True),
+        ({"bob": ["ada"]}, by_instructor("yes"), True),
+        ({"ada": ["bob"]}, by_instructor("no"), False),
+        ({"ada": ["bob"], "bob": ["ada"]}, by_instructor("no"), False),
+        ({"ada": ["bob"]}, by_instructor("perhaps"), None),
+        ({"ada": ["bob"]}, {"roster": [StudentRecord("ada", group="7"), StudentRecord("bob", group="7")]}, True),
+        ({"ada": ["bob"]}, {"roster": [StudentRecord("ada", group="7"), StudentRecord("bob", group="8")]}, None),
+        ({"ada": ["bob"]}, {"roster": [StudentRecord(name, group="7") for name in ("ada", "bob", *"xyz")]}, None),
+        ({"Group 3-ada_1_assignsubmission_file_": ["bob"], "Group 3-bob_2_assignsubmission_file_": []}, {}, True),
+        ({"Group 3-ada_1_assignsubmission_file_": ["bob"], "Group 4-bob_2_assignsubmission_file_": []}, {}, None),
+    ],
+)
+def test_a_partner_counts_by_both_or_by_the_instructor(tmp_path, folders, options, counts):
+    """True: counts; None: waits for a person; False: declined."""
+    for name, partners in folders.items():
+        student = name.removesuffix("_").partition("_")[0][-3:]
+        lay(tmp_path / name, work(student, **{"with": partners}))
+    found = intake.find(tmp_path, **{"roster": ROSTER} | options)
+    first = "ada" if "ada" in next(iter(folders)) else "bob"
+    submissions = {one.student: one for one in found.submissions}
+    other = submissions["bob" if first == "ada" else "ada"]
+    theirs = [piece.source for piece in other.pieces if first in piece.owner.students]
+    assert bool(theirs) == (counts is True)
+    assert other.waits == (counts is None)
+    rows = [doubt.assumed for doubt in found.doubts if doubt.about == "partner"]
+    assert rows == ([""] if counts is None else [])
 
 
 def test_both_may_hand_in_the_same(tmp_path):
@@ -218,21 +249,13 @@ def test_both_may_hand_in_the_same(tmp_path):
     assert all(one.problems == () for one in found.values())
 
 
-def test_nobodys_own_hand_in_gives_way_to_a_claim(tmp_path):
-    lay(tmp_path / "bob", work("bob"))
-    lay(tmp_path / "ada", work("ada", "spoilt = 1", **{"with": ["bob"]}))
-    found, _ignored = found_in(tmp_path, ROSTER)
-    assert [piece.source for piece in found["bob"].pieces] == ["bob"] and found["bob"].partners == ()
-    assert (
-        "says that it was made with bob, who handed in something else, and did not say so" in found["ada"].problems[0]
-    )
-
-
-@pytest.mark.parametrize(("before", "counts"), [(None, True), (["ada", "bob"], True), (["bob"], False), ([], False)])
-def test_nor_what_somebody_handed_in_before(tmp_path, before, counts):
+@pytest.mark.parametrize(("before", "counts"), [(None, False), (["ada", "bob"], True), (["bob"], False), ([], False)])
+def test_a_course_file_that_names_another_student_is_run_on_their_bench_only_if_they_named_its_owner(
+    tmp_path, before, counts
+):
     lay(tmp_path / "ada", work("bob", "spoilt = 1", **{"with": ["ada"]}))
     found = {one.student: one for one in intake.find(tmp_path, ROSTER, earlier={"bob": before}.get).submissions}
-    assert ("bob" in found) == counts
+    assert bool(found["bob"].pieces) == counts
     assert found["ada"].bench_of == ("bob" if counts else "ada")
     assert len(found["ada"].problems) == (not counts)
 
@@ -257,10 +280,13 @@ def test_a_students_zip_with_folders_of_others_is_nothing_of_theirs(tmp_path):
 
 
 def test_a_class_download_without_a_roster_is_believed_alone_only(tmp_path):
-    lay(tmp_path, {"class.zip": zipped(moodle("Ada Lovelace", 1, work("ada"))), "bob.zip": zipped(work("bob"))})
-    found, ignored = found_in(tmp_path)
-    assert list(found) == ["bob"] and "it holds the hand-ins of several" in ignored[0]
-    assert list(found_in(tmp_path, ROSTER)[0]) == ["ada", "bob"]
+    several = moodle("Ada Lovelace", 1, work("ada")) | moodle("Eve", 2, work("eve"))
+    lay(tmp_path, {"class.zip": zipped(several), "bob.zip": zipped(work("bob"))})
+    for roster in ((), ROSTER):
+        found, ignored = found_in(tmp_path, roster)
+        assert list(found) == ["bob"] and "'class.zip' is not read: it holds the hand-ins of several" in ignored[0]
+    (tmp_path / "bob.zip").unlink()
+    assert list(found_in(tmp_path, ROSTER)[0]) == ["ada"]
 
 
 entry_names = st.sampled_from(
@@ -291,6 +317,9 @@ def test_every_entry_is_taken_or_reported(tmp_path_factory, given_names, course,
             lay(root / name, inside)
     try:
         found = intake.find(root, roster)
+        if asked := [doubt for doubt in found.doubts if doubt.about == intake.PLATFORM]:
+            assert not found.submissions
+            found = intake.find(root, roster, platform=asked[0].alternatives.partition(",")[0])
         sources = [piece.source for one in found.submissions for piece in one.pieces]
         files = [path for one in found.submissions for piece in one.pieces for path in piece.files]
         reported = " ".join([*sources, *files, *found.ignored])

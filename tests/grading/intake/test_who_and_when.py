@@ -1,0 +1,261 @@
+"""Owner and time of each hand-in, whatever a student calls a file: a table, computed from how names are built."""
+
+import unicodedata
+from collections.abc import Callable
+from dataclasses import dataclass
+from datetime import UTC, datetime, timedelta
+from itertools import product
+
+import pytest
+from packings import WANTED, lay, work, zipped
+
+from labcourse.grading import intake
+from labcourse.grading.gradebook.records import StudentRecord
+
+DUE = datetime(2026, 11, 21, 12, 0, tzinfo=UTC)
+BEFORE, AFTER = DUE - timedelta(days=3), DUE + timedelta(days=2)
+FORGED = datetime(2026, 11, 1, 13, 5, 58, tzinfo=UTC)  # what a student would like it to be
+
+
+@dataclass(frozen=True)
+class Person:
+    """A student, as the platforms know them."""
+
+    id: str
+    first: str
+    last: str
+    number: int
+
+    @property
+    def name(self) -> str:
+        return f"{self.first} {self.last}"
+
+
+ADA, BOB, EVE = (
+    Person("ada", "Ada", "Lovelace", 12345),
+    Person("bob", "Bob", "Burns", 1234),
+    Person("eve", "Eve", "X", 777),
+)
+
+#: Form → name of what lies in the download, of a student as the platform calls them, a time, a flag, and the student's
+#: own name for the file.
+FORMS: dict[str, Callable[[str, int, datetime, bool, str], str]] = {
+    "Moodle's folder": lambda who, number, when, late, part: f"{who}_{number}_assignsubmission_file_/{part}",
+    "Moodle's file": lambda who, number, when, late, part: f"{who}_{number}_assignsubmission_file_{part}",
+    "Moodle's blind": lambda who, number, when, late, part: f"Participant_{number}_assignsubmission_file_/{part}",
+    "Canvas": lambda who, number, when, late, part: f"{who}{'_LATE' * late}_{number}_{678000 + number}_{part}",
+    "Canvas, anonymous": lambda who, number, when, late, part: (
+        f"{'LATE_' * late}anon_a{number}_{678000 + number}_{part}"
+    ),
+    "Blackboard": lambda who, number, when, late, part: f"Lab_{who}_attempt_{when:%Y-%m-%d-%H-%M-%S}_{part}",
+    "Brightspace's folder": lambda who, number, when, late, part: (
+        f"1-{number} - {who} - {when:%b %d, %Y %I%M %p}/{part}"
+    ),
+    "Brightspace's file": lambda who, number, when, late, part: (
+        f"1-{number} - {who}- {when:%b %d, %Y %I%M %p} - {part}"
+    ),
+    "nbgrader": lambda who, number, when, late, part: f"{who}+lab1+{when:%Y-%m-%d %H:%M:%S} UTC/{part}",
+}
+SAYS_TIME = ("Blackboard", "Brightspace's folder", "Brightspace's file", "nbgrader")
+BLIND = ("Moodle's blind", "Canvas, anonymous")
+HAS_NUMBER = ("Moodle's folder", "Moodle's file", "Moodle's blind", "Canvas", "Canvas, anonymous")
+LOGINS = ("Blackboard", "nbgrader")  # of these, the platform knows no name
+#: What a student may call a file to be taken for a class-mate, or for somebody who was in time.
+PARTS = [
+    "work.zip",
+    "bob.zip",
+    *(f"x-{form('Bob Burns', BOB.number, FORGED, False, 'work.zip')}".replace("/", "_") for form in FORMS.values()),
+    *(FORMS[form]("bob", BOB.number, FORGED, False, "w.zip").replace("/", "_") for form in ("Canvas", "Blackboard")),
+]
+
+
+def called(form: str, person: Person, by: str) -> str:
+    """How a platform writes a student in a name."""
+    if by == "ID" or form in LOGINS:
+        return person.id
+    return f"{person.last}{person.first}".lower() if form == "Canvas" else person.name
+
+
+def roster(form: str, by: str) -> list[StudentRecord]:
+    """The class as the instructor has it; ``by`` says what of a name is on it."""
+    number = f"a{{}}" if form == "Canvas, anonymous" else "{}"  # noqa: F541
+    record = {
+        "name": lambda one: StudentRecord(one.id, one.name),
+        "ID": lambda one: StudentRecord(one.id),
+        "number": lambda one: StudentRecord(one.id, aliases=(number.format(one.number),)),
+    }
+    others = [StudentRecord(one.id, one.name, aliases=(number.format(one.number),)) for one in (BOB, EVE)]
+    if by == "no roster":
+        return []
+    return others if by == "not on the roster" else [*map(record[by], (ADA, BOB, EVE))]
+
+
+def is_known(form: str, by: str) -> bool:
+    """Whether the instructor's side says who a name of the platform means."""
+    if by == "number":
+        return form in HAS_NUMBER or form in LOGINS
+    if by == "no roster":
+        return form == "nbgrader"  # the login is the ID
+    return by in ("name", "ID") and form not in BLIND
+
+
+def download(folder, form, by, parts, when, late):
+    """A platform's zip of the class, with the times at which it received the files."""
+    files = {}
+    for person, part in parts.items():
+        name = FORMS[form](called(form, person, by), person.number, when, late, part)
+        files[name] = zipped(work("bob", names=WANTED[:1], **{"with": [person.id]}), FORGED)
+    folder.mkdir()
+    path = folder / "submissions.zip"
+    path.write_bytes(zipped(files, when))
+    return path
+
+
+def outcome(found):
+    """Who has which hand-in, when, and which rows ask for a decision."""
+    theirs = {
+        one.student: [(piece.source, piece.received if piece.clock else None) for piece in one.pieces]
+        for one in found.submissions
+    }
+    rows = sorted({row.about for row in found.doubts if not row.assumed})
+    return {student: pieces for student, pieces in theirs.items() if pieces}, rows
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_neither_owner_nor_time_is_what_a_student_wrote(tmp_path, form):
+    cells = 0
+    conditions = [(BEFORE, False), (AFTER, False), (AFTER, True)]
+    ways = ["name", "ID", "number", "not on the roster", "no roster"]
+    for number, (part, by, (when, late)) in enumerate(product(PARTS, ways, conditions)):
+        path = download(tmp_path / str(number), form, by, {ADA: part, EVE: "plain.zip"}, when, late)
+        found = intake.find(path, roster(form, by))
+        theirs, rows = outcome(found)
+        known = is_known(form, by)
+        assert ADA.id in theirs if known else ADA.id not in theirs, (part, by)
+        assert BOB.id not in theirs, (part, by)
+        times = {time for pieces in theirs.values() for _source, time in pieces}
+        minutes = {when.replace(second=0)} if "Brightspace" in form else {when}
+        assert times <= minutes, (part, by, when)
+        assert intake.PLATFORM not in rows and (intake.OWNER in rows) == (not known), (part, by)
+        cells += 1
+    assert cells == len(PARTS) * 5 * 3
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_a_download_of_one_file_is_right_or_asks_once(tmp_path, form):
+    for number, part in enumerate(PARTS):
+        path = download(tmp_path / str(number), form, "name", {ADA: part}, AFTER, False)
+        found = intake.find(path, roster(form, "number" if form in BLIND else "name"))
+        theirs, rows = outcome(found)
+        assert [*theirs] == [ADA.id] or (not found.submissions and rows == [intake.PLATFORM])
+        answer = {"platform": form.partition(",")[0].partition("'")[0]}
+        decided, rows = outcome(intake.find(path, roster(form, "number" if form in BLIND else "name"), **answer))
+        assert [*decided] == [ADA.id] and intake.PLATFORM not in rows
+
+
+HONEST = [
+    *(
+        "work.zip",
+        "Work.ZIP",
+        "work (1).zip",
+        "work-1.zip",
+        "work-2.zip",
+        "work copy.zip",
+        "work - Copy.zip",
+        "my work.zip",
+    ),
+    *(
+        "lab02_2026_11_21_final.zip",
+        "lab02-2026-11-21.zip",
+        "2026-11-21-13-05-59.zip",
+        "21_11_2026_lab.zip",
+        "1_2_3.zip",
+    ),
+    *(
+        "lab_02_03.zip",
+        "02_03_x.zip",
+        "v1.2.3.zip",
+        "final_final_2.zip",
+        "final v2 (3).zip",
+        "Lab 2, Group 7.zip",
+        "7.zip",
+    ),
+    *(
+        "Übung 2.zip",
+        "U\u0308bung 2.zip",
+        "лаб 2.zip",
+        "实验二.zip",
+        "tp nº 2 – été.zip",
+        "a+b.zip",
+        "lab+2.zip",
+        "ada+x.zip",
+    ),
+    *("ada.zip", "Ada Lovelace.zip", "ada_lovelace_lab02.zip", "lovelaceada.zip", "12345.zip", "12345_678901.zip"),
+    *(
+        "submission.zip",
+        "submissions.zip",
+        "homework.zip",
+        "attempt_2.zip",
+        "Lab_attempt_2.zip",
+        "file_.zip",
+        "onlinetext.zip",
+    ),
+    *("lovelaceada_12345_678901_work.zip", "lovelaceada_LATE_12345_678901_work.zip", "LATE.zip", "anon_1_2_x.zip"),
+    *("Ada Lovelace_12345_assignsubmission_file_work.zip", "Lab_ada_attempt_2026-11-20-10-00-00_work.zip"),
+    *(
+        "1-2 - Ada Lovelace - Nov 20, 2026 105 PM.zip",
+        "ada+lab1+2026-11-20 10:00:00 UTC.zip",
+        "Nov 20, 2026 105 PM - x.zip",
+    ),
+    *("bob helped me.zip", "with bob.zip", "bob_notes.zip", "copy of bob.zip", "course.json.zip", "answers.json.zip"),
+    *("02_finding_it.zip", "notebooks.zip", "rotflex-course.zip", "02.zip", "a - b - c.zip", "- .zip"),
+]
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_honest_names_ask_nothing_and_all_is_read(tmp_path, form):
+    assert len(HONEST) >= 60
+    for number, part in enumerate(HONEST):
+        parts = {ADA: part, EVE: HONEST[number - 7]}
+        path = tmp_path / f"{number}.zip"
+        files = {}
+        for person, own in parts.items():
+            name = FORMS[form](called(form, person, "name"), person.number, BEFORE, False, own)
+            files[name] = zipped(work(person.id, f"by = {person.id!r}"))
+        path.write_bytes(zipped(files, BEFORE))
+        found = intake.find(path, roster(form, "number" if form in BLIND else "name"))
+        assert not found.doubts and not found.ignored, (part, found.doubts)
+        assert [one.student for one in found.submissions] == ["ada", "eve"], part
+        for one in found.submissions:
+            hand_in, _notes = intake.newest(intake.read(one, WANTED).items, WANTED)
+            assert {*hand_in.notebooks} == {*WANTED}, part
+            assert hand_in.notebooks[WANTED[0]][0].source == f"by = {one.student!r}"
+
+
+def test_ones_own_download_may_be_uploaded_again_and_mail_may_lie_beside_a_platform(tmp_path):
+    own = zipped({"lovelaceada_12345_678901_work.zip": zipped(work("ada", "by = 'ada'"))})
+    eves = zipped(work("eve"))
+    files = {"lovelaceada_12345_678999_again.zip": own, "xeve_777_679000_w.zip": eves, "bob.zip": zipped(work("bob"))}
+    found = intake.find(lay(tmp_path / "in", files), roster("Canvas", "name"))
+    assert outcome(found)[1] == [] and [one.student for one in found.submissions] == ["ada", "bob", "eve"]
+    assert not found.ignored and unicodedata.is_normalized("NFC", found.submissions[0].student)
+
+
+@pytest.mark.parametrize("beside", [{}, {"eve.zip": zipped(work("eve"))}], ids=["alone", "beside another"])
+def test_a_zip_with_a_class_mates_zip_in_it_hands_in_for_nobody_else(tmp_path, beside):
+    """A zip is a class's only if it was given, or all that lies beside it is a class's, too."""
+    inside = {"bob.zip": zipped(work("bob", "spoilt = 1"))}
+    known = roster("Canvas", "name")
+    for number, name in enumerate(("ada.zip", "homework.zip")):
+        found = intake.find(lay(tmp_path / str(number), {name: zipped(inside)} | beside), known)
+        owners = [one.student for one in found.submissions if one.pieces]
+        if beside or name == "ada.zip":
+            assert "bob" not in owners
+        assert ("ada" in owners) == (name == "ada.zip")
+
+
+def test_the_name_of_an_inner_archive_has_no_time_in_a_list(tmp_path):
+    files = {"ada.zip": zipped({"bob.zip": zipped(work("ada"), FORGED)}, FORGED)}
+    when = {"bob.zip": FORGED, "bob": FORGED, "ada": AFTER}
+    (submission,) = intake.find(lay(tmp_path, files, AFTER), roster("Canvas", "name"), when).submissions
+    assert [(piece.received, piece.clock) for piece in submission.pieces] == [(AFTER, "the list of times")]
