@@ -6,13 +6,11 @@ A course's own ``lab`` builds on it, and adds the bench.
 from __future__ import annotations
 
 import os
-import time
 from collections.abc import Iterable, Mapping, Sequence
-from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
-from labcourse import course_file, courses, files, program, student_id
+from labcourse import clock, course_file, courses, files, program, student_id
 from labcourse.answers import cell_reports, forms, reflection
 from labcourse.answers.answers import AnswerBook, ResultsTable, student_in
 from labcourse.answers.catalogue import Catalogue
@@ -98,8 +96,9 @@ class Session:
         self.catalogue = self.beginning.catalogue
         self.questions = self.catalogue.everything
         self._folder = folder
-        probe_seed, clock = int(os.environ.get(PROBE_SEED, seed)), None if by_program() else time.time
-        self.book = AnswerBook(folder / ANSWERS_FILE, student, bench, probe_seed, clock)
+        probe_seed = int(os.environ.get(PROBE_SEED, seed))
+        seconds = None if by_program() else lambda: clock.now().timestamp()
+        self.book = AnswerBook(folder / ANSWERS_FILE, student, bench, probe_seed, seconds)
         self.saved_texts = SavedTexts(folder, self.catalogue)
         self._place = place.Place()
         self._bar: CourseBar | None = None
@@ -431,7 +430,7 @@ class Session:
         ConfigurationError
             If ``course.json`` cannot be read.
         """
-        if reason := reflection.silence(course_file.of(self._folder) or {}, datetime.now().astimezone()):
+        if reason := reflection.silence(course_file.of(self._folder) or {}, clock.now()):
             print(reason)
             return
         self.refresh()

@@ -52,7 +52,7 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
         ),
     ),
     "answers, session, files of a course": (
-        3592,
+        3594,
         (
             "labcourse/*.py",
             "labcourse/answers/**/*.py",
@@ -68,7 +68,7 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
     "isolation": (1123, ("labcourse/grading/isolation/**/*.py",)),
     "reports, scoring": (2583, ("labcourse/grading/reports/**/*.py", "labcourse/grading/scoring/**/*.py")),
     "outcomes, overview, to do, platforms, accounts": (
-        2129,
+        2128,
         (
             "labcourse/grading/accounts.py",
             "labcourse/grading/erasure.py",
@@ -80,7 +80,7 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
         ),
     ),
     "settings, release, commands, rest": (
-        3483,
+        3482,
         (
             "rotflex/cli.py",
             "labcourse/command_line.py",

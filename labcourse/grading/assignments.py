@@ -9,11 +9,12 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from datetime import UTC, datetime, timedelta
+from datetime import datetime, timedelta
 from enum import StrEnum
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
+from labcourse import clock
 from labcourse.errors import GradingError
 from labcourse.grading.gradebook import Arrival, Excuse, Graded, MarkRecord, Publication, StudentRecord
 from labcourse.grading.graded_run import FAILED, facts_of
@@ -28,11 +29,6 @@ if TYPE_CHECKING:
 
 _DAY = timedelta(days=1)
 _NOTHING_GIVEN = {Status.MISSING, Status.NOT_MARKED, Status.SUPPLIED}
-
-
-def now() -> datetime:
-    """Return the time, in UTC, by which work is due or not."""
-    return datetime.now(UTC)
 
 
 def exact(number: float) -> Fraction:
@@ -256,7 +252,7 @@ def works(course: Course, handed: Handed, when: datetime | None = None) -> dict[
     handed : what there is of the student
     when : the time by which work is due or not; now, if it is None
     """
-    settings, when, graded = course.settings, when or now(), handed.graded
+    settings, when, graded = course.settings, when or clock.now(), handed.graded
     names = [name for assignment in of_course(course) for name in assignment.notebooks]
     times = {name: timing(settings, handed.student, name, handed.received.get(f"{name}.ipynb")) for name in names}
     last = max((time.until for time in times.values() if time is not None), default=None)

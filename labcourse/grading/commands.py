@@ -13,7 +13,7 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
-from datetime import UTC, datetime, tzinfo
+from datetime import UTC, tzinfo
 from decimal import Decimal, InvalidOperation
 from itertools import groupby
 from pathlib import Path
@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from typer import Argument, Option
 
-from labcourse import files, program
+from labcourse import clock, files, program
 from labcourse.errors import GradebookError, GradingError, IsolationError
 from labcourse.grading import course as courses
 from labcourse.messages import plural
@@ -566,7 +566,7 @@ def publish(
     course, folder = courses.find(solutions), _results(marks, out)
     given = [assignments.find(course, name) for name in assignment or ()]
     notebooks = tuple(name for one in given for name in one.notebooks)
-    begun = datetime.now(UTC)  # a change while pages are written may be on none of them; it is reported the next time
+    begun = clock.now()  # a change while pages are written may be on none of them; it is reported the next time
     publication = Publication(NEW, by, note, begun, notebooks)
     is_open = course.settings.feedback.is_open(begun)
     with _gradebook(marks) as book:

@@ -17,9 +17,8 @@ from pathlib import Path
 from statistics import median
 from typing import Any, NamedTuple
 
-from labcourse import program
+from labcourse import clock, program
 from labcourse.answers.parts import Where
-from labcourse.grading import assignments
 from labcourse.grading.accounts import AssignmentGrade, FinalGrade, in_full
 from labcourse.grading.assignments import State, short
 from labcourse.grading.course import Course
@@ -88,7 +87,7 @@ def class_overview(book: Gradebook, course: Course, folder: Path | None = None) 
     of = Class(course, students, answers, requests, publications, changed_in(book, course), doubts)
     return {
         "course": course,
-        "now": assignments.now(),
+        "now": clock.now(),
         "left_out": _left_out(marks),
         "titles": {number: question.title for number, question in course.catalogue.marked.items()},
         "todo": todo(of),

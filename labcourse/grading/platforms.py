@@ -24,13 +24,13 @@ import zipfile
 from collections import Counter
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from datetime import UTC, datetime
+from datetime import datetime
 from decimal import Decimal
 from fractions import Fraction
 from pathlib import Path, PurePosixPath
 from typing import NamedTuple
 
-from labcourse import program
+from labcourse import clock, program
 from labcourse.errors import GradingError
 from labcourse.grading.accounts import AssignmentGrade, FinalGrade, half_up, in_full
 from labcourse.grading.assignments import State, exact
@@ -801,7 +801,7 @@ def feedback_zip(
         If students may not see feedback yet.
     """
     opens = course.settings.feedback.opens
-    if opens is not None and not course.settings.feedback.is_open(datetime.now(UTC)):
+    if opens is not None and not course.settings.feedback.is_open(clock.now()):
         raise GradingError(
             f"Feedback opens at {opens:%Y-%m-%d %H:%M %Z} (course.toml): until then there are no pages to hand out."
         )

@@ -12,7 +12,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from labcourse import course_file, files
+from labcourse import clock, course_file, files
 from labcourse.answers import report_files
 from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.own_files import megabytes
@@ -100,7 +100,7 @@ def _make(lab: Session, folder: Path, number: str) -> None:
     from labcourse.report import composing, pandoc, writing  # they need the libraries
 
     started = time.perf_counter()
-    document = composing.compose(lab, folder, number, datetime.now())
+    document = composing.compose(lab, folder, number, clock.now().astimezone())
     pdf, page = (folder / name for name in report_files.made_files([report_files.file_name(number)]))
     try:
         made = writing.write(document)

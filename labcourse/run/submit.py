@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import labcourse
-from labcourse import files, program, student_id
+from labcourse import clock, files, program, student_id
 from labcourse.answers import notebooks, own_files, report_files
 from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.notebooks import Notebook
@@ -81,7 +81,7 @@ def submit(
     out = (out or folder.parent).resolve()
     if folder.resolve() in (out, *out.parents):
         raise CheckError("The zip cannot lie in the folder that is packed: choose another place by --out.")
-    time = now or datetime.now(UTC)
+    time = now or clock.now()
     content, receipt = _content(work, student, _partners(partners or work.hand_in.course.get("with", ()), student))
     receipt |= {"time": time.astimezone(UTC).isoformat(timespec="seconds"), "checked": checked is not None}
     questions = checked.questions if checked else {}

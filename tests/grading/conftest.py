@@ -1,15 +1,16 @@
 """Fixtures for the tests of several rooms."""
 
 import pytest
-from end_of_term import everything_is_due
 from fake_class import FakeClass
+from set_clock import END_OF_TERM, set_clock
 
 from labcourse.grading.gradebook import Gradebook
 
 
 @pytest.fixture(autouse=True, scope="session")
 def end_of_term():
-    with everything_is_due():
+    with pytest.MonkeyPatch.context() as patch:
+        set_clock(patch, END_OF_TERM)
         yield
 
 

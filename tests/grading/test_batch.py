@@ -10,6 +10,7 @@ import pytest
 from fake_class import InlineMarker, perfect
 from gradebook_dump import dump
 
+from labcourse import clock
 from labcourse.answers import json_values
 from labcourse.benches import BenchPolicy
 from labcourse.errors import GradingError, IsolationError
@@ -70,7 +71,7 @@ def test_who_hands_in_an_earlier_version_again_is_not_run_again_and_has_its_mark
 def test_an_empty_notebook_of_a_later_download_does_not_replace_one_with_answers(fake_class, tmp_path):
     for source, minutes in (("omega_n = 1", -2), ("", -1)):
         fake_class.hand_in("ada", source=source)
-        when = (datetime.now(UTC) + timedelta(minutes=minutes)).timestamp()
+        when = (clock.now() + timedelta(minutes=minutes)).timestamp()
         os.utime(fake_class.folder / "in" / "ada" / "a.ipynb", (when, when))
         assert fake_class.grade() == {"ada": 2}
     assert fake_class.asked["ada"].notebooks["a.ipynb"]["cells"][0]["source"] == "omega_n = 1"

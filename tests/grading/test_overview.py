@@ -13,8 +13,10 @@ from contrast import CONTRASTS
 from day_class import FIRST, HANDED_IN, NOW, SECOND, deliver, fill, graded, notebook, score, term
 from gradebooks import enrol, mark, prose, record, report_text
 from made_courses import OURS
+from set_clock import set_clock
 
-from labcourse.grading import assignments, overview, todo
+from labcourse import clock
+from labcourse.grading import overview, todo
 from labcourse.grading.gradebook import Act, Answer, Delivery, Gradebook, MarkRecord
 from labcourse.grading.graded_run import FAILED, Facts
 from labcourse.grading.intake import Doubt
@@ -36,7 +38,7 @@ IN_02, IN_03 = f"{FIRST}.ipynb", f"{SECOND}.ipynb"
 @pytest.fixture(autouse=True, scope="module")
 def on_a_day_of_the_term():
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(assignments, "now", lambda: NOW)
+        set_clock(patch, NOW)
         yield
 
 
@@ -513,14 +515,14 @@ def test_what_is_not_ready_is_listed_before_it_is_published(book):
 
     def unready(*notebooks, **settings):
         course = replace(OURS, settings=CourseSettings(**settings))
-        return list(overview.not_ready(book, course, notebooks, datetime.now(UTC)))
+        return list(overview.not_ready(book, course, notebooks, clock.now()))
 
     waits, asks = unready()
     assert waits == "Still to be read by a person: 3 answers of 2 students; their pages say so."
     assert asks == "1 request not answered yet (rotflex requests list)."
     assert list(unready(FIRST)) == ["Still to be read by a person: 2 answers of 2 students; their pages say so.", asks]
     assert list(unready(SECOND)) == ["Still to be read by a person: 1 answer of 1 student; their pages say so."]
-    later = FeedbackSettings(opens=datetime.now(UTC) + timedelta(days=1))
+    later = FeedbackSettings(opens=clock.now() + timedelta(days=1))
     assert unready(feedback=later)[-1].startswith(f"Feedback opens on {later.opens:%Y-%m-%d}")
     waits, left_out, _asks = unready(marks=MarkSettings(drop=("2.16", "2.12")))
     assert "2 answers of 2 students" in waits and left_out.startswith("Left out, as course.toml drops it: 2.16, 2.12.")

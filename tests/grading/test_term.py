@@ -187,7 +187,7 @@ OTHER_TASKS = {
     "a request to look again at 1.2 why": {3: {"s4"}, 4: {"s4"}},
     "marks of Lab A moved": {4: {"s2", "s3", "s5"}, 5: {"s2", "s3", "s4", "s5", "s8"}},
     "a newer file is empty": {4: {"s6"}},
-    "Lab B: a version came after you gave it back": {6: {"s5"}},
+    "Lab A: a version came after you gave it back": {4: {"s2", "s8"}, 5: {"s2", "s8"}},
 }
 
 

@@ -16,6 +16,7 @@ from typing import Any
 import pytest
 from command_line import rotflex
 from fake_class import InlineMarker
+from set_clock import set_clock
 from term_table import (
     ASSIGNMENTS,
     CATALOGUE,
@@ -32,7 +33,7 @@ from term_table import (
 )
 
 from labcourse.errors import IsolationError
-from labcourse.grading import assignments, batch, overview
+from labcourse.grading import batch, overview
 from labcourse.grading import course as courses
 from labcourse.grading.gradebook import Gradebook
 from labcourse.grading.release import student_course
@@ -143,7 +144,7 @@ class TermClass:
 
     def live(self, day: Day) -> None:
         """Grade what came, and do what persons do."""
-        self._patch.setattr(assignments, "now", lambda: at(day.now))
+        set_clock(self._patch, at(day.now))
         self._patch.setattr(batch.runner, "run", lambda packed, job, cancelled: run(packed, job, day.lost))
         came = self.folder / f"until {day.now[:5]}"
         came.mkdir()

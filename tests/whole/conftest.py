@@ -1,13 +1,14 @@
 """What tests of the whole share."""
 
 import pytest
-from end_of_term import everything_is_due
 from remembered import remembered
+from set_clock import END_OF_TERM, set_clock
 
 
 @pytest.fixture(autouse=True, scope="session")
 def end_of_term():
-    with everything_is_due():
+    with pytest.MonkeyPatch.context() as patch:
+        set_clock(patch, END_OF_TERM)
         yield
 
 

@@ -16,13 +16,14 @@ import json
 import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
-from datetime import UTC, datetime
+from datetime import datetime
 from functools import cached_property
 from typing import Any, TypeVar
 
 from sqlalchemy import ColumnElement, ScalarResult, Table, delete, func, inspect, select, update
 from sqlalchemy.orm import Session
 
+from labcourse import clock
 from labcourse.errors import GradebookError
 from labcourse.grading.gradebook import storable
 from labcourse.grading.gradebook.database import Database
@@ -68,11 +69,6 @@ _OfOthers = TypeVar("_OfOthers", RunRecord, Delivery)
 _ACTORS = ("actor", "answered_by")  # columns that name who decided or wrote
 _TABLES = Base.metadata.tables
 _OF_STUDENTS = [table for table in Base.metadata.sorted_tables if {"student_id", "run_id"} & set(table.c.keys())]
-
-
-def now() -> datetime:
-    """Return the time, in UTC."""
-    return datetime.now(UTC)
 
 
 def is_student(student: str) -> ColumnElement[bool]:
@@ -335,7 +331,7 @@ class _Erasing:
         own = Delivery.student_id == number, Delivery.source != ""
         sources = tuple(session.scalars(select(Delivery.source).distinct().where(*own)))
         fingerprint = _fingerprint(session.scalars(select(About.secret)).one(), self._about.student)
-        session.add(Erasure(number, -number, fingerprint, actor, sum(counts.values()), now()))
+        session.add(Erasure(number, -number, fingerprint, actor, sum(counts.values()), clock.now()))
         session.flush()
         self._hand_over()
         redacted = dict.fromkeys([*self._redact(), *self._rewrite()])

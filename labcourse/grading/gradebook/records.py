@@ -18,6 +18,7 @@ from typing import Any, ClassVar, NamedTuple
 import sqlalchemy as sa
 from sqlalchemy.orm import DeclarativeBase, Mapped, MappedAsDataclass, composite, mapped_column
 
+from labcourse import clock
 from labcourse.grading.gradebook import storable
 
 #: Statuses of marks: set by a person; to be set by a person.
@@ -576,7 +577,7 @@ class Token(Base):
     @property
     def is_valid(self) -> bool:
         """Whether it opens the page now."""
-        return self.revoked is None and datetime.now(UTC) < self.made + TOKEN_LASTS
+        return self.revoked is None and clock.now() < self.made + TOKEN_LASTS
 
 
 @dataclass(frozen=True)

@@ -20,6 +20,7 @@ from typing import Any
 from sqlalchemy import and_, delete, insert, select, tuple_, update
 from sqlalchemy.orm import Session, defer
 
+from labcourse import clock
 from labcourse.errors import GradebookError
 from labcourse.grading.gradebook import roster, storable
 from labcourse.grading.gradebook.database import Database
@@ -29,7 +30,6 @@ from labcourse.grading.gradebook.persons import (
     erased_students,
     is_student,
     known_student,
-    now,
     put,
     read,
     remove,
@@ -350,7 +350,7 @@ class Gradebook(AbstractContextManager["Gradebook"]):
             if new == mark:
                 return 0
             check_expected(session, before, mark, expected)
-            return decide(session, before, new.where, GivenMark(new, actor, now()), actor, reason)
+            return decide(session, before, new.where, GivenMark(new, actor, clock.now()), actor, reason)
 
     def note_taken(self, key: str, taken: str) -> None:
         """Store by which :attr:`RunRecord.taken` the run with a key was prepared last."""
@@ -397,7 +397,7 @@ class Gradebook(AbstractContextManager["Gradebook"]):
         with self._database.writing() as session:
             about = known_student(session, student)
             for name in notebooks:
-                put(session, about.id, Excuse(NEW, about.student, name, excused, actor, reason, now()))
+                put(session, about.id, Excuse(NEW, about.student, name, excused, actor, reason, clock.now()))
 
     def excuses(self, student: str) -> dict[str, Excuse]:
         """Return the excuses of a student that hold now: notebook without ending → the act."""
@@ -411,7 +411,7 @@ class Gradebook(AbstractContextManager["Gradebook"]):
         """Store a person's comment for a student."""
         with self._database.writing() as session:
             about = known_student(session, student)
-            put(session, about.id, CommentRecord(about.student, question, text, actor, now()))
+            put(session, about.id, CommentRecord(about.student, question, text, actor, clock.now()))
 
     def comments(self, student: str) -> list[CommentRecord]:
         """Return persons' comments for a student, in the order in which they were written."""
@@ -480,7 +480,7 @@ def _put_run(session: Session, student: StudentRecord, graded: Graded) -> RunRec
         )
     stored = session.merge(run)
     if session.is_modified(stored):
-        stored.recorded = now()
+        stored.recorded = clock.now()
     session.flush()
     return stored
 
@@ -577,7 +577,7 @@ def put_audit(session: Session, before: Current, actor: str, reason: str) -> int
     actor, reason : who changed them, and why
     """
     old_states, new_states = _states(before.marks), _states(current_marks(session, before.student.id))
-    same = {"student_id": before.student.id, "run": before.run.key, "actor": actor, "when": now()}
+    same = {"student_id": before.student.id, "run": before.run.key, "actor": actor, "when": clock.now()}
     rows = []
     for question, part in sorted(old_states.keys() | new_states.keys()):
         old, new = old_states.get((question, part)), new_states.get((question, part))
@@ -723,7 +723,7 @@ class Scores:
             new = decided(mark, points, remark)
             check_expected(session, before, mark, expected)
             reason = "scored" if level is None else f"level {level}"
-            given = GivenMark(new, actor, now())
+            given = GivenMark(new, actor, clock.now())
             return _act(session, before, given, reason, where, actor, remark=remark, level=level, points=new.points)
 
     def ask(
@@ -764,7 +764,7 @@ class Scores:
         with self._database.writing() as session:
             about = None if student is None else known_student(session, student)
             shown, number = ("", None) if about is None else (about.student, about.id)
-            return put(session, number, Opening(NEW, shown, *where, actor, now()))
+            return put(session, number, Opening(NEW, shown, *where, actor, clock.now()))
 
     def openings(self, student: str | None = None) -> list[Opening]:
         """Return what was opened by name, in order; of one student, if given."""
@@ -846,7 +846,7 @@ def _act(
     mark, replaced = before.mark(where), session.get(GivenMark, (before.student.id, *where))
     usual = {"level": None, "points": None, "remark": "", "asked": False, "undoes": None}
     fields: dict[str, Any] = {**usual, "out_of": mark.out_of, "given": mark.given, **more}
-    act = Act(NEW, before.student.student, *where, actor, when=now(), **fields)
+    act = Act(NEW, before.student.student, *where, actor, when=clock.now(), **fields)
     act = put(session, before.student.id, act, replaced=replaced and replaced.as_json())
     decide(session, before, where, given, actor, act.remark or reason)
     return act
@@ -890,7 +890,7 @@ def _among(table: Any, parts: Collection[Where] | None) -> list[Any]:
 def _claimed(session: Session, where: Where) -> dict[str, tuple[str, datetime]]:
     """Return student → who is reading their answer, and until when."""
     claims = select(StudentRecord.student, Claim.actor, Claim.until).join(Claim)
-    rows = session.execute(claims.where(*_among(Claim, [where]), Claim.until > now()))
+    rows = session.execute(claims.where(*_among(Claim, [where]), Claim.until > clock.now()))
     return {student: (actor, until) for student, actor, until in rows}
 
 
@@ -900,13 +900,13 @@ def _claim(session: Session, student: str, where: Where, actor: str, seconds: fl
     claimed = session.get(Claim, (about.id, *where))
     if claimed is not None:
         return claimed.actor
-    session.add(Claim(about.id, *where, actor, now() + timedelta(seconds=seconds)))
+    session.add(Claim(about.id, *where, actor, clock.now() + timedelta(seconds=seconds)))
     return None
 
 
 def _let_go(session: Session, actor: str) -> None:
     """Delete the claims of a scorer, and all that have run out."""
-    session.execute(delete(Claim).where((Claim.actor == actor) | (Claim.until <= now())))
+    session.execute(delete(Claim).where((Claim.actor == actor) | (Claim.until <= clock.now())))
 
 
 # --- requests and publications ----------------------------------------------------------------------------------------
@@ -934,7 +934,7 @@ class Requests:
         text = _not_empty(text, "The request is empty: say what is to be looked at again.")
         with self._database.writing() as session:
             now_counts = current(session, student)
-            request = Request(NEW, now_counts.student.student, *now_counts.mark(where).where, text, now())
+            request = Request(NEW, now_counts.student.student, *now_counts.mark(where).where, text, clock.now())
             return put(session, now_counts.student.id, request)
 
     def answer(self, number: int, actor: str, text: str) -> Request:
@@ -956,7 +956,7 @@ class Requests:
                     f"Request {number} was answered by {request.answered_by} on "
                     f"{request.answered:%Y-%m-%d %H:%M} UTC: {request.answer!r}"
                 )
-            request.answered_by, request.answer, request.answered = storable.text(actor), text, now()
+            request.answered_by, request.answer, request.answered = storable.text(actor), text, clock.now()
             return request
 
     def all(self, open_only: bool = False, student: str | None = None) -> list[Request]:
@@ -977,7 +977,7 @@ class Requests:
         when : UTC; changes after it are not in what was given back. None for now
         notebooks : of which it was given back, without ending; of all where there are none
         """
-        publication = Publication(NEW, actor, note, when or now(), tuple(notebooks))
+        publication = Publication(NEW, actor, note, when or clock.now(), tuple(notebooks))
         publication = storable.cleaned(publication, "The note")
         with self._database.writing() as session:
             session.add(publication)
@@ -1014,7 +1014,7 @@ class Tokens:
 
     def replace(self, actor: str, digest: str) -> Token:
         """Store the digest of a scorer's new token, and revoke the former one."""
-        token = storable.cleaned(Token(actor, digest, now()), "The address")
+        token = storable.cleaned(Token(actor, digest, clock.now()), "The address")
         with self._database.writing() as session:
             _revoke(session, token.actor)
             session.add(token)
@@ -1036,7 +1036,7 @@ def _revoke(session: Session, actor: str) -> bool:
     """Revoke a scorer's token; return whether there was one."""
     own = [token for token in _valid_tokens(session) if token.actor.casefold() == actor.casefold()]
     for token in own:
-        token.revoked = now()
+        token.revoked = clock.now()
     return bool(own)
 
 

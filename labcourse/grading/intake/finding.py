@@ -9,7 +9,7 @@ from datetime import UTC, datetime, tzinfo
 from pathlib import Path
 from typing import Any
 
-from labcourse import messages, program
+from labcourse import clock, messages, program
 from labcourse.errors import GradingError
 from labcourse.files import COURSE_FILE
 from labcourse.grading.gradebook.records import DECIDED, ON_DISK, StudentRecord
@@ -617,16 +617,16 @@ class _Finder:
         later, unless the instructor wrote the row without that time.
         """
         times = filter(None, (entry.modified for entry in piece.files.values()))
-        saved = min(max(times, default=piece.archived or _NEVER), datetime.now(UTC))
+        saved = min(max(times, default=piece.archived or _NEVER), clock.now())
         is_written = (piece.source, TIME) in self._decisions
         when_saved = "" if is_written else f"saved {saved:%Y-%m-%d %H:%M:%S} UTC"
         doubt = Doubt(piece.source, TIME, "", "only the student's computer says when it was saved", when_saved)
-        received, clock = self._time_received(piece, self._decisions.get(doubt.key))
-        if clock == DECIDED:
-            self.doubts.append(replace(doubt, assumed=f"{received:%Y-%m-%d %H:%M} UTC", why=clock))
-        elif not clock and piece.files:
+        received, evidence = self._time_received(piece, self._decisions.get(doubt.key))
+        if evidence == DECIDED:
+            self.doubts.append(replace(doubt, assumed=f"{received:%Y-%m-%d %H:%M} UTC", why=evidence))
+        elif not evidence and piece.files:
             self.doubts.append(doubt)
-        return replace(piece, received=received or saved, clock=clock, saved=saved)
+        return replace(piece, received=received or saved, clock=evidence, saved=saved)
 
     def _time_received(self, piece: Piece, decided: str | None) -> tuple[datetime | None, str]:
         """Return the time of receipt, and how it is known; None and "" if only files say when they were saved.

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Collection, Iterable, Mapping
-from datetime import UTC, datetime
 from functools import partial
 from itertools import groupby
 from typing import Any
 
 from markupsafe import Markup
 
+from labcourse import clock
 from labcourse.answers import forms, reflection, report_files
 from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.json_values import clean
@@ -52,7 +52,7 @@ def page(result: Result, course: Course, answer_link: Callable[[str, str, str], 
     context = {
         "result": result,
         "seen": seen,
-        "opens": None if seen.is_open(datetime.now(UTC)) else seen.opens,
+        "opens": None if seen.is_open(clock.now()) else seen.opens,
         "questions": questions,
         "sections": [list(group) for _name, group in sections],
         "grades": grades,

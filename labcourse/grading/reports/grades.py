@@ -11,12 +11,12 @@ from collections import Counter, defaultdict
 from collections.abc import Collection, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, replace
-from datetime import UTC, datetime
+from datetime import datetime
 from pathlib import Path
 from typing import Any
 
 import labcourse
-from labcourse import files, program
+from labcourse import clock, files, program
 from labcourse.errors import GradingError
 from labcourse.grading.accounts import FinalGrade, in_full, unknown_names
 from labcourse.grading.assignments import exact, given_back
@@ -113,7 +113,7 @@ class Reports:
     def notices(self) -> Iterator[str]:
         """Yield what an instructor should know after :meth:`write_all`: pages that are closed, unknown names, hints."""
         settings = self._course.settings
-        if not settings.feedback.is_open(datetime.now(UTC)):
+        if not settings.feedback.is_open(clock.now()):
             yield (
                 f"Feedback pages say that they open at {settings.feedback.opens:%Y-%m-%d %H:%M %Z} (course.toml); then "
                 f"say {program.name()} report."

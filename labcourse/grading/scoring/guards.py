@@ -16,7 +16,6 @@ import secrets
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from datetime import UTC, datetime
 from pathlib import Path
 
 from starlette.concurrency import run_in_threadpool
@@ -26,6 +25,7 @@ from starlette.requests import Request
 from starlette.responses import FileResponse, JSONResponse, PlainTextResponse, RedirectResponse, Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
+from labcourse import clock
 from labcourse.errors import GradebookError
 from labcourse.grading.gradebook import Token
 from labcourse.grading.gradebook.records import TOKEN_LASTS
@@ -88,7 +88,7 @@ class Scorer:
 
 def while_it_runs(scorers: Sequence[Scorer]) -> Find:
     """Return who is let in while this server runs."""
-    return {one.digest: Token(one.name, one.digest, datetime.now(UTC)) for one in scorers}.get
+    return {one.digest: Token(one.name, one.digest, clock.now()) for one in scorers}.get
 
 
 class WrongTokens:

@@ -2,7 +2,7 @@
 
 import json
 import re
-from datetime import UTC, datetime, timedelta
+from datetime import timedelta
 
 import pytest
 from command_line import rotflex, said
@@ -10,6 +10,7 @@ from day_class import fill, score
 from gradebooks import enrol, rows
 from made_courses import OURS, copied
 
+from labcourse import clock
 from labcourse.grading.gradebook import Gradebook
 from labcourse.grading.reports.grades import Reports
 
@@ -94,7 +95,7 @@ def test_publish_names_what_it_does_not_write_anew(out):
 
 
 def test_while_feedback_is_closed_pages_say_so_and_nothing_counts_as_given_back(out, tmp_path):
-    opens = (datetime.now(UTC) + timedelta(days=3)).isoformat(timespec="seconds")
+    opens = (clock.now() + timedelta(days=3)).isoformat(timespec="seconds")
     folder = copied(tmp_path / "closed")
     (folder / "course.toml").write_text(f"[feedback]\nfrom = {opens}\n", encoding="utf-8")
     done = rotflex("publish", out, "--by", "lea", "--solutions", folder)

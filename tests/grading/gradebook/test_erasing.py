@@ -11,6 +11,7 @@ from gradebook_dump import dump
 from gradebooks import enrol, graded, mark, prose, record, report_text
 from sqlalchemy import insert, select, text, update
 
+from labcourse import clock
 from labcourse.errors import GradebookError
 from labcourse.grading.gradebook import Arrival, Delivery, Gradebook, StudentRecord, persons
 from labcourse.grading.gradebook.database import Database
@@ -138,10 +139,10 @@ def test_an_unknown_person_cannot_be_erased(book):
 
 
 def test_an_erased_person_who_comes_again_gets_another_number(book, url, tmp_path):
-    before = datetime.now(UTC)
+    before = clock.now()
     book.persons.erase(ID, "lea")
     (when,) = book.persons.erased([ID.upper(), "ada", "nobody"]).values()
-    assert before <= when <= datetime.now(UTC)
+    assert before <= when <= clock.now()
     report = book.import_roster(tmp_path / "roster.csv")
     assert (report.added, report.unchanged) == (0, 2)
     assert report.problems == (f"{ID} was erased on {when:%Y-%m-%d}, and is not taken in. --again {ID} takes them in.",)

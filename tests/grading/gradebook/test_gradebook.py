@@ -11,6 +11,7 @@ import pytest
 from gradebook_dump import dump
 from made_runs import graded, mark, prose, record, small_class
 
+from labcourse import clock
 from labcourse.errors import GradebookError
 from labcourse.grading.gradebook import (
     DECIDED,
@@ -47,7 +48,7 @@ def test_an_empty_gradebook_returns_nothing(book):
 
 
 def test_every_change_of_a_mark_is_in_the_audit_trail(book):
-    start = datetime.now(UTC)
+    start = clock.now()
     record(book, graded("ada", "first", mark(), mark(part="a"), mark(part="b"), mark(part="c", reason="So.")))
     failed = graded("ada", "first", mark(points=0.0, status="missing"), mark(part="b"), mark(part="c", reason="Thus."))
     assert record(book, failed, "prof", "Run again.") == 3
@@ -60,7 +61,7 @@ def test_every_change_of_a_mark_is_in_the_audit_trail(book):
     assert {(one.student, one.actor, one.reason, one.run) for one in (gone, fallen, reworded)} == {
         ("ada", "prof", "Run again.", "ada first")
     }
-    assert start <= gone.when <= datetime.now(UTC)
+    assert start <= gone.when <= clock.now()
     assert all(one.before is None for one in book.audit()[:4])
 
 
@@ -212,15 +213,15 @@ NAME = "the time in its name"
     ],
 )
 def test_another_time_replaces_a_time_that_cannot_be_trusted(book, earlier, later, counts):
-    for received, clock in (earlier, later):
-        book.deliver("ada", [handed_in(received=received, clock=clock)])
+    for received, evidence in (earlier, later):
+        book.deliver("ada", [handed_in(received=received, clock=evidence)])
     assert book.received("ada") == {"02.ipynb": Arrival(*counts)}
 
 
 @pytest.mark.parametrize("clocks", [("", NAME), (NAME, "")])
 def test_the_time_that_can_be_trusted_counts_for_the_same_content_from_two_places(book, clocks):
-    for source, received, clock in zip("ab", (MONDAY, TUESDAY), clocks, strict=True):
-        book.deliver("ada", [handed_in(received=received, source=source, clock=clock)])
+    for source, received, evidence in zip("ab", (MONDAY, TUESDAY), clocks, strict=True):
+        book.deliver("ada", [handed_in(received=received, source=source, clock=evidence)])
     assert book.received("ada")["02.ipynb"].clock == NAME
 
 
@@ -277,9 +278,9 @@ def test_a_persons_mark_holds_if_only_white_space_or_composition_of_accents_chan
 
 def test_a_lapsed_mark_is_returned_with_who_gave_it_and_when(book):
     record(book, graded())
-    before = datetime.now(UTC)
+    before = clock.now()
     book.set_mark("ada", "2.12", "why", 2.5, "Nearly.", "prof")
-    after = datetime.now(UTC)
+    after = clock.now()
     record(book, graded("ada", "second", mark(), prose("It does not.")))
     (lapsed,) = book.current("ada").lapsed
     assert lapsed.mark == prose(points=2.5, status=GIVEN_BY_A_PERSON, reason="Nearly.")
@@ -414,7 +415,7 @@ def test_the_dump_is_the_same_on_every_database_and_holds_no_secret(book, undist
     assert dump(book) == undisturbed
     assert [run["key"] for run in undisturbed["students"][1]["runs"]] == ["another key", "bob first"]
     written = json.dumps(dump(book), ensure_ascii=False, allow_nan=False)
-    assert book.secret().hex() not in written and str(datetime.now(UTC).year) not in written
+    assert book.secret().hex() not in written and str(clock.now().year) not in written
 
 
 def test_the_secret_is_drawn_once(new_url):

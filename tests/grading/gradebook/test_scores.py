@@ -2,7 +2,7 @@
 
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
-from datetime import UTC, datetime, timedelta
+from datetime import timedelta
 
 import pytest
 from gradebook_dump import dump
@@ -10,8 +10,9 @@ from gradebooks import graded, mark, prose, record, report_text
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from labcourse import clock
 from labcourse.errors import GradebookError
-from labcourse.grading.gradebook import FOR_A_PERSON, GIVEN_BY_A_PERSON, Gradebook, store
+from labcourse.grading.gradebook import FOR_A_PERSON, GIVEN_BY_A_PERSON, Gradebook
 from labcourse.grading.verdicts import Status
 
 WORDS = ("2.11", "explanation")  # 1 point
@@ -51,9 +52,9 @@ def test_answers_include_those_for_which_a_person_replaced_the_softwares_mark(cl
 
 
 def test_a_level_becomes_the_mark_with_its_remark_and_a_line_in_the_audit_trail(class_of_three):
-    before = datetime.now(UTC)
+    before = clock.now()
     act = class_of_three.scores.give("ada", COMPARED, 1.5, "kim", level=3, remark="Say how much.")
-    after = datetime.now(UTC)
+    after = clock.now()
     now = mark_now(class_of_three, "ada", COMPARED)
     assert (now.status, now.points, now.reason) == (GIVEN_BY_A_PERSON, 1.5, "Say how much.")
     line = class_of_three.audit("ada")[-1]
@@ -202,8 +203,8 @@ def test_a_claim_is_released_when_the_scorer_claims_another_answer_or_leaves(cla
 def test_a_claim_runs_out(class_of_three, monkeypatch):
     class_of_three.scores.claim(["ada"], WORDS, "kim", 60)
     assert class_of_three.scores.claim(["ada"], WORDS, "lee", 60) is None
-    later = store.now() + timedelta(seconds=61)
-    monkeypatch.setattr(store, "now", lambda: later)
+    later = clock.now() + timedelta(seconds=61)
+    monkeypatch.setattr(clock, "now", lambda: later)
     assert class_of_three.scores.claimed(WORDS) == {}
     assert class_of_three.scores.claim(["ada"], WORDS, "lee", 60) == "ada"
     assert class_of_three.scores.claimed(WORDS) == {"ada": ("lee", later + timedelta(seconds=60))}

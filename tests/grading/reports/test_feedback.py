@@ -13,6 +13,7 @@ from gradebooks import result
 from made_courses import OURS
 from PIL import Image
 
+from labcourse import clock
 from labcourse.answers.catalogue import Catalogue
 from labcourse.grading.gradebook import CommentRecord, GivenMark, MarkRecord, RunRecord
 from labcourse.grading.reports import feedback
@@ -114,7 +115,7 @@ def test_only_what_is_all_well_is_folded_away(marks, is_open):
 
 
 def test_what_a_person_had_to_say_is_not_folded_away():
-    comment = CommentRecord("ada", "2.11", "Nice.", "prof", datetime.now(UTC))
+    comment = CommentRecord("ada", "2.11", "Nice.", "prof", clock.now())
     assert opened(page(OMEGA, STIFFNESS, comments=[comment])) == {"2.11": True, "2.12": True}
 
 
@@ -166,7 +167,7 @@ EVIL = "<script>alert(1)</script><img src=x onerror=y>\"'--><style>*{display:non
 
 
 def test_whatever_a_student_can_put_in_is_escaped():
-    when = datetime.now(UTC)
+    when = clock.now()
     mark = MarkRecord("2.11", "explanation", Status.FOR_A_PERSON, 0, 1, EVIL, EVIL)
     figure = {**FIGURE, "title": EVIL[:200], "xlabel": EVIL[:200], "ylabel": EVIL[:200]}
     figure["lines"] = [{**FIGURE["lines"][0], "label": EVIL[:200]}]

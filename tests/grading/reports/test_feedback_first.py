@@ -9,6 +9,7 @@ import pytest
 from gradebooks import graded, mark, prose, record, report_text
 from made_courses import OURS
 
+from labcourse import clock
 from labcourse.grading.accounts import final_grade
 from labcourse.grading.assignments import Handed
 from labcourse.grading.gradebook import Arrival, Excuse, MarkRecord, Request, StudentRecord
@@ -105,7 +106,7 @@ def test_a_mark_that_moved_is_on_the_page_from_when_it_was_first_given_back(book
     assert "Changed since" not in pages()["bob"]
     book.requests.publish("lea")
     book.set_mark("ada", "2.11", "omega_n", 1.5, "Two digits are missing.", "tia")
-    moved = f"2.11, omega_n : 2 of 2 → 1.5 of 2, on {datetime.now(UTC):%Y-%m-%d}. Two digits are missing."
+    moved = f"2.11, omega_n : 2 of 2 → 1.5 of 2, on {clock.now():%Y-%m-%d}. Two digits are missing."
     assert moved in pages()["ada"] and "Changed since" not in pages()["bob"]
     book.requests.publish("lea")
     assert moved in pages()["ada"], "the student saw the first one"

@@ -4,12 +4,13 @@ import html
 import json
 import re
 from dataclasses import replace
-from datetime import UTC, datetime, timedelta
+from datetime import timedelta
 
 import pytest
 from gradebooks import graded, record, result
 from made_courses import OURS
 
+from labcourse import clock
 from labcourse.grading.accounts import final_grade
 from labcourse.grading.assignments import Handed
 from labcourse.grading.gradebook import MarkRecord, StudentRecord
@@ -67,7 +68,7 @@ def book(book):
 
 
 def test_before_their_time_pages_say_when_they_open_and_what_went_wrong_and_nothing_of_the_marks(tmp_path, book):
-    opens = datetime.now(UTC) + timedelta(hours=1)
+    opens = clock.now() + timedelta(hours=1)
     reports = Reports(tmp_path / "out", course(FeedbackSettings(opens=opens)), book)
     reports.write_all()
     shown = text_of((tmp_path / "out" / "ada" / "feedback.html").read_text(encoding="utf-8"))

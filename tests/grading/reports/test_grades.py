@@ -3,14 +3,13 @@
 import errno
 import json
 from collections import Counter
-from datetime import UTC, datetime
 
 import pytest
 from gradebooks import enrol, graded, mark, prose, record, report_text, rows
 from made_courses import OURS
 from sqlalchemy import event
 
-from labcourse import files
+from labcourse import clock, files
 from labcourse.errors import GradingError
 from labcourse.grading.gradebook import Delivery, Request, StudentRecord
 from labcourse.grading.reports.grades import NOT_GRADED_YET, Reports
@@ -66,7 +65,7 @@ def test_whatever_ends_a_batch_everybody_is_in_the_reports(book, out, tmp_path, 
 
 
 def test_who_has_files_in_the_gradebook_and_no_marks_has_handed_in(book, out):
-    book.deliver("dan", [Delivery("02.ipynb", "d", b"{}", datetime.now(UTC))])
+    book.deliver("dan", [Delivery("02.ipynb", "d", b"{}", clock.now())])
     record(book, graded("ada"))
     assert Reports(out, OURS, book).write_all() == 1  # one of the two has pages
     assert rows(out)["dan"]["notes"] == NOT_GRADED_YET

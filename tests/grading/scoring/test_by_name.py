@@ -3,7 +3,7 @@
 import re
 import zipfile
 from dataclasses import replace
-from datetime import UTC, datetime, timedelta
+from datetime import timedelta
 from urllib.parse import parse_qsl
 
 import pytest
@@ -14,6 +14,7 @@ from pages_harm import HOSTILE, harm
 from scoring_class import Client, clients, desk
 from typer.testing import CliRunner
 
+from labcourse import clock
 from labcourse.grading.gradebook import Gradebook
 from labcourse.grading.scoring import server
 from labcourse.grading.scoring.desk import key_of
@@ -99,7 +100,7 @@ def test_a_student_is_found_by_id_and_by_a_part_of_the_name(ann):
 
 def test_the_copy_is_complete_before_feedback_opens_and_whatever_was_given_back(book):
     book.requests.publish("Lea", notebooks=["03_model_validation"])
-    closed = replace(OURS.settings.feedback, points=False, reasons=False, opens=datetime.now(UTC) + timedelta(days=9))
+    closed = replace(OURS.settings.feedback, points=False, reasons=False, opens=clock.now() + timedelta(days=9))
     course = replace(OURS, settings=replace(OURS.settings, feedback=closed))
     (ann,) = let_in(book, "Ann", names=True)
     pages = server.Pages(desk(book, names=True), course, lambda link: "")
@@ -181,7 +182,7 @@ def test_of_two_who_decide_the_second_is_told_who_when_and_why_and_writes_nothin
     for act, more in (("decide", {"points": 0}), ("note", {})):
         reply = ann.act(act, {**sent, **more}).json()
         assert reply["trouble"]
-        assert re.search(r"Lea gave it 1\.5 of 2 points at 20\d\d-\d\d-\d\d \d\d:\d\d UTC: “The axis", reply["message"])
+        assert re.search(r"Lea gave it 1\.5 of 2 points at 2100-\d\d-\d\d \d\d:\d\d UTC: “The axis", reply["message"])
         assert ">Wrong.</textarea>" in reply["html"] and ">No.</textarea>" in reply["html"]  # what was typed
     assert points(book, "bob").points == 1.5 and book.comments("bob") == []
     assert asked in [one.number for one in book.requests.all(open_only=True)]

@@ -8,16 +8,18 @@ import sqlite3
 import ssl
 import subprocess
 import threading
-from datetime import UTC, datetime, timedelta
+from datetime import timedelta
 
 import httpx
 import pytest
 from browser import free_port
 from gradebooks import graded, mark, prose, record
 from scoring_class import WORDS, Client, app_of, clients, desk, fill, new_class, serving, shown, texts
+from set_clock import set_clock
 
+from labcourse import clock
 from labcourse.errors import GradebookError, GradingError
-from labcourse.grading.gradebook import Gradebook, database, records
+from labcourse.grading.gradebook import Gradebook, database
 from labcourse.grading.scoring import guards, server
 from labcourse.grading.scoring.guards import HEADER, POLICY, TOKEN_HEADER, Scorer, WrongTokens
 from labcourse.grading.scoring.site import Site, at
@@ -271,16 +273,10 @@ def test_a_new_token_ends_the_former_one_and_a_term_ends_each(book, monkeypatch)
     former, new = lasting(book)(), lasting(book, "ann")()
     assert (former.sign_in(former.scorer.token).status_code, new.enter().get("/").status_code) == (403, 200)
     assert [token.actor for token in book.tokens.valid()] == ["ann"]
-    monkeypatch.setattr(records, "datetime", Later)
+    set_clock(monkeypatch, clock.now() + timedelta(days=201))
     reply = new.get("/")
     assert (reply.status_code, "older than 200 days" in reply.text) == (403, True)
     assert book.tokens.valid() == []
-
-
-class Later(datetime):
-    @classmethod
-    def now(cls, tz=None):
-        return datetime.now(UTC) + timedelta(days=201)
 
 
 def test_the_cookie_of_another_scorer_does_not_act_on_this_ones_page(book):

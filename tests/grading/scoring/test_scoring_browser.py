@@ -7,6 +7,7 @@ import pytest
 from accessible import findings
 from gradebooks import graded, mark, prose, record, report_text
 from scoring_class import WORDS, fill, new_class, serving, texts
+from set_clock import set_real_clock
 
 from labcourse.grading.gradebook import Gradebook
 from labcourse.grading.scoring.guards import Scorer
@@ -265,7 +266,10 @@ def test_what_changes_is_in_view_on_a_small_screen(tmp_path, chromium):
 
 
 @pytest.mark.parametrize("scheme", ["light", pytest.param("dark", marks=pytest.mark.scheduled)])
-def test_an_open_page_says_that_its_address_was_revoked_and_a_new_address_opens_it_again(tmp_path, chromium, scheme):
+def test_an_open_page_says_that_its_address_was_revoked_and_a_new_address_opens_it_again(
+    tmp_path, chromium, scheme, monkeypatch
+):
+    set_real_clock(monkeypatch)
     port = browser.free_port()
     home = f"http://localhost:{port}/lab"  # a tunnel to an address below a path, which lasts
     options = ("--url", home, "--port", str(port))
