@@ -151,7 +151,8 @@ def _partners(given: Any, student: str) -> list[str]:
 
 def _content(work: student_folder.Work, student: str, partners: list[str]) -> tuple[dict[str, bytes], dict[str, Any]]:
     """Return the files that are handed in, and what their receipt says."""
-    notes = [*work.problems, *work.notes]
+    confirm = f"counts once they hand in with {student} as their partner, too, or your instructor confirms it"
+    notes = [*work.problems, *work.notes, *(f"Your partner {partner} {confirm}." for partner in partners)]
     content = {**work.hand_in.files, **work.hand_in.reports}
     for name in work.saved:
         content[name], dropped = slim(files.read(work.folder / name))

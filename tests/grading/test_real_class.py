@@ -79,7 +79,7 @@ def graded(school, sandbox):
     made.at_the_bench(fay, "fay", ["06_control_design.ipynb", "08_full_state_feedback.ipynb"])
     for folder in (ada, bob, carl, dora, fay):
         made.hand_in(folder, hand_ins)
-    made.hand_in(a_pairs(made, ada, homes), hand_ins, ["hal"])
+    made.hand_in(a_pairs(made, ada, homes), hand_ins, ["hal"]).rename(hand_ins / "gil+hal.zip")
     for path in hand_ins.glob("*.txt"):
         path.unlink()
     command = [sys.executable, "-m", "rotflex.cli", "grade", base / "marks", hand_ins, "--solutions", made.source]
