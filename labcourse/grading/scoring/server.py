@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Annotated, Any
 from urllib.parse import quote, urlencode
 
+import uvicorn
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from starlette.applications import Starlette
 from starlette.concurrency import run_in_threadpool
@@ -20,6 +21,7 @@ from starlette.requests import Request
 from starlette.responses import FileResponse, HTMLResponse, JSONResponse, Response
 from starlette.routing import Route
 from starlette.types import ASGIApp
+from uvicorn.protocols.http.h11_impl import H11Protocol
 
 from labcourse import program
 from labcourse.errors import GradebookError, GradingError
@@ -39,6 +41,7 @@ from labcourse.student_id import caseless
 
 LONGEST_REMARK = 2000  #: characters; a page
 MOST_ANSWERS = 50  #: in one act, and shown at a time
+IDLE = 30.0  #: s in which a client has to send a whole request; then its connection is closed
 #: Of a student's PDF, which nothing here opens. "sandbox" allows it nothing: no script, no form, an origin of its own.
 REPORT_POLICY = "default-src 'none'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'; sandbox"
 #: Of a page that stands as a file elsewhere, with its style inside: nothing else on it may be styled or run.
@@ -524,15 +527,35 @@ def check_certificate(certificate: Path, private_key: Path | None) -> None:
         raise GradingError(f"The certificate {certificate} or its private key cannot be used: {error}.") from None
 
 
+class _Connection(H11Protocol):
+    """A connection that is closed if its client does not send a whole request within ``IDLE`` s."""
+
+    def connection_made(self, transport: Any) -> None:
+        super().connection_made(transport)
+        self._wait()
+
+    def on_response_complete(self) -> None:
+        self._wait()
+        super().on_response_complete()
+
+    def _wait(self) -> None:
+        self._answered = self.cycle  # the request before the one that is to come; None before the first
+        self.loop.call_later(IDLE, self._close_if_idle, self.cycle)
+
+    def _close_if_idle(self, answered: Any) -> None:
+        is_idle = answered is self._answered and (self.cycle is answered or self.cycle.more_body)
+        if is_idle and not self.transport.is_closing():  # else the end of an answer is still on its way
+            self.transport.abort()
+
+
 def serve(
     app: ASGIApp, listener: socket.socket, certificate: Path | None = None, private_key: Path | None = None
 ) -> None:
     """Serve until it is interrupted; by TLS if there is a certificate."""
-    import uvicorn
-
     # No log of requests: what is read would be in it. Whom to believe about who asks, the site decides.
     config = uvicorn.Config(
         app,
+        http=_Connection,
         log_level="error",
         access_log=False,
         server_header=False,

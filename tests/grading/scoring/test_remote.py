@@ -4,10 +4,13 @@ import contextlib
 import multiprocessing
 import re
 import shutil
+import socket
 import sqlite3
 import ssl
 import subprocess
+import sys
 import threading
+import time
 from datetime import timedelta
 
 import httpx
@@ -351,6 +354,71 @@ def test_a_busy_gradebook_is_a_message_and_the_act_can_be_done_again(tmp_path, m
         assert book.scores.acts() == []
         ann.act("give", act)
         assert [(one.level, one.remark) for one in book.scores.acts()] == [(4, "It bends.")]
+
+
+# --- slow and silent clients ------------------------------------------------------------------------------------------
+
+IMPATIENT = """
+import asyncio
+from labcourse.grading.scoring import server
+
+server.IDLE = 1.0
+
+async def app(scope, receive, send):
+    while (await receive()).get("more_body"):
+        pass
+    if scope["path"] == "/work":
+        await asyncio.sleep(2 * server.IDLE)
+    await send({"type": "http.response.start", "status": 200, "headers": [(b"content-length", b"0")]})
+    await send({"type": "http.response.body"})
+
+with server.listening(0) as listener:
+    print(listener.getsockname()[1], flush=True)
+    server.serve(app, listener)
+"""
+WHOLE = b"GET / HTTP/1.1\r\nhost: x\r\n\r\n"
+
+
+@pytest.fixture(scope="module")
+def impatient():
+    """Connects to a server that waits for 1 s in place of 30 s."""
+    with subprocess.Popen([sys.executable, "-c", IMPATIENT], stdout=subprocess.PIPE, text=True) as process:
+        port = int(process.stdout.readline())
+        yield lambda: socket.create_connection(("127.0.0.1", port), timeout=20)
+        process.kill()
+
+
+@pytest.mark.parametrize(
+    ("before", "sent"),
+    [
+        (b"", b""),
+        (b"", WHOLE[:-2]),
+        (b"", b"POST" + WHOLE[3:-2] + b"content-length: 9\r\n\r\nabc"),
+        (WHOLE, WHOLE[:-2]),
+    ],
+)
+def test_a_connection_without_a_whole_request_is_closed(impatient, before, sent):
+    assert server.IDLE == 30
+    with impatient() as client:
+        client.sendall(before)
+        assert not before or b"200 OK" in client.recv(1000)
+        with contextlib.suppress(ConnectionError):
+            client.sendall(sent)
+            assert client.recv(1000) == b""
+
+
+def test_a_request_that_comes_by_drops_is_cut_off(impatient):
+    with impatient() as client, pytest.raises(ConnectionError):
+        client.sendall(WHOLE[:-2] + b"x: ")
+        for _drop in range(1000):
+            client.sendall(b"a")
+            time.sleep(0.01)
+
+
+def test_a_request_at_which_the_server_works_for_longer_is_answered(impatient):
+    with impatient() as client:
+        client.sendall(WHOLE.replace(b"/ ", b"/work "))
+        assert b"200 OK" in client.recv(1000)
 
 
 # --- a certificate ----------------------------------------------------------------------------------------------------
