@@ -37,6 +37,7 @@ if TYPE_CHECKING:
 ALL_WELL, SOME_TROUBLE, NOT_ISOLATED = 0, 1, 3  #: exit codes; 2 is for any error that stops the command
 _COURSE, _CLASS, _PERSON = "Course", "Class", "Person"  # panels of --help
 _ANSWER_LENGTH = 60  # characters of an answer that are shown when it is marked
+LONGEST_NAME = 80  #: characters of a person's name, in the record and on pages
 
 app = typer.Typer()
 requests = typer.Typer(help="Note, list and answer students' requests to look at an answer again.")
@@ -55,7 +56,17 @@ Marks = Annotated[str, Argument(metavar="MARKS", help=_MARKS)]
 Out = Annotated[
     Path | None, Option(help="Folder for the results.", file_okay=False, show_default="the gradebook's folder")
 ]
-By = Annotated[str, Option(metavar="NAME", help="Your name, for the record.")]
+
+
+def _name(given: str) -> str:
+    """Return a person's name without spaces around it. Raises BadParameter unless it is plain text on one line."""
+    name = given.strip()
+    if not name.isprintable() or len(name) > LONGEST_NAME:
+        raise typer.BadParameter(f"{name!a}: a name is one line of at most {LONGEST_NAME} printable characters.")
+    return name
+
+
+By = Annotated[str, Option(metavar="NAME", parser=_name, help="Your name, for the record.")]
 Student = Annotated[str, Argument(metavar="STUDENT", help="The student's ID.")]
 Question = Annotated[str, Argument(metavar="QUESTION", help="The number of the question, for example 1.11.")]
 Part = Annotated[str, Argument(metavar="PART", help="The part of the question, for example explanation.")]
@@ -384,6 +395,7 @@ def status(marks: Marks, solutions: CourseFolder = None, out: Out = None) -> Non
     typer.echo(f"\nThe same as a page: {folder / PAGE_FILE}")
 
 
+_EACH_NAME = "Your name, for the record; once for each."
 _URL = "The page's address for other computers, as https://marks.school.edu/lab."
 _PROXY = "IP address of the proxy that serves --url: 127.0.0.1 if it runs on this computer."
 _NEW_TOKEN = "Only make and print a new address for NAME; the former one ends at once."
@@ -393,7 +405,7 @@ _NEW_TOKEN = "Only make and print a new address for NAME; the former one ends at
 def score(
     marks: Marks,
     solutions: CourseFolder = None,
-    by: Annotated[list[str] | None, Option(metavar="NAME", help="Your name, for the record; once for each.")] = None,
+    by: Annotated[list[str] | None, Option(metavar="NAME", parser=_name, help=_EACH_NAME)] = None,
     port: Annotated[int, Option(min=0, max=65535, help="Port of the page; 0: any free port.")] = 0,
     show_names: Annotated[bool, Option("--names", help="Show students' names instead of numbers.")] = False,
     browser: Annotated[bool, Option(help="Open a browser for the first scorer; never with --url.")] = True,
@@ -401,7 +413,7 @@ def score(
     proxy: Annotated[str | None, Option(metavar="ADDRESS", help=_PROXY)] = None,
     certificate: Annotated[Path | None, Option(help="Certificate (PEM), if no proxy encrypts.")] = None,
     private_key: Annotated[Path | None, Option(help="Its key, if that is in another file.")] = None,
-    new_token: Annotated[str | None, Option(metavar="NAME", help=_NEW_TOKEN)] = None,
+    new_token: Annotated[str | None, Option(metavar="NAME", parser=_name, help=_NEW_TOKEN)] = None,
     revoke: Annotated[str | None, Option(metavar="NAME", help="Only end the address of NAME, at once.")] = None,
     write: Annotated[Path | None, Option(help="Only write all answers into this table (.xlsx or .csv).")] = None,
     read: Annotated[Path | None, Option(help="Read scores from this table of --write.", dir_okay=False)] = None,
@@ -422,7 +434,7 @@ def score(
         with _gradebook(marks) as book:
             start.change_tokens(book, site, new_token, revoke)
         return
-    names = [name.strip() for name in by or ()]
+    names = by or []
     if write is not None and read is not None:
         raise GradingError("Give --write or --read, and not both at once.")
     if read is not None and len(names) != 1:

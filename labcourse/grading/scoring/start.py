@@ -37,9 +37,9 @@ def change_tokens(book: Gradebook, site: Site | None, new_token: str | None, rev
         book.tokens.revoke(revoke.strip())
         say(f"{revoke.strip()}'s address has ended. A page that is open with it does nothing more.")
     if new_token is not None:
-        if site is None or not new_token.strip():
+        if site is None or not new_token:
             raise GradingError("Name the assistant for whom the address is, and give the page's address by --url.")
-        _make_tokens(book, site, [new_token.strip()])
+        _make_tokens(book, site, [new_token])
 
 
 def _make_tokens(book: Gradebook, site: Site, names: list[str]) -> None:

@@ -44,6 +44,8 @@ def run(marks, *words):
         (("--by", "Ann", "--url", URL, "--certificate", __file__), "or its private key cannot be used"),
         (("--by", "Ann", "--url", URL, "--certificate", "no.pem"), "No such file"),
         (("--url", URL, "--proxy", "127.0.0.1"), "Nobody has an address yet"),
+        *((("--by", name), "value for '--by'") for name in ("A\nB", "A\x1b[2J", "Ann\u202e", "A\u200bn", "A" * 81)),
+        (("--new-token", "Ann\u2066", "--url", URL), "value for '--new-token'"),
         (("--new-token", "Ann"), "by --url"),
         (("--new-token", " ", "--url", URL), "Name the assistant"),
         (("--revoke", "Ann"), "Ann has no address. These have one: nobody"),
@@ -95,6 +97,13 @@ def test_an_address_for_other_computers_is_shown_once_and_lasts_until_it_is_repl
         assert book.tokens.find(Scorer("Ann", of_ann).digest).revoked is not None
         assert book.tokens.find(Scorer("Ann", new).digest).is_valid
     assert opened == []
+
+
+def test_a_name_may_be_in_any_script(marks, monkeypatch):
+    monkeypatch.setattr(server, "serve", lambda app, listener, *tls: None)
+    names = ("Zoë Müller-Łukasz", "王小明", "محمد", "O'Brien (2)")
+    done = run(marks, *(word for name in names for word in ("--by", f" {name} ")), "--no-browser")
+    assert [line.partition(": ")[0] for line in done.output.splitlines()[:4]] == [*names]
 
 
 def fill_in(path, change):
