@@ -66,7 +66,7 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
     "gradebook": (1531, ("labcourse/grading/gradebook/**/*.py",)),
     "marking": (1187, ("labcourse/grading/marking/**/*.py",)),
     "isolation": (1123, ("labcourse/grading/isolation/**/*.py",)),
-    "reports, scoring": (2600, ("labcourse/grading/reports/**/*.py", "labcourse/grading/scoring/**/*.py")),
+    "reports, scoring": (2606, ("labcourse/grading/reports/**/*.py", "labcourse/grading/scoring/**/*.py")),
     "outcomes, overview, to do, platforms, accounts": (
         2128,
         (

@@ -396,7 +396,7 @@ def status(marks: Marks, solutions: CourseFolder = None, out: Out = None) -> Non
 
 
 _EACH_NAME = "Your name, for the record; once for each."
-_URL = "The page's address for other computers, as https://marks.school.edu/lab."
+_URL = "The page's address for other computers, as https://marks.school.edu: a host that serves nothing else."
 _PROXY = "IP address of the proxy that serves --url: 127.0.0.1 if it runs on this computer."
 _NEW_TOKEN = "Only make and print a new address for NAME; the former one ends at once."
 

@@ -21,7 +21,7 @@ from made_courses import OURS
 from labcourse.grading.gradebook import Gradebook
 from labcourse.grading.overview import as_page, class_overview
 from labcourse.grading.scoring.desk import Desk
-from labcourse.grading.scoring.guards import HEADER, TOKEN_HEADER, Scorer, while_it_runs
+from labcourse.grading.scoring.guards import TOKEN_HEADER, Scorer, while_it_runs
 from labcourse.grading.scoring.rubric import Item
 from labcourse.grading.scoring.server import application
 from labcourse.grading.scoring.site import Site, on_loopback
@@ -100,12 +100,11 @@ class Client:
 
     def act(self, name: str, sent: Any = None, **headers: str | None) -> Any:
         """An act as the page sends it; a header that is None is left out."""
-        secret = self.scorer.page if self.scorer else None
-        return self.request("POST", f"/act/{name}", self._sent({HEADER: secret, **headers}), json=sent or {})
+        token = self.scorer.token if self.scorer else None
+        return self.request("POST", f"/act/{name}", self._sent({TOKEN_HEADER: token, **headers}), json=sent or {})
 
     def _sent(self, headers: dict[str, str | None]) -> dict[str, str]:
-        origin = "/".join(self.home.split("/")[:3])
-        given = {key.replace("_", "-"): value for key, value in {"origin": origin, **headers}.items()}
+        given = {key.replace("_", "-"): value for key, value in {"origin": self.home, **headers}.items()}
         return {key: value for key, value in given.items() if value is not None}
 
     def request(self, method: str, path: str, headers: Any, **more: Any) -> Any:
@@ -149,7 +148,9 @@ def serving(
     """`rotflex score`, until the block ends: the process, and an address for each name."""
     words = [sys.executable, "-m", "rotflex.cli", "score", str(folder), "--solutions", str(ROOT / "solutions")]
     words += [*(word for name in names for word in ("--by", name)), "--no-browser", *options]
-    process = subprocess.Popen(words, stdout=subprocess.PIPE, text=True)
+    process = subprocess.Popen(words, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+    process.stdin.write("yes\n")  # with --url, the host serves nothing else
+    process.stdin.close()
     try:
         lines = [process.stdout.readline() for _ in names]
         yield process, [line.strip().partition(": ")[2] for line in lines]

@@ -2,14 +2,16 @@
 
 Each scorer has an address of their own. It ends in a token, which stands behind a ``#``: a browser sends that part to
 nobody, so the token is in no log and in no referrer. The page ``enter`` exchanges it for a cookie. A request has to
-name this very host (else another site could be made to look like it). An act has to come from this very page, with a
-header that only the page knows.
+name this very host (else another site could be made to look like it).
+
+A browser sends a cookie to every port of its host. So the cookie is the digest of the token, not the token, and opens
+pages only. An act has to come from a page of this very origin, with the token in a header: ``enter`` stores the token
+where pages of this origin alone can read it.
 """
 
 from __future__ import annotations
 
 import hashlib
-import hmac
 import logging
 import math
 import secrets
@@ -22,7 +24,7 @@ from starlette.concurrency import run_in_threadpool
 from starlette.datastructures import MutableHeaders
 from starlette.exceptions import HTTPException
 from starlette.requests import Request
-from starlette.responses import FileResponse, JSONResponse, PlainTextResponse, RedirectResponse, Response
+from starlette.responses import FileResponse, JSONResponse, PlainTextResponse, Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from labcourse import clock
@@ -31,8 +33,7 @@ from labcourse.grading.gradebook import Token
 from labcourse.grading.gradebook.records import TOKEN_LASTS
 from labcourse.grading.scoring.site import Site
 
-HEADER = "x-labcourse-page"  #: of each act: the secret that its page was given
-TOKEN_HEADER = "x-labcourse-token"  #: of the request that exchanges a token for a cookie
+TOKEN_HEADER = "x-labcourse-token"  #: of each act, and of the request that exchanges a token for a cookie
 ACTOR = "labcourse.actor"  #: in a request's scope: the :class:`Scorer`
 MOST_BYTES = 64_000  #: of an act; a remark and fifty answers' keys, ten times
 MOST_WRONG = 10  #: wrong tokens from one address in a minute, before it is asked to wait
@@ -70,20 +71,15 @@ def _secret() -> str:
 
 @dataclass(frozen=True)
 class Scorer:
-    """Somebody who scores: the name in the gradebook, and the token of their address, which is their cookie, too."""
+    """Somebody who scores: the name in the gradebook, and the token of their address; "" where only a page is read."""
 
     name: str
     token: str = field(default_factory=_secret, repr=False)
 
     @property
     def digest(self) -> str:
-        """What is stored of the token: nobody can enter by it."""
+        """What is stored of the token, and is the cookie: it opens pages, and nobody can enter or act by it."""
         return hashlib.sha256(self.token.encode()).hexdigest()
-
-    @property
-    def page(self) -> str:
-        """The secret of their pages. The token cannot be computed from it."""
-        return hmac.digest(self.token.encode(), b"page", "sha256").hex()
 
 
 def while_it_runs(scorers: Sequence[Scorer]) -> Find:
@@ -157,35 +153,35 @@ class Guard:
         """
         if request.method not in ("GET", "HEAD", "POST"):
             raise HTTPException(405, "Method not allowed.")
-        path = self._site.checked_path(request)
-        request.scope["root_path"] = self._site.prefix
-        if not path:
-            return RedirectResponse(f"{self._site.prefix}/", 308)
+        self._site.check_host(request)
+        path = request.scope["path"]
         if request.method != "POST" and path in _OPEN:
             return FileResponse(_OPEN[path])
-        if request.method == "POST":
-            self._site.check_origin(request)
+        self._site.check_origin(request)
         if path == _ENTER:
             return await self._enter(request)
-        scorer = await self._scorer(request, request.cookies.get(self._site.cookie(request), ""))
+        digest = request.cookies.get(self._site.cookie(request), "")
+        scorer = Scorer(await self._name(request, digest), request.headers.get(TOKEN_HEADER, ""))
         if request.method == "POST":
-            _check_act(scorer, request)
+            _check_act(scorer, digest, request)
         request.scope[ACTOR] = scorer
         return None
 
     async def _enter(self, request: Request) -> Response:
         """Exchange a token for a cookie."""
-        scorer = await self._scorer(request, request.headers.get(TOKEN_HEADER, ""))
+        token = request.headers.get(TOKEN_HEADER, "")
+        digest = Scorer("", token).digest if token else ""
+        await self._name(request, digest)
         response = Response(status_code=204)
         name, secure = self._site.cookie(request), self._site.is_secure
-        response.set_cookie(name, scorer.token, httponly=True, samesite="strict", secure=secure)
+        response.set_cookie(name, digest, httponly=True, samesite="strict", secure=secure)
         return response
 
-    async def _scorer(self, request: Request, token: str) -> Scorer:
-        """Return who has a token. Raises HTTPException if nobody has it, or has it no more."""
-        if not token:
+    async def _name(self, request: Request, digest: str) -> str:
+        """Return who has the token of a digest. Raises HTTPException if nobody has it, or has it no more."""
+        if not digest:
             raise HTTPException(403, _CLOSED)
-        found = await run_in_threadpool(self._find, Scorer("", token).digest)
+        found = await run_in_threadpool(self._find, digest)
         if found is None:
             if wait := self._wrong.wait(self._site.sender(request)):
                 told = f"There were too many wrong addresses from this computer. Wait {wait} s. {_CLOSED}"
@@ -193,16 +189,16 @@ class Guard:
             raise HTTPException(403, _CLOSED)
         if not found.is_valid:
             raise HTTPException(403, _ENDED.format(TOKEN_LASTS.days))
-        return Scorer(found.actor, token)
+        return found.actor
 
 
-def _check_act(scorer: Scorer, request: Request) -> None:
-    """Refuse an act that does not come from a page of this scorer's."""
+def _check_act(scorer: Scorer, digest: str, request: Request) -> None:
+    """Refuse an act whose token is not that of the cookie's digest, and what no page sends."""
     headers = request.headers
-    if not secrets.compare_digest(scorer.page.encode(), headers.get(HEADER, "").encode()):
+    if not secrets.compare_digest(scorer.digest, digest):
         raise HTTPException(
             403,
-            f"This page belongs to another scorer or to an earlier start: this browser is {scorer.name}'s now. "
+            f"This page did not send the token of {scorer.name}'s address, and this browser is {scorer.name}'s now. "
             "Nothing was done. Open your own address again, in a browser of your own.",
         )
     if headers.get("content-type", "").partition(";")[0].strip() != "application/json":

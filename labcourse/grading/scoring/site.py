@@ -11,10 +11,9 @@ from starlette.requests import Request
 
 from labcourse.errors import GradingError
 
-_LOOPBACK = re.compile(r"(localhost|127\.0\.0\.1|\[::1\])(:(?P<port>[1-9]\d{0,4}))?", re.ASCII)
+_LOOPBACK = re.compile(r"(localhost|127\.0\.0\.1|\[::1\])(:[1-9]\d{0,4})?", re.ASCII)
 _URL = re.compile(
-    r"(?P<scheme>https?)://(?P<host>[a-z0-9][a-z0-9.-]*|\[[0-9a-f:]+\])(:(?P<port>[1-9]\d{0,4}))?"
-    r"(?P<prefix>(/(?!\.{1,2}(/|$))[\w.~-]+)*)/?",
+    r"(?P<scheme>https?)://(?P<host>[a-z0-9][a-z0-9.-]*|\[[0-9a-f:]+\])(:(?P<port>[1-9]\d{0,4}))?/?",
     re.ASCII | re.IGNORECASE,
 )
 _PORTS = {"http": 80, "https": 443}
@@ -28,19 +27,17 @@ class Site:
     ----------
     scheme : "https"; or "http", then any name and port of the loopback interface will do: a tunnel has its own port
     host : of the address, with its port unless that is the scheme's
-    prefix : path of the address; "" or as "/lab"
     proxy : address of the only computer that may connect, and that is believed about who asks; None without a proxy
     """
 
     scheme: str
     host: str
-    prefix: str = ""
     proxy: str | None = None
 
     @property
     def url(self) -> str:
         """The address, without a slash at its end."""
-        return f"{self.scheme}://{self.host}{self.prefix}"
+        return f"{self.scheme}://{self.host}"
 
     @property
     def is_secure(self) -> bool:
@@ -58,29 +55,27 @@ class Site:
         return f"{self.url}/enter#{token}"
 
     def cookie(self, request: Request) -> str:
-        """Return the name of the cookie. A browser does not tell ports apart; nor paths, of a cookie of the host."""
-        if self.is_secure:
-            return f"__Host-labcourse-score-{self.port}{self.prefix.replace('/', '!')}"
-        match = _LOOPBACK.fullmatch(request.headers["host"])
-        return f"labcourse-score-{(match and match['port']) or _PORTS[self.scheme]}"
+        """Return the name of the cookie. A browser does not tell ports apart."""
+        name = f"labcourse-score-{Site(self.scheme, request.headers['host']).port}"
+        return f"__Host-{name}" if self.is_secure else name
 
-    def checked_path(self, request: Request) -> str:
-        """Return the path of a request below the prefix. Raises HTTPException if the request is not for this site."""
+    def check_host(self, request: Request) -> None:
+        """Refuse a request that is not for this site, or does not come through its proxy."""
         if self.proxy is not None and _ip(request.client.host if request.client else "") != self.proxy:
             raise HTTPException(403, "This server answers to its proxy only.")
         hosts = request.headers.getlist("host")
         if len(hosts) != 1 or not (hosts[0] == self.host if self.is_secure else _LOOPBACK.fullmatch(hosts[0])):
             names = self.host if self.is_secure else "127.0.0.1, localhost and [::1]"
             raise HTTPException(421, f"This server answers to {names} only.")
-        path: str = request.scope["path"]
-        if path != self.prefix and not path.startswith(f"{self.prefix}/"):
-            raise HTTPException(404, f"There is nothing here: the page is {self.url}/. A proxy must not change paths.")
-        return path.removeprefix(self.prefix)
 
     def check_origin(self, request: Request) -> None:
-        """Refuse what a page of another site sends."""
-        if request.headers.getlist("origin") != [f"{self.scheme}://{request.headers['host']}"]:
-            raise HTTPException(403, "This was sent by another site. Nothing was done.")
+        """Refuse what a page of another origin sends or opens, as one at another port of this host."""
+        if request.method == "POST":
+            is_own = request.headers.getlist("origin") == [f"{self.scheme}://{request.headers['host']}"]
+        else:  # "none": the person typed it; a browser of before 2023 says nothing
+            is_own = request.headers.get("sec-fetch-site", "none") in ("none", "same-origin")
+        if not is_own:
+            raise HTTPException(403, "This came from another site. Nothing was done. Open your own address again.")
 
     def sender(self, request: Request) -> str:
         """Return the address of the computer that sends a request; a proxy adds it at the end of a header."""
@@ -108,7 +103,7 @@ def at(url: str, proxy: str | None, encrypts: bool | None) -> Site:
 
     Parameters
     ----------
-    url : as "https://marks.school.edu/lab"
+    url : as "https://marks.school.edu"
     proxy : IP address of the reverse proxy
     encrypts : whether this server has a certificate; None if nothing is served
 
@@ -119,13 +114,16 @@ def at(url: str, proxy: str | None, encrypts: bool | None) -> Site:
     """
     match = _URL.fullmatch(url)
     if match is None:
-        raise GradingError(f"--url {url}: give an address as https://marks.school.edu/lab.")
+        raise GradingError(
+            f"--url {url}: give an address without a path, as https://marks.school.edu. The page needs a host of its "
+            "own: any other page at that address could score in an assistant's name."
+        )
     scheme, port = match["scheme"].lower(), int(match["port"] or 0)
     host = match["host"].lower() + ("" if port in (0, _PORTS[scheme]) else f":{port}")
     own = None if proxy is None else _ip(proxy)
     if proxy is not None and own is None:
         raise GradingError(f"--proxy {proxy}: give the proxy's IP address, as 127.0.0.1.")
-    site = Site(scheme, host, match["prefix"], own)
+    site = Site(scheme, host, own)
     if not site.is_secure and (not _LOOPBACK.fullmatch(host) or encrypts or own):
         raise GradingError(
             f"--url {url}: http:// is not encrypted. It is for localhost only, without --proxy and --certificate. "

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 import webbrowser
 from pathlib import Path
 
@@ -98,12 +99,26 @@ def _let_in_here(names: list[str], port: int, browser: bool) -> tuple[Site, Find
     return site, while_it_runs(scorers)
 
 
+def _confirm_own_host(site: Site) -> None:
+    """Ask whether the site's host serves nothing else. Raises GradingError unless the answer is yes."""
+    typer.echo(
+        "A browser hardly keeps services of one host apart. Another one there, or whoever breaks into it, could read "
+        "students' work or score in an assistant's name.\n"
+        f"If the host of {site.url} serves nothing but this page, at any port, type yes:",
+        err=True,
+    )
+    if sys.stdin.readline().strip().lower() != "yes":
+        raise GradingError("Nothing was served. Give the page a host of its own, or use ssh -L, without --url.")
+
+
 def _let_in(book: Gradebook, site: Site, names: list[str]) -> Find:
     """Print a new address for each name without a valid one; return who is let in: all with a valid one."""
     former = book.tokens.valid()
     known = {token.actor.casefold() for token in former}
     if not names and not former:
         raise GradingError("Nobody has an address yet. Say who scores: --by NAME, once for each.")
+    if site.is_secure:
+        _confirm_own_host(site)
     _make_tokens(book, site, [name for name in names if name.casefold() not in known])
     for token in former:
         say(f"{token.actor} has an address, made on {token.made:%Y-%m-%d}. --new-token makes another.")

@@ -14,7 +14,7 @@ from labcourse.grading.scoring.guards import Scorer
 from labcourse.student_id import GRADEBOOK_FILE
 from rotflex.cli import app
 
-URL = "https://marks.school.edu/lab"
+URL = "https://marks.school.edu"
 
 
 @pytest.fixture
@@ -23,8 +23,9 @@ def marks(tmp_path):
     return new_class(tmp_path / "marks", texts(3))
 
 
-def run(marks, *words):
-    return CliRunner().invoke(app, ["score", str(marks), "--solutions", str(ROOT / "solutions"), *map(str, words)])
+def run(marks, *words, answer="yes\n"):
+    words = ["score", str(marks), "--solutions", str(ROOT / "solutions"), *map(str, words)]
+    return CliRunner().invoke(app, words, input=answer)
 
 
 @pytest.mark.parametrize(
@@ -44,6 +45,7 @@ def run(marks, *words):
         (("--by", "Ann", "--url", URL, "--certificate", __file__), "or its private key cannot be used"),
         (("--by", "Ann", "--url", URL, "--certificate", "no.pem"), "No such file"),
         (("--url", URL, "--proxy", "127.0.0.1"), "Nobody has an address yet"),
+        (("--by", "Ann", "--url", f"{URL}/lab", "--proxy", "127.0.0.1"), "a host of its own"),
         *((("--by", name), "value for '--by'") for name in ("A\nB", "A\x1b[2J", "Ann\u202e", "A\u200bn", "A" * 81)),
         (("--new-token", "Ann\u2066", "--url", URL), "value for '--new-token'"),
         (("--new-token", "Ann"), "by --url"),
@@ -97,6 +99,21 @@ def test_an_address_for_other_computers_is_shown_once_and_lasts_until_it_is_repl
         assert book.tokens.find(Scorer("Ann", of_ann).digest).revoked is not None
         assert book.tokens.find(Scorer("Ann", new).digest).is_valid
     assert opened == []
+
+
+@pytest.mark.parametrize("answer", ["", "\n", "no\n", "y\n"])
+def test_for_other_computers_nothing_is_served_unless_the_host_is_said_to_serve_nothing_else(
+    marks, monkeypatch, answer
+):
+    served = []
+    monkeypatch.setattr(server, "serve", lambda *about: served.append(about))
+    at = ("--by", "Ann", "--url", URL, "--proxy", "127.0.0.1")
+    done = run(marks, *at, answer=answer)
+    with Gradebook(marks / GRADEBOOK_FILE) as book:
+        assert (done.exit_code, served, book.tokens.valid()) == (2, [], [])
+    assert f"the host of {URL} serves nothing but this page" in done.stderr
+    assert run(marks, *at, answer=" YES \n").exit_code == 0 and len(served) == 1
+    assert run(marks, "--by", "Ann", "--url", "http://localhost:9000", answer="").exit_code == 0 and len(served) == 2
 
 
 def test_a_name_may_be_in_any_script(marks, monkeypatch):

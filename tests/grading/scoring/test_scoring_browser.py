@@ -1,8 +1,13 @@
 """The scoring page in a browser: by keys alone, two at once, killed in between, with hostile texts, for everybody."""
 
+import contextlib
+import http.server
+import re
+import threading
 from itertools import count
 
 import browser
+import httpx
 import pytest
 from accessible import findings
 from gradebooks import graded, mark, prose, record, report_text
@@ -196,6 +201,85 @@ def test_two_at_once_never_read_the_same_and_overwrite_nothing_unseen(tmp_path, 
     assert len({act.student for act in acts(tmp_path)}) == len(acts(tmp_path)) == 9
 
 
+@contextlib.contextmanager
+def neighbour():
+    """Another service at another port of the same host: its address, and the cookies that it is sent."""
+    cookies = []
+
+    class Service(http.server.BaseHTTPRequestHandler):
+        def do_GET(self):
+            cookies.append(self.headers["cookie"])
+            self.send_response(200)
+            self.send_header("content-type", "text/html")
+            self.end_headers()
+            self.wfile.write(b"<!doctype html><form method=post enctype=text/plain><input name=a></form>")
+
+        def log_message(self, *_about):
+            pass
+
+    with http.server.ThreadingHTTPServer(("127.0.0.1", 0), Service) as service:
+        thread = threading.Thread(target=service.serve_forever)
+        thread.start()
+        try:
+            yield f"http://127.0.0.1:{service.server_port}/", cookies
+        finally:
+            service.shutdown()
+            thread.join()
+
+
+#: What a page can send to another origin; it reads no answer.
+FROM_A_PAGE = """async ([home, act]) => {
+    const body = JSON.stringify(act);
+    for (const [mode, type] of [["cors", "application/json"], ["cors", "text/plain"], ["no-cors", "text/plain"]]) {
+        const sent = { method: "POST", mode, credentials: "include", body, headers: { "Content-Type": type } };
+        await fetch(`${home}/act/give`, sent).catch(() => {});
+    }
+    await fetch(`${home}/class?recorded=yes`, { mode: "no-cors", credentials: "include" }).catch(() => {});
+}"""
+FORM = """([home, act]) => {
+    const [form] = document.forms;
+    const [field] = form.elements;
+    form.action = `${home}/act/give`;
+    field.name = JSON.stringify(act).slice(0, -1) + ',"remark":"';
+    field.value = '"}';
+    form.submit();
+}"""
+
+
+def test_a_service_at_another_port_of_the_host_is_sent_the_cookie_and_cannot_score_with_it(tmp_path, chromium):
+    with serving(new_class(tmp_path, texts(2)), "Ann") as (_process, (address,)), neighbour() as (other, cookies):
+        seat = Seat(chromium, address).open()
+        home = seat.home
+        pick = seat.page.eval_on_selector(".answer", "({ dataset }) => ({ key: dataset.key, seen: dataset.seen })")
+        act = {"question": WORDS[0], "part": WORDS[1], "answers": [pick], "level": 0}
+        page = seat.context.new_page()
+        page.goto(other)
+        page.evaluate(FROM_A_PAGE, [home, act])
+        with page.expect_popup() as opened:
+            page.evaluate("(home) => { window.open(`${home}/class?recorded=yes`); }", home)
+        opened.value.wait_for_load_state()
+        with page.expect_navigation():
+            page.evaluate(FORM, [home, act])
+        with Gradebook(tmp_path / GRADEBOOK_FILE) as book:
+            assert (book.scores.acts(), book.scores.openings()) == ([], [])
+        # The service itself sends what no browser lets a page send: the cookie, and all that it finds with the cookie.
+        assert "labcourse-score" in cookies[0]
+        with httpx.Client(headers={"cookie": cookies[0], "origin": home}, base_url=home) as service:
+            seen = cookies[0] + "".join(service.get(path).text for path in ("/", PART, "/acts.js"))
+            for secret in set(re.findall(r"[\w-]{32,}", seen)):
+                for header in ("x-labcourse-page", "x-labcourse-token"):
+                    assert service.post("/act/give", json=act, headers={header: secret}).status_code == 403
+                assert service.post("/enter", headers={"x-labcourse-token": secret}).status_code == 403
+        assert acts(tmp_path) == []
+        seat.press("4")
+        page.goto(home + PART)  # typed, in a tab of its own
+        page.wait_for_function(QUIET)
+        page.keyboard.press("3")
+        page.wait_for_function(QUIET)
+        seat.close()
+    assert [one.level for one in acts(tmp_path)] == [4, 3]
+
+
 def test_nothing_of_a_students_runs_or_loads(tmp_path, chromium):
     hostile = [
         "<script>window.ran = 1</script><img src=x onerror='window.ran=1'>",
@@ -271,7 +355,7 @@ def test_an_open_page_says_that_its_address_was_revoked_and_a_new_address_opens_
 ):
     set_real_clock(monkeypatch)
     port = browser.free_port()
-    home = f"http://localhost:{port}/lab"  # a tunnel to an address below a path, which lasts
+    home = f"http://localhost:{port}"  # a tunnel to an address that lasts
     options = ("--url", home, "--port", str(port))
     with serving(new_class(tmp_path, texts(3)), "Ann", options=options) as (_process, (address,)):
         seat = Seat(chromium, address, scheme).open()

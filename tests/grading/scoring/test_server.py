@@ -8,7 +8,7 @@ from pages_harm import HOSTILE, harm
 from scoring_class import WORDS, Client, clients, desk, fill, shown, texts
 
 from labcourse.grading.gradebook import Gradebook
-from labcourse.grading.scoring.guards import HEADER, MOST_BYTES, POLICY, TOKEN_HEADER
+from labcourse.grading.scoring.guards import MOST_BYTES, POLICY, TOKEN_HEADER
 
 SENT = {"question": WORDS[0], "part": WORDS[1]}
 
@@ -33,20 +33,20 @@ def ann(both):
 def test_an_address_is_exchanged_for_a_cookie_that_scripts_do_not_see(ann):
     reply = ann.sign_in(ann.scorer.token)
     assert reply.status_code == 204
-    cookie = r"labcourse-score-8765=[\w-]{43}; HttpOnly; Path=/; SameSite=strict"
-    assert re.fullmatch(cookie, reply.headers["set-cookie"])
+    cookie = f"labcourse-score-8765={ann.scorer.digest}; HttpOnly; Path=/; SameSite=strict"
+    assert reply.headers["set-cookie"] == cookie
 
 
 def test_nobody_is_let_in_without_their_own(both):
     ann, bea = both
     nobody = Client(ann.app)
-    stranger = Client(ann.app, cookies={"labcourse-score-8765": "x" * 43})
+    stranger = Client(ann.app, cookies={"labcourse-score-8765": ann.scorer.token})
     for path in ("/", "/score?question=2.11&part=explanation", "/scoring.js", "/scoring.css", "/drawn.css"):
         assert ann.get(path).status_code == 200
         for one in (nobody, stranger):
             reply = one.get(path)
             assert (reply.status_code, "Open that address again" in reply.text) == (403, True)
-    for token in ("", "x" * 43, ann.scorer.digest, ann.scorer.page):
+    for token in ("", "x" * 43, ann.scorer.digest):
         assert nobody.sign_in(token).status_code == 403
     for path in (f"/enter/{ann.scorer.token}", f"/?token={ann.scorer.token}", f"/?{TOKEN_HEADER}={ann.scorer.token}"):
         assert nobody.get(path, referer=f"{ann.home}/enter#{ann.scorer.token}").status_code == 403
@@ -65,7 +65,7 @@ def test_nobody_is_let_in_without_their_own(both):
 )
 def test_cookies_of_other_programs_lock_nobody_out(ann, other):
     """A browser sends them along, for it does not tell ports apart; in any order."""
-    own = f"labcourse-score-8765={ann.scorer.token}"
+    own = f"labcourse-score-8765={ann.scorer.digest}"
     for cookie in (f"{other}; {own}", f"{own}; {other}"):
         assert "You are <strong>Ann</strong>" in ann.request("GET", "/", {"cookie": cookie.encode()}).text
     stranger = f"{other}; labcourse-score-8765={'x' * 43}"
@@ -96,13 +96,23 @@ def test_an_act_from_another_site_is_refused(ann, book, origin):
     assert book.scores.acts() == []
 
 
-def test_a_form_and_an_act_without_the_pages_own_secret_are_refused(both, book):
+@pytest.mark.parametrize(
+    ("site", "is_let_in"), [("none", True), ("same-origin", True), ("same-site", False), ("x", False)]
+)
+def test_a_page_that_a_page_of_another_origin_opens_is_refused_and_records_nothing(ann, book, site, is_let_in):
+    """Another port of the host is the same site, so that the cookie is sent."""
+    reply = ann.get("/class?recorded=yes", **{"sec-fetch-site": site})
+    assert (reply.status_code == 200, len(book.scores.openings()) == 1) == (is_let_in, is_let_in)
+    assert ann.get("/enter", **{"sec-fetch-site": site}).status_code == 200  # as from an e-mail
+
+
+def test_a_form_and_an_act_without_the_scorers_own_token_are_refused(both, book):
     ann, bea = both
     card = shown(ann.act("next", SENT))
-    for word in (None, "", "x", bea.scorer.page, ann.scorer.token):
-        reply = ann.act("give", {**SENT, "answers": card, "level": 4}, **{HEADER: word})
+    for word in (None, "", "x", bea.scorer.token, ann.scorer.digest):
+        reply = ann.act("give", {**SENT, "answers": card, "level": 4}, **{TOKEN_HEADER: word})
         assert (reply.status_code, "Nothing was done" in reply.json()["problem"]) == (403, True)
-    headers = {"origin": "http://127.0.0.1:8765", HEADER: ann.scorer.page}
+    headers = {"origin": "http://127.0.0.1:8765", TOKEN_HEADER: ann.scorer.token}
     assert ann.request("POST", "/act/give", headers, data={"level": "4"}).status_code == 415
     assert [ann.get("/act/give").status_code, ann.request("DELETE", "/", headers).status_code] == [405, 405]
     assert book.scores.acts() == []
@@ -159,7 +169,7 @@ def test_an_act_that_no_page_sends_is_refused_with_a_reason(both, book, sent):
 
 
 def test_no_json_an_unknown_act_and_too_many_points_are_refused(ann, book):
-    headers = {"origin": "http://127.0.0.1:8765", HEADER: ann.scorer.page, "content-type": "application/json"}
+    headers = {"origin": "http://127.0.0.1:8765", TOKEN_HEADER: ann.scorer.token, "content-type": "application/json"}
     for body in (b"{", b"\xff", b"[" * 20_000, b'{"points": NaN, "question": "2.11", "part": "explanation"}'):
         assert ann.request("POST", "/act/give", headers, content=body).status_code == 400
     assert ann.act("erase", SENT).status_code == 404
