@@ -457,7 +457,7 @@ def loop_gain(A: ArrayLike, B: ArrayLike, K: ArrayLike, omega: Vector, delay: fl
     """Find the loop gain as it runs at frequencies (rad/s); see :func:`margins`."""
     transition, entry, law = _sampled(A, B, K)
     z = np.exp(1j * omega * SAMPLE_TIME)
-    states = np.linalg.solve(z[:, None, None] * np.eye(6) - transition, entry[:, None])[..., 0]
+    states = np.linalg.solve(z[:, None, None] * np.eye(6) - transition, entry[None, :, None])[..., 0]
     found: NDArray[np.complex128] = states @ law * np.exp(-1j * omega * delay)
     return found
 
