@@ -7,7 +7,7 @@ from set_clock import END_OF_TERM, set_clock
 from labcourse.grading.gradebook import Gradebook
 
 
-@pytest.fixture(autouse=True, scope="session")
+@pytest.fixture(autouse=True, scope="module")
 def end_of_term():
     with pytest.MonkeyPatch.context() as patch:
         set_clock(patch, END_OF_TERM)

@@ -10,12 +10,12 @@ from labcourse import clock
 #: Everything is due, whatever its deadline is, and later than anything that a test takes for late.
 END_OF_TERM = datetime(2100, 1, 1, tzinfo=UTC)
 _real = clock.now
+_readings = count()
 
 
 def set_clock(patch: pytest.MonkeyPatch, start: datetime) -> None:
-    """Let it be a time for all of the engine. Each reading is a millisecond later, so that acts keep their order."""
-    readings = count()
-    patch.setattr(clock, "now", lambda: start + timedelta(milliseconds=next(readings)))
+    """Let it be a time for all of the engine. Each reading is a microsecond later, so that acts keep their order."""
+    patch.setattr(clock, "now", lambda: start + timedelta(microseconds=next(_readings)))
 
 
 def set_real_clock(patch: pytest.MonkeyPatch) -> None:

@@ -5,7 +5,7 @@ from remembered import remembered
 from set_clock import END_OF_TERM, set_clock
 
 
-@pytest.fixture(autouse=True, scope="session")
+@pytest.fixture(autouse=True, scope="module")
 def end_of_term():
     with pytest.MonkeyPatch.context() as patch:
         set_clock(patch, END_OF_TERM)
