@@ -7,8 +7,8 @@ from fractions import Fraction
 import pytest
 from gradebooks import graded, mark
 from made_courses import OURS
-from set_clock import set_clock
 
+from labcourse import clock
 from labcourse.errors import GradingError
 from labcourse.grading.accounts import final_grade
 from labcourse.grading.assignments import Handed, State, find, given_back, of_course, works
@@ -162,5 +162,5 @@ def test_pages_show_everything_until_some_assignments_are_given_back_and_then_on
 
 
 def test_the_calendar_goes_by_the_clock(monkeypatch):
-    set_clock(monkeypatch, DUE)
+    monkeypatch.setattr(clock, "now", lambda: DUE)
     assert works(course(LAB), Handed(ADA))[SECOND].state == State.NOT_DUE
