@@ -5,6 +5,7 @@ import subprocess
 import sys
 import threading
 import time
+from itertools import count
 
 import numpy as np
 import pytest
@@ -140,8 +141,16 @@ def test_a_run_that_is_watched_on_a_busy_computer_is_that_of_one_that_nobody_wat
 def test_a_run_whose_page_is_gone_stops_itself_and_says_where_its_samples_are(live, monkeypatch, tmp_path):
     live._bench.safety = Safety(folder=tmp_path / "unfinished")
     live.set("experiment", "watch")  # it waits for no rest
-    monkeypatch.setattr(console_module, "_SILENCE", 2.0)
     live._on_message(None, {"kind": "alive"}, None)  # a page has spoken, and says no more
+    monkeypatch.setattr(console_module, "_SILENCE", 60.0)  # however busy the computer is, there are samples before
+    heard, samples = live._alive, count()
+
+    def alive():
+        if next(samples) == 100:
+            live._last_message -= 61.0
+        return heard()
+
+    monkeypatch.setattr(live, "_alive", alive)
     live.start()
     assert live._state == "stopped" and "Nothing was heard of the page" in live._message
     (path,) = (tmp_path / "unfinished").glob("*.mat")
