@@ -96,9 +96,7 @@ class Session:
         self.catalogue = self.beginning.catalogue
         self.questions = self.catalogue.everything
         self._folder = folder
-        probe_seed = int(os.environ.get(PROBE_SEED, seed))
-        seconds = None if by_program() else lambda: clock.now().timestamp()
-        self.book = AnswerBook(folder / ANSWERS_FILE, student, bench, probe_seed, seconds)
+        self.book = AnswerBook(folder / ANSWERS_FILE, student, bench, int(os.environ.get(PROBE_SEED, seed)))
         self.saved_texts = SavedTexts(folder, self.catalogue)
         self._place = place.Place()
         self._bar: CourseBar | None = None

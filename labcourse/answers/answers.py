@@ -1,7 +1,6 @@
 """The answer book, which stores a student's answers in ``answers.json``: plain data, never lost.
 
-The file's form is :class:`labcourse.answers.schema.AnswersFile`. Runs by programs leave no times, so that they repeat
-to the byte. The file is read anew before each change, so that two notebooks may be open at once. It is written under a
+The file's form is :class:`labcourse.answers.schema.AnswersFile`. The file is read anew before each change, so that two notebooks may be open at once. It is written under a
 temporary name and renamed, so that a crash leaves the old one.
 """
 
@@ -11,7 +10,7 @@ import errno
 import itertools
 import json
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from html import escape
 from pathlib import Path
@@ -26,7 +25,7 @@ from labcourse.errors import AnswerError
 from labcourse.student_id import caseless
 
 MAX_BYTES = 1_000_000  #: of the whole file; docs/handing_in.md states it
-_Sections = dict[str, dict[str, dict[str, Any]]]  # answers, cells, when, predictions: by question
+_Sections = dict[str, dict[str, dict[str, Any]]]  # answers, cells, predictions: by question
 
 
 @dataclass(frozen=True)
@@ -94,26 +93,17 @@ class AnswerBook:
     student : who answers
     bench : identity of the bench, plain data
     probe_seed : from which the inputs of functions are drawn
-    clock : the time, in s since 1970, when an answer is recorded; None where a program runs the notebooks
 
     Attributes
     ----------
     notices : messages for the student, such as about a broken file that was put aside
     """
 
-    def __init__(
-        self,
-        path: Path,
-        student: str,
-        bench: Mapping[str, Any],
-        probe_seed: int,
-        clock: Callable[[], float] | None = None,
-    ) -> None:
+    def __init__(self, path: Path, student: str, bench: Mapping[str, Any], probe_seed: int) -> None:
         self.path = path
         self.student = student
         self.bench = dict(bench)
         self.probe_seed = probe_seed
-        self._clock = clock
         self.notices: list[str] = []
         self._version: tuple[int, ...] | None = None  # of the file as it was read or written last
         self.refresh()
@@ -177,8 +167,6 @@ class AnswerBook:
     def _add(self, question: str, part: str, content: dict[str, Any], cell: str) -> None:
         """Add an answer to what is to be written; raise FormError if the file would grow too large with it."""
         entries: dict[str, Any] = {"answers": content, "cells": cell}
-        if self._clock is not None:
-            entries["when"] = int(self._clock())
         sections = dict(self._sections)
         for section, entry in entries.items():
             earlier = sections.get(section, {})
@@ -269,7 +257,7 @@ class AnswerBook:
                 question: {name: answer for name, answer in parts.items() if answer.get("kind") != "function"}
                 for question, parts in content["answers"].items()
             }
-        return {name: content[name] for name in ("answers", "cells", "when", "predictions") if name in content}
+        return {name: content[name] for name in ("answers", "cells", "predictions") if name in content}
 
 
 # --- results tables ---------------------------------------------------------------------------------------------------

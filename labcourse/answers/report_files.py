@@ -8,6 +8,7 @@ strangers are parsed in a sandbox.
 from __future__ import annotations
 
 import hashlib
+import json
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -16,6 +17,7 @@ from typing import TYPE_CHECKING
 
 from labcourse import files
 from labcourse.answers.catalogue import Catalogue
+from labcourse.answers.notebooks import Cell
 from labcourse.answers.own_files import megabytes
 from labcourse.answers.parts import ReportItem
 from labcourse.errors import AnswerError
@@ -26,7 +28,7 @@ if TYPE_CHECKING:
 
 PDF, HTML = ".pdf", ".html"
 MAX_BYTES = 20_000_000  #: of a report; ten photographs as telephones make them
-COMPOSED = "labcourse-composed"  #: a key word of a PDF that is made of the notebook's texts
+COMPOSED = "labcourse-composed"  #: a key word of a PDF that is made of the notebook's texts; see :func:`keyword`
 #: Fixed: a person's mark of a report as a whole holds for as long as what they read stays the same.
 NOT_WRITTEN = "*not written yet*"
 _MAGIC, _WITHIN = b"%PDF-", 1024  # a PDF begins with it, or nearly so
@@ -61,6 +63,11 @@ def refusal(data: bytes) -> str | None:
 def is_composed(data: bytes) -> bool:
     """Check whether a PDF says that it was made of the notebook's texts."""
     return COMPOSED.encode() in data
+
+
+def keyword(cells: Iterable[Cell]) -> str:
+    """Return the key word of a PDF that is made of a notebook with these cells, which has a digest of them."""
+    return f"{COMPOSED}-{hashlib.sha256(json.dumps([cell.source for cell in cells]).encode()).hexdigest()}"
 
 
 @dataclass(frozen=True)

@@ -412,8 +412,8 @@ class Prediction(Model):
 class AnswersFile(Model):
     """A student's answers, by question and part: ``answers.json``.
 
-    ``cells`` has the id of the cell that recorded an answer, "" if none did; ``when`` the time, in s since 1970, unless
-    a program ran the notebook.
+    ``cells`` has the id of the cell that recorded an answer, "" if none did; ``when``, of earlier versions alone, the
+    time, in s since 1970.
     """
 
     format: Annotated[int, Field(ge=json_values.FORMAT), AfterValidator(_of_this_version)]

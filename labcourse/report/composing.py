@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from labcourse import course_file, files
-from labcourse.answers import forms, own_files, words
+from labcourse.answers import forms, own_files, report_files, words
 from labcourse.answers.figures import readable
 from labcourse.answers.json_values import clean
 from labcourse.answers.notebooks import TEXT, Notebook, NotebookError
@@ -75,6 +75,7 @@ class _Composer:
         masters = words.own_masters(cells)
         self._cells = {where: str(master.get("id", "")) for master in masters if (where := words.where_of(master))}
         own, _problems = own_files.read(folder, [f"{name}.ipynb" for name in lab.catalogue.notebooks])
+        self._keyword = report_files.keyword(notebook.cells)
         self._written = words.written(masters, notebook.cells, own)
         front = [cell for cell in cells if _is_front(cell, report)]
         self._front = Place(self._notebook, str(front[0].get("id", "")) if front else "")
@@ -104,6 +105,7 @@ class _Composer:
             sections=sections,
             sources={match[1]: entry for name, entry in self._entries.items() if (match := _SOURCE.fullmatch(name))},
             front=self._front,
+            keyword=self._keyword,
             notices=(*self._notices, *self._unknown(sections)),
         )
 

@@ -116,6 +116,7 @@ class Document:
     sections : in order
     sources : key, as in "1" for [1] → its text
     front : the cell of authors, captions and sources
+    keyword : of the PDF, see :func:`labcourse.answers.report_files.keyword`
     notices : what was left out of the student's cells, and why
     """
 
@@ -124,4 +125,5 @@ class Document:
     sections: tuple[Section, ...]
     sources: Mapping[str, Text]
     front: Place
+    keyword: str
     notices: tuple[Notice, ...] = ()

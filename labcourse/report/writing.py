@@ -14,7 +14,6 @@ from typing import Any
 
 import typst
 
-from labcourse.answers.report_files import COMPOSED
 from labcourse.report import pandoc
 from labcourse.report.document import Document, Place
 from labcourse.report.markup import Markup
@@ -97,7 +96,7 @@ class _Writing:
 
     def _pdf(self) -> bytes:
         template = _resource("template.typ")
-        data = {**self._document.cover, "keyword": COMPOSED, "alt": self._markup.alt}
+        data = {**self._document.cover, "keyword": self._document.keyword, "alt": self._markup.alt}
         pictures = {name: content for name, (_image, content) in self._markup.pictures.items()}
         inputs = {**pictures, "report.json": json.dumps(data).encode()}
         while True:

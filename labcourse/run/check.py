@@ -32,11 +32,11 @@ from labcourse.run.student_folder import Work
 from labcourse.student_id import caseless
 
 CLOSE = 1e-4  #: relative: answers are stored to six digits, and another library may differ in the last of them
-_CLOCKS = 2.0  # s by which the times of files may differ; FAT counts in two
 _NAMED = 6  # cells that are named before "and 12 more"
-_DIFFERENT = (
-    "An answer below is different from the one on your page: your saved notebook, run from its first cell to its last, "
-    "gives another one. Choose Kernel → Restart Kernel and Run All Cells…, and look at it. Random numbers need a seed."
+_UNLIKE = (
+    "Your notebooks, as they are saved and run from the first cell to the last, do not give what is on your page: "
+    "{answers}. Save them (Ctrl+S), and check again. If that changes nothing, choose Kernel → Restart Kernel and Run "
+    "All Cells… in them, and look at these answers. Random numbers need a seed."
 )
 
 
@@ -76,7 +76,7 @@ class Checked:
     problems : what could not be read
     stops : what stopped, and what builds on it
     lost : what was recorded at home and is not here, though nothing stopped; the parts say it, too
-    unsaved : notebooks in which something was recorded after they were saved
+    unlike : what to do about answers that the saved notebooks do not give as they were recorded
     notes : what else is worth knowing
     seconds : that it took
     """
@@ -87,7 +87,7 @@ class Checked:
     problems: tuple[str, ...] = ()
     stops: tuple[str, ...] = ()
     lost: tuple[str, ...] = ()
-    unsaved: tuple[str, ...] = ()
+    unlike: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
     seconds: float = 0.0
 
@@ -111,10 +111,9 @@ class Checked:
     @property
     def advice(self) -> tuple[str, ...]:
         """What to look at first, a sentence each, besides the missing answers and why they are missing."""
-        different = [_DIFFERENT] if any(part.state is State.DIFFERENT for part in self.parts) else []
         causes = tuple(part.why.rstrip(".") for part in self.parts if part.why)
         stops = [stop for stop in self.stops if not stop.startswith(causes)]
-        return (*self.problems, *stops, *self.unsaved, *different)
+        return (*self.problems, *stops, *self.unlike)
 
     def _states(self, question: str) -> set[State]:
         return {part.state for part in self.parts if part.question == question}
@@ -176,7 +175,7 @@ def check(
         problems=(*work.problems, *filter(None, [unreadable]), *_too_new(work, merged)),
         stops=why.stops,
         lost=why.lost,
-        unsaved=tuple(_unsaved(parts.values(), work.saved, home.get("when", {}))),
+        unlike=tuple(_unlike(parts, home, why)),
         notes=(
             *(_of_changes(name, changed) for name, changed in merged.changes.items() if changed),
             *work.notes,
@@ -274,17 +273,17 @@ def _is_number(value: Any) -> bool:
 # --- what else is worth knowing ---------------------------------------------------------------------------------------
 
 
-def _unsaved(
-    parts: Iterable[Part], saved: Mapping[str, float], when: Mapping[str, Mapping[str, float]]
-) -> Iterator[str]:
-    """Yield a sentence on each notebook in which something was recorded after it was saved."""
-    questions = {
-        part.notebook: part.question
-        for part in parts
-        if when.get(part.question, {}).get(part.name, 0.0) > saved.get(part.notebook, float("inf")) + _CLOCKS
+def _unlike(parts: Mapping[Where, Part], home: Mapping[str, Any], why: Reasons) -> Iterator[str]:
+    """Yield what to do about answers of a cell that the saved notebooks do not give, though nothing stopped."""
+    cells = home.get("cells", {})
+    unlike = {
+        f"{part.question} in {part.notebook}": None
+        for where, part in parts.items()
+        if part.state is State.DIFFERENT
+        or (part.state is State.MISSING and cells.get(part.question, {}).get(part.name) and where not in why.roots)
     }
-    for name, question in questions.items():
-        yield f"{name} was saved before {question} was recorded: save it (Ctrl+S), and check again."
+    if unlike:
+        yield _UNLIKE.format(answers=listed([*unlike], _NAMED))
 
 
 def _of_changes(name: str, changes: Iterable[Change]) -> str:
@@ -334,7 +333,7 @@ def _foreign(work: Work, merged: Merged) -> Iterator[str]:
             f"{name} does not come with the course: it may be missing where your work is graded. Ask your "
             "instructor, or do without it."
         )
-    packed = {*work.hand_in.files, *work.hand_in.reports, *work.saved, ANSWERS_FILE, COURSE_FILE}
+    packed = {*work.hand_in.files, *work.hand_in.reports, *work.hand_in.notebooks, ANSWERS_FILE, COURSE_FILE}
     left = ((place, name) for place, code in sources for name in portability.not_packed(code, work.folder, packed))
     for place, name in dict.fromkeys(left):
         yield (
@@ -357,13 +356,14 @@ def _of_reports(work: Work, pdfs: Iterable[ReportFile], catalogue: Catalogue) ->
     for pdf in pdfs:
         yield str(pdf)
         notebook = catalogue.reports[pdf.report].notebook
+        keyword = report_files.keyword(work.hand_in.notebooks.get(f"{notebook}.ipynb", ()))
         if pdf.own:
             yield (
                 f"{pdf.report}: a text that is not written in its cell is looked for in your own document, {pdf.name}: "
                 "let its headings say which is which. A text cell that is filled in is read first."
             )
-        elif (work.folder / pdf.name).stat().st_mtime + _CLOCKS < work.saved.get(f"{notebook}.ipynb", 0.0):
+        elif keyword.encode() not in work.hand_in.reports[pdf.name]:
             yield (
-                f"{pdf.name} was made before {notebook} was saved last. If you changed a text, a figure or a table "
+                f"{pdf.name} was not made of {notebook} as it is saved now. If you changed a text, a figure or a table "
                 "since, run the cell with lab.report() again: whoever judges the report as a whole reads the PDF."
             )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -25,14 +25,12 @@ class Work:
     ----------
     folder : where it is
     hand_in : what counts of it
-    saved : notebook's file name → when it was saved last, s since 1970
     problems : what cannot be read
     notes : what is not taken, and other notebooks that look like one of the course's
     """
 
     folder: Path
     hand_in: HandIn
-    saved: Mapping[str, float]
     problems: tuple[str, ...]
     notes: tuple[str, ...]
 
@@ -71,14 +69,12 @@ def read(
     catalogue : of the course, which has reports; without it no report is looked for
     """
     cells: dict[str, tuple[Cell, ...]] = {}
-    saved: dict[str, float] = {}
     problems: list[str] = []
     absent: list[str] = []
     for name in notebooks:
-        path = folder / name
         try:
-            notebook = Notebook.without_outputs(files.read(path))
-            cells[name], saved[name] = notebook.cells, path.stat().st_mtime
+            notebook = Notebook.without_outputs(files.read(folder / name))
+            cells[name] = notebook.cells
             problems += [f"{name}: {problem}" for problem in notebook.problems]
         except FileNotFoundError:
             absent.append(name)
@@ -104,7 +100,7 @@ def read(
         course = course_file.parse(about) if about is not None else {}
     except ConfigurationError as error:
         problems.append(str(error))
-    return Work(folder, HandIn(cells, own, claim, course, reports), saved, tuple(problems), tuple(notes))
+    return Work(folder, HandIn(cells, own, claim, course, reports), tuple(problems), tuple(notes))
 
 
 def _read_file(path: Path, problems: list[str]) -> bytes | None:

@@ -154,7 +154,7 @@ def _content(work: student_folder.Work, student: str, partners: list[str]) -> tu
     confirm = f"counts once they hand in with {student} as their partner, too, or your instructor confirms it"
     notes = [*work.problems, *work.notes, *(f"Your partner {partner} {confirm}." for partner in partners)]
     content = {**work.hand_in.files, **work.hand_in.reports}
-    for name in work.saved:
+    for name in work.hand_in.notebooks:
         content[name], dropped = slim(files.read(work.folder / name))
         if dropped:
             cells = plural(dropped, "{count} cell", "{count} cells")

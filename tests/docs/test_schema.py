@@ -24,7 +24,7 @@ def test_the_file_is_that_of_the_models():
 
 def test_what_a_session_writes_is_valid_and_what_is_malformed_is_not(tmp_path):
     jsonschema.Draft202012Validator.check_schema(STORED)
-    book = AnswerBook(tmp_path / "answers.json", "ada", {"uri": "virtual"}, 1, clock=lambda: 5.0)
+    book = AnswerBook(tmp_path / "answers.json", "ada", {"uri": "virtual"}, 1)
     k, x = sympy.symbols("k x")
     replies = book.answer(QUESTION, {"x": 2.0, "f": k * sympy.sin(x) ** 2 / 2}, "a-cell")
     assert all(reply.recorded for reply in replies)

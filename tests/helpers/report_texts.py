@@ -5,6 +5,7 @@ from collections.abc import Mapping
 
 from PIL import Image
 
+from labcourse.answers.report_files import COMPOSED
 from labcourse.report.document import Document, Place, Recorded, Section, Text
 
 HERE = Place("04_results.ipynb", "text")
@@ -39,6 +40,7 @@ def of_text(text: str, pictures: Mapping[str, bytes] | None = None) -> Document:
             "date": "2026-11-23",
         },
         page_limit=None,
+        keyword=COMPOSED,
         sections=(
             Section("I.1", "Results: Table 3", (figure, table), RECORDED),
             Section("II.1", "Analysis: what follows", (Text(text, HERE, pictures or {}),), HERE),

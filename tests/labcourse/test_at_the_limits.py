@@ -15,7 +15,7 @@ from labcourse.answers import answers, cell_reports, expressions, forms, json_va
 from labcourse.answers.parts import Question, number, prose, recording
 from labcourse.answers.words import Budget, PictureError, as_png, pictures_of
 from labcourse.errors import AnswerError, StudentIDError
-from labcourse.run import check, student_folder, submit
+from labcourse.run import student_folder, submit
 from rotflex.recording import Channel, Recording
 
 FITS = pytest.mark.parametrize("fits", [True, False], ids=["fits", "one more"])
@@ -264,12 +264,6 @@ def test_characters_of_a_name_and_of_a_message_in_a_report(fits):
     for name, value in (("notebook", text), ("cell", text), ("error", {"type": "E", "message": text, "line": None})):
         event = {"event": "ended", "notebook": "a", "cell": "c", "error": None, name: value}
         assert bool(schema.read_reports(lines([event])).cells) == fits
-
-
-@pytest.mark.parametrize(("later", "told"), [(1.9, False), (2.0, False), (2.1, True)])
-def test_a_notebook_is_called_unsaved_where_an_answer_is_younger_by_more_than_two_seconds(later, told):
-    part = check.Part("a.ipynb", "1", "x", check.State.RECORDED)
-    assert bool([*check._unsaved([part], {"a.ipynb": 1000.0}, {"1": {"x": 1000.0 + later}})]) == told
 
 
 @FITS

@@ -158,13 +158,15 @@ def test_what_a_check_says_of_a_text(folder, monkeypatch, text, pdf, state):
     assert any("own document" in note and "headings" in note for note in found.notes) == (pdf == typeset())
 
 
-def test_a_report_that_is_older_than_its_notebook_is_asked_about(folder, monkeypatch):
-    (folder / NAME).write_bytes(composed())
-    for time, is_older in ((None, False), ((0, 1000), True)):
-        if time:
-            os.utime(folder / NAME, time)
-        notes = checked(folder, monkeypatch).notes
-        assert any("was made before 02 was saved last" in note for note in notes) is is_older
+def test_a_report_is_asked_about_if_its_notebook_was_changed_since_whatever_the_clock_says(folder, lab, monkeypatch):
+    def asked_about(text):
+        return any("was not made of 02 as it is saved" in note for note in checked(folder, monkeypatch, text).notes)
+
+    assert not asked_about("It swings.")
+    lab.report("first")
+    for time in (0, 2**32):
+        os.utime(folder / NAME, (time, time))
+        assert not asked_about("It swings.") and asked_about("It does not.")
 
 
 def packed(folder, **options):
