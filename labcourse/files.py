@@ -11,9 +11,9 @@ import os
 import stat
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path, PurePath
-from typing import Any, TypeVar
+from typing import IO, Any, TypeVar
 
 from labcourse.safe_text import no_escapes
 
@@ -32,26 +32,75 @@ _count = itertools.count()  # two threads may write the same file
 _MAY_BE_OPEN = sys.platform == "win32"
 _PATIENCE = 2.0  # s until it is an error; a virus scanner has a new file for a second
 _PAUSE = 0.05  # s between two tries; a program that reads a small file has it for less
+_LONGEST_LOCK = 5.0  # s to wait for a program that changes the same file, which takes milliseconds
 
 _Result = TypeVar("_Result")
 
 
-def patiently(act: Callable[[], _Result]) -> _Result:
-    """Repeat an operation that another program may block for a moment, on Windows, until it succeeds.
+def patiently(act: Callable[[], _Result], seconds: float | None = None) -> _Result:
+    """Repeat an operation that another program may block for a moment until it succeeds.
+
+    Parameters
+    ----------
+    act : the operation
+    seconds : how long to repeat it; by default two on Windows, and none elsewhere
 
     Raises
     ------
     OSError
-        If it still fails after some seconds.
+        If it still fails then.
     """
-    until = time.monotonic() + _PATIENCE
+    until = time.monotonic() + (_MAY_BE_OPEN * _PATIENCE if seconds is None else seconds)
     while True:
         try:
             return act()
-        except PermissionError:
-            if not _MAY_BE_OPEN or time.monotonic() > until:
+        except (BlockingIOError, PermissionError):
+            if time.monotonic() >= until:
                 raise
         time.sleep(_PAUSE)
+
+
+def lock(file: IO[bytes]) -> None:
+    """Lock a file until it is closed, or its program ends. (Laboratory and engine have the same function.)
+
+    Raises
+    ------
+    BlockingIOError, PermissionError
+        If another program has it locked.
+    OSError
+        If its file system has no locks.
+    """
+    if sys.platform == "win32":
+        import msvcrt
+
+        msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)
+    else:
+        import fcntl
+
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+
+
+@contextlib.contextmanager
+def locked(path: Path) -> Iterator[str]:
+    """Let no other program that uses this function change a file in the meantime.
+
+    What is locked is an empty hidden file beside it, which stays there: the file itself is replaced when it is written.
+
+    Yields
+    ------
+    str
+        Why nothing is locked: some network drives have no locks, and a program that does not come to its end has the
+        file locked for ever. "" if it is locked.
+    """
+    with contextlib.ExitStack() as stack:
+        problem, flags = "", os.O_WRONLY | os.O_CREAT
+        try:
+            file = patiently(lambda: os.fdopen(_opener(path.with_name(f".{path.name}.lock"), flags), "wb"))
+            stack.enter_context(file)
+            patiently(lambda: lock(file), _LONGEST_LOCK)
+        except OSError as error:
+            problem = reason(error)
+        yield problem
 
 
 def ordinary(path: Path) -> os.stat_result:
@@ -81,18 +130,20 @@ def read(path: Path, most: int | None = None) -> bytes:
     """
     most = MAX_BYTES if most is None else most
 
-    def opener(name: str, flags: int) -> int:  # it may have been replaced just now
-        return os.open(name, flags | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0))
-
     def content() -> bytes:
         ordinary(path)
-        with open(path, "rb", opener=opener) as file:
+        with open(path, "rb", opener=_opener) as file:
             return file.read(most + 1)
 
     data = patiently(content)
     if len(data) > most:
         raise OSError(errno.EFBIG, f"it has more than {most / 1e6:.3g} MB", str(path))
     return data
+
+
+def _opener(name: str | Path, flags: int) -> int:
+    """Open a file that may have been replaced just now by a link or a pipe."""
+    return os.open(name, flags | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0), 0o666)
 
 
 def version(path: Path) -> tuple[int, ...] | None:

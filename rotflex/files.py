@@ -12,6 +12,7 @@ import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
+from typing import IO
 
 FOLDER = "ROTFLEX_CONFIG_DIR"  #: environment variable: the folder of the user's settings
 
@@ -43,6 +44,26 @@ def patiently(act: Callable[[], object]) -> None:
             if time.monotonic() >= until:
                 raise
         time.sleep(_PAUSE)
+
+
+def lock(file: IO[bytes]) -> None:
+    """Lock a file until it is closed, or its program ends. (Laboratory and engine have the same function.)
+
+    Raises
+    ------
+    BlockingIOError, PermissionError
+        If another program has it locked.
+    OSError
+        If its file system has no locks.
+    """
+    if sys.platform == "win32":
+        import msvcrt
+
+        msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)
+    else:
+        import fcntl
+
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
 
 
 def write(target: str | os.PathLike[str], content: str | bytes | Callable[[Path], object]) -> None:

@@ -1,16 +1,17 @@
 """The answer book, which stores a student's answers in ``answers.json``: plain data, never lost.
 
-The file's form is :class:`labcourse.answers.schema.AnswersFile`. The file is read anew before each change, so that two notebooks may be open at once. It is written under a
-temporary name and renamed, so that a crash leaves the old one.
+The file's form is :class:`labcourse.answers.schema.AnswersFile`. It is locked and read anew before each change, so that
+two notebooks may record at once. It is written under a temporary name and renamed, so that a crash leaves the old one.
 """
 
 from __future__ import annotations
 
+import contextlib
 import errno
 import itertools
 import json
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from html import escape
 from pathlib import Path
@@ -106,14 +107,17 @@ class AnswerBook:
         self.probe_seed = probe_seed
         self.notices: list[str] = []
         self._version: tuple[int, ...] | None = None  # of the file as it was read or written last
+        self._is_warned = False  # that the file cannot be locked
         self.refresh()
 
     def refresh(self) -> None:
         """Read the file again if it has changed: another notebook may have written to it."""
         version = files.version(self.path)
-        if version is None or version != self._version:
-            self._sections = self._load()
-            self._version = version
+        if version is None:
+            self._sections: _Sections = {"answers": {}, "cells": {}}
+        elif version != self._version:
+            with self._locked():
+                self._version = version
 
     def cell(self, question: str, part: str) -> str:
         """Return the id of the cell that recorded the answer to a part; "" if none did, or if it is not known."""
@@ -160,8 +164,12 @@ class AnswerBook:
             else:
                 text = f"{forms.show(part, encoded.content)}  recorded"
                 replies.append(Reply(question.number, part.name, True, text, encoded.hints))
-        if any(reply.recorded for reply in replies):
-            self._save()
+        if recorded := [reply.part for reply in replies if reply.recorded]:
+            contents = self._sections["answers"][question.number]
+            with self._locked() as problem:  # which reads the file again: to try a function may have taken long
+                for name in recorded:
+                    self._add(question.number, name, contents[name], cell)
+                self._save(problem)
         return replies
 
     def _add(self, question: str, part: str, content: dict[str, Any], cell: str) -> None:
@@ -193,11 +201,11 @@ class AnswerBook:
         AnswerError
             If the file cannot be written.
         """
-        self.refresh()
-        entry = self._sections.setdefault("predictions", {}).setdefault(question, {})
-        entry["said"] = {**values, **entry.get("said", {})}
-        entry |= {} if why is None else {"why": why}
-        self._save()
+        with self._locked() as problem:
+            entry = self._sections.setdefault("predictions", {}).setdefault(question, {})
+            entry["said"] = {**values, **entry.get("said", {})}
+            entry |= {} if why is None else {"why": why}
+            self._save(problem)
 
     # --- the file ------------------------------------------------------------------------------------------------
 
@@ -213,18 +221,34 @@ class AnswerBook:
         }
         return (json.dumps(content, allow_nan=False, sort_keys=True) + "\n").encode()
 
-    def _save(self) -> None:
-        """Write the file. If this fails, the answers are again those of the old file."""
-        text = self._as_json(self._sections)
+    @contextlib.contextmanager
+    def _locked(self) -> Iterator[str]:
+        """Lock the file, read it, and yield why it cannot be locked, "" if it is.
+
+        If it cannot be written in the meantime, the answers are again those of the file.
+        """
         try:
-            if len(text) > MAX_BYTES:  # it could not be read again
-                raise OSError(errno.EFBIG, f"it would be larger than {MAX_BYTES} bytes; give smaller figures")
-            self._version = files.write(self.path, text)
+            with files.locked(self.path) as problem:
+                self._sections = self._load()
+                yield problem
         except OSError as error:
             self._sections = self._load()
             raise AnswerError(
                 f"{self.path.name} cannot be written: {error.strerror}. The answer is not recorded."
             ) from error
+
+    def _save(self, problem: str) -> None:
+        """Write the file; say once that it could not be locked, and why."""
+        text = self._as_json(self._sections)
+        if len(text) > MAX_BYTES:  # it could not be read again
+            raise OSError(errno.EFBIG, f"it would be larger than {MAX_BYTES} bytes; give smaller figures")
+        self._version = files.write(self.path, text)
+        if problem and not self._is_warned:
+            self._is_warned = True
+            self.notices.append(
+                f"{self.path.name} cannot be locked: {problem}. If two notebooks record an answer at the same moment, "
+                "one answer may be lost: run one notebook at a time."
+            )
 
     def _load(self) -> _Sections:
         """Read the file. One that is broken, or another student's, is put aside under another name."""

@@ -178,7 +178,7 @@ class _Stored:
             self.signals = np.lib.format.open_memmap(self._path, mode="w+", dtype=float, shape=(4, samples))
             self._file = self._path.open("r+b")  # over a network only a file that may be written can be locked
             with contextlib.suppress(OSError):  # a file system without locks
-                _lock(self._file)
+                files.lock(self._file)
         except (TypeError, ValueError, RecursionError) as error:
             raise RecordingError(f"The metadata must be plain data, as JSON can hold: {error}.") from None
         except OSError as error:
@@ -203,7 +203,7 @@ def recover(folder: Path) -> None:
         # What is not whole is left alone, and so is the run of a program that is alive.
         with contextlib.suppress(OSError, EOFError, ValueError, TypeError, LookupError, RecordingError):
             with path.open("r+b") as file:
-                _lock(file)
+                files.lock(file)
             signals = np.load(path)
             described = json.loads(path.with_suffix(".json").read_text(encoding="utf-8"))
             ended = "The program ended without a word. The board's watchdog, where it works, then sets 0 V."
@@ -358,15 +358,3 @@ def _described(bench: Bench, sample_time: float, metadata: Mapping[str, Any] | N
         "software": f"rotflex {__version__}",
         **as_json,
     }
-
-
-def _lock(file: Any) -> None:
-    """Lock a file until it is closed; raise OSError where another program has it locked."""
-    if sys.platform == "win32":
-        import msvcrt
-
-        msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)
-    else:
-        import fcntl
-
-        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)

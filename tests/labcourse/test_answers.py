@@ -1,14 +1,21 @@
 """The answer book: what is kept, what is never lost."""
 
+import errno
+import inspect
 import json
 import os
+import subprocess
+import sys
 
 import numpy as np
 import pytest
 
 import labcourse
+import rotflex.files
+from labcourse import files
 from labcourse.answers import answers
 from labcourse.answers.answers import AnswerBook, ResultsTable, parse
+from labcourse.answers.parts import Part, Probe, Question
 from labcourse.errors import AnswerError
 from rotflex.course.questions import CATALOGUE
 
@@ -114,6 +121,78 @@ def test_two_notebooks_may_be_open_at_once(path):
     assert book_at(path).get("2.11", "omega_n")["value"] == 19.9
 
 
+#: Records 100 answers to a question, as fast as it can.
+RECORDING = """
+import sys
+from pathlib import Path
+from labcourse.answers.answers import AnswerBook
+from labcourse.answers.parts import Part, Question
+parts = tuple(Part(f"p{n}", "number", 1, "") for n in range(100))
+book = AnswerBook(Path(sys.argv[1]), "ada", {}, 1)
+print("ready", flush=True)
+sys.stdin.readline()
+for part in parts:
+    assert book.answer(Question(sys.argv[2], "1", "a", "", (), parts), {part.name: 1.0})[0].recorded
+"""
+
+
+def test_two_notebooks_that_record_at_the_same_time_lose_nothing(path):
+    command = [sys.executable, "-c", RECORDING, str(path)]
+    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
+    programs = [subprocess.Popen([*command, number], **pipes) for number in ("1", "2")]
+    assert [program.stdout.readline() for program in programs] == ["ready\n"] * 2
+    for program in programs:
+        program.stdin.write("\n")
+        program.stdin.flush()
+    assert [program.wait() for program in programs] == [0, 0]
+    answers_of = parse(path.read_bytes())["answers"]
+    assert {number: len(parts) for number, parts in answers_of.items()} == {"1": 100, "2": 100}
+
+
+def test_another_notebook_may_record_while_a_function_is_tried(path):
+    """That may take long, and another answer that comes in the meantime must not wait, or be lost."""
+    other = book_at(path)
+
+    def voltage(x):
+        other.answer(CATALOGUE.find("2.12"), {"K_s": 1.3})
+        return x
+
+    part = Part("f", "function", 1, "", probe=Probe("p", "f(x)", 1, lambda _: [(1.0,)], lambda y: [y], tuple))
+    book = book_at(path)
+    (reply,) = book.answer(Question("1", "1", "a", "", (), (part,)), {"f": voltage})
+    assert reply.recorded and not (book.notices or other.notices)
+    assert parse(path.read_bytes())["answers"].keys() == {"1", "2.12"}
+
+
+@pytest.mark.parametrize("why", [errno.ENOLCK, errno.ENOTSUP, errno.ENOSYS, errno.EBADF, errno.EAGAIN])
+def test_where_no_lock_can_be_had_that_is_said_once_and_recording_goes_on(path, monkeypatch, why):
+    """As on network drives; EAGAIN: a program has it, and does not come to its end."""
+
+    def refuse(*_):
+        raise OSError(why, os.strerror(why))
+
+    monkeypatch.setattr("fcntl.flock", refuse)
+    monkeypatch.setattr(files, "_LONGEST_LOCK", 0.1)
+    book = book_at(path)
+    for value in (1.0, 2.0):
+        book.answer(CATALOGUE.find("2.11"), {"omega_n": value})
+    assert book_at(path).get("2.11", "omega_n")["value"] == 2.0
+    (notice,) = book.notices
+    assert os.strerror(why) in notice
+
+
+@pytest.mark.parametrize("lay", [os.mkfifo, os.mkdir, lambda lock: os.symlink("elsewhere", lock)])
+def test_what_lies_in_the_locks_place_stops_nobody_and_leads_nowhere(path, lay):
+    lay(path.with_name(".answers.json.lock"))
+    book_at(path).answer(CATALOGUE.find("2.11"), {"omega_n": 1.0})
+    assert book_at(path).get("2.11", "omega_n") and not path.with_name("elsewhere").exists()
+
+
+def test_the_house_has_one_lock():
+    """The laboratory and the engine import nothing of each other, so each has the function."""
+    assert inspect.getsource(files.lock) == inspect.getsource(rotflex.files.lock)
+
+
 BROKEN = {"empty": b"", "cut off": b"{", "list": b"[]", "not UTF-8": b"\xff\xfe", "keys missing": b'{"format": 1}'}
 BROKEN |= {"deep": b"[" * 100_000, "NaN": b'{"a": NaN}', "too large": b" " * (answers.MAX_BYTES + 1)}
 
@@ -149,7 +228,7 @@ def test_another_students_answers_are_put_aside_and_not_mixed_in(path):
 def test_an_aside_name_stays_in_the_folder_whatever_the_students_id(path):
     book_at(path, student="../../x/y").answer(CATALOGUE.find("2.11"), {"omega_n": 19.9})
     book_at(path, student="ada")
-    assert [file.name for file in path.parent.iterdir()] == ["answers..._.._x_y.json"]
+    assert [file.name for file in path.parent.glob("*.json")] == ["answers..._.._x_y.json"]
 
 
 def test_outputs_of_functions_are_dropped_when_their_inputs_have_changed(path):
@@ -177,7 +256,7 @@ def test_a_crash_while_writing_leaves_the_old_file(path, monkeypatch):
     with pytest.raises(AnswerError, match=r"cannot be written: No space left"):
         book.answer(CATALOGUE.find("2.12"), {"K_s": 1.3})
     assert path.read_bytes() == before
-    assert [file.name for file in path.parent.iterdir()] == ["answers.json"]
+    assert not list(path.parent.glob("*.tmp"))
 
 
 CHANGES = [{"format": number} for number in (1, 3, "2", [2])]

@@ -5,6 +5,7 @@ import os
 import subprocess
 import sys
 import unicodedata
+from types import SimpleNamespace
 
 import pytest
 from checkout import ROOT
@@ -16,6 +17,7 @@ from labcourse.answers import answers, own_files
 from labcourse.answers.words import SavedTexts
 from rotflex import cli
 from rotflex.course.lab import Lab
+from rotflex.course.questions import CATALOGUE
 
 NAME = "00_start.ipynb"
 
@@ -79,6 +81,23 @@ def test_a_file_that_stays_in_use_is_an_error_after_a_while_and_at_once_elsewher
     with pytest.raises(PermissionError):
         files.write(tmp_path / "a", "new")
     assert 10**6 - left[0] == tries + 1
+
+
+def test_answers_are_locked_by_windows_own_way_until_the_other_notebook_is_done(tmp_path, monkeypatch):
+    tries = []
+
+    def locking(number, mode, length):
+        tries.append((mode, length, os.lseek(number, 0, os.SEEK_CUR)))
+        if len(tries) < 4:
+            raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr(files, "_PAUSE", 0.001)
+    book = answers.AnswerBook(tmp_path / "answers.json", "ada", {}, 1)
+    with monkeypatch.context() as windows:
+        windows.setitem(sys.modules, "msvcrt", SimpleNamespace(locking=locking, LK_NBLCK="at once"))
+        windows.setattr(sys, "platform", "win32")
+        book.answer(CATALOGUE.find("2.11"), {"omega_n": 1.0})
+    assert tries == [("at once", 1, 0)] * 4 and book.notices == []
 
 
 @pytest.fixture
