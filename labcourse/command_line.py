@@ -80,15 +80,16 @@ def command_line(name: str, version: str, title: str = "", course: str = "") -> 
 
     def choose(
         named: str = Option(
-            course, "--course", metavar="NAME", help="The installed course, if there are several.", hidden=bool(course)
+            "", "--course", metavar="NAME", help="The installed course, if there are several.", hidden=bool(course)
         ),
         _version: bool = Option(
             False, "--version", help="Show the version and stop.", is_eager=True, callback=show_version
         ),
     ) -> None:
         program.use(name)
-        if named:
-            courses.use(named)
+        courses.requested = named
+        if named or course:
+            courses.use(named or course)
 
     app = typer.Typer(
         cls=_Commands,

@@ -1,9 +1,9 @@
 """``course.json``, beside the notebooks: the student who works in the folder, and the release of the course.
 
-It is ``{"student", "release", "draw", "title", "term", "bench", "reflect", "python"}``; with ``"page_limit"`` if the
-course limits reports, ``"optional"`` if it has optional notebooks, and ``"given"`` if the class begins in the middle
-(:mod:`labcourse.answers.starts`). A release leaves the student empty; old files have the student alone. Unknown
-entries, which a later release may add, stay.
+It is ``{"student", "course", "release", "draw", "title", "term", "bench", "reflect", "python"}``; with
+``"page_limit"`` if the course limits reports, ``"optional"`` if it has optional notebooks, and ``"given"`` if the class
+begins in the middle (:mod:`labcourse.answers.starts`). A release leaves the student empty; old files have no course, or
+the student alone. Unknown entries, which a later release may add, stay.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from labcourse.errors import ConfigurationError, StudentIDError
 from labcourse.files import COURSE_FILE
 
 STUDENT, RELEASE = "student", "release"
+COURSE = "course"  #: its name, see :func:`labcourse.courses.name_of`; earlier releases lack it
 REFLECT, ON, OFF = "reflect", "on", "off"  #: whether own answers are compared with each other; or from what time on
 PYTHON = "python"  #: of the grading computer, major and minor version; earlier releases lack it
 PAGE_LIMIT = "page_limit"  #: pages of a report, cover and contents included; absent without a limit
@@ -61,12 +62,17 @@ def parse(data: bytes) -> dict[str, Any]:
     return course
 
 
+def about(folder: Path) -> dict[str, Any]:
+    """Return the content of a folder's ``course.json``; nothing if there is none, or if it is broken."""
+    try:
+        return read(folder) or {}
+    except ConfigurationError:
+        return {}
+
+
 def student(folder: Path) -> str:
     """Return the student in a folder's ``course.json``; :data:`NOBODY` if it names none."""
-    try:
-        named = (read(folder) or {}).get(STUDENT)
-    except ConfigurationError:
-        named = None
+    named = about(folder).get(STUDENT)
     return named if isinstance(named, str) and named else NOBODY
 
 
@@ -89,9 +95,9 @@ def of(folder: Path) -> dict[str, Any] | None:
     ConfigurationError
         If the file cannot be read.
     """
-    about = read(folder)
-    if about is not None:
-        return about
+    own = read(folder)
+    if own is not None:
+        return own
     try:
         course = courses.current()
     except ConfigurationError:
@@ -117,6 +123,40 @@ def bench_policy(folder: Path, latest: int = benches.FIRST_DRAW) -> BenchPolicy:
         return benches.policy_of({"draw": latest} if course is None else course)
     except ConfigurationError as error:
         raise ConfigurationError(f"{COURSE_FILE}: {error}") from None
+
+
+# --- the course of a folder ------------------------------------------------------------------------------------------
+
+
+def courses_of(folder: Path) -> list[str]:
+    """Return the names of the courses that a folder may be of; none if it is no course's folder.
+
+    A course's folder has a ``course.json``, or most of a course's notebooks: one or two may be there by chance. If the
+    file names no course, the notebooks beside it tell; if these are of no installed course, its title is returned.
+    """
+    content = about(folder)
+    if (named := content.get(COURSE)) and isinstance(named, str):
+        return [named]
+    known, has_file = courses.notebooks(), os.path.isfile(folder / COURSE_FILE)
+    there = {course: {name for name in names if os.path.isfile(folder / name)} for course, names in known.items()}
+    some = [course for course, names in there.items() if names and (has_file or 2 * len(names) > len(known[course]))]
+    if has_file and not some:
+        return [str(content.get("title") or "without a name")] if any(folder.glob("*.ipynb")) else list(known)
+    return [course for course in some if there[course] == set().union(*there.values())] or some
+
+
+def around(place: Path) -> Path | None:
+    """Return the nearest folder of a course at a place or above it, or in a folder ``notebooks`` there; None without.
+
+    A folder ``notebooks`` of another course than that which is worked on is not meant.
+    """
+    current = courses.name_of(os.environ.get(courses.SETTING, ""))
+    for folder in (place.resolve(), *place.resolve().parents):
+        if courses_of(folder):
+            return folder
+        if (inside := courses_of(folder / courses.NOTEBOOKS)) and current in ("", *inside):
+            return folder / courses.NOTEBOOKS
+    return None
 
 
 # --- the user of a JupyterHub ----------------------------------------------------------------------------------------

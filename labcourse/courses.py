@@ -11,6 +11,7 @@ the package or above it.
 
 from __future__ import annotations
 
+import contextlib
 import importlib
 import importlib.util
 import os
@@ -22,6 +23,7 @@ from labcourse.benches import FIRST_DRAW
 from labcourse.errors import ConfigurationError
 
 GROUP = "labcourse.courses"  #: of entry points: name of a course → its package
+requested = ""  #: the course that --course names: in a folder of another course it is refused
 SETTING = "LABCOURSE_COURSE"  #: environment variable: name or package of the course that is worked on
 NOTEBOOKS = "notebooks"
 
@@ -69,6 +71,21 @@ class InstalledCourse:
 def installed() -> dict[str, str]:
     """Return the courses that are installed: name → import name of the package."""
     return {entry.name: entry.value for entry in entry_points(group=GROUP)}
+
+
+def name_of(package: str) -> str:
+    """Return the name of the course in a package: that of its entry point, or else that of the package."""
+    return next((name for name, value in installed().items() if value == package), package)
+
+
+def notebooks() -> dict[str, set[str]]:
+    """Return the file names of the notebooks of the courses that are installed: name of a course → names."""
+    names: dict[str, set[str]] = {}
+    for name, package in installed().items():
+        if place := _folder(package):
+            with contextlib.suppress(ConfigurationError):
+                names[name] = {path.name for path in InstalledCourse(package, place).notebooks.glob("*.ipynb")}
+    return names
 
 
 def use(course: str) -> None:

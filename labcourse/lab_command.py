@@ -7,7 +7,6 @@ import itertools
 import json
 import os
 import sys
-from collections.abc import Collection
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -19,6 +18,7 @@ from labcourse.courses import NOTEBOOKS
 from labcourse.errors import ConfigurationError, StudentIDError
 from labcourse.files import COURSE_FILE
 from labcourse.messages import plural
+from labcourse.run import commands
 from labcourse.safe_text import no_escapes, say
 
 
@@ -59,8 +59,9 @@ def lab(
         raise typer.BadParameter(f"One folder, please; {arguments[0]!r} is another. Put JupyterLab's options after --.")
     if student is not None:
         student = student_id.normalised(student)
+    folder, messages = choose(given)
+    commands.use_course_of(folder)
     installed = courses.current()
-    folder, messages = choose(given, [path.name for path in installed.notebooks.glob("*.ipynb")])
     say(*messages)
     is_source = _is_home(folder, installed.notebooks) and not _release_of(installed.notebooks)
     if student is None and not is_source:
@@ -105,7 +106,7 @@ def _ask_for_student(folder: Path) -> str | None:
             return user
     except ConfigurationError as error:  # no ID, but a person at the terminal may have one
         typer.secho(no_escapes(str(error)), fg="red")
-    while _at_a_terminal():
+    while commands.at_a_terminal():
         prompt = "Your student ID, by which your instructor knows you (Enter: later)"
         answer = typer.prompt(prompt, default="", show_default=False).strip()
         if not answer:
@@ -116,10 +117,6 @@ def _ask_for_student(folder: Path) -> str | None:
             typer.secho(no_escapes(str(error)), fg="red")
     typer.echo("There is no student ID yet, and the bench is nobody's: give your ID by --student YOUR-ID.")
     return None
-
-
-def _at_a_terminal() -> bool:
-    return sys.stdin.isatty() and sys.stdout.isatty()
 
 
 def fill(folder: Path, student: str | None = None) -> list[str]:
@@ -151,7 +148,7 @@ def fill(folder: Path, student: str | None = None) -> list[str]:
     if folder.exists() and not folder.is_dir():
         raise ConfigurationError(f"{folder} is not a folder.")
     folder.mkdir(parents=True, exist_ok=True)
-    lines, begun = [], _about(folder).get(course_file.RELEASE)
+    lines, begun = [], course_file.about(folder).get(course_file.RELEASE)
     if not _is_home(folder, course):
         lines += _updated(folder, course, student)
         if begun is None or begun != _release_of(course):
@@ -162,7 +159,8 @@ def fill(folder: Path, student: str | None = None) -> list[str]:
     if student is not None:
         # In a checkout, the bench is as it is drawn now: a file that names the student alone is of the first draw.
         now = {} if _release_of(course) else {"draw": installed.draw}
-        files.write(folder / COURSE_FILE, course_file.text({**(_about(folder) or now), course_file.STUDENT: student}))
+        named = {course_file.COURSE: courses.name_of(installed.package), course_file.STUDENT: student}
+        files.write(folder / COURSE_FILE, course_file.text({**(course_file.about(folder) or now), **named}))
         lines.append(f"Student: {student}")
     return lines
 
@@ -191,7 +189,7 @@ def _updated(folder: Path, released: Path, student: str | None) -> list[str]:
     about = course_file.read(released) or {}
     release = about.get(course_file.RELEASE)
     try:
-        begun = _about(folder) if student else course_file.read(folder) or {}
+        begun = course_file.about(folder) if student else course_file.read(folder) or {}
     except ConfigurationError as error:  # it may name a student, and only a person can mend it
         return [str(error)]
     if not release or begun.get(course_file.RELEASE) == release:  # a checkout is no release
@@ -219,27 +217,19 @@ def _same_bench(begun: dict[str, Any], about: dict[str, Any]) -> bool:
         return False
 
 
-def _about(folder: Path) -> dict[str, Any]:
-    """Return the content of a folder's ``course.json``; nothing if it is broken."""
-    try:
-        return course_file.read(folder) or {}
-    except ConfigurationError:
-        return {}
-
-
 def _release_of(folder: Path) -> Any:
-    return _about(folder).get(course_file.RELEASE)
+    return course_file.about(folder).get(course_file.RELEASE)
 
 
 # --- the folder to work in: the given one, the course around it, or the last one -------------------------------------
-# A course's folder has a ``course.json``, or most of the course's notebooks. The last folder is saved in a small file
-# beside Jupyter's settings; the student who works in a folder, in the folder's ``course.json``.
+# The last folder of each course is saved in a small file beside Jupyter's settings; the student who works in a folder,
+# in the folder's ``course.json``.
 
 SETTINGS = "LABCOURSE_CONFIG_DIR"  #: environment variable: the folder of the user's settings
-_LAST = "lab.json"  # there: {"folder": "..."}
+_LAST = "lab.json"  # there: {name of a course: "its last folder"}; of earlier versions {"folder": "..."}, of any course
 
 
-def choose(given: Path | None, notebooks: Collection[str]) -> tuple[Path, list[str]]:
+def choose(given: Path | None) -> tuple[Path, list[str]]:
     """Return the folder to work in, and messages about it.
 
     No course is begun inside another: that one is opened.
@@ -247,58 +237,62 @@ def choose(given: Path | None, notebooks: Collection[str]) -> tuple[Path, list[s
     Parameters
     ----------
     given : by the user; None if they gave none
-    notebooks : file names of the course's notebooks
+
+    Raises
+    ------
+    ConfigurationError
+        If a course is to be begun, and it is not known which.
     """
     if given is None:
-        return _default_folder(notebooks)
-    if is_course(given, notebooks):
-        return given, []
-    for folder in given.resolve().parents:
-        if is_course(folder, notebooks):
-            return folder, [f"{given} is inside the course in {folder}: that one is opened, and no second one begun."]
-    if is_course(given / NOTEBOOKS, notebooks):
+        return _default_folder()
+    for folder in (given, *given.resolve().parents):
+        if course_file.courses_of(folder):
+            inside = f"{given} is inside the course in {folder}: that one is opened, and no second one begun."
+            return folder, [inside] if folder != given else []
+    if course_file.courses_of(given / NOTEBOOKS):
         return given / NOTEBOOKS, [f"The course in {given / NOTEBOOKS} is opened."]
     last = remembered()
-    if last is not None and last != given.resolve() and is_course(last, notebooks):
+    if last is not None and last != given.resolve():
         return given, [f"A new course is begun in {given}. The last one is in {last}."]
     return given, []
 
 
-def _default_folder(notebooks: Collection[str]) -> tuple[Path, list[str]]:
+def _default_folder() -> tuple[Path, list[str]]:
     """Return the folder to work in if the user gave none, and messages about it."""
-    here = Path.cwd()
-    if is_course(here / NOTEBOOKS, notebooks) and not is_course(here, notebooks):
-        return Path(NOTEBOOKS), []
-    for place in (here, *here.parents):
-        for folder in (place, place / NOTEBOOKS):
-            if is_course(folder, notebooks):
-                return folder, [f"The course in {folder} is opened."]
-    last = remembered()
-    if last is not None and is_course(last, notebooks):
+    default = Path(NOTEBOOKS)
+    if folder := course_file.around(Path()):
+        return (default, []) if folder == default.resolve() else (folder, [f"The course in {folder} is opened."])
+    if last := remembered():
         return last, [f"The course in {last} is opened, as last time."]
-    return Path(NOTEBOOKS), []
-
-
-def is_course(folder: Path, notebooks: Collection[str]) -> bool:
-    """Check whether somebody works on the course in a folder. One or two notebooks may be there by chance."""
-    count = sum(os.path.isfile(folder / name) for name in notebooks)
-    return os.path.isfile(folder / COURSE_FILE) or 2 * count > len(notebooks)
+    return Path(_name()) if course_file.courses_of(default) else default, []  # that is another course's
 
 
 def remember(folder: Path) -> None:
     """Save the folder that the student works in, so that it need not be given next time."""
     place = settings()
+    last = {**_last(), _name(): str(folder.resolve())}
     with contextlib.suppress(OSError):  # a home that cannot be written: next time, the folder has to be given
         place.mkdir(parents=True, exist_ok=True)
-        files.write(place / _LAST, json.dumps({"folder": str(folder.resolve())}) + "\n")
+        files.write(place / _LAST, json.dumps(last) + "\n")
 
 
 def remembered() -> Path | None:
-    """Return the last folder; None if it is not known."""
+    """Return the last folder of the course that is worked on; None if it is not known, or no longer there."""
+    name, last = _name(), _last()
+    folders = (Path(folder) for folder in (last.get(name), last.get("folder")) if isinstance(folder, str))
+    return next((folder for folder in folders if course_file.courses_of(folder) == [name]), None)
+
+
+def _name() -> str:
+    return courses.name_of(courses.current().package)
+
+
+def _last() -> dict[str, Any]:
     try:
-        return Path(json.loads((settings() / _LAST).read_text(encoding="utf-8"))["folder"])
-    except (OSError, ValueError, TypeError, KeyError):
-        return None
+        last = json.loads((settings() / _LAST).read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return {}
+    return last if isinstance(last, dict) else {}
 
 
 def settings() -> Path:

@@ -14,6 +14,7 @@ from typer.testing import CliRunner
 
 from labcourse import courses, lab_command
 from labcourse.grading.isolation.selftest import Attempt, Layer
+from labcourse.run import commands
 from rotflex import cli
 from rotflex.course.lab import Lab
 from rotflex.hil.student_benches import DRAW
@@ -35,6 +36,7 @@ def course(tmp_path, monkeypatch):
     (tmp_path / "course" / "__init__.py").write_text("from rotflex.course import draw\n")
     monkeypatch.delitem(sys.modules, "course", raising=False)
     monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setattr(courses, "installed", lambda: {"course": "course"})
     monkeypatch.setattr(courses, "use", lambda name: monkeypatch.setenv(courses.SETTING, "course"))
     monkeypatch.setenv(lab_command.SETTINGS, str(tmp_path / "settings"))
     monkeypatch.chdir(tmp_path / "desk")
@@ -69,7 +71,7 @@ def test_lab_fills_a_new_folder_and_opens_it(course, opened):
     """With the ID as it is kept; recordings come with a release alone, never from a checkout."""
     assert rotflex("lab", "work", "--student", " ju\u0308rgen").exit_code == 0
     assert {path.name for path in Path("work").iterdir()} == {"00_start.ipynb", "01_next.ipynb", "course.json"}
-    assert about_work() == {"student": "j\u00fcrgen", "draw": DRAW}
+    assert about_work() == {"student": "j\u00fcrgen", "course": "course", "draw": DRAW}
     assert opened == [(Path("work"), [])]
     (course / "notebooks" / "course.json").write_text(json.dumps(RELEASED))
     rotflex("lab", "released", "--student", "ada")
@@ -96,7 +98,7 @@ def test_work_that_was_begun_under_the_first_draw_stays_there(course, opened):
     Path("work").mkdir()
     Path("work/course.json").write_text('{"student": "ada"}')
     assert rotflex("lab", "work", "--student", "eve").exit_code == 0
-    assert about_work() == {"student": "eve"}
+    assert about_work() == {"student": "eve", "course": "course"}
 
 
 def test_a_course_file_that_cannot_be_written_is_an_error_in_words(course, opened):
@@ -178,7 +180,7 @@ def test_lab_leaves_a_broken_course_file_unless_it_is_given_the_student(released
     assert "course.json should be" in " ".join(rotflex("lab", "work").output.split())
     assert Path("work/course.json").read_text() == '{"student": "ada"'
     assert rotflex("lab", "work", "--student", "ada").exit_code == 0
-    assert about_work() == {**RELEASED, "student": "ada"}
+    assert about_work() == {**RELEASED, "student": "ada", "course": "course"}
 
 
 def test_lab_leaves_a_notebook_that_it_cannot_read_and_tries_again(released, opened):
@@ -193,7 +195,7 @@ def test_lab_leaves_a_notebook_that_it_cannot_read_and_tries_again(released, ope
 
 @pytest.fixture
 def at_a_terminal(monkeypatch):
-    monkeypatch.setattr(lab_command, "_at_a_terminal", lambda: True)
+    monkeypatch.setattr(commands, "at_a_terminal", lambda: True)
 
 
 def test_lab_asks_for_the_id_where_there_is_none_and_once_only(course, opened, at_a_terminal):
@@ -253,7 +255,14 @@ def test_release_says_what_it_made_and_keeps_it(tmp_path):
     (kept,) = (tmp_path / "course" / "releases").iterdir()
     assert kept.read_bytes() == (tmp_path / "out" / "rotflex-course.zip").read_bytes()
     assert f"Release {kept.stem}, stored as {kept}" in done.output
-    about = {"student": "", "title": "rotflex-course", "term": "", "draw": DRAW, "bench": {"which": "own"}}
+    about = {
+        "student": "",
+        "course": "rotflex",
+        "title": "rotflex-course",
+        "term": "",
+        "draw": DRAW,
+        "bench": {"which": "own"},
+    }
     written = json.loads((notebooks / "course.json").read_text())
     here = f"{sys.version_info.major}.{sys.version_info.minor}"
     assert written == {**about, "reflect": "on", "release": kept.stem, "python": here, "optional": []}

@@ -5,15 +5,17 @@ from __future__ import annotations
 import contextlib
 import importlib
 import itertools
+import os
 import signal
-from collections.abc import Iterable, Iterator, Sequence
+import sys
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from labcourse import program
-from labcourse.errors import CheckError
+from labcourse import course_file, courses, files, program
+from labcourse.errors import CheckError, ConfigurationError
 from labcourse.messages import plural
 from labcourse.run import by_program
 from labcourse.run.from_notebook import nothing_here
@@ -40,6 +42,43 @@ def register(app: typer.Typer, panel: str) -> None:
         app.command(rich_help_panel=panel)(command)
 
 
+def use_course_of(folder: Path) -> None:
+    """Work on the course of a folder. If it may be of several, ask which, and write that into its ``course.json``.
+
+    Raises
+    ------
+    ConfigurationError
+        If it is of another course than the requested one, of one that is not installed, or if nobody can be asked.
+    """
+    fitting, requested = course_file.courses_of(folder), courses.name_of(courses.requested)
+    possible = [requested] if requested else list(courses.installed())
+    if fitting and not {*fitting} & {*possible, os.environ.get(courses.SETTING)}:
+        raise ConfigurationError(
+            f"{folder.resolve()} is a folder of the course {' or '.join(fitting)}, and this command is for "
+            f"{' or '.join(possible)}. Name another folder, or install that course if it is missing here."
+        )
+    if fitting:
+        courses.use(requested or (fitting[0] if len(fitting) == 1 else _ask_for_course(folder, fitting)))
+    if len(fitting) > 1 and (about := course_file.read(folder)) is not None:
+        named = {**about, course_file.COURSE: courses.name_of(courses.current().package)}
+        files.write(folder / files.COURSE_FILE, course_file.text(named))
+
+
+def _ask_for_course(folder: Path, fitting: Sequence[str]) -> str:
+    for course in fitting if at_a_terminal() else ():
+        if typer.confirm(f"Is {folder.resolve()} a folder of the course {course}?"):
+            return course
+    raise ConfigurationError(
+        f"Of which course is the folder {folder.resolve()}, {' or '.join(fitting)}? Say it once: {program.name()} "
+        "--course NAME, and then the command."
+    )
+
+
+def at_a_terminal() -> bool:
+    """Check whether a person can be asked."""
+    return sys.stdin.isatty() and sys.stdout.isatty()
+
+
 def check(
     folder: _Folder = None,
     student: _Student = "",
@@ -54,7 +93,7 @@ def check(
     Exit codes: 0 all is recorded, 1 there is something to look at, 2 it cannot be checked.
     """
     with _a_run("check"):
-        checked = _checked(folder, student, notebook, everything)
+        checked = _checked(*_found(folder), student, notebook, everything)
     raise typer.Exit(FINE if checked.good else LOOK)
 
 
@@ -77,10 +116,9 @@ def submit(
     from labcourse.run import submit as packing
 
     with _a_run("submit"):
-        masters = notebooks.masters()
-        place = student_folder.find(folder, masters)
+        place, masters = _found(folder, is_packed=no_check)
         student = packing.owner(student_folder.read(place, list(masters)), student)
-        checked = None if no_check else _checked(place, student, notebook)
+        checked = None if no_check else _checked(place, masters, student, notebook)
         if checked is not None:
             typer.echo("")
         catalogue = notebooks.catalogue_of(masters)
@@ -91,10 +129,9 @@ def submit(
 
 
 def make_report(name: Annotated[str, typer.Argument(metavar="NAME", help="Of the report, or how it begins.")]) -> None:
-    """Make a report of your saved notebooks, as PDF and as a web page. Run it in the folder of the notebooks."""
-    from labcourse import courses
-
+    """Make a report of your saved notebooks, as PDF and as a web page. Run it in the course's folder, or below."""
     with _a_run("make-report"):
+        os.chdir(_found(None, is_packed=True)[0])
         importlib.import_module(f"{courses.current().package}.lab").start().report(name)
 
 
@@ -105,12 +142,10 @@ def restore(
     folder: Annotated[Path | None, typer.Option(help="With the notebooks in it.")] = None,
 ) -> None:
     """Get back the course's own cells and texts that you changed or deleted; your answers stay."""
-    from labcourse.answers.notebooks import masters as read_masters
     from labcourse.run import restore as restoring
 
     with _a_run("restore"):
-        masters = read_masters()
-        place = _place(folder, masters)
+        place, masters = _found(folder)
         changed, failed = False, []
         for name in restoring.named(notebooks or [], list(masters)):
             try:
@@ -133,30 +168,43 @@ def restore(
             raise CheckError("\n".join(failed))
 
 
-def _place(given: Path | None, masters: Iterable[str]) -> Path:
-    """Find the student's folder; raise CheckError if its notebooks are the only ones that this installation has."""
-    from labcourse import courses
-    from labcourse.run import student_folder
+def _found(given: Path | None, is_packed: bool = False) -> tuple[Path, dict[str, dict[str, Any]]]:
+    """Return the student's folder, the given one or the one around this place, and the masters of its course.
 
-    folder = student_folder.find(given, masters)
-    if folder == courses.current().notebooks.resolve():
+    Raises
+    ------
+    CheckError
+        If none of the course's notebooks is there; or if they are the only ones that this installation has, unless they
+        are packed as they are.
+    """
+    from labcourse.answers import notebooks
+
+    folder = (given or course_file.around(Path()) or Path()).resolve()
+    use_course_of(folder)
+    masters = notebooks.masters()
+    if not any((folder / name).is_file() for name in masters):
+        named = next(iter(masters))
+        raise CheckError(
+            f"There is no notebook of the course in the folder {folder}. Name the folder that holds {named}."
+        )
+    if folder == courses.current().notebooks.resolve() and not is_packed:
         raise CheckError(
             f"The notebooks in {folder} are the only ones of the course here: there are no others to compare them "
             f"with, or to restore them from. This happens with python -m {program.name()} in the course's folder, or "
             f"after pip install -e. Install the course once (pip install .), and say {program.name()} as its README "
             f"does. ({program.name()} submit --no-check packs unseen.)"
         )
-    return folder
+    return folder, masters
 
 
-def _checked(given: Path | None, student: str, notebook: str, everything: bool = False) -> Checked:
+def _checked(
+    folder: Path, masters: Mapping[str, dict[str, Any]], student: str, notebook: str, everything: bool = False
+) -> Checked:
     """Check a folder, and show what was found."""
     from labcourse.answers import notebooks
     from labcourse.run import check as checking
     from labcourse.run import restore as restoring
 
-    masters = notebooks.masters()
-    folder = _place(given, masters)
     asks = restoring.named([notebook], list(masters))[0] if notebook else ""
     count = itertools.count(1)
     checked = checking.check(

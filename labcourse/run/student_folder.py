@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from labcourse import course_file, courses, files, program, student_id
+from labcourse import course_file, files, program, student_id
 from labcourse.answers import own_files, report_files
 from labcourse.answers.answers import student_in
 from labcourse.answers.catalogue import Catalogue
@@ -33,27 +33,6 @@ class Work:
     hand_in: HandIn
     problems: tuple[str, ...]
     notes: tuple[str, ...]
-
-
-def find(given: Path | None, notebooks: Iterable[str]) -> Path:
-    """Find a student's folder: the given one, else this one, else the folder ``notebooks`` in it.
-
-    Parameters
-    ----------
-    given : a folder, or None
-    notebooks : file names of the course's notebooks, one of which has to be there
-
-    Raises
-    ------
-    CheckError
-        If none of the course's notebooks is there.
-    """
-    names = list(notebooks)
-    for folder in (Path(), Path(courses.NOTEBOOKS)) if given is None else (given,):
-        if any((folder / name).is_file() for name in names):
-            return folder.resolve()
-    where = f"the folder {given.resolve()}" if given is not None else f"this folder ({Path().resolve()})"
-    raise CheckError(f"There is no notebook of the course in {where}. Name the folder that holds {names[0]}.")
 
 
 def read(

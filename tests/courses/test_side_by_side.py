@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 from made_courses import OURS
 
+from labcourse import lab_command
 from labcourse.grading import course as courses
 from labcourse.grading.release import student_course
 
@@ -44,12 +45,17 @@ def site(spring, tmp_path_factory):
     return folder / "site"
 
 
-def labcourse(site, place, *words):
+@pytest.fixture(autouse=True)
+def settings(tmp_path, monkeypatch):
+    monkeypatch.setenv(lab_command.SETTINGS, str(tmp_path / "settings"))
+
+
+def labcourse(site, place, *words, program="labcourse.command_line"):
     """What the command prints, typed where both are installed; and its exit code."""
     given = {name: value for name, value in os.environ.items() if not name.startswith("LABCOURSE_")}
-    given |= {"PYTHONPATH": str(site), "LABCOURSE_CONFIG_DIR": str(place / "settings"), "COLUMNS": "200"}
+    given |= {"PYTHONPATH": str(site), "LABCOURSE_CONFIG_DIR": os.environ[lab_command.SETTINGS], "COLUMNS": "200"}
     fill = "from labcourse import lab_command; lab_command.open_jupyterlab = lambda *given: None; "
-    fill += "from labcourse.command_line import run; import sys; sys.argv[0] = 'labcourse'; run()"
+    fill += f"from {program} import run; import sys; sys.argv[0] = 'labcourse'; run()"
     done = subprocess.run(
         [sys.executable, "-P", "-c", fill, *words], cwd=place, env=given, capture_output=True, text=True, check=False
     )
@@ -63,11 +69,23 @@ def test_each_course_is_opened_by_its_name_and_without_one_all_are_listed(site, 
         code, said = labcourse(site, tmp_path, "--course", name, "lab", name, "--student", "ada")
         assert code == 0, said
         assert len(list((tmp_path / name).glob("*.ipynb"))) == count
-        release = json.loads((tmp_path / name / "course.json").read_text("utf-8"))["release"]
-        assert release.startswith({"springlab": "spring-course", "rotflex": "rotflex-course"}[name])
+        about = json.loads((tmp_path / name / "course.json").read_text("utf-8"))
+        assert about["release"].startswith({"springlab": "spring-course", "rotflex": "rotflex-course"}[name])
+        assert about["course"] == name
 
 
 def test_a_check_runs_each_with_its_own_packages(site, tmp_path):
     labcourse(site, tmp_path, "--course", "springlab", "lab", "work", "--student", "ada")
-    code, said = labcourse(site, tmp_path, "--course", "springlab", "check", "work")
+    code, said = labcourse(site, tmp_path / "work", "check")
     assert code == 1 and "nothing yet: 01_spring" in said
+    code, said = labcourse(site, tmp_path, "--course", "rotflex", "check", "work")
+    assert code == 2 and "of the course springlab" in said
+
+
+def test_a_courses_own_command_in_an_empty_folder_does_not_fill_the_others_last_one(site, tmp_path):
+    labcourse(site, tmp_path, "--course", "springlab", "lab", "work", "--student", "ada")
+    before = {path.name: path.read_bytes() for path in (tmp_path / "work").iterdir()}
+    (tmp_path / "empty").mkdir()
+    code, said = labcourse(site, tmp_path / "empty", "lab", "--student", "ada", program="rotflex.cli")
+    assert code == 0 and "work" not in said, said
+    assert {path.name: path.read_bytes() for path in (tmp_path / "work").iterdir()} == before

@@ -4,14 +4,19 @@ from pathlib import Path
 
 import pytest
 
-from labcourse import lab_command
+from labcourse import course_file, courses, lab_command
 
 NAMES = ["00_a.ipynb", "01_b.ipynb", "02_c.ipynb"]
 
 
 @pytest.fixture(autouse=True)
 def settings(tmp_path, monkeypatch):
+    """Where one course is installed."""
+    monkeypatch.setattr(courses, "installed", lambda: {"abc": "abc_course"})
+    monkeypatch.setattr(courses, "notebooks", lambda: {"abc": {*NAMES}})
+    monkeypatch.setattr(courses, "current", lambda: courses.InstalledCourse("abc_course", tmp_path))
     monkeypatch.setenv(lab_command.SETTINGS, str(tmp_path / "settings"))
+    monkeypatch.setenv(courses.SETTING, "abc")
     return tmp_path / "settings"
 
 
@@ -28,31 +33,32 @@ def settings(tmp_path, monkeypatch):
 def test_a_courses_folder_is_told_by_its_course_file_or_most_of_its_notebooks(tmp_path, files, is_one):
     for name in files:
         (tmp_path / name).write_text("")
-    assert lab_command.is_course(tmp_path, NAMES) is is_one
+    assert course_file.courses_of(tmp_path) == ["abc"] * is_one
 
 
 @pytest.mark.parametrize("notebooks", [NAMES[:2], []], ids=["half of two", "none"])
-def test_half_of_a_courses_notebooks_or_none_are_not_most_of_them(tmp_path, notebooks):
+def test_half_of_a_courses_notebooks_or_none_are_not_most_of_them(tmp_path, monkeypatch, notebooks):
+    monkeypatch.setattr(courses, "notebooks", lambda: {"abc": {*notebooks}})
     (tmp_path / NAMES[0]).write_text("")
-    assert not lab_command.is_course(tmp_path, notebooks)
+    assert course_file.courses_of(tmp_path) == []
 
 
 def test_a_folder_that_holds_the_unpacked_course_is_not_filled_beside_it(tmp_path, monkeypatch):
     (tmp_path / "rotflex-course" / "notebooks").mkdir(parents=True)
     (tmp_path / "rotflex-course" / "notebooks" / "course.json").write_text("{}")
     monkeypatch.chdir(tmp_path / "rotflex-course")
-    assert lab_command.choose(Path("."), NAMES)[0] == Path("notebooks")
-    assert lab_command.choose(None, NAMES) == (Path("notebooks"), [])
+    assert lab_command.choose(Path("."))[0] == Path("notebooks")
+    assert lab_command.choose(None) == (Path("notebooks"), [])
     (tmp_path / "rotflex-course" / "docs").mkdir()
     monkeypatch.chdir(tmp_path / "rotflex-course" / "docs")
-    folder, (said,) = lab_command.choose(None, NAMES)
+    folder, (said,) = lab_command.choose(None)
     assert folder == tmp_path / "rotflex-course" / "notebooks" and str(folder) in said
 
 
 def test_a_folder_that_is_named_is_taken_where_nothing_speaks_against_it(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    assert lab_command.choose(Path("new"), NAMES) == (Path("new"), [])
-    assert lab_command.choose(None, NAMES) == (Path("notebooks"), [])
+    assert lab_command.choose(Path("new")) == (Path("new"), [])
+    assert lab_command.choose(None) == (Path("notebooks"), [])
 
 
 def test_the_last_folder_is_kept_and_forgotten_when_it_is_gone(tmp_path, monkeypatch):
@@ -62,9 +68,9 @@ def test_the_last_folder_is_kept_and_forgotten_when_it_is_gone(tmp_path, monkeyp
     (work / "course.json").write_text("{}")
     lab_command.remember(Path("w\u00f6rk"))
     assert lab_command.remembered() == work
-    assert lab_command.choose(None, NAMES)[0] == work
+    assert lab_command.choose(None)[0] == work
     work.rename(tmp_path / "gone")
-    assert lab_command.choose(None, NAMES) == (Path("notebooks"), [])
+    assert lab_command.choose(None) == (Path("notebooks"), [])
 
 
 @pytest.mark.parametrize("content", ["", "[]", '{"folder": 3}', "\x00"])
@@ -82,5 +88,6 @@ def test_settings_that_cannot_be_read_or_written_stop_nobody(settings, content):
 def test_settings_are_beside_jupyters(tmp_path, monkeypatch):
     monkeypatch.delenv(lab_command.SETTINGS)
     monkeypatch.setenv("JUPYTER_CONFIG_DIR", str(tmp_path / "jupyter"))
+    (tmp_path / "course.json").write_text("{}")
     lab_command.remember(tmp_path)
     assert (tmp_path / "jupyter" / "labcourse" / "lab.json").exists() and lab_command.remembered() == tmp_path

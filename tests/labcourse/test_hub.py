@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 import rotflex.course.lab
 from labcourse import lab_command
 from labcourse.errors import ConfigurationError
-from labcourse.run import student_folder
+from labcourse.run import commands, student_folder
 from rotflex import cli
 
 NOTEBOOK = "00_start.ipynb"
@@ -97,7 +97,7 @@ def test_another_id_than_the_hubs_can_be_given_and_is_told(desk):
 
 def test_whose_name_on_the_hub_is_no_id_is_asked(desk, monkeypatch):
     monkeypatch.setenv("JUPYTERHUB_USER", "a/b")
-    monkeypatch.setattr(lab_command, "_at_a_terminal", lambda: True)
+    monkeypatch.setattr(commands, "at_a_terminal", lambda: True)
     done = CliRunner().invoke(cli.app, ["lab", "work"], input="ada\n")
     assert "'a/b' cannot be a student's ID" in " ".join(done.output.split())
     assert json.loads(Path("work/course.json").read_text())["student"] == "ada"

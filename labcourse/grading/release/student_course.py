@@ -22,7 +22,7 @@ from pathlib import Path
 from typing import Any
 
 import labcourse
-from labcourse import course_file, files, program
+from labcourse import course_file, courses, files, program
 from labcourse.answers import starts
 from labcourse.benches import OWN, PRESET, REAL, SAME
 from labcourse.courses import GROUP, NOTEBOOKS
@@ -206,6 +206,7 @@ def _course_json(course: Course, folder: Path) -> dict[str, Any]:
     settings = course.settings
     course_json = {
         course_file.STUDENT: "",
+        course_file.COURSE: courses.name_of(course.package),
         "title": course.title,
         "term": settings.term,
         "draw": settings.bench.draw,
@@ -312,7 +313,7 @@ def _wheel_metadata(package: str, local: str, course: str, requires: Sequence[st
     for point in distribution.entry_points if distribution else ():
         entry_points[point.group][point.name] = point.value
     if course:
-        entry_points[GROUP].setdefault(course.partition(".")[0], course)
+        entry_points[GROUP].setdefault(courses.name_of(course), course)
     is_engine = package == PACKAGE
     return {
         "name": distribution.name if distribution else package,

@@ -43,6 +43,7 @@ def folder(tmp_path, monkeypatch):
         (work / name).write_bytes(saved(master))
     (work / "course.json").write_text('{"student": "ada"}')
     monkeypatch.setattr(notebooks, "masters", lambda: MASTERS)
+    monkeypatch.setattr(courses, "notebooks", lambda: {"rotflex": {*MASTERS}})
     monkeypatch.chdir(tmp_path / "desk")
     return work
 
