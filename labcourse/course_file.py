@@ -14,7 +14,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from labcourse import benches, courses, files, program, student_id
+from labcourse import benches, courses, files, job, program, student_id
 from labcourse.benches import BenchPolicy
 from labcourse.errors import ConfigurationError, StudentIDError
 from labcourse.files import COURSE_FILE
@@ -88,14 +88,15 @@ def text(course: Mapping[str, Any]) -> str:
 def of(folder: Path) -> dict[str, Any] | None:
     """Read the ``course.json`` of a folder, or else that of the installed release.
 
-    Returns None if there is neither, as in the course's own folder.
+    Returns None if there is neither, as in the course's own folder. In a run by a check or by grading, the file of the
+    folder is the one that the run began with (:mod:`labcourse.job`), whatever a cell writes.
 
     Raises
     ------
     ConfigurationError
         If the file cannot be read.
     """
-    own = read(folder)
+    own: dict[str, Any] | None = job.COURSE if job.STUDENT else read(folder)
     if own is not None:
         return own
     try:

@@ -16,6 +16,8 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from labcourse import job  # noqa: F401 (this module is imported before any cell is run)
+
 LEFT = "exit()"  #: the type of error that stands for a cell that ended Python
 REPORTS_FILE = "cell_reports.jsonl"  #: in the folder in which notebooks are run
 MAX_BYTES = 1_000_000  #: of the file; a thousand cells with a message each
@@ -59,7 +61,7 @@ class CellReport:
 
 @dataclass(frozen=True)
 class Refusal:
-    """An answer that was given and not recorded, for its form."""
+    """An answer that was not recorded: for its form, or, if ``why`` is empty, because it had no value."""
 
     question: str
     part: str
@@ -68,10 +70,18 @@ class Refusal:
 
 @dataclass(frozen=True)
 class Reports:
-    """All that a run says of its cells, in order."""
+    """All that a run says of its cells, in order.
+
+    Attributes
+    ----------
+    cells : those that were run
+    refusals : answers that were not recorded
+    unused : (notebook, "student" or "bench", value) that a notebook gives and that is not the job's
+    """
 
     cells: tuple[CellReport, ...] = ()
     refusals: tuple[Refusal, ...] = ()
+    unused: tuple[tuple[str, str, str], ...] = ()
 
     def of(self, cells: Collection[tuple[str, str]]) -> Reports:
         """Return those on some cells, by notebook and id: a run adds others, with ids that differ every time."""
@@ -98,13 +108,18 @@ def begin(path: str | os.PathLike[str], notebook: str) -> None:
 
 
 def refused(question: str, part: str, why: str) -> None:
-    """Report that an answer was not recorded. Where nobody asked for reports, nothing happens."""
+    """Report that an answer was not recorded (:class:`Refusal`). Where nobody asked for reports, nothing happens."""
     _write({"event": "refused", "question": question, "part": part, "why": _bounded(why)})
 
 
 def lacked(question: str, part: str) -> None:
     """Report that an earlier answer was asked for that is not there. As for :func:`refused`."""
     _write({"event": "lacked", "question": question, "part": part})
+
+
+def unused(name: str, value: str) -> None:
+    """Report a parameter that a notebook gives and that is not the job's. As for :func:`refused`."""
+    _write({"event": "unused", "name": name, "value": _bounded(value)})
 
 
 def _starts(info: Any) -> None:

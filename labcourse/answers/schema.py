@@ -470,7 +470,7 @@ class Lacked(Model):
 
 
 class Refused(Model):
-    """An answer was not recorded, for its form."""
+    """An answer was not recorded, for its form, or because it had no value."""
 
     event: Literal["refused"]
     notebook: Name
@@ -479,13 +479,23 @@ class Refused(Model):
     why: Name
 
 
-EVENT: TypeAdapter[Any] = TypeAdapter(Annotated[Started | Ended | Lacked | Refused, Field(discriminator="event")])
+class Unused(Model):
+    """A notebook gave a student or a bench that is not the job's."""
+
+    event: Literal["unused"]
+    notebook: Name
+    name: Literal["student", "bench"]
+    value: Name
+
+
+EVENT = TypeAdapter[Any](Annotated[Started | Ended | Lacked | Refused | Unused, Field(discriminator="event")])
 
 
 def read_reports(data: bytes) -> Reports:
     """Read the reports on cells that a run left. Lines of another form, and all beyond the bounds, are ignored."""
     cells: dict[tuple[str, str], CellReport] = {}
     refusals: dict[tuple[str, str], Refusal] = {}
+    unused: dict[tuple[str, str, str], None] = {}
     latest = ("", "")
     for event in _events(data):
         if isinstance(event, Started):
@@ -497,10 +507,12 @@ def read_reports(data: bytes) -> Reports:
             cells[where] = replace(cells.get(where, CellReport(*where, False)), finished=True, error=error)
         elif isinstance(event, Refused):
             refusals[event.question, event.part] = Refusal(event.question, event.part, event.why)
+        elif isinstance(event, Unused):
+            unused[event.notebook, event.name, event.value] = None
         elif latest in cells:
             lacked = dict.fromkeys((*cells[latest].lacked, (event.question, event.part)))
             cells[latest] = replace(cells[latest], lacked=tuple(lacked)[:_MOST_LACKED])
-    return Reports(tuple(cells.values()), tuple(refusals.values()))
+    return Reports(tuple(cells.values()), tuple(refusals.values()), tuple(unused))
 
 
 def _events(data: bytes) -> Iterator[Any]:

@@ -349,7 +349,7 @@ class Batch:
             starts.narrowed(catalogue, bundle.start),
             handed_in=prepared.handed_in,
             claim=prepared.claim,
-            seconds=self._settings.limits.cell,
+            seconds=self._settings.limits.cell if facts.ended else None,
             python=prepared.python if has_syntax_error else None,
         )
         ended = [problem for problem in facts.ended if not runner.is_said(problem, reasons.ended_by)]
@@ -373,7 +373,7 @@ class Batch:
         """Mark a run by the key; give no points if nothing of the course could be read in the submission."""
         if prepared.handed_in or prepared.reports:
             return graded_run.mark(run, marker, self._key_digest)
-        reason = "Nothing of the course could be read in what you handed in."
+        reason = "Nothing of the course could be read in what was handed in for you."
         marks = self._no_points(reason, Status.MISSING, prepared.bundle)
         return Graded(run, graded_run.with_unconfirmed(marks, facts_of(run)), self._key_digest)
 

@@ -217,7 +217,7 @@ def _check_tags_and_headings(name: str, cells: list[NotebookNode]) -> Iterator[F
     """Find faults of the tag "parameters", solutions outside answer cells, and missing or repeated headings."""
     tagged = sum(PARAMETERS_TAG in cell.metadata.get("tags", []) for cell in cells)
     if tagged != 1:
-        yield Finding(name, f"{tagged} cells are tagged 'parameters'; one should be: a run sets the student after it.")
+        yield Finding(name, f"{tagged} cells are tagged 'parameters'; one should be, for papermill's to come after it.")
     seen: dict[str, str] = {}
     for cell in cells:
         where = _in_cell(name, cell.id)

@@ -71,7 +71,9 @@ def of_others(book: Gradebook, course: Course, student: str) -> OfOthers:
 def _redacted(facts: Facts, person: Person) -> Facts:
     messages = {name: tuple(map(person.redacted, getattr(facts, name))) for name in ("ended", "problems", "notes")}
     missing = [(question, part, person.redacted(why)) for question, part, why in facts.missing]
-    return facts.model_copy(update={**messages, "missing": missing})
+    unused = tuple((notebook, name, person.redacted(value)) for notebook, name, value in facts.reports.unused)
+    reports = replace(facts.reports, unused=unused)
+    return facts.model_copy(update={**messages, "missing": missing, "reports": reports})
 
 
 def _same_bench(facts: Facts, course: Course, student: str) -> BenchPolicy | None:

@@ -151,7 +151,8 @@ def check(
     data, reports = _run(work, merged, student, masters, cell_timeout, report)
     (run, unreadable), (home, incomparable) = _parsed(data), _at_home(work, student)
     given = {(question, part) for question, parts in run.get("answers", {}).items() for part in parts}
-    limits: dict[str, Any] = {"handed_in": work.hand_in.notebooks, "seconds": cell_timeout, "place": "here"}
+    seconds = cell_timeout if time.monotonic() - begun > cell_timeout else None  # else nothing can have run so long
+    limits: dict[str, Any] = {"handed_in": work.hand_in.notebooks, "seconds": seconds, "place": "here"}
     why = reasons.explain(masters, merged, reports, given, catalogue, claim=home.get("cells"), **limits)
     answered = work.hand_in.notebooks
     written = {

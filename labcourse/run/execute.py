@@ -19,6 +19,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from labcourse import course_file, job
 from labcourse.answers.cell_reports import REPORTS_FILE
 from labcourse.errors import CheckError
 from labcourse.files import KERNEL
@@ -58,7 +59,7 @@ def run(
     ----------
     notebooks : file name → content
     folder : in which they are run; answers and reports on cells are left there
-    parameters : set in each notebook after its cell tagged ``parameters``, or at its beginning
+    parameters : the student and the bench of the run, which no cell can change (:mod:`labcourse.job`)
     imports : import statements of what notebooks use, for the warm runner
     cell_timeout : time for a cell, s; then it is interrupted, and ``GRACE`` later its process is ended
     report : called with the file name of each notebook that begins
@@ -73,6 +74,7 @@ def run(
         environment = {
             **{name: value for name, value in os.environ.items() if name != "PYTHONSAFEPATH"},  # cells may start Python
             "IPYTHONDIR": settings,
+            job.VARIABLE: json.dumps({**parameters, "course": course_file.read(folder)}),
             RUNNING: "check",
             "TQDM_DISABLE": "1",
             "LABCOURSE_PICTURES": "off",
@@ -129,7 +131,7 @@ def _run_in_kernels(
         kernel = _Kernel(folder, environment)
         try:
             kernel.begin(_FIRST.format(path=str(folder / REPORTS_FILE), name=name))
-            for source, cell in main.sources(notebook, specification["parameters"]):
+            for source, cell in main.sources(notebook, {}):
                 if not kernel.run_cell(source, cell, specification["cell_timeout"]):
                     break
         finally:

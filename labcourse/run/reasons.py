@@ -3,6 +3,34 @@
 For each answer that was not recorded, the cells are examined from the one that recorded the answer before it. If one of
 them stopped, the cause is sought upwards: in earlier cells that stopped and bind a name which this one uses, and in
 earlier answers that it asked for. All of this is taken from claims of the run, and used for explanations alone.
+
+A reason is given under these facts, and not without them. Above a cell are those that bind the names that it uses.
+"Reported" is what the run wrote down; "at home" is what the ``answers.json`` that was handed in has.
+
+=====================================  =================================================================================
+reason                                 facts
+=====================================  =================================================================================
+it was given, and not recorded         reported: the answer was refused
+it builds on ..., which was given ...  reported of that one; a cell beside or above this one asked for it
+it builds on ..., which is not         that one is missing; a cell beside or above this one asked for it, or stopped on
+answered                               its name
+X stopped: ERROR                       reported: an error stopped this cell, beside the answer
+it builds on what stopped before it    reported: an error stopped that cell, above one beside the answer
+X stopped: it took longer              reported: an interrupt; and the runner stopped a cell or the run
+X stopped: Python ended in it          reported: this cell began; its end is not
+its cell was left as it was            reported: it had no value; no code for it is written in the notebook
+its cell was run, and left it empty    reported: it had no value; code for it is written in the notebook
+... is not there, or cannot be read    at home; the notebook is not among those that were handed in and read
+nothing is left of it after ... was    at home; not reported that it had no value
+run
+no cell is known that did it           at home, without a cell's id; reported: it had no value
+the cell that did it, X, is not among  at home, by a cell that is not in the run; reported: it had no value
+those of ... that were run
+run from top to bottom, leaves it      at home, by a cell that is in the run; reported: it had no value
+empty
+=====================================  =================================================================================
+
+Where none applies, marking says that there is no answer, and no more (:mod:`labcourse.grading.marking.marking`).
 """
 
 from __future__ import annotations
@@ -32,7 +60,10 @@ _NO_MODULE = re.compile(r"No module named '([\w.]+)'")
 _OF_NO_VALUE = {"NameError", "TypeError", "AttributeError", "ValueError", "IndexError", "LinAlgError", "UFuncTypeError"}
 _BINDS_UNSEEN = ("import *", "%")  # in a cell's source: it may bind names that are not written in it
 _NAMED = 2  # questions that are named before "and 12 more"
-_MOST_HARMLESS = 20  # cells that are mentioned though they cost nothing
+_MOST = 20  # cells, and parameters, that are mentioned though they cost nothing
+_BLANK = ("left as it was", "run, and left it empty")  # a cell without a value; if the student wrote code in it
+#: Message on a student or a bench that a notebook gives, and that is not the one that is set from outside.
+_UNUSED = "{0}: {1} = {2!r:.80} changes nothing, since a check and grading set the {1}."
 
 #: What a student's own ``answers.json`` says was recorded: question → part → id of the cell; "" if no cell did it.
 Claim = Mapping[str, Mapping[str, str]]
@@ -44,11 +75,11 @@ class Reasons:
 
     Attributes
     ----------
-    missing : (question, part) → why, for the student; only if there is more to say than that nothing was written
+    missing : (question, part) → why, for the student; only if there is more to say than that it is missing
     roots : (question, part) → what stopped and cost this answer; the same sentence for all that it cost
     stops : what stopped, a sentence each, and what builds on it
     lost : what was recorded at home and is not here, though nothing stopped; a sentence each
-    harmless : what stopped, and cost no answer; a sentence each
+    harmless : what stopped and cost no answer, and parameters that changed nothing; a sentence each
     ended_by : types of the errors in all these sentences; "" where Python ended without one
     begun : (question, part) of what the student wrote code for, or what needs none of theirs
     """
@@ -102,6 +133,9 @@ def explain(
     lost = _lost(run, claim, causes, handed_in) if claim else {}
     missing = {where: text for where, cause in causes.items() if (text := texts.of_missing(where, cause))}
     missing |= {where: f"It was recorded at home; {why}." for where, why in lost.items() if where not in missing}
+    for where in causes:
+        if where in run.empty and run.recorder[where][0] in handed_in:
+            missing.setdefault(where, f"There is no answer: its cell was {_BLANK[run.is_begun(where)]}.")
     by_reason: dict[str, list[str]] = {}
     for (question, part), why in lost.items():
         by_reason.setdefault(why, []).append(f"{question} {part}")
@@ -110,14 +144,14 @@ def explain(
     beside = {cell for where, cause in causes.items() if cause or where in away for cell in run.cells_of(where)}
     aside = [cell for cell in stopped if cell not in beside and cell not in built_on]
     said = ((cell, text) for cell in aside if (text := texts.of_harmless(cell)))
-    harmless = dict(islice(said, _MOST_HARMLESS))
+    harmless = dict(islice(said, _MOST))
     named = [*built_on, *harmless]
     return Reasons(
         missing,
         {where: f"{texts.stop(cause)}." for where, cause in causes.items() if isinstance(cause, RunCell)},
         tuple(stops),
         tuple(f"Recorded at home and missing here: {', '.join(parts)}; {why}." for why, parts in by_reason.items()),
-        tuple(harmless.values()),
+        (*harmless.values(), *(_UNUSED.format(*one) for one in reports.unused[:_MOST] if one[0] in run.cells)),
         frozenset(error.type if (error := cell.report and cell.report.error) else "" for cell in named),
         frozenset(filter(run.is_begun, run.recorder)),
     )
@@ -132,13 +166,13 @@ def _lost(run: Causes, claim: Claim, causes: Mapping[Where, Cause], handed_in: C
             continue
         notebook = run.recorder[where][0]
         if notebook not in handed_in:
-            lost[where] = f"{notebook} was not handed in"
+            lost[where] = f"{notebook} is not there, or cannot be read"
+        elif where not in run.empty:
+            lost[where] = f"nothing is left of it after {notebook} was run"
         elif not cell:
-            lost[where] = (
-                "that was done by the button of an explorer or by hand, and no cell that was handed in records it"
-            )
+            lost[where] = f"no cell is known that did it, as after an explorer's button, and {notebook} leaves it empty"
         elif all(cell != other.id for other in run.cells[notebook]):
-            lost[where] = f"the cell that did it, {cell[:64]}, is no longer in {notebook}"
+            lost[where] = f"the cell that did it, {cell[:64]}, is not among those of {notebook} that were run"
         else:
             lost[where] = f"{notebook}, run from top to bottom, leaves it empty"
     return lost
@@ -210,8 +244,7 @@ class _Texts:
         if error.type == "KeyboardInterrupt" and self.seconds is not None:
             return f"it took longer than {self.seconds:g} s and was stopped{line}"
         if error.type == "ModuleNotFoundError" and no_module:
-            name = no_module[1].partition(".")[0]
-            return f"{name} is not installed {self.place}, and no file of that name was handed in{line}"
+            return f"{no_module[1]} is not installed {self.place}, and no file of that name was found{line}"
         if error.type == "LimitExceeded":
             return f"your bench stopped: {message}{line}"
         if error.type == "SyntaxError" and self.python > HERE:
@@ -302,6 +335,7 @@ class Causes:
     cells : file name of a notebook → its cells
     recorder : (question, part) → notebook of the cell that records it, and the cell's place
     questions : file name of a notebook → place of a cell that records → question
+    empty : (question, part) of what had no value when its cell was run
     """
 
     def __init__(
@@ -313,7 +347,8 @@ class Causes:
         catalogue: Catalogue,
     ) -> None:
         self._catalogue, self._recorded = catalogue, recorded
-        self._refusals = {(refusal.question, refusal.part): refusal.why for refusal in reports.refusals}
+        self._refusals = {(one.question, one.part): one.why for one in reports.refusals if one.why}
+        self.empty = {(one.question, one.part) for one in reports.refusals if not one.why}
         by_cell = {(report.notebook, report.cell): report for report in reports.cells}
         self.cells: dict[str, list[RunCell]] = {}
         self.recorder: dict[Where, tuple[str, int]] = {}

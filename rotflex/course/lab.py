@@ -15,14 +15,16 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable
+from functools import partial
 from pathlib import Path
+from typing import cast
 
 from labcourse import course_file, courses, program
 from labcourse.answers.reflection import Check
 from labcourse.benches import PRESET, REAL, SAME
 from labcourse.course_file import bench_policy
 from labcourse.run import RUNNING
-from labcourse.session import Session, student_of
+from labcourse.session import Session, begun
 from rotflex import hil
 from rotflex.course.practice import Practice
 from rotflex.course.questions import CATALOGUE
@@ -36,6 +38,9 @@ def start(
     student: str = "", bench: str = "virtual", folder: str | os.PathLike[str] | None = None, quiet: bool = False
 ) -> Lab:
     """Begin a session in the laboratory.
+
+    In a run by a check or by grading, each call returns the same session, for the student and the bench that are set
+    from outside (:mod:`labcourse.job`), whatever it is given.
 
     Parameters
     ----------
@@ -54,7 +59,7 @@ def start(
     courses.use("rotflex.course")
     program.use_by_default("rotflex")
     place = Path(folder) if folder is not None else Path.cwd()
-    return Lab(student_of(student, place), bench, place, quiet)
+    return cast(Lab, begun(student, bench, place, partial(Lab, quiet=quiet)))
 
 
 class Lab(Session):

@@ -21,7 +21,8 @@ REPORTS = Reports(
         CellReport("a.ipynb", "two", True, CellError("NameError", "name 'x'", 3), (("1", "x"), ("2", "y"))),
         CellReport("b.ipynb", "three", False, CellError("Left", "", None), ()),
     ),
-    (Refusal("1", "x", "it is a text"), Refusal("2", "y", "it is too large")),
+    (Refusal("1", "x", "it is a text"), Refusal("2", "y", "")),
+    (("a.ipynb", "student", "Ada Lovelace"),),
 )
 #: Each part of what is known of a run, with a value that it does not usually have.
 PARTS = {

@@ -149,17 +149,19 @@ def claim(student, **cells):
 
 
 @pytest.mark.parametrize(
-    ("cell", "words"),
+    ("cell", "why", "words"),
     [
-        ("", "by the button of an explorer or by hand"),
-        ("gone", "the cell that did it, gone, is no longer in a.ipynb"),
-        ("q1-answer", "a.ipynb, run from top to bottom, leaves it empty"),
+        ("", "", "no cell is known that did it"),
+        ("gone", "", "the cell that did it, gone, is not among those of a.ipynb that were run"),
+        ("q1-answer", "", "a.ipynb, run from top to bottom, leaves it empty"),
+        ("q1-answer", None, "nothing is left of it after a.ipynb was run"),
     ],
 )
-def test_what_was_recorded_at_home_and_is_missing_is_trouble_with_its_reason(fake_class, cell, words):
+def test_what_was_recorded_at_home_and_is_missing_is_trouble_with_its_reason(fake_class, cell, why, words):
     fake_class.hand_in("ada")
     (fake_class.folder / "in" / "ada" / "answers.json").write_text(claim("ada", omega_n=cell))
-    fake_class.leaves["ada"] = runner.Run(None)
+    refused = {"event": "refused", "notebook": "a.ipynb", "question": "2.11", "part": "omega_n", "why": why}
+    fake_class.leaves["ada"] = runner.Run(None, reports=b"" if why is None else json.dumps(refused).encode())
     fake_class.grade()
     with fake_class.book() as book:
         (problem,) = book.current("ada").run.problems

@@ -35,6 +35,21 @@ def helper_cell(work: Work) -> None:
     work.write("q2-11", _BY_PEAK)
 
 
+@WAYS.changed(told=("student = 'Ada Lovelace' changes nothing",))
+def own_name_in_a_cell(work: Work) -> None:
+    """Wrote their name in a cell of their own, between the parameters and the setup of 02 and 03."""
+    for name in ("02_finding_stiffness.ipynb", "03_model_validation.ipynb"):
+        work.notebooks[name]["cells"].insert(1, code('student = "Ada Lovelace"\nprint("Lab 2 by", student)'))
+
+
+@WAYS.changed()
+def begun_again(work: Work) -> None:
+    """Began a session of their own in a cell, without an ID, and left papermill's cell of parameters in it."""
+    cells = work.notebooks["06_control_design.ipynb"]["cells"]
+    cells.insert(1, code('# Parameters\nstudent = "demo"\nbench = "virtual"\n'))
+    work.before("q3-7", code('import rotflex.course.lab\nlab = rotflex.course.lab.start("", "virtual")'))
+
+
 @WAYS.changed()
 def own_plot_helper(work: Work) -> None:
     """Draws the three plots of 07, 08 and 09 by a function of their own, in an added cell of each notebook."""

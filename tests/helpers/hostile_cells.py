@@ -52,7 +52,7 @@ OTHER_PARAMETERS = """
 # Parameters
 student = OUTSIDE["neighbour"]
 bench = "virtual:?seed=1"
-for name in ("LABCOURSE_PROBE_SEED", "LABCOURSE_RUN", "ROTFLEX_BENCH"): os.environ[name] = "7"
+for name in ("LABCOURSE_PROBE_SEED", "LABCOURSE_RUN", "ROTFLEX_BENCH", "LABCOURSE_JOB"): os.environ[name] = "7"
 """
 
 
@@ -210,7 +210,7 @@ CELLS = {
     "another-lab": Attack(adds={"setup": OTHER_LAB}, exactly=False, runs=False),
     "no-shell": Attack(adds={"setup": NO_SHELL}, exactly=False, runs=False),
     "other-parameters": Attack(
-        adds={"parameters": OTHER_PARAMETERS}, exactly=False, runs=False, trouble=("The answers say that they are",)
+        adds={"parameters": OTHER_PARAMETERS}, trouble=("changes nothing, since a check and grading set the student",)
     ),
     "no-hooks": Attack(adds={"setup": NO_HOOKS}),
     "flooded-reports": Attack({"q2-12": "os._exit(0)"}, adds={"setup": FLOOD}),

@@ -186,7 +186,7 @@ OWN_FILES = {
     "claims-in-markup": Attack(
         {"q2-12": "J_l = K_s = None"}, lay=claim(), trouble=("Recorded at home and missing here: 2.12 J_l",)
     ),
-    "claims-as-another": Attack(lay=claim(student=HONEST[0]), trouble=(_NOT_COMPARED,)),
+    "claims-as-another": Attack(lay=claim(student=HONEST[0])),
     "claims-a-million": Attack(lay=raw_claim(_MILLION), trouble=("answers.json is not read",)),
     "claims-in-depth": Attack(lay=raw_claim(b'{"answers":' + b"[" * 400_000), trouble=(_NOT_COMPARED,)),
     "claims-huge-numbers": Attack(lay=raw_claim(b'{"format":' + b"9" * 400_000 + b"}"), trouble=(_NOT_COMPARED,)),

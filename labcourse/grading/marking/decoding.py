@@ -93,7 +93,7 @@ def decode(data: bytes | None, probe_seed: int, catalogue: Catalogue) -> Claims:
     """
     claims = Claims()
     if data is None:
-        claims.notes.append("No answer was recorded when the notebooks were run.")
+        claims.notes.append("No answers were left when the notebooks had been run.")
         return claims
     try:
         content = answers.parse(data)

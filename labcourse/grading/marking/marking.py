@@ -1,4 +1,20 @@
-"""Mark claims by a key. Points need positive evidence: a missing, malformed or unknown answer earns none."""
+"""Mark claims by a key. Points need positive evidence: a missing, malformed or unknown answer earns none.
+
+The reason of a mark is that of the key's check. Where no check gives one, it is given under these facts:
+
+===========================================  ===========================================================================
+reason                                       facts
+===========================================  ===========================================================================
+as :mod:`labcourse.run.reasons` says         the answer is missing, and the run or the hand-in tells why
+There is no answer in what was left ...      it is missing from the answers that the run left; no more is known
+No text for it was found ...                 no text was read for it in the notebook that was handed in
+No text of the report was found ...          no text of the report was read there, and no PDF of it was handed in
+Malformed: ...                               the answers have it, and it cannot be decoded as what is asked
+It could not be compared ...                 the check failed with a value that can be the answer's fault; for a person
+The key that it is marked by has a fault     the check failed otherwise
+Your instructor supplied this value ...      an instructor supplied it
+===========================================  ===========================================================================
+"""
 
 from __future__ import annotations
 
@@ -18,12 +34,10 @@ from labcourse.grading.course import Course
 from labcourse.grading.marking.decoding import Claims, time_limited, with_reports
 from labcourse.grading.verdicts import Case, Check, JudgesMissing, Key, Status, Verdict, for_a_person, wrong
 
-_MISSING = "No answer was recorded when your notebooks were run: its cell was left as it was, or leaves it empty."
-_NO_TEXT = "Nothing is written in its text cell of the notebook that was handed in."
-_NO_REPORT = "Nothing of the report is written in the notebook that was handed in."
-_SUPPLIED = (
-    "It was missing. Your instructor supplied this value, so that what builds on it could be run; it earns nothing."
-)
+_MISSING = "There is no answer in what was left when your notebooks had been run."
+_NO_TEXT = "No text for it was found in the notebook that was handed in."
+_NO_REPORT = "No text of the report was found in the notebook that was handed in."
+_SUPPLIED = "Your instructor supplied this value, so that what builds on it could be run; it earns nothing."
 
 KEY_FAILED = "{number}, {part} is not marked: the key failed. {fault}"  #: message of a problem; the fault comes last
 UNMARKED = "was answered; the key does not mark it."  #: end of a note

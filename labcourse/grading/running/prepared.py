@@ -23,7 +23,6 @@ from labcourse.run.alignment import Change, Happened, Role
 from labcourse.run.merge import Merged
 from labcourse.run.portability import Version
 from labcourse.run.reasons import Claim
-from labcourse.student_id import LONGEST, caseless
 
 _LONGEST_CELL = 64  # characters of a cell's id; as Jupyter allows
 
@@ -108,7 +107,7 @@ def prepare(
     hand_in : as it was read
     bundle : what it is run with
     catalogue : of the course
-    student : ID of the student on whose bench it is run, which its answers.json should name
+    student : ID of the student on whose bench it is run
     every_cell : leave no cell out
     supplied : values in place of missing ones
     """
@@ -127,7 +126,7 @@ def prepare(
             notes.append(f"{name}: it was handed in as it was handed out; nothing is written in it.")
             untouched.append(name.removesuffix(".ipynb"))
     try:
-        claim = None if hand_in.claim is None else _read_claim(hand_in.claim, catalogue, student)
+        claim = None if hand_in.claim is None else _read_claim(hand_in.claim, catalogue)
     except AnswerError as error:
         claim = None
         notes.append(str(error))
@@ -171,28 +170,23 @@ def _is_noted(change: Change) -> bool:
     return change.role is Role.LOCKED and change.what is not Happened.RENAMED
 
 
-def _read_claim(data: bytes, catalogue: Catalogue, student: str) -> Claim:
-    """Read from the student's own answers.json which answers were recorded at home.
+def _read_claim(data: bytes, catalogue: Catalogue) -> Claim:
+    """Read from the student's own answers.json which answers were recorded at home, whomever it names.
 
     Parameters
     ----------
     data : content of the file
     catalogue : of the course; other questions and parts are left out
-    student : ID of the student whom it should name
 
     Raises
     ------
     AnswerError
-        If it cannot be read or names another student; then it does not count.
+        If it cannot be read; then it does not count.
     """
     try:
         content = answers.parse(data)
     except AnswerError as error:
         raise AnswerError(f"The student's own answers.json cannot be read, and is not compared: {error}") from None
-    if caseless(content["student"]) != caseless(student):
-        raise AnswerError(
-            f"The answers.json that was handed in is {content['student'][:LONGEST]!r}'s, and is not compared."
-        )
     return {
         number: {
             name: content["cells"].get(number, {}).get(name, "")[:_LONGEST_CELL]

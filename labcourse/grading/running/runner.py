@@ -22,6 +22,7 @@ from labcourse.files import ANSWERS_FILE
 from labcourse.grading.isolation import sandbox
 from labcourse.grading.isolation.sandbox import Ending, Outcome
 from labcourse.grading.running.bundle import FONTS, INSIDE, unpacked
+from labcourse.job import VARIABLE as JOB
 from labcourse.run import RUNNING, inside
 
 MAX_ANSWERS = 2_000_000  #: bytes: twice those of answers.json, for others' formats
@@ -147,6 +148,7 @@ def _run_in_sandbox(packed: bytes, job: Job, cancelled: threading.Event | None) 
         "PYTHONDONTWRITEBYTECODE": "1",
         "PYTHONNOUSERSITE": "1",
         "TQDM_DISABLE": "1",
+        JOB: json.dumps(specification["parameters"]),
         RUNNING: "grade",
         "LABCOURSE_PROBE_SEED": str(job.probe_seed),
         # Submissions share the processors; each calculates on one.

@@ -31,6 +31,8 @@ import traceback
 from pathlib import Path
 from typing import Any
 
+from labcourse.answers import cell_reports
+
 from . import BROKEN, EVIDENCE_FILE, FINE, private_interfaces, watch
 
 _PARAMETERS_TAG = "parameters"
@@ -111,7 +113,7 @@ def sources(notebook: dict[str, Any], parameters: dict[str, str]) -> list[tuple[
     """Return the cells to run of a notebook, each as source and id.
 
     These are its code cells that are not empty, and a cell that sets the parameters: after the cell with the tag
-    "parameters", or first. That one has no id.
+    "parameters", or first. That one has no id. Student and bench are left out where the release has them of the job.
 
     Parameters
     ----------
@@ -122,8 +124,9 @@ def sources(notebook: dict[str, Any], parameters: dict[str, str]) -> list[tuple[
     tagged = [_PARAMETERS_TAG in cell["metadata"].get("tags", ()) for cell in cells]
     place = tagged.index(True) + 1 if any(tagged) else 0
     sources_and_ids: list[tuple[str, str | None]] = [("".join(cell["source"]), cell["id"]) for cell in cells]
-    lines = [f"{name} = {json.dumps(value, ensure_ascii=False)}\n" for name, value in parameters.items()]
-    sources_and_ids.insert(place, ("".join(["# Parameters\n", *lines]), None))
+    by_job = ("student", "bench") if getattr(getattr(cell_reports, "job", None), "STUDENT", "") else ()
+    rest = [(name, json.dumps(value, ensure_ascii=False)) for name, value in parameters.items() if name not in by_job]
+    sources_and_ids.insert(place, ("".join(f"{name} = {value}\n" for name, value in rest), None))
     return [(source, cell) for source, cell in sources_and_ids if source.strip()]
 
 

@@ -40,7 +40,7 @@ def test_it_waits_for_a_person_where_any_text_is_written():
 def test_it_is_missing_where_nothing_is_written_and_says_so():
     one = marks({("Control report", "poles_analysis"): "The eigenvalues."})[WHOLE, "organisation"]
     assert (one.status, one.points, one.awaiting, one.given) == (Status.MISSING, 0, 0, "")
-    assert one.reason == "Nothing of the report is written in the notebook that was handed in."
+    assert one.reason == "No text of the report was found in the notebook that was handed in."
 
 
 def test_whoever_judges_it_has_all_of_its_texts_under_their_headings():

@@ -82,7 +82,9 @@ def run(course, q1, q2="pass", then="answers = {}", limits=QUICK, student="ada",
 
 LOOK_AROUND = """
 import importlib, os, rotflex, rotflex.course.lab
-answers = {"student": student, "bench": bench, "environment": dict(os.environ), "package": rotflex.__file__}
+from labcourse import job
+answers = {"student": job.STUDENT, "bench": job.BENCH, "own": [student, bench], "package": rotflex.__file__}
+answers["environment"] = dict(os.environ)
 answers["solved"] = "solved" in globals()
 answers["modules"] = []
 for module in ("instructor", "instructor.gradebook", "instructor.marking", "experiments"):
@@ -105,7 +107,7 @@ def seen(course):
 
 
 def test_a_submission_is_given_student_and_bench_and_each_notebook_a_kernel_and_no_error_stops_it(seen):
-    assert (seen["student"], seen["bench"]) == (STUDENT, "virtual")
+    assert (seen["student"], seen["bench"], seen["own"]) == (STUDENT, "virtual", ["", ""])
     assert seen["problems"] == () and seen["kept"] is False
 
 

@@ -169,8 +169,8 @@ def test_an_explorers_button_and_a_cell_deleted_since_are_told_as_such(folder):
     recorded_at_home(folder, RECORDED, {("2.12", "J_l"): "", ("2.12", "K_s"): "deleted-cell"})
     found = check(folder, MASTERS, CATALOGUE)
     button, deleted = found.lost
-    assert "by the button of an explorer" in button and not found.stops
-    assert "the cell that did it, deleted-cell, is no longer in 01_swing.ipynb" in deleted
+    assert "no cell is known that did it" in button and not found.stops
+    assert "the cell that did it, deleted-cell, is not among those of 01_swing.ipynb that were run" in deleted
 
 
 def test_a_notebook_that_is_missing_or_broken_and_one_that_ends_python_are_told(folder):

@@ -44,18 +44,18 @@ def left(folder):
     return {path.name: path.read_text() for path in folder.iterdir() if path.name != REPORTS_FILE}
 
 
-def test_cells_are_run_in_order_with_their_ids_and_parameters_and_an_error_stops_none(run, tmp_path):
+def test_cells_are_run_in_order_with_their_ids_and_the_job_and_an_error_stops_none(run, tmp_path):
     ran = notebook(
         text("words", "not run"),
         code("a", 'student = "nobody"', ["parameters"]),
-        code("b", put("student", "student")),
+        code("b", f"from labcourse import job\n{put('student', '(student, job.STUDENT)')}"),
         code("c", "1 / 0"),
         code("empty", "  \n"),
         code("d", put("cell", 'get_ipython().get_parent()["metadata"]["cellId"]')),
         code("e", "await __import__('asyncio').sleep(0)\n" + put("last", "In[-2]")),
     )
     reports = run({"one.ipynb": ran})
-    assert left(tmp_path) == {"student": "ada", "cell": "d", "last": ran["cells"][5]["source"]}
+    assert left(tmp_path) == {"student": "('nobody', 'ada')", "cell": "d", "last": ran["cells"][5]["source"]}
     assert [name for name, report in reports.items() if report.error] == ["c"] and list(reports) == list("abcde")
 
 
@@ -67,7 +67,7 @@ def test_each_notebook_has_a_process_of_its_own_that_has_named_nothing(run, tmp_
         imports=["import fractions", "from fractions import Fraction", "print('as some libraries do')"],
         report=begun.append,
     )
-    assert left(tmp_path) == {"names": "['student']"}
+    assert left(tmp_path) == {"names": "[]"}
     assert begun == ["one.ipynb", "two.ipynb"]
 
 

@@ -37,6 +37,7 @@ PRISTINE = {
     TWO: {"cells": [fetched("2", "b"), *asked("3", "c", "c = None"), *asked("4", "d", "d = None")]},
 }
 NAME = CellError("NameError", "name 'omgea' is not defined", 3)
+NO_VALUE = Refusal("1", "x", "")
 
 
 def told(answers, reports, recorded, claim=None, added=(), handed_in=(ONE, TWO), refusals=(), seconds=60, python=None):
@@ -124,17 +125,17 @@ def test_what_builds_on_a_cell_that_stopped_names_it_and_a_module_that_lacks_is_
     no_module = {"mine": CellError("ModuleNotFoundError", "No module named 'pandas.io'", 1), "q1": name_error("table")}
     found = told({"q1": "a = table"}, no_module, "234", added=[(ONE, 0, helper)])
     assert [*found.missing.values()] == [*found.stops] and found.stops[0].startswith("Your own cell before 1 stopped: ")
-    assert "pandas is not installed where grading runs" in found.stops[0] and "line 1" in found.stops[0]
+    assert "pandas.io is not installed where grading runs" in found.stops[0] and "line 1" in found.stops[0]
 
 
 def test_what_was_recorded_at_home_and_is_missing_says_what_became_of_it():
     for claim, handed_in, fragment in (
-        ({"1": {"x": ""}}, (ONE, TWO), "button of an explorer"),
-        ({"1": {"x": "gone"}}, (ONE, TWO), "the cell that did it, gone, is no longer in 1_one.ipynb"),
+        ({"1": {"x": ""}}, (ONE, TWO), "after an explorer's button"),
+        ({"1": {"x": "gone"}}, (ONE, TWO), "gone, is not among those of 1_one.ipynb that were run"),
         ({"1": {"x": "q1-answer"}}, (ONE, TWO), "1_one.ipynb, run from top to bottom, leaves it empty"),
-        ({"1": {"x": "q1-answer"}}, (TWO,), "1_one.ipynb was not handed in"),
+        ({"1": {"x": "q1-answer"}}, (TWO,), "1_one.ipynb is not there, or cannot be read"),
     ):
-        found = told({}, {}, "234", claim=claim, handed_in=handed_in)
+        found = told({}, {}, "234", claim=claim, handed_in=handed_in, refusals=[NO_VALUE])
         (lost,), (missing,) = found.lost, found.missing.values()
         assert lost.startswith("Recorded at home and missing here: 1 x; ") and fragment in lost
         assert missing.startswith("It was recorded at home; ") and fragment in missing
@@ -213,3 +214,83 @@ def test_a_cell_of_the_course_builds_on_an_answer_only_if_the_name_is_not_define
     assert undefined.stops == ("3 stopped: NameError, name 'c' is not defined, line 1; 4 builds on it.",)
     none = told({"q4": "d = 1"}, {"q4-answer": CellError("TypeError", "unsupported operand", 1)}, "12")
     assert none.stops == ("4 stopped: TypeError, unsupported operand, line 1.",)
+
+
+#: A beginning of each reason → the facts under which it is given; and what else is said or known if one is not there.
+WRITTEN = {"q1": "a = None  # later"}
+AT_HOME = {"1": {"x": "q1-answer"}}
+GIVEN = Refusal("1", "x", "it is text")
+ERROR = CellError("TypeError", "unsupported operand", 1)
+SAID = {
+    "its cell was left as it was": (
+        {"refusals": [NO_VALUE]},
+        [{"refusals": []}, {"refusals": [GIVEN]}, {"answers": WRITTEN}, {"recorded": "1234"}, {"handed_in": (TWO,)}],
+    ),
+    "its cell was run, and left it empty": (
+        {"answers": WRITTEN, "refusals": [NO_VALUE]},
+        [{"refusals": []}, {"answers": {}}, {"recorded": "1234"}, {"handed_in": (TWO,)}, {"reports": {"q1": ERROR}}],
+    ),
+    "It was given, and not recorded: it is text": (
+        {"refusals": [GIVEN]},
+        [{"refusals": []}, {"refusals": [NO_VALUE]}, {"recorded": "1234"}],
+    ),
+    "It builds on 2, which was given and not recorded": (
+        {"recorded": "14", "refusals": [Refusal("2", "x", "it is text")], "reports": {"get-2": (("2", "x"),)}},
+        [{"refusals": []}, {"reports": {}}, {"recorded": "124"}, {"refusals": [Refusal("2", "x", "")]}],
+    ),
+    "It builds on 2, which is not answered": (
+        {"answers": {"q3": "c = b"}, "recorded": "14", "reports": {"get-2": (("2", "x"),)}},
+        [{"recorded": "124"}, {"reports": {}}, {"answers": {"q3": "c = None"}, "reports": {}}],
+    ),
+    "1 stopped: NameError, name 'omgea'": (
+        {"answers": {"q1": "a = omgea"}, "reports": {"q1": NAME}},
+        [{"reports": {}}],
+    ),
+    "It builds on what stopped before it: 1": (
+        {"answers": {"q1": "a = omgea", "q2": "b = a"}, "reports": {"q1": NAME, "q2": ERROR}, "recorded": "34"},
+        [{"reports": {"q2": ERROR}}, {"answers": {"q1": "a = omgea", "q2": "b = 2"}}, {"recorded": "234"}],
+    ),
+    "it took longer than 60 s": (
+        {"answers": WRITTEN, "reports": {"q1": CellError("KeyboardInterrupt", "", 1)}},
+        [{"seconds": None}, {"reports": {"q1": ERROR}}],
+    ),
+    "Python ended in it": ({"answers": WRITTEN, "reports": {"q1": "died", "q1-answer": "not run"}}, [{"reports": {}}]),
+    "it called exit()": ({"answers": WRITTEN, "reports": {"q1": CellError(LEFT, "")}}, [{"reports": {"q1": ERROR}}]),
+    "pandas is not installed": (
+        {"answers": WRITTEN, "reports": {"q1": CellError("ModuleNotFoundError", "No module named 'pandas'", 1)}},
+        [{"reports": {"q1": CellError("ModuleNotFoundError", "No module named 'pandas.of_mine'", 1)}}],
+    ),
+    "1_one.ipynb is not there, or cannot be read": (
+        {"claim": AT_HOME, "handed_in": (TWO,)},
+        [{"handed_in": (ONE, TWO)}, {"claim": {}}, {"recorded": "1234"}],
+    ),
+    "nothing is left of it after 1_one.ipynb was run": (
+        {"claim": AT_HOME},
+        [{"refusals": [NO_VALUE]}, {"claim": {}}, {"handed_in": (TWO,)}, {"recorded": "1234"}],
+    ),
+    "no cell is known that did it": (
+        {"claim": {"1": {"x": ""}}, "refusals": [NO_VALUE]},
+        [{"claim": AT_HOME}, {"refusals": []}, {"recorded": "1234"}],
+    ),
+    "the cell that did it, gone, is not among those": (
+        {"claim": {"1": {"x": "gone"}}, "refusals": [NO_VALUE]},
+        [{"claim": AT_HOME}, {"refusals": []}, {"added": [(ONE, 0, Cell("gone", "", CODE, "1"))]}],
+    ),
+    "run from top to bottom, leaves it empty": (
+        {"claim": AT_HOME, "refusals": [NO_VALUE]},
+        [{"claim": {}}, {"refusals": []}, {"refusals": [GIVEN]}, {"recorded": "1234"}],
+    ),
+}
+
+
+@pytest.mark.parametrize("reason", SAID)
+def test_each_reason_is_given_under_its_facts_and_not_without_them(reason):
+    facts, without = SAID[reason]
+
+    def is_given(**more):
+        found = told(**{"answers": {}, "reports": {}, "recorded": "234", **facts, **more})
+        sentences = [*found.missing.values(), *found.stops, *found.lost, *found.harmless]
+        return any(reason in sentence for sentence in sentences)
+
+    assert is_given()
+    assert [fact for fact in without if is_given(**fact)] == []
