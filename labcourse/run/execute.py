@@ -40,6 +40,7 @@ _FIRST = """
 from labcourse.answers import cell_reports
 get_ipython().display_formatter.active_types = ["text/plain"]  # nobody looks at pictures
 cell_reports.begin({path!r}, {name!r})
+student, bench = cell_reports.job.STUDENT, cell_reports.job.BENCH  # there if the notebook's own cell stops
 del cell_reports
 """
 

@@ -15,7 +15,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable
-from functools import partial
 from pathlib import Path
 from typing import cast
 
@@ -59,7 +58,7 @@ def start(
     courses.use("rotflex.course")
     program.use_by_default("rotflex")
     place = Path(folder) if folder is not None else Path.cwd()
-    return cast(Lab, begun(student, bench, place, partial(Lab, quiet=quiet)))
+    return cast(Lab, begun(student, bench, place, lambda who, at, where: Lab(who, at, where, quiet)))
 
 
 class Lab(Session):

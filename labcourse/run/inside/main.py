@@ -113,7 +113,8 @@ def sources(notebook: dict[str, Any], parameters: dict[str, str]) -> list[tuple[
     """Return the cells to run of a notebook, each as source and id.
 
     These are its code cells that are not empty, and a cell that sets the parameters: after the cell with the tag
-    "parameters", or first. That one has no id. Student and bench are left out where the release has them of the job.
+    "parameters", or first. That one has no id. Where the release has student and bench of the job, these two are set
+    first, so that they are there if the notebook's own cell stops.
 
     Parameters
     ----------
@@ -125,8 +126,9 @@ def sources(notebook: dict[str, Any], parameters: dict[str, str]) -> list[tuple[
     place = tagged.index(True) + 1 if any(tagged) else 0
     sources_and_ids: list[tuple[str, str | None]] = [("".join(cell["source"]), cell["id"]) for cell in cells]
     by_job = ("student", "bench") if getattr(getattr(cell_reports, "job", None), "STUDENT", "") else ()
-    rest = [(name, json.dumps(value, ensure_ascii=False)) for name, value in parameters.items() if name not in by_job]
-    sources_and_ids.insert(place, ("".join(f"{name} = {value}\n" for name, value in rest), None))
+    lines = [(name, f"{name} = {json.dumps(value, ensure_ascii=False)}\n") for name, value in parameters.items()]
+    sources_and_ids.insert(place, ("".join(line for name, line in lines if name not in by_job), None))
+    sources_and_ids.insert(0, ("".join(line for name, line in lines if name in by_job), None))
     return [(source, cell) for source, cell in sources_and_ids if source.strip()]
 
 

