@@ -6,9 +6,9 @@ A course's own ``lab`` builds on it, and adds the bench.
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self, cast
+from typing import TYPE_CHECKING, Any, Self
 
 from labcourse import clock, course_file, courses, files, job, program, student_id
 from labcourse.answers import cell_reports, forms, reflection
@@ -18,7 +18,6 @@ from labcourse.answers.parts import Question, Where
 from labcourse.answers.report_files import ReportFile, own_document
 from labcourse.answers.starts import Beginning
 from labcourse.answers.words import SavedTexts
-from labcourse.benches import REAL
 from labcourse.errors import AnswerError, ConfigurationError, StudentIDError
 from labcourse.files import ANSWERS_FILE, COURSE_FILE
 from labcourse.messages import plural
@@ -32,20 +31,23 @@ if TYPE_CHECKING:  # the bar is for live notebooks alone
 PROBE_SEED = "LABCOURSE_PROBE_SEED"  #: environment variable; grading sets it
 DEMO = course_file.NOBODY  #: the student of whoever gives no name
 _RAISE = object()
-_of_job: list[Any] = []  # the session of this process, if it runs a job's notebook
 
 
 def student_of(given: str, folder: Path) -> str:
     """Return the student's ID: from ``course.json``, else from the hub, else the given one, else "demo".
 
     An ID that is known stays: a notebook that gives another one does not change the bench, and sets no answers aside.
-    Where a program runs the notebooks and sets no student (:mod:`labcourse.job`), the given ID counts.
+    In a run by a check or by grading, the job's student counts (:mod:`labcourse.job`), and another ID is reported.
+    Where another program runs the notebooks, the given ID counts.
 
     Raises
     ------
     ConfigurationError
         If it cannot be an ID.
     """
+    if job.STUDENT:
+        cell_reports.unused("student", given, job.STUDENT)
+        return job.STUDENT
     typed = student_id.normalised(given) if given else ""
     if typed and by_program():
         return typed
@@ -69,32 +71,6 @@ def _known(folder: Path, typed: str) -> str:
         if not typed:
             raise
         return ""
-
-
-def begun(student: str, bench: str, folder: Path, begin: Callable[[str, str, Path], Any]) -> Any:
-    """Begin a session for the student, bench and folder that a notebook gives.
-
-    In a job, return its one session instead, and report a student or a bench that is not the job's: it changes nothing.
-
-    Parameters
-    ----------
-    student, bench, folder : as the notebook gives them; the student may be empty (:func:`student_of`)
-    begin : student, bench and folder → session
-
-    Raises
-    ------
-    ConfigurationError
-        If the student's ID cannot be one, or ``course.json`` cannot be read.
-    """
-    if not job.STUDENT:
-        return begin(student_of(student, folder), bench, folder)
-    is_asked = course_file.bench_policy(job.FOLDER).which == REAL  # then a notebook asks for its bench's address
-    for name, given, own in (("student", student, job.STUDENT), ("bench", "" if is_asked else bench, job.BENCH)):
-        if given and student_id.caseless(str(given)) != student_id.caseless(own):
-            cell_reports.unused(name, str(given))
-    if not _of_job:
-        _of_job.append(begin(job.STUDENT, job.BENCH, job.FOLDER))
-    return _of_job[0]
 
 
 class Session:
@@ -132,7 +108,7 @@ class Session:
 
     @classmethod
     def begin(cls, package: str, catalogue: Catalogue, student: str = "") -> Self:
-        """Begin a session in the notebook's folder, at the student's virtual bench (:func:`begun`).
+        """Begin a session in the notebook's folder, at the student's virtual bench.
 
         Parameters
         ----------
@@ -146,15 +122,13 @@ class Session:
             If the ID cannot be used, or if ``course.json`` cannot be read.
         """
         courses.use(package)
-
-        def begin(name: str, bench: str, folder: Path) -> Any:
-            seed = course_file.bench_policy(folder).seed_for(name)
-            session = cls(name, folder, catalogue, {"uri": bench, "seed": seed}, seed)
-            session.welcome(bench)
-            session.print_notices()
-            return session
-
-        return cast(Self, begun(student, job.BENCH, Path.cwd(), begin))
+        folder = Path.cwd()
+        name = student_of(student, folder)
+        seed = course_file.bench_policy(folder).seed_for(name)
+        session = cls(name, folder, catalogue, {"uri": "virtual", "seed": seed}, seed)
+        session.welcome("virtual")
+        session.print_notices()
+        return session
 
     def welcome(self, bench: str, *notes: str) -> None:
         """Show the course bar; where there is no live notebook, print who works at which bench.

@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from labcourse import job  # noqa: F401 (this module is imported before any cell is run)
+from labcourse.student_id import caseless
 
 LEFT = "exit()"  #: the type of error that stands for a cell that ended Python
 REPORTS_FILE = "cell_reports.jsonl"  #: in the folder in which notebooks are run
@@ -117,9 +118,10 @@ def lacked(question: str, part: str) -> None:
     _write({"event": "lacked", "question": question, "part": part})
 
 
-def unused(name: str, value: str) -> None:
-    """Report a parameter that a notebook gives and that is not the job's. As for :func:`refused`."""
-    _write({"event": "unused", "name": name, "value": _bounded(value)})
+def unused(name: str, given: object, own: str) -> None:
+    """Report a student or a bench that a notebook gives, if it is not the job's own. As for :func:`refused`."""
+    if given and caseless(str(given)) != caseless(own):
+        _write({"event": "unused", "name": name, "value": _bounded(str(given))})
 
 
 def _starts(info: Any) -> None:

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 import labcourse
-from labcourse import course_file, courses, files, job, program
+from labcourse import course_file, courses, files, program
 from labcourse.answers import answers, notebooks, report_files, schema, words
 from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.cell_reports import REPORTS_FILE, Reports
@@ -210,9 +210,8 @@ def _run(
         if work.hand_in.course:
             about = {**work.hand_in.course, course_file.STUDENT: student}
             (place / COURSE_FILE).write_text(course_file.text(about), encoding="utf-8")
-        options: dict[str, Any] = {"cell_timeout": cell_timeout, "report": report}
-        parameters = {"student": student, "bench": job.BENCH}
-        execute.run(merged.notebooks, place, parameters=parameters, imports=notebooks.imports_of(masters), **options)
+        options: dict[str, Any] = {"parameters": {"student": student}, "imports": notebooks.imports_of(masters)}
+        execute.run(merged.notebooks, place, cell_timeout=cell_timeout, report=report, **options)
         log, recorded = place / REPORTS_FILE, place / ANSWERS_FILE
         reports = schema.read_reports(files.read(log) if log.exists() else b"")
         return (files.read(recorded) if recorded.exists() else None), reports

@@ -60,7 +60,7 @@ def run(
     ----------
     notebooks : file name → content
     folder : in which they are run; answers and reports on cells are left there
-    parameters : the student and the bench of the run, which no cell can change (:mod:`labcourse.job`)
+    parameters : the student of the run, and the bench unless it is virtual; no cell changes them (:mod:`labcourse.job`)
     imports : import statements of what notebooks use, for the warm runner
     cell_timeout : time for a cell, s; then it is interrupted, and ``GRACE`` later its process is ended
     report : called with the file name of each notebook that begins
@@ -84,7 +84,7 @@ def run(
         }
         specification = {
             "notebooks": dict(notebooks),
-            "parameters": dict(parameters),
+            "parameters": {"bench": job.BENCH, **parameters},
             "imports": list(imports),
             "files": {},
             "cell_timeout": cell_timeout,

@@ -16,14 +16,14 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable
 from pathlib import Path
-from typing import cast
 
-from labcourse import course_file, courses, program
+from labcourse import course_file, courses, job, program
+from labcourse.answers import cell_reports
 from labcourse.answers.reflection import Check
 from labcourse.benches import PRESET, REAL, SAME
 from labcourse.course_file import bench_policy
 from labcourse.run import RUNNING
-from labcourse.session import Session, begun
+from labcourse.session import Session, student_of
 from rotflex import hil
 from rotflex.course.practice import Practice
 from rotflex.course.questions import CATALOGUE
@@ -31,6 +31,7 @@ from rotflex.course.recordings_folder import ADDRESS, RecordingsFolder
 from rotflex.hil.student_benches import DRAW, FIRST_RUN, student_seed
 
 VIRTUAL = "virtual"  #: the bench that the course gives the student
+_of_job: list[Lab] = []  # the session of this process, if it runs a notebook of a job
 
 
 def start(
@@ -58,7 +59,14 @@ def start(
     courses.use("rotflex.course")
     program.use_by_default("rotflex")
     place = Path(folder) if folder is not None else Path.cwd()
-    return cast(Lab, begun(student, bench, place, lambda who, at, where: Lab(who, at, where, quiet)))
+    name = student_of(student, place)
+    if not job.STUDENT:
+        return Lab(name, bench, place, quiet)
+    if not _of_job:
+        _of_job.append(Lab(name, job.BENCH, job.FOLDER))
+    if _of_job[0].policy.which != REAL:  # there, the notebooks ask for the address of the bench
+        cell_reports.unused("bench", bench, job.BENCH)
+    return _of_job[0]
 
 
 class Lab(Session):

@@ -170,6 +170,28 @@ def test_what_was_recorded_at_home_and_is_missing_is_trouble_with_its_reason(fak
         assert book.current("ada").run.claim == {"2.11": {"omega_n": cell}}
 
 
+@pytest.mark.parametrize("ended", [(), ("A cell took longer than 60 s and was stopped.",)], ids=["itself", "runner"])
+def test_a_cell_took_too_long_only_if_the_runner_stopped_one(fake_class, ended):
+    interrupt = {"type": "KeyboardInterrupt", "message": "", "line": 1}
+    line = {"event": "ended", "notebook": "a.ipynb", "cell": "q1", "error": interrupt}
+    fake_class.hand_in("ada", source="raise KeyboardInterrupt")
+    fake_class.leaves["ada"] = runner.Run(None, ended, json.dumps(line).encode())
+    fake_class.grade()
+    with fake_class.book() as book:
+        reason = marks(book, "ada")["2.11 omega_n"].reason
+    assert "KeyboardInterrupt" in reason or ended
+    assert ("took longer than 60 s" in reason) is bool(ended)
+
+
+def test_an_answers_file_that_names_another_is_compared_all_the_same(fake_class):
+    fake_class.hand_in("ada")
+    (fake_class.folder / "in" / "ada" / "answers.json").write_text(claim("Ada Lovelace", omega_n="q1-answer"))
+    fake_class.leaves["ada"] = runner.Run(None)
+    fake_class.grade()
+    with fake_class.book() as book:
+        assert book.current("ada").run.claim == {"2.11": {"omega_n": "q1-answer"}}
+
+
 def test_what_was_recorded_at_home_and_is_here_is_no_trouble(fake_class):
     fake_class.hand_in("ada")
     (fake_class.folder / "in" / "ada" / "answers.json").write_text(claim("ada", omega_n="q1-answer"))

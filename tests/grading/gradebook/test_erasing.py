@@ -12,11 +12,14 @@ from gradebooks import enrol, graded, mark, prose, record, report_text
 from sqlalchemy import insert, select, text, update
 
 from labcourse import clock
+from labcourse.answers.cell_reports import Reports
 from labcourse.errors import GradebookError
+from labcourse.grading import erasure
 from labcourse.grading.gradebook import Arrival, Delivery, Gradebook, StudentRecord, persons
 from labcourse.grading.gradebook.database import Database
 from labcourse.grading.gradebook.persons import OfOthers, Person
 from labcourse.grading.gradebook.records import Base, Erasure
+from labcourse.grading.graded_run import Facts
 
 WHEN = datetime(2026, 3, 2, tzinfo=UTC)
 WORDS, COMPARED = ("2.11", "explanation"), ("2.16", "comparison")
@@ -333,6 +336,12 @@ def test_short_names_are_not_looked_for():
     assert person.names == ("bo@x.org", "12345", "Eva") and person.too_short == ("17", "Bo", "4711")
     assert person.redacted("Bo has 17 of 12345 points (BO@X.ORG)") == "Bo has 17 of [erased 3] points ([erased 3])"
     assert Person(StudentRecord("17"), 3).named_in("17") is False
+
+
+def test_an_id_that_somebody_typed_in_a_notebook_is_erased():
+    facts = Facts(reports=Reports(unused=(("a.ipynb", "student", "ann"), ("a.ipynb", "bench", "x"))))
+    erased = erasure._redacted(facts, Person(StudentRecord("ann"), 1))
+    assert erased.reports.unused == (("a.ipynb", "student", "[erased 1]"), ("a.ipynb", "bench", "x"))
 
 
 def test_names_are_found_as_whole_words_in_texts_and_in_files():

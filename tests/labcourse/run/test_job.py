@@ -9,7 +9,7 @@ import pytest
 from made_notebooks import code, notebook
 
 from labcourse import job
-from labcourse.answers.cell_reports import REPORTS_FILE
+from labcourse.answers.cell_reports import REPORTS_FILE, Refusal
 from labcourse.answers.schema import read_reports
 from labcourse.run import RUNNING, execute
 from rotflex.hil.student_benches import student_seed
@@ -55,16 +55,18 @@ def test_no_cell_changes_whose_run_it_is(tmp_path, monkeypatch, warm):
     folder.mkdir()
     (folder / "course.json").write_text('{"student": "", "draw": 2}')
     ways = WAYS if warm else ["a name", "begun for another", "course.json", "no quotes"]  # a kernel takes a second
-    answer = notebook(code("setup", f"student = bench = ''\n{SETUP}"), code("q", 'lab.answer("2.12", K_s=1.3)'))
+    answer = notebook(
+        code("setup", f"student = bench = ''\n{SETUP}"), code("q", 'lab.answer("2.12", K_s=1.3, J_l=None)')
+    )
     run = {"first.ipynb": answer} | {f"{way}.ipynb": cells(way, str(facts)) for way in ways}
-    given = {"student": "ada", "bench": "virtual"}
-    execute.run(run, folder, parameters=given, imports=["import rotflex.course.lab"])
+    execute.run(run, folder, parameters={"student": "ada"}, imports=["import rotflex.course.lab"])
     found = [json.loads(line) for line in facts.read_text().splitlines()]
     assert found == [["ada", "ada", student_seed("ada"), "virtual", 2, True, 1.3]] * len(ways)
     assert sorted(path.name for path in folder.glob("answers*")) == ["answers.json"]  # nothing was put aside
     others = {way: {("student", "bob"), ("bench", "virtual:?seed=9"), WAYS[way][1]} - {None} for way in ways}
     said = {(f"{way}.ipynb", *other) for way, of_way in others.items() for other in of_way}
-    assert {*read_reports((folder / REPORTS_FILE).read_bytes()).unused} == said
+    reports = read_reports((folder / REPORTS_FILE).read_bytes())
+    assert {*reports.unused} == said and reports.refusals == (Refusal("2.12", "J_l", ""),)
 
 
 def started(folder, student, bench, **environment):
