@@ -44,11 +44,7 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
     ),
     "recordings of a real bench": (203, ("rotflex/course/plausible.py", "rotflex/course/recordings_folder.py")),
     "widgets, scene, the course": (
-<<<<<<< HEAD
         4846,
-=======
-        4855,
->>>>>>> 57ca73c7 (session: take the job's student wherever a course's lab asks for it)
         (
             "labcourse/scene/**/*.py",
             "rotflex/course/**/*.py",
@@ -56,22 +52,14 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
         ),
     ),
     "answers, session, files of a course": (
-<<<<<<< HEAD
         3594,
-=======
-        3619,
->>>>>>> 57ca73c7 (session: take the job's student wherever a course's lab asks for it)
         (
             "labcourse/*.py",
             "labcourse/answers/**/*.py",
             "labcourse/jupyter/**/*.py",
         ),
     ),
-<<<<<<< HEAD
     "run": (2090, ("labcourse/run/**/*.py",)),
-=======
-    "run": (2099, ("labcourse/run/**/*.py",)),
->>>>>>> 57ca73c7 (session: take the job's student wherever a course's lab asks for it)
     "report": (1164, ("labcourse/report/**/*.py",)),
     "running, the warm runner": (1028, ("labcourse/grading/running/**/*.py", "labcourse/run/inside/**/*.py")),
     "intake": (1321, ("labcourse/grading/intake/**/*.py",)),

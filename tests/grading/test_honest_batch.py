@@ -293,10 +293,13 @@ FUTURE = 4.2e9  # what a file says of itself, somebody may have written there
 
 @pytest.fixture
 def stage(tmp_path):
-    """Grade folders, {name: (answer, partners, student of the course.json)}; return what counts for each student."""
+    """Grade folders, {name: (answer, partners, student of the course.json)}; return what counts for each student.
+
+    ``decided`` is the instructor's answer on the partners of bob.
+    """
     taken = []
 
-    def take(**folders):
+    def take(decided="", **folders):
         folder = tmp_path / f"stage-{len(taken)}"
         taken.append(folder)
         for name, (answer, partners, student) in folders.items():
@@ -304,8 +307,10 @@ def stage(tmp_path):
             for path in (folder / name).iterdir():
                 os.utime(path, (FUTURE, FUTURE) if name == "mallory" else None)
         with Gradebook(tmp_path / "book.sqlite") as book:
-            found = intake.find(folder, earlier=partial(batch.students_named_before, book)).submissions
-            return {one.student: _answer(_stored(book, one)) for one in found}
+            decisions = {intake.Doubt("bob", intake.PARTNER, "", "", "ada").key: decided}
+            before = partial(batch.students_named_before, book)
+            found = intake.find(folder, earlier=before, decisions=decisions).submissions
+            return {one.student: _answer(stored) for one in found if (stored := _stored(book, one))}
 
     return take
 
@@ -322,18 +327,19 @@ def _answer(delivered):
 
 
 def test_a_pair_hands_in_together_and_again(stage):
-    assert stage(bob=("x = 1", ["ada"], "bob")) == {"ada": "x = 1", "bob": "x = 1"}
-    assert stage(bob=("x = 2", ["ada"], "bob")) == {"ada": "x = 2", "bob": "x = 2"}
+    assert stage(bob=("x = 0", ["ada"], "bob")) == {"bob": "x = 0"}
+    assert stage("yes", bob=("x = 1", ["ada"], "bob")) == {"ada": "x = 1", "bob": "x = 1"}
+    assert stage("yes", bob=("x = 2", ["ada"], "bob")) == {"ada": "x = 2", "bob": "x = 2"}
     assert stage(ada=("x = 3", ["bob"], "ada"))["ada"] == "x = 3"
 
 
 def test_what_somebody_handed_in_before_is_not_replaced_in_their_name(stage):
     assert stage(ada=("x = 1", [], "ada")) == {"ada": "x = 1"}
-    assert stage(mallory=("spoilt = 1", ["mallory"], "ada")) == {"mallory": "spoilt = 1"}
-    assert stage(mallory=("spoilt = 2", ["ada"], "mallory")) == {"mallory": "spoilt = 2"}
+    assert stage(mallory=("spoilt = 1", ["mallory"], "ada")) == {"ada": "x = 1", "mallory": "spoilt = 1"}
+    assert stage(mallory=("spoilt = 2", ["ada"], "mallory")) == {"ada": "x = 1", "mallory": "spoilt = 2"}
 
 
-def test_what_somebody_hands_in_later_comes_before_what_was_said_in_their_name(stage):
-    assert stage(mallory=("spoilt = 1", ["ada"], "mallory")) == {"ada": "spoilt = 1", "mallory": "spoilt = 1"}
+def test_what_is_said_in_somebodys_name_counts_neither_before_nor_after_what_they_hand_in(stage):
+    assert stage(mallory=("spoilt = 1", ["ada"], "mallory")) == {"mallory": "spoilt = 1"}
     assert stage(ada=("x = 1", [], "ada")) == {"ada": "x = 1"}
-    assert stage(mallory=("spoilt = 2", ["ada"], "mallory")) == {"mallory": "spoilt = 2"}
+    assert stage(mallory=("spoilt = 2", ["ada"], "mallory")) == {"ada": "x = 1", "mallory": "spoilt = 2"}

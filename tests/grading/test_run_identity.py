@@ -22,6 +22,7 @@ NO_PART = {
     "again": ("ada",),
     "decisions": {("ada", "owner"): "ada"},
     "zone": timezone(timedelta(hours=2)),
+    "platform": "none",  # what it changes are the files that are found
     "only": Assignment("Other", ("another_notebook",)),  # the files that it leaves out are no part
 }
 PLACE = {"scheduler"}  #: says where it is run, not what: tests/grading/test_cluster.py
@@ -180,6 +181,7 @@ NOT_RUN = {
     "reports": {"modeling_report.pdf": b"%PDF-1.7"},
     "problems": ("a problem",),
     "notes": ("a note",),
+    "waits": True,
 }
 
 

@@ -57,7 +57,7 @@ def test_in_the_term_only_what_is_due_counts_and_what_is_not_due_is_not_on_the_p
     assert "So far 2.00 of 5 points." in text and "Final grade" not in text
     assert "Lab 1 marked 2.00 of 2" in text and "Lab 2 waits for a person of 3" in text
     assert "Lab 3 not due until 2026-12-05 of 2" in text
-    assert "1 point waits for a person to read: 2.11" in text
+    assert "1 point waits for a person: 2.11" in text
     assert "2.11, omega_n: Asked on 2026-11-01 to be looked at again; not answered yet." in text
     assert "2.11: Natural frequency 0 of 3 points omega_n: wrong." in text and "2.16" not in text
     assert "How it counts : So far: 2 of 5 points. Answers worth 1 point are not decided yet." in text

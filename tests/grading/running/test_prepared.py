@@ -88,7 +88,7 @@ ANSWERS = {"1": {"x": {"kind": "number", "value": 1.0}}, "2": {"x": {}}, "9": {"
     [
         (None, None, ""),
         (b"[]", None, "cannot be read"),
-        (claim(student="bob"), None, "'bob'"),
+        (claim(student="bob"), {}, ""),  # whose it is, the hand-in says
         (claim(), {}, ""),
         (claim(answers=ANSWERS, cells={"1": {"x": "q1"}}), {"1": {"x": "q1"}, "2": {"x": ""}}, ""),
         (claim(answers=ANSWERS, cells={"1": {"x": "q" * 65}}), {"1": {"x": "q" * 64}, "2": {"x": ""}}, ""),
