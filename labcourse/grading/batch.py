@@ -136,7 +136,7 @@ class Batch:
         # Somebody who is no partner after all, and of whom there is nothing, needs no marks.
         found = [one for one in collected.submissions if one.pieces or one.waits or gradebook.current(one.student)]
         taken, erased = leave_out_erased(gradebook, found, settings.again)
-        self._submissions = [*taken, *take_from_earlier_owners(gradebook, taken)]
+        self._submissions = [*taken, *take_from_earlier_owners(gradebook, taken), *no_longer_named(gradebook, taken)]
         self.sources = collected.read
         self._bundles = Bundles(course)
         self._how = [labcourse.__version__, asdict(settings.limits), settings.isolated, settings.every_cell]
@@ -251,7 +251,7 @@ class Batch:
         """
         about = {**vars(submission), **vars(read), "pieces": 0, "items": 0, "doubts": 0, "held": sorted(read.held)}
         files = [(item.name, item.digest, item.received, item.source, item.clock) for item in read.items]
-        stored = self._gradebook.stored(submission.claimed_by or submission.student)
+        stored = [self._gradebook.stored(one) for one in (submission.student, submission.claimed_by) if one]
         return content_digest([self._basis, about, files, stored])
 
     def _prepare(self, submission: intake.Submission, read: intake.Contents) -> Prepared:
@@ -260,7 +260,7 @@ class Batch:
         earlier = store_submission(self._gradebook, submission, read)
         taken = self._taken(submission, read)  # what another program stores from now on is new the next time
         hand_in, arrivals = intake.newest(
-            delivered(self._gradebook, submission, read), names, self._reports, read.unread
+            delivered(self._gradebook, submission, read, self._masters), names, self._reports, read.unread
         )
         chosen = self._bundles.choose(hand_in)
         prepared = prepare(
@@ -461,8 +461,7 @@ def _record(gradebook: Gradebook, graded: Graded, actor: str, reason: str) -> Gr
 def store_submission(gradebook: Gradebook, submission: intake.Submission, contents: intake.Contents) -> list[str]:
     """Store the files of a submission that are not in the gradebook yet.
 
-    If a partner handed in for this student, the files stay the partner's: whatever their time, they never replace what
-    the student hands in.
+    If a partner handed in for this student, the files stay the partner's.
 
     Parameters
     ----------
@@ -475,17 +474,32 @@ def store_submission(gradebook: Gradebook, submission: intake.Submission, conten
     list
         Names of the files that were there before.
     """
-    earlier = gradebook.stored(submission.claimed_by or submission.student)
+    students = filter(None, (submission.student, submission.claimed_by))
+    earlier = [name for student in students for name, *_about in gradebook.stored(student)]
     if not submission.claimed_by:
         gradebook.deliver(submission.student, contents.items)
-    return [name for name, *_about in earlier]
+    return earlier
 
 
-def delivered(gradebook: Gradebook, submission: intake.Submission, contents: intake.Contents) -> list[Delivery]:
-    """Return all files that were handed in for a student until now; parameters as for :func:`store_submission`."""
-    if submission.claimed_by:
-        return [*gradebook.delivered(submission.claimed_by), *contents.items]
-    return gradebook.delivered(submission.student)
+def delivered(
+    gradebook: Gradebook,
+    submission: intake.Submission,
+    contents: intake.Contents,
+    masters: Mapping[str, intake.Master],
+) -> list[Delivery]:
+    """Return all files that were handed in for a student until now; parameters as for :func:`store_submission`.
+
+    What a partner handed in, whatever its time, replaces no notebook in which the student wrote something and that they
+    handed in themselves. ``masters`` are the course's notebooks, by file name.
+    """
+    own = gradebook.delivered(submission.student)
+    if not submission.claimed_by:
+        return own
+    answered = {one.name for one in own if one.name in masters and intake.is_answered(one, masters[one.name])}
+    partners = [*gradebook.delivered(submission.claimed_by), *contents.items]
+    partners = [one for one in partners if one.name not in answered]
+    names = {one.name for one in partners}
+    return [*partners, *(one for one in own if one.name not in names)]
 
 
 def students_named_before(gradebook: Gradebook, student: str) -> list[str] | None:
@@ -493,7 +507,7 @@ def students_named_before(gradebook: Gradebook, student: str) -> list[str] | Non
 
     Somebody who names this student as a partner should be among them.
     """
-    delivered = {delivery.name: delivery for delivery in gradebook.delivered(student)}
+    delivered = {delivery.name: delivery for delivery in gradebook.delivered(student, notebooks=False)}
     if not delivered:
         return None
     return intake.students_in(delivered[COURSE_FILE].content) if COURSE_FILE in delivered else []
@@ -517,6 +531,18 @@ def take_from_earlier_owners(gradebook: Gradebook, submissions: Sequence[intake.
             for student in gradebook.delete_of_others(piece.source, piece.received, owner):
                 emptied[student] = intake.Submission(student, problems=(reason,))
     return [submission for student, submission in emptied.items() if caseless(student) not in present]
+
+
+def no_longer_named(gradebook: Gradebook, submissions: Sequence[intake.Submission]) -> list[intake.Submission]:
+    """Return an empty submission for each student who waits to be confirmed as a partner, and is not named any more.
+
+    Their marks are made anew, since nobody would be asked about them.
+    """
+    present = {caseless(submission.student) for submission in submissions}
+    before = (students_named_before(gradebook, one.student) or () for one in submissions if one.pieces)
+    names = {caseless(name) for named in before for name in named} - present
+    current = filter(None, map(gradebook.current, sorted(names)))
+    return [intake.Submission(one.run.student) for one in current if facts_of(one.run).waits]
 
 
 def leave_out_erased(

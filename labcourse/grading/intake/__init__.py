@@ -13,7 +13,16 @@ What is ambiguous is a :class:`Doubt`, a row of ``intake.csv`` for the instructo
 
 from labcourse.grading.intake.finding import OWNER, PARTNER, PLATFORM, TIME, Decisions, Doubt, Submission, find
 from labcourse.grading.intake.owners import students_in
-from labcourse.grading.intake.reading import Contents, is_absent, is_all_unread, is_unread, newest, read
+from labcourse.grading.intake.reading import (
+    Contents,
+    Master,
+    is_absent,
+    is_all_unread,
+    is_answered,
+    is_unread,
+    newest,
+    read,
+)
 
 __all__ = [
     "OWNER",
@@ -23,10 +32,12 @@ __all__ = [
     "Contents",
     "Decisions",
     "Doubt",
+    "Master",
     "Submission",
     "find",
     "is_absent",
     "is_all_unread",
+    "is_answered",
     "is_unread",
     "newest",
     "read",

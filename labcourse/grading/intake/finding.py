@@ -545,7 +545,8 @@ class _Finder:
         if nesting == MAX_NESTING or not self._archives_left:
             raise Unreadable(f"of archives in a submission, {MAX_INNER_ARCHIVES} are read, {MAX_NESTING} in each other")
         self._archives_left -= 1
-        if whole.archived is None and whole.label and not nesting:  # the platform wrote it there
+        if whole.archived is None and whole.label and not (nesting or archives.is_archive(whole.outer)):
+            # The platform wrote it into its folder.
             archived, clock = self._time_of(place, whole.label)
             whole = replace(whole, archived=archived, clock=clock)
         copy = platforms.without_copy_number(place.stem)

@@ -314,6 +314,10 @@ def resolve_partners(
     """
     named: dict[str, set[str | None]] = defaultdict(set)
     groups: dict[str, set[str]] = defaultdict(set)
+    claimed: dict[tuple[str, ...], dict[str, None]] = defaultdict(dict)
+    for owner in owners:
+        claimed[owner.students] |= dict.fromkeys(owner.claimed)
+    owners = [_with_partners(owner, [*claimed[owner.students]][: MOST_TOGETHER - 1]) for owner in owners]
     for owner in owners:
         groups[owner.group].update(owner.students)
         for student in owner.students:
@@ -331,6 +335,14 @@ def resolve_partners(
         return None
 
     return [_resolved(owner, {partner: is_partner(owner, partner) for partner in owner.claimed}) for owner in owners]
+
+
+def _with_partners(owner: Owner, most: Collection[str]) -> Owner:
+    """Leave out the partners of an owner that are too many with those of the owner's other submissions."""
+    if not (others := [name for name in owner.claimed if name not in most]):
+        return owner
+    note = f"{COURSE_FILE} names more than {MOST_TOGETHER - 1} partners: {', '.join(others)} are left out."
+    return replace(owner, claimed=tuple(filter(most.__contains__, owner.claimed)), notes=(*owner.notes, note))
 
 
 def _resolved(owner: Owner, counts: Mapping[str, bool | None]) -> Owner:

@@ -33,9 +33,9 @@ PLATFORMS = {
     platform: (sign, re.compile(pattern, re.DOTALL | re.IGNORECASE))
     for platform, sign, pattern in (
         (MOODLE, "-", r"(?P<name>.+?)_(?P<number>\d+)_assignsubmission_" + _MOODLES),
-        (BRIGHTSPACE, "", rf"\d+-\d+ ?- (?:(?P<login>\S+) - )??(?P<name>{_PART}+) ?- {_YEAR}(?: ?- (?P<file>.+))?"),
-        (BLACKBOARD, "_", r"(?P<name>.+?)_attempt_(?P<time>\d{4}(?:-\d\d){5})(?:_(?P<file>.+)|(?P<receipt>\.txt))?"),
-        (CANVAS, "", r"(?P<name>\w+?)(?:_late)?_(?P<number>\d+|(?<=anon_)[a-z0-9]+)_(?P<attempt>\d+)_(?P<file>.+)"),
+        (BRIGHTSPACE, "", rf"\d+-\d+ ?- (?:(?P<login>\S+) - )??(?P<name>{_PART}+) ?- {_YEAR}(?: ?- (?P<file>.*))?"),
+        (BLACKBOARD, "_", r"(?P<name>.+?)_attempt_(?P<time>\d{4}(?:-\d\d){5})(?:_(?P<file>.*)|(?P<receipt>\.txt))?"),
+        (CANVAS, "", r"(?P<name>\w+?)(?:_late)?_(?P<number>\d+|(?<=anon_)[a-z0-9]+)_(?P<attempt>\d+)_(?P<file>.*)"),
         (NBGRADER, "", r"(?P<login>[^+]+)\+[^+]+\+(?P<time>\d{4}-\d\d-\d\d \d\d:\d\d:\d\d(?:\.\d+)? UTC)(?:\+[^+]+)?"),
     )
 }
@@ -88,7 +88,7 @@ class Label:
 def label_of(name: str, platform: str) -> Label | None:
     """Read a name by the pattern of a platform; None if it does not fit, or for a platform without a pattern."""
     sign, pattern = PLATFORMS.get(platform, ("", None))
-    match = pattern.fullmatch(name) if pattern and len(name) <= _LONGEST else None
+    match = pattern.fullmatch(name[:_LONGEST]) if pattern else None
     if match is None:
         return None
     part = defaultdict(str, match.groupdict(default=""))
@@ -100,7 +100,7 @@ def label_of(name: str, platform: str) -> Label | None:
         part["number"],
         _parse(part["time"]),
         int(part["attempt"] or 0),
-        part["file"],
+        f"{part['file']}{name[_LONGEST:]}",
         bool(part["receipt"]),
     )
 

@@ -220,9 +220,7 @@ class _Reader:
     def _was_answered(self, name: str, master: Master) -> bool:
         """Return whether the student handed in a notebook before this piece, with something written in it."""
         before = self._earlier.get(name)
-        if before is None or before.received >= self._piece.received:
-            return False
-        return _cells_written(Notebook.read(before.content).cells, master) > 0
+        return before is not None and before.received < self._piece.received and is_answered(before, master)
 
     @cached_property
     def _earlier(self) -> dict[str, Delivery]:
@@ -470,6 +468,11 @@ def _most_alike(cells: Sequence[Cell], masters: Mapping[str, Master]) -> str | N
         return None
     name, most = counts[0]
     return name if most >= max(_FEWEST_CELLS, len(masters[name]) // 2) else None
+
+
+def is_answered(notebook: Delivery, master: Master) -> bool:
+    """Tell whether a student wrote something in a notebook that was handed in."""
+    return _cells_written(Notebook.read(notebook.content).cells, master) > 0
 
 
 def _cells_written(cells: Iterable[Cell], master: Master) -> int:
