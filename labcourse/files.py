@@ -208,15 +208,13 @@ def from_json(data: bytes, max_depth: int = MAX_DEPTH, *, allow_nan: bool = True
 
 def _examined(value: Any) -> tuple[int, float]:
     """Return how many lists and objects lie within each other, and a number that is finite only if all numbers are."""
-    if isinstance(value, float):
-        return 0, value
-    if not isinstance(value, (dict, list)):
-        return 0, 0.0
-    inner = value.values() if isinstance(value, dict) else value
-    if {*map(type, inner)} == {float}:  # the samples of a signal
-        return 1, sum(inner)
-    depths, numbers = zip(*map(_examined, inner), strict=True) if inner else ((0,), ())
-    return 1 + max(depths), sum(numbers)
+    depth, numbers, level = 0, 0.0, [value]
+    while level:
+        numbers += sum([each for each in level if isinstance(each, float)])
+        inner = [each for each in level if isinstance(each, (dict, list))]
+        level = [each for holder in inner for each in (holder.values() if isinstance(holder, dict) else holder)]
+        depth += bool(inner)
+    return depth, numbers
 
 
 def shown(path: str | PurePath) -> str:

@@ -8,10 +8,14 @@ import re
 import unicodedata
 from collections.abc import Iterable
 
-_NUMBER = re.compile(r"-?\d+(\.\d+)?(e[+-]?\d+)?", re.IGNORECASE)
+from labcourse.patterns import ANSWER, pattern
+
+_NUMBER = pattern(r"-?\d+(\.\d+)?(e[+-]?\d+)?", ANSWER, re.IGNORECASE)
 #: The beginning of a formula: at the beginning of a cell; and after a semicolon or a line's end, as spreadsheets that
-#: split at semicolons, which many countries use, read quotes within a line as letters.
-_FORMULA = re.compile(r"(^[ \u3000\xa0]*(?=[=+\-@＝＋－＠\t\r\n])|[;\n][\s\"]*(?=[=+\-@＝＋－＠]))")
+#: split at semicolons, which many countries use, read quotes within a line as letters. What stands between is read
+#: once, also if no formula follows: the second group says whether one does.
+_FORMULA = pattern(r"^[ \u3000\xa0]*(?=[=+\-@＝＋－＠\t\r\n])|([;\n][\s\"]*+)(?:(?=[=+\-@＝＋－＠])())?", ANSWER)
+_MARKED = pattern(r"^'(?=[ \u3000\xa0]*[=+\-@＝＋－＠\t\r\n])|(?<=[;\s\"])'(?=[=+\-@＝＋－＠])", ANSWER)
 _HARMLESS = "\n\t\u200c\u200d"  # lines, tabs, and how letters and emoji join
 
 
@@ -38,13 +42,13 @@ def _steers(character: str) -> bool:
 def spreadsheet_cell(text: str) -> str:
     """Put a ' before each formula in a text, so that spreadsheets take it for text."""
     return _FORMULA.sub(
-        lambda match: f"{match[0]}'" if match[0][:1] in (";", "\n") else f"'{match[0]}", no_escapes(text)
+        lambda match: f"'{match[0]}" if match[1] is None else match[0] + "'" * (match[2] is not None), no_escapes(text)
     )
 
 
 def from_spreadsheet_cell(text: str) -> str:
     """Remove the signs that :func:`spreadsheet_cell` puts before formulas."""
-    original = re.sub(r"^'(?=[ \u3000\xa0]*[=+\-@＝＋－＠\t\r\n])|(?<=[;\s\"])'(?=[=+\-@＝＋－＠])", "", text)
+    original = _MARKED.sub("", text)
     return original if spreadsheet_cell(original) == text else text
 
 

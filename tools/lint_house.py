@@ -7,6 +7,7 @@
 * The import rule "library" lists all rooms of the laboratory that it is for.
 * Code that the notebooks recommend takes no name that their first cells bind.
 * A quick run leaves out what tests are marked with, and a test that starts a browser gets its marker.
+* A regular expression of the engine that students' text may meet is in the list of ``labcourse.patterns``.
 """
 
 from __future__ import annotations
@@ -151,9 +152,54 @@ def markers() -> Iterator[str]:
             yield f"{path.relative_to(ROOT)}: use tests/helpers/browser.py, by which tests get the marker 'browser'."
 
 
+# --- regular expressions ---
+
+#: Modules and folders (with "/" at the end) that use the module ``re`` as they like → why no text of a student's can
+#: cost others time there.
+NO_STUDENTS_TEXT = {
+    "labcourse/patterns.py": "it is the list",
+    "labcourse/command_line.py": "names of files in the student's own folder, at home",
+    "labcourse/report/": "a report is made at home, of the student's own text",
+    "labcourse/scene/": "explorers run at home, in the student's own kernel",
+    "labcourse/run/place.py": "the course bar is at home",
+    "labcourse/run/inside/private_interfaces.py": "versions of installed libraries",
+    "labcourse/grading/course_check.py": "the course's own texts",
+    "labcourse/grading/gradebook/database.py": "the address of the gradebook",
+    "labcourse/grading/gradebook/persons.py": "a name of the roster as it is written, without repeats",
+    "labcourse/grading/gradebook/roster.py": "the instructor's roster",
+    "labcourse/grading/isolation/": "what the operating system says of itself",
+    "labcourse/grading/new/": "the name of a new course",
+    "labcourse/grading/platforms.py": "files of a platform, which the instructor downloads",
+    "labcourse/grading/release/": "the course's notebooks",
+    "labcourse/grading/scoring/server.py": "the style of the scoring page",
+    "labcourse/grading/scoring/site.py": "the address that the instructor gives",
+    "labcourse/grading/intake/owners.py": "aliases of the roster",
+}
+
+
+def unlisted_patterns() -> Iterator[str]:
+    """Find regular expressions that may meet students' text and are not in the list, or only once a function runs."""
+    for path in sorted((ROOT / "labcourse").rglob("*.py")):
+        name, tree = path.relative_to(ROOT).as_posix(), ast.parse(path.read_text(encoding="utf-8"))
+        if name.startswith(tuple(NO_STUDENTS_TEXT)):
+            continue
+        functions = [node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef | ast.Lambda)]
+        late = {id(node) for function in functions for node in ast.walk(function)}
+        for node in ast.walk(tree):
+            called = ast.unparse(node.func) if isinstance(node, ast.Call) else ""
+            direct = called.startswith("re.") or (isinstance(node, ast.ImportFrom) and node.module == "re")
+            if direct or (called == "pattern" and id(node) in late):
+                yield (
+                    f"{name}:{node.lineno}: compile this with labcourse.patterns.pattern, outside of functions, so "
+                    "that a test tries it on hostile text; or say in NO_STUDENTS_TEXT why it needs none."
+                )
+
+
 def main() -> int:
     """Print all breaches; return 1 if there are any."""
-    found = [breach for check in (neutral, library, recommended_names, markers) for breach in check()]
+    found = [
+        breach for check in (neutral, library, recommended_names, markers, unlisted_patterns) for breach in check()
+    ]
     print(*found or ["no breach"], sep="\n")
     return 1 if found else 0
 

@@ -10,7 +10,6 @@ import contextlib
 import errno
 import itertools
 import json
-import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from html import escape
@@ -23,9 +22,11 @@ from labcourse.answers import forms, json_values
 from labcourse.answers.forms import FormError, NotAnswered
 from labcourse.answers.parts import Part, Question
 from labcourse.errors import AnswerError
+from labcourse.patterns import ANSWER, pattern
 from labcourse.student_id import caseless
 
-MAX_BYTES = 1_000_000  #: of the whole file; docs/handing_in.md states it
+MAX_BYTES = ANSWER  #: of the whole file; docs/handing_in.md states it
+_NO_FILE_NAME = pattern(r"[^\w.-]+", ANSWER)
 _Sections = dict[str, dict[str, dict[str, Any]]]  # answers, cells, predictions: by question
 
 
@@ -272,7 +273,7 @@ class AnswerBook:
             )
             return nothing
         if not job.STUDENT and caseless(content["student"]) != caseless(self.student):
-            aside = set_aside(self.path, re.sub(r"[^\w.-]+", "_", content["student"])[:40] or "nobody")
+            aside = set_aside(self.path, _NO_FILE_NAME.sub("_", content["student"])[:40] or "nobody")
             self.notices.append(
                 f"The answers of {content['student'][:40]!r} were put aside as {aside}. Run your notebooks again, "
                 f"in order: your answers are then recorded for {self.student!r}."

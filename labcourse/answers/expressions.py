@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import json
 import math
-import re
 import sys
 import unicodedata
 from typing import Any
@@ -18,6 +17,7 @@ from typing import Any
 from labcourse.answers import json_values
 from labcourse.answers.json_values import FormError, check_given, read_number
 from labcourse.errors import AnswerError
+from labcourse.patterns import ANSWER, pattern
 
 MAX_NODES = 1000  #: a page of formula
 MAX_DEPTH = 40  #: deeper than anybody can read
@@ -27,11 +27,11 @@ ARGUMENTS = {"symbol": (1, 1), "int": (1, 1), "rational": (2, 2), "float": (1, 1
 ARGUMENTS |= {"add": (1, MAX_NODES), "mul": (1, MAX_NODES)} | dict.fromkeys(("sqrt", "sin", "cos", "exp"), (1, 1))
 #: Kinds with arguments that are trees, and what makes one in sympy. It has no sqrt of its own, but a power.
 _MAKERS = {"add": "Add", "mul": "Mul", "pow": "Pow", "sin": "sin", "cos": "cos", "exp": "exp", "sqrt": "sqrt"}
-NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,30}")
-_DOTTED = re.compile(r"\\(d?dot)\s*(?:\{\s*\\?(\w+)\s*\}|\\?(\w+))")  # \dot{x}, \ddot\mu, \dot x
-_RATE = re.compile(r"(.+?)(d?)dot")
+NAME = pattern(r"[A-Za-z][A-Za-z0-9_]{0,30}", ANSWER)
+_DOTTED = pattern(r"\\(d?dot)\s*(?:\{\s*\\?(\w+)\s*\}|\\?(\w+))")  # \dot{x}, \ddot\mu, \dot x
+_RATE = pattern(r"(.+?)(d?)dot")
 _ABOVE = {"\N{COMBINING DOT ABOVE}": "dot", "\N{COMBINING DIAERESIS}": "ddot"}
-_GREEK = re.compile(r"GREEK (SMALL|CAPITAL) LETTER (?:FINAL )?([A-Z]+)")
+_GREEK = pattern(r"GREEK (SMALL|CAPITAL) LETTER (?:FINAL )?([A-Z]+)")
 
 
 def is_symbolic(value: Any) -> bool:
@@ -329,7 +329,7 @@ def spelling(name: str) -> str:
     ``x_{max}``, ``xmax`` and ``x_max`` are one, and so are ``ẋ``, ``\\dot{x}`` and ``x_dot``; ``μ`` is ``mu``.
     """
     name = _DOTTED.sub(lambda match: f"{match[2] or match[3]}_{match[1]}", unicodedata.normalize("NFKD", name))
-    return re.sub(r"[_{}\\ ]", "", "".join(map(_in_words, name)))
+    return "".join(map(_in_words, name)).translate(dict.fromkeys(map(ord, "_{}\\ ")))
 
 
 def _in_words(letter: str) -> str:

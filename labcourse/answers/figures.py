@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from labcourse.answers import json_values
 from labcourse.answers.json_values import FormError, clean, rounded, thin
+from labcourse.patterns import pattern
 
 _MOST_IN_ALL, _FEWEST_POINTS = 4400, 60  # of all curves together, for which each is thinned out more; of each
 _ROUNDING = 1e-9  # of an axis: a point on its limit is within
@@ -185,24 +186,24 @@ def _hints(x_label: str, y_label: str, lines: list[dict[str, Any]]) -> list[str]
 
 #: Characters that stand for others; with them, what Unicode's compatibility forms do not bring together.
 _ALIKE = str.maketrans("º˚∘−‐‑–—∕⁄÷⋅•،、؛【〔〈《「『】〕〉》」』", "°°°-----///··,,;(((((())))))")
-_SUPERSCRIPT = re.compile("[⁺⁻⁰¹²³⁴-⁹]+")
-_FONT = re.compile(
+_SUPERSCRIPT = pattern("[⁺⁻⁰¹²³⁴-⁹]+")
+_FONT = pattern(
     r"\\(?:math(?:rm|it|sf|bf|tt|regular|default)|text(?:rm|it|sf|bf|up|normal)?|operatorname|mbox|rm|it)\b\s*"
     r"(?:\{([^{}]*)\})?"
 )
-_QUANTITY = re.compile(r"\\(?:unit|si)\s*(?:\[[^\]]*\])?\s*\{([^{}]*)\}")  # as the package siunitx has it
-_FRACTION = re.compile(r"\\[dt]?frac\s*\{([^{}]*)\}\s*\{([^{}]*)\}")
-_SPACE = re.compile(r"\\[,;:! ]|~|\\q?quad\b")
-_NO_SIGN = re.compile(r"\\(?:left|right|[bB]igg?[lrm]?)\b")
-_MACRO = re.compile(r"\\([A-Za-z]+)")
+_QUANTITY = pattern(r"\\(?:unit|si)\s*(?:\[[^\]]*\])?\s*\{([^{}]*)\}")  # as the package siunitx has it
+_FRACTION = pattern(r"\\[dt]?frac\s*\{([^{}]*)\}\s*\{([^{}]*)\}")
+_SPACE = pattern(r"\\[,;:! ]|~|\\q?quad\b")
+_NO_SIGN = pattern(r"\\(?:left|right|[bB]igg?[lrm]?)\b")
+_MACRO = pattern(r"\\([A-Za-z]+)")
 _SIGNS = {"circ": "°", "degree": "°", "mu": "μ", "micro": "μ", "cdot": "·", "times": "×", "per": "/"}
-_RAISED, _LOWERED = re.compile(r"\^\s*[({]([^(){}]*)[)}]"), re.compile(r"_\s*\{([^{}]*)\}")
-_INNERMOST = re.compile(r"[(\[<]([^()\[\]<>]*)[)\]>]")
+_RAISED, _LOWERED = pattern(r"\^\s*[({]([^(){}]*)[)}]"), pattern(r"_\s*\{([^{}]*)\}")
+_INNERMOST = pattern(r"[(\[<]([^()\[\]<>]*)[)\]>]")
 _NESTED = 3  # brackets within brackets
 _MOST_PLACES = 16  # looked at in a label; three are many
 #: Words before a unit: "time in s", "Zeit in s", "tiempo en s", "czas w s", "время в с", "χρόνος σε s" ...
-_IN = re.compile(r"(?<!\w)(?:in|en|em|w|v|ve|в|у|σε|i|u|în|bằng|dalam)\s+(?=\S)")
-_AFTER = re.compile(r"[,;:|(\[]|\s-\s")
+_IN = pattern(r"(?<!\w)(?:in|en|em|w|v|ve|в|у|σε|i|u|în|bằng|dalam)\s+(?=\S)")
+_AFTER = pattern(r"[,;:|(\[]|\s-\s")
 
 
 def normalized(label: str) -> str:
@@ -213,8 +214,8 @@ def normalized(label: str) -> str:
     if "\\" in text or "$" in text:
         text = _without_tex(text)
     text = _RAISED.sub(r"^\1", text)
-    text = re.sub(r"\^\s*°", "°", text.replace("{", "(").replace("}", ")"))
-    return re.sub(r"μ\s+", "μ", re.sub(r"\s+", " ", text)).strip().lower()
+    text = " ".join(text.replace("{", "(").replace("}", ")").split())
+    return text.replace("^°", "°").replace("^ °", "°").replace("μ ", "μ").lower()
 
 
 def _without_tex(text: str) -> str:
@@ -250,6 +251,8 @@ def _after_in(text: str) -> list[str]:
 
 # --- for people who read, or hear, what a figure shows ----------------------------------------------------------------
 
+_IN_DOLLARS, _NOT_SHOWN = pattern(r"\$([^$]*)\$"), pattern(r"[{}^]")
+_SPACED_MACRO = pattern(r"\\([A-Za-z]+) ?")
 _FONTS = {"mathrm", "mathbf", "mathit", "text", "rm", "left", "right"}  # in formulas; not shown
 
 
@@ -257,9 +260,9 @@ def readable(label: str) -> str:
     """Return a label without what matplotlib would have set as a formula: ``$\\beta$ / $^\\circ$`` as "β / °"."""
 
     def formula(match: re.Match[str]) -> str:
-        return re.sub(r"[{}^]", "", re.sub(r"\\([A-Za-z]+) ?", lambda macro: _sign(macro[1]), match[1]))
+        return _NOT_SHOWN.sub("", _SPACED_MACRO.sub(lambda macro: _sign(macro[1]), match[1]))
 
-    return re.sub(r"\$([^$]*)\$", formula, label)
+    return _IN_DOLLARS.sub(formula, label)
 
 
 def _sign(name: str) -> str:

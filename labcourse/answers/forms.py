@@ -11,7 +11,6 @@ import copy
 import json
 import math
 import numbers
-import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, Protocol, runtime_checkable
@@ -25,6 +24,7 @@ from labcourse.answers.json_values import FormError, NotAnswered, check_given, c
 from labcourse.answers.parts import YES_NO, Part
 from labcourse.errors import AnswerError
 from labcourse.messages import plural
+from labcourse.patterns import SHORT, pattern
 
 __all__ = ["MAX_BYTES", "Encoded", "FormError", "NotAnswered", "Sampled", "decode", "encode", "show"]
 
@@ -33,7 +33,9 @@ _ABOVE = 4  # levels of answers.json above a recording's metadata
 #: What a notebook may leave where a text is to be written.
 STUBS = ("", "...", "your answer here", "your text here")
 
-_NUMBER_AND_UNIT = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(?![eE][-+]?\d|j\s*$)[^\W\d_].*")
+_NUMBER_AND_UNIT = pattern(r"\s*([-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?)\s*(?![eE][-+]?\d|j\s*$)[^\W\d_].*")
+_BETWEEN_WORDS = pattern(r"[\s_-]+")
+_FORMULA_OR_PICTURE = pattern(r"[$=]|!\[|\\\(|\\\[")
 _FEWEST_WORDS, _SHORT = 3, 30  # of an explanation: with fewer, and as few characters, it is asked whether that is all
 _LEAST_PERCENTAGE = 0.06  # below, and above 0, a fraction is likelier; a coarse encoder gives a tenth of a per cent
 _LONGEST_MESSAGE = 200  # characters of a function's error: two lines
@@ -156,7 +158,7 @@ def _complex(value: Any) -> complex:
     if isinstance(value, bool | np.bool_):
         raise FormError("it is True or False, not a number")
     if isinstance(value, str | bytes):
-        match = _NUMBER_AND_UNIT.fullmatch(str(value))
+        match = _NUMBER_AND_UNIT.fullmatch(str(value)[:SHORT])
         how = f"write the number alone, without quotes and unit: {match[1]}" if match else "leave out the quotes"
         raise FormError(f"it is text; {how}")
     if is_symbolic(value) and getattr(value, "free_symbols", None):
@@ -310,7 +312,7 @@ def _in_pairs(poles: list[complex]) -> bool:
 
 
 def _plain_word(text: str) -> str:
-    return re.sub(r"[\s_-]+", " ", text.strip().casefold()).rstrip(".")
+    return _BETWEEN_WORDS.sub(" ", text[:SHORT].strip().casefold()).rstrip(".")
 
 
 def _encode_choice(part: Part, value: Any) -> tuple[Fields, Hints]:
@@ -347,7 +349,7 @@ def _encode_prose(_part: Part, value: Any) -> tuple[Fields, Hints]:
 def of_few_words(text: str) -> str | None:
     """Return a question about an explanation of a word or two; None if it is longer, or has a formula or a picture."""
     count = len(text.split())
-    if count >= _FEWEST_WORDS or len(text) > _SHORT or re.search(r"[$=]|!\[|\\\(|\\\[", text):
+    if count >= _FEWEST_WORDS or len(text) > _SHORT or _FORMULA_OR_PICTURE.search(text):
         return None
     length = plural(count, "{count} word", "{count} words")
     return f"it is {length} long: is that all that you want to say? A person reads it"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import sys
 from typing import Any
 
@@ -10,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from labcourse.errors import AnswerError
+from labcourse.patterns import CELL, pattern
 
 FORMAT = 2  #: of answers.json
 MAX_INTEGER = 10**20  #: what is typed with 15 digits, in millionths
@@ -39,7 +39,7 @@ def check_given(value: Any) -> None:
 
 
 #: Characters that are not stored in texts: control characters, halves of surrogate pairs.
-UNWRITABLE = re.compile("[\x00-\x08\x0b-\x1f\x7f\ud800-\udfff]")
+UNWRITABLE = pattern("[\x00-\x08\x0b-\x1f\x7f\ud800-\udfff]", CELL)
 
 
 # --- writing ---------------------------------------------------------------------------------------------------------

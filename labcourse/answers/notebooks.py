@@ -9,7 +9,6 @@ from __future__ import annotations
 import ast
 import importlib
 import json
-import re
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -18,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 from labcourse import course_file, courses, files
 from labcourse.errors import ConfigurationError
+from labcourse.patterns import CELL, pattern
 
 if TYPE_CHECKING:
     from labcourse.answers.catalogue import Catalogue
@@ -26,16 +26,17 @@ if TYPE_CHECKING:
 MAX_FILE = 100_000_000  #: bytes of a notebook with its outputs, which are dropped
 MAX_NOTEBOOK = 5_000_000  #: bytes of it without outputs and pictures
 MAX_PICTURES = 15_000_000  #: bytes of the pictures pasted into the text cells of one notebook, as they are stored
-MAX_PARTS = 10_000_000  #: brackets, braces, commas and quotes in a notebook; each may take a hundred bytes of memory
+MAX_PARTS = 10_000_000  #: brackets, braces, commas and quotes in a notebook, and in all that are read of a submission
 MAX_CELLS = 1_000  #: of a notebook; ten times what a long one has
+MAX_LINES = 50_000  #: of all its cells, as many as fit into :data:`MAX_NOTEBOOK`
 MAX_SOURCE = 200_000  #: characters of a cell; thousands of lines
-MAX_TEXT = 10_000_000  #: characters of a text cell, which may hold pictures, as Colab writes them
+MAX_TEXT = CELL  #: characters of a text cell, which may hold pictures, as Colab writes them
 CODE, TEXT, RAW = "code", "markdown", "raw"  #: kinds of cells
 UNREADABLE = "unreadable"  #: kind of a cell with a source that is too long; the source is left out
 
 _TYPES = {"nbgrader": dict, "labcourse": dict, "tags": list}  # of those entries of a cell's metadata that are used
-_VERSION = re.compile(rb'"version"\s*:\s*"([\d.]+)')
 _LONGEST_LANGUAGE = 2_000  # bytes that Jupyter writes about the language
+_VERSION = pattern(rb'"version"\s*:\s*"([\d.]+)', _LONGEST_LANGUAGE)
 _DROPPED = ("outputs", "widgets")  # of cells, and of the notebook's metadata
 
 
@@ -137,13 +138,15 @@ class Notebook:
         """
         if len(data) > MAX_FILE:
             raise NotebookError(f"it has more than {MAX_FILE} bytes. Clear its large outputs, and save it.")
-        if sum(map(data.count, (b"[", b"{", b",", b'"'))) > MAX_PARTS:
+        if parts_in(data) > MAX_PARTS:
             raise NotebookError(f"it has more than {MAX_PARTS} parts. Clear its large outputs, and save it.")
         problems: list[str] = []
         notebook = cls.read(data, object_pairs_hook=_needed)
         sizes = Counter[str]()
         for cell in notebook.cells:
             sizes[cell.kind] += len(cell.source.encode())
+        if sum(len(cell.source.splitlines()) for cell in notebook.cells) > MAX_LINES:
+            raise NotebookError(f"its cells have more than {MAX_LINES} lines.")
         for kind, size in sizes.items():
             # Some editors put pictures into the text itself.
             if size > (most := MAX_PICTURES if kind == TEXT else MAX_NOTEBOOK):
@@ -171,6 +174,11 @@ class Notebook:
                     del cell["attachments"][name]
                 else:
                     size += added
+
+
+def parts_in(data: bytes) -> int:
+    """Count the parts of a notebook's file: what reading it costs."""
+    return sum(map(data.count, (b"[", b"{", b",", b'"')))
 
 
 def _needed(pairs: Iterable[tuple[str, Any]]) -> dict[str, Any]:

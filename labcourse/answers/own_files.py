@@ -143,7 +143,7 @@ def _ordinary_files(folder: Path, within: PurePosixPath, refused: list[str]) -> 
             refused.append(f"{files.shown(path)} does not come along: {error.strerror}.")
 
 
-def _is_skipped(path: PurePosixPath, environments: Collection[PurePosixPath], excluded: Collection[str]) -> bool:
+def _is_skipped(path: PurePosixPath, environments: set[PurePosixPath], excluded: Collection[str]) -> bool:
     """Check whether a file does not come along, without a message."""
     name = caseless(path.name)
     stem, _dot, ending = ANSWERS_FILE.rpartition(".")
@@ -152,7 +152,7 @@ def _is_skipped(path: PurePosixPath, environments: Collection[PurePosixPath], ex
         or name.endswith((RECEIPTS, f"{BACKUP}.ipynb"))
         or (name.startswith(f"{stem}.") and name.endswith(f".{ending}"))  # set aside, as answers.broken.json
         or (len(path.parts) == 1 and name in excluded)
-        or any(folder in path.parents for folder in environments)
+        or not environments.isdisjoint(path.parents)
     )
 
 

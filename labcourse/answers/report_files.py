@@ -22,6 +22,7 @@ from labcourse.answers.own_files import megabytes
 from labcourse.answers.parts import ReportItem
 from labcourse.errors import AnswerError
 from labcourse.messages import plural
+from labcourse.patterns import ANSWER, pattern
 
 if TYPE_CHECKING:
     from labcourse.session import Session
@@ -33,12 +34,13 @@ COMPOSED = "labcourse-composed"  #: a key word of a PDF that is made of the note
 NOT_WRITTEN = "*not written yet*"
 _MAGIC, _WITHIN = b"%PDF-", 1024  # a PDF begins with it, or nearly so
 _SHOWN = 12  # digits of a digest, by which people tell the files of a class apart
-_GIVEN = re.compile(r"^\[PDF: [\w.-]+, SHA-256 [0-9a-f]{64}\]$", re.MULTILINE)
+_GIVEN = pattern(r"^\[PDF: [\w.-]+, SHA-256 [0-9a-f]{64}\]$", ANSWER, re.MULTILINE)
+_SIGNS = pattern(r"\W+")
 
 
 def file_name(report: str) -> str:
     """Return the name of a report's PDF: ``first_report.pdf`` for "First report"."""
-    return re.sub(r"\W+", "_", report.casefold()).strip("_") + PDF
+    return _SIGNS.sub("_", report.casefold()).strip("_") + PDF
 
 
 def names(catalogue: Catalogue) -> dict[str, str]:

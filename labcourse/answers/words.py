@@ -29,6 +29,7 @@ from labcourse.answers.forms import STUBS, of_few_words
 from labcourse.answers.json_values import clean
 from labcourse.answers.notebooks import CODE, RAW, TEXT, Cell, Notebook, NotebookError
 from labcourse.answers.parts import Where
+from labcourse.patterns import CELL, SHORT, pattern
 
 KEY = "labcourse"  #: of a cell's metadata: {"question": ..., "part": ...}
 INSTRUCTOR = "instructor"  #: tag of cells that only an instructor's notebook has
@@ -39,10 +40,10 @@ STUB = (
 #: Lines around a model answer in the instructor's notebooks; rendered Markdown does not show them.
 BEGIN, END = "<!-- BEGIN SOLUTION -->", "<!-- END SOLUTION -->"
 
-_IN_ITALICS = re.compile(r"\*[^*\n]+\*")
-_HEADING = re.compile(rf'(?:<div class="[\w -]{{1,60}}"><b>|\*\*){MARK}[^*<>\n]{{1,200}}(?:</b></div>|\*\*)')
+_IN_ITALICS = pattern(r"\*[^*\n]+\*", CELL)
+_HEADING = pattern(rf'(?:<div class="[\w -]{{1,60}}"><b>|\*\*){MARK}[^*<>\n]{{1,200}}(?:</b></div>|\*\*)', CELL)
 #: The beginning of text that was written into a code cell: some words in a row, and no keyword of Python first.
-_PROSE = re.compile(r"\s*(?!(?:from|for|if|while|with|not|lambda|assert|del|import)\b)\w+(?:,? [^\W\d_]{1,40}){3}")
+_PROSE = pattern(r"\s*(?!(?:from|for|if|while|with|not|lambda|assert|del|import)\b)\w+(?:,? [^\W\d_]{1,40}){3}")
 
 
 @dataclass(frozen=True)
@@ -102,6 +103,7 @@ def written(
     student_cells: Sequence[Cell],
     files: Mapping[str, bytes] | None = None,
     with_pictures: bool = True,
+    budget: Budget | None = None,
 ) -> Written:
     """Read the answers in words from a student's notebook.
 
@@ -111,8 +113,9 @@ def written(
     student_cells : of the student's
     files : the student's own files beside the notebook, for pictures that a text shows from there
     with_pictures : decode them; else only the text is read
+    budget : pixels that may still be decoded, for all notebooks of a submission; None for this one alone
     """
-    result, budget = Written(), Budget()
+    result, budget = Written(), budget or Budget()
     places = _Places(master_cells, student_cells)
     for where, master in places.asked.items():
         label = f"{where[0]}, {where[1]}"
@@ -157,7 +160,7 @@ def without_stub(source: str, master: Mapping[str, Any]) -> str:
     given = {line.strip() for line in [*source_of(master).split("\n"), *stubs, BEGIN, END]}
     lines = []
     for line in source.replace("\r\n", "\n").split("\n"):
-        rest = _HEADING.sub("", line, count=1) if _HEADING.match(line.lstrip()) else line
+        rest = _HEADING.sub("", line, count=1) if MARK in line and _HEADING.match(line.lstrip()) else line
         for stub in stubs:
             rest = rest.replace(stub, "")
         lines.append("" if rest.strip() in given or (rest != line and not rest.strip()) else rest)
@@ -270,7 +273,7 @@ def _texts(cells: Iterable[Cell]) -> list[Cell]:
 
 
 def _may_be_words(cell: Cell) -> bool:
-    return bool(_texts([cell])) or (cell.kind not in (TEXT, RAW) and bool(_PROSE.match(cell.source)))
+    return bool(_texts([cell])) or (cell.kind not in (TEXT, RAW) and bool(_PROSE.match(cell.source, 0, SHORT)))
 
 
 def _id(cell: Mapping[str, Any]) -> str:
@@ -385,7 +388,11 @@ class SavedTexts:
 MOST_PICTURES = 6  #: pictures of one answer; two pages of each of three drafts
 MAX_PICTURE = 20_000_000  #: of a picture as it comes; a telephone's largest photograph
 MAX_PIXELS = 60_000_000  #: of one; a telephone's largest photographs have 50 million
-MAX_PIXELS_TOGETHER = 150_000_000  #: of all that are decoded for a notebook; three of the largest
+MAX_PIXELS_TOGETHER = 200_000_000  #: of all that are decoded for a submission
+FEWEST_PIXELS = 5_000_000  #: as which a picture counts at least, for it is written anew, in several sizes if need be
+MOST_SCANS = 100  #: of a JPEG, each of which goes over the whole picture; those that load gradually have a dozen
+_SCAN = b"\xff\xda"  # begins each
+_BAND = 16  # a band so many times narrower, in the middle, shows how large a picture will be as PNG
 MAX_SIDE = 20_000  #: pixels of its height and of its width as it comes; a strip of few pixels takes very long
 LONGEST_SIDE = 1400  #: pixels, as it is stored; handwriting on a page can be read
 MAX_STORED = 700_000  #: of a picture as it is stored; six of them are within 5 MB
@@ -395,12 +402,13 @@ _TOO_MANY_PIXELS = f"it has more than {MAX_PIXELS // 1_000_000} million pixels"
 _SHOWN = 60  # characters of an untrusted name in a message
 
 #: A picture in Markdown, ``![words](target)``: its target in angle brackets or not, with or without a title.
-PICTURE = re.compile(
+PICTURE = pattern(
     r"!\[(?P<alt>[^\]\n]{0,500})\]\(\s{0,9}(?:<(?P<in>[^<>\n]{1,1000})>|(?P<out>[^\s()<>]{1,1000}))"
     r"(?:[ \t][^()\n]{0,300})?\)"  # so that there is but one way to read it, and a long line takes no time
 )
 warnings.filterwarnings("ignore", category=Image.DecompressionBombWarning)  # sizes are looked at here, see _spend
-_IN_TEXT = re.compile(r"(!\[[^\]\n]{0,500}\]\(\s{0,9}<?)data:image/[\w.+-]{1,30};base64,([A-Za-z0-9+/=]+)")
+#: Its words have no bracket, so that none is read more than once.
+_IN_TEXT = pattern(r"(!\[[^\[\]\n]{0,500}\]\(\s{0,9}<?)data:image/[\w.+-]{1,30};base64,([A-Za-z0-9+/=]+)", CELL)
 
 
 class PictureError(Exception):
@@ -409,7 +417,7 @@ class PictureError(Exception):
 
 @dataclass
 class Budget:
-    """How many pixels may still be decoded for a notebook."""
+    """How many pixels may still be decoded for a submission."""
 
     left: int = MAX_PIXELS_TOGETHER
 
@@ -451,7 +459,7 @@ def pictures_of(
     text : Markdown
     attachments : of its cell: name → media type → base64
     files : the student's own files beside the notebook: relative path → content
-    budget : pixels that may still be decoded, for all answers of a notebook
+    budget : pixels that may still be decoded
     """
     text, inside = lifted(text)
     result = Pictures(text)
@@ -510,8 +518,9 @@ def as_png(data: bytes, budget: Budget) -> bytes:
     _check_size(len(data))
     try:
         with Image.open(io.BytesIO(data), formats=_FORMATS) as image:
+            if image.format == "JPEG" and data.count(_SCAN) > MOST_SCANS:
+                raise PictureError("it was saved in an unusual way; save it anew")
             _spend(image, budget)
-            image.draft("RGB", (LONGEST_SIDE, LONGEST_SIDE))  # a JPEG can be decoded at a smaller size
             ImageOps.exif_transpose(image, in_place=True)
             return _packed(image)
     except PictureError:
@@ -525,15 +534,23 @@ def as_png(data: bytes, budget: Budget) -> bytes:
 
 
 def _spend(image: Image.Image, budget: Budget) -> None:
-    """Check the size that a picture's header states, before anything is decoded."""
+    """Check the size that a picture's header states, before anything is decoded; a JPEG is decoded at a smaller one."""
     pixels = image.width * image.height
     if max(image.size) > MAX_SIDE:
         raise PictureError(f"it is more than {MAX_SIDE} pixels wide or high")
     if pixels > MAX_PIXELS:
         raise PictureError(_TOO_MANY_PIXELS)
+    image.draft("RGB", (LONGEST_SIDE, LONGEST_SIDE))
+    pixels = max(image.width * image.height, FEWEST_PIXELS)
     if pixels > budget.left:
-        raise PictureError("all pictures of the notebook together have too many pixels; paste smaller ones")
+        raise PictureError("all pictures of the submission together have too many pixels; paste smaller ones")
     budget.left -= pixels
+
+
+def _as_bytes(image: Image.Image) -> bytes:
+    packed = io.BytesIO()
+    image.save(packed, format="PNG")
+    return packed.getvalue()
 
 
 def _packed(image: Image.Image) -> bytes:
@@ -546,9 +563,11 @@ def _packed(image: Image.Image) -> bytes:
         image.paste(transparent, mask=transparent.getchannel("A"))
     for side in _SMALLER:
         image.thumbnail((side, side))
-        for candidate in (image, image.quantize(128, Image.Quantize.FASTOCTREE)):
-            packed = io.BytesIO()
-            candidate.save(packed, format="PNG")
-            if packed.tell() <= MAX_STORED:
-                return packed.getvalue()
+        left = image.width // 2
+        band = image.crop((left, 0, left + image.width // _BAND, image.height)) if image.width >= _BAND else image
+        for colours in (Image.Image.copy, lambda it: it.quantize(128, Image.Quantize.FASTOCTREE)):
+            if len(_as_bytes(colours(band))) * _BAND > 1.3 * MAX_STORED:
+                continue
+            if len(packed := _as_bytes(colours(image))) <= MAX_STORED:
+                return packed
     raise PictureError("it cannot be made small enough")

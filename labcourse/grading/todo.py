@@ -5,7 +5,6 @@ Nothing here is cut, so that whoever reads only this learns of all that cost poi
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
@@ -28,6 +27,7 @@ from labcourse.grading.reports.result import nothing_given, shortened
 from labcourse.grading.settings import Assignment
 from labcourse.grading.verdicts import Status
 from labcourse.messages import listed
+from labcourse.patterns import pattern
 from labcourse.student_id import caseless
 
 #: States of work that needs nothing more.
@@ -261,6 +261,8 @@ CAUSES = (
     Cause("shorten it|picture|is left out: |not read as the answer", "part of a text is not read. Look at it.", _MARK),
 )
 
+_PATTERNS = {text: pattern(text) for cause in CAUSES for text in (cause.line, cause.reason)}
+
 
 def causes(student: Student) -> dict[tuple[Cause, str], list[str]]:
     """Return the causes that the messages on a student's run name, each with what to do → the messages."""
@@ -268,7 +270,7 @@ def causes(student: Student) -> dict[tuple[Cause, str], list[str]]:
     if student.graded is not None:
         run, faults = student.graded.run, key_faults(student.graded)
         for line in dict.fromkeys((*facts_of(run).ended, *run.problems, *run.notes)):
-            cause = next((one for one in CAUSES if re.search(one.line, line)), None)
+            cause = next((one for one in CAUSES if _PATTERNS[one.line].search(line)), None)
             if cause is not None and line not in faults:
                 what = cause.what.format(line=shortened(line.removeprefix("Not graded. ")))
                 found.setdefault((cause, what), []).append(line)
@@ -286,7 +288,8 @@ def cost(of: Class, student: Student, cause: Cause, said: Sequence[str]) -> Frac
     if graded.run.key.startswith(FAILED):
         return of.at_stake(student, (mark.where for mark in graded.marks))
     there = {name for name, work in student.work.items() if work.state not in NOTHING_THERE}
-    lost = (mark for mark in graded.marks if mark.status == Status.MISSING and re.search(cause.reason, mark.reason))
+    is_of_it = _PATTERNS[cause.reason].search
+    lost = (mark for mark in graded.marks if mark.status == Status.MISSING and is_of_it(mark.reason))
     return of.at_stake(student, (mark.where for mark in lost if of.course.notebook_of(mark.question) in there))
 
 

@@ -154,9 +154,9 @@ def check(
     seconds = cell_timeout if time.monotonic() - begun > cell_timeout else None  # else nothing can have run so long
     limits: dict[str, Any] = {"handed_in": work.hand_in.notebooks, "seconds": seconds, "place": "here"}
     why = reasons.explain(masters, merged, reports, given, catalogue, claim=home.get("cells"), **limits)
-    answered = work.hand_in.notebooks
+    answered, budget = work.hand_in.notebooks, words.Budget()
     written = {
-        name: words.written(master["cells"], answered.get(name, ()), work.hand_in.files)
+        name: words.written(master["cells"], answered.get(name, ()), work.hand_in.files, budget=budget)
         for name, master in masters.items()
     }
     pdfs = report_files.of_files(work.hand_in.reports, catalogue)

@@ -7,15 +7,17 @@ import importlib.metadata
 import importlib.util
 import os
 import posixpath
-import re
 import sys
 import unicodedata
 from collections.abc import Collection, Iterable, Iterator
 from pathlib import Path
 
+from labcourse.patterns import pattern
+
 Version = tuple[int, int]  #: of Python: major, minor
 HERE: Version = (sys.version_info.major, sys.version_info.minor)
-_VERSION = re.compile(r"(3)\.(\d{1,3})(?!\d)")
+_VERSION = pattern(r"(3)\.(\d{1,3})(?!\d)")
+_NAME, _BETWEEN = pattern(r"[A-Za-z0-9._-]*"), pattern(r"[-_.]+")
 
 
 def version(text: object) -> Version | None:
@@ -145,11 +147,11 @@ def _with_requirements(distributions: Iterable[str]) -> set[str]:
                 needed = importlib.metadata.distribution(name).requires or ()
             except importlib.metadata.PackageNotFoundError:
                 continue
-            waiting += [text for text in needed if not re.search(r"extra\s*==", text)]
+            waiting += [text for text in needed if "extra==" not in text.replace(" ", "")]
     return names
 
 
 def _canonical(requirement: str) -> str:
     """Return the normalized name of the distribution that a requirement begins with."""
-    name = re.match(r"[A-Za-z0-9._-]*", requirement)
-    return re.sub(r"[-_.]+", "-", name[0] if name else "").lower()
+    name = _NAME.match(requirement)
+    return _BETWEEN.sub("-", name[0] if name else "").lower()

@@ -35,7 +35,6 @@ Where none applies, marking says that there is no answer, and no more (:mod:`lab
 
 from __future__ import annotations
 
-import re
 from bisect import bisect_left
 from collections import deque
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
@@ -48,14 +47,15 @@ from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.cell_reports import LEFT, CellReport, Reports
 from labcourse.answers.parts import Where
 from labcourse.messages import listed
+from labcourse.patterns import pattern
 from labcourse.run import skippable_cells
 from labcourse.run.alignment import Role, asked, source_of
 from labcourse.run.merge import Merged, role_of
 from labcourse.run.portability import HERE, Version, version_text
 
 STOPPED = " stopped: "  #: in the message on a cell
-_UNDEFINED = re.compile(r"name '(\w+)' is not defined")
-_NO_MODULE = re.compile(r"No module named '([\w.]+)'")
+_UNDEFINED = pattern(r"name '(\w+)' is not defined")
+_NO_MODULE = pattern(r"No module named '([\w.]+)'")
 #: Errors of a cell that uses a name without a value: a name that is not defined, or is None.
 _OF_NO_VALUE = {"NameError", "TypeError", "AttributeError", "ValueError", "IndexError", "LinAlgError", "UFuncTypeError"}
 _BINDS_UNSEEN = ("import *", "%")  # in a cell's source: it may bind names that are not written in it

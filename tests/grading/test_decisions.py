@@ -154,6 +154,17 @@ def test_a_partner_whom_only_a_course_file_names_waits_for_a_person(fake_class, 
     assert fake_class.grade(decisions={row.key: decision})["ada"] == 2
 
 
+def test_nobody_waits_for_a_claim_that_was_taken_back(fake_class):
+    in_class(fake_class, "ada", "bob")
+    fake_class.hand_in("ada")
+    path = fake_class.folder / "in" / "ada" / "course.json"
+    for partners, expected in ((["bob"], Status.UNCONFIRMED), ([], Status.MISSING)):
+        path.write_text(json.dumps({"student": "ada", "with": partners}), encoding="utf-8")
+        fake_class.grade()
+        with fake_class.book() as book:
+            assert {mark.status for mark in book.current("bob").marks} == {expected}
+
+
 def test_nothing_changes_until_it_is_known_which_platform_named_a_download(fake_class):
     """A file of Canvas, of which the student's part is a class-mate's as Moodle would call it."""
     in_class(fake_class, "ada", "bob")

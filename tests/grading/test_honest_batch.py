@@ -8,7 +8,7 @@ from functools import partial
 import pytest
 from fake_class import perfect
 from made_courses import loaded
-from packings import WANTED, lay, work
+from packings import NOTEBOOKS, WANTED, lay, work
 
 from labcourse.grading import batch, intake, platforms
 from labcourse.grading.batch import regrade
@@ -315,10 +315,15 @@ def stage(tmp_path):
     return take
 
 
+MASTERS = {
+    name: {cell: {"id": cell, "source": f"pass\npass  # {cell}"} for cell in cells} for name, cells in NOTEBOOKS.items()
+}
+
+
 def _stored(book, submission):
     read = intake.read(submission, WANTED)
     batch.store_submission(book, submission, read)
-    return batch.delivered(book, submission, read)
+    return batch.delivered(book, submission, read, MASTERS)
 
 
 def _answer(delivered):
@@ -337,6 +342,13 @@ def test_what_somebody_handed_in_before_is_not_replaced_in_their_name(stage):
     assert stage(ada=("x = 1", [], "ada")) == {"ada": "x = 1"}
     assert stage(mallory=("spoilt = 1", ["mallory"], "ada")) == {"ada": "x = 1", "mallory": "spoilt = 1"}
     assert stage(mallory=("spoilt = 2", ["ada"], "mallory")) == {"ada": "x = 1", "mallory": "spoilt = 2"}
+
+
+def test_what_a_partner_hands_in_replaces_nothing_that_a_student_wrote_and_handed_in(stage):
+    assert stage(bob=("x = 1", ["eve"], "bob")) == {"bob": "x = 1"}
+    assert stage(eve=("spoilt = 1", ["bob"], "eve")) == {"bob": "x = 1", "eve": "spoilt = 1"}
+    assert stage(ada=("pass", ["eve"], "ada")) == {"ada": "pass", "eve": "spoilt = 1"}
+    assert stage(eve=("x = 2", ["ada"], "eve"))["ada"] == "x = 2"  # nothing was written in ada's own
 
 
 def test_what_is_said_in_somebodys_name_counts_neither_before_nor_after_what_they_hand_in(stage):

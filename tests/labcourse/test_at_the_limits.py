@@ -122,11 +122,29 @@ def test_bytes_pixels_and_sides_of_a_picture(monkeypatch, fits, size, name, limi
 
 
 @FITS
-def test_pixels_of_all_pictures_together(fits):
+def test_pixels_of_all_pictures_together(monkeypatch, fits):
+    monkeypatch.setattr(words, "FEWEST_PIXELS", 200)
     budget = Budget(400 - (not fits))
     as_png(png(20, 10), budget)
     assert budget.left == 200 - (not fits)
     taken(fits, lambda: as_png(png(20, 10), budget), PictureError, "together")
+
+
+def test_a_small_picture_counts_as_if_it_were_large():
+    budget = Budget()
+    as_png(png(20, 10), budget)
+    assert words.MAX_PIXELS_TOGETHER - budget.left == words.FEWEST_PIXELS
+
+
+@FITS
+def test_scans_of_a_jpeg(fits):
+    """Each goes over the whole picture: a small file with thousands of them takes minutes."""
+    packed = io.BytesIO()
+    Image.new("L", (64, 64), "white").save(packed, "JPEG", progressive=True)
+    start, mark, last = packed.getvalue().rpartition(words._SCAN)
+    more = words.MOST_SCANS - start.count(words._SCAN) + (not fits)
+    data = start + (mark + last[:-2]) * more + last[-2:]
+    taken(fits, lambda: as_png(data, Budget()), PictureError, "unusual")
 
 
 @pytest.mark.parametrize("number", [6, 7])

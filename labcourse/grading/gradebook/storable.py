@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from labcourse import student_id
 from labcourse.errors import GradebookError, StudentIDError
+from labcourse.patterns import ANSWER, pattern
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
@@ -25,8 +26,8 @@ MOST_CHARACTERS = 2**26  #: of a run's words, claim, reports of cells, ... each,
 MOST_BYTES = 2**28  #: of a file that was handed in; more than any zip of a student's that is taken in
 _DEEPEST = 30  # levels of plain data
 _INTEGERS = range(-(2**63), 2**63)
-_LINE_END = re.compile(r"\r\n?")
-_UNFIT = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\ud800-\udfff]")
+_LINE_END = pattern(r"\r\n?", ANSWER)
+_UNFIT = pattern(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\ud800-\udfff]", ANSWER)
 _Record = TypeVar("_Record", bound="DataclassInstance")
 
 

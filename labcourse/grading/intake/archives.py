@@ -6,14 +6,12 @@ The limits are constants of this module; ``docs/handing_in.md`` states them.
 from __future__ import annotations
 
 import bz2
-import gzip
 import io
 import lzma
 import os
 import stat
 import struct
 import tarfile
-import time
 import zipfile
 import zlib
 from collections.abc import Callable, Iterator
@@ -32,9 +30,10 @@ from labcourse.grading.intake.platforms import in_utc, readable
 
 MAX_CLASS_ENTRIES = 100_000  #: files and folders of the whole class; 1000 students with 100 each
 MAX_ENTRIES = 5_000  #: files and folders of one submission
-MAX_SUBMISSION = 1_000_000_000  #: bytes that are read of one student's files, unpacked
-MAX_SECONDS = 60  #: of reading one student's files; after them, no other file is opened
+MAX_LOOKED_THROUGH = 50_000  #: files and folders of all archives within one submission, those that are skipped too
+MAX_SUBMISSION = 500_000_000  #: bytes that are read of one student's files, unpacked, in all archives together
 MAX_DEPTH = 8  #: folders within folders
+MAX_PATH = 500  #: characters of a file's path
 MAX_CLASS_ARCHIVE = 4_000_000_000  #: bytes of a zip of the whole class; 1000 students of 4 MB each
 MAX_ARCHIVE = 200_000_000  #: bytes of one student's zip
 MAX_INNER_ARCHIVE = 100_000_000  #: bytes of a zip within a zip, and of an unpacked tar
@@ -47,14 +46,22 @@ _DAMAGED = (
     *(zipfile.BadZipFile, zlib.error, OSError, EOFError, ValueError),
     *(NotImplementedError, struct.error, RuntimeError, MemoryError, lzma.LZMAError, tarfile.TarError),
 )
+SLOW = 10  #: how many times a byte counts that is unpacked by bzip2 or xz: that takes so much longer
 #: The first bytes of a compressed tar → what reads it.
-_COMPRESSED: dict[bytes, Callable[[Any], Any]] = {b"\x1f\x8b": gzip.open, b"BZh": bz2.open, b"\xfd7zXZ\0": lzma.open}
+_COMPRESSED: dict[bytes, Callable[[], Any]] = {
+    b"\x1f\x8b": lambda: zlib.decompressobj(zlib.MAX_WBITS + 16),
+    b"BZh": bz2.BZ2Decompressor,
+    b"\xfd7zXZ\0": lzma.LZMADecompressor,
+}
+_NEGATIVE, _EXTENDED = 0o377, b"gxXLK"  # first byte of a size below 0 in a tar; kinds of headers that say more
+MAX_HEADER, MAX_HEADERS = 4_096, 1_000_000_000  # bytes of such a header; sum of the squares of these
 _USTAR = slice(257, 262)  # where a tar that is not compressed has its mark
 _FIRST_TIME, _LAST_TIME = 315_532_800, 4_294_967_294  # s since 1970: a zip's times lie between 1980 and 2106
 _NO_TIME = datetime(1980, 1, 2)  # an entry with an earlier time has none: 1980-01-01 is the first that a zip can have
 _PIECE = 1_000_000  # bytes that are read at a time
 _LONGEST_SHOWN, _MOST_SHOWN = 120, 5  # characters of a name in a message, and names
 TOO_MANY = "it has more than {} files and folders."
+_WITH_OTHERS = "with what was read before it, "
 _TWICE, _TOO_DEEP = "it is there twice; the first is taken", f"it lies deeper than {MAX_DEPTH} folders"
 _NOT_A_FILE = "it is a link, or another thing than a file"
 
@@ -163,22 +170,36 @@ class Shelf(ExitStack):
         self.begin_student()
 
     def begin_student(self) -> None:
-        """Read another student's files: of each, only so many bytes are read, in so many seconds."""
-        self._until, self._left = time.monotonic() + MAX_SECONDS, MAX_SUBMISSION
+        """Read another student's files: of each, only so many bytes are read, and so many files looked at."""
+        self._left, self._listed, self._looked_through = MAX_SUBMISSION, 0, 0
 
     def read(self, entry: Entry, most: int) -> bytes:
         """Read a file of at most so many bytes; raise Unreadable if that cannot be done."""
-        return self.bounded(partial(self.open(entry.store).read, entry.key), most)
+        return self.bounded(partial(self.open(entry.store).read, entry.key), most, entry.size)
 
     def listing(self, store: Path | Entry, most: int = MAX_ENTRIES) -> Listing:
-        """List a folder on disk or an archive; raise Unreadable if it cannot be read or has too many entries."""
-        listing = Listing()
-        for number, (path, content) in enumerate(self.open(store).entries(), 1):
+        """List a folder on disk or an archive.
+
+        Raises
+        ------
+        Unreadable
+            If it cannot be read or has too many entries; for a student, with those that were listed before.
+        """
+        listing, before = Listing(), self._listed
+        for number, (path, content) in enumerate(self.open(store).entries(), before + 1):
             if number > most:
-                raise Unreadable(TOO_MANY.format(most))
+                raise Unreadable(_WITH_OTHERS * (before > 0) + TOO_MANY.format(most))
             if content is not None:
                 listing.add(path, content)
+            if most <= MAX_ENTRIES:  # a class's do not count as one student's
+                self._listed = number
         return listing
+
+    def look_through(self, number: int) -> None:
+        """Count entries of an archive within a submission; raise Unreadable if they are too many with others."""
+        self._looked_through += number
+        if self._looked_through > MAX_LOOKED_THROUGH:
+            raise Unreadable(_WITH_OTHERS + TOO_MANY.format(MAX_LOOKED_THROUGH))
 
     def open(self, store: Path | Entry) -> _Folder | _Zip:
         """Open a folder on disk or an archive; raise Unreadable if that cannot be done."""
@@ -193,20 +214,29 @@ class Shelf(ExitStack):
             self._archives.clear()
             file = self.enter_context(_open_file(store.store / store.key))
         else:
-            file = io.BytesIO(self.bounded(partial(self.open(store.store).read, store.key), MAX_INNER_ARCHIVE))
+            read = partial(self.open(store.store).read, store.key)
+            file = io.BytesIO(self.bounded(read, MAX_INNER_ARCHIVE, store.size))
         opened = _Zip(store, file, self)
         self._archives.append((store, opened))
         return opened
 
-    def bounded(self, read: Callable[[int], bytes], most: int) -> bytes:
-        """Read at most so many bytes, and count them; raise Unreadable if there are more, or too many with others."""
-        if time.monotonic() > self._until:
-            raise Unreadable(f"reading the files before it took more than {MAX_SECONDS} s.")
-        left = self._left
+    def bounded(self, read: Callable[[int], bytes], most: int, size: int, times: int = 1) -> bytes:
+        """Read at most so many bytes, and count them; raise Unreadable if there are more, or too many with others.
+
+        Parameters
+        ----------
+        read : function that reads at most so many bytes
+        most : bytes
+        size : bytes, as stated; what turns out to be damaged counts as so many
+        times : how many times each byte counts
+        """
+        left = self._left // times
+        expected = min(size, most, left) * times
+        self._left -= expected
         data = read(min(most, left) + 1) if left else b""
-        self._left -= min(len(data), left)
+        self._left = max(self._left + expected - len(data) * times, 0)
         if not left or len(data) > left:
-            raise Unreadable(f"with the files before it, it has more than {MAX_SUBMISSION} bytes.")
+            raise Unreadable(f"{_WITH_OTHERS}it has more than {MAX_SUBMISSION // times} bytes.")
         if len(data) > most:
             raise Unreadable(f"it has more than {most} bytes.")
         return data
@@ -296,11 +326,15 @@ class _Zip:
         unpack = next((unpack for mark, unpack in _COMPRESSED.items() if start.startswith(mark)), None)
         try:
             if unpack is not None or start[_USTAR] == b"ustar":
-                tar = unpack(file) if unpack else file
-                file = _tar_as_zip(shelf.bounded(lambda size: _first(size, tar), MAX_INNER_ARCHIVE))
+                times = SLOW if unpack in (bz2.BZ2Decompressor, lzma.LZMADecompressor) else 1
+                if_damaged = archive.size * SLOW // times
+                data = shelf.bounded(lambda size: _unpacked(size, file, unpack), MAX_INNER_ARCHIVE, if_damaged, times)
+                file = _tar_as_zip(data, shelf)
             self._zip = _open_zip(_Bounded(file))
         except _DAMAGED as error:
             raise Unreadable(f"it is not an archive that can be read ({type(error).__name__}).") from None
+        if isinstance(archive.store, Entry):
+            shelf.look_through(len(self._zip.infolist()))
         self._entries = {entry.filename: entry for entry in reversed(self._zip.infolist()) if entry.filename}
 
     def entries(self) -> _Entries:
@@ -309,10 +343,13 @@ class _Zip:
             if not entry.filename or entry.is_dir():  # is_dir() fails without a name
                 yield entry.filename, None
                 continue
-            parts = [part for part in readable(entry.filename.replace("\\", "/")).split("/") if part not in ("", ".")]
+            name = readable(entry.filename[:MAX_PATH].replace("\\", "/"))  # a long one may take minutes to compose
+            parts = [part for part in name.split("/") if part not in ("", ".")]
             path = "/".join(parts) or entry.filename
             if not parts or ".." in parts:
                 yield path, "its name leads outside"
+            elif len(entry.filename) > MAX_PATH:
+                yield path, f"its path has more than {MAX_PATH} characters"
             elif _is_skipped(path):
                 continue
             elif stat.S_IFMT(entry.external_attr >> 16) not in (0, stat.S_IFREG):
@@ -330,6 +367,8 @@ class _Zip:
         if entry.flag_bits & 1:
             raise Unreadable("it is encrypted.")
         try:
+            if entry.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):  # the others take long
+                raise NotImplementedError
             with self._zip.open(entry) as file:
                 return _first(size, file)
         except NotImplementedError:
@@ -346,22 +385,49 @@ def _first(size: int, file: IO[bytes]) -> bytes:
     return bytes(data)
 
 
-def _tar_as_zip(data: bytes) -> IO[bytes]:
-    """Pack a tar as a zip. Links and devices become empty links; what a sparse file leaves out counts as well."""
-    packed, left = io.BytesIO(), MAX_INNER_ARCHIVE
+def _unpacked(size: int, file: IO[bytes], unpack: Callable[[], Any] | None) -> bytes:
+    """Read the first bytes of a tar that may be compressed, as one piece: of a million empty ones each takes its time."""
+    if unpack is None:
+        return _first(size, file)
+    stream = unpack()
+    data: bytes = stream.decompress(file.read(), size)
+    if stream.unused_data.strip(b"\0"):
+        raise Unreadable("it is compressed in several pieces. Use an ordinary zip.")
+    if not stream.eof and len(data) < size:
+        raise EOFError
+    return data
+
+
+def _check_headers(data: bytes) -> None:
+    """Refuse a tar with headers that Python's tarfile reads slowly or for ever, wherever in it they stand.
+
+    These are sizes below 0, and extended headers that are long: their time grows with the square of their length.
+    """
+    squares = 0
+    for number, (sign, kind) in enumerate(zip(data[124::512], data[156::512], strict=False)):
+        header = data[512 * number : 512 * (number + 1)]
+        if (sign == _NEGATIVE or kind in _EXTENDED) and tarfile.nti(header[148:156]) in tarfile.calc_chksums(header):
+            size = tarfile.nti(header[124:136])
+            squares += size**2
+            if size < 0 or size > MAX_HEADER or squares > MAX_HEADERS:
+                raise Unreadable("its headers are unusual or too long. Use an ordinary zip.")
+
+
+def _tar_as_zip(data: bytes, shelf: Shelf) -> IO[bytes]:
+    """Pack a tar as a zip. Links, devices, and sparse files, which may be huge when unpacked, become empty links."""
+    _check_headers(data)
+    packed = io.BytesIO()
     with tarfile.TarFile(fileobj=io.BytesIO(data), errors="replace") as tar, zipfile.ZipFile(packed, "w") as archive:
         for member in tar:
+            shelf.look_through(1)
             if member.isdir():
                 continue
             saved = datetime.fromtimestamp(min(max(member.mtime, _FIRST_TIME), _LAST_TIME), UTC)
             entry = zipfile.ZipInfo(member.name, saved.timetuple()[:6])
-            entry.external_attr = (stat.S_IFREG if member.isreg() else stat.S_IFLNK) << 16
-            content = tar.extractfile(member) if member.isreg() else None
-            unpacked = _first(left + 1, content) if content else b""
-            if len(unpacked) > left:
-                raise Unreadable(f"unpacked, it has more than {MAX_INNER_ARCHIVE} bytes.")
-            left -= len(unpacked)
-            archive.writestr(entry, unpacked)
+            is_file = member.isreg() and not member.issparse()
+            entry.external_attr = (stat.S_IFREG if is_file else stat.S_IFLNK) << 16
+            content = tar.extractfile(member) if is_file else None
+            archive.writestr(entry, content.read() if content else b"")
     return packed
 
 

@@ -317,7 +317,7 @@ def resolve_partners(
     claimed: dict[tuple[str, ...], dict[str, None]] = defaultdict(dict)
     for owner in owners:
         claimed[owner.students] |= dict.fromkeys(owner.claimed)
-    owners = [_with_partners(owner, [*claimed[owner.students]][: MOST_TOGETHER - 1]) for owner in owners]
+    owners = [_with_partners(owner, [*claimed[owner.students]][:MOST_TOGETHER]) for owner in owners]
     for owner in owners:
         groups[owner.group].update(owner.students)
         for student in owner.students:
@@ -341,7 +341,7 @@ def _with_partners(owner: Owner, most: Collection[str]) -> Owner:
     """Leave out the partners of an owner that are too many with those of the owner's other submissions."""
     if not (others := [name for name in owner.claimed if name not in most]):
         return owner
-    note = f"{COURSE_FILE} names more than {MOST_TOGETHER - 1} partners: {', '.join(others)} are left out."
+    note = f"{COURSE_FILE} names more than {MOST_TOGETHER} partners: {', '.join(others)} are left out."
     return replace(owner, claimed=tuple(filter(most.__contains__, owner.claimed)), notes=(*owner.notes, note))
 
 

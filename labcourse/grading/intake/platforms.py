@@ -17,10 +17,12 @@ from pathlib import Path
 from typing import TypeVar
 
 from labcourse.errors import GradingError
+from labcourse.patterns import pattern
 from labcourse.safe_text import from_csv
 from labcourse.student_id import caseless
 
 MOODLE, CANVAS, BLACKBOARD, BRIGHTSPACE, NBGRADER = "Moodle", "Canvas", "Blackboard", "Brightspace", "nbgrader"
+_LONGEST = 300  # characters of a name that a platform writes; a file system's longest, and some
 _MOODLES = r"(?:(?P<receipt>onlinetext|comments)|[a-z]+)(?:_(?P<file>.*))?"
 _PART = r"(?:(?! ?- ).)"  # a character of a part between two dashes, in names of Brightspace
 _YEAR = rf"(?P<time>{_PART}*\b(?:19|20)\d\d\b{_PART}*)"
@@ -30,8 +32,8 @@ _YEAR = rf"(?P<time>{_PART}*\b(?:19|20)\d\d\b{_PART}*)"
 #: as the student called it, and ``receipt`` for what the platform itself wrote. What the platform wrote comes first in
 #: each name and is matched first, so the student's own name for a file, the rest, changes none of the others.
 PLATFORMS = {
-    platform: (sign, re.compile(pattern, re.DOTALL | re.IGNORECASE))
-    for platform, sign, pattern in (
+    platform: (sign, pattern(form, _LONGEST, re.DOTALL | re.IGNORECASE))
+    for platform, sign, form in (
         (MOODLE, "-", r"(?P<name>.+?)_(?P<number>\d+)_assignsubmission_" + _MOODLES),
         (BRIGHTSPACE, "", rf"\d+-\d+ ?- (?:(?P<login>\S+) - )??(?P<name>{_PART}+) ?- {_YEAR}(?: ?- (?P<file>.*))?"),
         (BLACKBOARD, "_", r"(?P<name>.+?)_attempt_(?P<time>\d{4}(?:-\d\d){5})(?:_(?P<file>.*)|(?P<receipt>\.txt))?"),
@@ -40,19 +42,18 @@ PLATFORMS = {
     )
 }
 #: What stands for the student's name where marking is blind.
-_NOBODY = re.compile(r"participant[ea]?|teilnehmer(?:in)?|deelnemer|partecipante|(?:late_)?anon", re.IGNORECASE)
-_LONGEST = 300  # characters of a name that a platform writes; a file system's longest, and some
+_NOBODY = pattern(r"participant[ea]?|teilnehmer(?:in)?|deelnemer|partecipante|(?:late_)?anon", _LONGEST, re.IGNORECASE)
 
-_AGAIN = re.compile(r"(?P<name>.+?)(?: ?\((\d{1,3})\)|[-_](\d{1,2})| ?-? ?copy ?(\d*))", re.IGNORECASE)
-_CANVAS_COUNT = re.compile(r"-\d{1,2}(?=\.[^.]+$)")
+_AGAIN = pattern(r"(?P<name>.+?)(?: ?\((\d{1,3})\)|[-_](\d{1,2})| ?-? ?copy ?(\d*))", _LONGEST, re.IGNORECASE)
+_CANVAS_COUNT = pattern(r"-\d{1,2}(?=\.[^.]+$)")
 
 _ENCODINGS = [(written, read) for written in ("utf-8", "cp850", "cp1252") for read in ("cp437", "cp1252", "latin-1")]
 
-_TIME = re.compile(
+_TIME = pattern(
     r"(?:[a-z]+,? )?(?:(?P<day>\d{1,2}) (?P<month>[a-z]{3})[a-z]*\.?|(?P<month_first>[a-z]{3})[a-z]*\.? "
     r"(?P<day_second>\d{1,2}),) (?P<year>\d{4}),? (?:at )?(?P<hour>\d{1,2}?)[:.]?(?P<minute>\d\d)(?::\d\d)? ?"
     r"(?P<half>[ap]m)?",
-    re.IGNORECASE,
+    flags=re.IGNORECASE,
 )
 _NAMES = ("name", "student", "studentid", "id", "file", "folder", "identifier", "fullname", "username", "emailaddress")
 _TIMES = ("time", "submitted", "received", "lastmodifiedsubmission", "date", "datesubmitted", "submittedat")
@@ -87,8 +88,8 @@ class Label:
 
 def label_of(name: str, platform: str) -> Label | None:
     """Read a name by the pattern of a platform; None if it does not fit, or for a platform without a pattern."""
-    sign, pattern = PLATFORMS.get(platform, ("", None))
-    match = pattern.fullmatch(name[:_LONGEST]) if pattern else None
+    sign, form = PLATFORMS.get(platform, ("", None))
+    match = form.fullmatch(name[:_LONGEST]) if form else None
     if match is None:
         return None
     part = defaultdict(str, match.groupdict(default=""))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import re
 from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -14,7 +13,7 @@ from typing import Any
 
 import labcourse
 from labcourse import course_file
-from labcourse.answers import answers, own_files, report_files
+from labcourse.answers import answers, notebooks, own_files, report_files
 from labcourse.answers.notebooks import MAX_FILE, Cell, HandIn, Notebook, NotebookError, to_bytes
 from labcourse.errors import ConfigurationError
 from labcourse.files import ANSWERS_FILE, COURSE_FILE
@@ -23,6 +22,7 @@ from labcourse.grading.intake import archives
 from labcourse.grading.intake.archives import Shelf, Unreadable, is_notebook, listed, shown
 from labcourse.grading.intake.finding import MAX_COURSE_FILE, Decisions, Doubt, Piece, Submission
 from labcourse.grading.intake.owners import course_data
+from labcourse.patterns import pattern
 from labcourse.run.alignment import source_of
 from labcourse.run.portability import Version, version
 from labcourse.student_id import caseless
@@ -33,7 +33,7 @@ _UNREAD, _ABSENT = "{name} cannot be read: {error}", "{name} was not handed in."
 _ALL_UNREAD = "The submission cannot be read: "
 _SAME_TIME = timedelta(seconds=2)  # to which a zip rounds
 _OLD = datetime.min.replace(tzinfo=UTC)
-_WORD = re.compile(r"[^\W_]+")
+_WORD, _DIGITS = pattern(r"[^\W_]+"), pattern(r"\d+")
 _FEWEST_CELLS = 3  # by which a notebook of another name is recognised; two may be equal by chance
 
 #: How much a file's name differs from a notebook's: 0 not at all, else 1 and the number of words in it that are none of
@@ -146,6 +146,7 @@ class _Reader:
     earlier: Callable[[], Iterable[Delivery]]
     contents: Contents = field(default_factory=Contents)
     answered: set[str] = field(default_factory=set)  # notebooks in which something was written
+    parts: int = 0  # of the notebooks that were read
 
     def read(self, piece: Piece) -> None:
         """Read what counts of a piece, and note what does not."""
@@ -196,7 +197,10 @@ class _Reader:
     def _notebook(self, path: str) -> Notebook | Exception:
         """Return a notebook, or the error that says why it cannot be read."""
         try:
-            notebook = Notebook.without_outputs(self._read(path, MAX_FILE))
+            data = self._read(path, MAX_FILE)
+            if (parts := self.parts + notebooks.parts_in(data)) > notebooks.MAX_PARTS:
+                raise Unreadable(f"with the notebooks before it, it has more than {notebooks.MAX_PARTS} parts.")
+            self.parts, notebook = parts, Notebook.without_outputs(data)
         except (Unreadable, NotebookError) as error:
             return error
         self.contents.python = max(filter(None, (version(notebook.python), self.contents.python)), default=None)
@@ -428,31 +432,30 @@ def _fitting(paths: Iterable[str], wanted: Sequence[str], *endings: str) -> dict
     candidates: dict[str, list[tuple[Fit, str]]] = {}
     for path in (path for path in paths if path.casefold().endswith(endings)):
         file_name = path.rpartition("/")[2]
-        fits = {name: fit for name in wanted if (fit := _fit(file_name, name, words[name]))}
+        given = _words(file_name)
+        fits = {name: fit for name in wanted if (fit := _fit(file_name, given, name, words[name]))}
         if fits:  # the longest of the names that the file's name contains
-            name = max(fits, key=lambda name: (len(words[name]), [-part for part in fits[name]]))
+            name = max(fits, key=lambda name: (words[name].count("_"), [-part for part in fits[name]]))
             candidates.setdefault(name, []).append((fits[name], path))
     return {name: sorted(candidates[name]) for name in wanted if name in candidates}
 
 
-def _words(name: str) -> list[str]:
-    """Return the words and numbers in a file's name, in small letters and without the ending."""
+def _words(name: str) -> str:
+    """Return the words and numbers in a file's name as ``_01_x_``, in small letters and without the ending."""
     folded = caseless(name)
     ending = next((ending for ending in (*archives.NOTEBOOKS, report_files.PDF) if folded.endswith(ending)), "")
-    return _WORD.findall(folded.removesuffix(ending))
+    return f"_{'_'.join(_WORD.findall(folded.removesuffix(ending)))}_"
 
 
-def _fit(file_name: str, wanted: str, wanted_words: Sequence[str]) -> Fit | None:
+def _fit(file_name: str, words: str, wanted: str, wanted_words: str) -> Fit | None:
     """Return how well a file's name fits a name in the course; None unless it contains all words of that name."""
     if caseless(file_name) == caseless(wanted):
         return 0, 0
-    words, length = _words(file_name), len(wanted_words)
-    place = next((place for place in range(len(words)) if words[place : place + length] == wanted_words), None)
-    if not length or place is None:
+    before, found, after = words.partition(wanted_words)
+    if not found:
         return None
-    before, after = words[:place], words[place + length :]
-    numbers = [int(number) for number in re.findall(r"\d+", " ".join(after))[-1:] if len(number) < 4]
-    return 1 + len(before) + len(after), -sum(numbers)
+    numbers = [int(number) for number in _DIGITS.findall(after)[-1:] if len(number) < 4]
+    return 1 + before.count("_") + after.count("_"), -sum(numbers)
 
 
 def _most_alike(cells: Sequence[Cell], masters: Mapping[str, Master]) -> str | None:

@@ -6,11 +6,11 @@ Symbols take the letters of prefixes (ms), names take their words (milliseconds)
 from __future__ import annotations
 
 import math
-import re
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
 from labcourse.answers.figures import normalized, unit_places
+from labcourse.patterns import pattern
 
 DEG = math.pi / 180  # rad per degree
 
@@ -92,14 +92,14 @@ PREFIXES = {1e-3: ("m", "milli"), 1e-6: ("μ u", "micro"), 1e3: ("k", "kilo")}
 
 # --- units that a label names -----------------------------------------------------------------------------------------
 
-_PER_TIME = re.compile(r"(.+?)(?:\s*/\s*|\s+per\s+)(.+)")
-_INVERSE = re.compile(r"(.*?)[\s·.*]*(\w+)\s*\^\s*-1")
-_FACTOR = re.compile(
+_PER_TIME = pattern(r"(.+?)(?:\s*/\s*|\s+per\s+)(.+)")
+_INVERSE = pattern(r"(.*?)[\s·.*]*(\w+)\s*\^\s*-1")
+_FACTOR = pattern(
     r"[×x*·]?\s*(?:10\s*\^\s*(?P<power>[+-]?\d{1,2})|(?P<number>\d{0,9}\.?\d{1,9}(?:e[+-]?\d{1,2})?))\s*"
     r"[×x*·]?\s*(?P<rest>[^\d/\s^].*)"
 )
-_PRODUCT = re.compile(r"[/·]|\^\s*-|^per\b")  # after a unit: it was only the first of a product
-_COLUMN = re.compile(r"[^\W_]{3,}_(\w+)")  # "time_ms", as columns of tables are named
+_PRODUCT = pattern(r"[/·]|\^\s*-|^per\b")  # after a unit: it was only the first of a product
+_COLUMN = pattern(r"[^\W_]{3,}_(\w+)")  # "time_ms", as columns of tables are named
 
 
 @lru_cache

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Collection, Iterable, Mapping
 from functools import partial
 from itertools import groupby
@@ -117,7 +116,7 @@ def shown_questions(result: Result, catalogue: Catalogue) -> list[dict[str, Any]
 
 def anchor(number: str) -> str:
     """Return the id of a question on the page."""
-    return "q-" + re.sub(r"\W+", "-", number)
+    return "q-" + "-".join(number.replace(".", " ").split())
 
 
 def _part(

@@ -20,6 +20,7 @@ from xml.etree.ElementTree import Element
 from markupsafe import Markup, escape
 
 from labcourse.answers.words import MAX_STORED
+from labcourse.patterns import pattern
 from labcourse.safe_text import no_escapes
 
 if TYPE_CHECKING:
@@ -34,22 +35,26 @@ _CHARACTERS_A_LEVEL = 8  # characters of a row of commands for each level: not f
 _DEEPEST = 12  # quotes and lists in each other
 _DEEPEST_FORMULA = 25  # groups in each other
 _WIDEST = 40  # bars in a line, which may make columns of a table
-_MARKERS = re.compile(r"(?:[ \t]*(?:>|[*+-](?=[ \t]|$)|\d{1,9}[.)](?=[ \t]|$)))+", re.MULTILINE)
-_MARKER = re.compile(r">|[*+-]|\d{1,9}[.)]")
-_INDENTED = re.compile(rf"^[ \t]{{{4 * _DEEPEST},}}", re.MULTILINE)
+#: A blank before the first would be looked at again and again in a long row of them.
+_MARKERS = pattern(r"(?<![ \t])(?:[ \t]*+(?:>|[*+-](?=[ \t]|$)|\d{1,9}[.)](?=[ \t]|$)))+", LONGEST, re.MULTILINE)
+_MARKER = pattern(r">|[*+-]|\d{1,9}[.)]", LONGEST)
+_INDENTED = pattern(rf"^[ \t]{{{4 * _DEEPEST},}}", LONGEST, re.MULTILINE)
+_NESTING = pattern(r"\\(?:begin|left|end|right)\b|\\.|[{}]", LONGEST_FORMULA)
+_ROW = pattern(r"(?:\\[a-zA-Z]+\s*){2,}|[\^_]{2,}", LONGEST_FORMULA)
 _PNG = b"\x89PNG\r\n\x1a\n"
-_PICTURE = Markup('<img src="data:image/png;base64,{}" alt="{}">')
+_SOURCE, _DATA = Markup('<img src="{}" alt="'), "data:image/png;base64,"
+_PICTURE = Markup('<img src="{}" alt="{}">')
 _NOTE = Markup('<span class="words-note">[{}: {}]</span>')
-_ELEMENT = re.compile(
+_ELEMENT = pattern(
     "math|mrow|mi|mn|mo|ms|mtext|mspace|msup|msub|msubsup|mfrac|msqrt|mroot|mover|munder|munderover|mtable|mtr|mtd|"
     "mlabeledtr|mstyle|mpadded|mphantom|menclose|mfenced|mmultiscripts|mprescripts|none|merror"
 )
-_ATTRIBUTE = re.compile(
+_ATTRIBUTE = pattern(
     "display|mathvariant|stretchy|fence|separators?|form|accent|accentunder|displaystyle|scriptlevel|linethickness|"
     "largeop|movablelimits|symmetric|(min|max)size|[lr]space|width|height|depth|voffset|(column|row)(align|lines|spacing)|"
     "frame|notation|open|close"
 )
-_VALUE = re.compile(r"[\w .%+-]{0,60}")
+_VALUE = pattern(r"[\w .%+-]{0,60}")
 
 
 class FormulaError(Exception):
@@ -88,17 +93,30 @@ def as_html(text: str, pictures: Mapping[str, bytes] | None = None) -> Markup:
     text = no_escapes(text)
     if len(text) > LONGEST:
         return _as_typed(text[:LONGEST], "This is the beginning; it is too long to be shown.")
+    shown = {unquote(name): data for name, data in (pictures or {}).items()}
+    shown = {name: data for name, data in shown.items() if data.startswith(_PNG) and len(data) <= MAX_STORED}
+    page = _rendered(text, tuple(shown))
+    for number, data in enumerate(shown.values()):
+        page = page.replace(_SOURCE.format(number), _SOURCE.format(_DATA + base64.b64encode(data).decode("ascii")))
+    return page
+
+
+@lru_cache(maxsize=256)
+def _rendered(text: str, pictures: tuple[str, ...]) -> Markup:
+    """Render a text without escapes; a picture has its place in ``pictures`` in place of its data.
+
+    The scoring server shows the same texts again and again, and somebody may write one that takes long.
+    """
     nested = (len(_MARKER.findall(match[0])) > _DEEPEST for match in _MARKERS.finditer(text))
     if _INDENTED.search(text) or any(nested):
         return _as_typed(text, "As it was typed; it is too deeply nested to be shown otherwise.")
     tables = all(line.count("|") <= _WIDEST for line in text.split("\n"))
-    # Each picture is put into the page once.
-    env = {"pictures": {unquote(name): data for name, data in (pictures or {}).items()}, "seen": {}}
+    env = {"pictures": pictures, "seen": set()}  # each picture is put into the page once
     try:
         page = str(_reader(tables).render(text, env))
     except (RecursionError, ValueError, IndexError):
         return _as_typed(text, "As it was typed; it cannot be shown otherwise.")
-    if len(page) - sum(map(len, env["seen"].values())) > MOST_BYTES:
+    if len(page) > MOST_BYTES:
         return _as_typed(text, "As it was typed; it is too large to be shown otherwise.")
     return Markup(no_escapes(page))  # once more: a reference such as &#x202e; has become what it stands for
 
@@ -146,13 +164,12 @@ def _show_heading(_self: Any, tokens: Sequence[Token], index: int, _options: Any
 def _show_picture(_self: Any, tokens: Sequence[Token], index: int, _options: Any, env: Any) -> str:
     """Show a picture the first time, and its words if there is none."""
     name, words = unquote(str(tokens[index].attrs.get("src", ""))), tokens[index].content
-    data = env["pictures"].get(name, b"")
-    if not data.startswith(_PNG) or len(data) > MAX_STORED:
+    if name not in env["pictures"]:
         return _NOTE.format("picture not available", words or name[:60])
     if name in env["seen"]:
         return _NOTE.format("picture as above", words or name[:60])
-    env["seen"][name] = _PICTURE.format(base64.b64encode(data).decode("ascii"), words or "a picture of the student's")
-    return str(env["seen"][name])
+    env["seen"].add(name)
+    return _PICTURE.format(env["pictures"].index(name), words or "a picture of the student's")
 
 
 # --- formulas ---------------------------------------------------------------------------------------------------------
@@ -191,12 +208,12 @@ def as_mathml(latex: str, block: bool = False) -> Markup:
 def _depth(latex: str) -> int:
     """Estimate how deep LaTeX is nested: braces, environments, ``\\left``, and rows of commands without braces."""
     level = deepest = 0
-    for token in re.finditer(r"\\(?:begin|left|end|right)\b|\\.|[{}]", latex):
+    for token in _NESTING.finditer(latex):
         level += token[0] in ("{", r"\begin", r"\left")
         level -= token[0] in ("}", r"\end", r"\right")
         deepest = max(deepest, level)
     # A command or script takes what follows as its argument, so a row of them is nested as well.
-    longest_row = max((len(row[0]) for row in re.finditer(r"(?:\\[a-zA-Z]+\s*){2,}|[\^_]{2,}", latex)), default=0)
+    longest_row = max((len(row[0]) for row in _ROW.finditer(latex)), default=0)
     return max(deepest, longest_row // _CHARACTERS_A_LEVEL)
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import textwrap
 from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, replace
@@ -28,6 +27,7 @@ from labcourse.grading.intake import is_absent, is_unread
 from labcourse.grading.marking.marking import Mark
 from labcourse.grading.verdicts import UNDECIDED, Status
 from labcourse.messages import plural
+from labcourse.patterns import pattern
 from labcourse.student_id import caseless
 
 if TYPE_CHECKING:
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
 _LONGEST = 300  # characters of what somebody wrote
 #: No digit of a name, as in K_2 or q3, and no full stop that ends a sentence.
-_NUMBER = re.compile(r"(?<![\w.])[-+\u2212]?\d+(?:[.,]\d+)*(?:[eE][-+]?\d+)?(?:[·×]10[⁻⁺⁰¹²³⁴⁵⁶⁷⁸⁹]+)?j?(?!\w)")
+_NUMBER = pattern(r"(?<![\w.])[-+\u2212]?\d+(?:[.,]\d+)*(?:[eE][-+]?\d+)?(?:[·×]10[⁻⁺⁰¹²³⁴⁵⁶⁷⁸⁹]+)?j?(?!\w)")
 
 
 def points(number: float) -> str:

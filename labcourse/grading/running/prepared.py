@@ -115,9 +115,10 @@ def prepare(
     merged = merge.merged(bundle.pristine, notebooks, every_cell, supplying.code_to_insert(bundle.pristine, supplied))
     texts: dict[Where, TextAnswer] = {}
     problems, notes, untouched = list[str](), list[str](), list[str]()
+    budget = words.Budget()
     for name, cells in notebooks.items():
         master = bundle.pristine[name]["cells"]
-        written = words.written(master, cells, hand_in.files)
+        written = words.written(master, cells, hand_in.files, budget=budget)
         texts |= written.words
         problems += [f"{name}: {problem}" for problem in (*written.problems, *_too_long(cells))]
         changes = filter(_is_noted, merged.changes[name])

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import re
 import unicodedata
 from collections import Counter, defaultdict
 from collections.abc import Callable, Mapping, Sequence
@@ -27,6 +26,7 @@ from labcourse.grading.reports.result import without_numbers
 from labcourse.grading.reports.result import worth as in_points
 from labcourse.grading.scoring.rubric import Item
 from labcourse.grading.settings import LevelSettings
+from labcourse.patterns import ANSWER, pattern
 from labcourse.student_id import caseless
 
 Where = tuple[str, str]  #: question, part
@@ -35,8 +35,10 @@ HELD = 120.0  #: s for which an answer is a scorer's: three renewals, and not lo
 MOST_TOGETHER = 8  #: answers that are scored in one go: each is shown
 REMARK_KEYS = "abcdefg"  #: by which remarks are put in; "h" is help
 _PICTURE = "!["  # in Markdown
-_BEGINNINGS = re.compile(r"(?:\A|[.!?]\s)\s*[A-Z](?=[a-z])")  # of sentences; other capitals may be symbols or units
-_AT_ENDS = re.compile(r"[.,;:](?=\s|$)")  # they say nothing that another answer does not
+_BEGINNINGS = pattern(
+    r"(?:\A|[.!?]\s)\s*[A-Z](?=[a-z])", ANSWER
+)  # of sentences; other capitals may be symbols or units
+_AT_ENDS = pattern(r"[.,;:](?=\s|$)", ANSWER)  # they say nothing that another answer does not
 _KEY = 16  # hexadecimal digits of a key
 
 

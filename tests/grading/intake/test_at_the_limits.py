@@ -1,14 +1,15 @@
 """Each limit on what is taken in, at either side of its value: what just fits is taken, and one more is not."""
 
+import io
 import json
 import re
-from types import SimpleNamespace
+import tarfile
 
 import pytest
 from checkout import ROOT
 from packings import WANTED, lay, notebook, under, work, zipped
 
-from labcourse.answers import answers, notebooks, own_files, report_files
+from labcourse.answers import answers, notebooks, own_files, report_files, words
 from labcourse.errors import GradingError
 from labcourse.grading import intake
 from labcourse.grading.gradebook.records import StudentRecord
@@ -148,19 +149,86 @@ def test_notebooks_of_unknown_names(tmp_path, monkeypatch, fits):
 
 
 @FITS
-@pytest.mark.parametrize("name", ["MAX_SUBMISSION", "MAX_SECONDS"])
-def test_bytes_and_seconds_of_a_student(tmp_path, monkeypatch, name, fits):
+@pytest.mark.parametrize("name", ["MAX_SUBMISSION", "MAX_PARTS"])
+def test_bytes_and_parts_of_a_student(tmp_path, monkeypatch, name, fits):
     """The notebooks that come after are named, and those before them count."""
     files = {name: notebook(name) for name in WANTED}
-    sizes = {"MAX_SUBMISSION": sum(map(len, files.values())), "MAX_SECONDS": len(WANTED)}
-    limited(monkeypatch, archives, name, sizes[name], fits)
+    sizes = {"MAX_SUBMISSION": sum(map(len, files.values())), "MAX_PARTS": sum(map(notebooks.parts_in, files.values()))}
+    limited(monkeypatch, archives if name == "MAX_SUBMISSION" else notebooks, name, sizes[name], fits)
     lay(tmp_path / "ada", files)
     (submission,) = intake.find(tmp_path, ROSTER).submissions
-    seconds = iter(range(100))  # a second for each file; the first look begins
-    monkeypatch.setattr(archives, "time", SimpleNamespace(monotonic=lambda: next(seconds)))
     delivered = intake.read(submission, WANTED)
     assert [item.name for item in delivered.items] == list(WANTED if fits else WANTED[:-1])
     assert [*delivered.unread] == ([] if fits else [WANTED[-1]])
+
+
+def tarred(files, compressed):
+    packed = io.BytesIO()
+    with tarfile.open(fileobj=packed, mode=f"w:{compressed}") as archive:
+        for name, data in files.items():
+            about = tarfile.TarInfo(name)
+            about.size = len(data)
+            archive.addfile(about, io.BytesIO(data))
+    return packed.getvalue()
+
+
+@FITS
+@pytest.mark.parametrize(("compressed", "times"), [("gz", 1), ("bz2", archives.SLOW), ("xz", archives.SLOW)])
+def test_what_is_unpacked_of_all_archives_counts_together(tmp_path, monkeypatch, fits, compressed, times):
+    size = 10_240  # of a small tar when it is unpacked
+    files = {f"{place}.tar.{compressed}": tarred({"x.csv": b"1"}, compressed) for place in range(3)}
+    packed = sum(map(len, files.values())) + len(work("ada")["course.json"])
+    monkeypatch.setattr(archives, "MAX_SUBMISSION", (3 if fits else 2) * size * times + packed)
+    zip_in(tmp_path, files | work("ada"))
+    (piece,) = intake.find(tmp_path, ROSTER).submissions[0].pieces
+    assert ["with what was read before it" in why for why in piece.refused.values()] == [True] * (not fits)
+
+
+@FITS
+def test_what_is_damaged_counts_as_what_it_says(tmp_path, monkeypatch, fits):
+    """Else it could be unpacked again and again."""
+    limited(monkeypatch, archives, "MAX_SUBMISSION", 10_001, fits)
+    packed = bytearray(zipped({"damaged.csv": b"0123456789" * 1000, "x.csv": b"1"}))
+    packed[packed.index(b"damaged.csv") + 20] ^= 0xFF
+    lay(tmp_path, {"ada.zip": bytes(packed)})
+    archive = Entry(tmp_path, "ada.zip", len(packed))
+    with Shelf() as shelf:
+        with pytest.raises(Unreadable, match="damaged"):
+            shelf.read(Entry(archive, "damaged.csv", 10_000), 10_000)
+        if fits:
+            assert shelf.read(Entry(archive, "x.csv", 1), 10) == b"1"
+        else:
+            with pytest.raises(Unreadable, match="before it"):
+                shelf.read(Entry(archive, "x.csv", 1), 10)
+
+
+@FITS
+def test_files_of_all_archives_count_together(tmp_path, monkeypatch, fits):
+    limited(monkeypatch, archives, "MAX_ENTRIES", len(work("ada")) + 3, fits)
+    zip_in(tmp_path, work("ada") | {"a.zip": zipped({"x.csv": b"1", "y.csv": b"1"})})
+    (piece,) = intake.find(tmp_path, ROSTER).submissions[0].pieces
+    assert [archives._WITH_OTHERS in f"{why}" for why in piece.refused.values()] == [True] * (not fits)
+
+
+@FITS
+@pytest.mark.parametrize("kind", ["zip", "tar"])
+def test_files_that_are_looked_through_count_also_where_they_are_skipped(tmp_path, monkeypatch, fits, kind):
+    hidden = {f".git/{place}": b"" for place in range(10)}
+    limited(monkeypatch, archives, "MAX_LOOKED_THROUGH", 10, fits) if kind == "zip" else limited(
+        monkeypatch, archives, "MAX_LOOKED_THROUGH", 20, fits
+    )
+    inner = {"a.zip": zipped(hidden)} if kind == "zip" else {"a.tar.gz": tarred(hidden, "gz")}
+    zip_in(tmp_path, work("ada") | inner)
+    (piece,) = intake.find(tmp_path, ROSTER).submissions[0].pieces
+    assert ["more than" in why for why in piece.refused.values()] == [True] * (not fits)
+
+
+@FITS
+def test_characters_of_a_path(tmp_path, fits):
+    name = "x" * (archives.MAX_PATH - 4 + (not fits)) + ".csv"
+    zip_in(tmp_path, work("ada") | {name: b"1"})
+    (piece,) = intake.find(tmp_path, ROSTER).submissions[0].pieces
+    assert ((name in piece.files), len(piece.refused)) == (fits, int(not fits))
 
 
 def class_zip(folder):
@@ -245,12 +313,16 @@ DOCUMENTED = {
     "a student's zip": [archives.MAX_ARCHIVE / MB],
     "a zip within a zip": [archives.MAX_INNER_ARCHIVE / MB],
     "zips within one submission": [finding.MAX_INNER_ARCHIVES, finding.MAX_NESTING],
-    "files and folders of a submission": [archives.MAX_ENTRIES, archives.MAX_DEPTH],
-    "all that is read of one student": [archives.MAX_SUBMISSION / MB, archives.MAX_SECONDS],
+    "files and folders of a submission": [archives.MAX_ENTRIES, archives.MAX_DEPTH, archives.MAX_PATH],
+    "those and what is skipped, in zips within a zip": [archives.MAX_LOOKED_THROUGH],
+    "all that is read of one student": [archives.MAX_SUBMISSION / MB, archives.SLOW],
     "a zip of the whole class": [archives.MAX_CLASS_ARCHIVE / MB, archives.MAX_CLASS_ENTRIES],
     "a notebook with its outputs, which are dropped": [notebooks.MAX_FILE / MB],
     "a notebook without its outputs and pictures": [notebooks.MAX_NOTEBOOK / MB],
     "pictures pasted into one notebook's text cells": [notebooks.MAX_PICTURES / MB],
+    "commas, quotes and opening brackets in all notebooks": [notebooks.MAX_PARTS],
+    "cells of a notebook": [notebooks.MAX_CELLS, notebooks.MAX_LINES],
+    "pictures of a submission": [words.MAX_PIXELS_TOGETHER // 10**6, words.FEWEST_PIXELS // 10**6, words.MOST_SCANS],
     "a report as PDF": [report_files.MAX_BYTES / MB],
     "own files": [own_files.MAX_FILES, own_files.MAX_FILE / MB, own_files.MAX_TOTAL / MB],
     "`answers.json`": [answers.MAX_BYTES / MB],

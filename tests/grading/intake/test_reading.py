@@ -1,5 +1,6 @@
 """Submissions are read as untrusted input: what is taken, what is noted, what is refused."""
 
+import gzip
 import io
 import json
 import os
@@ -17,6 +18,7 @@ from packings import NOTEBOOKS, WANTED, lay, notebook, renamed, tarred, under, w
 from labcourse.answers import notebooks, own_files
 from labcourse.answers.catalogue import Catalogue
 from labcourse.grading import intake
+from labcourse.grading.gradebook.records import StudentRecord
 from labcourse.grading.intake import archives, finding
 from labcourse.run import student_folder, submit
 
@@ -417,9 +419,8 @@ def test_a_tar_that_is_damaged_or_too_large_is_the_students_and_is_reported(tmp_
         assert read.notebooks == [] and read.problems
 
 
-def test_a_sparse_tar_unpacks_to_no_more_than_the_limit(tmp_path, monkeypatch):
-    """Its holes take no space in the archive."""
-    monkeypatch.setattr(archives, "MAX_INNER_ARCHIVE", 10_000_000)
+def test_a_sparse_file_in_a_tar_is_not_unpacked(tmp_path):
+    """Its holes take no space in the archive, and 8 GB when it is unpacked."""
     packed = io.BytesIO()
     with tarfile.open(fileobj=packed, mode="w:gz", format=tarfile.GNU_FORMAT) as archive:
         hole = tarfile.TarInfo("hole.csv")
@@ -430,9 +431,36 @@ def test_a_sparse_tar_unpacks_to_no_more_than_the_limit(tmp_path, monkeypatch):
         header[148:156] = b"%06o\0 " % sum(header)
         archive.fileobj.write(header)
     lay(tmp_path, {"ada.tar.gz": packed.getvalue()})
-    (problem,) = Read(tmp_path).problems
-    assert "more than 10000000 bytes" in problem
+    (submission,) = intake.find(tmp_path).submissions
+    assert submission.pieces[0].refused == {"hole.csv": archives._NOT_A_FILE}
 
 
 def test_an_archive_that_cannot_be_read_beside_notebooks_is_named(taken):
     assert any("more.zip'" in note for note in taken(work() | {"more.zip": b"no zip"}).notes)
+
+
+def header(name, size, kind=b"0"):
+    """One header of a tar, with any size."""
+    block = bytearray(tarfile.TarInfo(name).tobuf(tarfile.GNU_FORMAT))
+    block[124:136], block[156:157] = tarfile.itn(size, 12, tarfile.GNU_FORMAT), kind
+    block[148:155] = b"%06o\0" % tarfile.calc_chksums(bytes(block))[0]
+    return bytes(block)
+
+
+@pytest.mark.parametrize(
+    "tar",
+    [
+        header("a", 0) + header("b", -512) + bytes(1024),  # the next header is this one again, for ever
+        header("p", 8192, b"x") + b"1" * 8192 + header("a", 0) + bytes(1024),
+        header("p", 8192, b"g") + b"9 a=1\n" * 1365 + b"\n\n" + header("a", 0) + bytes(1024),
+        b"".join(header("p", 4096, b"x") + b"1" * 4096 for _ in range(100)),
+        gzip.compress(b"") * 1000,
+    ],
+    ids=["a size below 0", "a long header", "a long header for all", "many headers", "a thousand pieces"],
+)
+def test_a_tar_that_would_take_for_ever_is_refused(tmp_path, tar):
+    lay(tmp_path, {"ada.tar": tar, "bob.zip": zipped(work("bob") | {"x.tar": tar})})
+    found = intake.find(tmp_path, [StudentRecord("ada"), StudentRecord("bob")])
+    ada, bob = found.submissions
+    assert "Use an ordinary zip" in ada.pieces[0].trouble
+    assert "Use an ordinary zip" in bob.pieces[0].refused["x.tar"]

@@ -259,3 +259,33 @@ def test_the_name_of_an_inner_archive_has_no_time_in_a_list(tmp_path):
     when = {"bob.zip": FORGED, "bob": FORGED, "ada": AFTER}
     (submission,) = intake.find(lay(tmp_path, files, AFTER), roster("Canvas", "name"), when).submissions
     assert [(piece.received, piece.clock) for piece in submission.pieces] == [(AFTER, "the list of times")]
+
+
+def test_long_names_and_a_file_without_a_name_are_their_platforms(tmp_path):
+    files = {
+        f"lovelaceada_12345_678901_{'x' * 290}.zip": zipped(work("ada")),
+        "xeve_777_679000_\\w.zip": zipped(work("eve")),
+        "burnsbob_1234_679001_w.zip": zipped(work("bob")),
+    }
+    path = tmp_path / "submissions.zip"
+    path.write_bytes(zipped(files, BEFORE))
+    found = intake.find(path, roster("Canvas", "name"))
+    assert [one.student for one in found.submissions] == ["ada", "bob", "eve"]
+    assert intake.PLATFORM not in outcome(found)[1]
+
+
+def test_a_download_without_times_takes_none_from_an_archive_in_an_archive(tmp_path):
+    inner = zipped({"in.zip": zipped(work("ada"), FORGED)}, FORGED)
+    path = tmp_path / "submissions.zip"
+    path.write_bytes(zipped({"lovelaceada_12345_678901_w.zip": inner}, datetime(1980, 1, 1)))
+    found = intake.find(path, roster("Canvas", "name"))
+    assert [piece.clock for piece in found.submissions[0].pieces] == [""]
+
+
+def test_a_student_has_four_partners_at_most(tmp_path):
+    pieces = {f"{n}.zip": zipped(work("ada", **{"with": [f"s{n}{place}" for place in range(4)]})) for n in range(9)}
+    lay(tmp_path, {"ada.zip": zipped(pieces)})
+    known = [StudentRecord("ada"), *(StudentRecord(f"s{n}{place}") for n in range(9) for place in range(4))]
+    found = intake.find(tmp_path, known)
+    assert len([row for row in found.doubts if row.about == intake.PARTNER]) == 4
+    assert sum(one.waits for one in found.submissions) == 4

@@ -1,0 +1,138 @@
+"""No text and no files of a student's, of the greatest size that is allowed, hold up those who grade a class.
+
+Each pattern, and each loop over a student's files, is run in a process with 5 s of processor time.
+"""
+
+import collections
+import importlib
+import pkgutil
+import re
+import sys
+import time
+from pathlib import Path, PurePosixPath
+
+import pytest
+from hostile_text import repeated, within
+
+pytest.importorskip("resource", reason="processor time is limited by the operating system")
+
+import labcourse
+from labcourse import patterns, safe_text
+from labcourse.answers import notebooks, own_files, words
+from labcourse.answers.notebooks import Cell
+from labcourse.grading.gradebook import storable
+from labcourse.grading.intake import archives, reading
+from labcourse.grading.reports import markdown
+from labcourse.run import alignment, skippable_cells
+
+for module in pkgutil.walk_packages(labcourse.__path__, "labcourse."):
+    if ".template" not in module.name and not module.name.endswith("__main__"):
+        importlib.import_module(module.name)
+
+SCREENED = 400  # characters, at which the worst texts are found
+ANYWHERE, FROM_THE_START = "finditer", {"match", "fullmatch"}
+
+
+def uses():
+    """Pattern → the methods by which it is used, by the sources of the modules that have it under a name."""
+    found = {pattern: set() for pattern in patterns.LISTED}
+    for module in [module for name, module in sys.modules.items() if name.startswith("labcourse.")]:
+        text = Path(module.__file__).read_text(encoding="utf-8") if module.__file__ else ""
+        for name, value in vars(module).items():
+            if isinstance(value, re.Pattern) and value in found:
+                found[value] |= set(re.findall(rf"\b{name}\.(\w+)\(", text))
+    return {
+        pattern: methods if methods and methods <= FROM_THE_START else {ANYWHERE, *methods & FROM_THE_START}
+        for pattern, methods in found.items()
+    }
+
+
+USES = uses()
+
+
+def hostile(pattern, before, piece, after, length):
+    text = (before + piece * (length // len(piece) + 1))[: length - len(after)] + after
+    return text if isinstance(pattern.pattern, str) else text.encode("latin-1", "replace")
+
+
+def seconds(pattern, method, text):
+    """How long a method takes on a text; what it finds is not kept."""
+    begun = time.process_time()
+    found = getattr(pattern, method)(text)
+    if method == ANYWHERE:
+        collections.deque(found, maxlen=0)
+    return time.process_time() - begun
+
+
+def attack(pattern, longest, methods=(ANYWHERE,)):
+    """Use a pattern on the worst of its hostile texts, at their full length."""
+    for method in sorted(methods):
+        size = min(SCREENED, longest)
+        worst = max(repeated(pattern), key=lambda text: seconds(pattern, method, hostile(pattern, *text, size)))
+        seconds(pattern, method, hostile(pattern, *worst, longest))
+
+
+@pytest.mark.parametrize(
+    ("pattern", "longest"), [pytest.param(*item, id=str(item[0].pattern)[:40]) for item in patterns.LISTED.items()]
+)
+def test_a_pattern_on_its_worst_text(pattern, longest):
+    within(lambda: attack(pattern, longest, USES[pattern]))
+
+
+def test_a_pattern_that_takes_long_is_noticed():
+    with pytest.raises(AssertionError, match="more than 1 s"):
+        within(lambda: attack(re.compile(r"[;\n][\s\"]*(?=[=+])"), patterns.ANSWER), 1)
+
+
+LONG = patterns.CELL
+ENTRIES = archives.MAX_ENTRIES
+CELLS = notebooks.MAX_CELLS
+MASTER = [{"id": f"q{place}", "cell_type": "markdown", "metadata": {}, "source": "*Here.*"} for place in range(200)]
+ANSWERS = [
+    {**cell, "metadata": {"labcourse": {"question": str(place), "part": "why"}, "nbgrader": {"solution": True}}}
+    for place, cell in enumerate(MASTER[:40])
+]
+NAMES = [f"0{number}_notebook.ipynb" for number in range(10)]
+
+
+def many_names(count):
+    """As many different names as fit into a cell: each is bound in turn."""
+    return "\n".join(f"a{number}=1" for number in range(count))[: skippable_cells.LONGEST].rpartition("\n")[0]
+
+
+LOOPS = {
+    "pictures": lambda: words.lifted("![" * (LONG // 2)),
+    "headings": lambda: words.headings("**\N{LOWER RIGHT PENCIL}" * (LONG // 3)),
+    "lines of a cell": lambda: words.without_stub("\n" * notebooks.MAX_LINES, ANSWERS[0]),
+    "blanks of an answer": lambda: markdown.as_html("x" + " " * (markdown.LONGEST - 2) + "x"),
+    "lines of a table": lambda: safe_text.spreadsheet_cell("\n" * patterns.ANSWER),
+    "stored": lambda: storable.text("\r\x01" * (patterns.ANSWER // 2)),
+    "environments": lambda: own_files.choose(
+        [(PurePosixPath(f"d{place}/{name}"), 1) for place in range(ENTRIES // 2) for name in ("pyvenv.cfg", "x.csv")],
+        NAMES,
+    ),
+    "long names": lambda: reading._fitting(
+        [f"{place:05}{'_a' * (archives.MAX_PATH // 2 - 6)}.ipynb" for place in range(ENTRIES)], NAMES, ".ipynb"
+    ),
+    "cells of one name": lambda: alignment.align(MASTER, [Cell("", "q1", "code", "x", {})] * CELLS),
+    "cells of one text": lambda: alignment.align(ANSWERS, [Cell("", "", "markdown", "*Here.*", {})] * CELLS),
+    "answers in words": lambda: words.written(
+        ANSWERS,
+        [
+            Cell(cell["id"], "", "markdown", ("*" * 300 + "\r\n") * (notebooks.MAX_LINES // 15), {})
+            for cell in ANSWERS[:15]
+        ],
+    ),
+    "names of cells": lambda: skippable_cells.skippable(
+        {"id": str(place), "cell_type": "code", "metadata": {}, "source": f"b{place}=1\n{many_names(4000)[:-9]}"}
+        for place in range(5)
+    ),
+    "parts of a notebook": lambda: notebooks.Notebook.without_outputs(
+        b'{"cells": [], "metadata": {"x": [' + b"{}," * (notebooks.MAX_PARTS // 2 - 20) + b"1]}}"
+    ),
+}
+
+
+@pytest.mark.parametrize("loop", LOOPS)
+def test_a_loop_over_a_students_work_at_its_largest(loop):
+    within(LOOPS[loop])
