@@ -549,7 +549,7 @@ def _spend(image: Image.Image, budget: Budget) -> None:
 
 def _as_bytes(image: Image.Image) -> bytes:
     packed = io.BytesIO()
-    image.save(packed, format="PNG")
+    image.save(packed, format="PNG", compress_level=4)  # of a photograph, three times as fast as 6, and 2 % larger
     return packed.getvalue()
 
 

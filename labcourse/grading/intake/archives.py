@@ -386,7 +386,7 @@ def _first(size: int, file: IO[bytes]) -> bytes:
 
 
 def _unpacked(size: int, file: IO[bytes], unpack: Callable[[], Any] | None) -> bytes:
-    """Read the first bytes of a tar that may be compressed, as one piece: of a million empty ones each takes its time."""
+    """Read the first bytes of a tar that may be compressed, in one piece: a million empty pieces would take long."""
     if unpack is None:
         return _first(size, file)
     stream = unpack()

@@ -125,10 +125,10 @@ def sources(notebook: dict[str, Any], parameters: dict[str, str]) -> list[tuple[
     tagged = [_PARAMETERS_TAG in cell["metadata"].get("tags", ()) for cell in cells]
     place = tagged.index(True) + 1 if any(tagged) else 0
     sources_and_ids: list[tuple[str, str | None]] = [("".join(cell["source"]), cell["id"]) for cell in cells]
-    by_job = ("student", "bench") if getattr(getattr(cell_reports, "job", None), "STUDENT", "") else ()
+    own = ("student", "bench") if getattr(getattr(cell_reports, "job", None), "STUDENT", "") else ()
     lines = [(name, f"{name} = {json.dumps(value, ensure_ascii=False)}\n") for name, value in parameters.items()]
-    sources_and_ids.insert(place, ("".join(line for name, line in lines if name not in by_job), None))
-    sources_and_ids.insert(0, ("".join(line for name, line in lines if name in by_job), None))
+    sources_and_ids.insert(place, ("# Parameters\n" + "".join(line for name, line in lines if name not in own), None))
+    sources_and_ids.insert(0, ("".join(line for name, line in lines if name in own), None))
     return [(source, cell) for source, cell in sources_and_ids if source.strip()]
 
 

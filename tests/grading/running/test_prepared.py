@@ -88,13 +88,13 @@ ANSWERS = {"1": {"x": {"kind": "number", "value": 1.0}}, "2": {"x": {}}, "9": {"
     [
         (None, None, ""),
         (b"[]", None, "cannot be read"),
-        (claim(student="bob"), {}, ""),  # whose it is, the hand-in says
+        (claim(student="bob", answers=ANSWERS), {"1": {"x": ""}, "2": {"x": ""}}, ""),
         (claim(), {}, ""),
         (claim(answers=ANSWERS, cells={"1": {"x": "q1"}}), {"1": {"x": "q1"}, "2": {"x": ""}}, ""),
         (claim(answers=ANSWERS, cells={"1": {"x": "q" * 65}}), {"1": {"x": "q" * 64}, "2": {"x": ""}}, ""),
     ],
 )
-def test_what_was_recorded_at_home_is_a_claim_of_ones_own_answers(data, cells, said):
+def test_what_was_recorded_at_home_is_a_claim_whomever_it_names(data, cells, said):
     found = made(*answered("q1", "x = 1"), claim=data)
     assert found.claim == cells
     assert (said in "".join(found.notes)) and bool(found.notes) == bool(said)
