@@ -25,7 +25,7 @@ PACKAGES = ("rotflex", "labcourse")
 #: a file that is named belongs elsewhere than the rest of its folder.
 ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
     "laboratory core, figures, greybox, model": (
-        4140,
+        4148,
         (
             "rotflex/*.py",
             "rotflex/figures/**/*.py",
@@ -34,7 +34,7 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
         ),
     ),
     "hil, commissioning, doctor, bench commands": (
-        3753,
+        3746,
         (
             "rotflex/bench_commands.py",
             "rotflex/bench_doctor.py",
@@ -44,7 +44,7 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
     ),
     "recordings of a real bench": (203, ("rotflex/course/plausible.py", "rotflex/course/recordings_folder.py")),
     "widgets, scene, the course": (
-        4846,
+        4855,
         (
             "labcourse/scene/**/*.py",
             "rotflex/course/**/*.py",
@@ -52,23 +52,23 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
         ),
     ),
     "answers, session, files of a course": (
-        3594,
+        3711,
         (
             "labcourse/*.py",
             "labcourse/answers/**/*.py",
             "labcourse/jupyter/**/*.py",
         ),
     ),
-    "run": (2090, ("labcourse/run/**/*.py",)),
-    "report": (1164, ("labcourse/report/**/*.py",)),
-    "running, the warm runner": (1028, ("labcourse/grading/running/**/*.py", "labcourse/run/inside/**/*.py")),
-    "intake": (1321, ("labcourse/grading/intake/**/*.py",)),
-    "gradebook": (1531, ("labcourse/grading/gradebook/**/*.py",)),
-    "marking": (1187, ("labcourse/grading/marking/**/*.py",)),
+    "run": (2119, ("labcourse/run/**/*.py",)),
+    "report": (1166, ("labcourse/report/**/*.py",)),
+    "running, the warm runner": (1030, ("labcourse/grading/running/**/*.py", "labcourse/run/inside/**/*.py")),
+    "intake": (1490, ("labcourse/grading/intake/**/*.py",)),
+    "gradebook": (1537, ("labcourse/grading/gradebook/**/*.py",)),
+    "marking": (1185, ("labcourse/grading/marking/**/*.py",)),
     "isolation": (1123, ("labcourse/grading/isolation/**/*.py",)),
-    "reports, scoring": (2606, ("labcourse/grading/reports/**/*.py", "labcourse/grading/scoring/**/*.py")),
+    "reports, scoring": (2619, ("labcourse/grading/reports/**/*.py", "labcourse/grading/scoring/**/*.py")),
     "outcomes, overview, to do, platforms, accounts": (
-        2128,
+        2132,
         (
             "labcourse/grading/accounts.py",
             "labcourse/grading/erasure.py",
@@ -80,7 +80,7 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
         ),
     ),
     "settings, release, commands, rest": (
-        3482,
+        3537,
         (
             "rotflex/cli.py",
             "labcourse/command_line.py",
