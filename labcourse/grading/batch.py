@@ -353,9 +353,19 @@ class Batch:
             python=prepared.python if has_syntax_error else None,
         )
         ended = [problem for problem in facts.ended if not runner.is_said(problem, reasons.ended_by)]
-        missing = {**_not_there(prepared, catalogue), **reasons.missing}
+        absent = _not_there(prepared, catalogue)
+        missing = {**absent, **reasons.missing}
+        waits = [*absent] if prepared.waits else []
+        names = f"The work of {', '.join(prepared.waits)} names you as a partner. Your instructor has to confirm it."
         additional = {
-            "problems": (*prepared.problems, *ended, *damaged, *reasons.stops, *reasons.lost),
+            "problems": (
+                *([names] if waits else []),
+                *prepared.problems,
+                *ended,
+                *damaged,
+                *reasons.stops,
+                *reasons.lost,
+            ),
             "notes": (*prepared.notes, *counted, *reasons.harmless),
             "missing": [(*where, reason) for where, reason in missing.items()],
             "asked": self._asked(bundle),
@@ -364,7 +374,7 @@ class Batch:
             "start": bundle.start.name if bundle.start else "",
             "reports_in_pdf": documents,
             "untouched": prepared.untouched,
-            "waits": prepared.waits,
+            "waits": waits,
         }
         facts = facts.model_copy(update=additional)
         return replace(run, problems=facts.problems, notes=facts.notes, cells=facts.as_json())

@@ -52,7 +52,7 @@ class Facts(BaseModel):
     evidence : what the course's function read from the student's files in the sandbox, JSON: a claim
     reports_in_pdf : number of a report → the PDF that was handed in
     untouched : names of notebooks, without ending, in which the student changed nothing
-    waits : whether a partner handed in for the student whom nobody has confirmed
+    waits : (question, part) of notebooks that are missing, while nobody has confirmed a partner who handed in
     """
 
     model_config = ConfigDict(frozen=True)
@@ -69,7 +69,7 @@ class Facts(BaseModel):
     evidence: _Compressed = b""
     reports_in_pdf: dict[str, ReportFile] = {}
     untouched: tuple[str, ...] = ()
-    waits: bool = False
+    waits: list[Where] = []
 
     def as_json(self) -> tuple[dict[str, Any], ...]:
         """Return the facts as :attr:`RunRecord.cells` stores them."""
@@ -154,9 +154,10 @@ def mark(run: RunRecord, marker: Marker, key_digest: str) -> Graded:
 def with_unconfirmed(marks: tuple[MarkRecord, ...], facts: Facts) -> tuple[MarkRecord, ...]:
     """Return the marks; while nobody has confirmed a partner who handed in for the student, missing answers wait."""
     waits = {"reason": "A class-mate's work names you as a partner; your instructor has to confirm it."}
-    waits["status"] = Status.UNCONFIRMED.value
+    waits["status"], waiting = Status.UNCONFIRMED.value, {*facts.waits}
     return tuple(
-        MarkRecord(**vars(mark) | waits) if facts.waits and mark.status == Status.MISSING else mark for mark in marks
+        MarkRecord(**vars(mark) | waits) if mark.where in waiting and mark.status == Status.MISSING else mark
+        for mark in marks
     )
 
 

@@ -37,7 +37,7 @@ PARTS = {
     "reports_in_pdf": {"First report": ReportFile("First report", "first_report.pdf", "0" * 64, 9000, True, 7, "")},
     "start": "speed",
     "untouched": ("02_speed",),
-    "waits": True,
+    "waits": [("1", "x")],
     "evidence": b'{"recordings": []}',
 }
 

@@ -193,7 +193,7 @@ OWN_FILES = {
     "says-it-is-another": Attack(lay=says(student=HONEST[0]), trouble=("course.json names the student",)),
     "says-it-is-anothers-too": Attack(
         lay=says(**{"with": [HONEST[0], *HONEST, "'; DROP TABLE--", "\x1b[2J", 7, ["a"]] * 9}),
-        trouble=("who handed in something else, and did not say so",),
+        trouble=("which nobody has confirmed",),
     ),
     "says-it-is-with-another": Attack(
         lay=says(student=HONEST[0], **{"with": list(HONEST)}), trouble=("course.json names",)

@@ -114,7 +114,7 @@ class Submission:
     bench_of : ID of the student with the bench for the run: a partner's, if several handed in together
     partners : IDs of the students with whom it was handed in
     claimed_by : ID of the partner who handed in, if this student handed in nothing; "" otherwise
-    waits : whether others handed in who name this student as a partner, which a person has to confirm
+    waits : students who handed in and name this one as a partner, which a person has to confirm
     problems : contradictions about its owner
     notes : other messages about its owner
     """
@@ -124,7 +124,7 @@ class Submission:
     bench_of: str = ""
     partners: tuple[str, ...] = ()
     claimed_by: str = ""
-    waits: bool = False
+    waits: tuple[str, ...] = ()
     problems: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
 
@@ -685,10 +685,8 @@ def _submission(student: str, pieces: Iterable[Piece]) -> Submission:
     if claimed_by:
         notes[f"Handed in by {claimed_by}: their {COURSE_FILE} says that it was made together."] = None
     for piece in pieces:
-        names = f"The {COURSE_FILE} of {', '.join(piece.owner.students)} names {student} as a partner."
-        if student in piece.owner.waiting:
-            problems[f"{names} Your instructor has to confirm it; until then it does not count for you."] = None
-        elif student in piece.owner.declined:
+        if student in piece.owner.declined:
+            names = f"The {COURSE_FILE} of {', '.join(piece.owner.students)} names {student} as a partner."
             notes[f"{names} It does not count for you, as the instructor decided."] = None
     together = {partner for piece in own for partner in piece.owner.everybody}
     return Submission(
@@ -697,7 +695,7 @@ def _submission(student: str, pieces: Iterable[Piece]) -> Submission:
         own[-1].owner.bench_of if own else "",
         tuple(sorted(together - {student}, key=caseless)),
         claimed_by,
-        any(student in piece.owner.waiting for piece in pieces),
+        tuple(sorted({piece.owner.students[0] for piece in pieces if student in piece.owner.waiting})),
         tuple(problems),
         tuple(notes),
     )
