@@ -15,7 +15,7 @@ import tarfile
 import zipfile
 import zlib
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass, field
 from datetime import UTC, datetime, tzinfo
 from functools import partial
@@ -405,12 +405,12 @@ def _check_headers(data: bytes) -> None:
     """
     squares = 0
     for number, (sign, kind) in enumerate(zip(data[124::512], data[156::512], strict=False)):
-        header = data[512 * number : 512 * (number + 1)]
-        if (sign == _NEGATIVE or kind in _EXTENDED) and tarfile.nti(header[148:156]) in tarfile.calc_chksums(header):
-            size = tarfile.nti(header[124:136])
-            squares += size**2
-            if size < 0 or size > MAX_HEADER or squares > MAX_HEADERS:
-                raise Unreadable("its headers are unusual or too long. Use an ordinary zip.")
+        if sign == _NEGATIVE or kind in _EXTENDED:
+            with suppress(tarfile.HeaderError):  # it is content, and no header
+                size = tarfile.TarInfo.frombuf(data[512 * number : 512 * (number + 1)], "utf-8", "replace").size
+                squares += size**2
+                if size < 0 or size > MAX_HEADER or squares > MAX_HEADERS:
+                    raise Unreadable("its headers are unusual or too long. Use an ordinary zip.")
 
 
 def _tar_as_zip(data: bytes, shelf: Shelf) -> IO[bytes]:

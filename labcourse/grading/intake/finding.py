@@ -436,6 +436,7 @@ class _Finder:
         owner = self._roster.by_name(place.stem)
         if self._roster or not (place.is_store and owner.students):
             return place.is_store and owner.is_certain
+        self._shelf.begin_student()
         try:
             student = student_in(self._course(place.look(self._shelf).files))
         except Unreadable:
