@@ -70,7 +70,7 @@ def not_saved(work: Work) -> None:
     work.write("q3-10", "# ✎ Your answer: 3.10\nK_library = None  # 1 × 4\n# Your code here.")
 
 
-@WAYS.changed(lost=("2.11",), told=(r"2\.11", r"explanation", r"empty|not answered|nothing|words"))
+@WAYS.changed(lost=("2.11",), told=(r"2\.11", r"explanation", r"empty|not answered|no text|words"))
 def words_in_a_code_cell(work: Work) -> None:
     """Wrote the explanation as comments and a string into the code cell, and left the text cell as it was."""
     words = text_of(work.cell("q2-11-explanation")).split("\n\n", 1)[1]
