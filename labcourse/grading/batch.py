@@ -134,7 +134,9 @@ class Batch:
         options = (settings.times, settings.zone, named, settings.decisions, settings.platform)
         collected = intake.find(submissions, roster, *options)
         # Somebody who is no partner after all, and of whom there is nothing, needs no marks.
-        found = [one for one in collected.submissions if one.pieces or one.waits or gradebook.current(one.student)]
+        found = [
+            one for one in collected.submissions if one.pieces or one.unconfirmed or gradebook.current(one.student)
+        ]
         taken, erased = leave_out_erased(gradebook, found, settings.again)
         self._submissions = [*taken, *take_from_earlier_owners(gradebook, taken), *no_longer_named(gradebook, taken)]
         self.sources = collected.read
@@ -250,9 +252,19 @@ class Batch:
         them, and the files that the gradebook has of the student.
         """
         about = {**vars(submission), **vars(read), "pieces": 0, "items": 0, "doubts": 0, "held": sorted(read.held)}
+        about["unconfirmed"] = self._waits(submission)
         files = [(item.name, item.digest, item.received, item.source, item.clock) for item in read.items]
         stored = [self._gradebook.stored(one) for one in (submission.student, submission.claimed_by) if one]
         return content_digest([self._basis, about, files, stored])
+
+    def _waits(self, submission: intake.Submission) -> dict[str, list[str]]:
+        """Return the notebooks of others who name this student as a partner, unconfirmed: file name → their IDs."""
+        waits: dict[str, list[str]] = {}
+        for piece in submission.unconfirmed:
+            read = intake.read(replace(submission, pieces=(piece,)), self._bundles.names, self._masters)
+            for name in {item.name for item in read.items} & {*self._bundles.names}:
+                waits.setdefault(name, []).append(piece.owner.students[0])
+        return waits
 
     def _prepare(self, submission: intake.Submission, read: intake.Contents) -> Prepared:
         """Store the new files of a submission, and prepare for the run what counts: the newest of each notebook."""
@@ -275,7 +287,7 @@ class Batch:
         problems = (*submission.problems, *unread, *chosen.problems, *prepared.problems)
         notes = (*submission.notes, *read.notes, *arrivals, *chosen.notes, *prepared.notes)
         return replace(
-            prepared, problems=problems, notes=notes, python=read.python, taken=taken, waits=submission.waits
+            prepared, problems=problems, notes=notes, python=read.python, taken=taken, waits=self._waits(submission)
         )
 
     def _identify(self, student: str, prepared: Prepared) -> RunRecord:
@@ -355,11 +367,12 @@ class Batch:
         ended = [problem for problem in facts.ended if not runner.is_said(problem, reasons.ended_by)]
         absent = _not_there(prepared, catalogue)
         missing = {**absent, **reasons.missing}
-        waits = [*absent] if prepared.waits else []
-        names = f"The work of {', '.join(prepared.waits)} names you as a partner. Your instructor has to confirm it."
+        waits = [where for where in absent if f"{catalogue.marked[where[0]].notebook}.ipynb" in prepared.waits]
+        names = ", ".join(sorted({name for partners in prepared.waits.values() for name in partners}))
+        confirm = f"The work of {names} names you as a partner. Your instructor has to confirm it."
         additional = {
             "problems": (
-                *([names] if waits else []),
+                *([confirm] if waits else []),
                 *prepared.problems,
                 *ended,
                 *damaged,

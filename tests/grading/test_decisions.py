@@ -130,8 +130,20 @@ def in_class(fake_class, *students):
         book.import_roster(names)
 
 
+def ask_in_its_notebook(fake_class, monkeypatch):
+    """Let the questions of the made-up key be those of the notebook that is handed in."""
+    made = Batch._waits
+    names = [f"{fake_class.course.notebook_of(number)}.ipynb" for number in ("2.11", "0.1")]
+
+    def waits(batch, one):
+        return {name: students for students in made(batch, one).values() for name in names}
+
+    monkeypatch.setattr(Batch, "_waits", waits)
+
+
 @pytest.mark.parametrize(("decision", "bobs"), [("yes", "right"), ("no", None)])
-def test_a_partner_whom_only_a_course_file_names_waits_for_a_person(fake_class, decision, bobs):
+def test_a_partner_whom_only_a_course_file_names_waits_for_a_person(fake_class, monkeypatch, decision, bobs):
+    ask_in_its_notebook(fake_class, monkeypatch)
     in_class(fake_class, "ada", "bob")
     fake_class.hand_in("ada")
     course = {"student": "ada", "with": ["bob"]}
@@ -154,7 +166,8 @@ def test_a_partner_whom_only_a_course_file_names_waits_for_a_person(fake_class, 
     assert fake_class.grade(decisions={row.key: decision})["ada"] == 2
 
 
-def test_nobody_waits_for_a_claim_that_was_taken_back(fake_class):
+def test_nobody_waits_for_a_claim_that_was_taken_back(fake_class, monkeypatch):
+    ask_in_its_notebook(fake_class, monkeypatch)
     in_class(fake_class, "ada", "bob")
     fake_class.hand_in("ada")
     path = fake_class.folder / "in" / "ada" / "course.json"

@@ -181,7 +181,7 @@ NOT_RUN = {
     "reports": {"modeling_report.pdf": b"%PDF-1.7"},
     "problems": ("a problem",),
     "notes": ("a note",),
-    "waits": ("bob",),
+    "waits": {"a.ipynb": ["bob"]},
 }
 
 

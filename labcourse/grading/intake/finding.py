@@ -114,7 +114,7 @@ class Submission:
     bench_of : ID of the student with the bench for the run: a partner's, if several handed in together
     partners : IDs of the students with whom it was handed in
     claimed_by : ID of the partner who handed in, if this student handed in nothing; "" otherwise
-    waits : students who handed in and name this one as a partner, which a person has to confirm
+    unconfirmed : what others handed in who name this student as a partner, which a person has to confirm
     problems : contradictions about its owner
     notes : other messages about its owner
     """
@@ -124,7 +124,7 @@ class Submission:
     bench_of: str = ""
     partners: tuple[str, ...] = ()
     claimed_by: str = ""
-    waits: tuple[str, ...] = ()
+    unconfirmed: tuple[Piece, ...] = ()
     problems: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
 
@@ -696,7 +696,7 @@ def _submission(student: str, pieces: Iterable[Piece]) -> Submission:
         own[-1].owner.bench_of if own else "",
         tuple(sorted(together - {student}, key=caseless)),
         claimed_by,
-        tuple(sorted({piece.owner.students[0] for piece in pieces if student in piece.owner.waiting})),
+        tuple(piece for piece in pieces if student in piece.owner.waiting),
         tuple(problems),
         tuple(notes),
     )

@@ -46,7 +46,7 @@ class Prepared:
     python : newest version of Python that a notebook was saved with; None if it is not known
     untouched : names of notebooks, without ending, in which the student changed nothing
     taken : digest of all that it was prepared from
-    waits : students who handed in and name this one as a partner, which nobody has confirmed
+    waits : notebook that others handed in who name this student as a partner, unconfirmed → their IDs
     """
 
     bundle: Bundle
@@ -63,7 +63,7 @@ class Prepared:
     python: Version | None = None
     untouched: tuple[str, ...] = ()
     taken: str = ""
-    waits: tuple[str, ...] = ()
+    waits: Mapping[str, Sequence[str]] = field(default_factory=dict)
 
     def run_content(self) -> list[Any]:
         """Return what a run depends on, as plain data: the owner of the bench, the bundle, the cells and the files.

@@ -192,7 +192,7 @@ def test_a_course_file_may_name_a_partner_who_handed_in_nothing(tmp_path):
     lay(tmp_path / "ada", work("ada", **{"with": ["BOB", "nobody/at/all", 7]}))
     found, _ignored = found_in(tmp_path, ROSTER)
     assert list(found) == ["ada", "bob"]
-    assert found["bob"].waits == ("ada",) and not found["bob"].pieces
+    assert [piece.source for piece in found["bob"].unconfirmed] == ["ada"] and not found["bob"].pieces
     assert ["'nobody/at/all'" in note for note in found["ada"].notes] == [True, False]
     row = Doubt("ada", "partner", "", "only the course.json of ada says so", "bob")
     assert [doubt for doubt in intake.find(tmp_path, ROSTER).doubts if doubt.about == "partner"] == [row]
@@ -235,7 +235,7 @@ def test_a_partner_counts_by_both_or_by_the_instructor(tmp_path, folders, option
     other = submissions["bob" if first == "ada" else "ada"]
     theirs = [piece.source for piece in other.pieces if first in piece.owner.students]
     assert bool(theirs) == (counts is True)
-    assert bool(other.waits) == (counts is None)
+    assert bool(other.unconfirmed) == (counts is None)
     rows = [doubt.assumed for doubt in found.doubts if doubt.about == "partner"]
     assert rows == ([""] if counts is None else [])
 

@@ -288,4 +288,4 @@ def test_a_student_has_four_partners_at_most(tmp_path):
     known = [StudentRecord("ada"), *(StudentRecord(f"s{n}{place}") for n in range(9) for place in range(4))]
     found = intake.find(tmp_path, known)
     assert len([row for row in found.doubts if row.about == intake.PARTNER]) == 4
-    assert sum(bool(one.waits) for one in found.submissions) == 4
+    assert sum(bool(one.unconfirmed) for one in found.submissions) == 4
