@@ -62,7 +62,7 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
     "run": (2119, ("labcourse/run/**/*.py",)),
     "report": (1166, ("labcourse/report/**/*.py",)),
     "running, the warm runner": (1030, ("labcourse/grading/running/**/*.py", "labcourse/run/inside/**/*.py")),
-    "intake": (1488, ("labcourse/grading/intake/**/*.py",)),
+    "intake": (1489, ("labcourse/grading/intake/**/*.py",)),
     "gradebook": (1537, ("labcourse/grading/gradebook/**/*.py",)),
     "marking": (1185, ("labcourse/grading/marking/**/*.py",)),
     "isolation": (1123, ("labcourse/grading/isolation/**/*.py",)),
@@ -80,7 +80,7 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
         ),
     ),
     "settings, release, commands, rest": (
-        3548,
+        3559,
         (
             "rotflex/cli.py",
             "labcourse/command_line.py",
