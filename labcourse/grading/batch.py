@@ -133,7 +133,7 @@ class Batch:
         named = partial(students_named_before, gradebook)
         options = (settings.times, settings.zone, named, settings.decisions, settings.platform)
         collected = intake.find(submissions, roster, *options)
-        # Somebody who is no partner after all, and of whom there is nothing, needs no marks.
+        # A declined partner who handed in nothing and has no marks is left out.
         found = [
             one for one in collected.submissions if one.pieces or one.unconfirmed or gradebook.current(one.student)
         ]

@@ -30,7 +30,7 @@ class Owner:
     ----------
     students : IDs by its name; none if nobody was identified
     claimed : IDs of further students whom its course.json names
-    waiting : those of them whose partnership a person has to confirm; nothing of the submission is theirs until then
+    waiting : those of them that a person has to confirm; until then nothing of the submission is theirs
     declined : those of them who are no partners, as the instructor decided
     bench_of : ID of the student with the bench that was used
     attempt : number of the attempt, or of the copy; the higher, the later

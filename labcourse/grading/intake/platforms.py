@@ -107,7 +107,7 @@ def label_of(name: str, platform: str) -> Label | None:
 
 
 def platforms_of(name: str) -> list[str]:
-    """Return the platforms whose patterns a name fits."""
+    """Return the platforms with a pattern that a name fits."""
     return [platform for platform in PLATFORMS if label_of(name, platform)]
 
 

@@ -78,7 +78,7 @@ def called(form: str, person: Person, by: str) -> str:
 
 def roster(form: str, by: str) -> list[StudentRecord]:
     """The class as the instructor has it; ``by`` says what of a name is on it."""
-    number = f"a{{}}" if form == "Canvas, anonymous" else "{}"  # noqa: F541
+    number = "a{}" if form == "Canvas, anonymous" else "{}"
     record = {
         "name": lambda one: StudentRecord(one.id, one.name),
         "ID": lambda one: StudentRecord(one.id),
