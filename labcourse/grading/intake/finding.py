@@ -335,7 +335,7 @@ class _Finder:
         return Owner((student,), bench_of=student)
 
     def _platform(self, source: str, places: Sequence[Place]) -> str | None:
-        """Return the platform that named what lies in a folder or an archive: the one with the pattern that all names fit.
+        """Return the platform that named what lies in a folder or an archive: all names fit its pattern.
 
         Names of the roster, and of files that are no submissions, are left out. A student chose the end of each name,
         so that single names may fit several platforms.
