@@ -323,8 +323,10 @@ def test_who_is_not_let_in_and_what_names_no_answer_is_refused(scored):
 
 
 def test_a_partner_without_files_of_their_own_is_scored_by_the_pairs_report(made):
-    made.report("ada", typeset())
-    (made.folder / "in" / "ada" / "course.json").write_text(json.dumps({"student": "ada", "with": ["bob"]}))
+    (roster := made.folder / "roster.csv").write_text("id\nada\nbob\n")
+    with made.book() as book:
+        book.import_roster(roster)
+    made.report("ada+bob", typeset())
     made.grade()
     with made.book() as book:
         (ann,) = clients(Desk(book, CATALOGUE, {}, LEVELS), "Ann")
