@@ -1,7 +1,6 @@
 """A report's PDF from what comes in to who scores it: taken in, counted, marked by, shown; and what is refused."""
 
 import io
-import json
 import zipfile
 from dataclasses import replace
 from urllib.parse import urlencode
