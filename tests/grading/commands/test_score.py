@@ -111,7 +111,7 @@ def test_for_other_computers_nothing_is_served_unless_the_host_is_said_to_serve_
     done = run(marks, *at, answer=answer)
     with Gradebook(marks / GRADEBOOK_FILE) as book:
         assert (done.exit_code, served, book.tokens.valid()) == (2, [], [])
-    assert f"the host of {URL} serves nothing but this page" in done.stderr
+    assert f"the host of {URL} serves nothing but this page" in done.output
     assert run(marks, *at, answer=" YES \n").exit_code == 0 and len(served) == 1
     assert run(marks, "--by", "Ann", "--url", "http://localhost:9000", answer="").exit_code == 0 and len(served) == 2
 
