@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 import typer.core
 
-from rotflex.errors import ConfigurationError, IdentificationError, RotflexError
+from rotflex.errors import ConfigurationError, IdentificationError, MotorNotStopped, RotflexError
 
 if TYPE_CHECKING:
     from rotflex.hil.bench import Bench, Measurement
@@ -25,9 +25,12 @@ if TYPE_CHECKING:
 
 @contextlib.contextmanager
 def errors_as_messages() -> Iterator[None]:
-    """Show an error of the laboratory or the system as a message, with exit code 2."""
+    """Show an error of the laboratory or the system as a message, with exit code 2; 4 if the motor was not stopped."""
     try:
         yield
+    except (KeyboardInterrupt, SystemExit) as ended:
+        _say_notes(ended)
+        raise
     except BrokenPipeError:  # who reads our output has gone: typer sees to it
         raise
     except (RotflexError, OSError) as error:
@@ -37,7 +40,22 @@ def errors_as_messages() -> Iterator[None]:
         # Files hold untrusted text, which must not steer a terminal.
         shown = "".join(char if char.isprintable() or char in "\n\t" else ascii(char)[1:-1] for char in message)
         typer.secho(f"rotflex: {shown}", err=True, fg="red")
-        raise typer.Exit(2) from error
+        _say_notes(error)
+        raise typer.Exit(4 if isinstance(error, MotorNotStopped) else 2) from error
+
+
+def _say_notes(error: BaseException) -> None:
+    """Say what else is known of an error, and of those before it: where the motor stands, and where a recording is."""
+    from rotflex.hil.halt import uninterrupted
+
+    with uninterrupted():
+        notes: dict[str, None] = {}
+        before: BaseException | None = error
+        while before is not None:
+            notes |= dict.fromkeys(getattr(before, "__notes__", ()))
+            before = before.__context__
+        for text in notes:
+            typer.echo(text, err=True)
 
 
 class _Commands(typer.core.TyperGroup):
@@ -164,31 +182,24 @@ def run_experiment(
     """
     from rotflex import hil, unanswered
     from rotflex.errors import RecordingError
-    from rotflex.hil.loop import save_aside, where
     from rotflex.recording import saved_ending
 
     saved_ending(out)
     _check_new(out, force)
     chosen = _experiment(experiment, gain, {} if duration is None else {"duration": duration})
     with hil.open(bench) as opened:
-        _ask_for_mark(opened, opened.mark_unknown, ", and is the amplifier on again")
-        try:
-            recording = chosen(opened)
-        except BaseException:
-            if opened.kept is not None:
-                typer.echo(f"What was recorded until then is in {opened.kept.save(out)}.", err=True)
-                if opened.kept_in is not None:
-                    opened.kept_in.unlink(missing_ok=True)
-            raise
+        _ask_for_mark(opened, opened.safety.mark_unknown, ", and is the amplifier on again")
+        opened.recorder.path = out
+        recording = chosen(opened)
         try:
             recording.save(out)
         except RecordingError as error:
-            opened.kept = recording
-            saved = where(save_aside(recording, opened.safety.folder))
+            saved = opened.recorder.keep(recording)
             raise RecordingError(f"{error} The recording is whole: it is {saved}.") from error
     typer.echo(f"{len(recording)} samples are in {out}.")
-    if late := unanswered.in_words(recording.metadata, len(recording)):
-        typer.echo(late, err=True)
+    for text in (unanswered.in_words(recording.metadata, len(recording)), unanswered.of_clock(recording.metadata)):
+        if text:
+            typer.echo(text, err=True)
     if unanswered.too_many(recording.metadata, len(recording)):
         raise typer.Exit(1)
 
@@ -232,13 +243,12 @@ def watch(
     duration: Annotated[float, typer.Option(help="Seconds; Ctrl-C ends it before.")] = 60.0,
 ) -> None:
     """Show both angles at 0 V while the arm is moved by hand."""
-    from dataclasses import replace
 
     from rotflex import experiments, hil
     from rotflex.units import DEG
 
     with hil.open(bench) as opened:
-        opened.safety = replace(opened.safety, folder=None)
+        opened.recorder.folder = None
         shown = -1.0
 
         def show(measured: Measurement, _voltage: float) -> None:

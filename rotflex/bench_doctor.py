@@ -12,7 +12,7 @@ import platform
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from enum import StrEnum
 from functools import partial
 from typing import Any
@@ -87,11 +87,11 @@ def examine(uri: str, seconds: float = 3.0) -> Iterator[Finding]:
     yield Finding("bench", Level.OK, ", ".join(f"{name} {value}" for name, value in known.items()) + ".")
     software = _software(file.address if file else uri)
     yield software
-    if bench.recorded is not None:
+    if bench.connection.recorded is not None:
         yield Finding("board", Level.OK, "A recording is in the plant's place: there is no board to be looked at.")
         return
     limits, commissioned = bench.limits, bench.safety.commissioned
-    bench.safety = replace(bench.safety, folder=None)  # what is sampled here is of no use to anybody later
+    bench.recorder.folder = None  # what is sampled here is of no use to anybody later
     if software.level is not Level.FAIL:
         yield from _on_the_board(bench, file or _AS_USUAL, seconds)
     yield _commissioned(commissioned() if commissioned is not None else None, file)
@@ -119,13 +119,16 @@ def _on_the_board(bench: Bench, file: BenchFile, seconds: float) -> Iterator[Fin
             yield Finding("board", Level.FAIL, str(error), _CABLES)
             return
         yield Finding("board", Level.OK, "It opens, and takes 0 V for the motor.")
-        for refusal in bench.refused.values():
+        for refusal in bench.connection.refused.values():
             yield Finding("board", Level.WARN, refusal)
         for name, check in CHECKS.items():
+            known = len(bench.connection.refused)
             try:
                 yield from check(bench, file, seconds)
             except RotflexError as error:
                 yield Finding(name, Level.FAIL, str(error), _CABLES)
+            for refusal in [*bench.connection.refused.values()][known:]:
+                yield Finding("board", Level.WARN, refusal)
         try:
             opened.close()
         except RotflexError as error:
@@ -157,7 +160,7 @@ def _limits(limits: Limits) -> str:
 
 def _encoders(bench: Bench, file: BenchFile, _seconds: float) -> Iterator[Finding]:
     """Read both counters."""
-    (servo, link), wired = bench.counts(), file.wiring
+    (servo, link), wired = bench.connection.counts(), file.wiring
     message = f"Servo (encoder {wired['servo_encoder']}) at {servo} counts, link (encoder {wired['link_encoder']}) at "
     yield Finding("encoders", Level.OK, f"{message}{link}.", "Turn the arm and see them count: rotflex bench watch.")
 
@@ -210,7 +213,7 @@ def judge_samples(what: str, timing: Mapping[str, Any], sample_time: float, numb
 def _watchdog(bench: Bench, file: BenchFile, _seconds: float) -> Iterator[Finding]:
     """Look whether the watchdog lives while it is reloaded, expires when it is left alone, and can be cleared."""
     what, board, outputs = "watchdog's time", bench.board, steps.outputs(file)
-    board.watchdog_set_analog_expiration_state(outputs, len(outputs), np.zeros(len(outputs)))
+    bench.connection.ask("watchdog_set_analog_expiration_state", outputs, len(outputs), np.zeros(len(outputs)))
     try:
         steps.write_loopback(bench, file, _LOOKED_AT)
         board.watchdog_start(WATCHDOG_TIMEOUT)

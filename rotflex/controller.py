@@ -35,12 +35,13 @@ def begun(controller: Controller) -> Controller:
         answer = controller(reference, theta, alpha)
         if type(answer) is float:
             return answer
+        value = np.asarray(answer)  # an array of one number, as K @ x may be
         try:
-            return float(np.asarray(answer).item())  # an array of one number, as K @ x may be
+            if value.dtype.kind in "iufO":  # neither True nor "1.0"
+                return float(value.item())
         except (TypeError, ValueError):
-            raise DesignError(
-                f"A controller should return the motor voltage, one number of V; it returned {answer!r}."
-            ) from None
+            pass
+        raise DesignError(f"A controller should return the motor voltage, one number of V; it returned {answer!r}.")
 
     return checked
 

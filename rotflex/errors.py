@@ -9,10 +9,11 @@
     ├── DesignError          a control design that cannot be done (also a ValueError)
     └── BenchError           anything between us and the bench (also a RuntimeError)
         ├── HILError         the board refused or failed a call
-        │   └── WatchdogExpired  the program was not quick enough; the motor is at 0 V
+        │   ├── WatchdogExpired  the program was not quick enough
+        │   └── MotorNotStopped  the board did not take 0 V: the motor may still be driven
         ├── NotRecorded      an experiment of which there is no recording
-        ├── LimitExceeded    a limit of the bench was passed; the motor is at 0 V
-        └── RunStopped       somebody stopped the experiment; the motor is at 0 V
+        ├── LimitExceeded    a limit of the bench was passed
+        └── RunStopped       somebody stopped the experiment
 """
 
 from __future__ import annotations
@@ -69,7 +70,19 @@ class DesignError(RotflexError, ValueError):
 
 
 class BenchError(RotflexError, RuntimeError):
-    """Anything that goes wrong between us and the bench."""
+    """Anything that goes wrong between us and the bench.
+
+    Attributes
+    ----------
+    outcome : what is known of the motor since the bench was stopped for it, a :class:`rotflex.hil.halt.Outcome`; it
+        ends the message. None where no bench was stopped
+    """
+
+    outcome: object = None
+
+    def __str__(self) -> str:
+        text = super().__str__()
+        return text if self.outcome is None else f"{text} {self.outcome}"
 
 
 class HILError(BenchError):
@@ -84,13 +97,20 @@ class WatchdogExpired(HILError):
     """The program did not show in time that it was alive, so that the board's watchdog has expired."""
 
 
+class MotorNotStopped(HILError):
+    """The board did not take 0 V: the motor may still be driven. This is said first."""
+
+    def __str__(self) -> str:
+        return f"{self.outcome} {RuntimeError.__str__(self)}"
+
+
 class NotRecorded(BenchError):
     """An experiment that a bench of recordings has no recording of."""
 
 
 class LimitExceeded(BenchError):
-    """A limit of the bench was passed. The motor has been set to 0 V."""
+    """A limit of the bench was passed."""
 
 
 class RunStopped(BenchError):
-    """Somebody stopped the experiment. The motor has been set to 0 V."""
+    """Somebody stopped the experiment."""

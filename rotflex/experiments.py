@@ -162,7 +162,7 @@ def validation(
     BenchError
         If a recorded voltage is asked for, and none was recorded.
     """
-    steered = bench.recorded is None or isinstance(bench.recorded, RecordedRuns)
+    steered = bench.connection.recorded is None or isinstance(bench.connection.recorded, RecordedRuns)
     one_of("signal", signal, ("square", "step") if steered else ("square", "step", "recorded"))
     matrices(A, B)  # before anything moves
     settings = {"experiment": "validation", "signal": signal}
@@ -271,8 +271,8 @@ def watch(bench: Bench, duration: float = 10.0, progress: bool = True) -> Record
         what was recorded, with its voltage (no vm, where none was recorded).
     """
     samples, settings = time_axis(duration, SAMPLE_TIME).size, {"experiment": "watch"}
-    if isinstance(bench.recorded, RecordedRuns):
-        bench.recorded.choose(settings, None, np.zeros(samples), SAMPLE_TIME)
+    if isinstance(bench.connection.recorded, RecordedRuns):
+        bench.connection.recorded.choose(settings, None, np.zeros(samples), SAMPLE_TIME)
     bench.renew()
     return _finished(bench, listen(bench, samples, SAMPLE_TIME, settings, progress))
 
@@ -292,8 +292,8 @@ def hold(bench: Bench, duration: float = 20.0, progress: bool = True) -> Recordi
         theta_ref, theta, alpha, vm, from the first sample on; nothing waits for the arm to be at rest.
     """
     reference, settings = np.zeros(time_axis(duration, SAMPLE_TIME).size), {"experiment": "hold"}
-    if isinstance(bench.recorded, RecordedRuns):
-        bench.recorded.choose(settings, HOLDING(), reference, SAMPLE_TIME)
+    if isinstance(bench.connection.recorded, RecordedRuns):
+        bench.connection.recorded.choose(settings, HOLDING(), reference, SAMPLE_TIME)
     bench.renew()
     return _finished(bench, run(bench, HOLDING(), reference, SAMPLE_TIME, settings, progress))
 
@@ -309,7 +309,7 @@ def rest(bench: Bench) -> None:
         If the arm does not come to rest.
     """
     bench.renew()
-    if bench.recorded is not None:
+    if bench.connection.recorded is not None:
         return
     still_samples, still = round(_STILL_FOR / SAMPLE_TIME), 0
     bench.start(SAMPLE_TIME, zero=False)
@@ -341,18 +341,18 @@ def _run(
         raise DesignError(
             f"The controller is made for a sample_time of {made_for:g} s; the run has {sample_time:g} s. Use the same."
         )
-    if isinstance(bench.recorded, RecordedRuns):
-        bench.recorded.choose(settings, controller, reference, sample_time)
+    if isinstance(bench.connection.recorded, RecordedRuns):
+        bench.connection.recorded.choose(settings, controller, reference, sample_time)
     rest(bench)
     return _finished(bench, run(bench, controller, reference, sample_time, settings, progress))
 
 
 def _finished(bench: Bench, measured: Recording) -> Recording:
     """What was measured, with the very angles of the recording on a bench of recordings; tell who stores it."""
-    if isinstance(bench.recorded, RecordedRuns):
-        measured = bench.recorded.exactly(measured)
-    if bench.on_recorded is not None:
-        bench.on_recorded(measured)
+    if isinstance(bench.connection.recorded, RecordedRuns):
+        measured = bench.connection.recorded.exactly(measured)
+    if bench.recorder.on_recorded is not None:
+        bench.recorder.on_recorded(measured)
     return measured
 
 
@@ -365,11 +365,11 @@ def _validated(
     progress: bool,
 ) -> Recording:
     """Drive the bench with a validation's voltage ("recorded", "square", or a step), and return the recording."""
-    if bench.recorded is not None and signal == "recorded":
-        recorded = bench.recorded.duration
+    if bench.connection.recorded is not None and signal == "recorded":
+        recorded = bench.connection.recorded.duration
         samples = time_axis(min(duration or recorded, recorded), SAMPLE_TIME).size
-        if bench.recorded.voltage(samples, SAMPLE_TIME) is None:
-            raise BenchError(f"{bench.recorded.name} has no channel vm: no voltage drives the model.")
+        if bench.connection.recorded.voltage(samples, SAMPLE_TIME) is None:
+            raise BenchError(f"{bench.connection.recorded.name} has no channel vm: no voltage drives the model.")
         bench.renew()
         return listen(bench, samples, SAMPLE_TIME, settings, progress)
     if signal == "square":

@@ -189,7 +189,7 @@ class Paused(miswired.Laboratory):
 
     def connect(self, told: BenchFile, setup: real.Setup) -> Bench:
         bench = real.bench("test", self, setup)
-        bench._now = self.time.now
+        bench.connection.now = self.time.now
         return bench
 
 

@@ -8,7 +8,7 @@ from delay_margin import spectral_radius
 
 from rotflex import experiments, hil
 from rotflex.config import srv02
-from rotflex.hil.bench import Bench
+from rotflex.hil.bench import Bench, Connection
 from rotflex.hil.controllers import DERIVATIVE_CUTOFF
 from rotflex.hil.student_benches import preset, student_bench
 from rotflex.hil.virtual import TICK, Timing, VirtualBoard
@@ -95,9 +95,8 @@ def test_what_a_single_late_sample_starts_has_died_out_after_half_a_second(seed,
 def late_bench(seed, delay):
     spec = replace(student_bench(seed), timing=Timing(delay=delay))
     servo = srv02()
-    return Bench(
-        lambda: VirtualBoard(spec.parameters, servo, timing=spec.timing), servo, spec.joint, {"clock": "simulated"}
-    )
+    connection = Connection(lambda: VirtualBoard(spec.parameters, servo, timing=spec.timing), servo)
+    return Bench(connection, servo, spec.joint, {"clock": "simulated"})
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3])

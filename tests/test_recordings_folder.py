@@ -232,19 +232,23 @@ def test_a_run_that_cannot_be_kept_is_not_lost_and_its_place_is_told(tmp_path, m
     (tmp_path / "recordings").write_text("a file")
     with pytest.raises(RecordingError, match=r"recordings cannot be made: .* The recording is whole: it is in") as told:  # noqa: SIM117
         with store.keeping(bench, 1) as opened:
-            bench.safety = replace(bench.safety, folder=None if beside else bench.safety.folder)
+            bench.recorder.folder = None if beside else bench.recorder.folder
             short(opened)
-    assert len(bench.kept) == 251 and "theta_ref" in bench.kept and "ended" not in bench.kept.metadata
+    assert (
+        len(bench.recorder.kept) == 251
+        and "theta_ref" in bench.recorder.kept
+        and "ended" not in bench.recorder.kept.metadata
+    )
     saved = list((tmp_path / "settings").rglob("*.mat"))
     if beside:
-        assert not saved and "in the bench's `kept`, until the program ends" in str(told.value)
+        assert not saved and "in the bench's recorder.kept, until the program ends" in str(told.value)
         return
-    assert f"it is in {saved[0]}, and in the bench's `kept`" in str(told.value)
+    assert f"it is in {saved[0]}" in str(told.value)
     again = Recording.load(*saved)
-    assert again.metadata == json.loads(json.dumps(dict(bench.kept.metadata)))
-    np.testing.assert_allclose(again["alpha"], bench.kept["alpha"], atol=1e-12)
+    assert again.metadata == json.loads(json.dumps(dict(bench.recorder.kept.metadata)))
+    np.testing.assert_allclose(again["alpha"], bench.recorder.kept["alpha"], atol=1e-12)
     (tmp_path / "recordings").unlink()
     (tmp_path / "recordings").mkdir()
     saved[0].rename(tmp_path / "recordings" / "001-free-decay.mat")  # as it would have been kept
     with store.bench(1) as given:
-        np.testing.assert_allclose(short(given)["vm"], bench.kept["vm"], atol=1e-9)
+        np.testing.assert_allclose(short(given)["vm"], bench.recorder.kept["vm"], atol=1e-9)

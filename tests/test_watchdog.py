@@ -50,7 +50,7 @@ class Laboratory(miswired.Laboratory):
 
     def connect(self, told: BenchFile, setup: Setup):
         bench = hil.open(told.address, setup=setup)
-        bench._now = self.time.now
+        bench.connection.now = self.time.now
         return bench
 
 
@@ -95,7 +95,7 @@ def test_the_test_finds_whether_the_board_stops_the_motor_and_a_loop_follows_fro
     with laboratory.connect(old, old.setup()) as bench:
         assert bench.limits.voltage == 1.0
         with pytest.raises(BenchError, match="was not tested"):
-            bench.require_commissioned()
+            bench.safety.require_commissioned()
     done = add_watchdog_test(old, laboratory.connect, person)
     assert done.record["watchdog"]["passed"] is stops, done.record["watchdog"]
     assert set(done.record["watchdog"]["refused"]) == set(chosen.refuses)
@@ -171,10 +171,10 @@ def test_another_board_of_the_same_kind_is_noticed_and_one_that_does_not_tell_is
     with laboratory.connect(told, told.setup()) as bench:
         assert bench.limits.voltage == (10.0 if same else 1.0)
         if same:
-            bench.require_commissioned()
+            bench.safety.require_commissioned()
         else:
             with pytest.raises(BenchError, match=r"serial number was '1001' and is '2002'"):
-                bench.require_commissioned()
+                bench.safety.require_commissioned()
 
 
 def test_the_makers_simulator_needs_no_test():

@@ -60,10 +60,12 @@ def commission(file: BenchFile, connect: Connect, dialogue: Dialogue) -> BenchFi
         saved = (
             "The mark that you set for theta = 0 is saved, and nothing else" if work.zero_set else "Nothing is saved"
         )
-        raise BenchError(
-            f"The commissioning was broken off; the motor is at 0 V. {saved}: no file was written or changed, and a "
-            "record from before is as it was. Begin again with the same command."
-        ) from None
+        broken_off = BenchError(
+            f"The commissioning was broken off. {saved}: no file was written or changed, and a record from before is "
+            "as it was. Begin again with the same command."
+        )
+        broken_off.outcome = None if work.bench is None else work.bench.safety.outcome
+        raise broken_off from None
     done = work.file
     return replace(done, record=record(done.identity(), work.measured, watchdog=done.record.get("watchdog")))
 

@@ -118,6 +118,7 @@ class Work:
     measured : what was found, plain values for the record
     zero_set : whether the mark of theta = 0 was set
     may_drive : whether the person has agreed that the motor drives
+    bench : that was opened last
     """
 
     file: BenchFile
@@ -126,14 +127,15 @@ class Work:
     measured: dict[str, Any] = field(default_factory=dict)
     zero_set: bool = False
     may_drive: bool = False
+    bench: Bench | None = None
 
 
 # --- how the bench is opened ------------------------------------------------------------------------------------------
 
 
 def _opened(work: Work, file: BenchFile, **changes: Any) -> Bench:
-    bench = work.connect(file, replace(file.setup(), **changes))
-    bench.safety = replace(bench.safety, folder=None)  # nobody looks for the recordings of a commissioning later
+    work.bench = bench = work.connect(file, replace(file.setup(), **changes))
+    bench.recorder.folder = None  # nobody looks for the recordings of a commissioning later
     return bench
 
 
@@ -240,9 +242,9 @@ def directions(work: Work, bench: Bench) -> None:
 
 def _moved(work: Work, bench: Bench, which: int, what: str, ask: str) -> int:
     """Return the sign of what one encoder counted, if that was more than the other one did."""
-    before = bench.counts()
+    before = bench.connection.counts()
     work.dialogue.wait(ask)
-    moved = [now - then for now, then in zip(bench.counts(), before, strict=True)]
+    moved = [now - then for now, then in zip(bench.connection.counts(), before, strict=True)]
     channels = (work.file.wiring["servo_encoder"], work.file.wiring["link_encoder"])
     mine, others = abs(moved[which]), abs(moved[1 - which])
     if mine >= _ENOUGH and mine > others:
@@ -261,12 +263,12 @@ def _moved(work: Work, bench: Bench, which: int, what: str, ask: str) -> int:
 
 def full_turn_and_zero(work: Work, bench: Bench) -> None:
     """Count a full turn of the servo, which tells the encoder; then set the place where theta is zero."""
-    begin = bench.counts()[0]
+    begin = bench.connection.counts()[0]
     for _each in work.dialogue.turning(
         "Turn the servo slowly by exactly one full turn, mark to mark, counter-clockwise."
     ):
         pass
-    turned = abs(bench.counts()[0] - begin)
+    turned = abs(bench.connection.counts()[0] - begin)
     nearest = min(ENCODERS, key=lambda name: abs(math.log(max(turned, 1) / ENCODERS[name])))
     if abs(turned / ENCODERS[nearest] - 1) > 0.1:
         raise BenchError(
@@ -383,8 +385,8 @@ def link(work: Work, bench: Bench) -> None:
 
 def short_sweep(work: Work, bench: Bench) -> None:
     """Close the first loop, and compare the link's natural frequency in it with the one before."""
-    if bench.mark_unknown:  # a board that forgets its counts when it is closed
-        work.dialogue.wait(f"{bench.mark_unknown} Switch the amplifier on again.")
+    if bench.safety.mark_unknown:  # a board that forgets its counts when it is closed
+        work.dialogue.wait(f"{bench.safety.mark_unknown} Switch the amplifier on again.")
         bench.set_zero()
     recording = _sweep(work, bench, duration=8.0)
     natural, expected = resonance(frequency_response(recording)).value / HZ, work.measured["natural_frequency_Hz"]
@@ -427,11 +429,11 @@ def watchdog(work: Work, bench: Bench) -> None:
     """
     work.dialogue.say("The watchdog: 1 V for a moment, and then the program is silent. The board must stop the motor.")
     trouble = _left_alone(bench, work.file)
-    for refusal in bench.refused.values():
+    for refusal in bench.connection.refused.values():
         work.dialogue.say(f"The board refused something that not all boards have. {refusal}")
     result = trouble or f"At {CAREFUL.voltage:g} V, left alone, the servo stopped."
     work.dialogue.say(result)
-    tested = {"passed": trouble is None, "date": today(), "found": result, "refused": list(bench.refused)}
+    tested = {"passed": trouble is None, "date": today(), "found": result, "refused": list(bench.connection.refused)}
     work.file = replace(work.file, record={**work.file.record, "watchdog": tested})
 
 
@@ -446,7 +448,7 @@ def _left_alone(bench: Bench, file: BenchFile) -> str | None:
             both = outputs(file)
             bench.board.watchdog_set_analog_expiration_state(both, len(both), np.zeros(len(both)))
         bench.start(SAMPLE_TIME)
-        first = bench.counts()[0]
+        first = bench.connection.counts()[0]
         seen.append(bench.read())
         write_loopback(bench, file, CAREFUL.voltage)
         bench.write(CAREFUL.voltage)
@@ -464,7 +466,7 @@ def _left_alone(bench: Bench, file: BenchFile) -> str | None:
             expired = bench.board.watchdog_is_expired()
             if locked:
                 bench.board.watchdog_clear()
-                moved = (bench.counts()[0] - first) * file.wiring["servo_sign"] * bench.servo.K_enc
+                moved = (bench.connection.counts()[0] - first) * file.wiring["servo_sign"] * bench.servo.K_enc
                 seen.append(Measurement(_END, seen[0].theta + moved, 0.0))
             with suppress(HILError):  # its inputs may still be locked
                 left = 0.0 if file.loopback is None else read_volts(bench, file.loopback[1])

@@ -16,8 +16,7 @@ from typing import Any
 from labcourse import files
 from rotflex.config import Joint, Servo, joint, srv02
 from rotflex.errors import RecordingError
-from rotflex.hil.bench import Bench, Limits
-from rotflex.hil.loop import save_aside, where
+from rotflex.hil.bench import Bench, Connection, Limits, Safety
 from rotflex.hil.replay import SETTINGS, TOLD, VOLTAGE_LIMIT, RecordedRuns, described, implausible_timing, run_of
 from rotflex.hil.virtual import SimulatedClock, VirtualBoard
 from rotflex.recording import Recording
@@ -102,11 +101,10 @@ class RecordingsFolder:
             try:
                 self.keep(recording, told)
             except RecordingError as error:
-                bench.kept = replace(recording, metadata={**recording.metadata, TOLD: told})
-                saved = where(save_aside(bench.kept, bench.safety.folder))
+                saved = bench.recorder.keep(replace(recording, metadata={**recording.metadata, TOLD: told}))
                 raise RecordingError(f"{error} The recording is whole: it is {saved}.") from error
 
-        bench.on_recorded = keep
+        bench.recorder.on_recorded = keep
         return bench
 
     def keep(self, recording: Recording, told: Mapping[str, Any]) -> Path:
@@ -169,14 +167,9 @@ def bench_of(recordings: Sequence[Recording], run: int, servo: Servo, arm: Joint
     runs = RecordedRuns(recordings, servo.V_max, run)
     about = recordings[-1].metadata.get("bench") if recordings else None
     identity = {**(about if isinstance(about, Mapping) else {}), "uri": ADDRESS, "run": run}
-    return Bench(
-        connect=lambda: VirtualBoard(runs, servo, clock=SimulatedClock()),
-        servo=servo,
-        joint=arm,
-        identity={**identity, "clock": "simulated"},
-        limits=Limits(theta=float("inf"), alpha=float("inf")),  # there is nothing to come to harm
-        recorded=runs,
-    )
+    connection = Connection(lambda: VirtualBoard(runs, servo, clock=SimulatedClock()), servo, recorded=runs)
+    safety = Safety(Limits(theta=float("inf"), alpha=float("inf")))  # there is nothing to come to harm
+    return Bench(connection, servo, arm, {**identity, "clock": "simulated"}, safety)
 
 
 def parts_of(recordings: Sequence[Recording]) -> tuple[Servo, Joint]:

@@ -187,7 +187,7 @@ def band(found: FitResult, reference: ArrayLike, controller: Controller, sample_
     simulated = []
     for change in bar([(1.0, 1.0, 0.0, 0.0), *np.transpose(changes).tolist()], "band", "run", progress):
         with hil.open("virtual", plant=_changed(found, *change), servo=found.servo) as bench:
-            bench.limits = Limits(theta=math.inf, alpha=math.inf)  # there is nothing to come to harm
+            bench.safety.limits = Limits(theta=math.inf, alpha=math.inf)  # there is nothing to come to harm
             recording = run(bench, controller, reference, sample_time, progress=False)
         simulated.append([recording[name] for name in _ANGLES])
     middle, *draws = np.array(simulated)

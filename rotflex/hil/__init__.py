@@ -32,7 +32,7 @@ from numpy.typing import ArrayLike
 from rotflex.config import Joint, Servo, joint, one_of, srv02
 from rotflex.errors import BenchError
 from rotflex.hil import bench_file, drivers
-from rotflex.hil.bench import Bench, Limits, Push
+from rotflex.hil.bench import Bench, Connection, Limits, Push, Safety
 from rotflex.hil.real import Setup
 from rotflex.hil.replay import RecordedPlant
 from rotflex.hil.student_benches import DRAW, DRAWS, FIRST_RUN, VirtualPlantSpec, student_bench
@@ -152,9 +152,15 @@ def _at(
 
 
 def _virtual(
-    connect: Callable[[], VirtualBoard], servo: Servo, arm: Joint, identity: Mapping[str, Any], **more: Any
+    connect: Callable[[], VirtualBoard],
+    servo: Servo,
+    arm: Joint,
+    identity: Mapping[str, Any],
+    recorded: RecordedPlant | None = None,
 ) -> Bench:
-    return Bench(connect=connect, servo=servo, joint=arm, identity=identity, virtual=True, **more)
+    limits = None if recorded is None else Limits(theta=math.inf, alpha=math.inf)  # there is nothing to come to harm
+    connection = Connection(connect, servo, virtual=True, recorded=recorded)
+    return Bench(connection, servo, arm, identity, Safety(limits))
 
 
 def _spec(
@@ -225,8 +231,7 @@ def _replay(uri: str, path: str, query: str) -> Bench:
         return VirtualBoard(plant, servo, clock=_CLOCKS[clock]())
 
     identity = {"uri": uri, "recording": plant.name, "clock": clock}
-    limits = Limits(theta=math.inf, alpha=math.inf)  # there is nothing to come to harm
-    return _virtual(connect, servo, arm, identity, limits=limits, recorded=plant)
+    return _virtual(connect, servo, arm, identity, plant)
 
 
 def _integer(name: str, value: str | int) -> int:

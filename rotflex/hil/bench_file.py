@@ -22,7 +22,7 @@ from rotflex import files
 from rotflex.config import AMPLIFIERS, CABLE_GAINS, DAC_LIMIT, ENCODERS, Servo, check_mounted, joint, srv02
 from rotflex.errors import ConfigurationError
 from rotflex.hil import drivers, real
-from rotflex.hil.bench import Bench, Limits, Wiring
+from rotflex.hil.bench import Connection, Limits, Wiring
 from rotflex.hil.board import Board, Clock, EncoderQuadratureMode
 from rotflex.hil.drivers import BoardKind, Key, choice
 from rotflex.hil.real import LIMITS, WORKBOOKS_STIFFNESS, Setup
@@ -157,39 +157,44 @@ class BenchFile:
         arm = joint(parts.pop("arm_position"))
         limits = dict(self.limits) | {name: self.limits[name] * DEG for name in ("theta", "alpha")}
         limits["voltage"] = min(limits["voltage"], self.board["output_range"] * self.parts["cable_gain"])
-        serial: list[str] = []  # `_prepare` adds the number of the board when it is opened
+        opened: list[Connection] = []  # `_prepare` adds the one that is open
         return Setup(
             servo=check_mounted(srv02(**parts)),
             joint=arm,
             limits=Limits(**limits),
             wiring=Wiring(**{name: value for name, value in self.wiring.items() if not name.startswith("loopback")}),
             stiffness=real.stiffness(self.record) or WORKBOOKS_STIFFNESS,
-            commissioned=lambda: real.why_not(self.record, self.identity(), "".join(serial)),
-            prepare=partial(self._prepare, serial),
+            commissioned=partial(self._why_not, opened),
+            prepare=partial(self._prepare, opened),
             clock=int(self.board["clock"]),
             marked=bool(self.record),
         )
 
-    def _prepare(self, serial: list[str], bench: Bench) -> None:
+    def _why_not(self, opened: list[Connection]) -> str | None:
+        """Return why no loop is closed on this bench; None if one may be."""
+        serial = "".join(serial_number(one.board) for one in opened if one.is_open)
+        return real.why_not(self.record, self.identity(), serial, [verb for one in opened for verb in one.refused])
+
+    def _prepare(self, opened: list[Connection], connection: Connection) -> None:
         """Set up the board of a bench that was just opened.
 
         One that is known to take ranges and quadrature is always told them, another one what is not as usual.
         """
-        board, values, wired = bench.board, self.board, self.wiring
-        serial[:] = [serial_number(board)]
+        board, values, wired = connection.board, self.board, self.wiring
+        opened[:] = [connection]
         always = self.kind is not None and self.kind.always_set
         if values["options"]:
             board.set_card_specific_options(values["options"], len(values["options"].encode()))
         encoders = np.array([wired["servo_encoder"], wired["link_encoder"]], dtype=np.uint32)
         if always:
             modes = np.full(2, EncoderQuadratureMode.X4, dtype=np.uint32)
-            bench.ask("set_encoder_quadrature_mode", encoders, 2, modes)
+            connection.ask("set_encoder_quadrature_mode", encoders, 2, modes)
         if always or values["output_range"] != DAC_LIMIT:
             _set_range(board.set_analog_output_ranges, wired["motor"], values["output_range"])
         if self.loopback is not None and (always or values["input_range"] != DAC_LIMIT):
             _set_range(board.set_analog_input_ranges, self.loopback[1], values["input_range"])
         if values["filter"]:
-            bench.ask("set_encoder_filter_frequency", encoders, 2, np.full(2, float(values["filter"])))
+            connection.ask("set_encoder_filter_frequency", encoders, 2, np.full(2, float(values["filter"])))
 
     def _unfit(self) -> Iterator[str]:
         """Yield what no bench has."""

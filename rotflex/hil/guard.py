@@ -197,7 +197,7 @@ class Supervision:
     def __init__(self, limits: Limits, guard: Guard | None, sample_time: float, begun: float = 0.0) -> None:
         self._limits, self._guard, self._begun = limits, guard, begun
         self._weight = math.exp(-sample_time / _RATE_OVER)
-        self._driven = False
+        self.is_driven = False  #: whether any voltage was applied
         self._before: Measurement | None = None
         self._rate = 0.0  # rad/s, smoothed
         if guard is not None:
@@ -205,7 +205,7 @@ class Supervision:
 
     def drive(self, voltage: float) -> None:
         """Note what is applied until the next sample, V."""
-        self._driven = self._driven or voltage != 0.0
+        self.is_driven = self.is_driven or voltage != 0.0
         if self._guard is not None:
             self._guard.drive(voltage)
 
@@ -213,13 +213,13 @@ class Supervision:
         """Judge a sample, so many after the one before; return why the motor must stop, or None."""
         before, self._before = self._before, measured
         impossible = None if self._guard is None else self._guard.see(measured.theta, measured.alpha, samples)
-        if not self._driven:
+        if not self.is_driven:
             return None
         limits, now = self._limits, measured.time
+        if impossible:  # angles that cannot be say nothing of limits
+            return at(impossible, now)
         if passed := limits.passed(measured, self._begun):
             return passed
-        if impossible:
-            return at(impossible, now)
         if now > limits.duration:
             why = f"The run has taken {limits.duration:g} s, which is all that this bench allows."
             return at(why, now, limits.why)

@@ -1,92 +1,161 @@
-"""To 0 V, whatever fails on the way.
+"""To 0 V, whatever fails on the way, and what is known of the motor afterwards.
 
 What a board does between the expiry of its watchdog and the next write is not documented: once cleared, the watchdog
 may stand, run on, or expire again at once; the outputs may jump back to what they were. So no single order is counted
-on: 0 V is written until the board has taken it, and only then is the watchdog stopped. A board that never takes it is
-left with its watchdog running, which sets 0 V where it can.
+on: 0 V is written until the board has taken it, and only then is the watchdog stopped. A board that does not take it is
+asked again for two seconds, and left with its watchdog running, which sets 0 V where it can.
 """
 
 from __future__ import annotations
 
 import contextlib
 import signal
+import sys
 import threading
+import time
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import numpy as np
+from rotflex.errors import BenchError, HILError, MotorNotStopped
 
-from rotflex.errors import HILError
-from rotflex.hil.board import Board, Channels
+if TYPE_CHECKING:
+    from rotflex.hil.connection import Connection
 
 WATCHDOG_TIMEOUT = 0.2  #: s; an arm at 30 rad/s turns a whole turn meanwhile, and no more
+PATIENCE = 2.0  #: s; for so long a board is asked to take 0 V
 #: What ends a program from outside: a stopped kernel, a closed terminal. Windows knows no SIGHUP.
 _ENDING = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
 _AGAIN = 3  # times; a watchdog that expires again in between does so within its time-out, which is far longer
+_PAUSE = 0.02  # s, before a board that refused 0 V is asked again
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What is known of the motor once a bench was stopped. All that is said of an end comes from it.
+
+    Attributes
+    ----------
+    at_zero : whether the board took 0 V, or had no other voltage
+    volts : the last voltage that the board took, V at the motor; None if this program wrote none
+    watchdog : s from the last sign of life to the expiry of the board's watchdog; None if it does not run
+    """
+
+    at_zero: bool = True
+    volts: float | None = 0.0
+    watchdog: float | None = None
+
+    def __str__(self) -> str:
+        if self.at_zero:
+            return "The motor is at 0 V."
+        left = "have a voltage" if self.volts is None else f"be at {self.volts:.2f} V"
+        acts = "No watchdog runs that could stop it."
+        if self.watchdog is not None:
+            acts = f"The board's watchdog, where it works, sets 0 V within {self.watchdog:g} s."
+        return f"The motor may still {left}. Press the emergency stop. {acts}"
 
 
 class _Steps:
     """Steps of which each is taken, whatever became of those before it; the first failure is kept."""
 
     def __init__(self) -> None:
-        self._failed: dict[str, Exception] = {}
-        self._interrupted: BaseException | None = None
+        self.failed: dict[str, Exception] = {}
+        self.interrupted: BaseException | None = None
 
     def take(self, name: str, step: Callable[[], object]) -> bool:
         """Take a step, and return whether it worked. One that works in the end has not failed."""
         try:
             step()
         except Exception as trouble:
-            self._failed.setdefault(name, trouble)
+            self.failed.setdefault(name, trouble)
             return False
         except BaseException as interrupt:  # somebody pressed Ctrl-C: not before the motor is at 0 V
-            self._interrupted = interrupt
+            self.interrupted = interrupt
             return False
-        self._failed.pop(name, None)
+        self.failed.pop(name, None)
         return True
 
-    def finish(self) -> None:
-        """Raise what failed, and an interrupt before all else."""
-        if self._interrupted is not None:
-            if not self._failed:
-                self._interrupted.add_note("The motor is at 0 V.")
-            raise self._interrupted
-        for trouble in self._failed.values():
-            raise trouble
 
-
-def halt(board: Board, motor: Channels, task: int | None) -> None:
+def halt(connection: Connection, patience: float = PATIENCE) -> Outcome:
     """Set 0 V on the motor's output, stop the watchdog, and delete the task.
+
+    Parameters
+    ----------
+    connection : with an open board
+    patience : for how long a board that refuses 0 V is asked again, s
 
     Raises
     ------
+    MotorNotStopped
+        If the board did not take 0 V; it has the outcome.
     HILError
-        If the board refused something, after all else was done all the same.
+        If the board refused something else, after all was done all the same.
     """
-    steps = _Steps()
+    steps, board = _Steps(), connection.board
     clear = partial(steps.take, "watchdog_clear", board.watchdog_clear)
-    write = partial(steps.take, "write_analog", partial(board.write_analog, motor, 1, np.zeros(1)))
-    stop_watchdog = partial(steps.take, "watchdog_stop", board.watchdog_stop)
-    if _at_zero(clear, write):
-        stop_watchdog()
+    write = partial(steps.take, "write_analog", connection.write_zero)
+    stop_watchdog = partial(steps.take, "watchdog_stop", connection.stop_watchdog)
+    clear()
+    if not write():
+        before = connection.outcome()
+        if not before.at_zero and patience:
+            print(f"{before} Setting it to 0 V is tried again …", file=sys.stderr, flush=True)
+        _keep_trying(clear, write, stop_watchdog, time.monotonic() + (patience if not before.at_zero else 0.0))
+    if "write_analog" in steps.failed:
+        steps.take("watchdog_start", connection.start_watchdog)
     else:
-        # One that expires again at once lets nothing be written before it is stopped.
-        clear()
         stop_watchdog()
-        if not write():
-            steps.take("watchdog_start", partial(board.watchdog_start, WATCHDOG_TIMEOUT))
-    if task is not None:
+    if (task := connection.task) is not None:
+        connection.task = None
         steps.take("task_stop", partial(board.task_stop, task))
         steps.take("task_delete", partial(board.task_delete, task))
-    steps.finish()
+    return _finished(steps, connection.outcome())
+
+
+def _keep_trying(
+    clear: Callable[[], bool], write: Callable[[], bool], stop_watchdog: Callable[[], bool], end: float
+) -> None:
+    """Write 0 V until the board takes it, or the time is over."""
+    attempt = 1
+    while True:
+        attempt += 1
+        clear()
+        if attempt > _AGAIN:  # one that expires again at once lets nothing be written before it is stopped
+            stop_watchdog()
+        if write() or (attempt > _AGAIN and time.monotonic() >= end):
+            return
+        if attempt > _AGAIN:
+            time.sleep(_PAUSE)
+
+
+def _finished(steps: _Steps, outcome: Outcome) -> Outcome:
+    """Return the outcome, or raise what failed: a motor that was not stopped first, then an interrupt."""
+    trouble = next(iter(steps.failed.values()), None)
+    if not outcome.at_zero:
+        failure = MotorNotStopped(*(trouble.args if trouble is not None else ()))
+        note(failure, outcome)
+        raise failure from trouble
+    error = steps.interrupted or trouble
+    if error is not None:
+        note(error, outcome)
+        raise error
+    return outcome
+
+
+def note(error: BaseException, outcome: Outcome) -> None:
+    """Add to an error what is known of the motor: a bench's error says it itself, another one in a note."""
+    if not isinstance(error, BenchError) and getattr(error, "outcome", None) != outcome:
+        error.add_note(str(outcome))
+    error.outcome = outcome  # type: ignore[attr-defined]
 
 
 @contextlib.contextmanager
 def uninterrupted() -> Iterator[None]:
     """Hold back Ctrl-C and other signals until the end, for they come most easily just when a bench is closed.
 
-    What comes twice does not wait. Only the main thread hears it, and only there it has to.
+    What is done meanwhile takes a few seconds at most, however often they come. Only the main thread hears them, and
+    only there they have to be.
     """
     if threading.current_thread() is not threading.main_thread():
         yield
@@ -94,16 +163,19 @@ def uninterrupted() -> Iterator[None]:
     handlers = {number: signal.getsignal(number) for number in (*_ENDING, signal.SIGINT)}
     before: dict[int, Any] = {number: handler for number, handler in handlers.items() if callable(handler)}
     came: dict[int, Any] = {}
+    is_interrupted = isinstance(sys.exception(), KeyboardInterrupt)
 
     def later(number: int, frame: Any) -> None:
-        if number in came:
-            before[number](number, frame)
-        came[number] = frame
+        if not (number == signal.SIGINT and is_interrupted):  # pressed again: it ends by Ctrl-C already
+            came[number] = frame
 
     for number in before:
         signal.signal(number, later)
     try:
         yield
+    except MotorNotStopped:  # comes before whatever a signal means
+        came.clear()
+        raise
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
@@ -145,14 +217,17 @@ class Ending:
                     self._before[number] = before
                     signal.signal(number, self._hear)
 
-    def stop_listening(self) -> None:
-        """Restore the earlier handlers, and raise the signal that came again, so that they see it."""
+    def stop_listening(self, outcome: Outcome | None) -> None:
+        """Restore the earlier handlers, and raise the signal that came again, so that they see it.
+
+        Where the motor may not be at 0 V it is not raised: the program shall live to say so, and end by that error.
+        """
         if threading.current_thread() is threading.main_thread():
             before, self._before = self._before, {}
             for number, handler in before.items():
                 signal.signal(number, handler)
             came, self._came = self._came, 0
-            if came:
+            if came and (outcome is None or outcome.at_zero):
                 signal.raise_signal(came)
 
     def require_none(self) -> None:
@@ -166,14 +241,6 @@ class Ending:
             if self._is_sampling():
                 raise ProgramEnded(number)
             self._close()
-
-
-def _at_zero(clear: Callable[[], bool], write: Callable[[], bool]) -> bool:
-    for _attempt in range(_AGAIN):
-        clear()
-        if write():
-            return True
-    return False
 
 
 def reason(error: BaseException) -> str:

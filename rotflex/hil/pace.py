@@ -22,7 +22,8 @@ import numpy as np
 from rotflex.unanswered import HELD, LOST, MOST_NOTED
 
 DRIFT = 5e-3  #: of the time that passes: by so much a board's clock may be slow; a fast one is seen at once
-TOO_SLOW = 5  #: answers of which most take longer than a period: it is no pause, they take too long
+DRIFT_WAITED = 2e-2  #: the same, while each sample is waited for: then none can be behind it
+TOO_SLOW = 5  #: calls of a controller of which most take longer than a period: it is no pause, they take too long
 _NEARLY = 0.1  # periods: a sample that is due so soon is taken for one that waits
 _BLOCKED = 0.5, 1.5  # periods that a fetch takes if its sample was not waiting; longer, the computer was held up
 _TWICE = 2  # fetches in a row that block; a single one may only have been held up by the computer
@@ -42,12 +43,13 @@ class Pace:
     Attributes
     ----------
     late, missed : samples that came late, and that never came
+    waited : s from the last answer to the last arrival
     overdue : whole periods after its sample at which the last answer before this sample was written
     """
 
     def __init__(self, period: float, clock: str, now: Callable[[], float] = time.perf_counter) -> None:
-        self._period, self._clock, self._now = period, clock, now
-        self._begun = now()
+        self._period, self._clock, self.now = period, clock, now
+        self._begun = self._answered = now()
         self._base = math.nan  # when sample 0 was, or would have been, here at the earliest
         self._arrivals: list[float] = []
         self._numbers: list[int] = []  # of the samples that arrived then
@@ -62,22 +64,25 @@ class Pace:
         self.overdue = 0
         self.late = 0
         self.missed = 0
+        self.waited = 0.0
 
     def stale(self) -> int:
         """Return how many samples were waiting before the first one was fetched, which has just come."""
-        waited = (self._now() - self._begun) / self._period
+        waited = (self.now() - self._begun) / self._period
         return int(waited) if waited >= _FRESH else 0
 
     def arrived(self, sample: int) -> int:
         """Note an arrival, and return how many samples wait behind it."""
-        now = self._arrival = self._now()
+        now = self._arrival = self.now()
+        self.waited = now - self._answered
         if math.isnan(self._base):
             self._base = now - sample * self._period
         passed = sample - self._numbers[-1] if self._numbers else 1
         self._arrivals.append(now)
         self._numbers.append(sample)
         behind, lateness = self._behind(sample), now - (self._base + sample * self._period)
-        self._base += min(lateness, DRIFT * passed * self._period)
+        is_waited_for = passed == 1 and self.waited > _NEARLY * self._period
+        self._base += min(lateness, (DRIFT_WAITED if is_waited_for else DRIFT) * passed * self._period)
         self._worst = max(self._worst, lateness)
         self._blocked = 0
         self.overdue, self._overdue = self._overdue, 0
@@ -85,12 +90,15 @@ class Pace:
 
     def fetched(self, sample: int) -> tuple[int, int]:
         """Return how many samples wait behind this one, which was believed to wait, and how many were lost before."""
-        asked, self._arrival = self._arrival, self._now()
-        least, most = _BLOCKED
-        blocked = least < (self._arrival - asked) / self._period < most
-        self._blocked = self._blocked + 1 if blocked else 0
+        asked, self._arrival = self._arrival, self.now()
+        self._blocked = self._blocked + 1 if self.blocked(asked, self._arrival) else 0
         behind = self._behind(sample)
         return (0, behind) if self._blocked == _TWICE else (behind, 0)
+
+    def blocked(self, asked: float, came: float | None = None) -> bool:
+        """Return whether a sample that was asked for then had to be waited for, until now unless it is said."""
+        least, most = _BLOCKED
+        return least < ((self.now() if came is None else came) - asked) / self._period < most
 
     def _behind(self, sample: int) -> int:
         """Return how many samples should wait behind this one, which came last, by the time."""
@@ -112,9 +120,10 @@ class Pace:
 
     def answered(self) -> None:
         """Note that the voltage for the sample that came last is written."""
-        took = self._now() - self._arrival
+        self._answered = self.now()
+        took = self._answered - self._arrival
         self._overdue = int(took / self._period + 1e-9)
-        self._answers.append(took / self._together)
+        self._answers += [took / self._together] * self._together
 
     @property
     def too_slow(self) -> bool:
@@ -123,7 +132,7 @@ class Pace:
 
     @property
     def answer(self) -> float:
-        """How long the last few answers took, s a sample."""
+        """How long the last few calls of the controller took, s each; 0 after fewer."""
         return float(np.median(self._answers[-TOO_SLOW:])) if len(self._answers) >= TOO_SLOW else 0.0
 
     def report(self) -> dict[str, Any]:

@@ -9,16 +9,16 @@ from __future__ import annotations
 
 import datetime
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
 from rotflex import files
 from rotflex.config import Joint, Servo, joint, srv02
-from rotflex.hil.bench import Bench, Limits, Mark, Safety, Wiring
+from rotflex.hil.bench import Bench, Connection, Limits, Mark, Recorder, Safety, Wiring
 from rotflex.hil.board import Board, Clock
 from rotflex.hil.guard import Allowance, Guard
-from rotflex.hil.loop import recover
+from rotflex.hil.recorder import recover
 from rotflex.units import DEG
 
 VERSION = 1  #: of a record
@@ -73,7 +73,9 @@ def stiffness(record: Mapping[str, Any]) -> float | None:
     return value if isinstance(value, float) and 0 < value < _STIFFEST else None
 
 
-def why_not(record: Mapping[str, Any], of: Mapping[str, Any], serial: str = "") -> str | None:
+def why_not(
+    record: Mapping[str, Any], of: Mapping[str, Any], serial: str = "", refused: Collection[str] = ()
+) -> str | None:
     """Return why no loop is closed on a bench that has this record; None if one may be.
 
     Parameters
@@ -81,6 +83,7 @@ def why_not(record: Mapping[str, Any], of: Mapping[str, Any], serial: str = "") 
     record : of its commissioning; empty if there is none
     of : the bench as it is wired now
     serial : number of the board that is open; empty where it has none
+    refused : verbs that the open board refused
     """
     if not record:
         return not_commissioned()
@@ -105,6 +108,8 @@ def why_not(record: Mapping[str, Any], of: Mapping[str, Any], serial: str = "") 
         why = f"This bench was commissioned on {date}, but its watchdog was not tested with the motor."
     elif tested.get("passed") is not True:
         why = f"The watchdog failed its test with the motor on {tested.get('date')}: {tested.get('found')}"
+    elif new := sorted({*refused} - {*tested.get("refused", ())}):
+        why = f"The board refuses {', '.join(new)}, which it took when its watchdog was tested on {tested.get('date')}."
     else:
         return None
     return (
@@ -136,7 +141,7 @@ class Setup:
     wiring: Wiring = field(default_factory=Wiring)
     stiffness: float = WORKBOOKS_STIFFNESS
     commissioned: Callable[[], str | None] = not_commissioned
-    prepare: Callable[[Bench], None] | None = None
+    prepare: Callable[[Connection], None] | None = None
     clock: int = Clock.HARDWARE_CLOCK_0
     simulated: bool = False
     guarded: bool = True
@@ -166,18 +171,19 @@ def bench(uri: str, connect: Callable[[], Board], setup: Setup) -> Bench:
         recover(folder)
         return connect()
 
-    def prepared(opened: Bench) -> None:
+    def prepared(opened: Connection) -> None:
         """Set up the board. Only now it is known whether it is the one that was commissioned."""
         if setup.prepare is not None:
             setup.prepare(opened)
-        opened.limits = setup.allowed()
+        safety.limits = setup.allowed()
 
     name = re.sub(r"\W+", "-", f"{uri}-{setup.wiring.servo_encoder}")
     needed = setup.marked and not setup.commissioned()
     mark = None if setup.simulated else Mark(files.settings() / "marks" / f"{name}.json", needed)
     guard = Guard(setup.servo, setup.limits.alpha, Allowance(stiffness=setup.stiffness)) if setup.guarded else None
+    safety = Safety(setup.allowed(), guard, setup.commissioned, mark)
     return Bench(
-        connect=connected,
+        Connection(connected, setup.servo, wiring=setup.wiring, clock=setup.clock, prepare=prepared),
         servo=setup.servo,
         joint=setup.joint,
         identity={
@@ -186,9 +192,6 @@ def bench(uri: str, connect: Callable[[], Board], setup: Setup) -> Bench:
             "encoder": setup.servo.encoder,
             "clock": "simulated" if setup.simulated else "wall",
         },
-        limits=setup.allowed(),
-        wiring=setup.wiring,
-        safety=Safety(guard, setup.commissioned, folder, mark),
-        clock=setup.clock,
-        prepare=prepared,
+        safety=safety,
+        recorder=Recorder(folder),
     )

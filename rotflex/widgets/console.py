@@ -198,7 +198,7 @@ class BenchConsole(Explorer):
             self._state = self._idle
             bench = self._lab.bench(self.address) if self._practice is None else self._practice.bench()
             self._bench = bench.__enter__()
-            self._state, self._message = "connected", "The motor is at 0 V."
+            self._state, self._message = "connected", str(bench.connection.outcome())
 
     def disconnect(self) -> None:
         """Stop what runs, and let go of the bench, at 0 V."""
@@ -227,7 +227,7 @@ class BenchConsole(Explorer):
         if self._bench is None:
             raise BenchError("Connect the bench first.")
         self.recording, self._settled = None, False
-        self._bench.kept = self._bench.kept_in = None  # of the run before
+        self._bench.recorder.forget()
         self._last_message = time.monotonic()
         loop = self._loop if self._loop is not None and self._loop.is_running() else None
         self._run = Running(self._bench, experiment, self._alive, paced=loop is not None)
@@ -283,8 +283,8 @@ class BenchConsole(Explorer):
             return
         self._settled = True
         self._state, self._message = outcome(self._run)
-        if self._bench is not None and self._bench.kept_in is not None:
-            self._message += f" What was recorded until then is in {self._bench.kept_in}."
+        if self._bench is not None and self._bench.recorder.kept_in is not None:
+            self._message += f" What was recorded until then is in {self._bench.recorder.kept_in}."
         self.notice = self._message
         self.recording = self._run.recording
         if self._bench is not None and not self._bench.board.is_valid():
@@ -297,7 +297,7 @@ class BenchConsole(Explorer):
 
     def _grabs(self) -> bool:
         """Return whether the arm can be pulled: only on a virtual bench in simulated time."""
-        recorded = self._bench is not None and self._bench.recorded is not None
+        recorded = self._bench is not None and self._bench.connection.recorded is not None
         return self._is_computed() and self._replayed is None and not recorded
 
     def _names(self) -> tuple[str, ...]:

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rotflex.errors import HILError, LimitExceeded, RotflexError, RunStopped, WatchdogExpired
-from rotflex.hil.bench import Bench, Measurement
+from rotflex.errors import BenchError, MotorNotStopped, RotflexError, RunStopped
+from rotflex.hil.bench import Bench, Measurement, Outcome
 from rotflex.recording import Recording
 
 _LATE = 1.0  # sample times after which a sample counts as missed
@@ -39,8 +39,8 @@ class Running:
     recording : when it is done, or None
     error : why it ended early, or None
     late : samples that came more than a sample time late, where time does not wait
-    not_zero : why 0 V could not be set in the end, or None
-    at_zero : when it was, by the computer's clock (s since 1970)
+    outcome : what is known of the motor in the end; None before
+    at_zero : when it was set to 0 V, by the computer's clock (s since 1970)
     """
 
     def __init__(
@@ -56,7 +56,7 @@ class Running:
         self.recording: Recording | None = None
         self.error: Exception | None = None
         self.late = 0
-        self.not_zero: Exception | None = None
+        self.outcome: Outcome | None = None
         self.at_zero: float | None = None
         self._ended = threading.Event()
         self._thread = threading.Thread(target=self._run, name="rotflex-experiment", daemon=True)
@@ -103,16 +103,17 @@ class Running:
         """0 V, whatever happened; experiments see to it themselves, and this makes sure."""
         try:
             self._bench.stop()
-            self.at_zero = time.time()
         except Exception as error:
-            self.not_zero = error
+            self.error = self.error or error
         finally:
+            self.outcome = self._bench.safety.outcome
+            self.at_zero = time.time() if self.outcome is not None and self.outcome.at_zero else None
             self._ended.set()
 
     def _note(self, measured: Measurement, voltage: float) -> None:
         reason = self._asked or self._alive()  # read once: stop() is called from other threads
         if reason:
-            raise RunStopped(f"{reason} The motor is at 0 V.")
+            raise RunStopped(reason)
         if measured.time == 0.0:  # an experiment begins: the wait for rest before it has times of its own
             self._count, self.late = 0, 0
         if not self._bench.is_simulated:
@@ -146,18 +147,12 @@ class Running:
 def outcome(run: Running) -> tuple[str, str]:
     """Return how a run ended: a word, and a sentence for its user. Call it when nothing more is waited for."""
     error: Any = run.error
-    if run.not_zero is not None or not run.done:
-        why = f"{type(run.not_zero).__name__}: {run.not_zero}" if run.not_zero else "it does not answer"
-        return "NOT AT 0 V", f"The bench could not be set to 0 V ({why}). Use the bench's own emergency stop."
+    if run.outcome is None or not run.outcome.at_zero:
+        motor = run.outcome or "The motor may still be driven. Press the emergency stop."
+        why = "The bench does not answer." if error is None else f"{type(error).__name__}: {error}"
+        return "NOT AT 0 V", str(error) if isinstance(error, MotorNotStopped) else f"{motor} {why}"
     if error is None:
-        return "finished", "The experiment is finished. The motor is at 0 V."
-    if isinstance(error, RunStopped):
-        return "stopped", str(error)
-    if isinstance(error, WatchdogExpired) or (
-        isinstance(error, HILError) and "watchdog" in str(error)
-    ):  # a manufacturer's driver says it in its message only
-        return "ended", "The computer was too busy to control the bench: its watchdog ended the run. 0 V was written."
-    if isinstance(error, RotflexError):
-        busy = f"The computer was too busy: {run.late} samples came late, which may have led to this. "
-        return "ended", f"{busy if run.late and isinstance(error, LimitExceeded) else ''}{error}"
-    return "ended", f"The experiment ended ({type(error).__name__}: {error}). The motor is at 0 V."
+        return "finished", f"The experiment is finished. {run.outcome}"
+    why = str(error) if isinstance(error, RotflexError) else f"The experiment ended ({type(error).__name__}: {error})."
+    says_it = isinstance(error, BenchError) and error.outcome is not None
+    return "stopped" if isinstance(error, RunStopped) else "ended", why if says_it else f"{why} {run.outcome}"

@@ -95,10 +95,11 @@ class DesignsExplorer(ArmsExplorer):
                 recording = experiments.follow(bench, trial.controller, trial.reference, trial.sample_time, False)
                 part = recording.between(*self._pushed) if pushed else recording
             except BenchError:
-                if bench.kept is None:
+                kept = bench.recorder.kept
+                if kept is None:
                     raise
-                command = Channel(trial.reference[: len(bench.kept)], "rad")
-                part = recording = replace(bench.kept, channels={"theta_ref": command, **bench.kept.channels})
+                command = Channel(trial.reference[: len(kept)], "rad")
+                part = recording = replace(kept, channels={"theta_ref": command, **kept.channels})
         return Arm(name, "measured", recording, _figures(part))
 
     def view(self) -> Scene:

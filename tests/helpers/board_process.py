@@ -77,6 +77,9 @@ class RemoteBoard:
         self._line = Client(tuple(json.loads((folder / "address").read_text())), authkey=KEY)
 
     def __getattr__(self, verb: str) -> Callable[..., Any]:
+        if verb == "confirm_output":  # no verb of the maker's
+            raise AttributeError(verb)
+
         def call(*arguments: Any) -> Any:
             with uninterrupted():
                 self._line.send((verb, list(arguments)))
@@ -94,7 +97,7 @@ class RemoteBoard:
 def drive(folder: Path, clock: str = "simulated", in_thread: bool = False) -> None:
     """Drive the motor to and fro, and say so once it moves."""
     from rotflex.config import joint, srv02
-    from rotflex.hil.bench import Bench, Safety
+    from rotflex.hil.bench import Bench, Connection, Recorder
     from rotflex.hil.controllers import OpenLoop
     from rotflex.hil.loop import run
 
@@ -102,13 +105,9 @@ def drive(folder: Path, clock: str = "simulated", in_thread: bool = False) -> No
         if measured.time == 1.0:
             (folder / "moves").touch()
 
-    bench = Bench(
-        lambda: RemoteBoard(folder),  # type: ignore[arg-type,return-value]
-        srv02(),
-        joint(1),
-        {"uri": "remote", "clock": clock},
-        safety=Safety(folder=folder / "unfinished"),
-    )
+    connection = Connection(lambda: RemoteBoard(folder), srv02())  # type: ignore[arg-type,return-value]
+    identity = {"uri": "remote", "clock": clock}
+    bench = Bench(connection, srv02(), joint(1), identity, recorder=Recorder(folder / "unfinished"))
     with bench:
         bench.on_sample = on_sample
         running = partial(run, bench, OpenLoop(), VOLTS * (-1.0) ** (np.arange(SAMPLES) // 50), progress=False)

@@ -8,7 +8,7 @@ import numpy as np
 
 from rotflex.config import joint, srv02
 from rotflex.errors import HILError
-from rotflex.hil.bench import Bench, Limits, Safety, Wiring
+from rotflex.hil.bench import Bench, Connection, Limits, Recorder, Safety, Wiring
 from rotflex.hil.guard import Guard
 from rotflex.hil.student_benches import preset
 from rotflex.hil.virtual import VirtualBoard
@@ -108,9 +108,9 @@ def bench_of(board: FaultBoard, folder: Path | None = None, **choices: Any) -> B
     limits = choices.pop("limits", Limits())
     wiring = choices.pop("wiring", Wiring())
     servo = srv02()
-    safety = Safety(guard=Guard(servo, limits.alpha), folder=folder)
-    identity = {"uri": "test", "clock": "wall"}
-    return Bench(lambda: board, servo, joint(1), identity, limits, wiring, safety=safety, now=board.time.now, **choices)
+    safety = Safety(limits, Guard(servo, limits.alpha), **choices)
+    connection = Connection(lambda: board, servo, wiring=wiring, now=board.time.now)
+    return Bench(connection, servo, joint(1), {"uri": "test", "clock": "wall"}, safety, Recorder(folder))
 
 
 def counts_of(degrees: float) -> int:

@@ -24,7 +24,7 @@ def recorded(spec: VirtualPlantSpec) -> Made:
     """What a bench gives, by the experiment's name, as it is handed to whoever keeps recordings."""
     kept: list[Recording] = []
     with hil.open("virtual", plant=spec) as bench:
-        bench.on_recorded = kept.append
+        bench.recorder.on_recorded = kept.append
         experiments.sweep(bench, progress=False)
         experiments.free_decay(bench, progress=False)
         experiments.tracking(bench, GAIN, progress=False)

@@ -40,7 +40,7 @@ class Powered:
     def bench(self, **setup: Any) -> Bench:
         chosen = {"commissioned": lambda: "", "marked": True, "guarded": False, **setup}
         bench = real.bench("test", self.connect, Setup(**chosen))
-        bench._now = self.time.now
+        bench.connection.now = self.time.now
         return bench
 
 

@@ -20,7 +20,7 @@ def remembered() -> Iterator[dict[Any, Recording]]:
     real = experiments._run
 
     def run(bench: Any, controller: Any, reference: Any, settings: Any, *more: Any) -> Recording:
-        if bench.identity.get("clock") != "simulated" or bench.recorded or bench.on_recorded:
+        if bench.identity.get("clock") != "simulated" or bench.connection.recorded or bench.recorder.on_recorded:
             return real(bench, controller, reference, settings, *more)
         which = (
             json.dumps([bench.identity, settings], sort_keys=True),

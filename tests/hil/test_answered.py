@@ -63,7 +63,7 @@ class Hiccups(FaultBoard):
 def tracked(board: FaultBoard) -> Recording:
     kept: list[Recording] = []
     with bench_of(board) as bench:
-        bench.on_recorded = kept.append
+        bench.recorder.on_recorded = kept.append
         experiments.tracking(bench, GAIN, duration=SECONDS, progress=False)
     return kept[0]
 

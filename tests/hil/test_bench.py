@@ -17,7 +17,7 @@ from rotflex import hil
 from rotflex.config import joint, srv02
 from rotflex.errors import BenchError, ConfigurationError, HILError, LimitExceeded
 from rotflex.hil import halt
-from rotflex.hil.bench import WATCHDOG_TIMEOUT, Bench, Limits, Wiring
+from rotflex.hil.bench import WATCHDOG_TIMEOUT, Bench, Connection, Limits, Safety, Wiring
 from rotflex.hil.board import BufferOverflowMode, Clock
 from rotflex.hil.student_benches import DRAW, preset, student_bench
 from rotflex.hil.virtual import VirtualBoard
@@ -80,7 +80,8 @@ def left_at_7_V() -> FaultyBoard:
 
 def bench_of(board: FaultyBoard, identity: Any = None, cable_gain: int = 1, **choices: Any) -> Bench:
     identity = identity or {"uri": "test", "clock": "simulated"}
-    return Bench(lambda: board, srv02(cable_gain=cable_gain), joint(1), identity, **choices)
+    servo, safety = srv02(cable_gain=cable_gain), choices.pop("safety", Safety(choices.pop("limits", None)))
+    return Bench(Connection(lambda: board, servo, **choices), servo, joint(1), identity, safety)
 
 
 def assert_left_alone(board: FaultyBoard) -> None:
@@ -147,7 +148,8 @@ def test_voltages_are_cut_to_the_limit_and_the_amplifiers_and_reported_as_set():
     with bench_of(FaultyBoard(), limits=Limits(voltage=6.0)) as bench:
         bench.start(SAMPLE_TIME)
         assert [bench.write(v) for v in (7.0, -100.0, 2.5, np.float64(3.0))] == [6.0, -6.0, 2.5, 3.0]
-    with Bench(FaultyBoard, srv02(amplifier="Q3"), joint(1), {}) as bench:
+    servo = srv02(amplifier="Q3")
+    with Bench(Connection(FaultyBoard, servo), servo, joint(1), {}) as bench:
         bench.start(SAMPLE_TIME)
         assert bench.write(10.0) == 4.16
 
@@ -264,7 +266,7 @@ def test_ctrl_c_at_whatever_moment_a_bench_is_let_go_leaves_it_at_0_V(by_an_exce
         if not pressed:
             break
         if board.voltage != 0.0:  # nothing was begun: the board is open, and its watchdog runs
-            assert bench._board is board and board.transcript[-1] == "write_analog"
+            assert bench.board is board and board.transcript[-1] == "write_analog"
             bench._close()
         assert_left_alone(board)
     assert line > 20
@@ -286,7 +288,7 @@ def test_the_sample_time_is_positive_and_shorter_than_the_watchdogs(sample_time)
 
 def test_a_servo_that_cannot_carry_the_joint_is_refused():
     with pytest.raises(ConfigurationError, match="flexible joint mounted"):
-        Bench(FaultyBoard, srv02(gear="low"), joint(1), {})
+        Bench(Connection(FaultyBoard, srv02()), srv02(gear="low"), joint(1), {})
 
 
 def test_identity_is_plain_data_that_says_which_bench_it_is():
@@ -392,7 +394,7 @@ def test_what_a_run_tells_the_board_with_its_values(identity, mode):
     board = FaultyBoard()
     with bench_of(board, identity) as bench:
         bench.start(0.005)
-        task = bench._task
+        task = bench.connection.task
         assert board.values("read_encoder") == [[[0, 1], 2, [0, 0]]]
         assert not board.values("set_encoder_counts")
         assert board.values("task_create_encoder_reader") == [[200, [0, 1], 2]]  # one second of samples

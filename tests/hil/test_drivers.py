@@ -58,7 +58,7 @@ def test_a_package_brings_a_board_and_what_its_file_may_say(installed, tmp_path)
     with hil.open(str(path)) as bench:
         assert bench.servo.encoder == "EHR" and bench.identity["uri"] == "made:1"
         with pytest.raises(BenchError, match="commissioned"):
-            bench.require_commissioned()
+            bench.safety.require_commissioned()
     for table, name, value in (("parts", "cable_gain", 1), ("board", "lamp", "dim"), ("wiring", "motor", 1)):
         with pytest.raises(ConfigurationError, match=rf"\[{table}\] {name} is {value!r}"):
             BenchFile("made:1", **{table: {name: value}})

@@ -8,7 +8,7 @@ from scipy.integrate import solve_ivp
 
 from rotflex import experiments, hil
 from rotflex.errors import BenchError
-from rotflex.hil.bench import Bench
+from rotflex.hil.bench import Bench, Connection
 from rotflex.hil.hand import DRIVING, SILENCE, STANDING, Hand
 from rotflex.hil.student_benches import WORKBOOK
 from rotflex.hil.virtual import VirtualBoard
@@ -132,7 +132,7 @@ def test_a_run_that_is_broken_off_keeps_the_push():
         bench.on_sample = stop
         with pytest.raises(BenchError, match="enough"):
             experiments.hold(bench, progress=False)
-        assert (bench.kept[PUSHED][:-1] == 0.1).all() and bench.board.plant.torque == 0.0
+        assert (bench.recorder.kept[PUSHED][:-1] == 0.1).all() and bench.board.plant.torque == 0.0
 
 
 class OwnPlant:
@@ -149,7 +149,12 @@ def test_what_cannot_be_pushed_says_so(tmp_path):
         with pytest.raises(BenchError, match="only on a virtual bench in simulated time"):
             hil.open(address, disturbance=[0.1])
     virtual = hil.open("virtual")
-    real = Bench(lambda: VirtualBoard(WORKBOOK.parameters), virtual.servo, virtual.joint, {"board": "real"})
+    real = Bench(
+        Connection(lambda: VirtualBoard(WORKBOOK.parameters), virtual.servo),
+        virtual.servo,
+        virtual.joint,
+        {"board": "real"},
+    )
     with pytest.raises(BenchError, match="push the arm by hand"):
         real.disturb([0.1])
     with (

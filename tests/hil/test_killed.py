@@ -19,7 +19,8 @@ from fault_board import FaultBoard, bench_of
 from jupyter_client.manager import KernelManager
 
 from rotflex.hil.controllers import OpenLoop
-from rotflex.hil.loop import recover, run
+from rotflex.hil.loop import run
+from rotflex.hil.recorder import recover
 from rotflex.recording import Recording
 
 HELPER = board_process.__file__

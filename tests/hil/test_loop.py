@@ -10,13 +10,13 @@ import sys
 import numpy as np
 import pytest
 
-from rotflex import __version__, hil
+from rotflex import __version__, files, hil
 from rotflex.config import srv02
 from rotflex.errors import BenchError, DesignError, RecordingError
-from rotflex.hil import loop
-from rotflex.hil.bench import Bench, Safety
+from rotflex.hil.bench import Bench, Connection, Recorder, Safety
 from rotflex.hil.controllers import OpenLoop, StateFeedback
-from rotflex.hil.loop import recover, run
+from rotflex.hil.loop import run
+from rotflex.hil.recorder import Stored, recover
 from rotflex.hil.student_benches import preset
 from rotflex.hil.virtual import VirtualBoard
 from rotflex.recording import Recording
@@ -28,8 +28,9 @@ GAIN = [18.24, -17.15, 1.59, 0.63]
 
 def a_bench(folder, **safety):
     """A bench of a virtual one, which keeps samples while they come."""
-    spec, kept = preset("real_bench"), Safety(folder=folder, **safety)
-    return Bench(lambda: VirtualBoard(spec.parameters), srv02(), spec.joint, {"clock": "simulated"}, safety=kept)
+    spec = preset("real_bench")
+    connection = Connection(lambda: VirtualBoard(spec.parameters), srv02())
+    return Bench(connection, srv02(), spec.joint, {"clock": "simulated"}, Safety(**safety), Recorder(folder))
 
 
 def test_arrays_in_the_metadata_are_kept_as_lists_on_each_bench(tmp_path):
@@ -151,7 +152,7 @@ def test_a_real_bench_moves_as_its_log_says(real_log):
     assert np.median(ours) >= 4 and max(ours) <= max(real)
 
 
-@pytest.mark.parametrize("answer", [None, [1.0, 2.0], "fast", 1j])
+@pytest.mark.parametrize("answer", [None, [1.0, 2.0], "fast", 1j, True, np.bool_(True), "1.0"])
 def test_a_controller_that_returns_no_voltage_is_told_and_the_motor_is_at_0_V(answer):
     with hil.open("virtual:?preset=workbook") as bench:
         with pytest.raises(DesignError, match="returned"):
@@ -165,8 +166,8 @@ def test_a_controller_that_returns_no_voltage_is_told_and_the_motor_is_at_0_V(an
 PROGRAM = """
 import sys, time
 from pathlib import Path
-from rotflex.hil.loop import _Stored
-stored = _Stored(1000, Path(sys.argv[1]), {"sample_time": 0.002, "experiment": "tracking"})
+from rotflex.hil.recorder import Stored
+stored = Stored(1000, Path(sys.argv[1]), {"sample_time": 0.002, "experiment": "tracking"})
 for sample in range(700):
     stored.signals[:3, sample] = 0.001 * sample, -0.001 * sample, 1.0
 print("sampled", flush=True)
@@ -202,7 +203,7 @@ def test_it_is_saved_also_where_only_a_file_that_may_be_written_can_be_locked_as
         lock(file, operation)
 
     monkeypatch.setattr(fcntl, "flock", over_a_network)
-    stored = loop._Stored(1000, tmp_path, {"sample_time": 0.002})
+    stored = Stored(1000, tmp_path, {"sample_time": 0.002})
     stored.signals[:, :10] = 1.0
     recover(tmp_path)
     assert not list(tmp_path.glob("*.mat"))
@@ -238,3 +239,26 @@ def test_where_samples_cannot_be_stored_nothing_moves_and_the_message_says_what_
         with a_bench(folder) as bench, pytest.raises(RecordingError, match=named):
             bench.on_sample = lambda *_sample: pytest.fail("it moved")
             run(bench, OpenLoop(), np.zeros(10), metadata=metadata, progress=False)
+
+
+@pytest.mark.parametrize("ending", [".json", ".npy"])
+def test_on_a_full_disk_nothing_moves_and_nothing_is_left(tmp_path, monkeypatch, ending):
+    def full(path, content, write=files.write):
+        if path.suffix == ending:
+            raise OSError(errno.ENOSPC, "No space left on device")
+        return write(path, content)
+
+    monkeypatch.setattr(files, "write", full)
+    with a_bench(tmp_path) as bench, pytest.raises(RecordingError, match="No space left on device"):
+        bench.on_sample = lambda *_sample: pytest.fail("it moved")
+        run(bench, OpenLoop(), np.ones(50), progress=False)
+    assert not list(tmp_path.iterdir())
+
+
+def test_the_file_is_whole_before_the_motor_moves_and_what_never_began_is_no_recording(tmp_path):
+    stored = Stored(6001, tmp_path, {"sample_time": 0.002})
+    (path,) = tmp_path.glob("*.npy")
+    assert np.isnan(np.load(path)).all() and path.stat().st_blocks * 512 >= 4 * 6001 * 8
+    stored._file.close()  # the program ends here
+    recover(tmp_path)
+    assert not list(tmp_path.iterdir())

@@ -59,10 +59,24 @@ def test_a_run_that_begins_at_170_deg_ends_at_180_and_its_recording_begins_at_0(
     with board.bench() as bench:
         board.turn(170)
         assert 180 <= stopped_at(board, bench) < 182
-        assert bench.kept["theta"][0] == 0.0
-        assert 10 < bench.kept["theta"].max() / DEG < 12
+        assert bench.recorder.kept["theta"][0] == 0.0
+        assert 10 < bench.recorder.kept["theta"].max() / DEG < 12
         board.turn(-20)
         assert -182 < stopped_at(board, bench, -2.0) <= -180
+
+
+def test_an_arm_that_stands_at_200_deg_is_not_driven(board):
+    marked(board)
+    with board.bench() as bench:
+        board.turn(200)
+        with pytest.raises(BenchError, match="stands at 200 deg from its mark") as refused:
+            run(bench, OpenLoop(), np.full(3000, 2.0), progress=False)
+        assert refused.value.outcome is None and bench.recorder.kept is None
+        bench.start(0.002)
+        bench.read()
+        with pytest.raises(BenchError, match="stands at 200 deg from its mark") as refused:
+            bench.write(2.0)
+        assert refused.value.outcome.at_zero and board.plant.state.theta == 200 * DEG
 
 
 @pytest.mark.parametrize("servo_sign", [1, -1])
@@ -105,7 +119,7 @@ def test_where_the_arm_may_stand_anywhere_nothing_moves_before_it_is_put_at_its_
         bench.set_zero()
         assert len(experiments.sweep(bench, drive="voltage", duration=2.0, progress=False)) == 1001
     with board.bench() as bench:
-        assert not bench.mark_unknown
+        assert not bench.safety.mark_unknown
 
 
 def driven(bench: Bench) -> None:
@@ -122,13 +136,13 @@ def test_a_bench_that_was_never_commissioned_has_its_zero_where_this_program_ope
     with board.bench(**setup) as bench:
         with pytest.raises(LimitExceeded, match=r"4[01].* deg at"):
             run(bench, OpenLoop(), np.full(3000, 1.0), progress=False)
-        assert 10 < bench.kept["theta"].max() / DEG < 12
+        assert 10 < bench.recorder.kept["theta"].max() / DEG < 12
     (path,) = (settings / "marks").iterdir()
     path.write_text(path.read_text().replace('"set_by": "', '"set_by": "another'))
     with board.bench(**setup) as bench:
         assert len(run(bench, OpenLoop(), np.full(50, 1.0), progress=False)) == 50
     with board.bench() as bench:  # it was commissioned now: that the arm stood there once is no mark
-        assert bench.mark_unknown
+        assert bench.safety.mark_unknown
 
 
 @pytest.mark.parametrize("content", ["", "[]", "{}", '{"counts": 0, "zero": null, "set_by": ""}'])
@@ -137,7 +151,7 @@ def test_a_file_that_is_not_whole_is_none(board, settings, content):
     (path,) = (settings / "marks").iterdir()
     path.write_text(content)
     with board.bench() as bench:
-        assert bench.mark_unknown
+        assert bench.safety.mark_unknown
 
 
 def test_the_commands_ask_whether_the_arm_is_at_its_mark(board, monkeypatch):

@@ -10,7 +10,7 @@ import pytest
 from fault_board import SAMPLE_TIME, FaultBoard, Stopwatch
 
 from rotflex.config import joint, srv02
-from rotflex.hil.bench import Bench
+from rotflex.hil.bench import Bench, Connection
 from rotflex.hil.controllers import OpenLoop
 from rotflex.hil.loop import run
 from rotflex.hil.pace import TOO_SLOW, Pace, undisturbed
@@ -72,7 +72,8 @@ def test_what_takes_its_time_is_done_before_the_watchdog_runs(monkeypatch):
     """On a slow computer collecting rubbish takes longer than the watchdog waits."""
     board = FaultBoard()
     monkeypatch.setattr(gc, "collect", lambda: board.time.pass_by(0.5))
-    bench = Bench(lambda: board, srv02(), joint(1), {"uri": "test", "clock": "wall"}, now=board.time.now)
+    connection = Connection(lambda: board, srv02(), now=board.time.now)
+    bench = Bench(connection, srv02(), joint(1), {"uri": "test", "clock": "wall"})
     with bench:
         recording = run(bench, OpenLoop(), np.zeros(50), SAMPLE_TIME, progress=False)
     assert board.time.now() == pytest.approx(0.5 + 49 * SAMPLE_TIME)

@@ -8,7 +8,7 @@ import pytest
 from rotflex import experiments, hil
 from rotflex.config import srv02
 from rotflex.errors import BenchError, NotRecorded, RecordingError
-from rotflex.hil.bench import Bench
+from rotflex.hil.bench import Bench, Connection
 from rotflex.hil.controllers import StateFeedback
 from rotflex.hil.loop import run
 from rotflex.hil.replay import RecordedPlant, RecordedRuns, described
@@ -194,7 +194,12 @@ def bench_of(recordings, run=1) -> Bench:
     """A bench of recordings."""
     runs, servo, identity = RecordedRuns(recordings, 10.0, run), srv02(), {"uri": "recorded", "clock": "simulated"}
     joint = hil.open("virtual:?seed=3").joint
-    return Bench(lambda: VirtualBoard(runs, servo, clock=SimulatedClock()), servo, joint, identity, recorded=runs)
+    return Bench(
+        Connection(lambda: VirtualBoard(runs, servo, clock=SimulatedClock()), servo, recorded=runs),
+        servo,
+        joint,
+        identity,
+    )
 
 
 @pytest.fixture(scope="module")
@@ -204,7 +209,7 @@ def made():
     for name, ask in ASKED.items():
         with hil.open("virtual:?seed=3") as bench:
             handed = []
-            bench.on_recorded = handed.append
+            bench.recorder.on_recorded = handed.append
             given[name] = ask(bench)
             (kept[name],) = handed
     return given, kept
@@ -271,7 +276,7 @@ def test_a_recording_that_begins_a_count_beside_zero_is_honest(made):
     with hil.open("virtual:?seed=3") as bench:
         read = bench.read
         bench.read = lambda: (one := read())._replace(theta=one.theta + count)
-        bench.on_recorded = kept.append
+        bench.recorder.on_recorded = kept.append
         ASKED["tracking"](bench)
     assert kept[0]["theta"][0] == pytest.approx(count) and honest["theta"][0] == 0
     with bench_of(kept) as bench:

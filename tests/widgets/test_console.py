@@ -12,8 +12,8 @@ import pytest
 from explorer_events import control
 
 from rotflex import experiments, hil, widgets
-from rotflex.errors import BenchError, HILError, RecordingError
-from rotflex.hil.bench import Measurement, Safety
+from rotflex.errors import BenchError, RecordingError
+from rotflex.hil.bench import Measurement, Recorder
 from rotflex.hil.hand import SILENCE
 from rotflex.hil.virtual import WallClock
 from rotflex.recording import PUSHED, Recording
@@ -139,7 +139,7 @@ def test_a_run_that_is_watched_on_a_busy_computer_is_that_of_one_that_nobody_wat
 
 
 def test_a_run_whose_page_is_gone_stops_itself_and_says_where_its_samples_are(live, monkeypatch, tmp_path):
-    live._bench.safety = Safety(folder=tmp_path / "unfinished")
+    live._bench.recorder = Recorder(tmp_path / "unfinished")
     live.set("experiment", "watch")  # it waits for no rest
     live._on_message(None, {"kind": "alive"}, None)  # a page has spoken, and says no more
     monkeypatch.setattr(console_module, "_SILENCE", 60.0)  # however busy the computer is, there are samples before
@@ -292,13 +292,6 @@ def test_a_start_that_waited_for_a_busy_python_is_not_carried_out_at_a_bench_tha
     assert console._run is not None
 
 
-def test_a_watchdog_that_expired_is_told_for_what_it_is(console):
-    run = Running(None, None)
-    run.error = HILError("The watchdog has expired; clear it before writing again.")
-    run._ended.set()
-    assert "too busy" in outcome(run)[1] and "0 V" in outcome(run)[1]
-
-
 def test_closing_the_widget_stops_the_run_and_lets_go_of_the_bench(live):
     live._run = Running(live._bench, live._experiment())
     live._run.start()
@@ -372,7 +365,7 @@ def test_what_came_late_before_an_experiment_is_none_of_its_own(live):
 
 def test_what_goes_wrong_on_the_bench_is_told_in_words(console):
     console.connect()
-    console._bench.limits = type(console._bench.limits)(theta=0.02)
+    console._bench.safety.limits = type(console._bench.limits)(theta=0.02)
     event(console, "press", "start")
     assert rows(console, "State")["state"] == ["ended"]
     assert "servo angle reached" in " ".join(map(str, rows(console, "State").values()))
@@ -490,7 +483,7 @@ def test_an_arm_that_is_grabbed_begins_to_be_held_swings_and_can_be_played_again
             await asyncio.sleep(0.02)
         live.stop()
         await asyncio.wait_for(live._task, 30)
-        stopped, live_bench = live._bench.kept, live._bench
+        stopped, live_bench = live._bench.recorder.kept, live._bench
         assert live.choice == "hold" and live_bench.board.plant.torque == 0.0
         live.close()
         return stopped
@@ -509,7 +502,7 @@ def test_a_page_that_is_not_heard_any_more_leaves_no_torque(lab):
             await asyncio.sleep(0.02)
         live.stop()
         await asyncio.wait_for(live._task, 30)
-        stopped = live._bench.kept
+        stopped = live._bench.recorder.kept
         live.close()
         return stopped
 

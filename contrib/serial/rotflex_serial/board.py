@@ -177,6 +177,16 @@ class SerialBoard(Board):
         super().task_delete(task)
         self._rest()
 
+    def confirm_output(self) -> None:
+        """Make sure that the board has obeyed the last voltage.
+
+        Raises
+        ------
+        HILError
+            If it does not.
+        """
+        self._motor.settle()
+
     # --- watchdog -------------------------------------------------------------------------------------------------
 
     def _set_safe_voltages(self, voltages: Mapping[int, float]) -> None:

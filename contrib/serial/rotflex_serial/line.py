@@ -88,8 +88,8 @@ class Line:
                 return _checked(reply)
         self._attempts = 1  # what else is asked is not to take as long
         raise HILError(
-            "The board does not answer. It sets the motor to 0 V by itself. Look at the cable, and whether the "
-            "board has power."
+            "The board does not answer, and is to stop the motor itself after 50 ms. Look at the cable, and whether "
+            "the board has power."
         )
 
     def keep_alive(self) -> None:
@@ -142,7 +142,7 @@ class Line:
     def _lose(self, cause: Cause) -> None:
         """The board does not know of the session any more, and obeys nothing until the next."""
         self._gone = HILError(
-            f"The board has started anew in the middle ({_cause(cause)}); its motor is at 0 V. Open the bench again."
+            f"The board has started anew in the middle ({_cause(cause)}), which stops its motor. Open the bench again."
         )
         raise self._gone
 

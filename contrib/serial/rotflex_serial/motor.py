@@ -99,8 +99,8 @@ class Motor:
     def _expired(self) -> HILError:
         if Flag.SILENT in self._line.flags:
             return HILError(
-                "The board had heard nothing for 50 ms and set the motor to 0 V: its watchdog has expired and "
+                "The board had heard nothing for 50 ms and stopped the motor: its watchdog has expired and "
                 "holds the output. Something kept the program from answering each sample; clear the watchdog "
                 "before writing again."
             )
-        return HILError("The watchdog has expired and holds the output at 0 V; clear it before writing again.")
+        return HILError("The watchdog has expired and holds the output; clear it before writing again.")

@@ -90,8 +90,8 @@ class SerialPort:
 
     def _broken(self, error: Exception) -> HILError:
         return HILError(
-            f"The line to the board at {self.name} is broken: {error}. The board sets the motor to 0 V by "
-            "itself. Look at the cable, and open the bench again."
+            f"The line to the board at {self.name} is broken: {error}. The board is to stop the motor itself after 50 "
+            "ms. Look at the cable, and open the bench again."
         )
 
 
