@@ -77,13 +77,13 @@ class _Steps:
         return True
 
 
-def halt(connection: Connection, patience: float = PATIENCE) -> Outcome:
+def halt(connection: Connection, patience: float | None = PATIENCE) -> Outcome:
     """Set 0 V on the motor's output, stop the watchdog, and delete the task.
 
     Parameters
     ----------
     connection : with an open board
-    patience : for how long a board that refuses 0 V is asked again, s
+    patience : for how long a board that refuses 0 V is asked again, s; None for once only
 
     Raises
     ------
@@ -96,16 +96,17 @@ def halt(connection: Connection, patience: float = PATIENCE) -> Outcome:
     clear = partial(steps.take, "watchdog_clear", board.watchdog_clear)
     write = partial(steps.take, "write_analog", connection.write_zero)
     stop_watchdog = partial(steps.take, "watchdog_stop", connection.stop_watchdog)
-    clear()
-    if not write():
+    if patience is not None:
+        clear()
+    if not write() and patience is not None:
         before = connection.outcome()
-        if not before.at_zero and patience:
+        if not before.at_zero:
             print(f"{before} Setting it to 0 V is tried again …", file=sys.stderr, flush=True)
-        _keep_trying(clear, write, stop_watchdog, time.monotonic() + (patience if not before.at_zero else 0.0))
-    if "write_analog" in steps.failed:
-        steps.take("watchdog_start", connection.start_watchdog)
-    else:
+        _keep_trying(clear, write, stop_watchdog, time.monotonic() + (0.0 if before.at_zero else patience))
+    if "write_analog" not in steps.failed:
         stop_watchdog()
+    elif patience is not None:  # else it runs since the last time
+        steps.take("watchdog_start", connection.start_watchdog)
     if (task := connection.task) is not None:
         connection.task = None
         steps.take("task_stop", partial(board.task_stop, task))

@@ -113,7 +113,7 @@ class Safety:
         try:
             with uninterrupted():
                 try:
-                    halt(connection, 0.0 if was_in_vain else PATIENCE)
+                    halt(connection, None if was_in_vain else PATIENCE)
                 finally:
                     self.outcome = connection.outcome()
         except MotorNotStopped:

@@ -181,10 +181,9 @@ def test_a_board_that_does_not_take_0_V_is_left_to_its_watchdog_and_not_said_to_
         board.faults["write_analog"] = 0
         for _ in range(1000 if limits != Limits() else 0):
             bench.read()
-    last = (
-        ["watchdog_start", "close"] if limits != Limits() else ["watchdog_start", "task_stop", "task_delete", "close"]
-    )
-    assert board.transcript[-len(last) :] == last
+    begun = len(board.transcript) - board.transcript[::-1].index("watchdog_start")
+    again = ["is_valid", "write_analog"] if limits != Limits() else []  # asked once more as the bench is closed
+    assert board.transcript[begun:] == ["task_stop", "task_delete", *again, "close"]
     watchdog = board.inner._watchdog
     assert watchdog.deadline <= board.inner.clock.now() + WATCHDOG_TIMEOUT
     assert watchdog.states == {0: 0.0}
