@@ -477,7 +477,7 @@ class Bench:
         try:
             self.stop()
         except MotorNotStopped as failure:
-            failure.add_note(f"Before that: {reason(error)}.")
+            failure.add_note(f"Before that: {reason(error)}")
             raise
         error.outcome = self.safety.outcome
         raise error from cause

@@ -154,7 +154,8 @@ def _break_off(bench: Bench, error: BaseException, signals: NDArray[np.float64],
     except BaseException as failure:
         if not isinstance(error, MotorNotStopped):
             raised = failure
-            raised.add_note(f"Before that: {reason(error)}.")
+            if str(failure) != str(error):
+                raised.add_note(f"Before that: {reason(error)}")
     _note_last(bench, signals)
     if bench.safety.outcome is not None:
         note(raised, bench.safety.outcome)

@@ -203,7 +203,7 @@ def compare_designs(lab: Lab, designs: Mapping[str, Trial] | None = None) -> Des
     designs : name → design; without them, the student's gain of 3.8 at several sample times and with partial state
         feedback, or a ready-made gain on another arm: until there is one, and in place of a real bench
     """
-    real = another_arm.own_bench(lab).recorded is not None
+    real = another_arm.own_bench(lab).connection.recorded is not None
     why = "Nothing moves a real bench here." if real else "After question 3.8, you see your own here."
 
     def own() -> DesignsExplorer:

@@ -33,7 +33,7 @@ pytestmark = [
 ]
 HELPER = card_process.__file__
 PATIENCE = 90.0  # s; a busy computer takes its time
-AT = 3000  #: sample at which something happens: the arm has come to rest before, and is driven now
+AT = 3300  #: sample at which something happens: the arm has come to rest before, and has begun to turn again
 NOT_STOPPED, ABORTED = 4, 130
 GAIN = "18.24,-17.15,1.59,0.63"
 RUN = ("bench", "run", "fsf", "--gain", GAIN, "--bench", "bench.toml", "--out", "out.mat")

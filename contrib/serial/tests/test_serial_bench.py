@@ -21,9 +21,9 @@ from rotflex import bench_doctor, experiments, hil
 from rotflex.bench_doctor import Level, examine
 from rotflex.commissioning import steps
 from rotflex.config import joint, srv02
-from rotflex.errors import BenchError, ConfigurationError, HILError, LimitExceeded
+from rotflex.errors import BenchError, ConfigurationError, HILError, LimitExceeded, MotorNotStopped
 from rotflex.hil import real
-from rotflex.hil.bench import Bench, Wiring
+from rotflex.hil.bench import Connection, Wiring
 from rotflex.hil.bench_file import BenchFile
 from rotflex.hil.real import Setup
 from rotflex.hil.student_benches import VirtualPlantSpec, preset
@@ -42,8 +42,28 @@ def uno(monkeypatch):
     """What is at the address."""
     made = SimulatedUno(PLANT)
     monkeypatch.setattr(address, "open_port", lambda name: SimulatedPort(made))
-    monkeypatch.setattr(real, "Bench", partial(Bench, now=lambda: made.now))  # nothing depends on this computer
+    monkeypatch.setattr(
+        real, "Connection", partial(Connection, now=lambda: made.now)
+    )  # nothing depends on this computer
     return made
+
+
+@needs_simavr
+def test_where_the_line_is_cut_nobody_says_that_the_motor_is_at_0_V(uno):
+    with (
+        pytest.raises(MotorNotStopped, match=r"^The motor may still be at 3\.00 V\.") as told,
+        hil.open(URI, setup=COMMISSIONED) as bench,
+    ):
+        bench.start(0.002)
+        for _each in range(20):
+            bench.read()
+            bench.write(3.0)
+        port = bench.board._port
+        port.to_board = port.from_board = lambda content: b""
+        bench.read()
+    assert told.value.outcome == bench.safety.outcome and not bench.safety.outcome.at_zero
+    uno.run(0.1)
+    assert uno.voltage == 0.0  # by the board itself, which this program cannot know
 
 
 @pytest.mark.slow
@@ -189,7 +209,7 @@ def test_the_watchdog_is_tested_with_the_motor(works):
     setup = Setup(commissioned=lambda: "", guarded=False, limits=real.CAREFUL)
     kind = SerialBoard if works else Deaf
     with real.bench("test", lambda: kind(SimulatedPort(uno), SUPPLY), setup) as bench:
-        bench._now = lambda: uno.now
+        bench.connection.now = lambda: uno.now
         told = BenchFile("serial:/dev/null?supply=12")
         work = steps.Work(told, lambda *_: bench, SimpleNamespace(say=lambda text: None))
         steps.watchdog(work, bench)
@@ -239,7 +259,7 @@ def test_the_whole_way_through_a_terminal_of_this_computer(monkeypatch):
     thread.start()
     try:
         with hil.open(f"serial:{os.ttyname(theirs)}?supply=12", setup=COMMISSIONED) as bench:
-            bench._now = lambda: uno.now
+            bench.connection.now = lambda: uno.now
             bench.start(0.002)
             angles = []
             for _ in range(100):
