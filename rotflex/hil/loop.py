@@ -160,8 +160,8 @@ def _break_off(bench: Bench, error: BaseException, signals: NDArray[np.float64],
     if bench.safety.outcome is not None:
         note(raised, bench.safety.outcome)
     ended = {"ended": reason(error)} | bench.timing
-    if where := bench.recorder.keep(broken_off(signals, described | ended, bench.safety.outcome)):
-        raised.add_note(f"What was recorded until then is {where}.")
+    if (recording := broken_off(signals, described | ended, bench.safety.outcome)) is not None:
+        raised.add_note(f"What was recorded until then is {bench.recorder.keep(recording)}.")
     if raised is not error:
         raise raised
 

@@ -49,11 +49,9 @@ class Recorder:
         self.kept: Recording | None = None
         self.kept_in: Path | None = None
 
-    def keep(self, recording: Recording | None) -> str:
-        """Keep a recording, also in a file, and return where it is: "in …"; "" for none."""
+    def keep(self, recording: Recording) -> str:
+        """Keep a recording, also in a file, and return where it is: "in …"."""
         self.kept = recording
-        if recording is None:
-            return ""
         for path in filter(None, (self.path, self.folder and _aside(recording, self.folder))):
             with contextlib.suppress(OSError, RecordingError):
                 path.parent.mkdir(parents=True, exist_ok=True)
