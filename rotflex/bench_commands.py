@@ -197,9 +197,10 @@ def run_experiment(
             saved = opened.recorder.keep(recording)
             raise RecordingError(f"{error} The recording is whole: it is {saved}.") from error
     typer.echo(f"{len(recording)} samples are in {out}.")
-    for text in (unanswered.in_words(recording.metadata, len(recording)), unanswered.of_clock(recording.metadata)):
-        if text:
-            typer.echo(text, err=True)
+    if late := unanswered.in_words(recording.metadata, len(recording)):
+        typer.echo(late, err=True)
+    if abs(drift := recording.metadata.get(unanswered.TIMING, {}).get("drift", 0.0)) > unanswered.DRIFT:
+        typer.echo(f"{unanswered.of_clock(drift)} All times and frequencies may be off by as much.", err=True)
     if unanswered.too_many(recording.metadata, len(recording)):
         raise typer.Exit(1)
 

@@ -29,7 +29,7 @@ from rotflex.hil.board import Clock
 from rotflex.hil.halt import WATCHDOG_TIMEOUT
 from rotflex.hil.loop import listen
 from rotflex.specifications import SAMPLE_TIME
-from rotflex.unanswered import FEW, HELPS
+from rotflex.unanswered import FEW, HELPS, of_clock
 from rotflex.units import DEG
 
 __all__ = ["Finding", "Level", "examine"]
@@ -198,8 +198,7 @@ def judge_samples(what: str, timing: Mapping[str, Any], sample_time: float, numb
     message = (
         f"The period is {period['p50'] * 1e3:.3f} ms (p50), {period['p99'] * 1e3:.3f} ms (p99), "
         f"{period['max'] * 1e3:.3f} ms at most, by a {timing['clock']} clock; of {number} samples "
-        f"{timing['late']} were late and {timing['missed']} missed. The board's clock is {abs(timing['drift']):.3%} "
-        f"{'slower' if timing['drift'] > 0 else 'faster'} than the computer's."
+        f"{timing['late']} were late and {timing['missed']} missed. {of_clock(timing['drift'])}"
     )
     lost = (timing["late"] + timing["missed"]) / number
     if lost <= FEW and abs(period["p50"] / sample_time - 1) <= _PERIOD_OFF:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 TIMING, HELD, LOST = "timing", "held", "lost"
 MOST_NOTED = 100  #: stretches; more would make a recording's metadata too long to be handed in
 FEW = 0.01  #: of the samples: where more came late or never, a run is not to be relied on
-DRIFT = 2e-3  #: of the time; where the board's clock differs by more from the computer's, it is said
+DRIFT = 2e-3  #: of the time; where the board's clock differs by more from the computer's, a run says so
 HELPS = (
     "The computer was busy: close other programs, run on mains power, plug the board in without a hub, and give it a "
     "clock of its own. If that does not help, check the board's power and cables."
@@ -39,22 +39,9 @@ def in_words(metadata: Mapping[str, Any], samples: int) -> str:
     return f"Of {samples} samples {late} came late and {missed} never came: {judged} (at most {FEW:.0%} may). {HELPS}"
 
 
-def of_clock(metadata: Mapping[str, Any]) -> str:
-    """By how much the board's clock differs from the computer's, if that is more than a little; else ""."""
-    timing = metadata.get(TIMING)
-    drift = timing.get("drift") if isinstance(timing, Mapping) else None
-    if not isinstance(drift, float) or abs(drift) <= DRIFT:
-        return ""
-    way = "slower" if drift > 0 else "faster"
-    return (
-        f"The board's clock is {abs(drift):.2%} {way} than the computer's: times and frequencies of the recording are "
-        "off by as much, if the computer's clock is right."
-    )
-
-
-def late_of(metadata: Mapping[str, Any], samples: int) -> int:
-    """How many of a recording's samples came late or never, if they are too many; else 0."""
-    return sum(_counted(metadata)) if too_many(metadata, samples) else 0
+def of_clock(drift: float) -> str:
+    """By how much of the time the board's clock is slower (or, below 0, faster) than the computer's."""
+    return f"The board's clock is {abs(drift):.3%} {'slower' if drift > 0 else 'faster'} than the computer's."
 
 
 def _counted(metadata: Mapping[str, Any]) -> tuple[int, int]:

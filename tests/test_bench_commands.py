@@ -75,6 +75,17 @@ def test_samples_that_never_came_are_told_and_too_many_fail(lost, words, code, m
     assert ("close other programs" in output) == (lost > 0)
 
 
+@pytest.mark.parametrize(("drift", "said_so"), [(0.01, "1.000% slower"), (-0.01, "1.000% faster"), (0.001, "")])
+def test_a_boards_clock_that_is_off_is_followed_and_said(drift, said_so, monkeypatch):
+    board = FaultBoard()
+    bench = bench_of(board)
+    bench.connection.now = lambda: (1 + drift) * board.time.now()
+    monkeypatch.setattr(hil, "open", lambda address: bench)
+    output = said("run", "fsf", "--gain", GAIN, "--duration", "10", "--out", "out.mat")
+    assert ("The board's clock is" in output) == bool(said_so) and said_so in output
+    assert Recording.load("out.mat").metadata["timing"]["missed"] == 0
+
+
 def test_recordings_in_which_samples_came_late_are_told_and_where_too_many_did_not_fitted():
     recording = Recording.load(recorded("one.mat"))
     for late, code in ((3, 0), (20, 2)):

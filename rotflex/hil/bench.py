@@ -33,7 +33,7 @@ from rotflex.hil.pace import Pace
 from rotflex.hil.recorder import Recorder
 from rotflex.hil.safety import Mark, Safety
 from rotflex.plant import Plant
-from rotflex.unanswered import TIMING, late_of
+from rotflex.unanswered import TIMING, in_words, too_many
 
 _NO_PUSH = (
     "A program can push the arm only on a virtual bench in simulated time, with rotflex's own plant. Leave out "
@@ -332,10 +332,8 @@ class Bench:
         self._sample += 1
         self.latest = measured
         if self.safety.supervision is not None and (why := self.safety.supervision.see(measured, samples)):
-            if late := late_of(self.timing, self._sample):
-                busy = f"{late} of {self._sample} samples came late, which may have led to this"
-                why = f"{busy}: this computer is too busy. {why}"
-            self._end(LimitExceeded(why))
+            late = f"{in_words(self.timing, self._sample)} " if too_many(self.timing, self._sample) else ""
+            self._end(LimitExceeded(f"{late}{why}"))
         return measured
 
     def _all_here(self, pace: Pace) -> tuple[list[list[int]], int]:

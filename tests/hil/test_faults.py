@@ -25,7 +25,6 @@ from rotflex.hil.controllers import OpenLoop, StateFeedback
 from rotflex.hil.loop import run
 from rotflex.recording import Recording
 from rotflex.signals import smooth_square_wave, time_axis
-from rotflex.unanswered import of_clock
 from rotflex.units import DEG
 
 GAIN = [18.24, -17.15, 1.59, 0.63]
@@ -448,8 +447,6 @@ def test_a_clock_that_is_not_the_computers_is_measured_and_no_fault(drift, jitte
     timing = recording.metadata["timing"]
     assert (timing["missed"], timing["late"]) == (0, 0)
     assert timing["drift"] == pytest.approx(drift, abs=2e-5)
-    said = f"{abs(drift):.2%} {'slower' if drift > 0 else 'faster'}"
-    assert said in of_clock(recording.metadata) if abs(drift) > 0.0021 else of_clock(recording.metadata) == ""
 
 
 @pytest.mark.parametrize("drift", [-0.002, 0.002])
@@ -538,5 +535,5 @@ def test_where_samples_came_late_a_limit_that_is_passed_says_so_first():
         board.time.pass_by(0.0 if next(calls) % 100 else 0.15)
         return voltage
 
-    with bench, pytest.raises(LimitExceeded, match=r"^\d+ of \d+ samples came late, .* this computer is too busy\."):
+    with bench, pytest.raises(LimitExceeded, match=r"^Of \d+ samples \d+ came late .* The computer was busy.*limit"):
         run(bench, Faulty(0, now_and_then, SAMPLES), 4 * REFERENCE, SAMPLE_TIME, progress=False)
