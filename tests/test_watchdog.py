@@ -108,6 +108,23 @@ def test_the_test_finds_whether_the_board_stops_the_motor_and_a_loop_follows_fro
         assert (bench.limits.voltage, again.setup().commissioned() is None) == ((10.0, True) if stops else (1.0, False))
 
 
+@pytest.mark.parametrize("verb", sorted(OPTIONAL))
+def test_a_board_that_refuses_what_it_took_closes_no_loop_until_its_watchdog_is_tested_again(installed, verb):
+    laboratory, _cards = installed(Variant())
+    done = add_watchdog_test(before(Q8), laboratory.connect, miswired.Person(laboratory))
+    laboratory, _cards = installed(Variant(zero=True, refuses=frozenset({verb})), laboratory)
+    law, reference = StateFeedback([18.24, -17.15, 1.59, 0.63]), np.full(200, 0.2)
+    with laboratory.connect(done, done.setup()) as bench:
+        bench.set_zero()
+        with pytest.raises(BenchError, match=f"{verb}, which it took"):
+            run(bench, law, reference, progress=False)
+    again = add_watchdog_test(done, laboratory.connect, miswired.Person(laboratory))
+    assert again.record["watchdog"]["refused"] == [verb]
+    with laboratory.connect(again, again.setup()) as bench:
+        bench.set_zero()
+        assert len(run(bench, law, reference, progress=False)) == 200
+
+
 def test_a_board_that_refuses_all_that_is_optional_is_commissioned_where_its_watchdog_stops_the_motor(installed):
     laboratory, cards = installed(Variant(zero=True, refuses=OPTIONAL, serial=None))
     done = commission(Q8, laboratory.connect, miswired.Person(laboratory))
