@@ -31,7 +31,7 @@ $(VENV)/.test: $(PROJECTS) | $(VENV)/.pip
 # Beside the environment: in it, nbgrader would put its extensions into every JupyterLab that tests start. All that it
 # needs of other packages, for what the test does with it, is in the environment.
 $(VENV)/nbgrader: | $(VENV)/.test
-	$(BIN)/python -m pip install --quiet --no-deps --target $@ nbgrader==0.9.6
+	$(BIN)/python -m pip install --quiet --no-deps --target $@ nbgrader==0.9.6 rapidfuzz
 
 $(VENV)/.contrib: contrib/serial/pyproject.toml | $(VENV)/.test
 	$(BIN)/python -m pip install --quiet --editable "contrib/serial[test]"

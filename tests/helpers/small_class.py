@@ -62,7 +62,7 @@ def killed_and_resumed(words: list[str], kills: int, longest: float, seed: int, 
     ----------
     words : the command
     kills : times to kill it by SIGKILL
-    longest : s; it is killed after a random time up to this, or sooner if it has come to its end by then
+    longest : s; it is killed so long after it has begun to work at most, or sooner if it has come to its end by then
     seed : for the random times
     scratch : its folder for temporary files, by which all that it starts can be known
     """
@@ -72,6 +72,9 @@ def killed_and_resumed(words: list[str], kills: int, longest: float, seed: int, 
         moment, killed = drawn.uniform(0, longest), False
         while not killed:
             child = subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, env=environment)
+            before = set(scratch.iterdir())
+            while child.poll() is None and set(scratch.iterdir()) <= before:  # however long it takes to begin
+                time.sleep(0.01)
             time.sleep(moment)
             if child.poll() is None:
                 os.kill(child.pid, signal.SIGKILL)
