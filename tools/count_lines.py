@@ -59,7 +59,7 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
             "labcourse/jupyter/**/*.py",
         ),
     ),
-    "run": (2119, ("labcourse/run/**/*.py",)),
+    "run": (2093, ("labcourse/run/**/*.py",)),
     "report": (1166, ("labcourse/report/**/*.py",)),
     "running, the warm runner": (1030, ("labcourse/grading/running/**/*.py", "labcourse/run/inside/**/*.py")),
     "intake": (1489, ("labcourse/grading/intake/**/*.py",)),

@@ -173,14 +173,14 @@ def check(
         student,
         folder,
         tuple(parts.values()),
-        problems=(*work.problems, *filter(None, [unreadable]), *_too_new(work, merged)),
+        problems=(*work.problems, *filter(None, [unreadable])),
         stops=why.stops,
         lost=why.lost,
         unlike=tuple(_unlike(parts, home, why)),
         notes=(
             *(_of_changes(name, changed) for name, changed in merged.changes.items() if changed),
             *work.notes,
-            *filter(None, (incomparable, _other_release(work))),
+            *filter(None, (incomparable, _other_release(work), _newer_python(work))),
             *(f"{name}: {note}" for name, of in written.items() for note in (*of.problems, *of.notes, *of.asked)),
             *_foreign(work, merged),
             *_of_reports(work, pdfs.values(), catalogue),
@@ -309,19 +309,13 @@ def _other_release(work: Work) -> str | None:
     )
 
 
-def _too_new(work: Work, merged: Merged) -> Iterator[str]:
-    """Yield a message on each piece of code that the older Python which grades cannot read."""
+def _newer_python(work: Work) -> str | None:
+    """Say that an older Python grades than the one that runs here."""
     grader = portability.version(work.hand_in.course.get(course_file.PYTHON))
     if grader is None or grader >= portability.HERE:
-        return
+        return None
     here, there = map(portability.version_text, (portability.HERE, grader))
-    for name, source in _own_code(work, merged):
-        why = portability.too_new(source, grader)
-        if why is not None:
-            yield (
-                f"{name}: your Python is {here}, and Python {there}, which grades, cannot read any of the code that "
-                f"begins with {source.strip().splitlines()[0][:80]!r}: {why[:200]}. Write that for {there}."
-            )
+    return f"Your Python is {here}, and Python {there} grades: a cell with newer syntax than that stops there."
 
 
 def _foreign(work: Work, merged: Merged) -> Iterator[str]:

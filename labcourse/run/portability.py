@@ -1,4 +1,4 @@
-"""Find what in a student's code works at home and may fail where it is graded: an older Python, packages, files."""
+"""Find what in a student's code works at home and may fail where it is graded: packages, and files."""
 
 from __future__ import annotations
 
@@ -29,39 +29,6 @@ def version(text: object) -> Version | None:
 def version_text(python: Version) -> str:
     """Return a version as people write it: major and minor, with a dot."""
     return ".".join(map(str, python))
-
-
-def too_new(source: str, grader: Version) -> str | None:
-    """Return what in a source this Python can read and an older one cannot; None if there is nothing.
-
-    Parameters
-    ----------
-    source : of a cell or a module
-    grader : the older Python
-    """
-    code = _python(source)
-    tree = _tree(code)
-    if tree is None:  # the run says so
-        return None
-    try:
-        ast.parse(code, feature_version=grader)
-    except SyntaxError as error:
-        return error.msg
-    formats = {getattr(node, "format_spec", None) for node in ast.walk(tree)}  # ":.2f" is a JoinedStr, too
-    strings = (node for node in ast.walk(tree) if isinstance(node, ast.JoinedStr) and node not in formats)
-    texts = (ast.get_source_segment(code, node) or "" for node in strings)
-    return next((f"the text {text}" for text in texts if not is_readable(text, grader)), None)
-
-
-def is_readable(string: str, grader: Version) -> bool:
-    """Return whether an older Python can read an f-string, which ``feature_version`` does not check."""
-    try:
-        from parso.grammar import load_grammar  # of IPython; it does not know ``match``, so it reads strings only
-
-        grammar = load_grammar(version=version_text(grader))
-    except (ImportError, NotImplementedError):
-        return True
-    return not any(grammar.iter_errors(grammar.parse(f"({string})")))  # in brackets it may have several lines
 
 
 def not_packed(source: str, folder: Path, packed: Collection[str]) -> Iterator[str]:

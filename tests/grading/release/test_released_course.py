@@ -16,9 +16,7 @@ from labcourse.grading.release import student_course
 pytestmark = pytest.mark.slow
 
 #: Optional notebooks are not in the release of a class that does not have them.
-NAMES = sorted(
-    path.name for path in (ROOT / "notebooks").glob("*.ipynb") if path.stem not in OURS.catalogue.optional
-)
+NAMES = sorted(path.name for path in (ROOT / "notebooks").glob("*.ipynb") if path.stem not in OURS.catalogue.optional)
 AT_A_LANDING = ("00_", "03_", "09_")
 _WHERE = "import rotflex, importlib.util as u; print(rotflex.__file__, u.find_spec('labcourse.grading'))"
 

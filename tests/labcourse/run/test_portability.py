@@ -1,12 +1,11 @@
 """What of a student's code is known to work at home only."""
 
 import importlib.metadata
-import sys
 
 import pytest
 
 from labcourse.run import portability
-from labcourse.run.portability import foreign, not_packed, too_new, version
+from labcourse.run.portability import foreign, not_packed, version
 
 HOMES = {"course": ["my-course"], "numpy": ["numpy"], "PIL": ["Pillow"], "pandas": ["pandas"]}
 HOMES |= {"shared": ["pandas", "numpy"]}
@@ -46,34 +45,6 @@ def test_what_is_installed_and_is_not_the_courses(monkeypatch, tmp_path):
     assert foreign(["import pandas"], [], ["unknown"]) == []  # it is not known what that course brings
     monkeypatch.setitem(HOMES, "pytest", ["pytest"])
     assert foreign(["import pytest"], [], ["course"]) == ["pytest"]  # a requirement of an extra is not brought
-
-
-@pytest.mark.parametrize(
-    ("source", "grader", "what"),
-    [
-        ("x = 1\ntry:\n    x\nexcept* ValueError:\n    pass", (3, 10), "Exception groups"),
-        ("match 1:\n    case 1:\n        pass", (3, 9), "Pattern matching"),
-        ("match 1:\n    case 1:\n        print(f'{1}')", (3, 10), None),  # parso alone takes it for an error
-        ("%matplotlib inline\nx = 1\nx?", (3, 8), None),
-        ("a = (f'{1}'\n    f'{2:>{3}}')", (3, 8), None),
-        ('print(f"{x:.2f} {y:{width}.1f}")', (3, 11), None),
-        ("x = = 1", (3, 8), None),  # no Python reads it: the run says so
-        pytest.param(
-            'print(f"{d["unit"]}")',
-            (3, 11),
-            'the text f"{d["unit"]}"',
-            marks=pytest.mark.skipif(sys.version_info < (3, 12), reason="this Python cannot read it"),
-        ),
-    ],
-)
-def test_what_an_older_python_cannot_read(source, grader, what):
-    found = too_new(source, grader)
-    assert found is what or found.startswith(what)
-
-
-@pytest.mark.parametrize(("string", "reads"), [('f"{d["unit"]}"', False), ("f'{d[\"unit\"]}'\n  f'{1:>{2}}'", True)])
-def test_strings_that_an_older_python_reads(string, reads):
-    assert portability.is_readable(string, (3, 11)) is reads
 
 
 @pytest.mark.parametrize(
