@@ -91,13 +91,16 @@ for number in range(50):
 report["children"] = started
 """
 THREADS = """
-threads = []
+threads, done = [], threading.Event()
 for _ in range(300):
-    thread = threading.Thread(target=time.sleep, args=(60,), daemon=True)
+    thread = threading.Thread(target=done.wait, args=(60,), daemon=True)
     try: thread.start()
-    except RuntimeError: break
+    except (RuntimeError, MemoryError): break
     threads.append(thread)
-report["threads"] = len(threads)
+number = len(threads)
+done.set()  # else there is no memory to say so
+for thread in threads: thread.join()
+report["threads"] = number
 """
 FORKS = """
 born = 0
