@@ -132,9 +132,7 @@ class Connection:
         self._board.watchdog_clear()
         self._board.watchdog_stop()
         self.write(0.0)
-        if (
-            lines := self._wiring.digital_outputs
-        ):  # on Q8-series boards an expired watchdog sets no analog one otherwise
+        if lines := self._wiring.digital_outputs:  # else a Q8-series board's expired watchdog sets no analog output
             channels, states = np.arange(lines, dtype=np.uint32), np.full(lines, DigitalState.TRISTATE, dtype=np.int32)
             self.ask("watchdog_set_digital_expiration_state", channels, lines, states)
         if self._prepare is not None:
