@@ -63,10 +63,10 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
     "report": (1166, ("labcourse/report/**/*.py",)),
     "running, the warm runner": (1030, ("labcourse/grading/running/**/*.py", "labcourse/run/inside/**/*.py")),
     "intake": (1489, ("labcourse/grading/intake/**/*.py",)),
-    "gradebook": (1537, ("labcourse/grading/gradebook/**/*.py",)),
+    "gradebook": (1536, ("labcourse/grading/gradebook/**/*.py",)),
     "marking": (1185, ("labcourse/grading/marking/**/*.py",)),
     "isolation": (1123, ("labcourse/grading/isolation/**/*.py",)),
-    "reports, scoring": (2619, ("labcourse/grading/reports/**/*.py", "labcourse/grading/scoring/**/*.py")),
+    "reports, scoring": (2412, ("labcourse/grading/reports/**/*.py", "labcourse/grading/scoring/**/*.py")),
     "outcomes, overview, to do, platforms, accounts": (
         2132,
         (
@@ -80,7 +80,7 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
         ),
     ),
     "settings, release, commands, rest": (
-        3559,
+        3534,
         (
             "rotflex/cli.py",
             "labcourse/command_line.py",

@@ -32,7 +32,6 @@ from labcourse.student_id import GRADEBOOK_FILE, INTAKE_FILE
 if TYPE_CHECKING:
     from labcourse.grading.erasure import Results
     from labcourse.grading.gradebook import Erased, Gradebook
-    from labcourse.grading.scoring.desk import Desk
 
 ALL_WELL, SOME_TROUBLE, NOT_ISOLATED = 0, 1, 3  #: exit codes; 2 is for any error that stops the command
 _COURSE, _CLASS, _PERSON = "Course", "Class", "Person"  # panels of --help
@@ -401,6 +400,15 @@ _PROXY = "IP address of the proxy that serves --url: 127.0.0.1 if it runs on thi
 _NEW_TOKEN = "Only make and print a new address for NAME; the former one ends at once."
 
 
+def _refuse_table(given: str | bool | None) -> None:
+    """Refuse an option of scoring in a spreadsheet. Raises GradingError if it was given."""
+    if given:
+        raise GradingError(
+            "Scores are no longer written to a table or read from one: score on the page (--by NAME), also from other "
+            "computers (--url URL)."
+        )
+
+
 @app.command(rich_help_panel=_CLASS)
 def score(
     marks: Marks,
@@ -415,15 +423,14 @@ def score(
     private_key: Annotated[Path | None, Option(help="Its key, if that is in another file.")] = None,
     new_token: Annotated[str | None, Option(metavar="NAME", parser=_name, help=_NEW_TOKEN)] = None,
     revoke: Annotated[str | None, Option(metavar="NAME", help="Only end the address of NAME, at once.")] = None,
-    write: Annotated[Path | None, Option(help="Only write all answers into this table (.xlsx or .csv).")] = None,
-    read: Annotated[Path | None, Option(help="Read scores from this table of --write.", dir_okay=False)] = None,
-    force: Force = False,
+    _table: Annotated[str | None, Option("--write", "--read", hidden=True, callback=_refuse_table)] = None,
+    _force: Annotated[bool, Option("--force", hidden=True, callback=_refuse_table)] = False,
 ) -> None:
-    """Score the answers that a person must read: in a browser, or in a table (--write, --read).
+    """Score the answers that a person must read, in a browser.
 
     With --url, assistants score at their own computers, and their addresses stay valid when the command ends.
 
-    Exit code: 0 all well, 1 some rows of a table were not read, 2 nothing done.
+    Exit code: 0 all well, 2 nothing done.
     """
     from labcourse.grading.overview import as_page, class_overview
     from labcourse.grading.scoring import rubric, start
@@ -435,59 +442,24 @@ def score(
             start.change_tokens(book, site, new_token, revoke)
         return
     names = by or []
-    if write is not None and read is not None:
-        raise GradingError("Give --write or --read, and not both at once.")
-    if read is not None and len(names) != 1:
-        raise GradingError("Say who scored in the table: --by NAME, once.")
-    if write is None and (not (names or site) or len({*map(str.casefold, names), ""}) <= len(names)):
+    if not (names or site) or len({*map(str.casefold, names), ""}) <= len(names):
         raise GradingError("Say who scores: --by NAME, once for each. Two scorers need two names.")
     course = courses.find(solutions)
     with _gradebook(marks) as book:
         items = rubric.read(course.folder, course.catalogue)
         desk = Desk(book, course.catalogue, items, course.settings.levels, show_names)
-        if write is not None:
-            _write_table(desk, write, force)
-        elif read is not None:
-            _read_table(desk, read, names[0])
-        else:
-            folder = _results_or_none(marks, None)
-            start.serve(
-                desk,
-                names,
-                site,
-                port,
-                browser,
-                course,
-                lambda link: as_page(class_overview(book, course, folder), link),
-                certificate,
-                private_key,
-            )
-
-
-def _write_table(desk: Desk, path: Path, force: bool) -> None:
-    from labcourse.grading.scoring import tables
-
-    if path.exists() and not force:
-        raise GradingError(
-            f"{path} is there already, and scores may stand in it: take them by --read first, name another file, "
-            "or add --force to write over it."
+        folder = _results_or_none(marks, None)
+        start.serve(
+            desk,
+            names,
+            site,
+            port,
+            browser,
+            course,
+            lambda link: as_page(class_overview(book, course, folder), link),
+            certificate,
+            private_key,
         )
-    count, asked = tables.write(desk, path)
-    answers = plural(count, "{count} answer", "{count} answers")
-    typer.echo(f"{answers}: {path}. {program.name()} score --read takes it in again.")
-    if asked:
-        typer.echo(f"Questions to the instructor: {asked}. The column “state” says who asks what.")
-
-
-def _read_table(desk: Desk, path: Path, by: str) -> None:
-    from labcourse.grading.scoring import tables
-
-    taken = tables.read(desk, path, by)
-    say(str(taken), *taken.replaced)
-    say(*taken.problems, err=True)
-    if taken.changed:
-        typer.echo(f"Pages and tables are as they were until {program.name()} report writes them anew.")
-    raise typer.Exit(SOME_TROUBLE if taken.problems else ALL_WELL)
 
 
 @app.command(rich_help_panel=_CLASS)

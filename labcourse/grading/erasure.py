@@ -30,7 +30,7 @@ from labcourse.grading.reports.grades import Reports
 from labcourse.student_id import GRADEBOOK_FILE, GRADES_FILE, HINTS_FILE, caseless
 
 RECORD_FILE, HANDED_IN = "record.json", "handed_in"  #: in the copy: all rows; each version of all files
-MOST_BYTES = 50_000_000  #: of a file that is searched; a class's answers in a spreadsheet, as scoring takes them
+MOST_BYTES = 50_000_000  #: of a file that is searched; a class's answers in a spreadsheet
 _ZIPS = (".zip", ".xlsx", ".docx", ".ods", ".odt")
 _UNREADABLE = (".pdf", ".png", ".jpg")  # in which letters do not stand as such
 

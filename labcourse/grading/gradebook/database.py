@@ -104,9 +104,8 @@ class Database:
         if version < VERSION:
             raise GradebookError(
                 f"The gradebook {self.where} was made by an earlier labcourse, and this one cannot read it. It is not "
-                f"changed. Grade the submissions again into a new folder ({name} grade). To take over what persons "
-                f"scored, write a table with each version ({name} score --write TABLE), copy level or points, and "
-                f"remark into the new one (equal keys are the same answer), and read that ({name} score --read TABLE)."
+                f"changed. Grade the submissions again into a new folder ({name} grade). What persons scored is not "
+                f"taken over: look at it with the earlier labcourse, and score it again ({name} score)."
             )
         if version > VERSION:
             raise GradebookError(

@@ -1,4 +1,4 @@
-"""Scoring of what a person must read: the page in the browser, and tables for a way without one. Instructor only.
+"""Scoring of what a person must read: the page in the browser. Instructor only.
 
 =============  =======================================================================================================
 ``rubric``     what to look for in each part, and what each level is like
@@ -7,6 +7,5 @@
 ``progress``   tallies, times of reading, what is left
 ``guards``     who is let in, and what a browser is told
 ``server``     the page as a server on the loopback interface; ``page/`` has its templates, script and style
-``tables``     scores out and in as a table
 =============  =======================================================================================================
 """

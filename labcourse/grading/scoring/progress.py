@@ -68,8 +68,8 @@ class Reading:
 def readings(acts: Iterable[Act]) -> list[Reading]:
     """Return one scorer's times of reading.
 
-    Left out are pauses, what was taken back, and what came from a table: several answers at once that one key does not
-    decide. What comes next after a table is left out, too, for nobody knows when that reading began.
+    Left out are pauses, what was taken back, and several answers that were decided at once, but not by one key. What
+    comes next after these is left out, too, for nobody knows when that reading began.
     """
     bursts: list[list[Act]] = []
     for act in sorted(acts, key=lambda act: (act.when, act.number)):

@@ -1,11 +1,10 @@
-"""rotflex score: what it takes, what it says, and scores by a table."""
+"""rotflex score: what it takes, and what it says."""
 
-import csv
 import re
 
 import pytest
 from checkout import ROOT
-from scoring_class import WORDS, new_class, texts
+from scoring_class import new_class, texts
 from typer.testing import CliRunner
 
 from labcourse.grading.gradebook import Gradebook
@@ -34,10 +33,8 @@ def run(marks, *words, answer="yes\n"):
         ((), "Say who scores: --by NAME"),
         (("--by", " "), "Say who scores: --by NAME"),
         (("--by", "Ann", "--by", "ANN"), "Two scorers need two names"),
-        (("--read", "x.csv"), "Say who scored in the table"),
-        (("--read", "x.csv", "--by", "Ann"), "x.csv cannot be read"),
-        (("--read", "x.csv", "--write", "x.csv"), "not both at once"),
-        (("--write", "x.txt"), "ends in .xlsx or .csv"),
+        (("--write", "x.csv", "--force"), "score on the page"),
+        (("--read", "x.csv", "--by", "Ann"), "score on the page"),
         (("--by", "Ann", "--url", "http://marks.school.edu"), "is not encrypted"),
         (("--by", "Ann", "--url", URL), "say who encrypts"),
         (("--by", "Ann", "--proxy", "127.0.0.1"), "Say by --url"),
@@ -121,53 +118,3 @@ def test_a_name_may_be_in_any_script(marks, monkeypatch):
     names = ("Zoë Müller-Łukasz", "王小明", "محمد", "O'Brien (2)")
     done = run(marks, *(word for name in names for word in ("--by", f" {name} ")), "--no-browser")
     assert [line.partition(": ")[0] for line in done.output.splitlines()[:4]] == [*names]
-
-
-def fill_in(path, change):
-    with path.open(encoding="utf-8-sig", newline="") as file:
-        rows = [row | change(place, row) for place, row in enumerate(csv.DictReader(file))]
-    with path.open("w", encoding="utf-8", newline="") as file:
-        table = csv.DictWriter(file, rows[0])
-        table.writeheader()
-        table.writerows(rows)
-
-
-def test_out_and_in_again(marks, tmp_path):
-    path = tmp_path / "scores.csv"
-    assert run(marks, "--write", path).output.startswith("6 answers:")
-    fill_in(path, lambda place, row: {"level": {0: "3", 1: "7"}.get(place, "")})
-    done = run(marks, "--read", path, "--by", "Ann")
-    assert done.exit_code == 1
-    assert "1 scored, 4 as they were, 1 not taken." in done.output
-    assert "Row 3: there is no level '7'" in done.output
-    with Gradebook(marks / GRADEBOOK_FILE) as book:
-        assert [(act.actor, act.level) for act in book.scores.acts()] == [("Ann", 3)]
-    assert "until rotflex report writes them anew" in done.output
-    again = run(marks, "--read", path, "--by", "Ann")
-    assert "0 scored, 5 as they were, 1 not taken." in again.output
-    assert "rotflex report" not in again.output
-
-
-def test_a_table_that_is_there_is_not_written_over_unasked(marks, tmp_path):
-    path = tmp_path / "scores.csv"
-    path.write_text("filled in")
-    done = run(marks, "--write", path)
-    assert done.exit_code == 2
-    assert "--force to write over it" in str(done.exception or "") + done.output
-    assert path.read_text() == "filled in"
-    assert run(marks, "--write", path, "--force").exit_code == 0
-    assert path.read_text(encoding="utf-8-sig").startswith('"key",')
-
-
-def test_a_table_tells_of_questions_and_of_what_it_replaces(marks, tmp_path):
-    path = tmp_path / "scores.csv"
-    with Gradebook(marks / GRADEBOOK_FILE) as book:
-        book.scores.ask("student-000", WORDS, "Bea", remark="Is it?")
-        book.scores.give("student-001", WORDS, 0.25, "Bea", level=1)
-    said = run(marks, "--write", path).output
-    assert "Questions to the instructor: 1." in said
-    fill_in(path, lambda place, row: {"level": "4", "points": ""} if row["state"] else {})
-    done = run(marks, "--read", path, "--by", "Cid")
-    assert done.exit_code == 0
-    assert "2 scored, 4 as they were, 0 not taken." in done.output
-    assert "Bea gave it level 1" in done.output

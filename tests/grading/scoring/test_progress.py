@@ -1,4 +1,4 @@
-"""How long the rest takes: by the median of one's own times; several at one key count as one, tables do not."""
+"""How long the rest takes: by the median of one's own times; several at one key count as one, many at once do not."""
 
 from datetime import UTC, datetime, timedelta
 
@@ -28,7 +28,7 @@ def acts(*seconds, actor="Ann", where=WHERE, level=3, undoes=None):
         ((0, 20, 40, 60, 80, 140), 10, 200),  # median 20
         ((0, 20, 40, 4000, 4020, 4040, 4060), 10, 200),  # a pause is no reading
         ((0, 20, 20.1, 20.2, 40, 60, 80, 100), 10, 20 * 10 * 5 / 7),  # three at one key
-        (tuple(n / 10 for n in range(100)), 10, None),  # more than one key decides: from a table
+        (tuple(n / 10 for n in range(100)), 10, None),  # more than one key decides
         ((*(n / 10 for n in range(9)), 20, 40, 60, 80, 100), 10, None),  # nobody knows when the one at 20 was begun
     ],
 )
