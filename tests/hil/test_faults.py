@@ -19,8 +19,8 @@ import numpy as np
 import pytest
 from fault_board import FAULT_AT, SAMPLE_TIME, FaultBoard, bench_of, counts_of
 
-from rotflex.errors import BenchError, DesignError, HILError, LimitExceeded, RunStopped
-from rotflex.hil.bench import Bench, Limits, Wiring
+from rotflex.errors import BenchError, DesignError, HILError, LimitExceeded, MotorNotStopped, RunStopped
+from rotflex.hil.bench import WATCHDOG_TIMEOUT, Bench, Limits, Outcome, Wiring
 from rotflex.hil.controllers import OpenLoop, StateFeedback
 from rotflex.hil.loop import run
 from rotflex.recording import Recording
@@ -512,6 +512,16 @@ def test_an_arm_that_is_moved_by_hand_at_0_V_is_no_runaway():
     board.spoil = lambda counts, sample: [round(300 * math.sin(sample / 60)), round(60 * math.sin(sample / 9))]
     with bench_of(board) as bench:
         assert len(run(bench, OpenLoop(), np.zeros(1000), SAMPLE_TIME, progress=False)) == 1000
+
+
+def test_a_voltage_that_the_board_refused_may_be_there_all_the_same():
+    board = FaultBoard()
+    with pytest.raises(MotorNotStopped) as told, bench_of(board) as bench:
+        bench.start(SAMPLE_TIME)
+        bench.read()
+        board.before["write_analog"] = failing(times=FOR_GOOD)
+        bench.write(1.5)
+    assert told.value.outcome == Outcome(False, 1.5, WATCHDOG_TIMEOUT)
 
 
 def test_past_its_limit_an_arm_coasts_no_further_than_the_cables_are_to_reach():
