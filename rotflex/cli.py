@@ -38,8 +38,8 @@ def doctor(
 ) -> None:
     """Check that students' code can be isolated on this computer; with --bench, that a bench works.
 
-    The first tries to break out, layer by layer. The second never drives the motor. Exit code: 0 it can, or nothing
-    has failed; 1 something at the bench has failed; 3 students' code cannot be isolated.
+    The first looks at each layer, and tries to break out of eight. The second never drives the motor. Exit code: 0 it
+    can, or nothing has failed; 1 something at the bench has failed; 3 students' code cannot be isolated.
     """
     if bench:
         with bench_commands.errors_as_messages():

@@ -65,7 +65,7 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
     "intake": (1489, ("labcourse/grading/intake/**/*.py",)),
     "gradebook": (1536, ("labcourse/grading/gradebook/**/*.py",)),
     "marking": (1185, ("labcourse/grading/marking/**/*.py",)),
-    "isolation": (1123, ("labcourse/grading/isolation/**/*.py",)),
+    "isolation": (966, ("labcourse/grading/isolation/**/*.py",)),
     "reports, scoring": (2412, ("labcourse/grading/reports/**/*.py", "labcourse/grading/scoring/**/*.py")),
     "outcomes, overview, to do, platforms, accounts": (
         2132,

@@ -208,7 +208,7 @@ def release(
 
 @app.command(rich_help_panel=_CLASS)
 def doctor(as_json: Json = False) -> None:
-    """Check that students' code can be isolated on this computer, by trying to break out of each layer.
+    """Check that students' code can be isolated on this computer: look at each layer, and try to break out of eight.
 
     Exit code: 0 it can, 3 it cannot.
     """

@@ -1,9 +1,9 @@
 """Whether isolation works on this computer: look at each layer, then try to break out.
 
-Layers are looked at from outside, and by a trusted program in a sandbox that shows what it sees. Then attacks are made,
-from inside a sandbox, against targets that really exist: in one sandbox :mod:`labcourse.grading.isolation.attacks` runs
-to its end; in others detached children that ignore signals are left, and it is ended from outside. Some results are
-seen only from outside, and are looked at from there.
+Layers are looked at from outside, and by a trusted program in a sandbox that shows what it sees. Then eight are tested
+by an attack each, from inside a sandbox, on targets that really exist. In one sandbox
+:mod:`labcourse.grading.isolation.attacks` attacks network, files, processes, memory, privileges and system calls. In
+another, children that ignore signals are left behind, and the run goes on past its time limit.
 """
 
 from __future__ import annotations
@@ -19,10 +19,8 @@ import socket
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 from labcourse.errors import IsolationError
 from labcourse.grading.isolation import attacks, bubblewrap, cgroups, sandbox, seccomp
@@ -42,17 +40,14 @@ _GROUP_REMEDY = (
     "Without it each process is limited by itself, and the number of small files that a student can make is not."
 )
 _REPORT_IT = "Do not grade here, and report what this shows."
-_LIMITS = Limits(
-    seconds=60, memory=256 * MIB, processes=20, file_size=8 * MIB, folder=32 * MIB, output=65536, open_files=64
-)
-# Detached and ignoring signals, with the token among their arguments; {then} is what comes after them.
-_CHILDREN = """
+_LIMITS = Limits(seconds=60, memory=256 * MIB, processes=20)
+# The children are detached, and have the token among their arguments. Should they get away, they end by themselves.
+_OUTLIVE = """
 [ "$(uname -n)" = sandbox ] || exit 1
-for i in 1 2 3 4 5; do
-    setsid sh -c 'trap "" INT TERM HUP; while :; do sleep 1; done' "$0" &
-done
-echo left > left
-{then}
+trap "" INT TERM HUP
+for i in 1 2 3 4 5; do setsid sh -c 'sleep 60; exit' "$0" & done
+echo started > started
+exec sleep 60
 """
 
 
@@ -198,165 +193,79 @@ def _group_layer(controller: str) -> Layer:
 
 
 def attempts() -> list[Attempt]:
-    """Make all attacks.
+    """Attack eight layers: six from inside, then try to outlive a run and its time limit.
 
     Raises
     ------
     IsolationError
         If the sandbox cannot be set up, or the attacks could not be made in it.
     """
-    with _attack_targets() as (targets, seen_outside):
-        results = _run_attacks(targets)
-        seen = seen_outside()
-    judged = [_attempt_of(name, *result, seen.get(name, "")) for name, result in results.items()]
-    flood = _attempt_to_outlive("outlive a flood of output", Ending.OUTPUT, "exec yes", _LIMITS.seconds)
-    for seconds in (0.3, 3, 30):  # on a busy machine, it may take a while until the children run
-        deadline = _attempt_to_outlive("outlive the deadline", Ending.DEADLINE, "exec sleep 60", seconds)
-        if deadline.contained:
-            break
-    return [*judged, flood, deadline]
+    return [*_attempts_inside(), *_attempts_to_outlive()]
 
 
-def _run_attacks(targets: dict[str, Any]) -> dict[str, tuple[bool, str]]:
-    """Run the attacks in a sandbox.
-
-    Returns
-    -------
-    dict
-        Name of the attack → whether it was contained, and what happened.
+def _attempts_inside() -> list[Attempt]:
+    """Set up targets outside, and run the attacks on them in a sandbox.
 
     Raises
     ------
     IsolationError
         If the sandbox cannot be set up, or the attacks did not come to their end.
     """
-    outcome = sandbox.run(
-        [str(sandbox.python()), "-I", "-S", "-c", Path(attacks.__file__).read_text("utf-8")],
-        visible=[],
-        wanted={"attempts.json": 65536},
-        stdin=json.dumps(targets).encode(),
-        limits=_LIMITS,
-    )
-    results = json.loads(outcome.files.get("attempts.json", b"{}"))
-    if list(results) != list(attacks.ATTACKS):
-        message = outcome.output.decode(errors="replace").strip()
-        raise IsolationError(f"The self-test did not come to its end: {message or outcome.ending.value}.", "self-test")
-    return {name: (contained, result) for name, (contained, result) in results.items()}
-
-
-def _attempt_of(name: str, contained: bool, result: str, seen_outside: str) -> Attempt:
-    """Return the attempt of an attack: by its own result, and by what was seen outside ("" if nothing was)."""
-    layer, _ = attacks.ATTACKS[name]
-    needed = layer == "" or (layer == attacks.FILTER and _has_filter())
-    return Attempt(name, contained and not seen_outside, seen_outside or result, needed)
-
-
-def _attempt_to_outlive(name: str, ending: Ending, then: str, seconds: float) -> Attempt:
-    """Start detached children that ignore signals, let the run be ended, and look for the children from outside.
-
-    Parameters
-    ----------
-    name : of the attempt
-    ending : how the run has to end
-    then : line of shell after the children are started, which makes the run end so
-    seconds : time limit of the run
-    """
-    token = secrets.token_hex(16)
-    command = ["/bin/sh", "-c", _CHILDREN.format(then=then), token]
-    outcome = sandbox.run(command, visible=[], wanted={"left": 16}, limits=replace(_LIMITS, seconds=seconds))
-    left = 0
-    for process in Path("/proc").glob("[0-9]*"):
-        with contextlib.suppress(OSError):  # some end meanwhile
-            left += token.encode() in (process / "cmdline").read_bytes()
-    if left:
-        return Attempt(name, False, f"{left} processes left")
-    if outcome.ending is not ending or outcome.files.get("left") != b"left\n":
-        return Attempt(name, False, f"it ended otherwise ({outcome.ending.value}), or its file was lost")
-    return Attempt(name, True, "ended; no process left, its file was read")
-
-
-@contextlib.contextmanager
-def _attack_targets() -> Iterator[tuple[dict[str, Any], Callable[[], dict[str, str]]]]:
-    """Set up targets of every kind for the attacks.
-
-    Yields
-    ------
-    dict
-        What the attacks must know of the targets.
-    Callable
-        Function that looks at the targets from outside: attack → what it did, for those that did something.
-    """
-    token, abstract = secrets.token_hex(16), "labcourse-" + secrets.token_hex(8)
-    home = Path(os.path.expanduser("~"))
-    with contextlib.ExitStack() as stack:
-        planted = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="labcourse-selftest-"))) / "planted"
-        planted.mkdir()
-        planted.chmod(0o777)  # whoever finds it could write to it
-        (planted / "secret").write_text(token, "utf-8")
-
-        def bind_socket(family: int, kind: int, address: Any) -> socket.socket:
-            """Return a socket at an address, until the ``with`` block ends."""
-            listener = stack.enter_context(socket.socket(family, kind))
-            listener.bind(address)
-            if kind == socket.SOCK_STREAM:
-                listener.listen()
-            return listener
-
-        tcp = bind_socket(socket.AF_INET, socket.SOCK_STREAM, ("127.0.0.1", 0))
-        udp = bind_socket(socket.AF_INET, socket.SOCK_DGRAM, ("", 0))
-        bind_socket(socket.AF_UNIX, socket.SOCK_STREAM, str(planted / "unix"))
-        bind_socket(socket.AF_UNIX, socket.SOCK_STREAM, "\0" + abstract)
-        addresses = _own_addresses(udp)
-        # A process of ours, with a secret in its environment. It ends with its input, and so with us.
-        environment = {**os.environ, "LABCOURSE_SECRET": token}
-        victim = stack.enter_context(subprocess.Popen(["cat"], env=environment, stdin=subprocess.PIPE))
+    token, home = secrets.token_hex(16), Path(os.path.expanduser("~"))
+    with (
+        tempfile.TemporaryDirectory(prefix="labcourse-selftest-") as planted,
+        socket.create_server(("127.0.0.1", 0)) as listener,
+        # It ends with its input, and so with us.
+        subprocess.Popen(["/bin/sh", "-c", "read -r word", token], stdin=subprocess.PIPE),
+    ):
         targets = {
-            "tcp": tcp.getsockname()[1],
-            "udp": udp.getsockname()[1],
-            "addresses": addresses,
-            "unix": str(planted / "unix"),
-            "abstract": abstract,
-            "planted": str(planted),
+            "planted": planted,
+            "port": listener.getsockname()[1],
             "token": token,
-            "process": victim.pid,
+            "memory": _LIMITS.memory,
             "home": str(home),
             # Names in it under which something is shown on purpose.
             "home_shown": [
                 path.relative_to(home).parts[0] for path in bubblewrap.visible_paths([]) if path.is_relative_to(home)
             ],
-            **{name: getattr(_LIMITS, name) for name in ("memory", "processes", "file_size", "folder")},
         }
+        outcome = sandbox.run(
+            [str(sandbox.python()), "-I", "-S", "-c", Path(attacks.__file__).read_text("utf-8")],
+            visible=[],
+            wanted={"attempts.json": 65536},
+            stdin=json.dumps(targets).encode(),
+            limits=_LIMITS,
+        )
+    results = json.loads(outcome.files.get("attempts.json", b"{}"))
+    if list(results) != list(attacks.ATTACKS):
+        message = outcome.output.decode(errors="replace").strip()
+        raise IsolationError(f"The self-test did not come to its end: {message or outcome.ending.value}.", "self-test")
+    return [
+        Attempt(name, contained, result, needed=name != attacks.READ_KEYS or _has_filter())
+        for name, (contained, result) in results.items()
+    ]
 
-        def seen_outside() -> dict[str, str]:
-            """Return attack → what it did to a target."""
-            seen = {}
-            with contextlib.suppress(BlockingIOError):
-                seen["reach a UDP listener"] = "it was heard outside" if udp.recv(64) else ""
-            if victim.poll() is not None:
-                seen["kill a process outside"] = "it was killed"
-            if sorted(os.listdir(planted)) != ["secret", "unix"]:
-                seen["write outside"] = "a file is there"
-            return seen
 
-        yield targets, seen_outside
-
-
-def _own_addresses(udp: socket.socket) -> list[str]:
-    """Return this machine's addresses. Check that a datagram reaches the listener; else silence would mean nothing.
+def _attempts_to_outlive() -> list[Attempt]:
+    """Leave children behind, run past the time limit, and look for the children from outside.
 
     Raises
     ------
     IsolationError
-        If the listener receives something else.
+        If the sandbox cannot be set up.
     """
-    udp.settimeout(5)
-    addresses = ["127.0.0.1"]
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
-        sender.sendto(b"here", ("127.0.0.1", udp.getsockname()[1]))
-        if udp.recv(64) != b"here":
-            raise IsolationError("The self-test's listener hears something else.", "self-test")
-        with contextlib.suppress(OSError):  # where it has no address to the outside
-            sender.connect(("192.0.2.1", 9))  # nothing is sent
-            addresses.append(sender.getsockname()[0])
-    udp.setblocking(False)
-    return addresses
+    for seconds in (0.3, 3, 30):  # on a busy machine, it may take a while until the children run
+        token, limits = secrets.token_hex(16), replace(_LIMITS, seconds=seconds)
+        outcome = sandbox.run(["/bin/sh", "-c", _OUTLIVE, token], visible=[], wanted={"started": 16}, limits=limits)
+        if started := outcome.files.get("started") == b"started\n":
+            break
+    left = 0
+    for process in Path("/proc").glob("[0-9]*"):
+        with contextlib.suppress(OSError):  # some end meanwhile
+            left += token.encode() in (process / "cmdline").read_bytes()
+    remaining = f"{left} processes left" if started or left else "no process was started, or the run's file was lost"
+    in_time = outcome.ending is Ending.DEADLINE
+    return [
+        Attempt("outliving: leave processes behind", started and not left, remaining),
+        Attempt("time: run past the time limit", in_time, f"{outcome.ending.value}, after {outcome.seconds:.1f} s"),
+    ]

@@ -173,9 +173,11 @@ def test_children_that_a_command_leaves_end_with_it():
 
 
 def test_too_much_output_ends_it_and_is_not_kept():
-    outcome = shell("echo early > answer; exec yes", limits=Limits(output=100_000))
+    token = secrets.token_hex(8)
+    outcome = shell("echo early > answer\n" + 3 * child(token) + "exec yes", limits=Limits(output=100_000))
     assert (outcome.ending, outcome.code, outcome.files.get("answer")) == (Ending.OUTPUT, None, b"early\n")
     assert len(outcome.output) == 100_000
+    assert processes_with(token) == []
 
 
 def test_too_much_output_at_once_is_noticed_though_the_command_has_ended():
