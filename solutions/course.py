@@ -47,7 +47,7 @@ COURSE = Course(
     parameters={"bench": "virtual"},
     imports=(
         "rotflex.experiments",
-        "rotflex.figures.prelab",
+        "rotflex.figures",
         "rotflex.greybox",
         "rotflex.course.lab",
         "rotflex.simulation",

@@ -73,6 +73,7 @@ def test_together_they_hold_every_module_once(wheels):
         assert not [name for name in held if not name.startswith((f"{package}/", f"{package}-"))]
     laboratory, engine = map(names, wheels)
     assert {f"rotflex/course/notebooks/{path.name}" for path in (ROOT / "notebooks").glob("*.ipynb")} <= laboratory
+    assert "rotflex/figures/drawings/joint_angles.svg" in laboratory
     assert {"labcourse/scene/explorer.js", "labcourse/grading/reports/templates/feedback.html"} <= engine
 
 

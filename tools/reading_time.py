@@ -124,7 +124,8 @@ def _count_pictures(cell: NotebookNode) -> int:
     """Return the number of pictures that a cell shows: those of a text, or the stored outputs of a code cell."""
     if cell.cell_type == "markdown":
         return len(_PICTURE.findall(_HIDDEN_MARKUP.sub(" ", cell.source)))
-    return sum("image/png" in output.get("data", {}) for output in cell.get("outputs", []))
+    shown = [output.get("data", {}) for output in cell.get("outputs", [])]
+    return sum("image/png" in data or data.get("text/html", "").startswith("<img ") for data in shown)
 
 
 def _count_open_words(cell: NotebookNode) -> int:

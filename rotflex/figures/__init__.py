@@ -1,34 +1,25 @@
-"""The workbook's figures: diagrams of the mechanism and of the loops, and plots of what is measured.
+"""The workbook's figures: drawings of the mechanism and of the loops, and plots of what is measured.
 
-Every function returns a matplotlib figure that carries its own description for those who cannot see it;
-:func:`show` puts it into a notebook.
+A drawing is an SVG file in ``rotflex/figures/drawings``, with its description for those who cannot see it;
+:func:`show_drawing` puts it into a notebook, as in ``figures.show_drawing("joint_angles")``. A plot is drawn by a
+function that returns a matplotlib figure, which carries its own description; :func:`show` puts it into a notebook.
 
 ================  ===========================================================
-figure            drawn by
+figure            drawing, or function of a plot
 ================  ===========================================================
-2.1, 2.2          ``joint_angles``, ``lumped_model``
+2.1, 2.2          ``"joint_angles"``, ``"lumped_model"``
 2.3               ``compound_sine_spectrum``
-2.4, 2.6          ``sweep_experiment``, ``validation_experiment``
+2.4, 2.6          ``"sweep_experiment"``, ``"validation_experiment"``
 2.7, 2.8          ``validation``
-3.1               ``desired_poles`` in symbols, ``pole_map`` in numbers
-3.2, 3.3, 3.5     ``state_feedback``, ``simulation_loop``, ``implementation_loop``
+3.1               ``"desired_poles"`` in symbols, ``pole_map`` in numbers
+3.2, 3.3, 3.5     ``"state_feedback"``, ``"simulation_loop"``, ``"implementation_loop"``
 3.4, 3.6, 3.7     ``tracking``
 beyond the book   ``naive_against_true``, ``free_decay``, ``compare_tracking``, ``motions_of_poles``,
-                  ``reading_a_response``
+                  ``reading_a_response``, ``"trolley_with_pendulum"``
 ================  ===========================================================
 """
 
-from rotflex.figures.drawings import (
-    desired_poles,
-    implementation_loop,
-    joint_angles,
-    lumped_model,
-    simulation_loop,
-    state_feedback,
-    sweep_experiment,
-    validation_experiment,
-)
-from rotflex.figures.pictures import ROLES, Picture, new_picture, show, style
+from rotflex.figures.pictures import ROLES, Picture, new_picture, show, show_drawing, style
 from rotflex.figures.plots import (
     compare_tracking,
     compound_sine_spectrum,
@@ -46,24 +37,17 @@ __all__ = [
     "Picture",
     "compare_tracking",
     "compound_sine_spectrum",
-    "desired_poles",
     "free_decay",
-    "implementation_loop",
-    "joint_angles",
-    "lumped_model",
     "motions_of_poles",
     "naive_against_true",
     "new_picture",
     "pole_map",
     "reading_a_response",
     "show",
-    "simulation_loop",
-    "state_feedback",
+    "show_drawing",
     "style",
-    "sweep_experiment",
     "tracking",
     "validation",
-    "validation_experiment",
 ]
 
 

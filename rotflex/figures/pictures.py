@@ -15,6 +15,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Literal
+from xml.etree import ElementTree
 
 import matplotlib as mpl
 from matplotlib.figure import Figure
@@ -38,6 +39,7 @@ DOTS_PER_INCH = 130  # crisp on paper and on dense screens ...
 SHOWN_PER_INCH = 100  # ... while the notebook shows it at this size
 SWITCH = "LABCOURSE_PICTURES"  #: environment variable; "off" draws no image, as where nobody looks at the notebook
 
+_DRAWINGS = Path(__file__).with_name("drawings")
 _STYLE = mpl.rc_params_from_file(Path(__file__).with_name("laboratory.mplstyle"), use_default_template=False)
 
 
@@ -125,7 +127,39 @@ def show(figure: Figure, alt: str | None = None, caption: str | None = None) -> 
     data, metadata = bundle(figure, alt)
     if "matplotlib.pyplot" in sys.modules:
         sys.modules["matplotlib.pyplot"].close(figure)
+    _publish(data, metadata, alt, caption)
 
+
+def show_drawing(name: str, caption: str | None = None) -> None:
+    """Show a drawing of the laboratory in the notebook, with its description for those who cannot see it.
+
+    Parameters
+    ----------
+    name : of a file in ``rotflex/figures/drawings``, without ``.svg``; the description is the file's ``<desc>``
+    caption : Markdown, shown below the drawing
+
+    If nobody looks (``LABCOURSE_PICTURES=off`` in the environment), the image is left out.
+
+    Raises
+    ------
+    RotflexError
+        If there is no drawing of this name.
+    """
+    files = {path.stem: path for path in _DRAWINGS.glob("*.svg")}
+    if name not in files:
+        raise RotflexError(f"There is no drawing {name!r}. These exist: {', '.join(sorted(files))}.")
+    svg = files[name].read_bytes()
+    alt = ElementTree.fromstring(svg).findtext("{*}desc", "")
+    data = {"text/plain": f"<drawing {name}>"}
+    if os.environ.get(SWITCH) != "off":
+        # An image in HTML: JupyterLab shows image/svg+xml in trusted notebooks only, and without its description.
+        source = base64.b64encode(svg).decode("ascii")
+        data["text/html"] = f'<img alt="{html.escape(alt)}" src="data:image/svg+xml;base64,{source}">'
+    _publish(data, {}, alt, caption)
+
+
+def _publish(data: dict[str, str], metadata: dict[str, Any], alt: str, caption: str | None) -> None:
+    """Display a figure's data, then its caption and its folded description; nothing outside a notebook."""
     from IPython.core.interactiveshell import InteractiveShell
     from IPython.display import display
 

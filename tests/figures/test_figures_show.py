@@ -24,14 +24,14 @@ def shell():
 
 
 def test_show_publishes_image_alt_text_and_caption(shell):
-    figure = figures.state_feedback()
+    figure = figures.reading_a_response()
     with capture_output() as captured:
-        assert figures.show(figure, caption="**Figure 3.2.** The loop.") is None
-        figures.show(figures.state_feedback(), alt="My loop, |u| < 10 V.")
+        assert figures.show(figure, caption="**Figure 3.2.** The response.") is None
+        figures.show(figures.reading_a_response(), alt="My loop, |u| < 10 V.")
     image, words, given, folded = captured.outputs
     assert base64.b64decode(image.data["image/png"]).startswith(b"\x89PNG")
     assert image.metadata["image/png"]["alt"] == figure.alt_text
-    assert words.data["text/markdown"].startswith("**Figure 3.2.** The loop.\n\n<details>")
+    assert words.data["text/markdown"].startswith("**Figure 3.2.** The response.\n\n<details>")
     assert given.metadata["image/png"]["alt"] == "My loop, |u| < 10 V."
     assert "My loop, |u| &lt; 10 V." in folded.data["text/markdown"]
 
@@ -52,16 +52,17 @@ def test_where_nobody_looks_a_figure_is_checked_and_closed_but_not_drawn(shell, 
     axes.plot([0, 1])
     with capture_output() as captured:
         figures.show(figure, alt="A line.", caption="Shown.")
-        figures.show(figures.state_feedback())
+        figures.show(figures.reading_a_response())
+        figures.show_drawing("state_feedback")
     assert not plt.fignum_exists(figure.number)
-    assert not any("image/png" in output.data for output in captured.outputs)
+    assert not any({"image/png", "text/html"} & output.data.keys() for output in captured.outputs)
     assert captured.outputs[1].data["text/plain"] == "Shown."
     with pytest.raises(RotflexError, match="description"):
         figures.show(mpl.figure.Figure())
 
 
 def test_a_picture_left_at_the_end_of_a_cell_brings_its_alt_text(shell):
-    figure = figures.state_feedback()
+    figure = figures.reading_a_response()
     data, metadata = shell.display_formatter.format(figure)
     assert base64.b64decode(data["image/png"]).startswith(b"\x89PNG")
     assert metadata["image/png"]["alt"] == figure.alt_text
@@ -70,7 +71,9 @@ def test_a_picture_left_at_the_end_of_a_cell_brings_its_alt_text(shell):
 @pytest.mark.parametrize(
     ("template", "where"),
     [
-        ("classic", r'<img[^>]*alt="Block diagram of state'),
+        ("classic", r'<img[^>]*alt="A made-up step response'),
+        ("lab", r"<summary>[^<]*</summary>\s*A made-up step response"),
+        ("lab", r'<img[^>]*alt="Block diagram of state'),
         ("lab", r"<summary>[^<]*</summary>\s*Block diagram of state"),
     ],
 )
@@ -79,7 +82,8 @@ def test_web_page_made_of_a_notebook_carries_the_description(shell, template, wh
     from nbconvert import HTMLExporter
 
     with capture_output() as captured:
-        figures.show(figures.state_feedback(), caption="The loop.")
+        figures.show(figures.reading_a_response(), caption="The response.")
+        figures.show_drawing("state_feedback", caption="The loop.")
     outputs = [nbformat.v4.new_output("display_data", one.data, metadata=one.metadata) for one in captured.outputs]
     cell = nbformat.v4.new_code_cell("show()", outputs=outputs)
     page, _ = HTMLExporter(template_name=template).from_notebook_node(nbformat.v4.new_notebook(cells=[cell]))

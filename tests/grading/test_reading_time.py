@@ -15,6 +15,7 @@ from labcourse.answers.parts import Question, figure, number, prose
 
 TEN = "one two three four five six seven eight nine ten"
 PICTURE = new_output("display_data", {"image/png": "…"})
+DRAWING = new_output("display_data", {"text/html": '<img alt="…" src="…">'})
 FOLDED = {"jp-MarkdownHeadingCollapsed": True}
 
 
@@ -23,7 +24,7 @@ FOLDED = {"jp-MarkdownHeadingCollapsed": True}
     [
         ([new_markdown_cell("A *word*, and $x = 3$ :\n\n| a | b |\n|---|---|")], 7, 0),
         ([new_markdown_cell('<div class="alert"><b>Mind</b> this</div> <!-- not this -->')], 2, 0),
-        ([new_code_cell("x", outputs=[PICTURE, PICTURE]), new_markdown_cell("![](attachment:a.png)")], 2, 3),
+        ([new_code_cell("x", outputs=[PICTURE, DRAWING]), new_markdown_cell("![](attachment:a.png)")], 2, 3),
         ([new_markdown_cell(f"<details><summary>More</summary>\n\n{TEN}\n\n</details>")], 0, 0),
         ([new_code_cell(TEN, metadata={"jupyter": {"source_hidden": True}})], 0, 0),
         ([new_markdown_cell("## More", metadata=FOLDED), new_markdown_cell(f"### Below\n\n{TEN}")], 1, 0),

@@ -75,8 +75,9 @@ hashlib.sha256(other.canvas.buffer_rgba()).hexdigest()[:20]
     "interactive": "plt.ioff()\nplt.plot([1, 2])\nplt.isinteractive()",
     "not-interactive": "[plt.get_fignums()]",
     "interactive-again": "plt.ion()\nplt.close('all')\nplt.isinteractive()",
-    "show": "from rotflex import figures\nfigures.show(figures.joint_angles(), caption='**1**')",
-    "picture": "figures.lumped_model()",
+    "show": "from rotflex import figures\nfigures.show(figures.reading_a_response(), caption='**1**')",
+    "picture": "figures.compound_sine_spectrum()",
+    "drawing": "figures.show_drawing('joint_angles', caption='**2**')",
     # --- magics
     "sympy": "import sympy\nsympy.init_printing()\nsympy.Symbol('x') ** 2 / 3",
     "time": "%time total = sum(range(10))",

@@ -74,6 +74,8 @@ class TestEverySolution:
             for output in cell.get("outputs", []):
                 if "image/png" in output.get("data", {}) and not answer_cell(cell):
                     assert output.metadata.get("image/png", {}).get("alt"), cell.id
+                for image in re.findall("<img [^>]*", output.get("data", {}).get("text/html", "")):
+                    assert 'alt="' in image, cell.id
 
 
 def answer_cell(cell: nbformat.NotebookNode) -> bool:

@@ -49,7 +49,7 @@ QUIET = {
         "import matplotlib.pyplot as plt",
         "plt.plot([1, 2])",
         "note(drawn_unasked=len(drawn), left_open=plt.get_fignums())",
-        "from rotflex import figures\nfigures.show(figures.joint_angles())\nfigures.lumped_model()",
+        "from rotflex import figures\nfigures.show(figures.reading_a_response())\nfigures.compound_sine_spectrum()",
         "figure, axes = plt.subplots()\nplt.plot([1, 2])\nplt.show()\nfigure",
         "note(drawn_unasked=len(drawn), left_open=plt.get_fignums())",
         "figure.savefig('figure.png')\nnote(drawn_asked=len(drawn), saved=open('figure.png', 'rb').read(4).hex())",
