@@ -90,7 +90,7 @@ def examine(uri: str, seconds: float = 3.0) -> Iterator[Finding]:
     if bench.connection.recorded is not None:
         yield Finding("board", Level.OK, "A recording is in the plant's place: there is no board to be looked at.")
         return
-    limits, commissioned = bench.limits, bench.safety.commissioned
+    limits, commissioned = bench.safety.limits, bench.safety.commissioned
     bench.recorder.folder = None  # what is sampled here is of no use to anybody later
     if software.level is not Level.FAIL:
         yield from _on_the_board(bench, file or _AS_USUAL, seconds)

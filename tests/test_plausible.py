@@ -52,7 +52,7 @@ def test_what_is_found_of_forged_recordings(made, what):
 def test_what_a_bench_cut_to_its_own_limit_is_not_doubted_and_without_the_limit_it_is(made):
     """And a limit that is no number, or none at all, is as if none were told."""
     with hil.open("virtual", plant=OURS) as bench:
-        bench.safety.limits = replace(bench.limits, voltage=6.0)
+        bench.safety.limits = replace(bench.safety.limits, voltage=6.0)
         cut = experiments.tracking(bench, GAIN, progress=False)
     assert abs(cut["vm"]).max() == 6.0
     assert doubts(limited(cut, 6.0)) == []

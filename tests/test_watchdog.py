@@ -93,7 +93,7 @@ def test_the_test_finds_whether_the_board_stops_the_motor_and_a_loop_follows_fro
     old, person = before(Q8), miswired.Person(laboratory)
     assert "--watchdog" in old.setup().commissioned()
     with laboratory.connect(old, old.setup()) as bench:
-        assert bench.limits.voltage == 1.0
+        assert bench.safety.limits.voltage == 1.0
         with pytest.raises(BenchError, match="was not tested"):
             bench.safety.require_commissioned()
     done = add_watchdog_test(old, laboratory.connect, person)
@@ -105,7 +105,9 @@ def test_the_test_finds_whether_the_board_stops_the_motor_and_a_loop_follows_fro
     again = bench_file.load("bench.toml")
     assert again == replace(done, name="bench")
     with laboratory.connect(again, again.setup()) as bench:
-        assert (bench.limits.voltage, again.setup().commissioned() is None) == ((10.0, True) if stops else (1.0, False))
+        assert (bench.safety.limits.voltage, again.setup().commissioned() is None) == (
+            (10.0, True) if stops else (1.0, False)
+        )
 
 
 @pytest.mark.parametrize("verb", sorted(OPTIONAL))
@@ -186,7 +188,7 @@ def test_another_board_of_the_same_kind_is_noticed_and_one_that_does_not_tell_is
     old = before(Q8)
     told = replace(old, record={**old.record, "watchdog": {"passed": True}})
     with laboratory.connect(told, told.setup()) as bench:
-        assert bench.limits.voltage == (10.0 if same else 1.0)
+        assert bench.safety.limits.voltage == (10.0 if same else 1.0)
         if same:
             bench.safety.require_commissioned()
         else:

@@ -318,7 +318,7 @@ def turn_slowly(bench: Bench, way: int, far: float) -> None:
     BenchError
         If it does not turn.
     """
-    most = bench.limits.voltage
+    most = bench.safety.limits.voltage
     experiments.rest(bench)
     bench.start(SAMPLE_TIME)
     try:

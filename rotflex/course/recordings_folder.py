@@ -94,7 +94,7 @@ class RecordingsFolder:
     def keeping(self, bench: Bench, run: int) -> Bench:
         """A real bench, each of whose recordings is kept here as soon as it is made."""
         bench.identity["run"] = run
-        limit = min(bench.limits.voltage, bench.servo.V_max)
+        limit = min(bench.safety.limits.voltage, bench.servo.V_max)
         told = {"servo": asdict(bench.servo), "joint": asdict(bench.joint), VOLTAGE_LIMIT: limit}
 
         def keep(recording: Recording) -> None:

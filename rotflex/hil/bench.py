@@ -66,7 +66,7 @@ class Bench:
     connection : to the board, which is opened on entering the ``with`` block
     servo, joint : nominal parameters, as the student is told them
     identity : plain data that says which bench this is; goes into every recording
-    safety : limits, guard, commissioning; where the motor stands in the end
+    safety : what keeps it from harm, and what is known of the motor in the end
     recorder : for what is recorded
 
     Attributes
@@ -112,11 +112,6 @@ class Bench:
     def board(self) -> Board:
         """The open board; raises :class:`BenchError` if the bench is not open."""
         return self.connection.board
-
-    @property
-    def limits(self) -> Limits:
-        """Limits of angles, rate, voltage and time."""
-        return self.safety.limits
 
     # --- open and close -------------------------------------------------------------------------------------------
 
@@ -401,9 +396,9 @@ class Bench:
         """Raise where a voltage may not be cut to the limit: it is no number, or the limits have a reason."""
         if not np.isfinite(voltage):
             self._end(BenchError(f"The controller asked for {voltage} V; check the gain."))
-        if self.limits.why:
+        if self.safety.limits.why:
             why = f"The controller asked for {voltage:.1f} V, and the limit is ±{self._v_max:g} V."
-            self._end(LimitExceeded(at(why, self.latest.time, self.limits.why)))
+            self._end(LimitExceeded(at(why, self.latest.time, self.safety.limits.why)))
 
     def disturb(self, torque: ArrayLike | Push | None) -> None:
         """Push the arm in the runs from now on, each sample until the next one; a recording has it as ``tau_link``.
@@ -468,7 +463,7 @@ class Bench:
 
     @property
     def _v_max(self) -> float:
-        return min(self.limits.voltage, self.servo.V_max)
+        return min(self.safety.limits.voltage, self.servo.V_max)
 
     def _end(self, error: BenchError, cause: Exception | None = None) -> NoReturn:
         """Set 0 V, and raise an error, with what became of the motor."""

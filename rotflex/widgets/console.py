@@ -458,7 +458,7 @@ def _reported(bench: Bench | None) -> Readout:
     """What a bench says of itself."""
     if bench is None:
         return Readout("The bench", [Row("not connected", ())])
-    limits = bench.limits
+    limits = bench.safety.limits
     rows = [Row(str(name), (str(value),)) for name, value in bench.identity.items() if name != "uri"]
     rows += [  # a replay has none
         Row(name, (f"within ±{limit / DEG:.0f} deg",))

@@ -40,8 +40,8 @@ def test_no_bench_is_stopped_by_the_spare_gain(count, duration):
         for feedback in ("full", "partial"):
             with hil.open("virtual", seed=seed) as bench:
                 run = experiments.tracking(bench, PRINTED, feedback, duration=duration, progress=False)
-            assert np.abs(run["theta"]).max() < 0.5 * bench.limits.theta, seed
-            assert np.abs(run["alpha"]).max() < 0.8 * bench.limits.alpha, seed
+            assert np.abs(run["theta"]).max() < 0.5 * bench.safety.limits.theta, seed
+            assert np.abs(run["alpha"]).max() < 0.8 * bench.safety.limits.alpha, seed
             assert spare_design.can_be_measured(run), seed
 
 

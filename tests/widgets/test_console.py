@@ -365,7 +365,7 @@ def test_what_came_late_before_an_experiment_is_none_of_its_own(live):
 
 def test_what_goes_wrong_on_the_bench_is_told_in_words(console):
     console.connect()
-    console._bench.safety.limits = type(console._bench.limits)(theta=0.02)
+    console._bench.safety.limits = type(console._bench.safety.limits)(theta=0.02)
     event(console, "press", "start")
     assert rows(console, "State")["state"] == ["ended"]
     assert "servo angle reached" in " ".join(map(str, rows(console, "State").values()))

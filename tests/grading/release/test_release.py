@@ -192,7 +192,7 @@ def installed(released, tmp_path_factory):
 def test_a_release_holds_what_a_student_needs_and_nothing_else(released, installed):
     top = "LICENSE README.md notebooks pyproject.toml wheels"
     assert {path.name for path in released.folder.iterdir()} == set(top.split())
-    suffixes = {".py", ".js", ".css", ".ipynb", ".json", ".html", ".typ", ".mplstyle"}
+    suffixes = {".py", ".js", ".css", ".ipynb", ".json", ".html", ".typ", ".mplstyle", ".svg"}
     about = [path for path in installed.iterdir() if path.suffix == ".dist-info"]
     assert {path.name.partition("-")[0] for path in about} == {"labcourse", "rotflex"}
     brought = [
