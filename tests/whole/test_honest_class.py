@@ -239,7 +239,10 @@ def assert_seen(graded, student, home, way="warm"):
     assert (seen.recorded, seen.stops) == (found.recorded, found.stops)
 
 
-@pytest.mark.parametrize(("name", "way"), [*((name, "warm") for name in SEEN), (SEEN[-1], "kernels")])
+@pytest.mark.parametrize(
+    ("name", "way"),
+    [*((name, "warm") for name in SEEN), pytest.param(SEEN[-1], "kernels", marks=pytest.mark.scheduled)],
+)
 def test_what_is_seen_at_home_is_what_grading_finds(shared, home, name, way):
     assert_seen(shared.graded, shared.hand_in(named(name)).student, home, way)
 

@@ -150,6 +150,7 @@ def test_equal_answers_are_scored_together_and_none_that_was_not_in_view(tmp_pat
         seat.close()
 
 
+@pytest.mark.scheduled  # tests/grading/test_crash.py kills a grader at each landing
 def test_killed_between_any_two_nothing_is_lost(tmp_path, chromium):
     new_class(tmp_path, texts(7))
     given = []
