@@ -12,10 +12,10 @@ import pytest
 from explorer_events import control
 
 from rotflex import experiments, hil, widgets
-from rotflex.errors import BenchError, RecordingError
+from rotflex.errors import BenchError, HILError, RecordingError
 from rotflex.hil.bench import Measurement, Recorder
 from rotflex.hil.hand import SILENCE
-from rotflex.hil.virtual import WallClock
+from rotflex.hil.virtual import VirtualBoard, WallClock
 from rotflex.recording import PUSHED, Recording
 from rotflex.simulation import with_actuator
 from rotflex.widgets import console as console_module
@@ -240,6 +240,22 @@ def test_a_board_that_fails_at_the_stop_does_not_hang_the_console(console, monke
     said = rows(console, "State")[""][0]
     assert "cable" in said and "emergency stop" in said and "is at 0 V" not in said
     assert console._run.at_zero is None
+    monkeypatch.undo()
+
+
+def test_of_a_motor_that_may_still_be_driven_it_says_what_its_outcome_says(console, monkeypatch):
+    write = VirtualBoard.write_analog
+
+    def refuses_in_the_run(board, channels, number, buffer):
+        if console._bench is not None and console._bench.latest.theta:
+            raise HILError("It does not answer.")
+        write(board, channels, number, buffer)
+
+    monkeypatch.setattr(VirtualBoard, "write_analog", refuses_in_the_run)
+    event(console, "press", "start")
+    (known,) = {console._run.outcome, console._bench.safety.outcome}
+    assert rows(console, "State")["state"] == ["NOT AT 0 V"] and not known.at_zero and known.volts
+    assert rows(console, "State")[""][0].startswith(str(known))
     monkeypatch.undo()
 
 
