@@ -28,6 +28,7 @@ def test_after_kills_at_random_moments_the_gradebook_is_that_of_an_undisturbed_r
     folder, source, _, undisturbed = fake_class
     words = small_class.command(source, folder / "submissions", folder / "killed", "--jobs", "2")
     (folder / "scratch").mkdir()
+    small_class.killed_at_work(words, folder / "scratch")
     # From before the first submission is begun to after some are done, however quick this machine is.
     small_class.killed_and_resumed(words, KILLS, longest=0.8 * undisturbed, seed=1, scratch=folder / "scratch")
     assert small_class.contents(folder / "killed") == small_class.contents(folder / "undisturbed")

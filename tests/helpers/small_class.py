@@ -55,6 +55,17 @@ def contents(out: Path) -> dict[str, Any]:
         return dump(book)
 
 
+def killed_at_work(words: list[str], scratch: Path) -> None:
+    """Run a command, and kill it once it has files in its folder for temporary files, however long that takes."""
+    environment = {**os.environ, "TMPDIR": str(scratch)}
+    child = subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, env=environment)
+    while not any(scratch.iterdir()):
+        assert child.poll() is None
+        time.sleep(0.01)
+    os.kill(child.pid, signal.SIGKILL)
+    child.wait()
+
+
 def killed_and_resumed(words: list[str], kills: int, longest: float, seed: int, scratch: Path) -> None:
     """Run a command, kill it at random moments so often, and let it come to its end then.
 
@@ -62,7 +73,7 @@ def killed_and_resumed(words: list[str], kills: int, longest: float, seed: int, 
     ----------
     words : the command
     kills : times to kill it by SIGKILL
-    longest : s; it is killed so long after it has begun to work at most, or sooner if it has come to its end by then
+    longest : s; it is killed after a random time up to this, or sooner if it has come to its end by then
     seed : for the random times
     scratch : its folder for temporary files, by which all that it starts can be known
     """
@@ -72,9 +83,6 @@ def killed_and_resumed(words: list[str], kills: int, longest: float, seed: int, 
         moment, killed = drawn.uniform(0, longest), False
         while not killed:
             child = subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, env=environment)
-            before = set(scratch.iterdir())
-            while child.poll() is None and set(scratch.iterdir()) <= before:  # however long it takes to begin
-                time.sleep(0.01)
             time.sleep(moment)
             if child.poll() is None:
                 os.kill(child.pid, signal.SIGKILL)
