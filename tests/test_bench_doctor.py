@@ -124,7 +124,7 @@ def test_the_makers_board_is_looked_at_whatever_its_watchdog_does_and_its_motor_
 def test_a_board_with_a_clock_of_its_own_is_looked_at_in_its_time(installed):
     cards = installed(lambda: Watched(PARAMETERS, clock=WallClock()))
     found = [one for one in bench_doctor.examine("quanser:q2_usb/0", seconds=0.2)]
-    assert {"samples at 500 Hz", "samples at 1000 Hz", "watchdog"} <= {one.what for one in found}
+    assert {"samples at 500 Hz", "samples at 1000 Hz", "watchdog's time"} <= {one.what for one in found}
     assert cards[0]._inner.largest == [0.0, 0.0]
 
 
