@@ -199,7 +199,7 @@ def run_experiment(
     typer.echo(f"{len(recording)} samples are in {out}.")
     if late := unanswered.in_words(recording.metadata, len(recording)):
         typer.echo(late, err=True)
-    if abs(drift := recording.metadata.get(unanswered.TIMING, {}).get("drift", 0.0)) > unanswered.DRIFT:
+    if abs(drift := unanswered.drift_of(recording.metadata)) > unanswered.DRIFT:
         typer.echo(f"{unanswered.of_clock(drift)} All times and frequencies may be off by as much.", err=True)
     if unanswered.too_many(recording.metadata, len(recording)):
         raise typer.Exit(1)

@@ -39,6 +39,13 @@ def in_words(metadata: Mapping[str, Any], samples: int) -> str:
     return f"Of {samples} samples {late} came late and {missed} never came: {judged} (at most {FEW:.0%} may). {HELPS}"
 
 
+def drift_of(metadata: Mapping[str, Any]) -> float:
+    """By how much of the time the board's clock was slower than the computer's; 0 where the metadata do not say."""
+    timing = metadata.get(TIMING)
+    drift = timing.get("drift") if isinstance(timing, Mapping) else None
+    return drift if isinstance(drift, float) and abs(drift) < 1 else 0.0
+
+
 def of_clock(drift: float) -> str:
     """By how much of the time the board's clock is slower (or, below 0, faster) than the computer's."""
     return f"The board's clock is {abs(drift):.3%} {'slower' if drift > 0 else 'faster'} than the computer's."

@@ -22,6 +22,7 @@ from rotflex.hil import bench_file, real
 from rotflex.hil.student_benches import preset
 from rotflex.hil.virtual import VirtualBoard
 from rotflex.recording import Recording
+from rotflex.unanswered import drift_of
 from rotflex.units import DEG
 
 SIMULATOR = "quanser:q2_usb/0@tcpip://localhost:18000?nagle='off'"
@@ -84,6 +85,13 @@ def test_a_boards_clock_that_is_off_is_followed_and_said(drift, said_so, monkeyp
     output = said("run", "fsf", "--gain", GAIN, "--duration", "10", "--out", "out.mat")
     assert ("The board's clock is" in output) == bool(said_so) and said_so in output
     assert Recording.load("out.mat").metadata["timing"]["missed"] == 0
+
+
+@pytest.mark.parametrize("timing", [None, "no", [], {}, {"drift": "0.1"}, {"drift": None}, {"drift": float("nan")}])
+def test_of_a_replay_that_does_not_say_its_clocks_drift_nothing_is_said(timing):
+    recording = Recording.load(recorded("one.mat"))
+    Recording(recording.time, recording.channels, {**recording.metadata, "timing": timing}).save("odd.mat")
+    assert drift_of(Recording.load("odd.mat").metadata) == 0.0
 
 
 def test_recordings_in_which_samples_came_late_are_told_and_where_too_many_did_not_fitted():

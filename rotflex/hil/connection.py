@@ -184,7 +184,7 @@ class Connection:
         self._taken = 0.0
 
     def outcome(self) -> Outcome:
-        """Return what is known of the motor now. A voltage that the board refused may be there all the same."""
+        """Return what is known of the motor now. A refused voltage is not taken for off: the board may have set it."""
         volts = self._taken or self._asked
         return Outcome(volts == 0.0, volts, WATCHDOG_TIMEOUT if self._is_watched else None)
 

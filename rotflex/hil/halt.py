@@ -90,7 +90,7 @@ def halt(connection: Connection, patience: float | None = PATIENCE) -> Outcome:
     MotorNotStopped
         If the board did not take 0 V; it has the outcome.
     HILError
-        If the board refused something else, after all was done all the same.
+        If the board refused another step. All steps were tried before.
     """
     steps, board = _Steps(), connection.board
     clear = partial(steps.take, "watchdog_clear", board.watchdog_clear)
@@ -148,7 +148,7 @@ def note(error: BaseException, outcome: Outcome) -> None:
     """Add to an error what is known of the motor: a bench's error says it itself, another one in a note."""
     if not isinstance(error, BenchError) and getattr(error, "outcome", None) != outcome:
         error.add_note(str(outcome))
-    error.outcome = outcome  # type: ignore[attr-defined]
+    error.outcome = outcome  # type: ignore[attr-defined]  # any exception carries it
 
 
 @contextlib.contextmanager

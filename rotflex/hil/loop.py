@@ -152,7 +152,7 @@ def _break_off(bench: Bench, error: BaseException, signals: NDArray[np.float64],
     try:
         bench.stop()
     except BaseException as failure:
-        if not isinstance(error, MotorNotStopped):
+        if not isinstance(error, MotorNotStopped):  # which says already what this failure would
             raised = failure
             if str(failure) != str(error):
                 raised.add_note(f"Before that: {reason(error)}")
