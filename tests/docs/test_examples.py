@@ -1,4 +1,4 @@
-"""Examples in the documentation: Python runs, and commands and their options exist.
+"""The documentation: links lead somewhere, Python runs, settings are understood, commands and their options exist.
 
 The ``python`` fences of a page are run one after the other, as in one session, in an empty folder. One that cannot
 stand alone has its reason in the line before, ``<!-- not run: … -->``. What a page takes as given is prepared here.
@@ -9,6 +9,7 @@ import functools
 import re
 import shlex
 import sys
+import tomllib
 import types
 from pathlib import Path
 
@@ -18,12 +19,17 @@ import typer.main
 from checkout import ROOT
 from traitlets.config import Config
 
+from labcourse.answers import starts
+from labcourse.grading import settings
 from rotflex import cli, experiments, greybox, hil
 from rotflex.course import spare_design
+from rotflex.course.questions import CATALOGUE as WHOLE
+from rotflex.hil import bench_file
 
 ELSEWHERE = ROOT / "docs" / "new_course.md"  # what it says is done in test_new_course_page.py
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]
 FENCE = re.compile(r"^(?P<margin> *)```(?P<language>\w+)\n(?P<code>.*?)^(?P=margin)```$", re.MULTILINE | re.DOTALL)
+CATALOGUE = starts.with_optional(WHOLE, ())  # what every class has
 NOT_RUN = re.compile(r"<!-- not run: (.+?) -->\s*$")
 PRINTED = re.compile(r"\s*<!-- printed -->\s*```text\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 
@@ -160,6 +166,32 @@ def fault(line, whole):
         if not (named and type(error).__name__ in ("MissingParameter", "BadOptionUsage")):
             return repr(error)
     return None
+
+
+@pytest.mark.parametrize("path", PAGES, ids=name_of)
+def test_links_lead_to_a_file_and_a_heading(path):
+    text = FENCE.sub("", path.read_text(encoding="utf-8"))
+    for link in re.findall(r"\]\(([^)\s]+)\)", re.sub(r"`[^`\n]+`", "", text)):
+        if not re.match(r"[a-z]+:", link):
+            name, _, heading = link.partition("#")
+            target = (path.parent / name).resolve() if name else path
+            assert target.exists(), link
+            if heading:
+                headings = re.findall(r"^#+ (.+)$", target.read_text(encoding="utf-8"), re.MULTILINE)
+                anchors = {re.sub(r"[^\w\- ]", "", one.lower()).replace(" ", "-") for one in headings}
+                assert heading in anchors, link
+
+
+@pytest.mark.parametrize("path", sorted((ROOT / "docs" / "guide").glob("*.md")), ids=name_of)
+def test_settings_are_understood(path, tmp_path):
+    for _line, block, _reason in fences(path, "toml"):
+        if "address" in (tables := tomllib.loads(block)):
+            (tmp_path / "bench.toml").write_text(block, encoding="utf-8")
+            bench_file.load(tmp_path / "bench.toml")
+        else:
+            due = "[[deadline]]\ndue = 2026-11-21\n" if "late" in tables and "deadline" not in tables else ""
+            (tmp_path / "course.toml").write_text(due + block, encoding="utf-8")
+            settings.read(tmp_path, ("workbook", "real_bench"), catalogue=CATALOGUE)
 
 
 @pytest.mark.parametrize("path", PAGES, ids=name_of)

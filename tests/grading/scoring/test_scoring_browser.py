@@ -350,16 +350,15 @@ def test_what_changes_is_in_view_on_a_small_screen(tmp_path, chromium):
         seat.close()
 
 
-@pytest.mark.parametrize("scheme", ["light", pytest.param("dark", marks=pytest.mark.scheduled)])
 def test_an_open_page_says_that_its_address_was_revoked_and_a_new_address_opens_it_again(
-    tmp_path, chromium, scheme, monkeypatch
+    tmp_path, chromium, monkeypatch
 ):
     set_real_clock(monkeypatch)
     port = browser.free_port()
     home = f"http://localhost:{port}"  # a tunnel to an address that lasts
     options = ("--url", home, "--port", str(port))
     with serving(new_class(tmp_path, texts(3)), "Ann", options=options) as (_process, (address,)):
-        seat = Seat(chromium, address, scheme).open()
+        seat = Seat(chromium, address).open()
         assert seat.page.url.startswith(f"{home}/score?")
         seat.press("4")
         with Gradebook(tmp_path / GRADEBOOK_FILE) as book:
@@ -397,10 +396,9 @@ def slips(tmp_path):
     return tmp_path
 
 
-@pytest.mark.parametrize("scheme", ["light", pytest.param("dark", marks=pytest.mark.scheduled)])
-def test_an_answer_is_two_clicks_away_from_the_class(slips, chromium, scheme):
+def test_an_answer_is_two_clicks_away_from_the_class(slips, chromium):
     with serving(slips, "Ann") as (_process, (address,)):
-        seat = Seat(chromium, address, scheme)
+        seat = Seat(chromium, address)
         page = seat.page
         looked_at(page)
         page.click("text=The class at a glance")
@@ -421,10 +419,9 @@ def test_an_answer_is_two_clicks_away_from_the_class(slips, chromium, scheme):
         assert [one.student for one in book.scores.openings()] == [None, "s-00", "s-00", None]
 
 
-@pytest.mark.parametrize("scheme", ["light", pytest.param("dark", marks=pytest.mark.scheduled)])
-def test_an_answer_is_decided_by_keys_and_the_same_for_all_that_were_in_view(slips, chromium, scheme):
+def test_an_answer_is_decided_by_keys_and_the_same_for_all_that_were_in_view(slips, chromium):
     with serving(slips, "Ann", options=("--names",)) as (_process, (address,)):
-        seat = Seat(chromium, address, scheme).open("/answer?student=s-00&question=2.11&part=omega_n")
+        seat = Seat(chromium, address).open("/answer?student=s-00&question=2.11&part=omega_n")
         page = seat.page
         page.keyboard.press("f")
         assert "Write a remark first" in seat.message and acts(slips) == []
