@@ -19,7 +19,7 @@ from labcourse.run.check import State, check
 from rotflex.course.spare_design import SPARE_GAIN
 from rotflex.recording import Recording
 
-pytestmark = [pytest.mark.slow, pytest.mark.isolation]
+pytestmark = [pytest.mark.scheduled, pytest.mark.isolation]
 
 NOTEBOOKS = [
     "02_finding_stiffness.ipynb",

@@ -132,40 +132,39 @@ def test_what_is_done_within_an_output_widget_is_done(tmp_path):
 
 
 SOLUTIONS = sorted((ROOT / "solutions").glob("*.ipynb"))
-#: At a landing the first two notebooks are run, in `make test-all` all.
-RUNS = [2, pytest.param(len(SOLUTIONS), marks=pytest.mark.scheduled)]
 
 
-@pytest.fixture(scope="module", params=RUNS, ids=lambda count: f"{count} notebooks")
-def solved(request, tmp_path_factory):
-    """Solution notebooks, one after the other: they, and the folders of a real kernel's run and of ours."""
-    chosen = SOLUTIONS[: request.param]
-    notebooks = {path.name: observed(json.loads(path.read_text(encoding="utf-8"))) for path in chosen}
+@pytest.fixture(scope="module")
+def solved(tmp_path_factory):
+    """The folders of a real kernel's run of all solution notebooks, one after the other, and of ours."""
+    notebooks = {path.name: observed(json.loads(path.read_text(encoding="utf-8"))) for path in SOLUTIONS}
     real, ours = tmp_path_factory.mktemp("real"), tmp_path_factory.mktemp("ours")
     with_kernels(notebooks, real, student="")
     assert inside(notebooks, ours, student="") == FINE
-    return chosen, real, ours
+    return real, ours
 
 
+@pytest.mark.scheduled
 def test_solutions_answer_the_same_to_the_last_bit(solved):
-    chosen, *folders = solved
-    real, ours = (json.loads((folder / "answers.json").read_bytes()) for folder in folders)
+    real, ours = (json.loads((folder / "answers.json").read_bytes()) for folder in solved)
     # Inside, as in JupyterLab, a cell is known by its id; the kernel's client here does not send it.
     cells = {cell for parts in ours.pop("cells").values() for cell in parts.values()}
-    every = [cell for path in chosen for cell in json.loads(path.read_text(encoding="utf-8"))["cells"]]
+    every = [cell for path in SOLUTIONS for cell in json.loads(path.read_text(encoding="utf-8"))["cells"]]
     code = [cell for cell in every if cell["cell_type"] == "code"]
     assert cells == {cell["id"] for cell in code if "lab.answer(" in "".join(cell["source"])}
     assert {cell for parts in real.pop("cells").values() for cell in parts.values()} == {""}
     assert json.dumps(ours) == json.dumps(real)
 
 
+@pytest.mark.scheduled
 def test_the_cells_of_solutions_have_the_same_results_and_leave_the_same_names(solved):
-    real, ours = map(facts, solved[1:])
+    real, ours = map(facts, solved)
     assert len(real) > 40
     assert all(fact["success"] for fact in real if "source" in fact)
     assert ours == real
 
 
+@pytest.mark.scheduled
 def test_the_files_that_solutions_leave_are_the_same(solved):
-    real, ours = map(files, solved[1:])
+    real, ours = map(files, solved)
     assert ours.keys() == real.keys()
