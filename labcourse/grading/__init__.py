@@ -9,7 +9,7 @@
 ``batch``, ``graded_run``                a class, from submissions to the gradebook; marking it again
 ``gradebook``, ``erasure``               what is stored, and how a person is erased from it
 ``scoring``                              answers in words, scored by a person
-``reports``, ``accounts``                feedback and tables of marks; final grades
+``reports``, ``accounts``                feedback and tables of marks; points so far
 ``outcomes``, ``sheets``                 levels of outcomes; scoring sheets
 ``overview``, ``todo``                   a class at a glance; what a person must do today
 ``platforms``                            marks in the files of learning platforms

@@ -1,12 +1,12 @@
-"""Compute final grades: weights, what is left out, lateness and rounding, and explain each step.
+"""Compute a student's points: of each assignment and so far, with weights, lateness, and what does not count.
 
-Points are fractions as they are written, so 0.1 is a tenth. Only the final grade is rounded, once.
+Points are fractions as they are written, so 0.1 is a tenth. Only what is shown is rounded, once.
 """
 
 from __future__ import annotations
 
-from collections import Counter, defaultdict
-from collections.abc import Collection, Iterable, Iterator
+from collections import defaultdict
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass, replace
 from datetime import datetime
 from decimal import Decimal, localcontext
@@ -14,13 +14,11 @@ from fractions import Fraction
 from functools import cached_property
 from typing import Any
 
-from labcourse.answers import reflection
 from labcourse.grading.assignments import Handed, State, Timing, Work, exact, least, of_course, works
 from labcourse.grading.course import Course
-from labcourse.grading.gradebook import MarkRecord, RunRecord, StudentRecord
-from labcourse.grading.graded_run import answers_of
+from labcourse.grading.gradebook import MarkRecord, StudentRecord
 from labcourse.grading.marking.marking import Mark
-from labcourse.grading.settings import Assignment, CourseSettings, Deadline, Extension, LateSettings, MarkSettings
+from labcourse.grading.settings import Assignment, CourseSettings, Deadline, Extension, LateSettings
 from labcourse.grading.verdicts import UNDECIDED
 from labcourse.messages import plural
 from labcourse.student_id import caseless
@@ -33,6 +31,11 @@ def half_up(number: Fraction, decimals: int) -> Fraction:
     """Round a number that is not negative; halves are rounded up."""
     scale = 10**decimals
     return Fraction((number * scale + Fraction(1, 2)) // 1, scale)
+
+
+def to_hundredths(number: Fraction) -> str:
+    """Write points rounded half up to two decimals, as "9.50"."""
+    return f"{float(half_up(number, 2)):.2f}"
 
 
 def in_full(number: Fraction) -> str:
@@ -72,7 +75,7 @@ def unknown_names(settings: CourseSettings, students: Iterable[StudentRecord]) -
     return list(dict.fromkeys(unknown(settings.deadlines))), list(dict.fromkeys(named + unknown(settings.extensions)))
 
 
-# --- final grades -----------------------------------------------------------------------------------------------------
+# --- points -----------------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
@@ -121,16 +124,12 @@ class AssignmentGrade:
     assignment : which; with title "" for marks that are in no assignment
     works : its notebooks, as they are now
     all_items : each mark in it that is worth points, also those that do not count
-    bonus : points for predictions
-    decimals : of its points in a column, which are rounded half up
     is_given_back : whether the reader may see its marks
     """
 
     assignment: Assignment
     works: tuple[Work, ...]
     all_items: tuple[Item, ...]
-    bonus: Fraction
-    decimals: int
     is_given_back: bool = True
 
     @property
@@ -194,7 +193,7 @@ class AssignmentGrade:
     @cached_property
     def earned(self) -> Fraction:
         """Points of its notebooks with weights and lateness, as far as they are decided."""
-        return sum((item.weighted * (1 - item.taken) for item in self.counting), self.bonus)
+        return sum((item.weighted * (1 - item.taken) for item in self.counting), Fraction(0))
 
     @cached_property
     def possible(self) -> Fraction:
@@ -220,18 +219,7 @@ class AssignmentGrade:
         unknown = self.is_empty or self.undecided or self.state is State.NOT_GRADED
         if unknown or self.is_excused or not self.possible:
             return ""
-        return f"{float(half_up(self.points, self.decimals)):.{self.decimals}f}"
-
-    @property
-    def weight(self) -> Fraction:
-        """Its share of the final grade; 0 if the student is excused."""
-        weight = self.assignment.weight
-        return Fraction(0) if self.is_excused else self.out_of if weight is None else exact(weight)
-
-    @property
-    def weighted(self) -> Fraction:
-        """What it adds to the final grade."""
-        return self.earned * ratio(self.weight, self.possible)
+        return to_hundredths(self.points)
 
     def as_data(self) -> dict[str, Any]:
         """Return it for JSON."""
@@ -245,29 +233,25 @@ class AssignmentGrade:
             "excused": [{"notebook": e.notebook, "by": e.actor, "reason": e.reason, "when": e.when} for e in excuses],
             "points": self.points_text,
             "out_of": float(self.out_of),
-            "weight": float(self.weight),
         }
 
 
 def ratio(part: Fraction, whole: Fraction) -> Fraction:
-    """Divide; what is out of nothing keeps its points, as those for predictions, if nothing replaces their scale."""
-    return part / whole if whole else Fraction(part == whole)
+    """Divide; return 0 if the whole is 0."""
+    return part / whole if whole else Fraction(0)
 
 
 @dataclass(frozen=True)
-class FinalGrade:
-    """A student's grade so far, which is final when everything is due, and how it is computed.
+class Account:
+    """A student's points so far, and what is special about them.
 
     Attributes
     ----------
     assignments : all of the class, in order, and marks that are in none of them last
-    predictions : how many predictions were made in what is due; each may earn additional points
-    marks, late : the settings
+    late : the settings
     """
 
     assignments: tuple[AssignmentGrade, ...]
-    predictions: int
-    marks: MarkSettings
     late: LateSettings
 
     @cached_property
@@ -276,11 +260,11 @@ class FinalGrade:
         return [one for one in self.assignments if one.counts]
 
     @property
-    def is_over(self) -> bool:
-        """Whether everything counts from which the student is not excused."""
-        return all(one.counts or one.is_excused for one in self.assignments)
+    def later(self) -> str:
+        """The titles of what does not count yet."""
+        return ", ".join(one.title for one in self.assignments if not one.counts and not one.is_excused)
 
-    def given_back(self, notebooks: Collection[str] | None) -> FinalGrade:
+    def given_back(self, notebooks: Collection[str] | None) -> Account:
         """Return it as the student may see it, when the marks of some notebooks were given back (None: of all)."""
         if notebooks is None:
             return self
@@ -312,155 +296,69 @@ class FinalGrade:
 
     @cached_property
     def earned(self) -> Fraction:
-        """Points as they count so far, as far as they are decided."""
-        return sum((one.weighted for one in self.so_far), Fraction(0))
+        """Points so far, as far as they are decided."""
+        return sum((one.points for one in self.so_far), Fraction(0))
 
     @property
     def so_far_text(self) -> str:
-        """These points with all decimals of the final grade, as "7.30"."""
-        return f"{float(half_up(self.earned, self.marks.decimals)):.{self.marks.decimals}f}"
+        """These points, rounded, as "7.30"."""
+        return to_hundredths(self.earned)
 
     @cached_property
     def out_of(self) -> Fraction:
         """What these points are out of, undecided ones included."""
-        return sum((one.weight for one in self.so_far), Fraction(0))
-
-    @property
-    def scaled(self) -> Fraction:
-        """Earned points on the scale of the final grade, not rounded. ``out_of`` must not be 0."""
-        return self.earned if self.marks.out_of is None else self.earned / self.out_of * exact(self.marks.out_of)
-
-    @property
-    def final(self) -> float | None:
-        """The final grade; None until all is due, while a mark that counts is not decided, and if nothing counts."""
-        if self.undecided or not self.out_of or not self.is_over:
-            return None
-        return float(half_up(self.scaled, self.marks.decimals))
-
-    @property
-    def final_text(self) -> str:
-        """The final grade with all of its decimals, as "72.30"; "" without one."""
-        return "" if self.final is None else f"{self.final:.{self.marks.decimals}f}"
-
-    @property
-    def final_out_of(self) -> float:
-        """The scale of the final grade."""
-        return float(self.out_of) if self.marks.out_of is None else self.marks.out_of
-
-    @property
-    def is_plain(self) -> bool:
-        """Whether the final grade is only the sum of the points."""
-        usual, marks = MarkSettings(), self.marks
-        special = any(item.dropped_as or item.weighted_as for item in self.items) or self.timings or marks.predictions
-        scaled = any(one.weight != one.possible or one.is_excused for one in self.assignments) or not self.is_over
-        return not special and not scaled and (marks.out_of, marks.decimals) == (usual.out_of, usual.decimals)
+        return sum((one.out_of for one in self.so_far if one.possible), Fraction(0))
 
     def as_data(self) -> dict[str, Any]:
         """Return it for JSON."""
         return {
             "earned": float(self.earned),
             "out_of": float(self.out_of),
-            "final": self.final,
-            "final_out_of": self.final_out_of,
             "assignments": [one.as_data() for one in self.assignments if one.title],
             "how": self.how(),
-            "steps": self.steps(),
         }
 
     def how(self) -> list[str]:
-        """List what is special about it, in a few words each and without points."""
-        dropped = ", ".join(_grouped(self.items, "dropped_as"))
-        weighted = _grouped(self.counting, "weighted_as").items()
-        lines = [f"not counted: {dropped}"] if dropped else []
-        lines += [f"{name} counts {in_full(items[0].weight)} times" for name, items in weighted]
-        lines += [f"{entry.notebook}: {_lateness(entry)}" for entry in self.timings]
-        lines += [f"excused: {one.title}" for one in self.assignments if one.is_excused]
-        lines += [f"not counted so far: {self.later}"] if self.later else []
-        return lines + ([f"{self.predictions} predictions made"] if self.marks.predictions else [])
-
-    def steps(self) -> list[str]:
-        """Explain the final grade step by step, so that it can be computed again by hand."""
-        return [*self._steps(), *self._last_steps()]
-
-    @property
-    def later(self) -> str:
-        """The titles of what does not count yet."""
-        return ", ".join(one.title for one in self.assignments if not one.counts and not one.is_excused)
-
-    def _steps(self) -> Iterator[str]:
-        counting, each = self.counting, exact(self.marks.predictions)
-        for one in self.assignments:
-            for act in (work.excuse for work in one.works if work.excuse is not None):
-                yield f"{act.notebook} does not count: {act.actor} excused you on {act.when:%Y-%m-%d} ({act.reason})."
-        if self.later:
-            yield f"Not counted so far, as it is not due or not given back: {self.later}."
-        if self.items:
-            work = "" if self.is_over else " in the work that counts so far"
-            yield f"All answers{work}: {_points(self.items)}."
-        if dropped := _grouped(self.items, "dropped_as"):
-            names = ", ".join(f"{name} ({_points(items)}{_so_far(items)})" for name, items in dropped.items())
-            yield f"Not counted: {names}. Left: {_points(counting)}."
-        for name, items in _grouped(counting, "weighted_as").items():
-            after = _of(sum(item.weighted for item in items), sum(item.possible for item in items))
-            yield f"{name} counts {in_full(items[0].weight)} times: {_points(items)} become {after}."
-        yield from map(self._timing_step, self.timings)
-        if each:
-            more = in_full(self.predictions * each)
-            yield f"{self.predictions} predictions made, {_worth(each)} each: {more} points more."
+        """Explain what is special about these points, so that they can be computed again by hand."""
+        lines = [f"Not counted so far, as it is not due or not given back: {self.later}."] if self.later else []
+        if dropped := dict.fromkeys(item.dropped_as for item in self.items if item.dropped_as):
+            lines.append(f"Not counted: {', '.join(dropped)}.")
+        weights = {item.weighted_as: item.weight for item in self.counting if item.weighted_as}
+        lines += [f"{name} counts {in_full(weight)} times." for name, weight in weights.items()]
+        lines += map(self._timing_text, self.timings)
         for one in self.so_far:
-            if one.out_of != one.possible:
-                yield f"{one.title}: {_of(one.earned, one.possible)} become {_of(one.points, one.out_of)}."
-            if one.weight != one.out_of:
-                yield f"{one.title}: {_of(one.points, one.out_of)} count as {_of(one.weighted, one.weight)}."
-        if not self.is_plain and self.is_over and not self.undecided:
-            yield f"Together: {_of(self.earned, self.out_of)}."
+            if one.possible not in (0, one.out_of):
+                scale = f"points out of {in_full(one.possible)} are put on the scale of {in_full(one.out_of)}"
+                lines.append(f"{one.title}: {scale}.")
+        return lines
 
-    def _timing_step(self, entry: Timing) -> str:
+    def _timing_text(self, entry: Timing) -> str:
         due, until = _when(entry.due, entry.until), _when(entry.until, entry.until)
         if entry.received is None:
             rest = "Nobody knows when it was handed in. It counts as in time."
             if entry.waits:
                 rest = "Only the computer on which it was written says when it was saved. "
-                rest += "Your instructor decides when it was handed in."
+                rest += "An instructor decides when it was handed in."
             return f"{entry.notebook} was due on {until}. {rest}"
         start = f"{entry.notebook} was handed in on {_when(entry.received, entry.until)}"
         start += f" ({entry.clock})" if entry.clock else ""
         if not entry.days:
-            return f"{start}. It was due on {due}. You have an extension until {until}, so it is in time."
+            return f"{start}. It was due on {due}. There is an extension until {until}, so it is in time."
         late = self.late
         extended = " by an extension" if entry.extended else ""
         grace = f" with {in_full(exact(late.grace_hours))} h of grace" if late.grace_hours else ""
-        what = f"{start}, due on {until}{extended}{grace}: {_days(entry.days)} late (a day that has begun counts)."
+        days = plural(entry.days, "{count} day late", "{count} days late")
+        what = f"{start}, due on {until}{extended}{grace}: {days} (a day that has begun counts)."
         if not entry.taken:
             return f"{what} That costs nothing."
         capped = entry.days * exact(late.per_day) > exact(late.cap)
         most = f", and {in_full(exact(late.cap))} % at most" if capped else ""
-        points = sum(item.weighted for item in self.counting if item.notebook == entry.notebook)
-        cost = f"{in_full(entry.taken * 100)} % of its {_worth(points)}, which is {in_full(points * entry.taken)}."
-        return f"{what} {in_full(exact(late.per_day))} % a day{most}: it loses {cost}"
-
-    def _last_steps(self) -> Iterator[str]:
-        marks = self.marks
-        if self.undecided or not self.is_over:
-            waiting = _worth(sum(item.possible for item in self.undecided))
-            open_yet = f" Answers worth {waiting} are not decided yet." if self.undecided else ""
-            so_far = f"So far: {_of(self.earned, self.out_of)}.{open_yet}" if self.out_of else "Nothing counts so far."
-            known = "due" if all(one.is_given_back for one in self.assignments) else "due, given back"
-            yield f"{so_far} The final grade comes when everything is {known} and decided."
-        elif self.final is None:
-            yield "Nothing counts, so there is no final grade."
-        else:
-            if marks.out_of is not None:
-                scale = in_full(exact(marks.out_of))
-                share = f"{in_full(self.earned)} / {in_full(self.out_of)}"
-                yield f"On the scale of {scale}: {share} × {scale} = {in_full(self.scaled)}."
-            decimals = plural(marks.decimals, "{count} decimal", "{count} decimals")
-            final = f"{self.final_text} of {in_full(exact(self.final_out_of))}"
-            yield f"Final grade: {final}, rounded to {decimals} (half up)."
+        per_day, taken = in_full(exact(late.per_day)), in_full(entry.taken * 100)
+        return f"{what} {per_day} % a day{most}: it loses {taken} % of its points."
 
 
-def final_grade(course: Course, handed: Handed, when: datetime | None = None) -> FinalGrade:
-    """Compute a student's grade by the settings of a course.
+def account_of(course: Course, handed: Handed, when: datetime | None = None) -> Account:
+    """Compute a student's points by the settings of a course.
 
     Parameters
     ----------
@@ -474,18 +372,13 @@ def final_grade(course: Course, handed: Handed, when: datetime | None = None) ->
         if mark.out_of:
             name = course.notebook_of(mark.question)
             items[name].append(_item(mark, name, work.get(name), settings))
-    run = None if handed.graded is None else handed.graded.run
-    made = _predictions_made(run, course) if settings.marks.predictions else {}
-    rest = Assignment("", tuple({*items, *made} - {*work}))
+    rest = Assignment("", tuple(items.keys() - work.keys()))
     grades = []
     for one in [*of_course(course), rest]:
-        bonus = sum(made.get(name, 0) for name in one.notebooks) * exact(settings.marks.predictions)
         there = tuple(work[name] for name in one.notebooks if name in work)
         own = tuple(item for name in one.notebooks for item in items[name])
-        grades.append(AssignmentGrade(one, there, own, bonus, settings.marks.decimals))
-    grade = FinalGrade(tuple(grades), 0, settings.marks, settings.late)
-    due = [name for one in grade.so_far for name in one.assignment.notebooks]
-    return replace(grade, predictions=sum(made.get(name, 0) for name in due))
+        grades.append(AssignmentGrade(one, there, own))
+    return Account(tuple(grades), settings.late)
 
 
 def _item(mark: MarkRecord | Mark, notebook: str, work: Work | None, settings: CourseSettings) -> Item:
@@ -503,63 +396,6 @@ def _item(mark: MarkRecord | Mark, notebook: str, work: Work | None, settings: C
         exact(marks.weight(*where)),
         Fraction(0) if due is None else due.taken,
     )
-
-
-def _predictions_made(run: RunRecord | None, course: Course) -> dict[str, int]:
-    """Count a run's predictions by notebook, if they earn points and their questions count.
-
-    Each is read as strictly as an answer.
-    """
-    if run is None or not course.settings.marks.predictions:
-        return {}
-    made = answers_of(run).get(reflection.SECTION, {})
-    counts = Counter[str]()
-    for number, what in course.catalogue.predictions.items():
-        if number not in course.settings.marks.drop:
-            counts[course.catalogue.everything[number].notebook] += len([*reflection.read(what, made.get(number, {}))])
-    return counts
-
-
-# --- texts ------------------------------------------------------------------------------------------------------------
-
-
-def _grouped(items: Iterable[Item], attribute: str) -> dict[str, list[Item]]:
-    """Group items by a name that the settings have for them; leave out items without one."""
-    groups: dict[str, list[Item]] = {}
-    for item in items:
-        if name := getattr(item, attribute):
-            groups.setdefault(name, []).append(item)
-    return groups
-
-
-def _lateness(entry: Timing) -> str:
-    if entry.received is None:
-        return f"not known when it came, {'to be decided' if entry.waits else 'taken as in time'}"
-    if not entry.days:
-        return "in time by an extension"
-    return f"{_days(entry.days)} late, {in_full(entry.taken * 100)} % taken"
-
-
-def _points(items: Iterable[Item]) -> str:
-    """Write the points of items without weights, as "2 of 3 points"."""
-    items = list(items)
-    return _of(sum(item.points or 0 for item in items), sum(item.out_of for item in items))
-
-
-def _so_far(items: Iterable[Item]) -> str:
-    return " so far" if any(item.points is None for item in items) else ""
-
-
-def _of(points: Fraction | int, out_of: Fraction | int) -> str:
-    return f"{in_full(Fraction(points))} of {in_full(Fraction(out_of))} points"
-
-
-def _worth(points: Fraction | int) -> str:
-    return "1 point" if points == 1 else f"{in_full(Fraction(points))} points"
-
-
-def _days(number: int) -> str:
-    return plural(number, "{count} day", "{count} days")
 
 
 def _when(moment: datetime, zone_of: datetime) -> str:

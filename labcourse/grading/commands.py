@@ -599,10 +599,7 @@ def export(
     out_of: Annotated[
         Decimal | None, Option(metavar="POINTS", parser=_decimal, help="Maximum, if the file does not say it.")
     ] = None,
-    decimals: Annotated[
-        int | None,
-        Option(min=0, max=5, help="Decimals of a mark; rounded half up.", show_default="the course's, or 2"),
-    ] = None,
+    decimals: Annotated[int, Option(min=0, max=5, help="Decimals of a mark; rounded half up.")] = 2,
     unfinished: Annotated[bool, Option("--unfinished", help="Write the points decided so far.")] = False,
     cap: Annotated[bool, Option("--cap", help="Write the maximum for marks above it.")] = False,
     feedback: Annotated[Path | None, Option(help="Write a zip of feedback pages here.", dir_okay=False)] = None,
@@ -629,7 +626,7 @@ def export(
         raise GradingError("Two of the files are the same. What is read is not written over: name another file.")
     course = courses.find(solutions)
     only = assignments.find(course, assignment) if assignment else None
-    choice = platforms.Choice(course.settings.marks.decimals if decimals is None else decimals, unfinished, cap)
+    choice = platforms.Choice(decimals, unfinished, cap)
     with _gradebook(marks) as book:
         try:
             theirs = platforms.read(into.read_bytes())

@@ -19,7 +19,7 @@ from typing import Any, NamedTuple
 
 from labcourse import clock, program
 from labcourse.answers.parts import Where
-from labcourse.grading.accounts import AssignmentGrade, FinalGrade, in_full
+from labcourse.grading.accounts import Account, AssignmentGrade, in_full
 from labcourse.grading.assignments import State, short
 from labcourse.grading.course import Course
 from labcourse.grading.gradebook import Act, Answer, Gradebook, Graded, MarkRecord
@@ -234,7 +234,6 @@ def _of_assignment(of: Class, one: Assignment) -> dict[str, Any]:
         "title": one.title,
         "due": max((due for due, names in rules if not names or names & {*one.notebooks}), default=None),
         "out_of": float(points),
-        "weight": float(points if one.weight is None else one.weight),
         "states": Counter(grade.state for grade in grades if not grade.is_excused),
         "late": sum(bool(grade.days_late) for grade in grades if not grade.is_excused),
         "excused": sum(grade.is_excused for grade in grades),
@@ -267,8 +266,6 @@ def so_far_text(student: Student) -> str:
     account = student.account
     if not account.out_of or len(account.undecided) == len(account.counting):
         return ""
-    if account.final is not None:
-        return f"final {account.final_text} of {account.final_out_of:g}"
     return f"{account.so_far_text} of {in_full(account.out_of)}"
 
 
@@ -289,7 +286,7 @@ def far_below(students: Iterable[Student]) -> list[tuple[Student, float, float]]
     return sorted(low, key=lambda entry: (entry[1], caseless(entry[0].id)))
 
 
-def _decided_share(account: FinalGrade) -> float | None:
+def _decided_share(account: Account) -> float | None:
     """Return earned points of decided points in what is due; None if nothing is decided."""
     decided = [item for item in account.counting if item.points is not None]
     possible = sum(item.possible for item in decided)

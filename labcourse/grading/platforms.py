@@ -32,8 +32,8 @@ from typing import NamedTuple
 
 from labcourse import clock, program
 from labcourse.errors import GradingError
-from labcourse.grading.accounts import AssignmentGrade, FinalGrade, half_up, in_full
-from labcourse.grading.assignments import State, exact
+from labcourse.grading.accounts import Account, AssignmentGrade, half_up, in_full
+from labcourse.grading.assignments import State
 from labcourse.grading.course import Course
 from labcourse.grading.gradebook import Gradebook, StudentRecord
 from labcourse.grading.intake import platforms as submission_names
@@ -497,17 +497,18 @@ def _earned(
     return _earned_in_all(account)
 
 
-def _earned_in_all(account: FinalGrade) -> Earned:
+def _earned_in_all(account: Account) -> Earned:
     """Return what a student has earned in all that counts."""
     if not account.out_of:
         return Earned(None, "it is out of no points.")
-    if account.final is not None:
-        nothing = all(one.state is State.MISSING for one in account.so_far if one.title)
-        share = exact(account.final) / exact(account.final_out_of)
-        return Earned(share, state=State.MISSING if nothing else "")
-    waits = listed([f"{item.question} {item.part}" for item in account.undecided], _NAMED)
-    remark = f"still waits for a person: {waits}." if waits else f"only what is due so far: not {account.later}."
-    return Earned(account.earned / account.out_of, remark)
+    share = account.earned / account.out_of
+    if account.undecided:
+        waits = listed([f"{item.question} {item.part}" for item in account.undecided], _NAMED)
+        return Earned(share, f"still waits for a person: {waits}.")
+    if account.later:
+        return Earned(share, f"only what is due so far: not {account.later}.")
+    nothing = all(one.state is State.MISSING for one in account.so_far if one.title)
+    return Earned(share, state=State.MISSING if nothing else "")
 
 
 def _earned_in(grade: AssignmentGrade) -> Earned:

@@ -139,7 +139,7 @@ class ReportSettings:
 
 @dataclass(frozen=True)
 class MarkSettings:
-    """How marks become a final grade.
+    """What counts, and by how much.
 
     Attributes
     ----------
@@ -147,16 +147,10 @@ class MarkSettings:
         part, as "1.2" or "1.2 speed"
     weights : names, as above → factor of the points and of what they are out of; the weight of a part replaces that of
         its question
-    out_of : the scale of the final grade; where it is None, that is the sum of points
-    decimals : of the final grade, which is rounded half up
-    predictions : additional points for each prediction that was made
     """
 
     drop: Annotated[tuple[_Name, ...], Field(min_length=1)] = ()
     weights: Mapping[_Name, Annotated[_Number, Field(ge=0.001, le=1000)]] = field(default_factory=dict)
-    out_of: Annotated[_Number, Field(ge=0.001, le=1000)] | None = None
-    decimals: Annotated[_Whole, Field(ge=0, le=4)] = 2
-    predictions: _Percent = 0.0
 
     def dropped_as(self, question: str, part: str) -> str:
         """Return the entry of ``drop`` that leaves out a part of a question; "" if the part counts."""
@@ -211,14 +205,12 @@ class Assignment:
     notebooks : names, without their ending
     due : everybody's deadline; None without one
     out_of : points of its column; None for the points of its notebooks
-    weight : its share of the final grade; None for what it is out of
     """
 
     title: _Name
     notebooks: Annotated[tuple[_Notebook, ...], Field(min_length=1)]
     due: _End | None = None
     out_of: Annotated[_Number, Field(ge=0.001, le=1000)] | None = None
-    weight: Annotated[_Number, Field(ge=0, le=1000)] | None = None
 
 
 @dataclass(frozen=True)
@@ -325,7 +317,7 @@ class CourseSettings:
     reflect : whether and when students are asked about contradictions between their answers
     report : what their lab reports may be like
     releases : the folder in which releases are stored, from the one above the course's
-    marks : what counts, by how much, and on which scale
+    marks : what counts, and by how much
     levels : what levels are worth, and their thresholds
     assignments : those that are named; see :func:`labcourse.grading.assignments.of_course`
     deadlines, extensions : what is due when, and who has more time
@@ -457,6 +449,18 @@ _ENTRIES: Mapping[str, list[str]] = {
     **{name: ["from" if entry.name == "opens" else entry.name for entry in fields(t)] for name, t in _TABLES.items()},
 }
 
+_NO_GRADE = (
+    "The learning platform computes the course grade from the points of each assignment; out_of of an [[assignment]] "
+    "is their scale. Delete this line."
+)
+#: Entry that an earlier version had → what stands in its place.
+_REMOVED: Mapping[str, str] = {
+    "assignment.weight": _NO_GRADE,
+    "marks.out_of": _NO_GRADE,
+    "marks.decimals": "Points are shown with two decimals; export has --decimals. Delete this line.",
+    "marks.predictions": "Predictions earn no points. Delete this line.",
+}
+
 
 def _refuse_places(file: Path, faults: Iterable[Fault]) -> None:
     """Raise GradingError if there are faults of the settings file; the message lists each with its table and entry."""
@@ -482,7 +486,9 @@ def _unknown_entries(data: Mapping[str, Any]) -> Iterator[Fault]:
             for number, row in enumerate(rows):
                 for name in row.keys() - _ENTRIES[table]:
                     place = (table, number, name) if table in _ROWS else (table, name)
-                    yield place, f"there is no such entry. {_suggestion(name, _ENTRIES[table])}"
+                    instead = _REMOVED.get(f"{table}.{name}")
+                    missing = f"there is no such entry. {_suggestion(name, _ENTRIES[table])}"
+                    yield place, f"there is no such entry any more. {instead}" if instead else missing
 
 
 def _suggestion(name: str, known: Sequence[str]) -> str:

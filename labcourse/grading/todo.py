@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 from labcourse import program
 from labcourse.answers.parts import Where
-from labcourse.grading.accounts import AssignmentGrade, FinalGrade, final_grade, ratio, unknown_names
+from labcourse.grading.accounts import Account, AssignmentGrade, account_of, ratio, unknown_names
 from labcourse.grading.assignments import Handed, State, Work, exact, of_course
 from labcourse.grading.course import Course
 from labcourse.grading.gradebook import ON_DISK, Answer, Arrival, Graded, Publication, Request, StudentRecord
@@ -53,7 +53,7 @@ class Student:
     """
 
     about: StudentRecord
-    account: FinalGrade
+    account: Account
     graded: Graded | None = None
     received: Mapping[str, Arrival] = field(default_factory=dict)
 
@@ -134,7 +134,7 @@ class Class:
     @cached_property
     def worths(self) -> dict[Where, Fraction]:
         """Question and part of what counts → its points in the column of its assignment."""
-        nobody = final_grade(self.course, Handed(StudentRecord(""), nothing_given(self.course)))
+        nobody = account_of(self.course, Handed(StudentRecord(""), nothing_given(self.course)))
         return {
             (item.question, item.part): item.possible * ratio(one.out_of, one.possible)
             for one in nobody.assignments

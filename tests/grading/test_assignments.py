@@ -10,7 +10,7 @@ from made_courses import OURS
 
 from labcourse import clock
 from labcourse.errors import GradingError
-from labcourse.grading.accounts import final_grade
+from labcourse.grading.accounts import account_of
 from labcourse.grading.assignments import Handed, State, find, given_back, of_course, works
 from labcourse.grading.gradebook import Arrival, Excuse, MarkRecord, Publication, StudentRecord
 from labcourse.grading.graded_run import FAILED, Facts
@@ -21,7 +21,7 @@ DAY = timedelta(days=1)
 ADA = StudentRecord("ada", section="A")
 SECOND, THIRD = "02_finding_stiffness", "03_model_validation"
 LAB = Assignment("Lab 02", (SECOND,), DUE)
-BOTH = Assignment("Both", (SECOND, THIRD), DUE, out_of=20, weight=10)
+BOTH = Assignment("Both", (SECOND, THIRD), DUE, out_of=20)
 CAME = {f"{SECOND}.ipynb": Arrival(DUE - DAY)}
 
 
@@ -78,7 +78,7 @@ def test_of_a_submission_that_cannot_be_read_what_is_due_could_not_be_graded():
     problem = "The submission cannot be read: ada.zip: it is broken."
     unread = replace(what, graded=replace(what.graded, run=replace(what.graded.run, problems=(problem,))))
     assert (state(unread, DUE), state(unread)) == (State.NOT_DUE, State.NOT_GRADED)
-    grade = final_grade(course(LAB), unread, DUE + DAY)
+    grade = account_of(course(LAB), unread, DUE + DAY)
     assert grade.undecided and grade.assignments[1].points_text == ""
 
 
@@ -119,36 +119,43 @@ def test_an_assignment_is_found_by_title_notebook_or_number(name):
         find(course(LAB), "12")
 
 
-def test_an_assignment_has_points_of_its_own_scale_and_a_weight():
+def test_an_assignment_has_points_of_its_own_scale():
     """Earned 1.5 of 3 in one notebook, of which a tenth is lost, and 1 of 2 in the other: 2.35 of 5."""
     half = MarkRecord("2.11", "omega_n", "partly right", 1.5, 2.0, "")
     zero = MarkRecord("2.11", "explanation", "wrong", 0.0, 1.0, "")
     other = MarkRecord("2.13", "state_space", "partly right", 1.0, 2.0, "")
     late = {f"{SECOND}.ipynb": Arrival(DUE + timedelta(hours=1)), f"{THIRD}.ipynb": Arrival(DUE)}
     made = course(BOTH, late=LateSettings(per_day=10))
-    found = final_grade(made, handed(half, zero, other, received=late), DUE + DAY)
+    found = account_of(made, handed(half, zero, other, received=late), DUE + DAY)
     (both,) = [one for one in found.assignments if one.title == "Both"]
     assert (both.earned, both.possible, both.points) == (Fraction(235, 100), 5, Fraction(235, 100) * 4)
     assert (both.points_text, both.days_late, both.state) == ("9.40", 1, State.MARKED)
-    assert (both.weighted, both.weight) == (Fraction(47, 10), 10)
+    assert (found.earned, found.out_of, found.how()[-1]) == (
+        both.points,
+        20,
+        "Both: points out of 5 are put on the scale of 20.",
+    )
 
 
-def test_so_far_only_what_is_due_and_the_final_grade_when_all_is():
-    made = course(LAB, Assignment("Lab 03", (THIRD,), DUE + 7 * DAY))
+def test_so_far_only_what_is_due_counts():
+    others = [name for name in OURS.asked.notebooks if name not in (SECOND, THIRD)]
+    made = course(LAB, Assignment("Lab 03", (THIRD,), DUE + 7 * DAY), Assignment("Others", tuple(others), DUE))
     later = MarkRecord("2.13", "state_space", "missing", 0.0, 2.0, "")
     what = handed(RIGHT, later)
-    early, over = (final_grade(made, what, when) for when in (DUE + DAY, DUE + 8 * DAY))
-    assert (early.earned, early.out_of, early.final) == (2, 2, None)
-    assert (over.earned, over.out_of, over.final_text) == (2, 4, "2.00")
+    early, over = (account_of(made, what, when) for when in (DUE + DAY, DUE + 8 * DAY))
+    assert (early.earned, early.out_of, early.later) == (2, 2, "Lab 03")
+    assert (over.earned, over.out_of, over.later) == (2, 4, "")
 
 
 def test_who_is_excused_has_it_in_neither_sum():
     made = course(BOTH)
     other = MarkRecord("2.13", "state_space", "partly right", 1.0, 2.0, "")
-    some = final_grade(made, handed(RIGHT, other, excuses=excused(SECOND)), DUE + DAY)
-    assert (some.earned, some.out_of) == (5, 10)  # 1 of 2, of the weight of 10
-    every = final_grade(made, handed(RIGHT, other, excuses=excused(SECOND) | excused(THIRD)), DUE + DAY)
-    assert every.out_of == 0 and every.final is None and every.assignments[1].points_text == ""
+    some = account_of(made, handed(RIGHT, other, excuses=excused(SECOND)), DUE + DAY)
+    assert (some.earned, some.out_of) == (10, 20)  # 1 of 2, on the scale of 20
+    rest = account_of(made, handed(RIGHT, excuses=excused(SECOND)), DUE + DAY)
+    assert rest.out_of == 0  # as nothing that is left earns points
+    every = account_of(made, handed(RIGHT, other, excuses=excused(SECOND) | excused(THIRD)), DUE + DAY)
+    assert every.out_of == 0 and every.assignments[1].points_text == ""
 
 
 def test_pages_show_everything_until_some_assignments_are_given_back_and_then_only_these():
@@ -157,8 +164,8 @@ def test_pages_show_everything_until_some_assignments_are_given_back_and_then_on
 
     assert given_back([]) is None and given_back(publications((SECOND,), ())) is None
     assert given_back(publications((SECOND,), (THIRD,))) == {SECOND, THIRD}
-    shown = final_grade(course(LAB), handed(RIGHT), DUE + DAY).given_back({THIRD})
-    assert shown.earned == 0 and shown.assignments[1].points_text == "" and not shown.is_over
+    shown = account_of(course(LAB), handed(RIGHT), DUE + DAY).given_back({THIRD})
+    assert shown.earned == 0 and shown.assignments[1].points_text == "" and shown.out_of == 0
 
 
 def test_the_calendar_goes_by_the_clock(monkeypatch):

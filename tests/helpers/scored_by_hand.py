@@ -143,14 +143,7 @@ def earned_of(one: Student) -> tuple[Fraction, Fraction, bool]:
         earned += weight(mark.where) * (mark.points or 0) * (1 - taken)
         possible += weight(mark.where) * mark.out_of
         decided = decided and mark.points is not None
-    predicted = sum(len(said) for number, said in one.predictions.items() if not dropped((number, "")))
-    return earned + fraction(TERM["marks"]["predictions"]) * predicted, possible, decided
-
-
-def final(one: Student) -> str:
-    """As it stands in a table; empty while something that counts is not decided."""
-    earned, possible, decided = earned_of(one)
-    return half_up(earned / possible * TERM["marks"]["out_of"]) if decided else ""
+    return earned, possible, decided
 
 
 @dataclass(frozen=True)

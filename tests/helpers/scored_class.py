@@ -32,8 +32,6 @@ term = "2026 autumn"
 
 [marks]
 drop = ["2.16", "2.14 D", "2.15", "3.8"]
-out_of = 100
-predictions = 0.15
 
 [marks.weights]
 "2.11" = 2.0

@@ -127,11 +127,10 @@ class ByHand:
         return 0 if due is None or isinstance(content, str) else max(0, ceil((when - due - GRACE) / DAY))
 
     def points(self, student: str, notebook: str) -> Fraction:
-        """Points of a notebook as far as they are decided: less what lateness takes, with half a point a prediction."""
+        """Points of a notebook as far as they are decided: less what lateness takes."""
         decided = sum((self.earned(student, part) or Fraction(0) for part in PARTS[notebook]), Fraction(0))
         taken = min(10 * self.days_late(student, notebook), 35)
-        predicted = notebook == "01_spring" and "first" in self.answers(student)
-        return decided * (100 - taken) / 100 + (Fraction(1, 2) if predicted else 0)
+        return decided * (100 - taken) / 100
 
     def is_due(self, student: str, notebook: str) -> bool:
         """Whether the last date has passed, with the grace; for the report, that of the last notebook with a date."""
@@ -156,7 +155,7 @@ class ByHand:
         """Assignment → its state: the least advanced one of its notebooks."""
         return {
             title: min((self.state(student, name) for name in names), key=STATES.index)
-            for title, (names, _, _) in ASSIGNMENTS.items()
+            for title, (names, _) in ASSIGNMENTS.items()
         }
 
     def label(self, student: str, title: str) -> str:
@@ -201,9 +200,9 @@ class ByHand:
         """Points of the assignments that count now, as far as they are decided, and what they are out of."""
         counting = [title for title in titles if self.counts(student, title)]
         earned = Fraction(0)
-        for names, _, weight in (ASSIGNMENTS[title] for title in counting):
-            earned += weight * sum((self.points(student, name) for name in names), Fraction(0)) / possible(names)
-        return earned, sum(ASSIGNMENTS[title][2] for title in counting)
+        for names, most in (ASSIGNMENTS[title] for title in counting):
+            earned += most * sum((self.points(student, name) for name in names), Fraction(0)) / possible(names)
+        return earned, sum(ASSIGNMENTS[title][1] for title in counting)
 
     # --- what a person must do today ----------------------------------------------------------------------------------
 
@@ -235,12 +234,6 @@ class ByHand:
         if part in WORDS and undecided and (student, part) in self.given:
             return f"a person's mark for {QUESTION[part]} {part} lapsed"
         return f"{WAITS}: answers of {title}" if part in WORDS and undecided and is_due else ""
-
-    def final(self, student: str) -> str:
-        """The final grade: "" until all is due, and all that counts is decided."""
-        counting = [title for title in ASSIGNMENTS if (student, title) not in self.excused]
-        complete = all(self.counts(student, t) and self.share(student, t) is not None for t in counting)
-        return rounded(self.so_far(student)[0]) if complete and student != self.lost else ""
 
 
 def possible(notebooks: Iterable[str]) -> int:

@@ -50,15 +50,10 @@ class Answers:
 
     def __init__(self) -> None:
         self.answers: dict[str, Any] = {}
-        self.predictions: dict[str, Any] = {}
 
     def answer(self, question: str, **values: float | None) -> None:
         there = {name: {"kind": "number", "value": float(one)} for name, one in values.items() if one is not None}
         self.answers.setdefault(question, {}).update(there)
-
-    def predict(self, question: str, **values: float) -> None:
-        said = {name: {"kind": "number", "value": float(one)} for name, one in values.items()}
-        self.predictions[question] = {"said": said}
 
 
 def run(_packed: bytes, job: runner.Job, lost: str = "") -> runner.Run:
@@ -72,7 +67,7 @@ def run(_packed: bytes, job: runner.Job, lost: str = "") -> runner.Run:
             if cell["id"].startswith("q"):
                 exec("".join(cell["source"]), names)
     content = {"format": 2, "student": job.student, "bench": {}, "software": "labcourse", "probe_seed": job.probe_seed}
-    return runner.Run(json.dumps({**content, "answers": lab.answers, "predictions": lab.predictions}).encode())
+    return runner.Run(json.dumps({**content, "answers": lab.answers}).encode())
 
 
 def written(notebook: dict[str, Any], content: Mapping[str, Any]) -> dict[str, Any]:
@@ -84,7 +79,6 @@ def written(notebook: dict[str, Any], content: Mapping[str, Any]) -> dict[str, A
         source = cell["source"]
         if part:
             source = f"{part} = {content[part]}"
-            source += f'\nlab.predict("1.1", first={content["first"]})' if part == "k" and "first" in content else ""
         elif words in content:
             source = content[words]
         cells.append({**cell, "source": source})
@@ -192,12 +186,6 @@ class TermClass:
     def _publish(self, *assignments: str) -> None:
         chosen = [word for title in assignments for word in ("--assignment", title)]
         self.published = self.say("publish", self.marks, "--by", "lea", *chosen)
-
-    def rescale(self, out_of: int) -> None:
-        """Put the final grades on another scale."""
-        settings = SETTINGS.replace("[marks]", f"[marks]\nout_of = {out_of}")
-        (self._solutions / "course.toml").write_text(settings, encoding="utf-8")
-        self.say("report", self.marks)
 
     # --- what there is then -------------------------------------------------------------------------------------------
 

@@ -21,18 +21,17 @@ PARTS = {
 WORDS = ("why", "remark")
 #: Part → question that asks for it.
 QUESTION = {"k": "1.1", "why": "1.2", "m": "2.1", "unit": "2.2", "load": "3.1", "remark": "3.2", "total": "4.1"}
-#: Assignment → its notebooks, what its column is out of, and its weight.
+#: Assignment → its notebooks, and what its column is out of.
 ASSIGNMENTS = {
-    "Lab A": (("01_spring", "02_mass"), 20, 20),
-    "Lab B": (("03_motion",), 6, 30),
-    "04 report": (("04_report",), 10, 10),
+    "Lab A": (("01_spring", "02_mass"), 20),
+    "Lab B": (("03_motion",), 6),
+    "04 report": (("04_report",), 10),
 }
 
 SETTINGS = """\
 [marks]
 drop = ["2.2"]
 weights = {"4.1" = 2}
-predictions = 0.5
 
 [late]
 per_day = 10
@@ -49,7 +48,6 @@ out_of = 20
 title = "Lab B"
 notebooks = ["03_motion"]
 due = 2026-11-20T18:00:00Z
-weight = 30
 
 [[deadline]]
 due = 2026-11-08T18:00:00Z
@@ -70,7 +68,6 @@ notebooks = ["02_mass"]
 CATALOGUE = """\
 from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.parts import Question, number, prose
-from labcourse.answers.reflection import Predictable
 from labcourse.grading.course import Course
 
 from .key import KEY
@@ -90,7 +87,6 @@ CATALOGUE = Catalogue(
         Question("3.2", "3", "03_motion", "Remark", (), (prose("remark", "", "What did you see?", 2),)),
         Question("4.1", "4", "04_report", "Total", (), (value("total", 5),)),
     ],
-    predictions={"1.1": (Predictable(value("first", 0), (("1.1", "k"),), lambda k: k, "Why?"),)},
 )
 COURSE = Course(
     name="term",
@@ -201,7 +197,7 @@ class Day:
     lost: str = ""
 
 
-ADA_1 = {"k": 50, "why": "It is soft.", "first": 40}
+ADA_1 = {"k": 50, "why": "It is soft."}
 ADA_2 = {"m": 2, "unit": 1}
 HANA = HandIn("s8", "11-16 10:00", {"01": {"k": 50}})
 
@@ -239,7 +235,7 @@ TERM = (
             # 64 h after the grace: 3 days, 30 %.
             HandIn("s4", "11-09 12:00", {"02": {"m": 3.2, "unit": 1}}),
             # 132 h after the grace: 6 days would be 60 %, of which 35 % are taken.
-            HandIn("s5", "11-12 08:00", {"01": {"k": 50, "why": "It is hot.", "first": 60}, "02": {"m": 2}}),
+            HandIn("s5", "11-12 08:00", {"01": {"k": 50, "why": "It is hot."}, "02": {"m": 2}}),
             # In time by the extension of that notebook.
             HandIn("s6", "11-10 09:00", {"02": {"m": 2}}),
             HandIn("s2", "11-11 09:00", {"03": {"load": 112, "remark": "It swings."}}),

@@ -73,7 +73,7 @@ def near(shown, exact, by=HUNDREDTH):
     return abs(Fraction(shown) - exact) <= by + _SPACE
 
 
-def test_totals_and_final_grades_to_the_hundredth(scored):
+def test_totals_and_points_so_far_to_the_hundredth(scored):
     rows = {row["student"]: row for row in scored.rows("grades.csv")}
     assert rows.keys() == {*scored.drawn.students, *ABSENT}
     waits = {name for name, *_ in (*WAITING, ASKED_STILL, ("s09",))}
@@ -81,15 +81,16 @@ def test_totals_and_final_grades_to_the_hundredth(scored):
         row, marks = rows[one.name], by_hand.marks(one)
         earned, possible = by_hand.of_points(marks)
         assert near(row["total"], earned) and Fraction(row["out_of"]) == possible == Fraction("128.5")
-        assert row["final"] == by_hand.final(one) and row["final out of"] == "100"
-        assert (row["final"] == "") == (one.name in waits)
+        so_far, most, decided = by_hand.earned_of(one)
+        assert row["so far"] == by_hand.half_up(so_far) and Fraction(row["so far out of"]) == most
+        assert decided == (one.name not in waits)
         assert row["section"] == one.section
         open_ones = [mark for mark in marks if mark.points is None]
         assert row["undecided"] == "; ".join(" ".join(mark.where) for mark in open_ones)
         shown = Fraction(row["awaiting a person"]) + Fraction(row["not marked"])
         assert shown == sum(mark.out_of for mark in open_ones)
     for name in ABSENT:
-        assert (rows[name]["final"], rows[name]["total"], rows[name]["notes"]) == ("0.00", "", "nothing handed in")
+        assert (rows[name]["so far"], rows[name]["total"], rows[name]["notes"]) == ("0.00", "", "nothing handed in")
 
 
 def test_each_question_of_everybody(scored):
@@ -105,17 +106,17 @@ def test_each_question_of_everybody(scored):
 
 
 def test_what_was_late_is_told_beside_the_grade(scored):
-    """The class has all that the settings speak of: late and extended work, weights, predictions."""
+    """The class has all that the settings speak of: late and extended work, and weights."""
     late = {name: [n for n in one.received if by_hand.days_late(one, n)] for name, one in scored.drawn.students.items()}
     assert sum(map(bool, late.values())) >= 30
     for row in scored.rows("grades.csv"):
         if row["student"] in late:
-            told = re.findall(r"(\w+): (\d+) days? late", row["how it counts"])
+            told = re.findall(r"(\w+) was handed in on (?:(?! was ).)*?: (\d+) days? late", row["how it counts"])
             one = scored.drawn.students[row["student"]]
             worth = {NOTEBOOK[m.where[0]] for m in by_hand.marks(one) if m.points != 0 and not by_hand.dropped(m.where)}
             wanted = {n: str(by_hand.days_late(one, n)) for n in late[one.name] if n in worth}
             assert dict(told) == wanted
-            assert "3.17 counts 1.5 times" in row["how it counts"] and "not counted: 2.14 D" in row["how it counts"]
+            assert "3.17 counts 1.5 times" in row["how it counts"] and "Not counted: 2.14 D" in row["how it counts"]
 
 
 def test_each_cell_of_each_sheet(scored):
@@ -225,18 +226,18 @@ def test_the_class_at_a_glance_counts_what_waits(scored):
     assert "could not be graded: 2.18, poles" in said
 
 
-def test_the_column_in_canvas_has_everybodys_final_grade_on_its_scale(scored):
+def test_the_column_in_canvas_has_everybodys_points_on_its_scale(scored):
     with (scored.out / "canvas-with-marks.csv").open(encoding="utf-8", newline="") as file:
         rows = {row["SIS User ID"]: row["Laboratory (77)"] for row in csv.DictReader(file)}
     said = " ".join(scored.said["export"].split())
     count = 0
     for name, shown in rows.items():
         one = scored.drawn.students.get(name)
-        final = by_hand.final(one) if one else ""
-        if not final:
+        earned, possible, decided = by_hand.earned_of(one) if one else (0, 1, False)
+        if not decided:
             unknown = "0" if name in ABSENT else ""
             assert shown == (unknown if name else str(COLUMN)) and (not name or name in said)
             continue
-        assert Fraction(shown) == Fraction(by_hand.half_up(Fraction(final) * COLUMN / 100)), name
+        assert Fraction(shown) == Fraction(by_hand.half_up(earned / possible * COLUMN)), name
         count += 1
     assert count == 56 and f"{count + len(ABSENT)} written" in said

@@ -18,8 +18,8 @@ from typing import Any
 import labcourse
 from labcourse import clock, files, program
 from labcourse.errors import GradingError
-from labcourse.grading.accounts import FinalGrade, in_full, unknown_names
-from labcourse.grading.assignments import exact, given_back
+from labcourse.grading.accounts import Account, in_full, unknown_names
+from labcourse.grading.assignments import given_back
 from labcourse.grading.course import Course
 from labcourse.grading.gradebook import Gradebook, Graded, Publication, StudentRecord
 from labcourse.grading.reports import feedback, hints
@@ -33,7 +33,7 @@ NOTHING_HANDED_IN = "nothing handed in"
 NOT_GRADED_YET = "handed in, not graded yet"
 MARKS_FILE, FEEDBACK_FILE = "marks.json", "feedback.html"  #: in a student's folder
 _PROBE = ".labcourse-probe"  # written and removed
-_SO_FAR = ("so far", "so far out of", "final", "final out of", "how it counts")
+_SO_FAR = ("so far", "so far out of", "how it counts")
 _TOTALS = ("total", "out_of", "awaiting a person", "not marked", "undecided")
 
 
@@ -42,7 +42,7 @@ class NotGraded:
     """A student of whom nothing was graded: what the roster says, and the states of their work."""
 
     about: StudentRecord
-    account: FinalGrade
+    account: Account
 
 
 def make_folder(out: Path) -> None:
@@ -244,9 +244,7 @@ def grades_table(
     TITLE, TITLE out of,    of each assignment: its points, rounded, empty while they are not known; what it is out of;
     TITLE state             and the state of the work, see :class:`labcourse.grading.assignments.State`, with how late
                             it came, or that the student is excused
-    so far, so far out of   points of what is due, by the course's settings, rounded as the final grade
-    final                   the final grade; empty until all is due and everything that counts is decided
-    final out of            its scale
+    so far, so far out of   points of the assignments that are due, rounded, and what they are out of
     how it counts           what is special about it: what was left out, has another weight, came late, ...
     a column for each       points earned; empty if nothing of it is decided yet, or nothing was handed in
     question
@@ -284,21 +282,20 @@ def grades_table(
     return as_csv([heads, *lines])
 
 
-def _grades(account: FinalGrade) -> list[str]:
+def _grades(account: Account) -> list[str]:
     """Return the cells of a student between section and the questions."""
     cells, has_marks = [], any(one.all_items for one in account.assignments)
     for one in account.assignments:
         if one.title:
             cells += [one.points_text, in_full(one.out_of) if has_marks else "", state_of(one)]
     if not has_marks:
-        return [*cells, "", "", "", "", ""]
+        return [*cells, "", "", ""]
     so_far = [account.so_far_text, in_full(account.out_of)] if account.out_of else ["", ""]
-    final = [account.final_text, in_full(exact(account.final_out_of)), "; ".join(account.how())]
-    return [*cells, *so_far, *final]
+    return [*cells, *so_far, " ".join(account.how())]
 
 
 def _points(row: Result, questions: Sequence[str]) -> list[str]:
-    """Return the cells of a student between the final grade and the notes."""
+    """Return the cells of a student between how it counts and the notes."""
     grades = () if row.account is None else row.account.assignments
     empty = {
         (item.question, item.part)

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
-from labcourse.grading.accounts import AssignmentGrade, FinalGrade, final_grade
+from labcourse.grading.accounts import Account, AssignmentGrade, account_of
 from labcourse.grading.assignments import Handed
 from labcourse.grading.course import Course
 from labcourse.grading.gradebook import (
@@ -101,7 +101,7 @@ class Result:
     about: StudentRecord
     comments: Sequence[CommentRecord] = ()
     requests: Sequence[Request] = ()
-    account: FinalGrade | None = None
+    account: Account | None = None
     hidden: Collection[str] = ()
     changes: Sequence[Change] = ()
 
@@ -191,7 +191,7 @@ def result_in(book: Gradebook, course: Course, graded: Graded, about: StudentRec
     return Result(graded, about, book.comments(student), requests, account_in(book, course, graded, about))
 
 
-def account_in(book: Gradebook, course: Course, graded: Graded | None, about: StudentRecord) -> FinalGrade:
+def account_in(book: Gradebook, course: Course, graded: Graded | None, about: StudentRecord) -> Account:
     """Return the account of a student.
 
     Whoever handed in nothing has 0 points for what is due. In a course without any date nobody can say what is due, and
@@ -200,7 +200,7 @@ def account_in(book: Gradebook, course: Course, graded: Graded | None, about: St
     arrivals, excuses = received(book, about.student, graded), book.excuses(about.student)
     absent = nothing_given(course) if course.settings.dues and not arrivals else ()
     marks = absent if graded is None else graded.marks
-    return final_grade(course, Handed(about, marks, arrivals, graded, excuses))
+    return account_of(course, Handed(about, marks, arrivals, graded, excuses))
 
 
 def nothing_given(course: Course) -> tuple[MarkRecord, ...]:

@@ -6,7 +6,7 @@ from contrast import CONTRASTS
 from gradebooks import result
 from made_courses import OURS
 
-from labcourse.grading.accounts import final_grade
+from labcourse.grading.accounts import account_of
 from labcourse.grading.assignments import Handed
 from labcourse.grading.gradebook import MarkRecord, StudentRecord
 from labcourse.grading.reports import feedback
@@ -22,7 +22,7 @@ MARKS = (
 @pytest.fixture(params=["light", "dark"])
 def page(request, chromium, tmp_path):
     file = tmp_path / "feedback.html"
-    account = final_grade(OURS, Handed(StudentRecord("ada"), MARKS))
+    account = account_of(OURS, Handed(StudentRecord("ada"), MARKS))
     made = result(*MARKS, account=account, problems=("2.12 stopped: " + "NameError, " * 200,))
     file.write_text(feedback.page(made, OURS), encoding="utf-8")
     context = chromium.new_context(color_scheme=request.param, viewport={"width": 800, "height": 900})

@@ -10,7 +10,7 @@ from gradebooks import graded, mark, prose, record, report_text
 from made_courses import OURS
 
 from labcourse import clock
-from labcourse.grading.accounts import final_grade
+from labcourse.grading.accounts import account_of
 from labcourse.grading.assignments import Handed
 from labcourse.grading.gradebook import Arrival, Excuse, MarkRecord, Request, StudentRecord
 from labcourse.grading.reports import feedback
@@ -41,7 +41,7 @@ def page(when=BETWEEN, excused=(), back=None, names=(PRELAB, STIFFNESS)):
     arrived = {f"{name}.ipynb": Arrival(datetime(2026, 10, 30, tzinfo=UTC)) for name in names}
     excuses = {name: Excuse(1, "ada", name, True, "lea", "ill", BEFORE) for name in excused}
     run, ada = graded("ada", *MARKS), StudentRecord("ada")
-    account = final_grade(COURSE, Handed(ada, MARKS, arrived, run, excuses), when)
+    account = account_of(COURSE, Handed(ada, MARKS, arrived, run, excuses), when)
     asked = [Request(1, "ada", "2.11", "omega_n", "Why?", BEFORE)]
     whole = Result(run, ada, requests=asked, account=account)
     return seen(feedback.page(whole.given_back(COURSE, back), COURSE))
@@ -54,13 +54,13 @@ def seen(text):
 
 def test_in_the_term_only_what_is_due_counts_and_what_is_not_due_is_not_on_the_page():
     text = page()
-    assert "So far 2.00 of 5 points." in text and "Final grade" not in text
+    assert "So far 2.00 of 5 points." in text
     assert "Lab 1 marked 2.00 of 2" in text and "Lab 2 waits for a person of 3" in text
     assert "Lab 3 not due until 2026-12-05 of 2" in text
     assert "1 point waits for a person: 2.11" in text
     assert "2.11, omega_n: Asked on 2026-11-01 to be looked at again; not answered yet." in text
     assert "2.11: Natural frequency 0 of 3 points omega_n: wrong." in text and "2.16" not in text
-    assert "How it counts : So far: 2 of 5 points. Answers worth 1 point are not decided yet." in text
+    assert "How it counts Not counted so far, as it is not due or not given back: Lab 3, 04 modeling results" in text
 
 
 def test_before_anything_is_due_the_page_says_when_points_begin_to_count():

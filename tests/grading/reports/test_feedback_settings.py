@@ -11,7 +11,7 @@ from gradebooks import graded, record, result
 from made_courses import OURS
 
 from labcourse import clock
-from labcourse.grading.accounts import final_grade
+from labcourse.grading.accounts import account_of
 from labcourse.grading.assignments import Handed
 from labcourse.grading.gradebook import MarkRecord, StudentRecord
 from labcourse.grading.reports import feedback
@@ -87,24 +87,22 @@ MARKED = tuple(replace(mark, status=Status.PARTLY) for mark in MARKS)
 
 def accounted(given=MARKED, seen=ALL, **decided):
     made = course(seen, **decided)
-    account = final_grade(made, Handed(StudentRecord("ada"), given))
+    account = account_of(made, Handed(StudentRecord("ada"), given))
     return text_of(feedback.page(result(*given, account=account), made))
 
 
 def test_where_no_setting_applies_the_page_has_the_sum_alone():
-    assert "Final grade: 1.50 of 5." in accounted() and "How it counts" not in accounted()
+    assert "So far 1.50 of 5 points." in accounted() and "How it counts" not in accounted()
     assert accounted(marks=MarkSettings(drop=("3.1",), weights={"3.2": 2})) == accounted()  # not this student's
 
 
 def test_where_one_does_the_student_reads_how_it_counts(snapshot):
-    shown = accounted(marks=MarkSettings(drop=("2.13",), out_of=10))
-    start = shown.index("Final grade")
-    assert "Final grade: 3.75 of 10" in shown
+    shown = accounted(marks=MarkSettings(drop=("2.13",)))
+    start = shown.index("So far")
+    assert "So far 1.50 of 4 points." in shown
     assert shown[start : shown.index("Your answers")].replace(". ", ".\n") == snapshot
 
 
 def test_without_points_how_it_counts_is_said_without_them():
-    shown = accounted(seen=FeedbackSettings(points=False), marks=MarkSettings(drop=("2.13",), out_of=10))
-    assert "How it counts : not counted: 2.13 not counted: 2.13 Your answers" in shown and not POINTS.search(shown)
-    scaled = accounted(seen=FeedbackSettings(points=False), marks=MarkSettings(out_of=10))
-    assert "How it counts" not in scaled
+    shown = accounted(seen=FeedbackSettings(points=False), marks=MarkSettings(drop=("2.13",)))
+    assert "How it counts Not counted: 2.13. Your answers" in shown and not POINTS.search(shown)

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from made_courses import OURS
 
-from labcourse.grading.accounts import final_grade
+from labcourse.grading.accounts import account_of
 from labcourse.grading.assignments import Handed
 from labcourse.grading.gradebook import GivenMark, MarkRecord, StudentRecord
 from labcourse.grading.reports.grades import NotGraded, grades_table
@@ -54,7 +54,7 @@ def test_no_points_that_were_decided_are_0():
 
 def test_who_has_not_handed_in_has_a_row_without_points():
     bob = StudentRecord("bob", "Bob B.", "bob@x.org", "A")
-    account = final_grade(OURS, Handed(bob))
+    account = account_of(OURS, Handed(bob))
     found = table(result(), NotGraded(bob, account), NotGraded(StudentRecord("Cleo"), account), handed_in={"cleo"})
     shown = [value for value in found["bob"].values() if value]
     states = [one.state for one in account.assignments if one.title]
@@ -82,7 +82,7 @@ def test_cells_that_a_spreadsheet_would_calculate_are_made_text():
     about = StudentRecord("ada", "=HYPERLINK()", "@x", "-1")
     for row in (
         *table(result(about=("=HYPERLINK()", "@x", "-1"))).values(),
-        *table(NotGraded(about, final_grade(OURS, Handed(about)))).values(),
+        *table(NotGraded(about, account_of(OURS, Handed(about)))).values(),
     ):
         assert (row["name"], row["email"], row["section"]) == ("'=HYPERLINK()", "'@x", "-1")
 

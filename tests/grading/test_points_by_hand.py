@@ -1,4 +1,4 @@
-"""Final grades by hand against those that ``rotflex report`` writes: late, extended, dropped, weighted, in any mixture.
+"""Points by hand against those that ``rotflex report`` writes: late, extended, dropped, weighted, in any mixture.
 
 Beside each student stands the arithmetic, done on paper; the command gets the marks, the times and the settings.
 """
@@ -15,7 +15,7 @@ from gradebooks import enrol, graded, record, rows
 from made_courses import OURS, copied
 from typer.testing import CliRunner
 
-from labcourse.grading.accounts import final_grade
+from labcourse.grading.accounts import account_of, in_full
 from labcourse.grading.assignments import Handed
 from labcourse.grading.gradebook import Arrival, Delivery, Gradebook, MarkRecord, StudentRecord
 from labcourse.grading.graded_run import Facts
@@ -31,7 +31,6 @@ TERM = """
 [marks]
 drop = ["2.16", "2.14 D"]
 weights = {"2.11" = 2.0, "2.11 explanation" = 0.5, "2.13" = 1.5}
-out_of = 100
 
 [[deadline]]
 due = 2026-11-20T18:00:00+01:00
@@ -69,30 +68,30 @@ WHERE = {
 }
 SOME = {"V": 1.5, "omega_n": 1.5, "explanation": 0.5, "state_space": 1, "A": 0.75, "D": 0.25, "comparison": 0.5}
 
-#: Student → section, earned, lateness of the notebooks from DUE on, and the final grade by hand.
+#: Student → section, earned, lateness of the notebooks from DUE on, and the points of 10.5 by hand.
 CLASS = {
-    # All of it, in time: 10.5 / 10.5.
-    "all": ("A", ALL, (-DAY, -DAY, timedelta()), "100.00"),
-    # 1.5 + 2×1.5 + 0.5×0.5 + 1.5×1 + 0.75 = 7; 7 / 10.5 = 66.666… %
-    "some": ("A", SOME, (-DAY, -DAY, -DAY), "66.67"),
-    # What is dropped is lost: 10.5 / 10.5.
-    "undropped": ("A", ALL | {"D": 0, "comparison": 0}, (-DAY, -DAY, -DAY), "100.00"),
+    # All of it, in time.
+    "all": ("A", ALL, (-DAY, -DAY, timedelta()), "10.50"),
+    # 1.5 + 2×1.5 + 0.5×0.5 + 1.5×1 + 0.75 = 7
+    "some": ("A", SOME, (-DAY, -DAY, -DAY), "7.00"),
+    # What is dropped is lost.
+    "undropped": ("A", ALL | {"D": 0, "comparison": 0}, (-DAY, -DAY, -DAY), "10.50"),
     # Within the grace of 1.5 h, to the minute.
-    "grace": ("A", SOME, (1.5 * HOUR, 1.5 * HOUR, 1.5 * HOUR), "66.67"),
-    # A second later, one notebook: 2×1.5 + 0.5×0.5 = 3.25, less 7.5 % = 0.24375; 6.75625 / 10.5 = 64.3452… %
-    "second": ("A", SOME, (-DAY, 1.5 * HOUR + timedelta(seconds=1), -DAY), "64.35"),
-    # Exactly a day after the grace is one day still; a second more are two: 15 % of 3.25 = 0.4875; 6.5125 / 10.5.
-    "one": ("A", SOME, (-DAY, DAY + 1.5 * HOUR, -DAY), "64.35"),
-    "two": ("A", SOME, (-DAY, DAY + 1.5 * HOUR + timedelta(seconds=1), -DAY), "62.02"),
-    # Six days would be 45 %, of which 40 % are taken, of all: 0.6 × 7 = 4.2; 4.2 / 10.5.
-    "capped": ("A", SOME, (5 * DAY + 2 * HOUR,) * 3, "40.00"),
-    # Section B has two days more, so that three days and an hour late are one: 0.925 × 7 = 6.475; / 10.5 = 61.666… %
-    "later": ("B", SOME, (2 * DAY + 2 * HOUR,) * 3, "61.67"),
+    "grace": ("A", SOME, (1.5 * HOUR, 1.5 * HOUR, 1.5 * HOUR), "7.00"),
+    # A second later, one notebook: 2×1.5 + 0.5×0.5 = 3.25, less 7.5 % = 0.24375; 6.75625.
+    "second": ("A", SOME, (-DAY, 1.5 * HOUR + timedelta(seconds=1), -DAY), "6.76"),
+    # Exactly a day after the grace is one day still; a second more are two: 15 % of 3.25 = 0.4875; 6.5125.
+    "one": ("A", SOME, (-DAY, DAY + 1.5 * HOUR, -DAY), "6.76"),
+    "two": ("A", SOME, (-DAY, DAY + 1.5 * HOUR + timedelta(seconds=1), -DAY), "6.51"),
+    # Six days would be 45 %, of which 40 % are taken, of all: 0.6 × 7 = 4.2.
+    "capped": ("A", SOME, (5 * DAY + 2 * HOUR,) * 3, "4.20"),
+    # Section B has two days more, so that three days and an hour late are one: 0.925 × 7 = 6.475, half up.
+    "later": ("B", SOME, (2 * DAY + 2 * HOUR,) * 3, "6.48"),
     # EXT has a week for the second notebook, but not for the first and third, six days late: 40 %.
-    # 3.25 + 0.6 × (1.5 + 1.5 + 0.75) = 5.5; 5.5 / 10.5 = 52.3809… %
-    "ext": ("A", SOME, (6 * DAY, 6 * DAY, 6 * DAY), "52.38"),
-    # Section C has until five days after: six days late are one: 6.475 / 10.5.
-    "more": ("C", SOME, (6 * DAY,) * 3, "61.67"),
+    # 3.25 + 0.6 × (1.5 + 1.5 + 0.75) = 5.5
+    "ext": ("A", SOME, (6 * DAY, 6 * DAY, 6 * DAY), "5.50"),
+    # Section C has until five days after: six days late are one: 6.475.
+    "more": ("C", SOME, (6 * DAY,) * 3, "6.48"),
     # Nothing earned, late: 0.
     "none": ("A", dict.fromkeys(ALL, 0), (9 * DAY,) * 3, "0.00"),
 }
@@ -122,7 +121,7 @@ def book(tmp_path_factory):
     folder = tmp_path_factory.mktemp("class")
     with Gradebook(folder / "book.sqlite") as opened:
         enrol(opened, folder, *((student, "", "", section) for student, (section, *_) in CLASS.items()))
-        for student, (_section, earned, late, _final) in CLASS.items():
+        for student, (_section, earned, late, _so_far) in CLASS.items():
             record(opened, graded(student, *marks(earned)))
             opened.deliver(student, deliveries(late))
     return folder / "book.sqlite"
@@ -137,7 +136,7 @@ def term(book, tmp_path_factory):
 @pytest.mark.parametrize("student", CLASS)
 def test_by_hand_and_by_command_to_the_hundredth(term, student):
     row = term[0][0][student]
-    assert (row["final"], row["final out of"]) == (CLASS[student][-1], "100")
+    assert (row["so far"], row["so far out of"]) == (CLASS[student][-1], "10.5")
     assert float(row["total"]) == sum(CLASS[student][1].values()) and row["out_of"] == "10.25"  # as they were
 
 
@@ -146,14 +145,14 @@ def test_how_it_counts_says_what_was_dropped_weighted_and_late(term, snapshot):
     assert "\n".join(found[student]["how it counts"] for student in ("some", "two", "ext")) == snapshot
 
 
-def test_the_student_reads_what_it_cost_and_the_data_have_the_steps(term):
+def test_the_student_reads_what_it_cost_and_the_data_have_it(term):
     _rows, out = term
     said = json.loads((out / "two" / "marks.json").read_text(encoding="utf-8"))["account"]
     page = (out / "two" / "feedback.html").read_text(encoding="utf-8")
-    assert said["final"] == 62.02 and said["out_of"] == 10.5
-    late = "2 days late (a day that has begun counts). 7.5 % a day: it loses 15 % of its 3.25 points, which is 0.4875."
-    assert any(one.endswith(late) for one in said["steps"]) and late in page
-    assert "Final grade: 62.02 of 100, rounded to 2 decimals (half up)." in page
+    assert said["earned"] == 6.5125 and said["out_of"] == 10.5
+    late = "2 days late (a day that has begun counts). 7.5 % a day: it loses 15 % of its points."
+    assert any(one.endswith(late) for one in said["how"]) and late in page
+    assert "So far 6.51 of 10.5 points." in page
 
 
 def test_whom_nobody_knows_is_told(book, tmp_path):
@@ -163,14 +162,10 @@ def test_whom_nobody_knows_is_told(book, tmp_path):
     assert "'exxt', 'D'" in said and "'nobody-here'" in said
 
 
-#: Settings → the final grade of "some" by hand, and what it is out of.
+#: Settings → the points of "some" by hand, and what they are out of.
 OTHER = {
     # 1.5 + 1.5 + 0.5 + 1 + 0.75 + 0.25 + 0.5 = 6 of 10.25
     "": ("6.00", "10.25"),
-    "[marks]\ndecimals = 0": ("6", "10.25"),
-    # 6 / 10.25 × 20 = 11.7073…
-    "[marks]\nout_of = 20\ndecimals = 1": ("11.7", "20"),
-    "[marks]\nout_of = 20\ndecimals = 4": ("11.7073", "20"),
     # 6 − 1.5 + 0.17 × 1.5 = 4.755, half up (in binary it is below); out of 10.25 − 2 + 0.34 = 8.59
     '[marks]\nweights = {"2.1" = 0.17}': ("4.76", "8.59"),
     # The second notebook is left out: 1.5 + 1 + 0.75 + 0.25 + 0.5 = 4 of 10.25 − 3 = 7.25
@@ -189,27 +184,27 @@ OTHER = {
 }
 
 
-def final(folder, settings, earned, late):
-    """The final grade and its scale, by settings as they stand in the file; notebooks came so long after DUE."""
+def so_far(folder, settings, earned, late):
+    """The points and their maximum, by settings as they stand in the file; notebooks came so long after DUE."""
     (folder / "course.toml").write_text(settings, encoding="utf-8")
     course = replace(OURS, settings=read(folder, catalogue=OURS.catalogue))
     received = {name: Arrival(DUE + after) for name, after in late}
-    found = final_grade(course, Handed(StudentRecord("ada"), earned, received))
-    return found.final_text, f"{found.final_out_of:g}"
+    found = account_of(course, Handed(StudentRecord("ada"), earned, received))
+    return found.so_far_text, in_full(found.out_of)
 
 
 @pytest.mark.parametrize("settings", OTHER)
 def test_other_settings_by_hand(tmp_path, settings):
     late = [(f"{name}.ipynb", -DAY) for name in (PRELAB, STIFFNESS, VALIDATION)]
-    assert final(tmp_path, settings, marks(SOME), late) == OTHER[settings]
+    assert so_far(tmp_path, settings, marks(SOME), late) == OTHER[settings]
 
 
 def test_a_date_is_until_its_end_on_the_clock_of_whoever_grades(tmp_path):
     end = datetime(2026, 11, 21).astimezone() + DAY
     settings = "[[deadline]]\ndue = 2026-11-21\n[late]\nper_day = 100\n"
     earned = [MarkRecord("2.1", "V", "right", 2.0, 2.0, "")]
-    for when, grade in ((end - timedelta(seconds=1), "2.00"), (end, "0.00")):
-        assert final(tmp_path, settings, earned, [(f"{PRELAB}.ipynb", when - DUE)])[0] == grade
+    for when, points in ((end - timedelta(seconds=1), "2.00"), (end, "0.00")):
+        assert so_far(tmp_path, settings, earned, [(f"{PRELAB}.ipynb", when - DUE)])[0] == points
 
 
 def test_a_report_as_a_whole_is_as_late_as_its_notebook_and_can_be_weighted_and_dropped(tmp_path):
@@ -221,7 +216,7 @@ def test_a_report_as_a_whole_is_as_late_as_its_notebook_and_can_be_weighted_and_
     late = "[[deadline]]\ndue = 2026-11-20T17:00:00Z\n[late]\nper_day = 10\n"
     settings = f'[marks]\ndrop = ["{whole} appearance"]\nweights = {{"{whole}" = 3}}\n{late}'
     # 3 × 0.5, less a tenth
-    assert final(tmp_path, settings, earned, [("04_modeling_results.ipynb", DAY)]) == ("1.35", "3")
+    assert so_far(tmp_path, settings, earned, [("04_modeling_results.ipynb", DAY)]) == ("1.35", "3")
 
 
 def test_a_partner_who_is_there_by_anothers_word_has_the_others_times(tmp_path):
@@ -231,7 +226,7 @@ def test_a_partner_who_is_there_by_anothers_word_has_the_others_times(tmp_path):
         book.deliver("ada", [Delivery(f"{PRELAB}.ipynb", "d", b"{}", datetime(2026, 11, 22, tzinfo=UTC))])
     late = "[[deadline]]\ndue = 2026-11-20T00:00:00Z\n[late]\nper_day = 10\n"
     found, _said = reported(tmp_path, tmp_path / "book.sqlite", late)
-    assert found["ben"]["final"] == "1.60"  # 2 × (1 − 2 × 0.1)
+    assert found["ben"]["so far"] == "1.60"  # 2 × (1 − 2 × 0.1)
 
 
 def test_the_example_of_the_documentation_comes_out_as_it_says(tmp_path):
@@ -247,7 +242,10 @@ def test_the_example_of_the_documentation_comes_out_as_it_says(tmp_path):
     ]
     assert [OURS.catalogue.find(one.question).part(one.part).points for one in earned] == [m.out_of for m in earned]
     received = {f"{notebook}.ipynb": Arrival(datetime.fromisoformat(when)) for *_, notebook, when in table}
-    found = final_grade(course, Handed(StudentRecord("ada"), earned, received))
-    assert found.steps() == said.strip().splitlines()
+    found = account_of(course, Handed(StudentRecord("ada"), earned, received))
+    assert found.how() == said.strip().splitlines()
     # By hand: 2 + 0.8 × 2 × (1.5 + 0.5) + 1.5 of 2 + 2 × 3 + 2.
-    assert len(table) == 5 and found.final == round((2 + 0.8 * 2 * 2 + 1.5) / 10 * 100, 2) == 67
+    assert len(table) == 5 and (float(found.earned), found.out_of) == (2 + 0.8 * 2 * 2 + 1.5, 10)
+    points = re.findall(r"^\| `(\w+)` \| ([\d.]+) \| ([\d.]+) \|$", example, re.MULTILINE)
+    shown = {one.works[0].notebook: (one.points_text, in_full(one.out_of)) for one in found.assignments if one.out_of}
+    assert len(points) == 3 and {name: tuple(those) for name, *those in points} == shown
