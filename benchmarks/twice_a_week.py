@@ -3,7 +3,7 @@
     python benchmarks/twice_a_week.py 100 300
 
 Each class has done the whole course, a zip each with notebooks, pictures in them, and answers.json. One student is run
-and marked by `rotflex grade`. The others get the same run under their own names, with answers, marks, acts and requests
+and marked by `rotflex grade`. The others get the same run under their own names, with answers, marks, acts and comments
 of their own, through the same intake, preparation and gradebook; so the class is there in minutes. Then the commands
 are measured as an instructor types them. The last column is the ratio to the smallest class: what depends on the class
 grows with it, and memory (the largest resident set of any process) should not grow at all.
@@ -140,7 +140,7 @@ def _decide(book: Gradebook, graded: Graded, number: int) -> None:
     for mark in words[::2]:
         book.scores.give(graded.run.student, mark.where, mark.out_of / 2, "tutor", level=2, remark="Say why.")
     if number % 5 == 0 and words:
-        book.requests.make(graded.run.student, words[0].where, "Please look again.")
+        book.comment(graded.run.student, "Please look again.", "tutor", *words[0].where, asks=True)
         book.comment(graded.run.student, "Well done.", "tutor")
 
 

@@ -39,11 +39,9 @@ _ANSWER_LENGTH = 60  # characters of an answer that are shown when it is marked
 LONGEST_NAME = 80  #: characters of a person's name, in the record and on pages
 
 app = typer.Typer()
-requests = typer.Typer(help="Note, list and answer students' requests to look at an answer again.")
 outcomes = typer.Typer(help="Show the class's levels in each outcome, and fill in scoring sheets.")
 person = typer.Typer(help="Copy or erase all that is stored about a student.")
 app.add_typer(outcomes, name="outcomes", no_args_is_help=True, rich_help_panel=_CLASS)
-app.add_typer(requests, name="requests", no_args_is_help=True, rich_help_panel=_PERSON)
 app.add_typer(person, name="person", no_args_is_help=True, rich_help_panel=_PERSON)
 
 CourseFolder = Annotated[
@@ -97,8 +95,8 @@ Expect = Annotated[float | None, Option(help="The points that are replaced; need
 FeedbackText = Annotated[str, Argument(metavar="TEXT", help="The text; it is shown in the student's feedback.")]
 OneQuestion = Annotated[str | None, Option(help="Only this question, as 1.11.")]
 OneStudent = Annotated[str | None, Argument(metavar="STUDENT", help="The student's ID; all students without it.")]
-Answered = Annotated[bool, Option("--all", help="Include answered requests.")]
-RequestNumber = Annotated[int, Argument(metavar="NUMBER", help="The request's number in 'requests list'.")]
+OnePart = Annotated[str | None, Option("--part", help="Only this part of the question, as explanation.")]
+Ask = Annotated[bool, Option("--ask", help="Note what a student asks; then --question and --part are needed.")]
 Zip = Annotated[Path, Argument(metavar="ZIP", help="The zip to write.", dir_okay=False)]
 
 
@@ -559,7 +557,7 @@ def publish(
         count = reports.write_all()
         unready = list(not_ready(book, course, notebooks, begun))
         if is_open:
-            book.requests.publish(by, note, begun, notebooks)
+            book.publish(by, note, begun, notebooks)
     say(f"Pages of {_students(count)}: {folder}")
     if reports.without_page:
         say(f"No page, as nothing of theirs is graded: {', '.join(reports.without_page)}.")
@@ -742,15 +740,29 @@ def excuse(
 
 
 @app.command(rich_help_panel=_PERSON)
-def comment(marks: Marks, student: Student, text: FeedbackText, by: By, question: OneQuestion = None) -> None:
-    """Write a comment into a student's feedback, on one question or on the whole work."""
+def comment(
+    marks: Marks,
+    student: Student,
+    text: FeedbackText,
+    by: By,
+    question: OneQuestion = None,
+    part: OnePart = None,
+    ask: Ask = False,
+) -> None:
+    """Write a comment into a student's feedback, on one answer, on one question or on the whole work.
+
+    With --ask, the text is a student's request to look at an answer again. It stays open until a person gives a mark to
+    that answer, or comments on it (--question and --part).
+    """
+    if (ask or part is not None) and (question is None or part is None):
+        raise GradingError("Say on which answer: --question and --part.")
     with _gradebook(marks) as book:
         graded = book.current(student)
         if question is not None and graded is not None and question not in {entry.question for entry in graded.marks}:
             raise GradingError(
                 f"{student!r} has no marks for a question {question!r}: nobody would see a comment on it."
             )
-        book.comment(student, text, by, question)
+        book.comment(student, text, by, question, part, ask)
     say(f"{student}: noted. {program.name()} report writes it down.")
 
 
@@ -774,37 +786,14 @@ def history(marks: Marks, student: OneStudent = None, question: OneQuestion = No
                 say(f"{moment(opening.when)}  {shown}: opened by name  {opening.actor}")
 
 
-@requests.command()
-def add(marks: Marks, student: Student, question: Question, part: Part, text: FeedbackText) -> None:
-    """Note a student's request to look at an answer again. It stays open until it is answered."""
-    with _gradebook(marks) as book:
-        made = book.requests.make(student, (question, part), text)
-    say(f"Request {made.number} of {made.student} is noted.")
-
-
-@requests.command("list")
-def list_requests(marks: Marks, answered: Answered = False) -> None:
-    """List students' requests to look at an answer again."""
-    from labcourse.grading.overview import moment
-
-    with _gradebook(marks) as book:
-        stored = book.requests.all(open_only=not answered)
-    for entry in stored:
-        where = f"{entry.student}  {entry.question} {entry.part}"
-        say(f"{entry.number}  {moment(entry.made)}  {where}: {entry.text}")
-        if entry.answered is not None:
-            say(f"    {moment(entry.answered)}  {entry.answered_by}: {entry.answer}")
-    if not stored:
-        typer.echo("There are no requests." if answered else "No request is open.")
-
-
-@requests.command()
-def answer(marks: Marks, number: RequestNumber, text: FeedbackText, by: By) -> None:
-    """Answer a student's request. This does not change the mark; the command 'mark' does."""
-    with _gradebook(marks) as book:
-        done = book.requests.answer(number, by, text)
-    where = f"Request {done.number} of {done.student}, {done.question} {done.part}"
-    say(f"{where}, is answered. {program.name()} report writes it down.")
+@app.command(hidden=True, context_settings={"ignore_unknown_options": True})
+def requests(_given: Annotated[list[str] | None, Argument()] = None) -> None:
+    """Refuse the former commands on students' requests."""
+    name = program.name()
+    raise GradingError(
+        f"Requests are comments now: {name} comment --ask notes one, {name} status lists those that are open, and a "
+        "mark or a comment on the same answer answers it."
+    )
 
 
 @person.command()

@@ -81,7 +81,7 @@ def class_overview(book: Gradebook, course: Course, folder: Path | None = None) 
     students = _students(book, course)
     runs = [student.graded for student in students if student.graded is not None]
     answers = [answer for answer in book.scores.answers() if not marks.dropped_as(*answer.where)]
-    requests, publications = book.requests.all(), book.requests.publications()
+    requests, publications = [one for one in book.comments() if one.is_open], book.publications()
     decisions = {} if folder is None else intake_table.read(folder / INTAKE_FILE)
     doubts = [doubt for doubt, decision in decisions.items() if not decision]
     of = Class(course, students, answers, requests, publications, changed_in(book, course), doubts)
@@ -378,9 +378,9 @@ def not_ready(book: Gradebook, course: Course, notebooks: Collection[str], now: 
     if silent:
         have = plural(len(silent), "{count} answer has", "{count} answers have")
         yield f"{have} less than full points from a person, without a remark: the student reads no reason."
-    if count := len([one for one in book.requests.all(open_only=True) if is_given(one.question)]):
+    if count := len([one for one in book.comments() if one.is_open and is_given(one.where[0])]):
         requests = plural(count, "{count} request", "{count} requests")
-        yield f"{requests} not answered yet ({program.name()} requests list)."
+        yield f"{requests} not answered yet ({program.name()} status lists what students ask)."
     opens = settings.feedback.opens
     if opens is not None and not settings.feedback.is_open(now):
         when = f"Feedback opens on {opens:%Y-%m-%d %H:%M %Z} (course.toml), and the pages say so and no more."

@@ -18,7 +18,7 @@ from labcourse.answers.parts import Where
 from labcourse.grading.accounts import Account, AssignmentGrade, account_of, ratio, unknown_names
 from labcourse.grading.assignments import Handed, State, Work, exact, of_course
 from labcourse.grading.course import Course
-from labcourse.grading.gradebook import ON_DISK, Answer, Arrival, Graded, Publication, Request, StudentRecord
+from labcourse.grading.gradebook import ON_DISK, Answer, Arrival, CommentRecord, Graded, Publication, StudentRecord
 from labcourse.grading.graded_run import FAILED, facts_of, key_faults
 from labcourse.grading.intake import OWNER, TIME, Doubt
 from labcourse.grading.marking.marking_processes import marking_digest
@@ -111,12 +111,15 @@ class Task:
 
 @dataclass(frozen=True)
 class Class:
-    """A class as it is now, and what it asks for; ``doubts`` are the rows of ``intake.csv`` without a decision."""
+    """A class as it is now, and what it asks for.
+
+    ``requests`` are the students' open requests, and ``doubts`` the rows of ``intake.csv`` without a decision.
+    """
 
     course: Course
     students: Sequence[Student]
     answers: Sequence[Answer] = ()
-    requests: Sequence[Request] = ()
+    requests: Sequence[CommentRecord] = ()
     publications: Sequence[Publication] = ()
     changes: Sequence[Change] = ()
     doubts: Sequence[Doubt] = ()
@@ -354,12 +357,11 @@ def _by_answer(of: Class) -> Iterator[Finding]:
 def _by_class(of: Class) -> Iterator[Finding]:
     """Yield requests, marks that moved, what can be given back, and what names nobody."""
     for request in of.requests:
-        if request.answered is None:
-            student = of.by_id[caseless(request.student)]
-            marks = student.graded.marks if student.graded else ()
-            left = sum(exact(mark.out_of) - exact(mark.points) for mark in marks if mark.where == request.where)
-            answer = f'requests answer MARKS {request.number} "TEXT" --by NAME'
-            yield Finding(f"a request to look again at {' '.join(request.where)}.", answer, student.id, Fraction(left))
+        student, (question, part) = of.by_id[caseless(request.student)], request.where
+        marks = student.graded.marks if student.graded else ()
+        left = sum(exact(mark.out_of) - exact(mark.points) for mark in marks if mark.where == request.where)
+        answer = f'comment MARKS {_STUDENT} "TEXT" --question {quote(question)} --part {quote(part)} --by NAME'
+        yield Finding(f"a request to look again at {question} {part}.", answer, student.id, Fraction(left))
     for change in of.changes:
         one = of.assignment_of(change.question)
         title = one.title if one else "what is not asked any more"

@@ -49,7 +49,7 @@ def day(tmp_path_factory):
     with Gradebook(folder / "gradebook.sqlite") as book:
         fill(book, folder)
         score(book)
-        book.requests.publish("lea")
+        book.publish("lea")
         found = overview.class_overview(book, term())
     return found, overview.as_page(found)
 
@@ -83,6 +83,7 @@ def test_what_to_do_is_sorted_by_the_points_at_stake_each_with_its_command(day):
     lab_02, lab_03, score_it = worth(FIRST), worth(SECOND), "score MARKS --by NAME"
     everybody = ("ada", "bob", "cleo", "dan", "fay")
     fault = "2.12, K_s is not marked: the key failed. KeyError, key.py, line 5."
+    answer = 'comment MARKS fay "TEXT" --question 2.12 --part K_s --by NAME'
     assert found == [
         (f"missing: Lab 03. {ask}", ("gus", "hal"), 2 * lab_03, excuse.format("'Lab 03'")),
         (f"missing: Lab 02. {ask}", ("gus",), lab_02, excuse.format("'Lab 02'")),
@@ -98,7 +99,7 @@ def test_what_to_do_is_sorted_by_the_points_at_stake_each_with_its_command(day):
             None,
             "roster MARKS NAMES.csv",
         ),
-        ("a request to look again at 2.12 K_s.", ("fay",), 0, 'requests answer MARKS 1 "TEXT" --by NAME'),
+        ("a request to look again at 2.12 K_s.", ("fay",), 0, answer),
     ]
     shown = " ".join(overview.as_text(day[1]).split())
     assert "10 things to do." in shown and "5 students: ada, bob, cleo, …" in shown
@@ -228,7 +229,7 @@ def test_what_is_marked_is_to_be_given_back_and_what_moved_since_again(book):
     back = "marked: all of Lab 02, and not given back yet."
     assert tasks(book)[back] == ((), 0, "rotflex publish MARKS --assignment 'Lab 02' --by NAME")
     assert not any("all of Lab 03" in what for what in tasks(book))  # an answer waits
-    book.requests.publish("lea", notebooks=[FIRST])
+    book.publish("lea", notebooks=[FIRST])
     assert back not in tasks(book)
     book.set_mark("ada", "2.11", "omega_n", 0.5, "no", "tia")
     moved = tasks(book)["marks of Lab 02 moved since you gave them back."]
@@ -399,7 +400,7 @@ def test_what_waits_and_is_asked(day):
     assert "To be read: 7 answers, worth 12 points." in shown
     assert "2.16 comparison How good is the model? 5 5 10" in shown
     assert "dan 2.11 explanation tia" in shown and "Is <this> right?" in shown
-    assert "1 request not answered; 1 answered." in shown and "1 fay 2.12 K_s" in shown
+    assert "1 request not answered yet." in shown and "fay 2.12 K_s 2" in shown and "Please look again." not in shown
 
 
 def test_slips_are_counted_by_what_the_key_said_without_its_numbers(day):
@@ -486,7 +487,7 @@ def test_what_is_left_is_estimated_by_the_median_of_each_part_or_else_of_all():
 
 
 def changed(book):
-    last = book.requests.publications()[-1]
+    last = book.publications()[-1]
     return [(one.student, one.part) for one in changes.changed_since(book.audit(), [last], OURS, book.excuses)]
 
 
@@ -494,7 +495,7 @@ def test_marks_that_changed_since_are_listed_with_both_points(book):
     record(book, graded("ada"), graded("bob"))
     assert "Feedback was not given back yet (rotflex publish)." in text(book)
     book.set_mark("bob", "2.11", "explanation", 1.0, "good", "tia")
-    book.requests.publish("lea")
+    book.publish("lea")
     assert changed(book) == []
     book.set_mark("ada", "2.11", "explanation", 0.5, "half", "tia")  # was not decided
     book.set_mark("bob", "2.11", "omega_n", 1.5, "rounding", "tia")
@@ -505,13 +506,13 @@ def test_marks_that_changed_since_are_listed_with_both_points(book):
     assert "ada 2.11 explanation: not decided → 0.5 of 1 bob 2.11 omega_n: 2 of 2 → 1.5 of 2 eve" in shown
     book.set_mark("bob", "2.11", "omega_n", 2.0, "no, all of it", "tia")  # as it was
     assert changed(book) == [("ada", "explanation"), ("eve", "omega_n")]
-    book.requests.publish("lea", "again")
+    book.publish("lea", "again")
     assert changed(book) == []
 
 
 def test_what_is_not_ready_is_listed_before_it_is_published(book):
     record(book, graded("ada"), graded("bob", mark(), prose(), replace(report_text(), status="missing")))
-    book.requests.make("ada", ("2.11", "omega_n"), "Please.")
+    book.comment("ada", "Please.", "lea", "2.11", "omega_n", asks=True)
 
     def unready(*notebooks, **settings):
         course = replace(OURS, settings=CourseSettings(**settings))
@@ -519,14 +520,14 @@ def test_what_is_not_ready_is_listed_before_it_is_published(book):
 
     waits, asks = unready()
     assert waits == "Still to be read by a person: 3 answers of 2 students; their pages say so."
-    assert asks == "1 request not answered yet (rotflex requests list)."
+    assert asks == "1 request not answered yet (rotflex status lists what students ask)."
     assert list(unready(FIRST)) == ["Still to be read by a person: 2 answers of 2 students; their pages say so.", asks]
     assert list(unready(SECOND)) == ["Still to be read by a person: 1 answer of 1 student; their pages say so."]
     later = FeedbackSettings(opens=clock.now() + timedelta(days=1))
     assert unready(feedback=later)[-1].startswith(f"Feedback opens on {later.opens:%Y-%m-%d}")
     waits, left_out, _asks = unready(marks=MarkSettings(drop=("2.16", "2.12")))
     assert "2 answers of 2 students" in waits and left_out.startswith("Left out, as course.toml drops it: 2.16, 2.12.")
-    book.requests.answer(1, "tia", "Yes.")
+    book.comment("ada", "Yes.", "tia", "2.11", "omega_n")
     for student, part in (("ada", "explanation"), ("bob", "explanation")):
         book.set_mark(student, "2.11", part, 1.0, "good", "tia")
     book.set_mark("ada", "2.16", "comparison", 1.0, "good", "tia")

@@ -88,10 +88,10 @@ def fill(book: Gradebook, folder: Path) -> None:
 
 
 def score(book: Gradebook) -> None:
-    """The scorer tia decides two, and asks about one; fay asks for another look, and is answered once."""
+    """The scorer tia decides two, and asks about one; fay and ada ask for another look; ada gets an answer."""
     book.scores.give("ada", ("2.11", "explanation"), 1.0, "tia", level=4)
     book.scores.give("bob", ("2.11", "explanation"), 0.5, "tia", level=2, remark="Say why.")
     book.scores.ask("dan", ("2.11", "explanation"), "tia", remark="Is <this> right?\x1b[2J")
-    book.requests.make("fay", ("2.12", "K_s"), "I think <b>it</b> is right.")
-    first = book.requests.make("ada", ("2.11", "omega_n"), "Please look again.")
-    book.requests.answer(first.number, "tia", "It stays as it is.")
+    book.comment("fay", "I think <b>it</b> is right.", "lea", "2.12", "K_s", asks=True)
+    book.comment("ada", "Please look again.", "lea", "2.11", "omega_n", asks=True)
+    book.comment("ada", "It stays as it is.", "tia", "2.11", "omega_n")

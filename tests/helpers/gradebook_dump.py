@@ -13,8 +13,8 @@ from labcourse.grading.gradebook.records import Base
 
 #: Numbers of rows, times, and what the order in the dump says already.
 _LEFT_OUT = {"id", "student_id", "run_id", "folded", "position", "number", "gone", "fingerprint"}
-_TIMES = {"recorded", "decided", "written", "changed", "received", "made", "acted", "published", "erased"}
-_TIMES |= {"answered", "opened", "replaced"}  # who answered says as much; what was replaced holds a time
+_TIMES = {"recorded", "decided", "written", "changed", "received", "acted", "published", "erased"}
+_TIMES |= {"opened", "replaced"}  # what was replaced holds a time
 #: Tables of a student, and by what their rows are ordered; the others are in the order in which they grew.
 _ORDER = {
     "deliveries": ("name", "received", "id"),
@@ -24,7 +24,6 @@ _ORDER = {
     "audit": ("id",),
     "scores": ("id",),
     "openings": ("id",),
-    "requests": ("id",),
 }
 
 

@@ -37,7 +37,7 @@ def result(
     *marks: MarkRecord, student: str = "ada", about: Sequence[str] = (), lapsed: Sequence[Any] = (), **more: Any
 ) -> Result:
     """What came out for a student with these marks: name, email and section in ``about``; more of the run or result."""
-    of_result = {name: more.pop(name) for name in ("comments", "requests", "account") if name in more}
+    of_result = {name: more.pop(name) for name in ("comments", "account") if name in more}
     one = more.pop("run", None) or graded(student, **more).run
     made = graded(student, *marks)
     return Result(replace(made, run=one, lapsed=tuple(lapsed)), StudentRecord(student, *about), **of_result)

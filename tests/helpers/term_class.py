@@ -168,10 +168,14 @@ class TermClass:
         self.say("mark", self.marks, student, QUESTION[part], part, points, "--reason", "Read.", "--by", "tia")
 
     def _request(self, student: str, part: str) -> None:
-        self.say("requests", "add", self.marks, student, QUESTION[part], part, "Please look again.")
+        self._comment(student, part, "Please look again.", "--ask")
 
-    def _answer(self, _student: str, _part: str) -> None:
-        self.say("requests", "answer", self.marks, 1, "It stays.", "--by", "tia")
+    def _answer(self, student: str, part: str) -> None:
+        self._comment(student, part, "It stays.")
+
+    def _comment(self, student: str, part: str, text: str, *more: str) -> None:
+        answer = ("--question", QUESTION[part], "--part", part)
+        self.say("comment", self.marks, student, text, *answer, "--by", "tia", *more)
 
     def _excuse(self, student: str, assignment: str) -> None:
         self.say("excuse", self.marks, student, assignment, "--reason", "Ill.", "--by", "lea")

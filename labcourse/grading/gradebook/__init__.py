@@ -6,7 +6,7 @@
 ``storable``    clean untrusted text and data, so that every database accepts them
 ``roster``      read the students of a class from a CSV
 ``persons``     look up students and their records; copy and erase all data of a person
-``store``       :class:`Gradebook`: submissions, marks, the audit trail, scoring and requests
+``store``       :class:`Gradebook`: submissions, marks, comments, the audit trail and scoring
 ==============  ======================================================================================================
 
 It is a general package: it knows of students, questions and points, but of no course, and depends on
@@ -33,7 +33,6 @@ from labcourse.grading.gradebook.records import MarkRecord as MarkRecord
 from labcourse.grading.gradebook.records import MarkState as MarkState
 from labcourse.grading.gradebook.records import Opening as Opening
 from labcourse.grading.gradebook.records import Publication as Publication
-from labcourse.grading.gradebook.records import Request as Request
 from labcourse.grading.gradebook.records import RunRecord as RunRecord
 from labcourse.grading.gradebook.records import StudentRecord as StudentRecord
 from labcourse.grading.gradebook.records import Token as Token

@@ -57,7 +57,6 @@ _CALLED = {
     "claims": "answer that is being read",
     "openings": "page that was opened by name",
     "comments": "comment for them",
-    "requests": "request to look again",
     "publications": "note on what was given back",
     "excuses": "excuse",
     "erasures": "erasure",
@@ -66,7 +65,6 @@ _CALLED = {
 _Stored = TypeVar("_Stored", bound=OfAnswer | CommentRecord | Delivery | Excuse)
 _Named = TypeVar("_Named", bound=OfAnswer | CommentRecord | Excuse)
 _OfOthers = TypeVar("_OfOthers", RunRecord, Delivery)
-_ACTORS = ("actor", "answered_by")  # columns that name who decided or wrote
 _TABLES = Base.metadata.tables
 _OF_STUDENTS = [table for table in Base.metadata.sorted_tables if {"student_id", "run_id"} & set(table.c.keys())]
 
@@ -399,9 +397,9 @@ class _Erasing:
         runs: dict[Any, int] = dict(self._session.execute(select(RunRecord.id, RunRecord.student_id)).all())
         for table in (_TABLES[name] for name in _CALLED if name != "claims"):  # claims run out
             for row in self._session.execute(select(table).execution_options(yield_per=_AT_ONCE)).mappings():
-                actors = [row.get(name) for name in _ACTORS]
-                yield from (_ACTED.format(name) for name in actors if self._is_named(name))
-                if any(self._is_named(value) for name, value in row.items() if name not in _ACTORS):
+                if self._is_named(row.get("actor")):
+                    yield _ACTED.format(row["actor"])
+                if any(self._is_named(value) for name, value in row.items() if name != "actor"):
                     yield self._place(table, {"student_id": runs.get(row.get("run_id"), 0), **row})
 
     def _is_named(self, value: Any) -> bool:

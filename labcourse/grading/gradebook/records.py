@@ -325,7 +325,18 @@ class Graded:
 
 
 class CommentRecord(Base):
-    """A person's comment for a student, on a question, or on everything if that is None."""
+    """A person's comment for a student, or a student's request to look at an answer again.
+
+    Attributes
+    ----------
+    student : ID
+    question, part : what it is about; None if it is about all parts, or about all questions
+    text : for the student; of a request, what the student asks
+    actor, when : who wrote it down, and when (UTC)
+    asks : whether it is a request
+    is_open : whether it is a request, and no person has marked the answer or commented on it since; it is not stored,
+        :meth:`Gradebook.comments` sets it
+    """
 
     __tablename__ = "comments"
 
@@ -336,6 +347,14 @@ class CommentRecord(Base):
     text: Mapped[str] = mapped_column(info=WRITTEN)
     actor: Mapped[str]
     when: Mapped[datetime] = mapped_column("written")
+    part: Mapped[str | None] = mapped_column(default=None)
+    asks: Mapped[bool] = mapped_column(default=False)
+    is_open: bool = False
+
+    @property
+    def where(self) -> Where:
+        """Question and part; "" where there is none."""
+        return self.question or "", self.part or ""
 
 
 class AuditRecord(OfAnswer, Base):
@@ -473,24 +492,6 @@ class Answer:
     def waiting(self) -> bool:
         """Whether nobody has decided yet."""
         return self.asked or self.mark.status == FOR_A_PERSON
-
-
-class Request(OfAnswer, Base):
-    """A student's request to look at an answer again.
-
-    Attributes
-    ----------
-    text, made : what the student asks, and when (UTC)
-    answered_by, answer, answered : who answered, what, and when (UTC); None while the request is open
-    """
-
-    __tablename__ = "requests"
-
-    text: Mapped[str] = mapped_column(info=WRITTEN)
-    made: Mapped[datetime]
-    answered_by: Mapped[str | None] = mapped_column(default=None)
-    answer: Mapped[str | None] = mapped_column(default=None, info=WRITTEN)
-    answered: Mapped[datetime | None] = mapped_column(default=None)
 
 
 class Publication(Base):

@@ -1,4 +1,4 @@
-"""The gradebook in four classes: :class:`Gradebook`, and its parts for scoring, for requests and for tokens.
+"""The gradebook in three classes: :class:`Gradebook`, and its parts for scoring and for tokens.
 
 Each method is one transaction: after an error or a kill, nothing of it is stored.
 
@@ -17,8 +17,8 @@ from datetime import datetime, timedelta
 from pathlib import Path
 from typing import Any
 
-from sqlalchemy import and_, delete, insert, select, tuple_, update
-from sqlalchemy.orm import Session, defer
+from sqlalchemy import ColumnElement, Select, and_, delete, exists, insert, select, tuple_, update
+from sqlalchemy.orm import Session, aliased, defer
 
 from labcourse import clock
 from labcourse.errors import GradebookError
@@ -56,7 +56,6 @@ from labcourse.grading.gradebook.records import (
     MarkState,
     Opening,
     Publication,
-    Request,
     RosterReport,
     RunRecord,
     StudentRecord,
@@ -99,7 +98,6 @@ class Gradebook(AbstractContextManager["Gradebook"]):
     Attributes
     ----------
     scores : what scorers do
-    requests : what students ask to have looked at again, and when feedback was given back
     tokens : who may open the scoring page from another computer
     persons : a copy of all data of a person, and erasing it
 
@@ -118,7 +116,6 @@ class Gradebook(AbstractContextManager["Gradebook"]):
             self._database.close()
             raise
         self.scores = Scores(self._database)
-        self.requests = Requests(self._database)
         self.tokens = Tokens(self._database)
         self.persons = Persons(self._database)
 
@@ -405,18 +402,67 @@ class Gradebook(AbstractContextManager["Gradebook"]):
             last = {act.notebook: act for act in read(session, Excuse, is_student(student))}
         return {name: act for name, act in last.items() if act.excused}
 
-    # --- comments and the audit trail ---------------------------------------------------------------------------------
+    # --- comments, publications and the audit trail -------------------------------------------------------------------
 
-    def comment(self, student: str, text: str, actor: str, question: str | None = None) -> None:
-        """Store a person's comment for a student."""
+    def comment(
+        self,
+        student: str,
+        text: str,
+        actor: str,
+        question: str | None = None,
+        part: str | None = None,
+        asks: bool = False,
+    ) -> None:
+        """Store a person's comment for a student, or a student's request to look at an answer again.
+
+        Parameters
+        ----------
+        student, text, actor : for whom, what, and who writes it down
+        question, part : what it is about
+        asks : whether it is a request, which is open until a person marks or comments on this answer
+
+        Raises
+        ------
+        GradebookError
+            If the text is empty, or there is no such student, or no mark for that part.
+        """
+        text = _not_empty(text, "The text is empty: say what it is about.")
         with self._database.writing() as session:
             about = known_student(session, student)
-            put(session, about.id, CommentRecord(about.student, question, text, actor, clock.now()))
+            if asks or part is not None:
+                current(session, student).mark((question or "", part or ""))
+            put(session, about.id, CommentRecord(about.student, question, text, actor, clock.now(), part, asks))
 
-    def comments(self, student: str) -> list[CommentRecord]:
-        """Return persons' comments for a student, in the order in which they were written."""
+    def comments(self, student: str | None = None) -> list[CommentRecord]:
+        """Return comments and requests in the order in which they were written; of one student, if given."""
         with self._database.reading() as session:
-            return read(session, CommentRecord, is_student(student))
+            found = read(session, CommentRecord, *([] if student is None else [is_student(student)]))
+            waiting = set(session.scalars(_open_requests()))
+        for comment in found:
+            comment.is_open = comment.id in waiting
+        return found
+
+    def publish(
+        self, actor: str, note: str = "", when: datetime | None = None, notebooks: Iterable[str] = ()
+    ) -> Publication:
+        """Store that feedback was given back to the class.
+
+        Parameters
+        ----------
+        actor, note : who does it, and a note for the record
+        when : UTC; changes after it are not in what was given back. None for now
+        notebooks : of which it was given back, without ending; of all where there are none
+        """
+        publication = Publication(NEW, actor, note, when or clock.now(), tuple(notebooks))
+        publication = storable.cleaned(publication, "The note")
+        with self._database.writing() as session:
+            session.add(publication)
+        return publication
+
+    def publications(self) -> list[Publication]:
+        """Return when feedback was given back, in order."""
+        with self._database.reading() as session:
+            return list(session.scalars(select(Publication).order_by(Publication.number)))
 
     def audit(
         self, student: str | None = None, question: str | None = None, since: datetime | None = None
@@ -430,6 +476,23 @@ class Gradebook(AbstractContextManager["Gradebook"]):
 
 
 # --- inside a transaction ---------------------------------------------------------------------------------------------
+
+
+def _open_requests() -> Select[int]:
+    """Return the query for the numbers of the requests that are open.
+
+    A mark that is taken back leaves the one before it, with its time. So the request is open again.
+    """
+    asked: Any = CommentRecord
+    later: Any = aliased(CommentRecord)
+    given: Any = GivenMark
+
+    def same_answer(other: Any) -> ColumnElement[bool]:
+        return and_(*(getattr(other, name) == getattr(asked, name) for name in ("student_id", "question", "part")))
+
+    is_marked = exists().where(same_answer(given), given.when > asked.when)
+    is_commented = exists().where(same_answer(later), ~later.asks, later.id > asked.id)
+    return select(asked.id).where(asked.asks, ~is_marked, ~is_commented)
 
 
 def _put_deliveries(session: Session, student_id: int, new: Sequence[Delivery]) -> int:
@@ -909,84 +972,7 @@ def _let_go(session: Session, actor: str) -> None:
     session.execute(delete(Claim).where((Claim.actor == actor) | (Claim.until <= clock.now())))
 
 
-# --- requests and publications ----------------------------------------------------------------------------------------
-
-
-class Requests:
-    """Requests and publications. Each method is one transaction, and raises GradebookError if the database fails.
-
-    Parameters
-    ----------
-    database : the gradebook's, with its tables
-    """
-
-    def __init__(self, database: Database) -> None:
-        self._database = database
-
-    def make(self, student: str, where: Where, text: str) -> Request:
-        """Store a student's request to look at an answer again.
-
-        Raises
-        ------
-        GradebookError
-            If there is no mark for that part, or the request is empty.
-        """
-        text = _not_empty(text, "The request is empty: say what is to be looked at again.")
-        with self._database.writing() as session:
-            now_counts = current(session, student)
-            request = Request(NEW, now_counts.student.student, *now_counts.mark(where).where, text, clock.now())
-            return put(session, now_counts.student.id, request)
-
-    def answer(self, number: int, actor: str, text: str) -> Request:
-        """Answer a request; then it is closed.
-
-        Raises
-        ------
-        GradebookError
-            If there is no such request, it was answered before (the message says by whom), or the answer is empty.
-        """
-        text = _not_empty(text, "The answer to the request is empty: say what was decided.")
-        with self._database.writing() as session:
-            requests = read(session, Request, Request.number == number)
-            if not requests:
-                raise GradebookError(f"There is no request {number}.")
-            request = requests[0]
-            if request.answered is not None:
-                raise GradebookError(
-                    f"Request {number} was answered by {request.answered_by} on "
-                    f"{request.answered:%Y-%m-%d %H:%M} UTC: {request.answer!r}"
-                )
-            request.answered_by, request.answer, request.answered = storable.text(actor), text, clock.now()
-            return request
-
-    def all(self, open_only: bool = False, student: str | None = None) -> list[Request]:
-        """Return requests, in the order in which they were made; of one student, if given."""
-        which: list[Any] = [Request.answered.is_(None)] if open_only else []
-        which += [] if student is None else [is_student(student)]
-        with self._database.reading() as session:
-            return read(session, Request, *which)
-
-    def publish(
-        self, actor: str, note: str = "", when: datetime | None = None, notebooks: Iterable[str] = ()
-    ) -> Publication:
-        """Store that feedback was given back to the class.
-
-        Parameters
-        ----------
-        actor, note : who does it, and a note for the record
-        when : UTC; changes after it are not in what was given back. None for now
-        notebooks : of which it was given back, without ending; of all where there are none
-        """
-        publication = Publication(NEW, actor, note, when or clock.now(), tuple(notebooks))
-        publication = storable.cleaned(publication, "The note")
-        with self._database.writing() as session:
-            session.add(publication)
-        return publication
-
-    def publications(self) -> list[Publication]:
-        """Return when feedback was given back, in order."""
-        with self._database.reading() as session:
-            return list(session.scalars(select(Publication).order_by(Publication.number)))
+# --- tokens ----------------------------------------------------------------------------------------------------------
 
 
 class Tokens:

@@ -136,7 +136,7 @@ def changed_in(book: Gradebook, course: Course, since_first: bool = False) -> li
     book, course : the class
     since_first : compare with what was given back first, and not with what was given back last
     """
-    publications = book.requests.publications()
+    publications = book.publications()
     trail = book.audit(since=publications[0].when) if publications else []
     return changed_since(trail, publications[::-1] if since_first else publications, course, book.excuses)
 

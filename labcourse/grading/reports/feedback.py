@@ -94,7 +94,6 @@ def shown_questions(result: Result, catalogue: Catalogue) -> list[dict[str, Any]
         marks = list(group)
         question = catalogue.marked.get(number, Question(number, "", "", "", (), ()))
         comments = [comment for comment in result.comments if comment.question == number]
-        requests = [request for request in result.requests if request.question == number]
         all_right = all(mark.status in _GOOD and mark.points == mark.out_of for mark in marks)
         all_missing = all(mark.status == Status.MISSING and mark.reason == marks[0].reason for mark in marks)
         shown.append(
@@ -105,9 +104,8 @@ def shown_questions(result: Result, catalogue: Catalogue) -> list[dict[str, Any]
                 "sums": sums(marks),
                 "parts": [_part(mark, question, figures, result.run.words) for mark in marks],
                 "comments": comments,
-                "requests": requests,
                 "predicted": predicted.get(number),
-                "is_folded": all_right and not comments and not requests,
+                "is_folded": all_right and not comments,
                 "common_reason": marks[0].reason if all_missing else None,  # then it is shown once
             }
         )

@@ -147,7 +147,7 @@ class Reports:
         everybody = {caseless(one.student): one for one in students}
         rows: list[Result | NotGraded] = []
         new = [] if self._publication is None else [self._publication]
-        back = given_back([*self._book.requests.publications(), *new])
+        back = given_back([*self._book.publications(), *new])
         moved = defaultdict[str, list[Change]](list)
         for change in changed_in(self._book, self._course, since_first=True):
             moved[caseless(change.student)] += [change] if change.before is not None else []
@@ -223,9 +223,10 @@ def _as_json(result: Result) -> dict[str, Any]:
         "total": result.total if graded else None,
         "account": result.account.as_data() if result.account and graded else None,
         "lapsed": list(map(lapse, result.graded.lapsed)),
-        "requests": [asdict(request) for request in result.requests],
         "comments": [
-            {"question": one.question, "text": one.text, "by": one.actor, "when": one.when} for one in result.comments
+            {"question": one.question, "part": one.part, "text": one.text, "by": one.actor, "when": one.when}
+            | ({"open": one.is_open} if one.asks else {})
+            for one in result.comments
         ],
     }
 

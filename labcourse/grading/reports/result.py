@@ -18,7 +18,6 @@ from labcourse.grading.gradebook import (
     Gradebook,
     Graded,
     MarkRecord,
-    Request,
     RunRecord,
     StudentRecord,
 )
@@ -90,8 +89,7 @@ class Result:
     ----------
     graded : the run that counts, and its marks
     about : what the roster says of the student
-    comments : by persons, in order
-    requests : what the student asked to have looked at again, in order
+    comments : by persons, and the student's requests to look again, in order
     account : what the marks come to by the course's settings; None where these were not asked
     hidden : notebooks, without ending, of which the marks were not given back; only in a student's copy
     changes : marks that moved since they were first given back; only in a student's copy
@@ -100,7 +98,6 @@ class Result:
     graded: Graded
     about: StudentRecord
     comments: Sequence[CommentRecord] = ()
-    requests: Sequence[Request] = ()
     account: Account | None = None
     hidden: Collection[str] = ()
     changes: Sequence[Change] = ()
@@ -114,6 +111,11 @@ class Result:
     def marks(self) -> tuple[MarkRecord, ...]:
         """The marks for every part of every question in the key."""
         return self.graded.marks
+
+    @property
+    def requests(self) -> list[CommentRecord]:
+        """What the student asked to have looked at again."""
+        return [comment for comment in self.comments if comment.asks]
 
     @property
     def total(self) -> float:
@@ -169,7 +171,7 @@ class Result:
         return replace(
             self,
             graded=graded,
-            comments=[comment for comment in self.comments if is_shown(comment.question)],
+            comments=[comment for comment in self.comments if comment.asks or is_shown(comment.question)],
             account=self.account.given_back(notebooks),
             hidden={question.notebook for question in course.catalogue.marked.values()} - shown,
         )
@@ -187,8 +189,7 @@ def result_in(book: Gradebook, course: Course, graded: Graded, about: StudentRec
     """
     student = graded.run.student
     about = about or StudentRecord(student)
-    requests = book.requests.all(student=student)
-    return Result(graded, about, book.comments(student), requests, account_in(book, course, graded, about))
+    return Result(graded, about, book.comments(student), account_in(book, course, graded, about))
 
 
 def account_in(book: Gradebook, course: Course, graded: Graded | None, about: StudentRecord) -> Account:
@@ -237,12 +238,10 @@ def state_of(grade: AssignmentGrade) -> str:
     return f"{grade.state}{late}"
 
 
-def asked(request: Request) -> str:
+def asked(request: CommentRecord) -> str:
     """Describe a request of the student's."""
-    answer = "not answered yet."
-    if request.answered is not None:
-        answer = f"answered on {request.answered:%Y-%m-%d} by {request.answered_by}."
-    return f"Asked on {request.made:%Y-%m-%d} to be looked at again; {answer}"
+    state = "not answered yet" if request.is_open else "answered"
+    return f"Asked on {request.when:%Y-%m-%d} to be looked at again; {state}."
 
 
 def lapse(given: GivenMark) -> str:

@@ -39,17 +39,16 @@ def card(desk: Desk, answers: Sequence[Answer]) -> dict[str, Any]:
 def opened(desk: Desk, course: Course, answer: Answer) -> dict[str, Any]:
     """Return what the template needs of an answer that was opened by name: all that is known of it."""
     book, student, where = desk.book, answer.student, answer.where
-    graded = book.current(student)
+    graded, comments = book.current(student), book.comments(student)
     return {
         "answer": answer,
         "shown": _shown(desk, answer),
         "compared": "" if graded is None else _compared(course, graded.run, where),
         "acts": [act for act in book.scores.acts([where]) if act.student == student],
         "audit": [entry for entry in book.audit(student, where[0]) if entry.part == where[1]],
-        "comments": [comment for comment in book.comments(student) if comment.question == where[0]],
+        "comments": [one for one in comments if one.question == where[0] and not one.asks],
         "requests": sorted(
-            (one for one in book.requests.all() if (one.student, one.where) == (student, where)),
-            key=lambda one: one.answered is not None,
+            (one for one in comments if one.where == where and one.asks), key=lambda one: not one.is_open
         ),
         "lapsed": [given for given in (graded.lapsed if graded else ()) if given.mark.where == where],
     }

@@ -75,7 +75,6 @@ class Sent(BaseModel):
     shown : keys of all, in their order
     level, points, remark : to give
     seen : with a key, what the page showed of the answer
-    replies : number of a request → answer to it
     """
 
     model_config = ConfigDict(strict=True)
@@ -90,7 +89,6 @@ class Sent(BaseModel):
     points: Annotated[float, Field(ge=-_MOST_POINTS, le=_MOST_POINTS)] | None = None
     remark: _Text = ""
     seen: _Text = ""
-    replies: Annotated[dict[int, _Text], Field(max_length=MOST_ANSWERS)] = {}
 
     @property
     def where(self) -> Where:
@@ -299,29 +297,26 @@ class Pages:
         return self._reply(scorer, sent.where, messages, answers, again, trouble=bool(done.problems))
 
     def decide(self, scorer: Scorer, sent: Sent) -> dict[str, Any]:
-        """Give an answer that was opened by name points, and answer the requests on it."""
+        """Give an answer that was opened by name points."""
         if len(sent.answers) != 1 or sent.points is None or not sent.remark.strip():
             raise HTTPException(400, "Give points to one answer, with a remark: it says to the student why.")
-        replies, remark = self._replies(sent), sent.remark.strip()
-        done = self.desk.give(scorer.name, sent.where, sent.answers, points=sent.points, remark=remark)
+        done = self.desk.give(scorer.name, sent.where, sent.answers, points=sent.points, remark=sent.remark.strip())
         given = [f"Given: {in_points(act.points or 0.0)}." for act in done.acts]
         if not done.acts:
             return self._opened(scorer, sent, sent.answers[0].key, done.problems, again=sent)
-        return self._opened(scorer, sent, sent.answers[0].key, [*given, *self._reply_to(scorer, replies)])
+        return self._opened(scorer, sent, sent.answers[0].key, given)
 
     def note(self, scorer: Scorer, sent: Sent) -> dict[str, Any]:
-        """Write a comment on an answer that was opened by name, answer the requests on it, and leave the points."""
-        replies, remark = self._replies(sent), sent.remark.strip()
-        if len(sent.answers) != 1 or not (remark or replies):
-            raise HTTPException(400, "Write a remark, or an answer to a request.")
+        """Write a comment on an answer that was opened by name, and leave the points."""
+        remark = sent.remark.strip()
+        if len(sent.answers) != 1 or not remark:
+            raise HTTPException(400, "Write a remark: it is the note to the student.")
         answer = self.desk.find(sent.where, sent.answers[0].key)
         if answer is None or seen(answer) != sent.answers[0].seen:
             problems = [] if answer is None else [self.desk.conflict(answer)]
             return self._opened(scorer, sent, sent.answers[0].key, problems, again=sent)
-        if remark:
-            self.desk.book.comment(answer.student, remark, scorer.name, answer.question)
-        written = ["The points are as they were.", *self._reply_to(scorer, replies)]
-        return self._opened(scorer, sent, sent.answers[0].key, ["Noted.", *written] if remark else written)
+        self.desk.book.comment(answer.student, remark, scorer.name, *answer.where)
+        return self._opened(scorer, sent, sent.answers[0].key, ["Noted. The points are as they were."])
 
     def same(self, scorer: Scorer, sent: Sent) -> dict[str, Any]:
         """Give other answers, which were shown and ticked, what was decided for one."""
@@ -340,25 +335,6 @@ class Pages:
         more = [f"{len(done.acts) - 3} more"] if len(done.acts) > 3 else []
         messages = [f"Taken back: {', '.join([*labels, *more])}."] if done.acts else []
         return self._opened(scorer, sent, sent.key, [*messages, *done.problems], trouble=bool(done.problems))
-
-    def _replies(self, sent: Sent) -> dict[int, str]:
-        """Return the answers to requests that were typed. Refuse all of an act if a request is not open any more."""
-        replies = {number: text.strip() for number, text in sent.replies.items() if text.strip()}
-        keys = {pick.key for pick in sent.answers}
-        own = [one for one in self.desk.book.requests.all() if key_of(one.student, sent.where) in keys]
-        requests = {one.number: one for one in own if one.where == sent.where}
-        for number in replies:
-            if (request := requests.get(number)) is None:
-                raise HTTPException(400, f"There is no request {number} on this answer. Nothing was written.")
-            if request.answered is not None:
-                why = f"{asked(request)} “{request.answer}”"
-                raise HTTPException(409, f"Request {number} is not open any more. {why} Nothing was written.")
-        return replies
-
-    def _reply_to(self, scorer: Scorer, replies: dict[int, str]) -> list[str]:
-        """Answer requests, and return a message on each."""
-        done = [self.desk.book.requests.answer(number, scorer.name, text) for number, text in replies.items()]
-        return [f"Request {request.number} is answered." for request in done]
 
     def _opened(
         self,

@@ -1,4 +1,4 @@
-"""The commands of an instructor's day: class, publish, request, answer, requests."""
+"""The commands of an instructor's day: status, publish, and a request with its answer."""
 
 import json
 import re
@@ -51,7 +51,7 @@ def test_publish_writes_pages_records_it_and_tells_what_is_not_ready_and_who_is_
     assert "1 request not answered yet" in said(done) and "lea gave back all assignments" in said(done)
     assert (out / "ada" / "feedback.html").exists() and (out / "grades.csv").exists()
     with Gradebook(out / "gradebook.sqlite") as book:
-        (one,) = book.requests.publications()
+        (one,) = book.publications()
         assert (one.actor, one.note) == ("lea", "first half")
         book.set_mark("cleo", "2.12", "K_s", 1.5, "rounding", "lea")
     again = rotflex("publish", out, "--by", "lea", "--solutions", OURS.folder)
@@ -102,28 +102,34 @@ def test_while_feedback_is_closed_pages_say_so_and_nothing_counts_as_given_back(
     assert done.exit_code == 1 and "So nothing is given back" in said(done)
     assert "19.9 rad/s" not in (out / "ada" / "feedback.html").read_text(encoding="utf-8")
     with Gradebook(out / "gradebook.sqlite") as book:
-        assert book.requests.publications() == []
+        assert book.publications() == []
 
 
-def test_a_request_is_made_listed_seen_beside_the_answer_and_stays_until_it_is_answered(out):
-    book = out / "gradebook.sqlite"
-    done = rotflex("requests", "add", book, "cleo", "2.12", "K_s", "Why <i>not</i>?")
-    assert done.exit_code == 0 and "Request 3 of cleo is noted." in said(done)
-    listed = rotflex("requests", "list", book)
-    assert "3 " in listed.output and "Why <i>not</i>?" in said(listed)
+def test_a_request_is_noted_listed_seen_beside_the_answer_and_open_until_it_is_answered(out):
+    book, on = out / "gradebook.sqlite", ("--question", "2.12", "--part", "K_s", "--by", "tia")
+    rotflex("comment", book, "cleo", "Why <i>not</i>?", "--ask", *on)
+    assert "Why <i>not</i>?" in said(rotflex("status", book, "--out", out, "--solutions", OURS.folder))
     rotflex("report", book, "--out", out, "--solutions", OURS.folder)
     page = (out / "cleo" / "feedback.html").read_text(encoding="utf-8")
     assert "K_s: Asked on" in page and "not answered yet." in page and "Why &lt;i&gt;not&lt;/i&gt;?" in page
     assert page.index("Stiffness of the joint") < page.rindex("K_s: Asked on")
     assert "2.12, K_s: Asked on" in rows(out)["cleo"]["notes"]
 
-    answered = rotflex("requests", "answer", book, "3", "Half a point more.", "--by", "tia")
-    assert answered.exit_code == 0 and "Request 3 of cleo, 2.12 K_s, is answered." in said(answered)
+    rotflex("comment", book, "cleo", "It stays.", *on)
     rotflex("report", book, "--out", out, "--solutions", OURS.folder)
     page = (out / "cleo" / "feedback.html").read_text(encoding="utf-8")
-    assert "Half a point more." in page and "by tia." in page and "not answered yet" not in page
-    assert "not answered yet" not in rows(out)["cleo"]["notes"]
-    (kept,) = json.loads((out / "cleo" / "marks.json").read_text(encoding="utf-8"))["requests"]
-    assert kept["text"] == "Why <i>not</i>?" and kept["answer"] == "Half a point more."
-    assert "Why" not in said(rotflex("requests", "list", book))
-    assert "tia: Half a point more." in said(rotflex("requests", "list", book, "--all"))
+    assert page.count("K_s: Asked on") == 1 and page.index("Why &lt;i&gt;not") < page.index("It stays.")
+    assert "not answered yet" not in page and "not answered yet" not in rows(out)["cleo"]["notes"]
+    asked, answer = json.loads((out / "cleo" / "marks.json").read_text(encoding="utf-8"))["comments"]
+    assert (asked["part"], asked["text"], asked["open"]) == ("K_s", "Why <i>not</i>?", False)
+    assert (answer["part"], answer["text"], answer["by"]) == ("K_s", "It stays.", "tia") and "open" not in answer
+    assert "Why <i>not</i>?" not in said(rotflex("status", book, "--out", out, "--solutions", OURS.folder))
+
+
+def test_a_request_without_its_answer_and_the_former_commands_are_refused(out):
+    for more in (["--ask"], ["--part", "K_s"], ["--ask", "--question", "2.12"]):
+        done = rotflex("comment", out, "cleo", "Why?", "--by", "tia", *more)
+        assert done.exit_code == 2 and "--question and --part" in said(done)
+    for former in ([], ["list", "MARKS", "--all"], ["answer", "MARKS", "1", "Yes.", "--by", "tia"]):
+        done = rotflex("requests", *former)
+        assert done.exit_code == 2 and "rotflex comment --ask" in said(done) and "rotflex status" in said(done)

@@ -116,7 +116,7 @@ def test_a_writer_waits_for_another(book, url):
 
 def test_a_number_that_no_row_can_have_is_an_error_of_the_gradebook(book):
     with pytest.raises(GradebookError, match=r"too large|out of range"):
-        book.requests.answer(2**70, "prof", "Yes.")
+        book.scores.undo(2**70, "prof")
 
 
 def test_a_writer_does_not_wait_for_ever(book, url, monkeypatch):

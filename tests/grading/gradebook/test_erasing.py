@@ -55,10 +55,9 @@ def book(book, tmp_path):
         book.scores.opened("tia", student, where)
     book.comment("bob", f"Work with {NAME}.", "lea")
     book.comment(ID, SECRETS[2], "lea")
-    book.requests.make(ID, WORDS, SECRETS[2])
-    asked = book.requests.make("bob", WORDS, f"{ID} has more points for the same.")
-    book.requests.answer(asked.number, "lea", f"{NAME} wrote more.")
-    book.requests.publish("lea", f"without {NAME}")
+    book.comment(ID, SECRETS[2], "lea", *WORDS, asks=True)
+    book.comment("bob", f"{ID} has more points for the same.", "lea", *WORDS, asks=True)
+    book.publish("lea", f"without {NAME}")
     book.excuse(ID, ["02_speed"], f"{NAME} was ill", "lea")
     book.excuse("bob", ["02_speed"], f"worked with {NAME}", "lea")
     return book
@@ -90,7 +89,7 @@ def test_nothing_is_left_of_an_erased_person_and_nothing_else_changes(book, url)
     done = book.persons.erase(ID.lower(), "lea")
     assert done.about == StudentRecord(ID, NAME, EMAIL, "A", (OTHER,), enrolled=True)
     assert {name: count for name, count in done.counts.items() if count} == {
-        **{"marks": 3, "scores": 1, "audit": 4, "claims": 1, "requests": 1, "comments": 1, "excuses": 1},
+        **{"marks": 3, "scores": 1, "audit": 4, "claims": 1, "comments": 2, "excuses": 1},
         "openings": 1,
         **{"decisions": 1, "runs": 1, "deliveries": 1},
     }
@@ -114,10 +113,9 @@ def test_their_name_is_replaced_in_what_is_written_about_others_and_nowhere_else
     trail = [one.reason for one in book.audit("ada", "2.16")]
     assert trail[-2] == f"Not as {NAME.upper()}: Zoe-77123456 is nobody."  # Ë is no capital of A to Z
     assert trail[-3] == acts[0]
-    assert [one.text for one in book.comments("bob")] == [f"Work with {MARKER}."]
-    (asked,) = book.requests.all()
-    assert (asked.text, asked.answer) == (f"{MARKER} has more points for the same.", f"{MARKER} wrote more.")
-    assert [one.note for one in book.requests.publications()] == [f"without {MARKER}"]
+    texts = [f"Work with {MARKER}.", f"{MARKER} has more points for the same."]
+    assert [one.text for one in book.comments()] == texts
+    assert [one.note for one in book.publications()] == [f"without {MARKER}"]
     assert "ada: remark, 2.16, comparison, tia" in done.redacted and "bob: comment for them, lea" in done.redacted
 
 

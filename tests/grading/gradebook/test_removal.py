@@ -46,7 +46,7 @@ def claim(book):
 
 def ask(book):
     record(book, graded("ada"))
-    book.requests.make("ada", EXPLAINED, "Why?")
+    book.comment("ada", "Why?", "tia", *EXPLAINED, asks=True)
 
 
 @pytest.mark.parametrize(
@@ -57,7 +57,7 @@ def ask(book):
         (lambda book: book.comment("ada", "Come and see me.", "tia"), ["comments"]),
         (score, ["runs", "marks", "audit", "scores"]),
         (claim, ["runs", "marks", "audit", "claims"]),
-        (ask, ["runs", "marks", "audit", "requests"]),
+        (ask, ["runs", "marks", "audit", "comments"]),
     ],
     ids=["handed in", "graded", "comment", "scored", "being scored", "request"],
 )

@@ -1,4 +1,4 @@
-"""Scoring in a gradebook: levels, claims, questions to the instructor, taking back; requests; on both databases."""
+"""Scoring in a gradebook: levels, claims, asking, taking back; students' requests; on both databases."""
 
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
@@ -229,37 +229,65 @@ def test_an_opened_answer_is_held_in_any_state(class_of_three):
     assert scores.hold("ada", WORDS, "kim", HOUR) is None
 
 
-def test_a_request_is_open_until_it_is_answered(class_of_three):
-    made = class_of_three.requests.make("ADA", COMPARED, " Please read the second paragraph.\r\n")
-    assert (made.student, made.where, made.text) == ("ada", COMPARED, "Please read the second paragraph.")
-    assert class_of_three.requests.all(open_only=True) == [made]
-    answered = class_of_three.requests.answer(made.number, "prof", "I did: 2 points.")
-    assert (answered.answered_by, answered.answer) == ("prof", "I did: 2 points.")
-    assert class_of_three.requests.all(open_only=True) == [] and class_of_three.requests.all() == [answered]
-    with pytest.raises(GradebookError, match=r"was answered by prof on .*I did: 2 points"):
-        class_of_three.requests.answer(made.number, "kim", "No.")
+def asks(book, student="ADA"):
+    book.comment(student, " Please read the second paragraph.\r\n", "prof", *COMPARED, asks=True)
+
+
+def waiting(book):
+    return [(one.student, one.where, one.text) for one in book.comments() if one.is_open]
+
+
+ASKED = [("ada", COMPARED, "Please read the second paragraph.")]
 
 
 @pytest.mark.parametrize(
-    "ask, said",
+    "act, is_open",
     [
-        (lambda requests: requests.make("ada", COMPARED, " \n"), "is empty: say what"),
-        (lambda requests: requests.make("ada", ("9.9", "x"), "Why?"), "9.9"),
-        (lambda requests: requests.make("nobody", COMPARED, "Why?"), "'nobody'"),
-        (lambda requests: requests.answer(7, "prof", "Yes."), "request 7"),
-        (lambda requests: requests.answer(1, "prof", ""), "is empty: say what"),
+        (lambda book: book.set_mark("ada", *COMPARED, 1.5, "Read again.", "prof"), False),
+        (lambda book: book.scores.give("ada", COMPARED, 1, "kim"), False),
+        (lambda book: book.comment("ada", "It stays.", "prof", *COMPARED), False),
+        (lambda book: book.set_mark("bob", *COMPARED, 1.5, "Another student's.", "prof"), True),
+        (lambda book: book.set_mark("ada", *WORDS, 1, "Another part.", "prof"), True),
+        (lambda book: book.comment("bob", "Another student's.", "prof", *COMPARED), True),
+        (lambda book: book.comment("ada", "Another question.", "prof", *WORDS), True),
+        (lambda book: book.comment("ada", "The whole question.", "prof", COMPARED[0]), True),
+        (lambda book: book.scores.ask("ada", COMPARED, "kim"), True),
+        (
+            lambda book: book.remark("ada", [mark(), prose(), report_text("right", 2.0)], "key 2", "prof", "mended"),
+            True,
+        ),
     ],
 )
-def test_empty_requests_and_those_on_unknown_answers_are_refused(class_of_three, ask, said):
-    with pytest.raises(GradebookError, match=said):
-        ask(class_of_three.requests)
-    assert class_of_three.requests.all() == []
+def test_a_request_is_open_until_a_person_marks_that_answer_or_comments_on_it(class_of_three, act, is_open):
+    class_of_three.scores.give("ada", COMPARED, 1, "kim")
+    class_of_three.comment("ada", "Before.", "prof", *COMPARED)
+    asks(class_of_three)
+    asks(class_of_three)
+    act(class_of_three)
+    assert waiting(class_of_three) == 2 * is_open * ASKED
+
+
+def test_a_request_is_open_again_when_the_mark_that_answered_it_is_taken_back(class_of_three):
+    give = class_of_three.scores.give
+    give("ada", COMPARED, 1, "kim")
+    asks(class_of_three)
+    act = give("ada", COMPARED, 2, "kim")
+    assert waiting(class_of_three) == []
+    class_of_three.scores.undo(act.number, "kim")
+    assert waiting(class_of_three) == ASKED
+
+
+def test_empty_requests_and_those_on_unknown_answers_are_refused(class_of_three):
+    for student, text, *where in (("ada", " \n", *COMPARED), ("ada", "Why?", "9.9", "x"), ("ada", "Why?", "2.11")):
+        with pytest.raises(GradebookError, match=r"is empty: say what|no mark for question"):
+            class_of_three.comment(student, text, "prof", *where, asks=True)
+    assert class_of_three.comments() == []
 
 
 def test_each_publication_is_stored(book):
-    assert book.requests.publications() == []
-    first, second = book.requests.publish("prof"), book.requests.publish("kim", "after the requests")
-    assert book.requests.publications() == [first, second]
+    assert book.publications() == []
+    first, second = book.publish("prof"), book.publish("kim", "after the requests")
+    assert book.publications() == [first, second]
     assert (second.actor, second.note) == ("kim", "after the requests") and first.when <= second.when
 
 
@@ -276,11 +304,11 @@ def test_acts_can_be_selected_by_part_and_by_scorer(class_of_three):
 def test_the_dump_has_what_scorers_did_and_what_was_taken_back(class_of_three):
     act = class_of_three.scores.give("bob", COMPARED, 2, "kim", level=4)
     class_of_three.scores.undo(act.number, "kim")
-    class_of_three.requests.make("bob", COMPARED, "Why?")
-    class_of_three.requests.publish("prof")
+    asks(class_of_three, "bob")
+    class_of_three.publish("prof")
     bob = next(one for one in dump(class_of_three)["students"] if one["student"] == "bob")
     assert [one["undoes"] for one in bob["scores"]] == [None, 0]
-    assert [one["text"] for one in bob["requests"]] == ["Why?"]
+    assert [(one["part"], one["asks"]) for one in bob["comments"]] == [("comparison", True)]
     assert [one["actor"] for one in dump(class_of_three)["publications"]] == ["prof"]
 
 

@@ -12,7 +12,7 @@ from made_courses import OURS
 from labcourse import clock
 from labcourse.grading.accounts import account_of
 from labcourse.grading.assignments import Handed
-from labcourse.grading.gradebook import Arrival, Excuse, MarkRecord, Request, StudentRecord
+from labcourse.grading.gradebook import Arrival, CommentRecord, Excuse, MarkRecord, StudentRecord
 from labcourse.grading.reports import feedback
 from labcourse.grading.reports.grades import Reports
 from labcourse.grading.reports.result import Result
@@ -42,8 +42,8 @@ def page(when=BETWEEN, excused=(), back=None, names=(PRELAB, STIFFNESS)):
     excuses = {name: Excuse(1, "ada", name, True, "lea", "ill", BEFORE) for name in excused}
     run, ada = graded("ada", *MARKS), StudentRecord("ada")
     account = account_of(COURSE, Handed(ada, MARKS, arrived, run, excuses), when)
-    asked = [Request(1, "ada", "2.11", "omega_n", "Why?", BEFORE)]
-    whole = Result(run, ada, requests=asked, account=account)
+    asked = CommentRecord("ada", "2.11", "Why?", "lea", BEFORE, "omega_n", asks=True, is_open=True)
+    whole = Result(run, ada, [asked], account)
     return seen(feedback.page(whole.given_back(COURSE, back), COURSE))
 
 
@@ -104,9 +104,9 @@ def test_a_mark_that_moved_is_on_the_page_from_when_it_was_first_given_back(book
     record(book, graded("ada"), graded("bob"))
     book.set_mark("bob", "2.11", "omega_n", 1.0, "Before it was given back.", "tia")
     assert "Changed since" not in pages()["bob"]
-    book.requests.publish("lea")
+    book.publish("lea")
     book.set_mark("ada", "2.11", "omega_n", 1.5, "Two digits are missing.", "tia")
     moved = f"2.11, omega_n : 2 of 2 → 1.5 of 2, on {clock.now():%Y-%m-%d}. Two digits are missing."
     assert moved in pages()["ada"] and "Changed since" not in pages()["bob"]
-    book.requests.publish("lea")
+    book.publish("lea")
     assert moved in pages()["ada"], "the student saw the first one"

@@ -11,7 +11,7 @@ from sqlalchemy import event
 
 from labcourse import clock, files
 from labcourse.errors import GradingError
-from labcourse.grading.gradebook import Delivery, Request, StudentRecord
+from labcourse.grading.gradebook import CommentRecord, Delivery, StudentRecord
 from labcourse.grading.reports.grades import NOT_GRADED_YET, Reports
 
 
@@ -38,18 +38,18 @@ def test_each_row_of_the_class_is_read_once(book, out, size):
     students = [f"s{number}" for number in range(size)]
     record(book, *map(graded, students))
     for student in students:
-        book.requests.make(student, ("2.11", "omega_n"), "Please look again.")
+        book.comment(student, "Please look again.", "tia", "2.11", "omega_n", asks=True)
     loaded = Counter()
 
     def count(row, _context):
         loaded[type(row)] += 1
 
-    for table in (StudentRecord, Request):
+    for table in (StudentRecord, CommentRecord):
         event.listen(table, "load", count)
     Reports(out, OURS, book).write_all()
-    for table in (StudentRecord, Request):
+    for table in (StudentRecord, CommentRecord):
         event.remove(table, "load", count)
-    assert loaded == {StudentRecord: size, Request: size}
+    assert loaded == {StudentRecord: size, CommentRecord: size}
 
 
 @pytest.mark.parametrize("end", [KeyboardInterrupt, GradingError("The scheduler is gone.")])

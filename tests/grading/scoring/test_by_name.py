@@ -94,7 +94,7 @@ def test_a_student_is_found_by_id_and_by_a_part_of_the_name(ann):
 
 
 def test_the_copy_is_complete_before_feedback_opens_and_whatever_was_given_back(book):
-    book.requests.publish("Lea", notebooks=["03_model_validation"])
+    book.publish("Lea", notebooks=["03_model_validation"])
     closed = replace(OURS.settings.feedback, points=False, reasons=False, opens=clock.now() + timedelta(days=9))
     course = replace(OURS, settings=replace(OURS.settings, feedback=closed))
     (ann,) = let_in(book, "Ann", names=True)
@@ -104,10 +104,18 @@ def test_the_copy_is_complete_before_feedback_opens_and_whatever_was_given_back(
     assert MARKED in page and "it looks like Hz" in page and "0 of 2 points" in page
 
 
+def asks(book, text="Please."):
+    book.comment("bob", text, "lea", *NUMBER, asks=True)
+
+
+def waiting(book):
+    return [one.student for one in book.comments() if one.is_open]
+
+
 def test_the_page_of_an_answer_has_all_that_is_known_of_it(ann, book):
     book.comment("bob", "Good plots.", "lea", "2.11")
     book.comment("bob", "Elsewhere.", "lea", "2.16")
-    book.requests.make("bob", NUMBER, "I say so in my text.")
+    asks(book, "I say so in my text.")
     page = ann.get(BOB).text
     assert "16.3 rad/s" in page and "it looks like Hz" in page and "0 of 2 points" in page
     assert OURS.catalogue.marked["2.11"].part("omega_n").prompt in page
@@ -130,21 +138,22 @@ def test_the_page_of_an_answer_has_all_that_is_known_of_it(ann, book):
     assert "student’s bench" not in students_own and MARKED not in students_own and "answer?" not in students_own
 
 
-def test_points_a_request_and_a_note_by_one_act_each(ann, book):
-    asked = book.requests.make("bob", NUMBER, "I say so in my text.").number
+def test_points_and_a_note_by_one_act_each_and_either_answers_a_request(ann, book):
+    asks(book)
     own = opened(ann)
-    sent = {**SENT, "answers": [own], "remark": "Right, in Hz.", "replies": {str(asked): "Yes, half."}}
+    sent = {**SENT, "answers": [own], "remark": "Right, in Hz."}
     reply = ann.act("decide", {**sent, "points": 1}).json()
-    assert reply["message"].startswith(f"Given: 1 point. Request {asked} is answered.") and not reply["trouble"]
+    assert reply["message"].startswith("Given: 1 point.") and not reply["trouble"]
     mark_now = points(book, "bob")
     assert (mark_now.points, mark_now.reason, mark_now.status) == (1.0, "Right, in Hz.", "given by a person")
-    answered = next(one for one in book.requests.all() if one.number == asked)
-    assert (answered.answered_by, answered.answer) == ("Ann", "Yes, half.")
+    assert waiting(book) == ["fay"]
+    asks(book, "Are you sure?")
     assert [entry.actor for entry in book.audit("bob", "2.11") if entry.part == "omega_n"] == ["batch", "Ann"]
     ((own,), _others) = picks(reply["html"])
     note = ann.act("note", {**SENT, "answers": [own], "remark": "Look at the axis."}).json()
     assert note["message"].startswith("Noted. The points are as they were.")
-    assert [one.text for one in book.comments("bob")] == ["Look at the axis."] and points(book, "bob") == mark_now
+    assert [(one.text, one.where) for one in book.comments("bob") if not one.asks] == [("Look at the axis.", NUMBER)]
+    assert waiting(book) == ["fay"] and points(book, "bob") == mark_now
     back = ann.act("back", {**SENT, "key": own["key"]}).json()
     assert "Taken back" in back["message"] and points(book, "bob").reason == "It is 16.3 rad/s off; it looks like Hz."
 
@@ -156,8 +165,6 @@ def test_points_a_request_and_a_note_by_one_act_each(ann, book):
         ("decide", {"points": 1, "remark": " "}),
         ("decide", {"remark": "So."}),
         ("decide", {"points": 1, "remark": "So.", "answers": []}),
-        ("decide", {"points": 1, "remark": "So.", "replies": {"1": "To fay’s."}}),
-        ("decide", {"points": 1, "remark": "So.", "replies": {"99": "?"}}),
         ("note", {}),
         ("same", {"answers": []}),
     ],
@@ -166,24 +173,19 @@ def test_what_is_incomplete_is_refused_with_a_reason(ann, book, act, more):
     acts = len(book.scores.acts())
     reply = ann.act(act, {**SENT, "answers": [opened(ann)], **more})
     assert reply.status_code == 400 and reply.json()["problem"]
-    assert (len(book.scores.acts()), book.comments("bob"), len(book.requests.all(open_only=True))) == (acts, [], 1)
+    assert (len(book.scores.acts()), book.comments("bob"), waiting(book)) == (acts, [], ["fay"])
 
 
 def test_of_two_who_decide_the_second_is_told_who_when_and_why_and_writes_nothing(ann, book):
-    asked = book.requests.make("bob", NUMBER, "Please.").number
     own = opened(ann)
     book.set_mark("bob", *NUMBER, 1.5, "The axis says Hz.", "Lea")
-    sent = {**SENT, "answers": [own], "remark": "Wrong.", "replies": {str(asked): "No."}}
+    sent = {**SENT, "answers": [own], "remark": "Wrong."}
     for act, more in (("decide", {"points": 0}), ("note", {})):
         reply = ann.act(act, {**sent, **more}).json()
         assert reply["trouble"]
         assert re.search(r"Lea gave it 1\.5 of 2 points at 2100-\d\d-\d\d \d\d:\d\d UTC: “The axis", reply["message"])
-        assert ">Wrong.</textarea>" in reply["html"] and ">No.</textarea>" in reply["html"]  # what was typed
+        assert ">Wrong.</textarea>" in reply["html"]  # what was typed
     assert points(book, "bob").points == 1.5 and book.comments("bob") == []
-    assert asked in [one.number for one in book.requests.all(open_only=True)]
-    book.requests.answer(asked, "Lea", "It is given.")
-    late = ann.act("decide", {**sent, "answers": [opened(ann)], "points": 0})
-    assert late.status_code == 409 and "by Lea" in late.json()["problem"] and points(book, "bob").points == 1.5
 
 
 def decided(ann, worth=1):
@@ -285,7 +287,7 @@ def test_a_students_text_is_text_on_each_page(tmp_path):
     with Gradebook(tmp_path / "other.sqlite") as book:
         for n, text in enumerate(HOSTILE):
             record(book, graded(f"h{n}", mark("wrong", 0.0, text, text), prose(given=text), report_text()))
-            book.requests.make(f"h{n}", NUMBER, text)
+            book.comment(f"h{n}", text, text, *NUMBER, asks=True)
             book.comment(f"h{n}", text, text, "2.11")
         (ann,) = clients(desk(book, names=True), "Ann")
         for n, text in enumerate(HOSTILE):

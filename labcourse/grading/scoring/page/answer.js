@@ -3,8 +3,7 @@
 const own = () => card.querySelector(".own");
 
 const sendOwn = (name, more) => {
-  const replies = Object.fromEntries(all(".reply").map((one) => [one.dataset.request, one.value]));
-  act(name, { answers: picks([own()]), remark: field("remark").value, replies, ...more });
+  act(name, { answers: picks([own()]), remark: field("remark").value, ...more });
 };
 
 const give = (points) => {
