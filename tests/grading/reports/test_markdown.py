@@ -208,9 +208,10 @@ def test_characters_of_a_formula(fits):
 
 
 @FITS
-@pytest.mark.parametrize(("opening", "closing"), [("{", "}"), (r"\left(", r"\right)"), (r"\sqrt{", "}")])
-def test_groups_of_a_formula_in_each_other(fits, opening, closing):
-    depth = markdown._DEEPEST_FORMULA + (not fits)
+@pytest.mark.parametrize(("opening", "closing", "levels"), [("{", "}", 1), (r"\frac{", "}2", 2), (r"\sqrt{", "}", 2)])
+def test_groups_of_a_formula_in_each_other(fits, opening, closing, levels):
+    around = 3  # the formula, its row, and what stands in the innermost group
+    depth = (markdown._DEEPEST_FORMULA - around) // levels + (not fits)
     latex = opening * depth + "x" + closing * depth
     assert is_shown(latex) == fits
 
@@ -233,7 +234,7 @@ def test_bars_in_a_line(fits):
 
 @FITS
 def test_quotes_in_each_other(fits):
-    assert (TYPED in as_html("> " * (markdown._DEEPEST + (not fits)) + "so")) != fits
+    assert (TYPED in as_html("> " * (markdown._DEEPEST - fits) + "so")) != fits
 
 
 @FITS
