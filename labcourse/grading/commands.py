@@ -768,22 +768,13 @@ def comment(
 
 @app.command(rich_help_panel=_PERSON)
 def history(marks: Marks, student: OneStudent = None, question: OneQuestion = None) -> None:
-    """Show every change of a mark: before and after, when, by whom, and why; and who opened what by name.
-
-    Scorers from whom names are hidden can open a student or an answer by name. It is recorded, and shown here.
-    """
-    from labcourse.grading.overview import moment
-
+    """Show every change of a mark: before and after, when, by whom, and why."""
     with _gradebook(marks) as book:
         for entry in book.audit(student, question):
             states = (entry.before, entry.after)
             change = " → ".join("–" if state is None else f"{state.points:g} ({state.status})" for state in states)
             where = f"{entry.when:%Y-%m-%d %H:%M} UTC  {entry.student}  {entry.question} {entry.part}"
             say(f"{where}: {change}  {entry.actor}: {entry.reason}")
-        for opening in book.scores.openings(student):
-            if question is None or question == opening.question:
-                shown = f"{opening.student or 'the class'}  {opening.question} {opening.part}".rstrip()
-                say(f"{moment(opening.when)}  {shown}: opened by name  {opening.actor}")
 
 
 @app.command(hidden=True, context_settings={"ignore_unknown_options": True})

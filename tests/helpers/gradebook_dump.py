@@ -14,7 +14,7 @@ from labcourse.grading.gradebook.records import Base
 #: Numbers of rows, times, and what the order in the dump says already.
 _LEFT_OUT = {"id", "student_id", "run_id", "folded", "position", "number", "gone", "fingerprint"}
 _TIMES = {"recorded", "decided", "written", "changed", "received", "acted", "published", "erased"}
-_TIMES |= {"opened", "replaced"}  # what was replaced holds a time
+_TIMES |= {"replaced"}  # what was replaced holds a time
 #: Tables of a student, and by what their rows are ordered; the others are in the order in which they grew.
 _ORDER = {
     "deliveries": ("name", "received", "id"),
@@ -23,7 +23,6 @@ _ORDER = {
     "comments": ("question", "actor", "text"),
     "audit": ("id",),
     "scores": ("id",),
-    "openings": ("id",),
 }
 
 

@@ -31,7 +31,6 @@ from labcourse.grading.gradebook.records import GivenMark as GivenMark
 from labcourse.grading.gradebook.records import Graded as Graded
 from labcourse.grading.gradebook.records import MarkRecord as MarkRecord
 from labcourse.grading.gradebook.records import MarkState as MarkState
-from labcourse.grading.gradebook.records import Opening as Opening
 from labcourse.grading.gradebook.records import Publication as Publication
 from labcourse.grading.gradebook.records import RunRecord as RunRecord
 from labcourse.grading.gradebook.records import StudentRecord as StudentRecord

@@ -243,7 +243,6 @@ _GROWING = {
     "audit": "the audit trail only grows",
     "scores": "what scorers did only grows",
     "excuses": "who was excused only grows",
-    "openings": "what was opened by name only grows",
 }
 #: The persons whom the transaction erases: each of their names, and the marker that replaces it.
 _BEING_ERASED = """

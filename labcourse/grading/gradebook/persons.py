@@ -55,7 +55,6 @@ _CALLED = {
     "audit": "audit trail",
     "scores": "remark",
     "claims": "answer that is being read",
-    "openings": "page that was opened by name",
     "comments": "comment for them",
     "publications": "note on what was given back",
     "excuses": "excuse",
@@ -102,7 +101,7 @@ def add_student(session: Session, student: StudentRecord) -> StudentRecord:
     return student
 
 
-def put(session: Session, student_id: int | None, record: _Stored, **own: Any) -> _Stored:
+def put(session: Session, student_id: int, record: _Stored, **own: Any) -> _Stored:
     """Store a record of a student, with values for columns that are not fields of the record.
 
     Returns
@@ -120,7 +119,7 @@ def put(session: Session, student_id: int | None, record: _Stored, **own: Any) -
 
 def read(session: Session, table: type[_Named], *which: Any) -> list[_Named]:
     """Read the records for which some conditions hold, with their student's ID, in the order of writing."""
-    statement = select(table, StudentRecord.student).outerjoin(StudentRecord, StudentRecord.id == table.student_id)
+    statement = select(table, StudentRecord.student).join(StudentRecord, StudentRecord.id == table.student_id)
     records = []
     for record, student in session.execute(statement.where(*which).order_by(*inspect(table).primary_key)):
         record.student = student

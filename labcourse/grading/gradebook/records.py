@@ -429,23 +429,6 @@ class Claim(Base):
     until: Mapped[datetime]
 
 
-class Opening(OfAnswer, Base):
-    """A page that a scorer opened by name, where names are hidden. This table only grows.
-
-    Attributes
-    ----------
-    student : that the page shows; "" for the page of the class
-    question, part : of the answer that the page shows; "" for another page
-    actor, when : the scorer, and when (UTC)
-    """
-
-    __tablename__ = "openings"
-
-    student_id = mapped_column(sa.ForeignKey("students.id", ondelete="CASCADE"), index=True)
-    actor: Mapped[str]
-    when: Mapped[datetime] = mapped_column("opened")
-
-
 @dataclass(frozen=True)
 class Answer:
     """An answer as it is now.

@@ -54,7 +54,6 @@ from labcourse.grading.gradebook.records import (
     Mark,
     MarkRecord,
     MarkState,
-    Opening,
     Publication,
     RosterReport,
     RunRecord,
@@ -813,26 +812,6 @@ class Scores:
                 raise _changed_error(session, before, before.mark(act.where))
             earlier = act.replaced and GivenMark.from_json(**act.replaced)
             return _act(session, before, earlier, f"taken back: act {number}", act.where, actor, undoes=number)
-
-    # --- what was opened by name --------------------------------------------------------------------------------------
-
-    def opened(self, actor: str, student: str | None = None, where: Where = ("", "")) -> Opening:
-        """Store that a scorer opened the page of the class, of a student, or of an answer by name.
-
-        Raises
-        ------
-        GradebookError
-            If there is no such student.
-        """
-        with self._database.writing() as session:
-            about = None if student is None else known_student(session, student)
-            shown, number = ("", None) if about is None else (about.student, about.id)
-            return put(session, number, Opening(NEW, shown, *where, actor, clock.now()))
-
-    def openings(self, student: str | None = None) -> list[Opening]:
-        """Return what was opened by name, in order; of one student, if given."""
-        with self._database.reading() as session:
-            return read(session, Opening, *([] if student is None else [is_student(student)]))
 
     # --- who reads what -----------------------------------------------------------------------------------------------
 

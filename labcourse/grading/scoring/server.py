@@ -108,7 +108,6 @@ class Pages:
 
     def __init__(self, desk: Desk, course: Course, class_page: ClassPage) -> None:
         self.desk, self.course, self._class_page = desk, course, class_page
-        self._warned: set[str] = set()  # scorers who know that openings by name are recorded
         acts = (self.next, self.give, self.ask, self.undo, self.renew, self.leave)
         self._acts = {act.__name__: act for act in (*acts, self.decide, self.note, self.same, self.back)}
 
@@ -152,17 +151,12 @@ class Pages:
 
     # --- pages by name ------------------------------------------------------------------------------------------------
 
-    def class_page(self, request: Request) -> Response:
+    def class_page(self, _request: Request) -> Response:
         """Show the class, with links to students and answers."""
-        if (notice := self._notice(request)) is not None:
-            return notice
-        self._record(request)
         return _copy(self._class_page(link))
 
     def student(self, request: Request) -> Response:
         """Show an instructor's copy of a student's feedback, or the students with a name."""
-        if (notice := self._notice(request)) is not None:
-            return notice
         wanted = request.query_params.get("id", "").strip()
         found = self._look_up(wanted)
         if len(found) != 1:
@@ -171,36 +165,18 @@ class Pages:
         graded = self.desk.book.current(about.student)
         if graded is None:
             raise HTTPException(404, f"Nothing of {about.student!r} has been graded.")
-        self._record(request, about.student)
         return _copy(feedback.page(result_in(self.desk.book, self.course, graded, about), self.course, link))
 
     def answer(self, request: Request) -> Response:
         """Show any answer of a student, why it has its mark, and what a person can do about it."""
         where, wanted = _where(request), request.query_params.get("student", "")
-        if (notice := self._notice(request)) is not None:
-            return notice
         about = next((one for one in self.desk.book.students() if caseless(one.student) == caseless(wanted)), None)
         key = "" if about is None else key_of(about.student, where)
         answer = self.desk.find(where, key)
         if about is None or answer is None:
             raise HTTPException(404, f"There is no answer of {wanted!r} to {where[0]}, {where[1]}.")
-        self._record(request, about.student, where)
         card = self._card(request.scope[ACTOR], answer)
         return self._page("answer.html", request, where=where, key=key, about=about, **self._asked(where), **card)
-
-    def _notice(self, request: Request) -> Response | None:
-        """Return a notice if names are hidden, and the scorer has not been told that this opening is recorded."""
-        actor, asked_for = request.scope[ACTOR].name, request.query_params
-        if asked_for.get("recorded") == "yes":
-            self._warned.add(actor)
-        if self.desk.names or actor in self._warned:
-            return None
-        path = request.url.path.rpartition("/")[2]
-        return self._page("by_name.html", request, students=None, path=path, asked=asked_for.items())
-
-    def _record(self, request: Request, student: str | None = None, where: Where = ("", "")) -> None:
-        if not self.desk.names:
-            self.desk.book.scores.opened(request.scope[ACTOR].name, student, where)
 
     def _look_up(self, wanted: str) -> list[StudentRecord]:
         """Return the student with an ID; without one, those with the text in ID or name."""

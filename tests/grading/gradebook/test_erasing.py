@@ -51,8 +51,6 @@ def book(book, tmp_path):
     book.set_mark("ada", *COMPARED, 2, f"Not as {NAME.upper()}: Zoe-77123456 is nobody.", "lea")
     book.scores.give("ada", COMPARED, 1.5, "tia", remark="Better.")
     book.scores.claim([ID], COMPARED, "tia", 3600)
-    for student, where in ((None, ("", "")), (ID, ("", "")), ("ada", WORDS)):
-        book.scores.opened("tia", student, where)
     book.comment("bob", f"Work with {NAME}.", "lea")
     book.comment(ID, SECRETS[2], "lea")
     book.comment(ID, SECRETS[2], "lea", *WORDS, asks=True)
@@ -90,7 +88,6 @@ def test_nothing_is_left_of_an_erased_person_and_nothing_else_changes(book, url)
     assert done.about == StudentRecord(ID, NAME, EMAIL, "A", (OTHER,), enrolled=True)
     assert {name: count for name, count in done.counts.items() if count} == {
         **{"marks": 3, "scores": 1, "audit": 4, "claims": 1, "comments": 2, "excuses": 1},
-        "openings": 1,
         **{"decisions": 1, "runs": 1, "deliveries": 1},
     }
     assert done.sources == (f"{ID}.zip",)
@@ -257,9 +254,6 @@ def replaced(old, new, table="audit", column="reason"):
 OTHER_CHANGES = [
     ["DELETE FROM audit WHERE student_id = 2"],
     ["DELETE FROM scores WHERE student_id = 2"],
-    ["DELETE FROM openings WHERE student_id = 2"],
-    [begin(2), "DELETE FROM openings WHERE student_id IS NULL"],
-    [begin(2), "UPDATE openings SET actor = 'lea' WHERE student_id = 2"],
     ["DELETE FROM students WHERE id = 2"],  # all of theirs would go with it
     [begin(2), "UPDATE audit SET mark_after = NULL"],
     [begin(2), f'UPDATE audit SET mark_after = \'{{"reason": "{MARKER}"}}\''],
@@ -324,7 +318,7 @@ def test_the_database_refuses_to_change_an_erasure(book, url):
 
 
 @pytest.mark.parametrize("kind", [pytest.param("postgres", marks=pytest.mark.postgres)])
-@pytest.mark.parametrize("table", ["audit", "scores", "openings", "erasures"])
+@pytest.mark.parametrize("table", ["audit", "scores", "erasures"])
 def test_a_table_that_only_grows_is_not_emptied_on_a_server(book, url, table):
     refused(url, f"TRUNCATE {table} CASCADE", why="only grows|stays as it is")
 
