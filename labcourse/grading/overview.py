@@ -28,7 +28,6 @@ from labcourse.grading.reports import hints, intake_table
 from labcourse.grading.reports.changes import changed_in, state_text
 from labcourse.grading.reports.result import account_in, lapse, points, received, shortened, without_numbers, worth
 from labcourse.grading.reports.templating import templates
-from labcourse.grading.scoring import progress
 from labcourse.grading.settings import Assignment, MarkSettings
 from labcourse.grading.todo import NOTHING_THERE, Class, Student, causes, todo
 from labcourse.grading.verdicts import Status
@@ -123,7 +122,7 @@ def as_page(overview: Mapping[str, Any], answer_link: Callable[[str, str, str], 
     """
     environment = templates("templates")
     texts = {"moment": moment, "worth": worth, "shortened": shortened, "state": state_text, "points": points}
-    texts |= {"left": progress.time_text, "work": work_text, "so_far": so_far_text}
+    texts |= {"work": work_text, "so_far": so_far_text}
     page = environment.get_template("overview.html")
     about = {"listed": listed, "many": MANY, "program": program.name(), "answer_link": answer_link}
     return page.render(**overview, **texts, **about)
@@ -297,7 +296,7 @@ def _decided_share(account: Account) -> float | None:
 
 
 def waiting(answers: Sequence[Answer], acts: Sequence[Act], order: Sequence[str]) -> dict[str, Any]:
-    """Return which answers wait, how long scorers take for one, and how long the rest will take.
+    """Return which answers wait, and how many answers each scorer has read.
 
     Parameters
     ----------
@@ -308,8 +307,7 @@ def waiting(answers: Sequence[Answer], acts: Sequence[Act], order: Sequence[str]
     Returns
     -------
     dict
-        ``waiting``, a list of :class:`Waiting`; ``seconds_left`` for one person, None if too few times are known; and
-        ``scorers``, a list of name, number of answers, and median seconds of an answer or None.
+        ``waiting``, a list of :class:`Waiting`; and ``scorers``, a list of name and number of answers.
     """
     places = {question: place for place, question in enumerate(order)}
     by_part: dict[Where, list[Answer]] = {}
@@ -319,17 +317,8 @@ def waiting(answers: Sequence[Answer], acts: Sequence[Act], order: Sequence[str]
     for where, those in by_part.items():
         if left := [answer for answer in those if answer.waiting]:
             parts.append(Waiting(where, left, len(those)))
-    actors = sorted({act.actor for act in acts})
-    readings = {who: progress.readings([act for act in acts if act.actor == who]) for who in actors}
-    every = [reading for those in readings.values() for reading in those]
-    if (usual := progress.usual(every)) is not None:
-        each = {
-            part.where: progress.usual([one for one in every if one.where == part.where]) or usual for part in parts
-        }
-        usual = sum(len(part.answers) * each[part.where] for part in parts)
-    counts = Counter(act.actor for act in acts if act.undoes is None)
-    scorers = [(who, counts[who], progress.usual(those)) for who, those in readings.items()]
-    return {"waiting": parts, "seconds_left": usual, "scorers": scorers}
+    scorers = Counter(act.actor for act in acts if act.undoes is None)
+    return {"waiting": parts, "scorers": sorted(scorers.items())}
 
 
 def slips(runs: Iterable[Graded]) -> list[Slip]:

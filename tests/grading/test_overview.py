@@ -17,7 +17,7 @@ from set_clock import set_clock
 
 from labcourse import clock
 from labcourse.grading import overview, todo
-from labcourse.grading.gradebook import Act, Answer, Delivery, Gradebook, MarkRecord
+from labcourse.grading.gradebook import Delivery, Gradebook, MarkRecord
 from labcourse.grading.graded_run import FAILED, Facts
 from labcourse.grading.intake import Doubt
 from labcourse.grading.reports import changes, intake_table
@@ -457,30 +457,17 @@ def test_the_same_work_is_a_hint_with_its_evidence(book, tmp_path):
     assert "Nobody has the numbers, recordings or files of a class-mate" in text(book)  # nothing is written yet
 
 
-def acts(times, where=("1.1", "why"), actor="tia"):
-    start = datetime(2026, 3, 2, 9, tzinfo=UTC)
-    return [
-        Act(0, "ada", *where, actor, 3, 1.0, 1.0, "", "So.", False, None, start + timedelta(seconds=seconds))
-        for seconds in times
-    ]
-
-
-def answers(number, where=("1.1", "why"), status="for a person"):
-    return [Answer("ada", *where, MarkRecord(*where, status, 0.0, 1.0, "", "So."))] * number
-
-
-def test_what_is_left_is_estimated_by_the_median_of_each_part_or_else_of_all():
-    other, third = ("1.2", "how"), ("1.3", "what")
-    both = [*acts(20 * n for n in range(7)), *acts((120 + 60 * n for n in range(1, 7)), other)]
-
-    def left(*waiting):
-        return overview.waiting([*waiting], both, ["1.1", "1.2", "1.3"])["seconds_left"]
-
-    assert left(*answers(3), *answers(1, status="given by a person")) == 60
-    assert left(*answers(2, other)) == 120 and left(*answers(1, third)) == 40
-    found = overview.waiting(answers(1), [*acts(range(0, 80, 20)), *acts([7, 17], actor="udo")], ["1.1"])
-    assert found["seconds_left"] is None  # too few are known
-    assert found["scorers"] == [("tia", 4, None), ("udo", 2, None)]
+def test_what_waits_and_what_each_scorer_has_read_is_counted(book):
+    mine = ("2.11", "explanation")
+    record(book, graded("ada"), graded("bob"), graded("eve"))
+    for student in ("ada", "bob"):
+        given = book.scores.give(student, mine, 1.0, "tia", level=4)
+    book.scores.undo(given.number, "tia")
+    book.scores.give("ada", mine, 0.5, "udo", level=2)
+    found = overview.waiting(book.scores.answers(), book.scores.acts(), ["2.11"])
+    waits = {one.where: ([answer.student for answer in one.answers], one.of) for one in found["waiting"]}
+    assert waits[mine] == (["bob", "eve"], 3)
+    assert found["scorers"] == [("tia", 2), ("udo", 1)]
 
 
 # --- feedback that was given back -------------------------------------------------------------------------------------

@@ -4,7 +4,7 @@
 ``rubric``     what to look for in each part, and what each level is like
 ``desk``       who gets which answers next, what they give, and what they take back
 ``cards``      what a scorer sees of an answer
-``progress``   tallies, times of reading, what is left
+``progress``   tallies
 ``guards``     who is let in, and what a browser is told
 ``server``     the page as a server on the loopback interface; ``page/`` has its templates, script and style
 =============  =======================================================================================================

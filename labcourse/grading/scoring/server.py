@@ -145,7 +145,7 @@ class Pages:
 
     def _rendered(self, template: str, **values: Any) -> str:
         helpers: dict[str, Any] = {"points": shown_points, "key_of": key_of, "state": state, "label": self.desk.label}
-        helpers |= {"left_text": progress.time_text, "worth": in_points, "link": link, "asked_on": asked}
+        helpers |= {"worth": in_points, "link": link, "asked_on": asked}
         helpers |= {"moment": moment, "lapse": lapse, "names": self.desk.names}
         return templates("scoring/page").get_template(template).render(**values, **helpers)
 
@@ -381,14 +381,13 @@ class Pages:
         """
         found = answers or self.desk.next(scorer.name, where)
         tally = progress.tally(self.desk.book.scores.answers([where]))
-        left = len(self.desk.due(where))
-        seconds = progress.time_left(self.desk.book.scores.acts([where], scorer.name), where, left) if left else None
         card = cards.card(self.desk, found) if found else None
         after = None if found else self.desk.part_after(where)
+        left = len(self.desk.due(where))
         values = {"card": card, "again": again or {}, "left": left, "asked": tally.asked, "after": after}
         return {
             "html": self._rendered("card.html", **values),
-            "state": self._rendered("tally.html", tally=tally, seconds=seconds),
+            "state": self._rendered("tally.html", tally=tally),
             "message": " ".join(filter(None, messages)),
             "trouble": trouble,
         }
