@@ -539,11 +539,11 @@ def publish(
     """
     from labcourse.grading import assignments
     from labcourse.grading.gradebook.records import NEW, Publication
-    from labcourse.grading.outcomes import PAGE_FILE
+    from labcourse.grading.outcomes import ATTAINMENT_FILE
     from labcourse.grading.overview import moment, not_ready
     from labcourse.grading.reports.changes import changed_in
     from labcourse.grading.reports.grades import Reports
-    from labcourse.grading.sheets import FOLDER
+    from labcourse.grading.sheets import PAGE_FILE
 
     course, folder = courses.find(solutions), _results(marks, out)
     given = [assignments.find(course, name) for name in assignment or ()]
@@ -562,7 +562,7 @@ def publish(
     if reports.without_page:
         say(f"No page, as nothing of theirs is graded: {', '.join(reports.without_page)}.")
     say(*unready)
-    for name, command in ((PAGE_FILE, "report"), (FOLDER, "sheets")):
+    for name, command in ((ATTAINMENT_FILE, "report"), (PAGE_FILE, "sheets")):
         if (folder / name).exists():
             say(f"{name} is as it was before: {program.name()} outcomes {command} writes it anew.")
     if not is_open:
@@ -654,24 +654,24 @@ def export(
 
 @outcomes.command("report")
 def outcomes_report(marks: Marks, out: Out = None, solutions: CourseFolder = None, sections: Sections = True) -> None:
-    """Write the levels of the class in each criterion and outcome: attainment.html, attainment.csv, students.csv.
+    """Write levels as tables: attainment.csv, of the class in each code and outcome; levels.csv, of each student.
 
-    Groups smaller than course.toml allows are not shown. students.csv has names: do not publish it.
+    Groups smaller than course.toml allows are not shown. levels.csv has names: do not publish it.
 
     Exit code: 0 all written, 2 something could not be written.
     """
-    from labcourse.grading.outcomes import PAGE_FILE, STUDENTS_FILE, write_report
+    from labcourse.grading.outcomes import ATTAINMENT_FILE, LEVELS_FILE, write_report
 
     course, folder = courses.find(solutions), _results(marks, out)
     with _gradebook(marks) as book:
         count, notes = write_report(folder, course, book, sections)
-    say(f"{_students(count)}: {folder / PAGE_FILE}", *notes)
-    say(f"{STUDENTS_FILE} has names: it is for you, and not for an accreditation.")
+    say(f"{_students(count)}: {folder / ATTAINMENT_FILE}", *notes)
+    say(f"{LEVELS_FILE} has names: it is for you, and not for an accreditation.")
 
 
 @outcomes.command()
 def sheets(marks: Marks, out: Out = None, solutions: CourseFolder = None, student: Students = None) -> None:
-    """Write each student's scoring sheets as HTML, PDF and CSV, and one CSV of the whole class.
+    """Write scoring sheets as pages to be printed: sheets.html for the class, and one in each student's folder.
 
     Exit code: 0 all written, 2 something could not be written.
     """
@@ -680,7 +680,7 @@ def sheets(marks: Marks, out: Out = None, solutions: CourseFolder = None, studen
     course, folder = courses.find(solutions), _results(marks, out)
     with _gradebook(marks) as book:
         count, notes = scoring_sheets.write(folder, course, book, student or ())
-    say(f"{_students(count)}: {folder / scoring_sheets.FOLDER}", *notes)
+    say(f"{_students(count)}: {folder / scoring_sheets.PAGE_FILE}", *notes)
 
 
 # --- a person ---------------------------------------------------------------------------------------------------------

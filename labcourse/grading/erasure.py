@@ -122,9 +122,8 @@ class Results:
 
     def own(self, student: str) -> list[Path]:
         """Return the folders of one student alone."""
-        holders = filter(Path.is_dir, (self.folder, self.folder / sheets.FOLDER))
-        inside = (path for holder in holders for path in sorted(holder.iterdir()) if path.is_dir())
-        return [path for path in inside if _same(path.name, student)]
+        inside = sorted(self.folder.iterdir()) if self.folder.is_dir() else ()
+        return [path for path in inside if path.is_dir() and _same(path.name, student)]
 
     def of_class(self) -> list[Path]:
         """Return the files that are made of the whole class, if they exist."""
@@ -163,19 +162,19 @@ class Results:
     def _writers(self) -> dict[tuple[str, ...], Callable[[Gradebook], object]]:
         """Return the names of files that are written together → what writes them."""
         folder, course = self.folder, self._course
-        page, report = folder / overview.PAGE_FILE, (outcomes.PAGE_FILE, outcomes.TABLE_FILE, outcomes.STUDENTS_FILE)
+        page, report = folder / overview.PAGE_FILE, (outcomes.ATTAINMENT_FILE, outcomes.LEVELS_FILE)
         return {
             (GRADES_FILE, HINTS_FILE): lambda book: Reports(folder, course, book).write_all(),
             (page.name,): lambda book: files.write(
                 page, overview.as_page(overview.class_overview(book, course, folder))
             ),
             report: lambda book: outcomes.write_report(folder, course, book),
-            (sheets.CLASS_FILE,): self._write_sheets,
+            (sheets.PAGE_FILE,): self._write_sheets,
         }
 
     def _write_sheets(self, book: Gradebook) -> None:
         """Write the sheets of students who have some: there may be sheets of a few only."""
-        there = {caseless(path.name) for path in (self.folder / sheets.FOLDER).iterdir() if path.is_dir()}
+        there = {caseless(path.parent.name) for path in self.folder.glob(f"*/{sheets.PAGE_FILE}")}
         if left := [about.student for about in book.students() if caseless(about.student) in there]:
             sheets.write(self.folder, self._course, book, left)
 

@@ -1,4 +1,4 @@
-"""Derive levels of codes and outcomes from marks, and report how a class does.
+"""Derive levels of codes and outcomes from marks, and write how students and a class do.
 
 There is one rule, whoever gave the marks: the points earned of the points possible, over all decided parts with a code,
 are a share, and the share is a level by the course's thresholds. What waits for a person, or was not marked for a fault
@@ -6,9 +6,8 @@ of the key, is not decided and is counted. What is missing when it is due earned
 accreditation outcome has all parts of all codes that go to it. ``docs/outcomes.md`` has an example to compute by hand.
 
 ===================  ==================================================================================================
-``attainment.html``  levels, attainment, and mean shares by question; nothing of small groups
 ``attainment.csv``   a row for each criterion of each group, and of everybody; nothing of small groups
-``students.csv``     a row for each criterion of each student, with names: for instructors only
+``levels.csv``       a row for each criterion of each student, with names: for instructors only
 ===================  ==================================================================================================
 """
 
@@ -16,7 +15,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from statistics import fmean
 from typing import Annotated, NamedTuple, TypeVar
@@ -29,20 +28,19 @@ from labcourse.errors import GradingError
 from labcourse.grading.course import OUTCOMES_FILE, Course
 from labcourse.grading.gradebook import GIVEN_BY_A_PERSON, Gradebook, MarkRecord, StudentRecord
 from labcourse.grading.reports.result import account_in, points
-from labcourse.grading.reports.templating import templates
 from labcourse.grading.settings import SHARE_DIGITS, CourseSettings, MarkSettings, read_toml, refuse
 from labcourse.grading.verdicts import UNDECIDED
 from labcourse.messages import plural
 from labcourse.safe_text import as_csv
 from labcourse.student_id import caseless
 
-PAGE_FILE, TABLE_FILE, STUDENTS_FILE = "attainment.html", "attainment.csv", "students.csv"
+ATTAINMENT_FILE, LEVELS_FILE = "attainment.csv", "levels.csv"
 LEVELS = (4, 3, 2, 1, 0)  #: 0 is for what is of no worth, or missing
 EVERYBODY = "everybody"  #: in place of a group's name
 _UNDECIDED = "nothing decided yet"
 
 Content = TypeVar("Content")
-Criteria = Mapping[str, Collection[str]]  #: name of a criterion → the codes of its parts
+Criteria = Mapping[str, Collection[str]]  #: name of a criterion (a code, or the key of an outcome) → codes
 
 
 # --- levels of a student ----------------------------------------------------------------------------------------------
@@ -234,54 +232,39 @@ class Figures(NamedTuple):
         return 100 * self.attained / self.students
 
 
-@dataclass(frozen=True)
-class Attainment:
-    """How a class does in a criterion.
-
-    Attributes
-    ----------
-    criterion, meaning : a code or the key of an outcome, and what it stands for
-    groups : :data:`EVERYBODY` and each group → its figures, or why they are not shown
-    questions : number of a question that gives evidence → mean of the students' shares there, 0 to 1; None if the
-        students are too few
-    """
-
-    criterion: str
-    meaning: str
-    groups: dict[str, Figures | str]
-    questions: dict[str, float | None]
+Groups = dict[str, Figures | str]  #: :data:`EVERYBODY` and each group → its figures, or why they are not shown
 
 
 @dataclass(frozen=True)
 class Kind:
-    """The codes, or the outcomes.
+    """The codes, or the outcomes of a scheme.
 
     Attributes
     ----------
-    name, heading : "code" or "outcome", and a heading for people
-    criteria : name → codes
-    attainments : how the class does
+    name, scheme : "code" or "outcome", and what the outcomes are of
+    criteria, meanings : name → codes, and what it stands for
+    attained : name → how the class does
     """
 
     name: str
-    heading: str
+    scheme: str
     criteria: Criteria
-    attainments: list[Attainment] = field(default_factory=list)
+    meanings: Mapping[str, str]
+    attained: Mapping[str, Groups]
 
 
 def attainments(
     students: Sequence[Standing],
     criteria: Criteria,
-    meanings: Mapping[str, str],
     settings: CourseSettings,
     group_of: Callable[[Standing], str] | None = None,
-) -> list[Attainment]:
+) -> dict[str, Groups]:
     """Compute how a class does in each criterion.
 
     Parameters
     ----------
     students : all with marks
-    criteria, meanings : name of a criterion → the codes of its parts, and what it stands for
+    criteria : name of a criterion → the codes of its parts
     settings : levels, what counts as attained, and what is too small to be shown
     group_of : the group of a student; without it there are no groups
     """
@@ -289,14 +272,12 @@ def attainments(
     if group_of is not None:
         for student in students:
             groups.setdefault(group_of(student), []).append(student)
-    fewest, result = settings.outcomes.fewest, []
+    fewest, result = settings.outcomes.fewest, dict[str, Groups]()
     for name, codes in criteria.items():
         shares = {group: _evidence_of(groups[group], codes) for group in sorted(groups)}
         hidden = withheld({group: len(those) for group, those in shares.items()}, fewest)
         shown = {group: _figures(those, settings, group in hidden) for group, those in shares.items()}
-        everybody = _figures(_evidence_of(students, codes), settings)
-        questions = _by_question(students, codes, max(fewest, 1))
-        result.append(Attainment(name, meanings[name], {EVERYBODY: everybody, **shown}, questions))
+        result[name] = {EVERYBODY: _figures(_evidence_of(students, codes), settings), **shown}
     return result
 
 
@@ -317,15 +298,6 @@ def _figures(group: Sequence[Evidence], settings: CourseSettings, hidden: bool =
     levels = Counter(map(settings.levels.level_of, shares))
     attained = sum(count for level, count in levels.items() if level >= goal.level)
     return Figures(len(shares), sum(sums.waiting > 0 for sums in group), levels, attained, fmean(shares))
-
-
-def _by_question(students: Iterable[Standing], codes: Collection[str], fewest: int) -> dict[str, float | None]:
-    shares: dict[str, list[float]] = {}
-    for student in students:
-        for question in dict.fromkeys(part.mark.question for part in student.parts if part.code in codes):
-            share = evidence((part for part in student.parts if part.mark.question == question), codes).share
-            shares.setdefault(question, []).extend([] if share is None else [share])
-    return {question: fmean(values) if len(values) >= fewest else None for question, values in shares.items()}
 
 
 def withheld(sizes: Mapping[str, int], fewest: int) -> frozenset[str]:
@@ -378,23 +350,17 @@ def write_report(out: Path, course: Course, book: Gradebook, by_section: bool = 
     for student in students:
         sections.setdefault(caseless(student.about.section), student.about.section)
 
-    def kind(name: str, heading: str, criteria: Criteria, meanings: Mapping[str, str]) -> Kind:
+    def kind(name: str, scheme: str, criteria: Criteria, meanings: Mapping[str, str]) -> Kind:
         group_of = (lambda student: sections[caseless(student.about.section)]) if by_section else None
-        return Kind(name, heading, criteria, attainments(students, criteria, meanings, settings, group_of))
+        return Kind(name, scheme, criteria, meanings, attainments(students, criteria, settings, group_of))
 
-    kinds = [kind("code", "Criteria", {code: [code] for code in catalogue.outcomes}, catalogue.outcomes)]
+    kinds = [kind("code", "", {code: [code] for code in catalogue.outcomes}, catalogue.outcomes)]
     if mapped is not None:
         kinds.append(kind("outcome", mapped.scheme, mapped.criteria, mapped.outcomes))
     known = {caseless(student) for student in (*book.handed_in(), *(about.student for about in book.students()))}
     absent = len(known - {caseless(student.about.student) for student in students})
     notes = [*_withheld_note(kinds, settings.outcomes.fewest), *_notes(absent, students, mapped, course)]
-    page = templates("templates").get_template("attainment.html")
-    values = {"course": course, "kinds": kinds, "levels": LEVELS, "notes": notes, "everybody": EVERYBODY}
-    content = {
-        PAGE_FILE: page.render(students=len(students), **values) + "\n",
-        TABLE_FILE: _table(kinds, settings),
-        STUDENTS_FILE: _students(kinds, students, settings),
-    }
+    content = {ATTAINMENT_FILE: _attainment(kinds, settings), LEVELS_FILE: _levels(kinds, students, settings)}
     try:
         out.mkdir(parents=True, exist_ok=True)
         for name, text in content.items():
@@ -406,7 +372,7 @@ def write_report(out: Path, course: Course, book: Gradebook, by_section: bool = 
 
 def _withheld_note(kinds: Iterable[Kind], fewest: int) -> Iterator[str]:
     """Yield how much is not shown because groups are small, and what decides it."""
-    everything = [cell for kind in kinds for row in kind.attainments for cell in row.groups.values()]
+    everything = [cell for kind in kinds for groups in kind.attained.values() for cell in groups.values()]
     cells = [cell for cell in everything if cell != _UNDECIDED]
     hidden = sum(isinstance(cell, str) for cell in cells)
     rows = plural(len(cells), "{count} row", "{count} rows")
@@ -439,14 +405,15 @@ def _notes(absent: int, students: Sequence[Standing], mapped: OutcomeMap | None,
         yield f"This course has no {OUTCOMES_FILE} in {course.folder}: {what}."
 
 
-def _table(kinds: Iterable[Kind], settings: CourseSettings) -> str:
+def _attainment(kinds: Iterable[Kind], settings: CourseSettings) -> str:
+    target = settings.outcomes.share
     rows = [
-        [settings.term, group, kind.name, row.criterion, row.meaning, *_cells(figures, settings.outcomes.share)]
+        [settings.term, group, kind.name, kind.scheme, name, kind.meanings[name], *_cells(figures, target)]
         for kind in kinds
-        for row in kind.attainments
-        for group, figures in row.groups.items()
+        for name, groups in kind.attained.items()
+        for group, figures in groups.items()
     ]
-    heading = ["term", "group", "kind", "criterion", "meaning", "students", "of these provisional"]
+    heading = ["term", "group", "kind", "scheme", "criterion", "meaning", "students", "of these provisional"]
     heading += [f"at level {level}" for level in LEVELS]
     return as_csv([[*heading, "attained", "attained %", "target %", "reached", "mean share %", "note"], *rows])
 
@@ -459,16 +426,15 @@ def _cells(figures: Figures | str, target: float) -> list[str]:
     return [*map(str, counts), f"{figures.attainment:.1f}", f"{target:g}", reached, f"{100 * figures.mean:.1f}", ""]
 
 
-def _students(kinds: Iterable[Kind], students: Iterable[Standing], settings: CourseSettings) -> str:
-    rows = [["term", "student", "name", "section", "kind", "criterion", "level", "share %", "earned", "decided"]]
-    rows[0] += ["possible", "parts that wait"]
+def _levels(kinds: Iterable[Kind], students: Iterable[Standing], settings: CourseSettings) -> str:
+    rows = [["term", "student", "name", "section", "kind", "criterion", "points", "decided", "waiting", "level"]]
     for about, parts in students:
+        who = [settings.term, about.student, about.name, about.section]
         for kind in kinds:
-            for criterion, codes in kind.criteria.items():
+            for name, codes in kind.criteria.items():
                 sums = evidence(parts, codes)
-                share = sums.share
-                level = ["", ""] if share is None else [str(settings.levels.level_of(share)), f"{100 * share:.1f}"]
-                texts = [points(sums.earned), points(sums.decided), points(sums.possible), str(sums.waiting)]
-                who = [settings.term, about.student, about.name, about.section]
-                rows.append([*who, kind.name, criterion, *level, *texts])
+                level = "" if sums.share is None else str(settings.levels.level_of(sums.share))
+                rows.append(
+                    [*who, kind.name, name, points(sums.earned), points(sums.decided), str(sums.waiting), level]
+                )
     return as_csv(rows)

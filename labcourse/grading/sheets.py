@@ -1,4 +1,4 @@
-"""Fill in the scoring sheets of a course: for each student a page, a PDF and a table, and a table of the whole class.
+"""Fill in the scoring sheets of a course, as pages to be printed: a file for each student, and one for the class.
 
 ``sheets.toml`` in the course's folder has the layout. A sheet has a row for each question of a section, or each item of
 a report, and a column for each code. A cell scores the parts of its row that carry its code; it shows the level, the
@@ -7,16 +7,12 @@ points, and whether the machine or a person marked them.
 
 from __future__ import annotations
 
-import json
 from collections import Counter
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache
-from importlib.resources import files as resources
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
 
-from pydantic import BaseModel, ConfigDict, StringConstraints
+from pydantic import BaseModel, ConfigDict
 
 from labcourse import files, program
 from labcourse.answers.catalogue import Catalogue
@@ -28,16 +24,12 @@ from labcourse.grading.outcomes import Evidence, Judged, Standing, evidence, rea
 from labcourse.grading.reports.result import points
 from labcourse.grading.reports.templating import templates
 from labcourse.grading.settings import LevelSettings, refuse
-from labcourse.safe_text import as_csv, no_escapes
 from labcourse.student_id import caseless
 
-if TYPE_CHECKING:
-    from typst import Fonts
-
-FOLDER, CLASS_FILE = "sheets", "sheets.csv"  #: in the folder of results: students' sheets, and the class's table
-TOTAL = "total"  #: in place of a row's number
+PAGE_FILE = "sheets.html"  #: in the folder of results for the class, and in each student's folder
 WAITS = "…"  #: what a person has yet to decide, or what was not marked
 MACHINE, PERSON = "m", "p"  #: who marked
+_MOST_UPRIGHT = 8  # columns of a sheet on a page that is held upright
 LEGEND = (
     "In a cell: the level, 4 to 1 (0 where nothing is of worth), by the share of the points that are decided; "
     "then the points earned of the points possible.",
@@ -63,9 +55,6 @@ class _Sheet(BaseModel):
     also: dict[str, list[str]] = {}
 
 
-_Sheets = dict[Annotated[str, StringConstraints(pattern=r"^[A-Za-z0-9_-]+$")], _Sheet]  # files are named by the keys
-
-
 @dataclass(frozen=True)
 class Row:
     """A row of a sheet.
@@ -89,13 +78,11 @@ class Layout:
 
     Attributes
     ----------
-    name : of its files
     title, about : for people; what its rows are
     codes, format : the codes of the columns: of content, and of format
     rows : in order
     """
 
-    name: str
     title: str
     about: str
     codes: list[str]
@@ -123,12 +110,12 @@ def read_layouts(folder: Path, catalogue: Catalogue) -> list[Layout]:
     """
     file = folder / SHEETS_FILE
     try:
-        tables = read_as(_Sheets, file)
+        tables = read_as(dict[str, _Sheet], file)
     except FileNotFoundError:
         what = f"there is no {file}. (docs/outcomes.md says what it holds.)"
         raise GradingError(f"This course has no scoring sheets: {what}") from None
     refuse(file, (fault for name, sheet in tables.items() for fault in _faults(name, sheet, catalogue.whole)))
-    all_layouts = [_layout(name, sheet, catalogue) for name, sheet in tables.items()]
+    all_layouts = [_layout(sheet, catalogue) for sheet in tables.values()]
     layouts = [layout for layout in all_layouts if layout.rows]  # a sheet of an optional notebook may have none
     twice = [where for where, count in Counter(where for one in layouts for where in one.parts).items() if count > 1]
     refuse(file, (f"{question}, {part}: it is scored in two places." for question, part in twice))
@@ -152,7 +139,7 @@ def _faults(name: str, sheet: _Sheet, catalogue: Catalogue) -> Iterator[str]:
         yield from (f"{name}.{entry}: there is no {one!r}; there are {known}." for one in names if one not in there)
 
 
-def _layout(name: str, sheet: _Sheet, catalogue: Catalogue) -> Layout:
+def _layout(sheet: _Sheet, catalogue: Catalogue) -> Layout:
     codes = sheet.codes + sheet.format
     if sheet.section is not None:
         about = f"The rows are the questions of Section {sheet.section}."
@@ -165,7 +152,7 @@ def _layout(name: str, sheet: _Sheet, catalogue: Catalogue) -> Layout:
         about = f"The rows are the items of the {sheet.report}."
         items = catalogue.items(sheet.report or "")
         rows = [_row(item, sheet.also.get(item.number, ()), codes, catalogue) for item in items]
-    return Layout(name, sheet.title, about, sheet.codes, sheet.format, rows)
+    return Layout(sheet.title, about, sheet.codes, sheet.format, rows)
 
 
 def _row(item: ReportItem, also: Iterable[str], codes: Collection[str], catalogue: Catalogue) -> Row:
@@ -238,9 +225,9 @@ class Scored:
         return [f"{points(sums.earned)}/{points(sums.possible)} {who}" for who, sums in marked] + waiting
 
     @property
-    def by(self) -> str:
-        """Who marked: "m", "p" or "m+p"."""
-        return "+".join(who for who in self.by_whom if who != WAITS)
+    def by_a_person(self) -> bool:
+        """Whether a person marked some of it."""
+        return PERSON in self.by_whom
 
 
 def score(parts: Iterable[Judged], levels: LevelSettings) -> Scored:
@@ -267,10 +254,6 @@ class Sheet:
     standing: Standing
     rows: list[tuple[Row, dict[str, Scored]]]
     totals: dict[str, Scored]
-
-    def lines(self, total: str) -> list[tuple[str, str, dict[str, Scored]]]:
-        """Return number, heading and cells of each row and of the totals, for tables; ``total`` is their heading."""
-        return [*((row.number, row.heading, cells) for row, cells in self.rows), (TOTAL, total, self.totals)]
 
     @property
     def total(self) -> str:
@@ -313,7 +296,7 @@ def write(out: Path, course: Course, book: Gradebook, students: Sequence[str] = 
     ----------
     out : folder; made if needed
     course, book : the course with its sheets, and the gradebook with the marks
-    students : IDs of the students who get a sheet and a row in the table of the class; all students if it is empty
+    students : IDs of the students who get a file, and are in that of the class; all students if it is empty
 
     Returns
     -------
@@ -336,12 +319,15 @@ def write(out: Path, course: Course, book: Gradebook, students: Sequence[str] = 
             raise GradingError(f"There is no student {student!r} in this gradebook. {where}")
     wanted = dict.fromkeys(map(caseless, students)) or known
     there = [everybody[one] for one in wanted if one in everybody]
-    sheets = [fill(layout, standing, settings.levels) for standing in there for layout in layouts]
+    sheets = {
+        standing.about.student: [fill(layout, standing, settings.levels) for layout in layouts] for standing in there
+    }
+    pages = {out / student / PAGE_FILE: own for student, own in sheets.items()}
+    pages[out / PAGE_FILE] = [sheet for own in sheets.values() for sheet in own]
     try:
-        for sheet in sheets:
-            _write(out / FOLDER / sheet.standing.about.student, sheet, course)
-        out.mkdir(parents=True, exist_ok=True)
-        files.write(out / CLASS_FILE, class_table(sheets))
+        for path, those in pages.items():
+            path.parent.mkdir(parents=True, exist_ok=True)
+            files.write(path, as_page(those, course))
     except OSError as error:
         raise GradingError(f"{error.filename or out} cannot be written: {error.strerror}.") from None
     notes = {
@@ -354,99 +340,7 @@ def write(out: Path, course: Course, book: Gradebook, students: Sequence[str] = 
     return len(there), [f"{what}: {', '.join(names)}." for what, names in notes.items() if names]
 
 
-def _write(folder: Path, sheet: Sheet, course: Course) -> None:
-    folder.mkdir(parents=True, exist_ok=True)
-    file, values = folder / sheet.layout.name, content(sheet, course)
-    files.write(file.with_suffix(".html"), as_page(values))
-    files.write(file.with_suffix(".pdf"), as_pdf(values))
-    files.write(file.with_suffix(".csv"), table(sheet))
-
-
-def content(sheet: Sheet, course: Course) -> dict[str, Any]:
-    """Return the values of the templates of a page and a PDF, as JSON has them."""
-    layout, about = sheet.layout, sheet.standing.about
-    who = {"Student name": about.name, "ID": about.student, "Section": about.section}
-    rows: list[dict[str, Any]] = []
-    group = ""
-    for row, cells in sheet.rows:
-        if row.group != group:
-            group = row.group
-            rows.append({"group": group})
-        rows.append({"group": "", "number": row.number, "heading": row.heading, "cells": _cells(layout, cells)})
-    return {
-        "title": layout.title,
-        "course": " · ".join(filter(None, (course.title, course.settings.term))),
-        "who": [[heading, no_escapes(text)] for heading, text in who.items() if text],
-        "first": "Item" if any(row.group for row, _cells in sheet.rows) else "Question",
-        "codes": layout.codes,
-        "format": layout.format,
-        "rows": rows,
-        "totals": _cells(layout, sheet.totals),
-        "total": sheet.total,
-        "about": layout.about,
-        "legend": LEGEND,
-    }
-
-
-def _cells(layout: Layout, cells: Mapping[str, Scored]) -> list[dict[str, Any] | None]:
-    return [
-        {"level": cells[code].level_text, "points": cells[code].points_texts, "person": PERSON in cells[code].by}
-        if code in cells
-        else None
-        for code in layout.columns
-    ]
-
-
-def as_page(values: Mapping[str, Any]) -> str:
-    """Return a sheet as an HTML page; ``values`` are those of :func:`content`."""
-    return templates("templates").get_template("sheet.html").render(**values) + "\n"
-
-
-def as_pdf(values: Mapping[str, Any], **options: Any) -> bytes:
-    """Return a sheet as PDF, or as the options of typst's compiler say; texts are passed to it as data.
-
-    The fonts are typst's own; only letters that these do not have are taken from the computer's.
-    """
-    import typst
-
-    source = resources("labcourse.grading").joinpath("templates", "sheet.typ").read_bytes()
-    made = typst.compile(source, sys_inputs={"sheet": json.dumps(values)}, font_paths=_fonts(), **options)
-    assert isinstance(made, bytes)  # of a PDF, or one page as a picture
-    return made
-
-
-@cache
-def _fonts() -> Fonts:
-    import typst
-
-    return typst.Fonts()
-
-
-def table(sheet: Sheet) -> str:
-    """Return a sheet as CSV in its layout: for each code the level, the points, and who marked."""
-    columns = sheet.layout.columns
-    rows = [["row", "heading", *(f"{code} {what}" for code in columns for what in ("level", "earned", "out of", "by"))]]
-    for number, heading, cells in sheet.lines(sheet.total):
-        texts = [text for code in columns for text in (_texts(cells[code]) if code in cells else [""] * 4)]
-        rows.append([number, heading, *texts])
-    return as_csv(rows)
-
-
-def _texts(scored: Scored) -> list[str]:
-    sums = scored.all
-    return [scored.level_text, points(sums.earned) if sums.decided else "", points(sums.possible), scored.by]
-
-
-def class_table(sheets: Iterable[Sheet]) -> str:
-    """Return all cells of several sheets as CSV, a row for each: of which student, sheet, row and code."""
-    rows = [["student", "name", "section", "sheet", "row", "heading", "code", "level", "earned", "decided", "out of"]]
-    rows[0] += ["parts that wait", "by"]
-    for sheet in sheets:
-        about = sheet.standing.about
-        who = [about.student, about.name, about.section, sheet.layout.name]
-        for number, heading, cells in sheet.lines(""):
-            for code, scored in cells.items():
-                sums, level = scored.all, "" if scored.level is None else str(scored.level)
-                texts = [points(sums.earned), points(sums.decided), points(sums.possible), str(sums.waiting)]
-                rows.append([*who, number, heading, code, level, *texts, scored.by])
-    return as_csv(rows)
+def as_page(sheets: Sequence[Sheet], course: Course) -> str:
+    """Return sheets as an HTML page; on paper, each begins on a page of its own."""
+    values = {"sheets": sheets, "course": course, "legend": LEGEND, "most_upright": _MOST_UPRIGHT}
+    return templates("templates").get_template("sheets.html").render(**values) + "\n"

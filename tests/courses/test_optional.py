@@ -150,7 +150,7 @@ def test_what_is_off_is_in_nothing_that_the_instructor_sees(off):
     assert sum(question.points for question in off.catalogue.marked.values()) == 8
     assert {*off.key} == {"1.1", "1.2", "1.3", "1.4"}
     assert {*rubric.read(off.folder, off.catalogue)} == {("1.4", "why")}
-    assert [layout.name for layout in read_layouts(off.folder, off.catalogue)] == ["first"]
+    assert [layout.title for layout in read_layouts(off.folder, off.catalogue)] == ["First"]
     assert list(course_check.check(off, run=False)) == []
 
 
@@ -158,7 +158,7 @@ def test_what_is_on_is_a_notebook_as_any_other(sandbox, on):
     assert [one.notebooks for one in assignments.of_course(on)] == [("01_spring",), (OPTIONAL,)]
     assert sum(question.points for question in on.catalogue.marked.values()) == 11
     assert {*rubric.read(on.folder, on.catalogue)} == {("1.4", "why"), ("4.2", "why")}
-    assert [layout.name for layout in read_layouts(on.folder, on.catalogue)] == ["first", "beyond"]
+    assert [layout.title for layout in read_layouts(on.folder, on.catalogue)] == ["First", "Beyond"]
     assert list(course_check.check(on)) == []
 
 
@@ -191,7 +191,7 @@ def test_a_row_of_a_sheet_may_also_have_a_question_of_a_notebook_that_is_off(tmp
     course = copy(CATALOGUE)
     course.optional, course.whole = ("05_control_prelab",), course
     layouts = read_layouts(tmp_path, starts.with_optional(course, ()))
-    assert "control_prelab" not in [layout.name for layout in layouts]
+    assert "Scoring sheet for pre-lab questions (control)" not in [layout.title for layout in layouts]
     assert not [where for layout in layouts for where in layout.parts if where[0] == "3.1"]
 
 

@@ -87,11 +87,11 @@ def test_publish_counts_the_students_who_have_pages_and_names_the_others(out):
 def test_publish_names_what_it_does_not_write_anew(out):
     publish = ("publish", out, "--by", "lea", "--solutions", OURS.folder)
     assert "as it was before" not in said(rotflex(*publish))
-    (out / "sheets").mkdir()
+    (out / "sheets.html").write_text("of before", encoding="utf-8")
     message = said(rotflex(*publish))
-    assert "sheets is as it was before: rotflex outcomes sheets" in message and "attainment.html" not in message
-    (out / "attainment.html").write_text("of before", encoding="utf-8")
-    assert "attainment.html is as it was before: rotflex outcomes report" in said(rotflex(*publish))
+    assert "sheets.html is as it was before: rotflex outcomes sheets" in message and "attainment" not in message
+    (out / "attainment.csv").write_text("of before", encoding="utf-8")
+    assert "attainment.csv is as it was before: rotflex outcomes report" in said(rotflex(*publish))
 
 
 def test_while_feedback_is_closed_pages_say_so_and_nothing_counts_as_given_back(out, tmp_path):

@@ -18,8 +18,8 @@ def test_outcomes_writes_the_report_and_says_what_is_yours_alone(book, tmp_path)
     done = rotflex("outcomes", "report", book, "--out", tmp_path / "out", "--solutions", ROOT / "solutions")
     assert done.exit_code == 0, done.output
     assert "12 students: " in said(done) and "waits for a person" in said(done)
-    assert "students.csv has names: it is for you, and not for an accreditation." in said(done)
-    assert {path.name for path in (tmp_path / "out").iterdir()} == {"attainment.html", "attainment.csv", "students.csv"}
+    assert "levels.csv has names: it is for you, and not for an accreditation." in said(done)
+    assert {path.name for path in (tmp_path / "out").iterdir()} == {"attainment.csv", "levels.csv"}
     assert "North" in (tmp_path / "out" / "attainment.csv").read_text(encoding="utf-8")
 
 
@@ -28,6 +28,6 @@ def test_sheets_writes_those_of_the_students_named(book, tmp_path):
     done = rotflex(*words, "--student", "a-00", "--student", "B-05")
     assert done.exit_code == 0, done.output
     assert "2 students: " in said(done) and "On no sheet, as no row and code has it: 3.8 K." in said(done)
-    assert sorted(path.name for path in (tmp_path / "out" / "sheets").iterdir()) == ["a-00", "b-05"]
+    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == ["a-00", "b-05", "sheets.html"]
     wrong = rotflex(*words, "--student", "zoe")
     assert wrong.exit_code == 2 and "There is no student 'zoe' in this gradebook." in said(wrong)

@@ -55,7 +55,7 @@ def out(filled, tmp_path):
 @pytest.fixture
 def slim(out):
     """The same without what takes long to be written anew."""
-    for name in ("attainment.html", "attainment.csv", "students.csv", "sheets.csv"):
+    for name in ("attainment.csv", "levels.csv", "sheets.html"):
         (out / name).unlink()
     return out
 
@@ -76,13 +76,14 @@ def named(folder, *words):
 def test_no_byte_of_who_is_erased_is_left_and_everybody_elses_pages_are_the_same(out):
     before = files(out)
     assert {name for name, word in named(out, WORD)} == {"gradebook.sqlite", "fay/marks.json", "fay/feedback.html"}
-    assert {"sheets.csv", "class.html", "students.csv", "grades.csv"} <= {name for name, _ in named(out, "fay")}
+    written = {"sheets.html", "fay/sheets.html", "class.html", "levels.csv", "grades.csv"}
+    assert written <= {name for name, _word in named(out, "fay")}
     done = forget(out, "--yes")
     assert done.exit_code == 0, done.output
     assert "fay is erased." in said(done)
     assert named(out, "fay", "Fay", "Foot", WORD) == []
     after = files(out)
-    gone = {name for name in before if name.startswith(("fay/", "sheets/fay/"))}
+    gone = {name for name in before if name.startswith("fay/")}
     assert set(after) == set(before) - gone and len(gone) > 2
     pages = {
         f"{one}/{name}" for one in ("ada", "bob", "cleo", "dan", "eve") for name in ("marks.json", "feedback.html")
@@ -113,7 +114,8 @@ def test_what_would_go_is_told_and_stays_unless_it_is_confirmed(slim):
 
 @pytest.mark.slow
 def test_where_they_are_named_still_is_told(out, tmp_path):
-    (out / "attainment.html").unlink()
+    (out / "attainment.csv").unlink()
+    (out / "levels.csv").unlink()
     (out / "sent.csv").write_text("student,mark\nFAY,3\n", encoding="utf-8")
     with zipfile.ZipFile(out / "old.xlsx", "w") as packed:
         packed.writestr("a.xml", "<c>Fay Foot</c>")
@@ -141,7 +143,7 @@ def test_where_they_are_named_still_is_told(out, tmp_path):
         str(handed_in),
         "course.toml, in an extension until 2026-02-03",
         "bob: file that they handed in, notes.txt",
-        "sheets.csv: taken away, and not written anew. This course has no scoring sheets",
+        "sheets.html: taken away, and not written anew. This course has no scoring sheets",
     ):
         assert line in said(done)
     assert "other.txt" not in done.output
