@@ -1,4 +1,4 @@
-"""The commands of a bench: ``rotflex bench setup | zero | notebook | run | watch | fit``.
+"""The commands of a bench: ``rotflex bench setup | zero | run | watch | fit``.
 
 Modules load when a command needs them.
 """
@@ -151,18 +151,12 @@ def _ask_for_mark(bench: Bench, why: str | None, more: str = "") -> bool:
     return done
 
 
-@app.command()
-def notebook(
-    out: Annotated[Path, typer.Option(help="The file that is written.")] = Path("commissioning.ipynb"),
-) -> None:
-    """Write a notebook that does what setup does, step by step with the reasons, for JupyterLab."""
-    from rotflex import commissioning, files
-
-    _check_out(out)
-    if out.exists():
-        raise ConfigurationError(f"{out} is there already: name another --out.")
-    files.write(out, commissioning.NOTEBOOK.read_bytes())
-    typer.echo(f"{out} is written. Open it with: jupyter lab {out}")
+@app.command(hidden=True, context_settings={"ignore_unknown_options": True, "allow_extra_args": True})
+def notebook() -> None:
+    """Refuse what is gone."""
+    raise ConfigurationError(
+        "There is no notebook for the commissioning any more: rotflex bench setup guides you through the same steps."
+    )
 
 
 @app.command("run")
@@ -270,18 +264,15 @@ def examine(bench: str, seconds: float, as_json: bool) -> None:
     import json
     from dataclasses import asdict
 
-    from rotflex import bench_doctor
-    from rotflex.bench_doctor import Level
+    from rotflex.commissioning import checks
+    from rotflex.commissioning.checks import Level
 
     colours = {Level.OK: "green", Level.WARN: "yellow", Level.FAIL: "red"}
     findings = []
-    for finding in bench_doctor.examine(bench, seconds):
+    for finding in checks.examine(bench, seconds):
         findings.append(finding)
         if not as_json:
-            level = typer.style(f"{finding.level:5}", fg=colours[finding.level])
-            typer.echo(f"{level}{finding.what:20}{finding.message}")
-            if finding.advice:
-                typer.echo(f"{'':25}→ {finding.advice}")
+            typer.secho(finding, fg=colours[finding.level])
     failed = any(finding.level is Level.FAIL for finding in findings)
     if as_json:
         typer.echo(json.dumps({"good": not failed, "findings": [asdict(finding) for finding in findings]}))

@@ -33,13 +33,14 @@ def doctor(
     bench: Annotated[
         str, typer.Option("--bench", help="Look at this bench: bench.toml, or an address, as 'quanser:q2_usb/0'.")
     ] = "",
-    seconds: Annotated[float, typer.Option(min=0.1, max=60, help="With --bench: sample it so long at each rate.")] = 3,
+    seconds: Annotated[float, typer.Option(min=0.1, max=60, help="With --bench: sample it so long.")] = 3,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON for scripts: one object per line.")] = False,
 ) -> None:
     """Check that students' code can be isolated on this computer; with --bench, that a bench works.
 
     The first looks at each layer, and tries to break out of eight. The second never drives the motor. Exit code: 0 it
-    can, or nothing has failed; 1 something at the bench has failed; 3 students' code cannot be isolated.
+    can, or nothing has failed; 1 something at the bench has failed; 2 it cannot be opened; 3 students' code cannot be
+    isolated.
     """
     if bench:
         with bench_commands.errors_as_messages():

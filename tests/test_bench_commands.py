@@ -180,6 +180,11 @@ def test_a_bench_is_set_up_and_used(monkeypatch):
     assert Recording.load("sweep.mat").metadata["bench"]["uri"] == SIMULATOR
 
 
+def test_the_notebook_that_is_gone_is_refused_with_the_command_that_does_the_same():
+    assert "rotflex bench setup" in said("notebook", "--out", "mine.ipynb", code=2)
+    assert not Path("mine.ipynb").exists()
+
+
 def test_a_twin_is_fitted_and_moves_as_its_bench():
     said("run", "fsf", "--gain", GAIN, *VIRTUAL, "--duration", "3", "--out", "fsf.mat")
     output = said("fit", "fsf.mat", "--free", "K_s,J_eq,braking,servo_friction", "--out", "twin.toml")

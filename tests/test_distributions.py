@@ -95,9 +95,8 @@ def test_the_laboratory_alone_needs_no_jupyterlab_and_has_the_commands_of_a_benc
     block = "import sys; sys.modules['labcourse'] = None; sys.argv[0] = 'rotflex'; from rotflex import cli; cli.run()"
     shown = ran(["-P", "-c", block, "--help"], tmp_path, PYTHONPATH=str(tmp_path / "alone")).stdout
     assert " bench " in shown and " lab " not in shown
-    done = ran(["-P", "-c", block, "bench", "notebook"], tmp_path, PYTHONPATH=str(tmp_path / "alone"))
-    assert done.returncode == 0, done.stderr  # for who sets up a laboratory's bench
-    assert "A real bench, commissioned" in (tmp_path / "commissioning.ipynb").read_text(encoding="utf-8")
+    done = ran(["-P", "-c", block, "doctor", "--bench", "virtual"], tmp_path, PYTHONPATH=str(tmp_path / "alone"))
+    assert done.returncode == 0 and "ok   watchdog" in done.stdout, done.stderr
 
 
 @pytest.mark.parametrize("command", [("release", "out"), ("grade", "out", "in")], ids=lambda words: words[0])

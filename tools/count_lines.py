@@ -37,7 +37,6 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
         3986,
         (
             "rotflex/bench_commands.py",
-            "rotflex/bench_doctor.py",
             "rotflex/commissioning/**/*.py",
             "rotflex/hil/**/*.py",
         ),

@@ -8,22 +8,19 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 
-from rotflex.commissioning import steps
+from rotflex.commissioning import checks, steps
 from rotflex.commissioning.steps import Connect, Dialogue, Terminal, Work
 from rotflex.errors import BenchError
 from rotflex.hil.bench import Bench
 from rotflex.hil.bench_file import BenchFile
 from rotflex.hil.real import record
 
-__all__ = ["NOTEBOOK", "STEPS", "Dialogue", "Terminal", "add_watchdog_test", "commission"]
-
-NOTEBOOK = Path(__file__).with_name("commissioning.ipynb")  #: the same steps, in JupyterLab
+__all__ = ["STEPS", "Dialogue", "Terminal", "add_watchdog_test", "commission"]
 
 #: How the bench is opened, and the steps that share it.
 STEPS: tuple[tuple[Callable[[Work], Bench], tuple[Callable[[Work, Bench], None], ...]], ...] = (
-    (steps.at_rest, (steps.loopback, steps.directions, steps.full_turn_and_zero)),
+    (steps.at_rest, (checks.board, steps.directions, steps.full_turn_and_zero)),
     (steps.driven_carefully, (steps.motor_sign,)),
     (steps.driven_carefully, (steps.watchdog_passes,)),
     (steps.driven, (steps.link,)),

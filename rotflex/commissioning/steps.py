@@ -18,7 +18,7 @@ from rotflex import experiments, unanswered
 from rotflex.config import ENCODERS
 from rotflex.errors import BenchError, HILError, LimitExceeded
 from rotflex.hil.bench import Bench, Measurement
-from rotflex.hil.bench_file import BenchFile, serial_number
+from rotflex.hil.bench_file import BenchFile
 from rotflex.hil.board import Channels
 from rotflex.hil.halt import WATCHDOG_TIMEOUT
 from rotflex.hil.real import CAREFUL, Setup, record, today
@@ -30,7 +30,7 @@ from rotflex.units import DEG, HZ
 
 _POLL = 0.005  # s
 _ENOUGH = 30  # counts, of a push by hand; 1.3 deg at least
-_TEST_VOLTAGES, _TOLERANCE = (-2.0, 0.0, 2.0), 0.1  # V
+TOLERANCE = 0.1  #: V, at the loopback
 _VOLTAGE = 2.0  # V, at most, once the watchdog has stopped the motor
 _SLOPE = 0.25  # V/s
 _FAR = 3 * DEG
@@ -66,10 +66,7 @@ class Dialogue(Protocol):
 
 
 class Terminal:
-    """Whoever sits at a terminal; in a notebook, a field for the answer appears below the cell.
-
-    What is to be done is printed, so that it stays to be read; what is asked for is short, for that field has little
-    room beside it.
+    """Whoever sits at a terminal.
 
     Parameters
     ----------
@@ -142,7 +139,8 @@ def _opened(work: Work, file: BenchFile, **changes: Any) -> Bench:
 def at_rest(work: Work) -> Bench:
     """Open the bench for steps at 0 V."""
     work.dialogue.say(
-        "Opening the board; the motor stays at 0 V. Switch the amplifier off: first you move all by hand."
+        "Opening the board; the motor stays at 0 V. Switch the amplifier off, and leave the arm alone until you are "
+        "asked to move it."
     )
     return _opened(work, work.file)
 
@@ -194,39 +192,6 @@ def write_loopback(bench: Bench, file: BenchFile, volts: float) -> None:
 def outputs(file: BenchFile) -> Channels:
     """Return the motor's output, and that of a loopback, where there is one."""
     return np.array([file.wiring["motor"], *(file.loopback or ())[:1]], dtype=np.uint32)
-
-
-def check_loopback(bench: Bench, file: BenchFile) -> str:
-    """Write voltages to the output that is wired to the loopback input, and check what is read there.
-
-    Raises
-    ------
-    BenchError
-        If another voltage is read.
-    """
-    if file.loopback is None:
-        return "not tried: bench.toml names no loopback_output and loopback_input"
-    try:
-        for volts in _TEST_VOLTAGES:
-            write_loopback(bench, file, volts)
-            read = read_volts(bench, file.loopback[1])
-            if abs(read - volts) > _TOLERANCE:
-                raise BenchError(
-                    f"{volts:g} V on analog output {file.loopback[0]} came in as {read:.2f} V at analog input "
-                    f"{file.loopback[1]}: look at the cable between them, and at the board's ranges."
-                )
-    finally:
-        write_loopback(bench, file, 0.0)
-    return f"what is written comes in, within {_TOLERANCE:g} V"
-
-
-def loopback(work: Work, bench: Bench) -> None:
-    """Check the loopback, where a cable is named."""
-    work.dialogue.say(f"The board answers at {work.file.address}.")
-    if serial := serial_number(bench.board):
-        work.measured["serial_number"] = serial
-    work.measured["loopback"] = check_loopback(bench, work.file)
-    work.dialogue.say(f"Loopback: {work.measured['loopback']}.")
 
 
 def directions(work: Work, bench: Bench) -> None:
@@ -428,7 +393,8 @@ def watchdog(work: Work, bench: Bench) -> None:
         If the servo did not turn: then nothing was tested.
     """
     work.dialogue.say("The watchdog: 1 V for a moment, and then the program is silent. The board must stop the motor.")
-    trouble = _left_alone(bench, work.file)
+    experiments.rest(bench)
+    trouble = leave_alone(bench, work.file, CAREFUL.voltage)
     for refusal in bench.connection.refused.values():
         work.dialogue.say(f"The board refused something that not all boards have. {refusal}")
     result = trouble or f"At {CAREFUL.voltage:g} V, left alone, the servo stopped."
@@ -437,9 +403,14 @@ def watchdog(work: Work, bench: Bench) -> None:
     work.file = replace(work.file, record={**work.file.record, "watchdog": tested})
 
 
-def _left_alone(bench: Bench, file: BenchFile) -> str | None:
-    """Leave the driven motor to the watchdog, and return what was not as it must be."""
-    experiments.rest(bench)
+def leave_alone(bench: Bench, file: BenchFile, volts: float) -> str | None:
+    """Leave the motor, driven or at 0 V, to the watchdog, and return what was not as it must be.
+
+    Raises
+    ------
+    BenchError
+        If the driven servo did not turn.
+    """
     seen: list[Measurement] = []
     left = 0.0  # V, at the loopback's input
     expired = ran_away = locked = False
@@ -451,7 +422,7 @@ def _left_alone(bench: Bench, file: BenchFile) -> str | None:
         first = bench.connection.counts()[0]
         seen.append(bench.read())
         write_loopback(bench, file, CAREFUL.voltage)
-        bench.write(CAREFUL.voltage)
+        bench.write(volts)
         bench.is_left_alone = True
         try:
             while seen[-1].time < _END:
@@ -475,11 +446,11 @@ def _left_alone(bench: Bench, file: BenchFile) -> str | None:
             bench.stop()
         finally:
             write_loopback(bench, file, 0.0)
-    if ran_away or not _stood(seen, locked):
+    if volts and (ran_away or not _stood(seen, locked)):
         return f"The watchdog did not stop the motor: the servo still turned {_END:g} s after the last sign of life."
     if not expired:
-        return "The servo stopped, but the watchdog had not expired: something else stopped it."
-    if abs(left) > _TOLERANCE:
+        return f"The watchdog had not expired {_END:g} s after the last sign of life."
+    if abs(left) > TOLERANCE:
         return f"The watchdog left {left:.2f} V on the loopback's output."
     return None
 

@@ -7,7 +7,7 @@ import sys
 import pytest
 
 from rotflex import hil
-from rotflex.bench_doctor import examine
+from rotflex.commissioning.checks import examine
 from rotflex.errors import BenchError, ConfigurationError
 from rotflex.hil import bench_file, drivers, quanser
 from rotflex.hil.bench_file import BenchFile

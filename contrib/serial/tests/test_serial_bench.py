@@ -17,9 +17,9 @@ from rotflex_serial.board import SerialBoard
 from rotflex_serial.port import SerialPort
 from simulated_uno import SUPPLY, SimulatedPort, SimulatedUno, needs_simavr
 
-from rotflex import bench_doctor, experiments, hil
-from rotflex.bench_doctor import Level, examine
-from rotflex.commissioning import steps
+from rotflex import experiments, hil
+from rotflex.commissioning import checks, steps
+from rotflex.commissioning.checks import Level
 from rotflex.config import joint, srv02
 from rotflex.errors import BenchError, ConfigurationError, HILError, LimitExceeded, MotorNotStopped
 from rotflex.hil import real
@@ -183,18 +183,19 @@ def test_what_a_serial_board_cannot_is_told_with_its_place(table, name, value, t
 
 
 def test_the_doctor_tells_what_is_installed_and_a_port_that_is_not_there():
-    found = {one.what: one for one in examine("serial:/dev/nowhere?supply=12")}
-    assert f"pyserial {serial.VERSION}" in found["software"].message
-    assert found["board"].level is Level.FAIL and "'/dev/nowhere'" in found["board"].message
+    found = checks.examine("serial:/dev/nowhere?supply=12")
+    assert f"pyserial {serial.VERSION}" in next(found).message
+    with pytest.raises(BenchError, match="'/dev/nowhere'"):
+        next(found)
 
 
 @needs_simavr
-def test_the_watchdog_lives_while_it_is_reloaded_and_expires_when_left_alone(monkeypatch):
+def test_the_watchdog_expires_when_it_is_left_alone():
     uno = SimulatedUno(PLANT)
-    monkeypatch.setattr(bench_doctor.time, "sleep", uno.run)
     with real.bench("test", lambda: SerialBoard(SimulatedPort(uno), SUPPLY), Setup()) as bench:
-        found = list(bench_doctor._watchdog(bench, BenchFile("usual:board"), 0.2))
-    assert [one.level for one in found] == [Level.WARN, Level.OK], found  # no cable
+        bench.connection.now = lambda: uno.now
+        found = list(checks.CHECKS["watchdog"](bench, BenchFile("usual:board"), 0.0))
+    assert [one.level for one in found] == [Level.OK], found
     assert uno.voltage == 0.0
 
 
