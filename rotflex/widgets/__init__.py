@@ -7,7 +7,7 @@ energies                 ``watch_energy()``                              none: q
 sine sweep               ``explore_sweep(lab)``                          ``spectra(recording)``
 validation               ``explore_validation(lab)``                     ``overlay(recording, parameters)``
 bench and model          ``watch_model(lab)``                            :func:`rotflex.experiments.validation`
-poles                    ``explore_poles(lab=lab)``                      ``design(A, B, poles)``, ``margins(A, B, K)``
+poles                    ``explore_poles(lab=lab)``                      ``design(A, B, poles)``
 closed loop              ``explore_loop(lab)``                           :func:`rotflex.simulation.closed_loop`
 before and after         ``show_arm(lab)``                               ``figures_of(recording)``
 two designs              ``compare_designs(lab, designs)``               :func:`rotflex.hil.loop.run`
@@ -25,7 +25,7 @@ from labcourse.scene.results import results_table
 from rotflex.widgets.arms import figures_of, show_arm, watch_energy, watch_model
 from rotflex.widgets.console import feel_controller, open_console
 from rotflex.widgets.loops import explore_loop
-from rotflex.widgets.placement import Dominant, design, margins, with_gain
+from rotflex.widgets.placement import Dominant, design, with_gain
 from rotflex.widgets.poles import explore_poles
 from rotflex.widgets.sweeps import explore_sweep, spectra, stiffness_at
 from rotflex.widgets.two_designs import Trial, compare_designs
@@ -44,7 +44,6 @@ __all__ = [
     "feel_controller",
     "figures_of",
     "fit_percent",
-    "margins",
     "open_console",
     "overlay",
     "results_table",

@@ -71,7 +71,7 @@ class LoopExplorer(Explorer):
         sliders = [Slider(name, *labels[name], *_RANGES[name], value) for name, value in self.command.items()]
         return Scene(
             alt=f"A closed loop, {self.controller}. " + " ".join(one.words for one in found.findings),
-            columns=[Column([mechanism(start, 0.0)], 0.7), Column(pole_views.traces(found, [], None), 1.0)],
+            columns=[Column([mechanism(start, 0.0)], 0.7), Column(pole_views.traces(found, []), 1.0)],
             controls=[[Choice("controller", "controller", names, self.controller), *sliders]],
             readouts=[pole_views.verdicts(found), *self._more],
             height=300,

@@ -1,8 +1,8 @@
 """A design without a page: poles in, gain and response out, and how good that is (Sections 3.1 and 3.4).
 
 The library places the poles; how it is done by hand is what the notebooks ask. Beside the design: what an unstable loop
-does on a bench, where the pair may lie so that all specifications are met, margins of the loop as a bench runs it, the
-poles when the stiffness is not quite what it was taken for, and the linear quadratic regulator.
+does on a bench, where the pair may lie so that all specifications are met, and the poles when the stiffness is not
+quite what it was taken for. Margins and the linear quadratic regulator: ``control.margin`` and ``control.lqr``.
 """
 
 from __future__ import annotations
@@ -14,13 +14,12 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.linalg import expm, solve_continuous_are
+from scipy.linalg import expm
 from scipy.special import ndtri
 
 from rotflex import response, simulation
 from rotflex.errors import DesignError
 from rotflex.hil.bench import Limits
-from rotflex.hil.controllers import DERIVATIVE_CUTOFF
 from rotflex.recording import Recording
 from rotflex.signals import rate_limit, step, time_axis
 from rotflex.simulation import matrices
@@ -50,14 +49,10 @@ BORDER = 1e-6  #: rad/s; a pole that is no further right than this is taken to l
 # s, sample time, beginning and end: fine enough for the peak of the voltage, then coarse
 _PHASES = ((0.002, 0.0, 0.12), (0.01, 0.12, 1.0))
 _GRID = (24, 22)  # damping ratios and natural frequencies tried
-DELAY = 2e-3  #: s from sample to voltage, unless another one is given; virtual benches take 1 to 3.5 ms
-_LOWEST = 0.1  # rad/s; no loop with a pole nearer to 0 settles within a turn
-_LEAST = 1e-3  # of a loop gain; a smaller one is a zero of the loop on the imaginary axis, as of a link without damping
 BIN = 1 / (8192 * SAMPLE_TIME)  #: Hz, of the notebooks' spectrum: the sweep, filled up with zeros to 8192 samples
 #: Limits, relative, as ``04_modeling_results`` has them: of the peak, as the servo's loop gives way; of the inertia.
 LOOP, INERTIA = 0.03, 0.01
 COUNT = 41  #: stiffnesses that are tried
-ERROR, DEFLECTION = 40.0, 25.0  #: deg, that the notebook calls as bad as all of the voltage
 
 
 @dataclass(frozen=True)
@@ -422,110 +417,6 @@ def excess_of(a: Vector, b: Vector, gains: Vector) -> Vector:
     return excess
 
 
-# --- loop gain and margins --------------------------------------------------------------------------------------------
-
-
-# The loop is opened at the motor voltage. It is the one that a bench runs: a voltage held from each sample to the next,
-# velocities from the two band-limited derivatives of rotflex.hil.controllers, and a delay from sample to voltage.
-
-
-@dataclass(frozen=True)
-class Margins:
-    """How far a stable loop is from instability.
-
-    Attributes
-    ----------
-    gain_up, gain_down : factors by which the loop gain may rise, and fall to; infinite, and 0, if there is no limit
-    gain_up_at, gain_down_at : rad/s, where the loop then swings
-    phase : deg that the loop may lose or gain, infinite if its gain is 1 nowhere
-    phase_at : rad/s
-    delay : s by which the voltage may come later than it does
-    delay_at : rad/s
-    """
-
-    gain_up: float
-    gain_up_at: float
-    gain_down: float
-    gain_down_at: float
-    phase: float
-    phase_at: float
-    delay: float
-    delay_at: float
-
-
-def loop_gain(A: ArrayLike, B: ArrayLike, K: ArrayLike, omega: Vector, delay: float = DELAY) -> NDArray[np.complex128]:
-    """Find the loop gain as it runs at frequencies (rad/s); see :func:`margins`."""
-    transition, entry, law = _sampled(A, B, K)
-    z = np.exp(1j * omega * SAMPLE_TIME)
-    states = np.linalg.solve(z[:, None, None] * np.eye(6) - transition, entry[None, :, None])[..., 0]
-    found: NDArray[np.complex128] = states @ law * np.exp(-1j * omega * delay)
-    return found
-
-
-def bode(A: ArrayLike, B: ArrayLike, K: ArrayLike, omega: Vector, delay: float = DELAY) -> tuple[Vector, Vector]:
-    """Magnitude (dB) and phase (deg, without jumps) of :func:`loop_gain`."""
-    value = loop_gain(A, B, K, omega, delay)
-    magnitude: Vector = 20 * np.log10(np.maximum(np.abs(value), 1e-12))
-    phase: Vector = np.degrees(np.unwrap(np.angle(value)))
-    return magnitude, phase
-
-
-def margins(A: ArrayLike, B: ArrayLike, K: ArrayLike, delay: float = DELAY) -> Margins | None:
-    """Find the margins of a state feedback as a bench runs it.
-
-    Parameters
-    ----------
-    A, B : (4, 4) and (4,) or (4, 1), the model with the motor voltage as input
-    K : (4,) or (1, 4) gain that is fed back
-    delay : s from sample to voltage
-
-    Returns
-    -------
-    Margins or None
-        None if the loop is unstable, with that delay or without.
-    """
-    transition, entry, law = _sampled(A, B, K)
-    omega = np.geomspace(_LOWEST, np.pi / SAMPLE_TIME, 10000)
-    at_once = loop_gain(A, B, K, omega, 0.0)
-    late = at_once * np.exp(-1j * omega * delay)
-    crossed = _crossings(np.abs(at_once) - 1, omega, at_once)
-    allowed, delay_at = min(
-        ((float(np.angle(-value)) % (2 * math.pi) / where, where) for where, value in crossed),
-        default=(math.inf, math.nan),
-    )
-    if np.abs(np.linalg.eigvals(transition - np.outer(entry, law))).max() >= 1 or allowed <= delay:
-        return None
-    real = [(1 / abs(value), where) for where, value in _crossings(late.imag, omega, late) if value.real < -_LEAST]
-    up = min(((factor, where) for factor, where in real if factor > 1), default=(math.inf, math.nan))
-    down = max(((factor, where) for factor, where in real if factor < 1), default=(0.0, math.nan))
-    phase = min(
-        ((abs(math.degrees(np.angle(-value * np.exp(-1j * where * delay)))), where) for where, value in crossed),
-        default=(math.inf, math.nan),
-    )
-    return Margins(*up, *down, *phase, allowed - delay, delay_at)
-
-
-def _sampled(A: ArrayLike, B: ArrayLike, K: ArrayLike) -> tuple[Vector, Vector, Vector]:
-    """Transition (6, 6), input (6,) and gain (6,) from sample to sample: the plant's states, and the filters' two."""
-    a, b = matrices(A, B)
-    k = np.asarray(K, dtype=float).reshape(4)
-    share = DERIVATIVE_CUTOFF * SAMPLE_TIME
-    held = expm(np.block([[a, b], [np.zeros((1, 5))]]) * SAMPLE_TIME)
-    transition = np.zeros((6, 6))
-    transition[:4, :4] = held[:4, :4]
-    transition[4:, :2], transition[4:, 4:] = share * np.eye(2), (1 - share) * np.eye(2)
-    law = np.concatenate([k[:2] + DERIVATIVE_CUTOFF * k[2:], [0.0, 0.0], -DERIVATIVE_CUTOFF * k[2:]])
-    return transition, np.append(held[:4, 4], [0.0, 0.0]), law
-
-
-def _crossings(signed: Vector, omega: Vector, value: NDArray[np.complex128]) -> list[tuple[float, complex]]:
-    """Find where a curve changes its sign: the frequency, and the loop gain there."""
-    at = np.flatnonzero(np.diff(np.sign(signed)))
-    share = signed[at] / (signed[at] - signed[at + 1])
-    between = [one[at] + share * (one[at + 1] - one[at]) for one in (omega, value)]
-    return list(zip(between[0].tolist(), between[1].tolist(), strict=True))
-
-
 # --- a stiffness that is not quite certain ----------------------------------------------------------------------------
 
 
@@ -580,34 +471,3 @@ def cloud(a: Vector, b: Vector, applied: Vector, spread: float) -> Cloud:
     poles = np.asarray(np.linalg.eigvals(models - b @ applied), dtype=complex)
     met = excess_of(models, b, np.repeat(applied, COUNT, axis=0)) <= 0
     return Cloud(spread, factors, poles, float(met.mean()))
-
-
-# --- the linear quadratic regulator -----------------------------------------------------------------------------------
-
-
-def lqr(a: Vector, b: Vector, error: float = ERROR, deflection: float = DEFLECTION) -> Vector:
-    """The gain (1, 4) that makes the weighted squares of error, deflection and voltage least, added up over all time.
-
-    Parameters
-    ----------
-    a, b : (4, 4) and (4, 1), the model with the motor voltage as input
-    error, deflection : deg, of theta + alpha and of alpha, that are as bad as the largest voltage of the specifications
-
-    Raises
-    ------
-    DesignError
-        If there is no such gain.
-    """
-    direction, bent = np.array([[1.0, 1.0, 0.0, 0.0]]), np.array([[0.0, 1.0, 0.0, 0.0]])
-    Q = direction.T @ direction / (error * DEG) ** 2 + bent.T @ bent / (deflection * DEG) ** 2
-    R = np.array([[1 / LIMITS["max_vm"] ** 2]])
-    try:
-        S = solve_continuous_are(a, b, Q, R)
-    except (ValueError, np.linalg.LinAlgError) as error_:
-        raise DesignError(f"There is no optimal gain for this model: {error_}. Look at A and B.") from None
-    found: Vector = np.linalg.solve(R, b.T @ S)
-    if np.linalg.eigvals(a - b @ found).real.max() > -BORDER:
-        raise DesignError(
-            "There is no optimal gain for this model: a motion of it cannot be controlled. Look at A and B."
-        )
-    return found

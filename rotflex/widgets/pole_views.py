@@ -1,9 +1,9 @@
-"""What the pole explorer shows: the plane of the poles, the response, the loop gain, verdicts, gain and margins."""
+"""What the pole explorer shows: the plane of the poles, the response, verdicts and gain."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -18,16 +18,13 @@ from rotflex.widgets.mechanism import played
 from rotflex.widgets.placement import (
     BORDER,
     COUNT,
-    DELAY,
     LEAD,
     LONGEST,
     STEP,
     Cloud,
     Design,
     Dominant,
-    Margins,
     Runaway,
-    bode,
     described,
 )
 
@@ -41,7 +38,6 @@ GRID_OMEGA = (10, 20, 30, 40)  #: rad/s
 SHOWN = 1.0  #: s after the step
 _STEP = 0.5  # rad/s, of one press of a key
 _OFF_AXIS = 1.5  # rad/s, by which a key takes a real pair off the axis
-_FREQUENCIES = (-0.5, 2.7)  # powers of ten, rad/s, that the loop gain is drawn between
 _NAMES = ("settling time", "overshoot", "deflection", "voltage")
 _UNITS = ("V/rad", "V/rad", "V/(rad/s)", "V/(rad/s)")
 _MARKS = {True: ("met", "met"), False: ("missed", "not met"), None: ("unknown", "not measured")}
@@ -73,10 +69,10 @@ def plane(a: Vector, wanted: Dominant, met: Sequence[tuple[Vector, Vector]], num
     return panel
 
 
-def marks(panel: Panel, poles: NDArray[np.complex128], role: str, shape: str, label: str, size: float = 5) -> None:
+def marks(panel: Panel, poles: NDArray[np.complex128], role: str, shape: str, label: str) -> None:
     """Poles that are not to be dragged, with one entry in the legend."""
     for index, pole in enumerate(poles):
-        panel.mark(pole.real, pole.imag, role, shape, "" if index else label, size)
+        panel.mark(pole.real, pole.imag, role, shape, "" if index else label)
 
 
 def scattered(panel: Panel, found: Cloud) -> None:
@@ -112,9 +108,9 @@ def _handles(panel: Panel, wanted: Dominant, numbers: bool) -> None:
 # --- the response -----------------------------------------------------------------------------------------------------
 
 
-def traces(found: Design, ghosts: Sequence[Design], other: Design | None) -> list[Panel]:
-    """Servo angle, deflection and voltage after the step; ``other`` is a design to compare with."""
-    theta, alpha, volts = servo_angle(found), Panel("α (deg)", (0, 1), (-16.0, 16.0)), Panel("", (0, 1), (-14.0, 14.0))
+def traces(found: Design, ghosts: Sequence[Design]) -> list[Panel]:
+    """Servo angle, deflection and voltage after the step."""
+    theta, alpha, volts = _servo_angle(found), Panel("α (deg)", (0, 1), (-16.0, 16.0)), Panel("", (0, 1), (-14.0, 14.0))
     volts.ylabel, volts.xlabel, volts.height = "Vₘ (V)", "time after the step (s)", 1.25
     alpha.x = volts.x = theta.x
     for panel, limit in ((alpha, LIMITS["max_alpha"] / DEG), (volts, LIMITS["max_vm"])):
@@ -124,8 +120,6 @@ def traces(found: Design, ghosts: Sequence[Design], other: Design | None) -> lis
     panels = (theta, alpha, volts)
     for index, ghost in enumerate(ghosts):
         _draw(ghost, panels, "ghost", "" if index else "ghost")
-    if other is not None:
-        _draw(other, panels, "model", "LQR")
     _draw(found, panels, "measured", "this design")
     if found.runaway is not None:
         _limited(alpha, found.runaway.recording.degrees("alpha"), Limits().alpha / DEG)
@@ -138,7 +132,7 @@ def traces(found: Design, ghosts: Sequence[Design], other: Design | None) -> lis
     return [theta, alpha, volts]
 
 
-def servo_angle(found: Design) -> Panel:
+def _servo_angle(found: Design) -> Panel:
     """The plot of the servo angle with its command, band and limits, and no response yet."""
     theta = Panel("θ (deg)", (-LEAD, SHOWN), (-26.0, 30.0), height=1.3)
     if found.runaway is None:
@@ -185,44 +179,6 @@ def played_by_arm(found: Design, at_once: bool = False) -> Play | None:
     return replace(played(found.motion, 0.0, end, auto=True), at_once=at_once)
 
 
-# --- the loop gain ----------------------------------------------------------------------------------------------------
-
-
-def loop_gain(a: Vector, b: Vector, found: Design, margin: Margins | None) -> list[Panel]:
-    """The servo angle's response, and the loop gain in magnitude and phase."""
-    theta = servo_angle(found)
-    theta.xlabel, theta.height = "time after the step (s)", 1.25
-    if found.motion is not None:
-        theta.line(found.motion.time, found.motion.degrees("theta"), "measured", "this design")
-    powers = np.linspace(*_FREQUENCIES, 400)
-    magnitude, phase = bode(a, b, found.applied, 10**powers)
-    ticks = {float(power): f"{10**power:g}" for power in range(0, 3)}
-    size = Panel("|L| (dB)", _FREQUENCIES, (-40.0, 60.0), xticks=ticks)
-    low, high = float(phase.min()), float(phase.max())
-    turned = Panel("phase (deg)", _FREQUENCIES, (low - 30, high + 30), "frequency (rad/s)", 1.25, xticks=ticks)
-    size.line(powers, magnitude, "model", "loop gain")
-    size.level(0.0, "reference")
-    turned.line(powers, phase, "model")
-    for angle in range(-540, 541, 360):
-        if low - 30 < angle < high + 30:
-            turned.level(float(angle), "reference")
-    if margin is not None:
-        _crossings(size, turned, powers, (magnitude, phase), margin)
-    return [theta, size, turned]
-
-
-def _crossings(size: Panel, turned: Panel, powers: Vector, curves: tuple[Vector, Vector], margin: Margins) -> None:
-    magnitude, phase = curves
-    rise, fall = (margin.gain_up_at, "circle", "gain may rise"), (margin.gain_down_at, "cross", "gain may fall")
-    for omega, shape, label in (rise, fall):
-        if math.isfinite(omega):
-            at = math.log10(omega)
-            size.mark(at, float(np.interp(at, powers, magnitude)), "highlight", shape, label)
-    if math.isfinite(margin.phase_at):
-        at = math.log10(margin.phase_at)
-        turned.mark(at, float(np.interp(at, powers, phase)), "highlight", "square", "phase margin")
-
-
 # --- in words ---------------------------------------------------------------------------------------------------------
 
 
@@ -259,16 +215,10 @@ def _of_a_runaway(found: Runaway) -> list[Row]:
     return [Row("rightmost pole", (where,), "missed", words), Row("swings", (grows,)), *end]
 
 
-def gain(found: Design, other: Design | None) -> Readout:
-    """The gain, beside the one that it is compared with."""
-    names = ("k₁", "k₂", "k₃", "k₄")
-    values: list[tuple[str, ...]] = [(number(value),) for value in found.K.ravel().tolist()]
-    head: tuple[str, ...] = ()
-    if other is not None:
-        values = [(*one, number(value)) for one, value in zip(values, other.K.ravel().tolist(), strict=True)]
-        head = ("", "placed", "LQR", "")
-    rows = [Row(name, (*value, unit)) for name, value, unit in zip(names, values, _UNITS, strict=True)]
-    return Readout("Gain K", rows, head)
+def gain(found: Design) -> Readout:
+    """Return the gain as a table, V/rad and V/(rad/s)."""
+    values = zip(("k₁", "k₂", "k₃", "k₄"), found.K.ravel().tolist(), _UNITS, strict=True)
+    return Readout("Gain K", [Row(name, (number(value), unit)) for name, value, unit in values])
 
 
 def polynomial(found: Design) -> Readout:
@@ -276,30 +226,6 @@ def polynomial(found: Design) -> Readout:
     powers = ("s⁴", "s³", "s²", "s", "1")
     rows = [Row(power, (number(value),)) for power, value in zip(powers, found.polynomial.tolist(), strict=True)]
     return Readout("Characteristic polynomial", rows, folded=True)
-
-
-def margin_rows(margin: Margins | None) -> Readout:
-    """Gain, phase and delay margin of the loop as it runs, each with the frequency at which it would swing."""
-    heading = f"Margins with {1000 * DELAY:g} ms of delay"
-    if margin is None:
-        return Readout(heading, [Row("none", ("As it runs, the loop is unstable.",))])
-
-    def at(omega: float) -> str:
-        return f"at {omega:.3g} rad/s" if math.isfinite(omega) else ""
-
-    up = f"× {margin.gain_up:.3g}" if math.isfinite(margin.gain_up) else "no limit"
-    down = f"× {margin.gain_down:.3g}" if margin.gain_down > 0 else "no limit"
-    phase = f"{margin.phase:.3g} deg" if math.isfinite(margin.phase) else "no limit"
-    delay = f"{1000 * margin.delay:.3g} ms" if math.isfinite(margin.delay) else "no limit"
-    return Readout(
-        heading,
-        [
-            Row("gain, up to", (up, at(margin.gain_up_at))),
-            Row("gain, down to", (down, at(margin.gain_down_at))),
-            Row("phase", (phase, at(margin.phase_at))),
-            Row("more delay", (delay, at(margin.delay_at))),
-        ],
-    )
 
 
 def cloud_rows(found: Cloud) -> Readout:
@@ -311,14 +237,6 @@ def cloud_rows(found: Cloud) -> Readout:
             Row("stiffnesses tried", (f"{COUNT}",)),
             Row("all four met on", (f"{100 * found.share:.0f} %",)),
         ],
-    )
-
-
-def weight_rows(weights: Mapping[str, float]) -> Readout:
-    """What the regulator's weights say."""
-    return Readout(
-        f"LQR: as bad as {LIMITS['max_vm']:g} V",
-        [Row("θ + α of", (f"{weights['error']:g} deg",)), Row("α of", (f"{weights['deflection']:g} deg",))],
     )
 
 

@@ -18,17 +18,12 @@ from rotflex.specifications import AMPLITUDE
 from rotflex.widgets import another_arm, pole_views
 from rotflex.widgets.mechanism import mechanism
 from rotflex.widgets.placement import (
-    DEFLECTION,
-    ERROR,
     Cloud,
     Design,
     Dominant,
-    Margins,
     Region,
     cloud,
     design,
-    lqr,
-    margins,
     spread_of,
     with_gain,
 )
@@ -38,13 +33,7 @@ if TYPE_CHECKING:
     from rotflex.course.lab import Lab
 
 _FEEDBACK = {"full": "full state", "partial": "partial (servo only)"}
-_BESIDE = {
-    "step": "nothing",
-    "margins": "margins (Bode)",
-    "cloud": "uncertain stiffness (cloud)",
-    "lqr": "LQR, to compare",
-}
-_WEIGHTS = {"error": (5.0, 90.0, 1.0), "deflection": (5.0, 60.0, 1.0)}  # deg
+_BESIDE = {"step": "nothing", "cloud": "uncertain stiffness (cloud)"}
 _MOST_GHOSTS = 3
 _START = Dominant()  # the workbook's poles: to begin with, and to go back to
 ZETA, OMEGA, REAL = (-1.0, 3.0), (5.0, 40.0), (-80.0, 10.0)  #: damping ratio; rad/s; rad/s: how far each may go
@@ -112,7 +101,6 @@ class PoleExplorer(Explorer):
         self._outline: tuple[Any, Any] = (None, [])
         self.ghosts: list[Design] = []
         self.wanted, self.feedback, self.beside = self._start, "full", "step"
-        self.weights = {"error": ERROR, "deflection": DEFLECTION}
         self._own = None if K is None else with_gain(self._a, self._b, K)
         self.design = design(self._a, self._b, self.wanted.poles)  # first: it says so if the model cannot be controlled
         self._region = Region(self._a, self._b)
@@ -127,9 +115,6 @@ class PoleExplorer(Explorer):
             return
         if name == "beside":
             self.beside = one_of("beside", str(value), _BESIDE)
-        elif name in _WEIGHTS:
-            low, high, _step = _WEIGHTS[name]
-            self.weights = {**self.weights, name: min(max(float(value), low), high)}
         else:
             self._redesign(within(replace(self.wanted, **{name: float(value)})))
 
@@ -187,27 +172,20 @@ class PoleExplorer(Explorer):
         """The s-plane beside the response and the arm, verdicts and gain below."""
         found, a, b = self.design, self._a, self._b
         plane = pole_views.plane(a, self.wanted, self._where_met(), not self._another)
-        other = with_gain(a, b, lqr(a, b, **self.weights)) if self.beside == "lqr" else None
-        margin = margins(a, b, found.applied) if self.beside == "margins" else None
         scattered = cloud(a, b, found.applied, spread_of(a)) if self.beside == "cloud" else None
         start = -AMPLITUDE if found.motion is None else float(found.motion["theta"][0])
         if self._own is not None:
             pole_views.marks(plane, self._own.poles, "highlight", "square", "your K")
         if self.feedback == "partial":
             pole_views.marks(plane, found.poles, "model", "square", "closed loop, partial")
-        if other is not None:
-            pole_views.marks(plane, other.poles, "model", "circle", "LQR", 8)
         if scattered is not None:
             pole_views.scattered(plane, scattered)
-        if self.beside == "margins":
-            traces = pole_views.loop_gain(a, b, found, margin)
-        else:
-            traces = pole_views.traces(found, self.ghosts, other)
+        traces = pole_views.traces(found, self.ghosts)
         return Scene(
             alt=pole_views.alt_text_of(found, not self._another),
             columns=[Column([plane], 1.0), Column(traces, 1.1), Column([mechanism(start, 0.0)], 0.55)],
             controls=self._controls(),
-            readouts=self._readouts(other, margin, scattered),
+            readouts=self._readouts(scattered),
             height=300 if self._another else 460,
             play=pole_views.played_by_arm(found),
         )
@@ -227,9 +205,6 @@ class PoleExplorer(Explorer):
         if self._another:
             feedback = Choice("feedback", "feedback", _FEEDBACK, self.feedback)
             return [*rows, [feedback, Button("reset", "Back to the beginning")]]
-        if self.beside == "lqr":
-            labels = {"error": "LQR: θ + α of", "deflection": "LQR: α of"}
-            rows.append([Slider(name, labels[name], "deg", *_WEIGHTS[name], self.weights[name]) for name in _WEIGHTS])
         keep = "Store K as answer 3.8. Only the code in that question's cell is marked"
         return [
             *rows,
@@ -246,18 +221,12 @@ class PoleExplorer(Explorer):
             ],
         ]
 
-    def _readouts(self, other: Design | None, margin: Margins | None, scattered: Cloud | None) -> list[Readout]:
-        more = []
-        if self._another:
-            return [pole_views.verdicts(self.design), another_arm.notice("3.8")]
-        if self.beside == "margins":
-            more.append(pole_views.margin_rows(margin))
-        if other is not None:
-            more.append(pole_views.weight_rows(self.weights))
-        if scattered is not None:
-            more.append(pole_views.cloud_rows(scattered))
+    def _readouts(self, scattered: Cloud | None) -> list[Readout]:
         found = self.design
-        return [pole_views.verdicts(found), pole_views.gain(found, other), *more, pole_views.polynomial(found)]
+        if self._another:
+            return [pole_views.verdicts(found), another_arm.notice("3.8")]
+        more = [] if scattered is None else [pole_views.cloud_rows(scattered)]
+        return [pole_views.verdicts(found), pole_views.gain(found), *more, pole_views.polynomial(found)]
 
     def _where_met(self) -> list[tuple[Any, Any]]:
         asked = (self.wanted.p3, self.wanted.p4, self.feedback)
