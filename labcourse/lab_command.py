@@ -13,9 +13,9 @@ from typing import Annotated, Any
 import typer
 import typer.core
 
-from labcourse import benches, course_file, courses, files, program, student_id
+from labcourse import course_file, courses, files, program, student_id
 from labcourse.courses import NOTEBOOKS
-from labcourse.errors import ConfigurationError, StudentIDError
+from labcourse.errors import CheckError, ConfigurationError, StudentIDError
 from labcourse.files import COURSE_FILE
 from labcourse.messages import plural
 from labcourse.run import commands
@@ -122,7 +122,7 @@ def _ask_for_student(folder: Path) -> str | None:
 def fill(folder: Path, student: str | None = None) -> list[str]:
     """Copy the course's files that a folder lacks, and write down the student. No answer is overwritten.
 
-    A folder that was begun under another release is updated to the installed one.
+    A folder that was begun with another release is restored: it is brought to the installed one.
 
     Parameters
     ----------
@@ -148,21 +148,28 @@ def fill(folder: Path, student: str | None = None) -> list[str]:
     if folder.exists() and not folder.is_dir():
         raise ConfigurationError(f"{folder} is not a folder.")
     folder.mkdir(parents=True, exist_ok=True)
-    lines, begun = [], course_file.about(folder).get(course_file.RELEASE)
+    lines, begun, release = list[str](), course_file.about(folder).get(course_file.RELEASE), _release_of(course)
+    if student is not None:
+        # In a checkout, the bench is as it is drawn now: a file that names the student alone is of the first draw.
+        now = {} if release else {"draw": installed.draw}
+        named = {course_file.COURSE: courses.name_of(installed.package), course_file.STUDENT: student}
+        files.write(folder / COURSE_FILE, course_file.text({**(course_file.about(folder) or now), **named}))
     if not _is_home(folder, course):
-        lines += _updated(folder, course, student)
-        if begun is None or begun != _release_of(course):
+        if release and begun != release:
+            from labcourse.answers import notebooks
+            from labcourse.run.restore import restore
+
+            try:
+                for line in restore(folder, notebooks.masters()):
+                    lines.append(line)
+            except CheckError as error:  # the next one tries again
+                lines.append(str(error))
+        if begun is None or begun != release:
             lines += _copied(folder, course)
         elif names := [path.stem for path in sorted(course.glob("*.ipynb")) if not (folder / path.name).exists()]:
             # Some hand out a course week by week.
             lines.append(f"Not in {folder}: {', '.join(names)}. {program.name()} restore NAME brings one.")
-    if student is not None:
-        # In a checkout, the bench is as it is drawn now: a file that names the student alone is of the first draw.
-        now = {} if _release_of(course) else {"draw": installed.draw}
-        named = {course_file.COURSE: courses.name_of(installed.package), course_file.STUDENT: student}
-        files.write(folder / COURSE_FILE, course_file.text({**(course_file.about(folder) or now), **named}))
-        lines.append(f"Student: {student}")
-    return lines
+    return lines if student is None else [*lines, f"Student: {student}"]
 
 
 def _copied(folder: Path, course: Path) -> list[str]:
@@ -182,39 +189,6 @@ def _copied(folder: Path, course: Path) -> list[str]:
     if linked:
         lines.append(f"Links are not followed, in {folder}: {', '.join(linked)}. Put the files themselves there.")
     return lines
-
-
-def _updated(folder: Path, released: Path, student: str | None) -> list[str]:
-    """Update a folder that was begun under another release to the installed one, and return messages about it."""
-    about = course_file.read(released) or {}
-    release = about.get(course_file.RELEASE)
-    try:
-        begun = course_file.about(folder) if student else course_file.read(folder) or {}
-    except ConfigurationError as error:  # it may name a student, and only a person can mend it
-        return [str(error)]
-    if not release or begun.get(course_file.RELEASE) == release:  # a checkout is no release
-        return []
-    lines: list[str] = []
-    if any((folder / path.name).exists() for path in released.glob("*.ipynb")):
-        from labcourse.run.restore import update
-
-        lines, whole = update(folder, released, release)
-        if not whole:  # to be tried again
-            return lines
-        if not _same_bench(begun, about):
-            lines.append("The course gives you another bench now: run your notebooks again, to measure on that one.")
-    files.write(
-        folder / COURSE_FILE,
-        course_file.text({**begun, **about, course_file.STUDENT: begun.get(course_file.STUDENT, "")}),
-    )
-    return lines
-
-
-def _same_bench(begun: dict[str, Any], about: dict[str, Any]) -> bool:
-    try:
-        return benches.policy_of(begun) == benches.policy_of(about)
-    except ConfigurationError:
-        return False
 
 
 def _release_of(folder: Path) -> Any:

@@ -489,7 +489,7 @@ class Session:
         return ["--student", self.student, *(["--notebook", self._place.name] if self._place.name else [])]
 
     def restore(self, *notebooks: str | int) -> None:
-        """Restore the course's cells that were changed, moved or deleted. No answer is changed.
+        """Restore the course's cells, as the installed release has them. No answer is changed.
 
         Parameters
         ----------

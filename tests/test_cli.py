@@ -29,7 +29,7 @@ def course(tmp_path, monkeypatch):
     """A course with two notebooks, and a working folder of one's own to be in."""
     (tmp_path / "course" / "notebooks").mkdir(parents=True)
     for name in ("00_start.ipynb", "01_next.ipynb"):
-        (tmp_path / "course" / "notebooks" / name).write_text(name)
+        (tmp_path / "course" / "notebooks" / name).write_text(json.dumps(name))
     (tmp_path / "course" / "data").mkdir()
     (tmp_path / "course" / "data" / "log.mat").write_text("data")
     (tmp_path / "desk").mkdir()
@@ -116,7 +116,7 @@ def test_lab_never_overwrites_a_students_work(course, opened):
     done = rotflex("lab", "work")
     assert {path.name: path.read_text() for path in Path("work").iterdir()} == {
         **kept,
-        "01_next.ipynb": "01_next.ipynb",
+        "01_next.ipynb": '"01_next.ipynb"',
     }
     assert "01_next.ipynb" in done.output and "00_start.ipynb" not in done.output
 
@@ -143,11 +143,11 @@ def test_lab_brings_a_half_done_folder_to_the_installed_release(released, opened
         Path("work/course.json").write_text(json.dumps(about))
     done = rotflex("lab", "work")
     assert done.exit_code == 0 and opened
-    assert re.search(r"2026-x: 00_start\..*01_next\.ipynb", done.output, re.DOTALL)
+    assert re.search(r"00_start.*before-restore.*01_next\.ipynb", done.output, re.DOTALL)
     assert "another bench" not in done.output
     cells = json.loads(Path("work/00_start.ipynb").read_text())["cells"]
     assert [cell["source"] for cell in cells] == ["# New", "k = 3.5", "1"]
-    assert json.loads(Path("work/.before-2026-x/00_start.ipynb").read_text()) == begun
+    assert json.loads(Path("work/00_start.before-restore.ipynb").read_text()) == begun
     assert about_work() == {**RELEASED, **(about or {}), "release": "2026-x"}
     assert Path("work/answers.json").read_text() == "{}"
     before = {path: path.stat().st_mtime_ns for path in Path("work").rglob("*")}
@@ -188,7 +188,7 @@ def test_lab_leaves_a_notebook_that_it_cannot_read_and_tries_again(released, ope
     Path("work/00_start.ipynb").write_text("{")
     Path("work/course.json").write_text('{"student": "ada", "release": "2025-y"}')
     for _ in range(2):
-        assert "00_start.ipynb could not be read" in rotflex("lab", "work").output
+        assert "00_start.ipynb cannot be read" in rotflex("lab", "work").output
     assert Path("work/00_start.ipynb").read_text() == "{"
     assert about_work()["release"] == "2025-y"
 

@@ -141,31 +141,17 @@ def restore(
     ] = None,
     folder: Annotated[Path | None, typer.Option(help="With the notebooks in it.")] = None,
 ) -> None:
-    """Get back the course's own cells and texts that you changed or deleted; your answers stay."""
+    """Get back the course's own cells and texts, as the installed release has them; your answers stay.
+
+    These are cells that you changed or deleted. If you began with another release of the course, all your notebooks are
+    brought to the installed one.
+    """
     from labcourse.run import restore as restoring
 
     with _a_run("restore"):
         place, masters = _found(folder)
-        changed, failed = False, []
-        for name in restoring.named(notebooks or [], list(masters)):
-            try:
-                restored = restoring.restore(place, name, masters[name])
-            except CheckError as error:  # restore the others first
-                failed.append(str(error))
-                continue
-            if not restored.lines:
-                say(f"{name}: all that is the course's is there.")
-                continue
-            changed = True
-            backup = f" The notebook as it was is saved as {restored.backup}." if restored.backup else ""
-            say(f"{name} is restored.{backup}", *(f"  {line}" for line in restored.lines))
-        if changed:
-            typer.echo(
-                "A notebook that is open in JupyterLab still shows its old state: choose File → Reload Notebook "
-                "from Disk there, before you save it."
-            )
-        if failed:
-            raise CheckError("\n".join(failed))
+        for line in restoring.restore(place, masters, restoring.named(notebooks or [], list(masters))):
+            say(line)
 
 
 def _found(given: Path | None, is_packed: bool = False) -> tuple[Path, dict[str, dict[str, Any]]]:

@@ -1,54 +1,37 @@
-"""Restore the course's cells in a student's notebook, or bring a folder to the release that is installed.
+"""Restore the course's cells in a student's notebooks, as the installed release has them.
 
-Locked cells and text that were changed, moved or deleted become the course's again; in an update, those of the new
-release. Answers, added cells and all that a student wrote stay as they are, with their outputs. A notebook that is
-changed is saved as it was, too. A program that is interrupted leaves whole files, and the next one goes on.
+Locked cells and text that were changed, moved or deleted become the course's again. Answers, added cells and all that a
+student wrote stay as they are, with their outputs. A folder that was begun with another release is brought to the
+installed one in the same way. A notebook that is changed is saved as it was, too. A program that is interrupted leaves
+whole files, and the next one goes on.
 """
 
 from __future__ import annotations
 
 import copy
-import errno
 import hashlib
 import itertools
 import json
 import os
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from labcourse import files
+from labcourse import benches, course_file, courses, files
 from labcourse.answers import own_files
 from labcourse.answers.notebooks import CODE, Notebook, NotebookError
 from labcourse.answers.words import KEY
 from labcourse.errors import CheckError, ConfigurationError
+from labcourse.files import COURSE_FILE
 from labcourse.run import CELL_ID, alignment
 from labcourse.run.alignment import Happened, Placed, Role, source_of
 
 _VERSION = (4, 5)  # of the format of notebooks: the first whose cells have ids
 STUB_KEY = "stub"  #: in an answer cell's metadata, among those of :data:`~labcourse.answers.words.KEY`: `stub_digest`
-_BACKUP = ".before-{release}"  # the folder of notebooks as they were; a hidden one is not handed in
 _OF_COURSE = ("nbgrader", "deletable", "editable", "labcourse")  # metadata that make a cell one of the course's
 _MOST_ROUNDS = 50  # each puts more cells into their order; two are usual
 
 _Cell = dict[str, Any]
-
-
-@dataclass(frozen=True)
-class Restored:
-    """What was restored.
-
-    Attributes
-    ----------
-    notebook : its file name
-    lines : what was restored, a line each; none if nothing was missing
-    backup : name of the file with the notebook as it was; "" if there was nothing to save
-    """
-
-    notebook: str
-    lines: tuple[str, ...]
-    backup: str = ""
 
 
 def named(beginnings: Sequence[str], notebooks: Sequence[str]) -> list[str]:
@@ -72,14 +55,66 @@ def named(beginnings: Sequence[str], notebooks: Sequence[str]) -> list[str]:
     return list(dict.fromkeys(names)) or list(notebooks)
 
 
-def restore(folder: Path, name: str, master: Mapping[str, Any]) -> Restored:
-    """Restore what is the course's in a student's notebook.
+def restore(folder: Path, masters: Mapping[str, Mapping[str, Any]], names: Sequence[str] = ()) -> Iterator[str]:
+    """Restore what is the course's in notebooks of a student's folder; yield what was done, a line each.
+
+    If the folder was begun with another release than the installed one, all notebooks that are there are brought to the
+    installed one, and ``course.json`` with them.
 
     Parameters
     ----------
     folder : the student's
-    name : the notebook's file name
-    master : the notebook as released
+    masters : file name → notebook as the installed release has it
+    names : file names of notebooks to restore; those that are not there are made anew
+
+    Raises
+    ------
+    CheckError
+        At the end, if notebooks could not be read or written. They are as they were, and the others are restored.
+    """
+    installed = course_file.about(courses.current().notebooks)
+    begun, release = installed, installed.get(course_file.RELEASE)
+    try:
+        begun = course_file.read(folder) or {}
+    except ConfigurationError as error:  # it may name a student, and only a person can mend it
+        yield str(error)
+    is_other = bool(release) and begun.get(course_file.RELEASE) != release
+    there = [name for name in masters if is_other and os.path.lexists(folder / name)]
+    # Nobody knows of which release a folder is that does not say it. Most likely it is of this one.
+    other = str(release) if is_other and begun.get(course_file.RELEASE) else ""
+    is_changed, failed = False, []
+    for name in masters:
+        if name in (*there, *names):
+            try:
+                lines = _restored(folder, name, masters[name], other)
+            except CheckError as error:  # restore the others first
+                failed.append(str(error))
+                continue
+            is_changed = is_changed or bool(lines)
+            yield from lines or ([f"{name}: all that is the course's is there."] if name in names else [])
+    if is_changed:
+        yield (
+            "A notebook that is open in JupyterLab still shows its old state: choose File → Reload Notebook from Disk "
+            "there, before you save it."
+        )
+    if failed:
+        raise CheckError("\n".join(failed))
+    if is_other:
+        if there and not _is_same_bench(begun, installed):
+            yield "The course gives you another bench now: run your notebooks again, to measure on that one."
+        student = {course_file.STUDENT: begun.get(course_file.STUDENT, "")}
+        files.write(folder / COURSE_FILE, course_file.text({**begun, **installed, **student}))
+
+
+def _is_same_bench(begun: dict[str, Any], installed: dict[str, Any]) -> bool:
+    try:
+        return benches.policy_of(begun) == benches.policy_of(installed)
+    except ConfigurationError:
+        return False
+
+
+def _restored(folder: Path, name: str, master: Mapping[str, Any], release: str) -> list[str]:
+    """Restore a notebook; return what was done, a line each. For the release see :func:`mend`.
 
     Raises
     ------
@@ -90,9 +125,9 @@ def restore(folder: Path, name: str, master: Mapping[str, Any]) -> Restored:
     data = None
     try:
         data = files.read(path)
-        restored, lines = mend(data, master)
+        restored, lines = mend(data, master, release)
     except FileNotFoundError:
-        restored, lines = dict(master), ("it was not there: a new one, without answers",)
+        restored, lines = dict(master), ["it was not there: a new one, without answers"]
     except OSError as error:
         raise CheckError(f"{name} cannot be read: {error.strerror}.") from None
     except NotebookError as error:
@@ -101,7 +136,7 @@ def restore(folder: Path, name: str, master: Mapping[str, Any]) -> Restored:
             "name and restore again: you then get a new one."
         ) from None
     if not lines:
-        return Restored(name, lines)
+        return []
     numbers = ("", *(f"-{number}" for number in range(2, 10_000)))
     backups = (path.with_name(f"{path.stem}{number}{own_files.BACKUP}{path.suffix}") for number in numbers)
     backup = next(other for other in backups if not os.path.lexists(other))
@@ -111,7 +146,8 @@ def restore(folder: Path, name: str, master: Mapping[str, Any]) -> Restored:
         write(path, restored)
     except OSError as error:
         raise CheckError(f"{name} cannot be restored: {error.strerror}. It is as it was.") from None
-    return Restored(name, lines, backup.name if data is not None else "")
+    saved = "" if data is None else f" The notebook as it was is saved as {backup.name}."
+    return [f"{name} is restored.{saved}", *(f"  {line}" for line in lines)]
 
 
 def write(path: Path, notebook: Mapping[str, Any]) -> None:
@@ -125,13 +161,14 @@ def write(path: Path, notebook: Mapping[str, Any]) -> None:
     files.write(path, json.dumps(notebook, ensure_ascii=False, indent=1) + "\n")
 
 
-def mend(data: bytes, master: Mapping[str, Any]) -> tuple[dict[str, Any], tuple[str, ...]]:
+def mend(data: bytes, master: Mapping[str, Any], release: str = "") -> tuple[dict[str, Any], list[str]]:
     """Return a student's notebook with all that is the course's in it, and what was restored, a line each.
 
     Parameters
     ----------
     data : the student's notebook's file
     master : the notebook as released
+    release : name of the master's release, if the notebook is of another one
 
     Raises
     ------
@@ -139,11 +176,21 @@ def mend(data: bytes, master: Mapping[str, Any]) -> tuple[dict[str, Any], tuple[
         If the file is no notebook.
     """
     notebook = Notebook.read(data).content
+    lines = [] if notebook == json.loads(data) else ["its file did not have the form of a notebook"]
+    of_other = _OfOtherRelease(master["cells"], notebook["cells"]) if release else None
+    if of_other is not None:
+        notebook["cells"] = of_other.cells()
     changes = alignment.align(master["cells"], Notebook(notebook).cells).changes
     by_kind = {what: [change.cell for change in changes if change.what is what] for what in Happened}
-    lines = [f"gave back: {', '.join(cells)} ({what})" for what, cells in by_kind.items() if cells]
-    if notebook != json.loads(data):
-        lines.append("its file did not have the form of a notebook")
+    if of_other is None:
+        messages = {f"gave back what was {what}": cells for what, cells in by_kind.items()}
+    else:
+        messages = {
+            "another kind of cell now; what you had written is in it": by_kind[Happened.OTHER_KIND],
+            "no answer cells any more, but still there as your own; copy what new cells ask for": of_other.dropped,
+            "the course has another text for these now; yours stays, a fresh copy has theirs": of_other.theirs,
+        }
+    lines += [f"{message}: {', '.join(dict.fromkeys(cells))}" for message, cells in messages.items() if cells]
     version = (notebook.get("nbformat"), notebook.get("nbformat_minor"))
     if not all(isinstance(number, int) for number in version) or version < _VERSION:
         notebook["nbformat"], notebook["nbformat_minor"] = _VERSION
@@ -153,7 +200,9 @@ def mend(data: bytes, master: Mapping[str, Any]) -> tuple[dict[str, Any], tuple[
         _put_right(notebook, master["cells"])
         if json.dumps(notebook["cells"]) == before:
             break
-    return notebook, tuple(lines)
+    if release and notebook != json.loads(data):
+        lines.insert(0, f"now with the course's text of the release {release}; your answers are as they were")
+    return notebook, lines
 
 
 def _put_right(notebook: dict[str, Any], master: Sequence[Mapping[str, Any]]) -> None:
@@ -214,123 +263,14 @@ def _give_ids(cells: list[_Cell], of_course: set[str]) -> None:
 # --- another release --------------------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True)
-class Changes:
-    """What concerns a student's answers in an update of a notebook: ids of cells.
+class _OfOtherRelease:
+    """A student's cells of one release, prepared for being compared with those of another.
 
     Attributes
     ----------
-    converted : answer cells that are of another kind now, with what the student had written
-    dropped : answer cells that the course no longer has, and that stay as the student's own
-    theirs : answer cells in which the student has written, and whose released text is another now
+    dropped : ids of answer cells that the course no longer has, and that stay as the student's own
+    theirs : ids of answer cells in which the student has written, and whose released text is another now
     """
-
-    converted: tuple[str, ...] = ()
-    dropped: tuple[str, ...] = ()
-    theirs: tuple[str, ...] = ()
-
-    def lines(self, notebook: str) -> Iterator[str]:
-        """Yield the same as text."""
-        lists = {
-            "another kind of cell now; what you had written is in it": self.converted,
-            "no answer cells any more, but still there as your own; copy what new cells ask for by hand": self.dropped,
-            "the course has another text for these now; yours stays, look at theirs in a fresh copy": self.theirs,
-        }
-        yield from (f"{notebook}: {message}: {', '.join(names)}." for message, names in lists.items() if names)
-
-
-def update(folder: Path, released: Path, release: str) -> tuple[list[str], bool]:
-    """Bring the notebooks in a folder to a release.
-
-    Parameters
-    ----------
-    folder : the student's
-    released : folder of the notebooks as released
-    release : its name
-
-    Returns
-    -------
-    list
-        What was done, a line each.
-    bool
-        Whether all notebooks that are there could be read.
-
-    Raises
-    ------
-    ConfigurationError
-        If a file cannot be written; what was there is still there.
-    """
-    lines: list[str] = []
-    done: list[str] = []
-    is_whole, backup = True, folder / _BACKUP.format(release=release)
-    for path in sorted(released.glob("*.ipynb")):
-        own = folder / path.name
-        try:
-            data = files.read(own)
-            new, changes = updated(data, json.loads(path.read_text(encoding="utf-8")))
-        except FileNotFoundError:
-            continue
-        except (OSError, NotebookError) as error:
-            is_whole = False
-            lines.append(f"{own.name} could not be read, and stays as it is: {files.reason(error)}")
-            continue
-        if new == json.loads(data):
-            continue
-        try:
-            _save(backup, own.name, data)
-            write(own, new)
-        except OSError as error:
-            raise ConfigurationError(
-                f"{own} cannot be brought to the release {release}: {error}. It is as it was."
-            ) from None
-        done.append(path.stem)
-        lines += changes.lines(own.name)
-    if done:
-        lines.append(
-            f"Now with the course's text of the release {release}: {', '.join(done)}. Your answers are as they were, "
-            f"and the notebooks as they were are in the hidden folder {backup}."
-        )
-    return lines, is_whole
-
-
-def _save(folder: Path, name: str, data: bytes) -> None:
-    """Save a notebook as it was, unless it is saved already."""
-    folder.mkdir(exist_ok=True)
-    if folder.is_symlink():
-        raise OSError(errno.ELOOP, "it is a link, which is not followed", str(folder))
-    names = itertools.chain([name], (f"{number}-{name}" for number in itertools.count(2)))
-    path = next(path for path in map(folder.joinpath, names) if not path.exists() or files.read(path) == data)
-    if not path.exists():
-        files.write(path, data)
-
-
-def updated(data: bytes, master: Mapping[str, Any]) -> tuple[dict[str, Any], Changes]:
-    """Return a student's notebook with the cells of a release in place of those of another, and what changed.
-
-    Parameters
-    ----------
-    data : the student's notebook's file
-    master : the notebook as the release has it
-
-    Raises
-    ------
-    NotebookError
-        If the file is no notebook.
-    """
-    notebook = Notebook.read(data).content
-    preparing = _Preparing(master["cells"], notebook["cells"])
-    notebook["cells"] = preparing.cells()
-    changes = alignment.align(master["cells"], Notebook(notebook).cells).changes
-    new, _lines = mend(json.dumps(notebook).encode(), master)
-    return new, Changes(
-        converted=tuple(change.cell for change in changes if change.what is Happened.OTHER_KIND),
-        dropped=tuple(preparing.dropped),
-        theirs=tuple(dict.fromkeys(preparing.theirs)),
-    )
-
-
-class _Preparing:
-    """A student's cells, prepared for being compared with another release than the one that they are of."""
 
     def __init__(self, master: list[_Cell], own: list[_Cell]) -> None:
         self._master = {cell["id"]: cell for cell in master}

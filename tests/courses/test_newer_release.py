@@ -62,7 +62,7 @@ def test_a_half_done_folder_goes_on_under_the_next_release(two, tmp_path):
     path.write_text(json.dumps(work))
 
     said = lab(two.second, tmp_path)
-    assert "Now with the course's text of the release" in said and Path(NOTEBOOK).stem in said
+    assert "now with the course's text of the release" in said and Path(NOTEBOOK).stem in said
     assert "The course gives you another bench now" in said
     assert json.loads(course.read_text()) == {**two.about(two.second), "student": "ada"}
     now = {cell["id"]: "".join(cell["source"]) for cell in json.loads(path.read_text())["cells"]}

@@ -288,7 +288,7 @@ def test_it_is_switched_on_in_mid_term(sandbox, term, tmp_path):
         "ada": ("9", "11"),
         "bob": ("7", "8"),
     }
-    # Switched off again, its marks go, and the update of a folder takes it out.
+    # Switched off again, its marks go, and restoring a folder takes it out.
     with Gradebook(marks / "book.sqlite") as book:
         for one in regrade(book, set_to(term.solutions, "")):
             assert {mark.question for mark in one.after.marks} == {"1.1", "1.2", "1.3", "1.4"}

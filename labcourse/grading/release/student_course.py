@@ -215,7 +215,7 @@ def _course_json(course: Course, folder: Path) -> dict[str, Any]:
     }
     if settings.report.page_limit is not None:  # without one, names of releases stay the same
         course_json[course_file.PAGE_LIMIT] = settings.report.page_limit
-    if course.catalogue.optional:  # also without any, so that an update of a student's folder takes them out
+    if course.catalogue.optional:  # also without any, so that restoring a student's folder takes them out
         course_json[starts.OPTIONAL] = sorted(settings.optional)
     if settings.given:  # with own benches, each student's session works the values out
         start, bench = starts.find(course.catalogue, settings.given), settings.bench

@@ -96,10 +96,9 @@ def test_the_other_files_are_read_and_this_one_is_or_is_named(broken):
     good |= {"answers.json": json.dumps(ANSWERS).encode(), "course.json": json.dumps(COURSE).encode()}
     with tempfile.TemporaryDirectory() as scratch:
         folder = laid(Path(scratch, "work"), {**good, name: content})
-        released = laid(Path(scratch, "released"), dict.fromkeys(MASTERS, saved(notebook(text("title", "# New")))))
         _packed_and_checked(folder, name)
         _session(folder, name)
-        _mended(folder, released, name)
+        _mended(folder, name)
 
 
 def _packed_and_checked(folder, name):
@@ -140,18 +139,15 @@ def _session(folder, name):
     assert answers.parse((folder / "answers.json").read_bytes())["answers"]["2.11"]["omega_n"]["value"] == 21.0
 
 
-def _mended(folder, released, name):
-    (folder / "course.json").unlink()
+def _mended(folder, name):
     try:
-        restore.restore(folder, BROKEN, MASTER)
+        list(restore.restore(folder, MASTERS, [BROKEN]))
     except CourseError as error:
         assert name == BROKEN and name in str(error)
-    else:
-        nbformat.v4.reads((folder / BROKEN).read_text(encoding="utf-8"))
-        assert restore.restore(folder, BROKEN, MASTER).lines == ()
-    lines, whole = restore.update(folder, released, "r2")
-    assert whole or any(BROKEN in line and "could not be read" in line for line in lines)
-    assert Notebook.read((folder / FIRST).read_bytes()).content["cells"][0]["source"] == "# New"
+        return
+    nbformat.v4.reads((folder / BROKEN).read_text(encoding="utf-8"))
+    assert list(restore.restore(folder, MASTERS, [BROKEN]))[-1] == f"{BROKEN}: all that is the course's is there."
+    restore.mend((folder / BROKEN).read_bytes(), MASTERS[BROKEN], "another release")
 
 
 NOT_UTF_8 = os.fsdecode(b"02_\xff.ipynb")

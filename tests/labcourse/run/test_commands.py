@@ -128,7 +128,7 @@ def test_restore_says_what_it_restored_and_that_an_open_notebook_is_to_be_read_a
             [
                 "02_later.ipynb: all",
                 "saved as 01_swing.before-restore.ipynb.",
-                "gave back: title (deleted)",
+                "gave back what was deleted: title",
                 "Reload Notebook from Disk",
             ],
         ),
