@@ -24,7 +24,6 @@ COMMANDS = ["lab --student ada", "check", "submit --no-check --student ada", "re
 def desk(tmp_path, monkeypatch):
     """A folder to be in, where both courses are installed, and their own commands."""
     for name, stems in NOTEBOOKS.items():
-        monkeypatch.delitem(sys.modules, f"{name}_course", raising=False)
         (tmp_path / f"{name}_course" / "notebooks").mkdir(parents=True)
         (tmp_path / f"{name}_course" / "__init__.py").touch()
         for stem in stems:
@@ -33,6 +32,7 @@ def desk(tmp_path, monkeypatch):
     monkeypatch.syspath_prepend(tmp_path)
     monkeypatch.setattr(courses, "installed", lambda: {name: f"{name}_course" for name in NOTEBOOKS})
     monkeypatch.delenv(courses.SETTING)
+    monkeypatch.setenv("LABCOURSE_PROGRAM", "rotflex")  # which each program sets
     monkeypatch.setenv(lab_command.SETTINGS, str(tmp_path / "settings"))
     monkeypatch.setattr(lab_command, "open_jupyterlab", lambda folder, _options: opened.append(folder.resolve()))
     opened.clear()
@@ -44,6 +44,8 @@ def desk(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path / "desk")
     yield tmp_path / "desk"
     courses.requested = ""
+    for name in NOTEBOOKS:
+        sys.modules.pop(f"{name}_course", None)
 
 
 def lay(folder, stems, **about):
