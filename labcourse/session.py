@@ -21,7 +21,7 @@ from labcourse.answers.words import SavedTexts
 from labcourse.errors import AnswerError, ConfigurationError, StudentIDError
 from labcourse.files import ANSWERS_FILE, COURSE_FILE
 from labcourse.messages import plural
-from labcourse.report import fine_curves, making
+from labcourse.report import making, recorded_figures
 from labcourse.run import by_program, from_notebook, place
 from labcourse.run.from_notebook import cell_now
 
@@ -227,7 +227,7 @@ class Session:
                 cell_reports.refused(reply.question, reply.part, reply.refused)
         if not by_program():
             recorded = {reply.part: parts[reply.part] for reply in replies if reply.recorded}
-            fine_curves.keep_recorded(self._folder, self.catalogue.find(question), recorded, self.book)
+            recorded_figures.keep_recorded(self._folder, self.catalogue.find(question), recorded, self.book)
         self.print_notices()
         if self._bar is not None:
             self._bar.refresh()

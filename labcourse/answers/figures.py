@@ -60,7 +60,7 @@ def seen_diagrams(value: Any) -> list[tuple[Any, list[dict[str, Any]]]]:
     FormError
         If it is no figure, or shows no curve.
     """
-    figure = _figure(value)
+    figure = figure_of(value)
     diagrams = [(axis, list(_lines(axis))) for axis in figure.axes if axis.get_visible()]
     diagrams = [(axis, lines) for axis, lines in diagrams if _curves(lines)]
     if not diagrams:
@@ -71,7 +71,7 @@ def seen_diagrams(value: Any) -> list[tuple[Any, list[dict[str, Any]]]]:
     return diagrams
 
 
-def _figure(value: Any) -> Any:
+def figure_of(value: Any) -> Any:
     """Return the figure meant: a Figure, Axes, what ``plt.subplots`` returns, or what ``plot`` returns."""
     from matplotlib.artist import Artist
 

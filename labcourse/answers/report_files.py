@@ -1,8 +1,7 @@
 """Reports: their PDFs beside the notebooks, and their texts as far as they are recorded.
 
 A report has one file, ``first_report.pdf`` for "First report". It is either made of the notebook's texts, which a word
-among its key words says (:data:`COMPOSED`), or the student's own document. Nothing here parses a PDF: those of
-strangers are parsed in a sandbox.
+among its key words says (:data:`COMPOSED`), or the student's own document. Nothing here parses a PDF.
 """
 
 from __future__ import annotations
@@ -21,7 +20,6 @@ from labcourse.answers.notebooks import Cell
 from labcourse.answers.own_files import megabytes
 from labcourse.answers.parts import ReportItem
 from labcourse.errors import AnswerError
-from labcourse.messages import plural
 from labcourse.patterns import ANSWER, pattern
 
 if TYPE_CHECKING:
@@ -32,6 +30,7 @@ MAX_BYTES = 20_000_000  #: of a report; ten photographs as telephones make them
 COMPOSED = "labcourse-composed"  #: a key word of a PDF that is made of the notebook's texts; see :func:`keyword`
 #: Fixed: a person's mark of a report as a whole holds for as long as what they read stays the same.
 NOT_WRITTEN = "*not written yet*"
+_ENCRYPTED = b"/Encrypt"  # an entry of a PDF's trailer, which is never compressed
 _MAGIC, _WITHIN = b"%PDF-", 1024  # a PDF begins with it, or nearly so
 _SHOWN = 12  # digits of a digest, by which people tell the files of a class apart
 _GIVEN = pattern(r"^\[PDF: [\w.-]+, SHA-256 [0-9a-f]{64}\]$", ANSWER, re.MULTILINE)
@@ -83,8 +82,7 @@ class ReportFile:
     digest : SHA-256 of its content
     size : bytes
     own : whether it is the student's own document; else it is made of the notebook's texts
-    pages : None if they were not counted
-    trouble : why they could not be counted; "" if nothing went wrong
+    encrypted : whether it may ask for a password, or forbids something
     """
 
     report: str
@@ -92,8 +90,7 @@ class ReportFile:
     digest: str
     size: int
     own: bool
-    pages: int | None = None
-    trouble: str = ""
+    encrypted: bool = False
 
     @property
     def given(self) -> str:
@@ -102,8 +99,8 @@ class ReportFile:
 
     @property
     def about(self) -> str:
-        """A description as "PDF, 7 pages"."""
-        return "PDF" if self.pages is None else f"PDF, {plural(self.pages, '{count} page', '{count} pages')}"
+        """A description as "PDF, 1.2 MB"."""
+        return f"PDF, {megabytes(self.size)}"
 
     def __str__(self) -> str:
         origin = f"your own document, {self.name} (" if self.own else f"{self.name}, made of the notebook’s texts ("
@@ -112,7 +109,8 @@ class ReportFile:
 
 def of_data(report: str, data: bytes) -> ReportFile:
     """Describe a report's PDF by its content."""
-    return ReportFile(report, file_name(report), hashlib.sha256(data).hexdigest(), len(data), not is_composed(data))
+    name, digest = file_name(report), hashlib.sha256(data).hexdigest()
+    return ReportFile(report, name, digest, len(data), not is_composed(data), _ENCRYPTED in data)
 
 
 def of_files(files: Mapping[str, bytes], catalogue: Catalogue) -> dict[str, ReportFile]:

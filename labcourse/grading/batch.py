@@ -32,7 +32,7 @@ from labcourse.grading.gradebook import GIVEN_BY_A_PERSON, Delivery, Gradebook, 
 from labcourse.grading.graded_run import Facts, facts_of
 from labcourse.grading.marking import marking
 from labcourse.grading.marking.marking_processes import Marker, marking_digest
-from labcourse.grading.running import pdf_pages, runner
+from labcourse.grading.running import runner
 from labcourse.grading.running.bundle import Bundle, Bundles
 from labcourse.grading.running.prepared import Prepared, content_digest, prepare
 from labcourse.grading.running.supplied import Supplied, values_for
@@ -209,7 +209,7 @@ class Batch:
                 run = self._run(run, prepared, pool)
             else:
                 run = replace(run, answers=known.run.answers, cells=known.run.cells)
-            run = self._explain(run, prepared, pool)
+            run = self._explain(run, prepared)
             return GradedSubmission(self._mark(run, prepared, marker), ran=known is None, before=current)
         except IsolationError:
             raise
@@ -346,12 +346,11 @@ class Batch:
         facts = Facts(reports=reports, ended=result.problems, evidence=result.evidence)
         return replace(run, answers=result.answers, cells=facts.as_json())
 
-    def _explain(self, run: RunRecord, prepared: Prepared, pool: runner.Pool) -> RunRecord:
-        """Return the run with all messages: what stopped, why answers are missing, and the pages of reports in PDF."""
+    def _explain(self, run: RunRecord, prepared: Prepared) -> RunRecord:
+        """Return the run with all messages: what stopped, why answers are missing, and which reports are PDFs."""
         facts, bundle, catalogue = facts_of(run), prepared.bundle, self._course.catalogue
-        documents = dict(pdf_pages.count_pages(prepared.reports, catalogue, pool, self._settings.isolated))
-        damaged = [f"{pdf.report}: {pdf.name} {pdf.trouble}." for pdf in documents.values() if pdf.trouble]
-        counted = [str(pdf) for pdf in documents.values() if not pdf.trouble]
+        documents = report_files.of_files(prepared.reports, catalogue)
+        locked = [f"{pdf.report}: {pdf.name} may ask for a password." for pdf in documents.values() if pdf.encrypted]
         has_syntax_error = any(cell.error and cell.error.type == "SyntaxError" for cell in facts.reports.cells)
         reasons = explain(
             bundle.pristine,
@@ -375,11 +374,11 @@ class Batch:
                 *([confirm] if waits else []),
                 *prepared.problems,
                 *ended,
-                *damaged,
+                *locked,
                 *reasons.stops,
                 *reasons.lost,
             ),
-            "notes": (*prepared.notes, *counted, *reasons.harmless),
+            "notes": (*prepared.notes, *map(str, documents.values()), *reasons.harmless),
             "missing": [(*where, reason) for where, reason in missing.items()],
             "asked": self._asked(bundle),
             "bench_of": prepared.bench_of,

@@ -255,7 +255,7 @@ CAUSES = (
     Cause("^Recorded at home and missing", "answers were recorded at home and are missing.", _MARK, "recorded at home"),
     Cause(".ipynb cannot be read: .* handed in before it counts", "an older file counts: {line}", _GRADE),
     Cause(".ipynb cannot be read: |^The submission cannot be read: |no notebook of the course", _UNREAD, _GRADE),
-    Cause(".pdf cannot be read|may be damaged|asks for a password", "a report cannot be read. Ask for it.", _GRADE),
+    Cause(".pdf cannot be read|may ask for a password", "a report cannot be read, it seems. Look at it.", _GRADE),
     Cause("names the student|that it was made with", f"there is a doubt about who did it. {_INTAKE}", _GRADE),
     Cause("they come from another bench", f"the answers are of another bench. {_INTAKE}", _GRADE),
     Cause("is not among the releases", "a release is unknown. Put its zip where the message says.", _GRADE),

@@ -1,12 +1,11 @@
-"""``lab.report(…)``: a student's report in their folder, made of the notebook or their own PDF, and what it lacks."""
+"""``lab.report(…)``: a student's report in their folder, made of the notebook, or their own PDF."""
 
 from __future__ import annotations
 
 import html
-import io
 import os
 import time
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from datetime import datetime
 from importlib.util import find_spec
 from pathlib import Path
@@ -18,8 +17,6 @@ from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.own_files import megabytes
 from labcourse.errors import AnswerError
 from labcourse.messages import plural
-from labcourse.report import checklist
-from labcourse.report.document import Notice
 from labcourse.run import by_program, from_notebook
 
 if TYPE_CHECKING:
@@ -27,12 +24,11 @@ if TYPE_CHECKING:
 
 #: Libraries that make a report: name to import → name to install.
 NEEDED = {"pypandoc": "pypandoc_binary", "typst": "typst"}
-MOST_PAGES = 150  #: of a document that is looked through; a report has a tenth
-_READER = "pypdf"  # pure Python, and small
+_NOT_CHECKED = "Now read it. Are all texts, answers and captions there, and does a text refer to each figure?"
 
 
 def report(lab: Session, folder: Path, name: str, cell: str = "", pdf: str | os.PathLike[str] = "") -> None:
-    """Write a report as HTML and as PDF, and show where they are and what is still to be done.
+    """Write a report as HTML and as PDF, and show where they are and what is not in them.
 
     Parameters
     ----------
@@ -97,13 +93,12 @@ def find(reports: Iterable[str], name: str) -> str:
 
 
 def _make(lab: Session, folder: Path, number: str) -> None:
-    from labcourse.report import composing, pandoc, writing  # they need the libraries
+    from labcourse.report import contents, pandoc, writing  # they need the libraries
 
     started = time.perf_counter()
-    document = composing.compose(lab, folder, number, clock.now().astimezone())
     pdf, page = (folder / name for name in report_files.made_files([report_files.file_name(number)]))
     try:
-        made = writing.write(document)
+        made = writing.write(contents.read(lab, folder, number, clock.now().astimezone()))
         files.write(pdf, made.pdf)
         files.write(page, made.page)
     except (pandoc.ReportError, OSError) as error:
@@ -113,31 +108,24 @@ def _make(lab: Session, folder: Path, number: str) -> None:
     saved = datetime.fromtimestamp((folder / notebook).stat().st_mtime)
     pages = plural(made.pages, "{count} page", "{count} pages")
     took = time.perf_counter() - started
-    summary = f"Written in {took:.1f} s: {pages}, from {notebook} as it was saved at {saved:%H:%M:%S}."
-    sections = {
-        "What could not be taken over, or is missing:": list(made.markup.notices),
-        "Before you hand it in:": checklist.faults(document, made.markup, made.pages),
-    }
-    _show([pdf.name, page.name], summary, sections)
+    limit = (course_file.of(folder) or {}).get(course_file.PAGE_LIMIT)
+    problems = list(made.problems)
+    if isinstance(limit, int) and 0 < limit < made.pages:
+        problems.append(f"The report has {pages}, cover and contents included; your course allows {limit}. Shorten it.")
+    lines = [
+        f"Written in {took:.1f} s: {pages}, from {notebook} as it was saved at {saved:%H:%M:%S}.",
+        *(f"* {problem}" for problem in problems),
+        _NOT_CHECKED,
+    ]
+    links = " · ".join(map(_link, (pdf.name, page.name)))
+    page_lines = [links, *map(html.escape, lines)]
+    from_notebook.show(
+        "".join(f"<div>{line}</div>" for line in page_lines), "\n".join([f"{pdf.name}, {page.name}", *lines])
+    )
 
 
-def _show(names: Sequence[str], summary: str, sections: Mapping[str, Sequence[Notice]]) -> None:
-    """Show what was written and what there is to do, with links to the cells; outside of a notebook as text."""
-    lines = [", ".join(names), summary]
-    page = [" · ".join(_link(name, name) for name in names), html.escape(summary)]
-    for heading, notices in sections.items():
-        if notices:
-            lines += ["", heading, *(f"  {notice.place.notebook}: {notice.message}" for notice in notices)]
-            items = (f"{html.escape(one.message)} {_link(one.place.link, one.place.notebook)}" for one in notices)
-            page.append(f"<b>{html.escape(heading)}</b><ul><li>{'<li>'.join(items)}</ul>")
-    nothing = [] if any(sections.values()) else ["The program finds nothing that is missing or left out."]
-    lines += [*nothing, "", checklist.NOT_CHECKED]
-    page += map(html.escape, [*nothing, checklist.NOT_CHECKED])
-    from_notebook.show("".join(f"<div>{part}</div>" for part in page), "\n".join(lines))
-
-
-def _link(target: str, shown: str) -> str:
-    return f'<a href="{html.escape(target)}" target="_blank" rel="noopener">{html.escape(shown)}</a>'
+def _link(name: str) -> str:
+    return f'<a href="{html.escape(name)}" target="_blank" rel="noopener">{html.escape(name)}</a>'
 
 
 # --- a button --------------------------------------------------------------------------------------------------------
@@ -181,7 +169,7 @@ def button(report: str, lab: Session) -> None:
 
 
 def attach(folder: Path, catalogue: Catalogue, report: str, pdf: str | os.PathLike[str]) -> None:
-    """Take a document as the report, and print what is missing in it.
+    """Take a document as the report.
 
     Parameters
     ----------
@@ -201,64 +189,25 @@ def attach(folder: Path, catalogue: Catalogue, report: str, pdf: str | os.PathLi
             f"{path.name} is not taken: by its name it is another report than the {report}. If it is the right "
             "one, save it under another name."
         )
-    data = _data(path)
-    texts = read(data, path.name) if find_spec(_READER) is not None else None
-    target = folder / report_files.file_name(report)
-    if not (target.exists() and path.samefile(target)):
-        files.write(target, data)
-    length = megabytes(len(data)) if texts is None else plural(len(texts), "{count} page", "{count} pages")
-    if report_files.is_composed(data):
-        print(f"{path.name} was made from the texts of the notebook. You hand it in as {target.name} ({length}).")
-    else:
-        print(f"Your report is now {path.name} ({length}). It lies beside the notebooks as {target.name};")
-        print("lab.submit() packs it. After each change of it, run this cell again.")
-        print(f"To go back to the notebook’s texts, delete {target.name}.")
-        print("If a text cell is empty, the text is read from this document, under the same heading.")
-    if texts is None:
-        print(f"The program did not look for missing parts: that needs the library {_READER}.")
-        print(_how_to_install([_READER]))
-        return
-    limit = (course_file.of(folder) or {}).get(course_file.PAGE_LIMIT)
-    titles = list(dict.fromkeys(item.heading.partition(":")[0] for item in catalogue.items(report) if not item.judged))
-    faults = checklist.faults_of_pdf(texts, target.name, titles, limit if isinstance(limit, int) else None)
-    messages = [f"  * {fault.message}" for fault in faults] or ["The program finds nothing that is missing."]
-    print("", *messages, checklist.NOT_CHECKED_OF_PDF, sep="\n")
-
-
-def _data(path: Path) -> bytes:
     try:
         data = files.read(path)
     except OSError as error:
         raise AnswerError(
             f"{path} cannot be read: {error.strerror}. Give the file’s name as it is in this folder, or its whole path."
         ) from None
-    if why := report_files.refusal(data):
+    why = report_files.refusal(data)
+    if not why and report_files.of_data(report, data).encrypted:
+        why = "it asks for a password, or forbids printing or copying: export it without"
+    if why:
         raise AnswerError(f"{path.name} is not taken: {why}.")
-    return data
-
-
-def read(data: bytes, name: str) -> list[str]:
-    """Return the text of each page of a PDF.
-
-    Raises
-    ------
-    AnswerError
-        If it asks for a password, is damaged, or has too many pages.
-    """
-    import pypdf
-
-    try:
-        reader = pypdf.PdfReader(io.BytesIO(data))
-        if reader.is_encrypted and not reader.decrypt(""):
-            raise AnswerError(f"{name} is not taken: it asks for a password. Export it without one.")
-        if len(reader.pages) > MOST_PAGES:
-            raise AnswerError(
-                f"{name} is not taken: it has {len(reader.pages)} pages; a report has {MOST_PAGES} at most."
-            )
-        return [page.extract_text() for page in reader.pages]
-    except AnswerError:
-        raise
-    except Exception as error:  # whatever a broken file leads to, in a library that was made for sound files
-        raise AnswerError(
-            f"{name} is not taken: it cannot be read as a PDF ({type(error).__name__}). Export it anew."
-        ) from None
+    target = folder / report_files.file_name(report)
+    if not (target.exists() and path.samefile(target)):
+        files.write(target, data)
+    if report_files.is_composed(data):
+        print(f"{path.name} was made from the texts of the notebook. You hand it in as {target.name}.")
+        return
+    print(f"Your report is now {path.name} ({megabytes(len(data))}). It lies beside the notebooks as {target.name};")
+    print("lab.submit() packs it. After each change of it, run this cell again.")
+    print(f"To go back to the notebook’s texts, delete {target.name}.")
+    print("If a text cell is empty, the text is read from this document, under the same heading.")
+    print("The program looks at nothing in it: go through the list in the notebook yourself.")

@@ -127,7 +127,7 @@ NAMED = [  # a message, what to do, the points if it says which, and the command
     (GONE, f"could not be graded: {GONE}", worth(FIRST), "grade"),
     (f"{GONE} The one that was handed in before it counts.", "an older file", worth(FIRST), "grade"),
     ("The submission cannot be read: a.zip: damaged.", "could not be graded: The sub", None, "grade"),
-    ("Modeling report: a.pdf asks for a password.", "a report cannot", None, "grade"),
+    ("Modeling report: a.pdf may ask for a password.", "a report cannot", None, "grade"),
     ("course.json names the student 'bob'; this counts as ada's.", "there is a doubt", None, "grade"),
     ("The answers say that they come from another bench than x.", "the answers are of", None, "grade"),
     ("course.json names the release 'x', which is not among the releases in y.", "a release is", None, "grade"),

@@ -1,4 +1,4 @@
-"""A report's PDF from what comes in to who scores it: taken in, counted, marked by, shown; and what is refused."""
+"""A report's PDF from what comes in to who scores it: taken in, marked by, shown; and what is refused."""
 
 import io
 import zipfile
@@ -17,7 +17,6 @@ from labcourse.grading.batch import _marked_again
 from labcourse.grading.gradebook import Gradebook, StudentRecord
 from labcourse.grading.reports.feedback import page
 from labcourse.grading.reports.result import Result
-from labcourse.grading.running import pdf_pages, runner
 from labcourse.grading.scoring import cards, server
 from labcourse.grading.scoring.desk import Desk, key_of
 from rotflex.course.questions import CATALOGUE
@@ -35,19 +34,10 @@ KEY = {name: {part.name: ForAPerson() for part in CATALOGUE.marked[name].parts}
 
 
 class Class(FakeClass):
-    """A class that hands in reports; its PDFs are counted here unless a test says otherwise."""
-
-    def __init__(self, folder, monkeypatch):
-        super().__init__(folder, monkeypatch)
-        monkeypatch.setattr(pdf_pages, "describe_pdf", self.count)
-        self.counted = []
+    """A class that hands in reports."""
 
     def key(self, factor):
         self.course = loaded(self.folder / "term", key=KEY)
-
-    def count(self, data, isolated, cancelled=None):
-        self.counted.append(data)
-        return b'{"pages": 7, "encrypted": false}'
 
     def report(self, student, data, name=NAME):
         self.hand_in(student)
@@ -126,56 +116,16 @@ def test_a_zip_that_unpacks_to_far_more_is_not_read_to_its_end(tmp_path):
     assert [item.name for item in taken(tmp_path).items] == ["a.ipynb"] and taken(tmp_path).problems()
 
 
-def counted(data, isolated=True):
-    with runner.local(1) as pool:
-        return dict(pdf_pages.count_pages({NAME: data}, CATALOGUE, pool, isolated))[REPORT]
-
-
-@pytest.mark.isolation
-@pytest.mark.parametrize(
-    ("data", "pages", "why"),
-    [
-        (blank(3), 3, ""),
-        (blank(2, owner="x"), 2, ""),
-        (blank(password="x"), None, "password"),
-        (b"%PDF-1.4 and no more", None, "damaged"),
-    ],
-    ids=["sound", "not to be changed", "locked", "damaged"],
-)
-def test_pages_are_counted_in_a_sandbox_and_what_goes_wrong_is_told(data, pages, why):
-    found = counted(data)
-    assert found.pages == pages
-    assert why in found.trouble and bool(found.trouble) == bool(why)
-
-
-@pytest.mark.parametrize(
-    "said",
-    [
-        None,
-        b"",
-        b"[[[",
-        b"[" * 900,
-        b'{"pages": 0}',
-        b'{"pages": -3}',
-        b'{"pages": true}',
-        b'{"pages": "7"}',
-        b'{"pages": 1e9}',
-        b'{"pages": 2001}',
-        b'{"error": "<script>"}',
-        b'{"pages": 99999999999999999999999999}',
-    ],
-)
-def test_what_the_sandbox_says_is_a_claim(monkeypatch, said):
-    monkeypatch.setattr(pdf_pages, "describe_pdf", lambda data, isolated, cancelled=None: said)
-    found = counted(blank())
-    assert found.pages is None and "damaged" in found.trouble
-
-
-def test_it_is_opened_for_a_submission_that_is_new_and_for_no_other(made):
-    made.report("ada", blank())
-    made.grade()
-    made.grade()
-    assert made.counted == [blank()]
+@pytest.mark.parametrize(("data", "is_said"), [(blank(), False), (blank(password="x"), True), (blank(owner="x"), True)])
+def test_a_document_that_may_ask_for_a_password_is_taken_and_whoever_scores_is_warned(made, data, is_said):
+    made.report("ada", data)
+    assert made.marks("ada")[WHOLE, PART].status == "for a person"
+    with made.book() as book:
+        run = book.current("ada").run
+    assert any(NAME in note and "PDF, " in note for note in run.notes)
+    assert [problem for problem in run.problems if NAME in problem] == [
+        f"{REPORT}: {NAME} may ask for a password."
+    ] * is_said
 
 
 def test_texts_of_ones_own_document_wait_for_a_person_and_are_not_missing(made):
@@ -229,7 +179,7 @@ def test_the_feedback_names_it(made):
     with made.book() as book:
         graded = book.current("ada")
     shown = page(Result(graded, StudentRecord("ada")), made.course)
-    assert f"your own document, {NAME} (PDF, 7 pages" in shown
+    assert f"your own document, {NAME} (PDF, " in shown
     assert f"[PDF: {NAME}]" in shown and report_files.of_data(REPORT, typeset()).digest not in shown
 
 
@@ -260,10 +210,10 @@ def test_the_card_links_to_it_and_says_where_to_look(scored):
     for where, look in (((WHOLE, PART), False), ((REPORT, TEXT), True)):
         (answer,) = [one for one in scored.book.scores.answers([where]) if one.student == "ada"]
         (shown,) = cards.card(scored, [answer])["answers"]
-        assert (shown["pdf"].about, shown["look_in_pdf"]) == ("PDF, 7 pages", look)
+        assert (shown["pdf"].name, shown["look_in_pdf"]) == (NAME, look)
         sent = {"question": where[0], "part": where[1], "key": key_of("ada", where)}
         html = ann.act("next", sent).json()["html"]
-        assert "The report as handed in (PDF, 7 pages)" in html
+        assert f"The report as handed in ({shown['pdf'].about})" in html
         assert ("Its text cell is empty" in html) == look
 
 

@@ -34,7 +34,7 @@ from labcourse.errors import AnswerError, GradingError
 from labcourse.grading.course import Course
 from labcourse.grading.release import student_notebooks
 from labcourse.grading.release.student_notebooks import BEGIN, END, OPEN_TAG, PARAMETERS_TAG
-from labcourse.report.composing import FRONT
+from labcourse.report.contents import FRONT
 
 _MADE_OF = "made of"  # of a notebook's metadata: the file name of its text
 _NO_NAME = "-"  # id of a cell until it is named

@@ -13,7 +13,7 @@ from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.cell_reports import Reports
 from labcourse.answers.parts import Question, ReportItem, number
 from labcourse.errors import AnswerError
-from labcourse.report import checklist, making, writing
+from labcourse.report import writing
 from labcourse.run import check as checking
 from labcourse.run import student_folder
 from labcourse.run.check import GOOD, State
@@ -55,7 +55,7 @@ def attach(lab, capsys, data, name="mine.pdf"):
 def test_a_document_lies_beside_the_notebooks_under_the_reports_name(lab, folder, capsys, name):
     said = attach(lab, capsys, typeset(), name)
     assert (folder / NAME).read_bytes() == typeset()
-    assert f"{name} (2 pages)" in said and NAME in said and checklist.NOT_CHECKED_OF_PDF in said
+    assert f"Your report is now {name} (" in said and NAME in said
     with pytest.raises(AnswerError, match=r"nowhere\.pdf"):
         lab.report("first", pdf="nowhere.pdf")
     lab.report("first")  # the notebook's report does not write over it
@@ -67,12 +67,12 @@ def test_a_document_lies_beside_the_notebooks_under_the_reports_name(lab, folder
     [
         (b"PK\x03\x04 a .docx", "no PDF"),
         (b"", "no PDF"),
-        (b"%PDF-1.7\n nothing more", "cannot be read as a PDF"),
         (blank(password="x"), "asks for a password"),
-        (blank(making.MOST_PAGES + 1), "150 at most"),
+        (blank(owner="x"), "asks for a password"),
+        (b"%PDF-1.7 1 0 obj <</Type/XRef/Encrypt<</Filter/Standard", "asks for a password"),
         (b"%PDF-1.7" + bytes(report_files.MAX_BYTES), "20 MB"),
     ],
-    ids=["other", "empty", "damaged", "locked", "long", "large"],
+    ids=["other", "empty", "locked", "not to be changed", "locked in a stream", "large"],
 )
 def test_what_cannot_be_handed_in_is_refused_and_nothing_is_written(lab, folder, capsys, monkeypatch, data, why):
     monkeypatch.setitem(CATALOGUE.reports, "Second report", CATALOGUE.reports["First report"])
@@ -83,32 +83,8 @@ def test_what_cannot_be_handed_in_is_refused_and_nothing_is_written(lab, folder,
     assert not (folder / NAME).exists()
 
 
-def test_without_the_library_it_is_taken_and_that_nothing_was_looked_at_is_said(lab, folder, capsys, monkeypatch):
-    monkeypatch.setattr(making, "find_spec", lambda name: True if name == "pip" else None)
-    said = attach(lab, capsys, typeset())
-    assert (folder / NAME).exists()
-    assert "did not look for missing parts" in said
-    assert "%pip install pypdf" in said  # a student's package has no extra of that name
-    monkeypatch.setattr(making, "find_spec", lambda name: None)  # of uv or pipx
-    said = attach(lab, capsys, typeset())
-    assert "%pip" not in said and 'uv tool install --force ".[report]"' in said
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "limit", "kinds"),
-    [
-        ("", "", 2, []),
-        ("", "", 1, ["pages"]),
-        ("Conclusion", "End", 2, ["headings"]),
-        ("Figure 1 shows", "One plot shows", 2, ["mention"]),
-        ("Figure 1 shows", "Figs. 3 and 1 show", 2, []),
-        (None, " ", 2, ["scanned"]),
-    ],
-)
-def test_what_is_missing_in_a_document_is_found(old, new, limit, kinds):
-    there = [new if old is None else text.replace(old, new) if old else text for text in making.read(typeset(), "x")]
-    found = checklist.faults_of_pdf(there, NAME, TITLES, limit)
-    assert [one.kind for one in found] == kinds
+def test_a_document_that_was_made_of_the_notebook_is_taken(lab, capsys):
+    assert "made from the texts of the notebook" in attach(lab, capsys, composed())
 
 
 def test_its_texts_are_missing_nowhere_until_it_is_gone_again(lab, folder, capsys):

@@ -1,23 +1,25 @@
-"""A report put together of a student's folder: answers, texts and captions of the saved notebook; and what is said."""
+"""What a report contains: answers, texts and captions of the saved notebook; and what is said of it."""
 
 import base64
 import json
+import re
 from datetime import datetime
 
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
+from checkout import ROOT
 from report_texts import png
 
 from labcourse.answers import notebooks, parts
 from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.parts import Question, ReportItem
 from labcourse.errors import AnswerError
-from labcourse.report import checklist, composing, fine_curves, making, writing
-from labcourse.report.document import Recorded
-from labcourse.report.markup import Markup
+from labcourse.report import contents, making, recorded_figures, writing
+from labcourse.report.contents import Heading, Recorded, Text
 from labcourse.run import RUNNING
 from labcourse.session import Session
+from rotflex.course.questions import CATALOGUE as OURS
 
 REPORT = "First report"
 NOON = datetime(2026, 11, 23, 12)
@@ -53,9 +55,11 @@ FRONT = """<div><b>✎ Your text: captions</b></div>
 """
 
 
-def save(folder, front=FRONT):
+PROCEDURE = "We measured.\n\n$$ a = b \\tag{law} $$\n\n![Mine](attachment:m.png)"
+
+
+def save(folder, front=FRONT, procedure=PROCEDURE):
     picture = {"m.png": {"image/png": base64.b64encode(png()).decode()}}
-    procedure = "We measured.\n\n$$ a = b \\tag{law} $$\n\n![Mine](attachment:m.png)"
     cells = [
         {"id": "front", "metadata": {"labcourse": {"front": REPORT}}, "source": front},
         {"id": "procedure", "metadata": about("procedure"), "source": procedure, "attachments": picture},
@@ -90,97 +94,114 @@ def speed(points=5000):
     return figure
 
 
-def composed(lab, tmp_path):
-    return composing.compose(lab, tmp_path, REPORT, NOON)
+def read(lab, tmp_path):
+    return contents.read(lab, tmp_path, REPORT, NOON)
 
 
-def recorded(document, label):
-    pieces = [piece for section in document.sections for piece in section.pieces]
-    return next(piece for piece in pieces if isinstance(piece, Recorded) and piece.label == label)
+def recorded(found, label):
+    return next(piece for piece in found.pieces if isinstance(piece, Recorded) and piece.label == label)
 
 
-def messages(document):
-    return [notice.message for notice in document.notices]
+def texts(found):
+    return [piece.markdown for piece in found.pieces if isinstance(piece, Text)]
 
 
 def test_texts_captions_and_sources_are_those_of_the_saved_notebook(lab, tmp_path, monkeypatch):
     monkeypatch.setattr(notebooks, "MAX_PICTURES", 10)  # of grading; a report has them all
-    document = composed(lab, tmp_path)
-    assert [one.number for one in document.sections] == ["I.1", "II.1", "II.2", "III.1"]  # without what is judged
-    first = document.sections[0]
-    assert (first.heading, first.place.link) == ("Procedure: measuring", "04_results.ipynb#cell-id=procedure")
-    assert first.pieces[0].pictures["attachment:m.png"].startswith(b"\x89PNG")
+    found = read(lab, tmp_path)
+    headings = [
+        "I Procedure",
+        "I.1 Measuring",
+        "II Results",
+        "II.1 The speed",
+        "II.2 Table 3: Results of the measurement",
+    ]
+    headings += ["III Analysis", "III.1 Why", "References"]  # without what is judged
+    assert [piece.text for piece in found.pieces if isinstance(piece, Heading)] == headings
+    first = next(piece for piece in found.pieces if isinstance(piece, Text))
+    assert first.markdown.startswith("We measured.")
+    assert first.pictures["attachment:m.png"].startswith(b"\x89PNG")
     names = ["Mechanics", "2026", "Ada Lovelace, Charles Babbage, C. Third", "ada", "2026-11-23"]
-    assert (list(document.cover.values())[1:], document.page_limit) == (names, 2)
-    figure, table = recorded(document, "Figure 1.2"), recorded(document, "Table 3")
-    assert (figure.caption.markdown, figure.own_caption) == ("The speed $v$\nafter the step.", True)
-    assert (table.caption.markdown, table.own_caption) == ("Results of the measurement", False)
-    assert {key: text.markdown for key, text in document.sources.items()} == {"1": "A. Author, *A title*."}
-    assert [message for message in messages(document) if "'Figure 7' is none" in message]
+    assert list(found.cover.values())[1:] == names
+    assert recorded(found, "Figure 1.2").caption == "The speed $v$\nafter the step."
+    assert recorded(found, "Table 3").caption == "Results of the measurement"  # the course's
+    assert [(piece.source, piece.markdown) for piece in found.pieces[-1:]] == [("1", "A. Author, *A title*.")]
+    assert [problem for problem in found.problems if "called Figure 7" in problem]
     for front in ("Nothing.", None):  # changed, or gone
         save(tmp_path, front=front)
-        assert composed(lab, tmp_path).cover["authors"] == ""
-    assert "is missing: lab.restore() gives it back" in messages(composed(lab, tmp_path))[0]
+        assert read(lab, tmp_path).cover["authors"] == ""
+    assert "is missing: lab.restore() gives it back" in read(lab, tmp_path).problems[0]
 
 
-def test_numbers_run_through_the_whole_report(lab, tmp_path):
-    lab.answer("1.2", figure=speed(), W_c=[[1, 2], [3, 4]])
-    markup = Markup(composed(lab, tmp_path))
-    items = [str(one) for numbered in markup.numbered.values() for one in numbered]
-    assert items == ["Figure 1", "Figure 2 (Figure 1.2)", "Table 1 (Table 3)"]
-    equations = ["a = b", r"W_{c} = \begin{bmatrix} 1 & 2 \\ 3 & 4 \end{bmatrix}", "c = d"]
-    assert [latex for name, latex in markup.alt.items() if name.startswith("equation")] == equations
+def test_the_last_of_two_entries_counts_but_not_an_empty_one(lab, tmp_path):
+    save(tmp_path, FRONT + "* **Authors:** Ada\n* **Figure 1.2:**\n\nNo caption.\n* **Date:** Monday")
+    found = read(lab, tmp_path)
+    assert (found.cover["authors"], found.cover["date"]) == ("Ada", "Monday")
+    assert recorded(found, "Figure 1.2").caption == "The speed $v$\nafter the step."
 
 
-def test_results_that_are_not_recorded_are_missing_with_their_cell(lab, tmp_path):
-    document = composed(lab, tmp_path)
-    figure, table, section = recorded(document, "Figure 1.2"), recorded(document, "Table 3"), document.sections[1]
-    assert (figure.svg, figure.axes, figure.missing) == ("", (), ("Figure 1.2",))
-    assert table.missing == ("The stiffness", "The poles", "The matrix", "The settling time")
-    assert (section.missing, section.place.notebook) == (("W_c",), "02_measuring.ipynb")
+def test_what_is_not_written_or_recorded_says_so_in_its_place(lab, tmp_path):
+    found = read(lab, tmp_path)
+    figure, table = recorded(found, "Figure 1.2"), recorded(found, "Table 3")
+    assert (figure.svg, figure.alt) == ("", "This figure is not recorded yet.")
+    assert table.table.count("*not recorded yet*") == 4 and "*W_c is not recorded yet.*" in texts(found)
+    save(tmp_path, procedure="")
+    assert texts(read(lab, tmp_path))[0] == "*Nothing is written or recorded yet.*"
+
+
+def test_recorded_results_are_formulas(lab, tmp_path):
+    lab.answer("1.2", W_c=[[1, 2], [3, 4]])
     lab.answer("Table 3", K=0.000123456, poles=[-1, -2 + 3j, -2 - 3j], A=[[1e-15, 20000]], t_s=0.5)
-    table = recorded(composed(lab, tmp_path), "Table 3")
-    assert table.missing == ()
-    assert table.table.splitlines()[2:] == [
-        "| The stiffness | $K$ | $0.0001235$ | N/m |",
-        r"| The poles | $\text{poles}$ | $\begin{matrix} -2 \pm 3j \\ -1 \end{matrix}$ | 1/s |",
-        r"| The matrix | $A$ | $\begin{bmatrix} 0 & 2 \cdot 10^{4} \end{bmatrix}$ | SI |",
-        "| The settling time | $t_{s}$ | $0.5$ | s |",
+    found = read(lab, tmp_path)
+    assert r"$$ W_{c} = \begin{bmatrix} 1 & 2 \\ 3 & 4 \end{bmatrix} $$" in texts(found)
+    assert recorded(found, "Table 3").table.splitlines()[2:] == [
+        "| The stiffness | $K$ | $$0.0001235$$ | N/m |",
+        r"| The poles | $\text{poles}$ | $$\begin{matrix} -2 - 3j \\ -2 + 3j \\ -1 \end{matrix}$$ | 1/s |",
+        r"| The matrix | $A$ | $$\begin{bmatrix} 0 & 2 \cdot 10^{4} \end{bmatrix}$$ | SI |",
+        "| The settling time | $t_{s}$ | $$0.5$$ | s |",
     ]
 
 
-def test_a_pole_without_its_conjugate_has_its_own_sign(lab, tmp_path):
-    lab.answer("Table 3", K=1, poles=[-1, -2 + 3j, -4 - 5j], A=[[1, 2]], t_s=0.5)
-    assert r" -4 - 5j \\ -2 + 3j \\ -1 " in recorded(composed(lab, tmp_path), "Table 3").table
-
-
-def test_a_figure_is_drawn_with_all_its_points_or_a_notice_says_that_they_are_gone(lab, tmp_path):
-    def complete():
-        return not any("Figure 1.2 is drawn from the points" in one for one in messages(composed(lab, tmp_path)))
-
+def test_a_figure_is_the_students_own_or_a_problem_says_what_to_do(lab, tmp_path):
     lab.answer("1.2", figure=speed())
-    lab.answer("1.2", figure="no figure")  # is refused
-    figure = recorded(composed(lab, tmp_path), "Figure 1.2")
-    assert complete() and figure.axes == (("time (s)", r"speed $\omega$ (rad/s)"),)
+    found = read(lab, tmp_path)
+    figure = recorded(found, "Figure 1.2")
+    (saved,) = (tmp_path / recorded_figures.FOLDER).iterdir()
+    assert figure.svg == saved.read_text() and not any("is drawn" in problem for problem in found.problems)
     assert "Diagram of speed ω (rad/s) against time (s), from 0 to 10" in figure.alt
-    (saved,) = (tmp_path / fine_curves.FOLDER).iterdir()
-    good = saved.read_text()
-    for damaged in ('{"of": 1}', "[", "{}", good.replace('"of": "', '"of": "x')):  # as of another figure
-        saved.write_text(damaged)
-        assert not complete()
-    assert len(recorded(composed(lab, tmp_path), "Figure 1.2").svg) < 0.7 * len(figure.svg)
+    saved.unlink()
+    found = read(lab, tmp_path)
+    assert "<svg" in recorded(found, "Figure 1.2").svg
+    assert any("Figure 1.2 is drawn" in problem and "records it again" in problem for problem in found.problems)
 
 
-def test_a_report_is_written_beside_the_notebooks(lab, tmp_path, capsys):
+@pytest.mark.parametrize(("limit", "is_said"), [(1, True), (2, False), (None, False), ("1", False)])
+def test_a_report_is_written_beside_the_notebooks_and_its_pages_are_compared_with_the_limit(
+    lab, tmp_path, capsys, limit, is_said
+):
+    (tmp_path / "course.json").write_text(json.dumps({"student": "ada", "page_limit": limit}), encoding="utf-8")
     lab.report("first")
     said = capsys.readouterr().out
     assert "first_report.pdf, first_report.html" in said
-    assert "pages, from 04_results.ipynb as it was saved at" in said
-    assert "04_results.ipynb: Table 1 (Table 3): not filled in" in said and checklist.NOT_CHECKED in said
+    assert "2 pages, from 04_results.ipynb as it was saved at" in said and "called Figure 7" in said
+    assert ("your course allows" in said) == is_said
     assert (tmp_path / "first_report.pdf").read_bytes().startswith(b"%PDF-")
     assert "We measured." in (tmp_path / "first_report.html").read_text(encoding="utf-8")
     lab.report("first")  # what it made itself, it makes anew
     assert "Written in" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("name", OURS.reports)
+def test_nothing_is_left_out_of_the_texts_of_the_solved_notebooks(name, tmp_path):
+    """Their answers are not recorded here."""
+    for path in (ROOT / "solutions").glob("*_results.ipynb"):
+        (tmp_path / path.name).write_bytes(path.read_bytes())
+    found = contents.read(Session("ada", tmp_path, OURS, {}, 1), tmp_path, name, NOON)
+    made = writing.write(found)
+    assert made.problems == () and len([piece for piece in found.pieces if isinstance(piece, Heading)]) >= 13
+    numbers = {piece.label.split()[-1] for piece in found.pieces if isinstance(piece, Recorded)}
+    mentioned = {number for text in texts(found) for number in re.findall(r"(?:Figure|Table) (\d[\d.]*\d|\d)", text)}
+    assert numbers == mentioned & numbers and made.page.count('href="#figure-') >= 3 and 'href="#table-' in made.page
 
 
 def test_without_libraries_or_if_typst_fails_nothing_is_written(lab, tmp_path, capsys, monkeypatch):
