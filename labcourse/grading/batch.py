@@ -594,9 +594,10 @@ def leave_out_erased(
     for submission in submissions:
         student, partner = submission.student, submission.bench_of
         if student in erased:
+            sources = ", ".join(dict.fromkeys(piece.source for piece in submission.pieces))
             messages.append(
                 f"{student} was erased on {erased[student]}, but there is a submission of theirs. It is not taken in: "
-                f"delete it. If they begin anew, use --again {student}."
+                f"delete it ({sources}). If they begin anew, use --again {student}."
             )
             continue
         taken.append(submission)

@@ -8,16 +8,17 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import shutil
 import textwrap
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
 from datetime import UTC, tzinfo
 from decimal import Decimal, InvalidOperation
 from itertools import groupby
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from typer import Argument, Option
@@ -27,10 +28,9 @@ from labcourse.errors import GradebookError, GradingError, IsolationError
 from labcourse.grading import course as courses
 from labcourse.messages import plural
 from labcourse.safe_text import say
-from labcourse.student_id import GRADEBOOK_FILE, INTAKE_FILE
+from labcourse.student_id import GRADEBOOK_FILE, GRADES_FILE, INTAKE_FILE
 
 if TYPE_CHECKING:
-    from labcourse.grading.erasure import Results
     from labcourse.grading.gradebook import Erased, Gradebook
 
 ALL_WELL, SOME_TROUBLE, NOT_ISOLATED = 0, 1, 3  #: exit codes; 2 is for any error that stops the command
@@ -97,7 +97,7 @@ OneQuestion = Annotated[str | None, Option(help="Only this question, as 1.11.")]
 OneStudent = Annotated[str | None, Argument(metavar="STUDENT", help="The student's ID; all students without it.")]
 OnePart = Annotated[str | None, Option("--part", help="Only this part of the question, as explanation.")]
 Ask = Annotated[bool, Option("--ask", help="Note what a student asks; then --question and --part are needed.")]
-Zip = Annotated[Path, Argument(metavar="ZIP", help="The zip to write.", dir_okay=False)]
+Copy = Annotated[Path, Argument(metavar="FILE", help="The JSON file to write.", dir_okay=False)]
 
 
 def _file_of(marks: str) -> Path | None:
@@ -398,13 +398,20 @@ _PROXY = "IP address of the proxy that serves --url: 127.0.0.1 if it runs on thi
 _NEW_TOKEN = "Only make and print a new address for NAME; the former one ends at once."
 
 
-def _refuse_table(given: str | bool | None) -> None:
-    """Refuse an option of scoring in a spreadsheet. Raises GradingError if it was given."""
-    if given:
-        raise GradingError(
-            "Scores are no longer written to a table or read from one: score on the page (--by NAME), also from other "
-            "computers (--url URL)."
-        )
+def _refused(message: str) -> Callable[[Any], None]:
+    """Return the callback of an option that went: it raises GradingError with a message if the option is given."""
+
+    def refuse(given: Any) -> None:
+        if given:
+            raise GradingError(message)
+
+    return refuse
+
+
+_NO_TABLE = _refused(
+    "Scores are no longer written to a table or read from one: score on the page (--by NAME), also from other "
+    "computers (--url URL)."
+)
 
 
 @app.command(rich_help_panel=_CLASS)
@@ -421,8 +428,8 @@ def score(
     private_key: Annotated[Path | None, Option(help="Its key, if that is in another file.")] = None,
     new_token: Annotated[str | None, Option(metavar="NAME", parser=_name, help=_NEW_TOKEN)] = None,
     revoke: Annotated[str | None, Option(metavar="NAME", help="Only end the address of NAME, at once.")] = None,
-    _table: Annotated[str | None, Option("--write", "--read", hidden=True, callback=_refuse_table)] = None,
-    _force: Annotated[bool, Option("--force", hidden=True, callback=_refuse_table)] = False,
+    _table: Annotated[str | None, Option("--write", "--read", hidden=True, callback=_NO_TABLE)] = None,
+    _force: Annotated[bool, Option("--force", hidden=True, callback=_NO_TABLE)] = False,
 ) -> None:
     """Score the answers that a person must read, in a browser.
 
@@ -787,22 +794,29 @@ def requests(_given: Annotated[list[str] | None, Argument()] = None) -> None:
     )
 
 
+_ROWS_ONLY = _refused("A copy has all rows of the gradebook, and no pages: leave --out and --solutions out.")
+_NO_SUBMISSIONS = _refused("Leave --submissions out: grade names the submissions of who was erased, to be deleted.")
+
+
 @person.command()
 def copy(
-    marks: Marks, student: Student, into: Zip, out: Out = None, force: Force = False, solutions: CourseFolder = None
+    marks: Marks,
+    student: Student,
+    into: Copy,
+    force: Force = False,
+    _out: Annotated[str | None, Option("--out", "--solutions", hidden=True, callback=_ROWS_ONLY)] = None,
 ) -> None:
-    """Write a zip for a student with all that is stored about them: records, and each file as it was received.
+    """Write all that the gradebook has of a student into one JSON file: records, and each file that they handed in.
 
     It holds the names of the scorers. It does not hold the records of class-mates.
     """
-    from labcourse.grading.erasure import Results, write_copy
-
+    if into.suffix.lower() == ".zip":
+        raise GradingError(f"A copy is one JSON file: call it {into.with_suffix('.json')}.")
     if into.exists() and not force:
         raise GradingError(f"{into} is there already; add --force to write over it.")
-    course, folder = courses.find(solutions), _results_or_none(marks, out)
     with _gradebook(marks) as book:
-        count = write_copy(into, book, None if folder is None else Results(folder, course), student)
-    say(f"All records and {count} files that were handed in: {into}")
+        files.write(into, book.persons.copy(student))
+    say(f"All that the gradebook has of {student}: {into}")
 
 
 @person.command()
@@ -811,58 +825,52 @@ def erase(
     student: Student,
     by: By,
     out: Out = None,
-    submissions: Annotated[Path | None, Option(help="Report the person's submissions in this folder, too.")] = None,
     dry_run: DryRun = False,
     yes: Annotated[bool, Option("--yes", help="Do not ask.")] = False,
     solutions: CourseFolder = None,
+    _submissions: Annotated[str | None, Option("--submissions", hidden=True, callback=_NO_SUBMISSIONS)] = None,
 ) -> None:
     """Erase all that is stored about a student. This cannot be undone.
 
-    The gradebook records who erased somebody, but not who was erased. The files about the class are written anew. The
-    names of scorers stay: this command is for students.
+    The gradebook records who erased somebody, but not who was erased. What 'report' wrote is written anew; other files
+    about the class are deleted. The names of scorers stay: this command is for students.
 
-    Exit code: 0 erased (or shown), 1 erased, but you have to do what is printed at the end, 2 nothing erased.
+    Exit code: 0 erased (or shown), 1 erased, but you have to do what is printed at the end, 2 nothing erased, or
+    interrupted: then say it again.
     """
-    from labcourse.grading.erasure import Results, in_folder, in_settings, in_submissions, of_others
+    from labcourse.grading import erasure
+    from labcourse.grading.reports.grades import Reports
 
     course, folder = courses.find(solutions), _results_or_none(marks, out)
-    results = None if folder is None else Results(folder, course)
     with _gradebook(marks) as book:
-        others = of_others(book, course, student)
-        erased = book.persons.would_be_erased(student, others)
-        say(*_to_be_erased(erased, results))
-        handed_in = [] if submissions is None else [*in_submissions(submissions, book, student)]
+        paths = [] if folder is None else erasure.results_of(folder, student)
+        erased = erasure.erase(book, course, student, by, dry_run=True)
+        say(*_to_be_erased(erased, paths))
         if dry_run:
             say(*_remaining(erased, []), "Nothing was erased: --dry-run.")
             return
         if not yes and not typer.confirm("Erase all of it? It cannot be taken back."):
             raise GradingError("Nothing was erased.")
-        of_class = [] if results is None else results.of_class()
-        if results is not None:
-            results.remove(student)  # first, so that it can be done again if what follows cannot be
-        try:
-            erased = book.persons.erase(student, by, others)
-        finally:
-            unwritten = [] if results is None else results.write(book, of_class)
-            say(*unwritten, err=True)  # here, as it is also said if erasing failed
-    named = [] if folder is None else [*in_folder(folder, erased.about)]
-    named += [*handed_in, *in_settings(course, erased.about)]
-    say(f"{erased.about.student} is erased.", *_remaining(erased, named))
-    unseen = "texts with another name, as a first name; backups, copies, the learning platform, e-mails"
-    unseen += "" if submissions else "; what they handed in, as you received it"
+        for path in paths:
+            shutil.rmtree(path) if path.is_dir() else path.unlink()
+        erased = erasure.erase(book, course, student, by)
+        say(f"{student} is erased.")
+        if folder is not None and (folder / GRADES_FILE).is_file():
+            (folder / GRADES_FILE).unlink()
+            Reports(folder, course, book).write_all()
+    named = [] if folder is None else [*erasure.still_named_in(folder, erased.about)]
+    say(*_remaining(erased, named))
+    unseen = "what they handed in, course.toml, backups, copies, the platform, e-mails; texts with only a first name"
     say(f"Look yourself where this command cannot: {unseen}{'' if folder else '; the folder of results'}.")
-    raise typer.Exit(SOME_TROUBLE if named or erased.still_named or unwritten else ALL_WELL)
+    raise typer.Exit(SOME_TROUBLE if named or erased.still_named else ALL_WELL)
 
 
-def _to_be_erased(erased: Erased, results: Results | None) -> Iterator[str]:
+def _to_be_erased(erased: Erased, paths: Sequence[Path]) -> Iterator[str]:
     about = erased.about
     yield f"Rows of the gradebook about {', '.join(filter(None, (about.student, about.name, about.email)))}:"
-    yield from (f"{count:8}  {kind}" for kind, count in erased.counts.items() if count)
-    if results is None:
-        yield "No folder of results is named (--out): files in one are not looked at."
-    else:
-        yield from (f"  to delete       {path}" for path in results.own(about.student))
-        yield from (f"  to write anew   {path}" for path in results.of_class())
+    yield from (f"{count:8}  {kind}" for kind, count in erased.counts.items())
+    what = "To be deleted ('status', 'outcomes report' and 'outcomes sheets' write files about the class anew):"
+    yield from _section(what, [*map(str, paths)])
     yield from _section("The name is removed from texts about others:", erased.redacted)
 
 

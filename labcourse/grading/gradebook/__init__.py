@@ -2,7 +2,7 @@
 
 ==============  ======================================================================================================
 ``records``     the tables, as dataclasses: what goes in and comes out
-``database``    SQLite or PostgreSQL in two kinds of transactions, reading and writing; what it refuses; its version
+``database``    SQLite or PostgreSQL in two kinds of transactions, reading and writing; its version
 ``storable``    clean untrusted text and data, so that every database accepts them
 ``roster``      read the students of a class from a CSV
 ``persons``     look up students and their records; copy and erase all data of a person

@@ -3,8 +3,8 @@
 Attributes with an annotation are the fields of a record. Only the database uses columns without one, such as the
 number of a row. Records can be used after the transaction that read them. Dataclasses that are no tables are frozen.
 
-When a student's row is deleted, the database deletes all their other rows (``ON DELETE CASCADE``). What it refuses to
-change or to delete is in :mod:`labcourse.grading.gradebook.database`.
+When a student's row is deleted, the database deletes all their other rows (``ON DELETE CASCADE``). In a table that only
+grows, rows are added, and never changed or deleted, except when a person is erased.
 """
 
 from __future__ import annotations
@@ -26,9 +26,6 @@ GIVEN_BY_A_PERSON, FOR_A_PERSON = "given by a person", "for a person"
 DECIDED = "as the instructor decided"  #: how a time of arrival, or an owner, may be known
 ON_DISK = "the time of the file on the disk of whoever graded it"  #: how a time of arrival may be known
 NEW: Any = None  #: number of a record that is not stored yet; the database gives it one
-#: ``info`` of a column in which persons write about others' work. An erasure replaces names in its text; of a column
-#: with JSON, in ``reason``.
-WRITTEN = {"names": True}
 
 TOKEN_LASTS = timedelta(days=200)  #: a term with its examinations
 
@@ -125,11 +122,10 @@ def _of_student(**options: Any) -> Any:
     return mapped_column(sa.ForeignKey("students.id", ondelete="CASCADE"), nullable=False, **options)
 
 
-def _mark_columns(**reason: Any) -> list[Any]:
-    """Return the columns of a :class:`MarkRecord`; the options are for that of the reason."""
+def _mark_columns() -> list[Any]:
+    """Return the columns of a :class:`MarkRecord`."""
     keys = [mapped_column(name, primary_key=True) for name in ("question", "part")]
-    numbers = [mapped_column(name) for name in ("status", "points", "out_of")]
-    return [*keys, *numbers, mapped_column("reason", **reason), mapped_column("given")]
+    return [*keys, *map(mapped_column, ("status", "points", "out_of", "reason", "given"))]
 
 
 class OfAnswer(MappedAsDataclass):
@@ -204,7 +200,7 @@ class Delivery(Base):
     digest: Mapped[str]
     content: Mapped[bytes]
     received: Mapped[datetime]
-    source: Mapped[str] = mapped_column(default="", info=WRITTEN)
+    source: Mapped[str] = mapped_column(default="")
     clock: Mapped[str | None] = mapped_column(default=None)
 
 
@@ -287,7 +283,7 @@ class GivenMark(Base):
     __tablename__ = "decisions"
 
     student_id = _of_student(primary_key=True)
-    mark: Mapped[MarkRecord] = composite(*_mark_columns(info=WRITTEN))
+    mark: Mapped[MarkRecord] = composite(*_mark_columns())
     actor: Mapped[str]
     when: Mapped[datetime] = mapped_column("decided")
 
@@ -344,7 +340,7 @@ class CommentRecord(Base):
     student_id = _of_student(index=True)
     student: str
     question: Mapped[str | None]
-    text: Mapped[str] = mapped_column(info=WRITTEN)
+    text: Mapped[str]
     actor: Mapped[str]
     when: Mapped[datetime] = mapped_column("written")
     part: Mapped[str | None] = mapped_column(default=None)
@@ -369,11 +365,11 @@ class AuditRecord(OfAnswer, Base):
 
     __tablename__ = "audit"
 
-    before: Mapped[MarkState | None] = mapped_column("mark_before", info=WRITTEN)
-    after: Mapped[MarkState | None] = mapped_column("mark_after", info=WRITTEN)
+    before: Mapped[MarkState | None] = mapped_column("mark_before")
+    after: Mapped[MarkState | None] = mapped_column("mark_after")
     run: Mapped[str]
     actor: Mapped[str]
-    reason: Mapped[str] = mapped_column(info=WRITTEN)
+    reason: Mapped[str]
     when: Mapped[datetime] = mapped_column("changed")
 
 
@@ -398,12 +394,12 @@ class Act(OfAnswer, Base):
     __table_args__ = (sa.Index("ix_scores_question_part", "question", "part"),)
 
     # The decision that this act replaced, for undo; NULL if there was none.
-    replaced = mapped_column(sa.JSON(none_as_null=True), info=WRITTEN)
+    replaced = mapped_column(sa.JSON(none_as_null=True))
     actor: Mapped[str]
     level: Mapped[int | None]
     points: Mapped[float | None]
     out_of: Mapped[float]
-    remark: Mapped[str] = mapped_column(info=WRITTEN)
+    remark: Mapped[str]
     given: Mapped[str]
     asked: Mapped[bool]
     undoes: Mapped[int | None] = mapped_column(sa.ForeignKey("scores.id"))
@@ -490,7 +486,7 @@ class Publication(Base):
 
     number: Mapped[int] = mapped_column("id", primary_key=True)
     actor: Mapped[str]
-    note: Mapped[str] = mapped_column(info=WRITTEN)
+    note: Mapped[str]
     when: Mapped[datetime] = mapped_column("published")
     notebooks: Mapped[tuple[str, ...]] = mapped_column(default=())
 
@@ -514,7 +510,7 @@ class Excuse(Base):
     notebook: Mapped[str]
     excused: Mapped[bool]
     actor: Mapped[str]
-    reason: Mapped[str] = mapped_column(info=WRITTEN)
+    reason: Mapped[str]
     when: Mapped[datetime] = mapped_column("decided")
 
 
@@ -523,20 +519,15 @@ class Erasure(Base):
 
     Attributes
     ----------
-    number : of the deleted row of the person, which no other row gets
-    gone : the same number; before the row is deleted its negative, which refers to no erasure, so that the transaction
-        cannot end
-    fingerprint : of the person's ID, to recognise it in a later submission
-    actor, lines, erased : who erased the person, how many rows, when (UTC)
+    digest : of the person's ID, keyed with the gradebook's secret: it recognises the ID in a later submission
+    actor, erased : who erased the person, and when (UTC)
     """
 
     __tablename__ = "erasures"
 
-    number: Mapped[int] = mapped_column(primary_key=True, autoincrement=False)
-    gone: Mapped[int] = mapped_column(sa.ForeignKey("erasures.number", deferrable=True, initially="DEFERRED"))
-    fingerprint: Mapped[bytes]
+    number = mapped_column("id", sa.Integer, primary_key=True)
+    digest: Mapped[bytes]
     actor: Mapped[str]
-    lines: Mapped[int]
     erased: Mapped[datetime]
 
 
@@ -589,10 +580,9 @@ class Erased:
     Attributes
     ----------
     about : the person's record
-    counts : name of a table → number of the person's rows in it
+    counts : name of a table → number of the person's rows in it; empty if they were erased before
     redacted : where their names are replaced, as text
     still_named : where they are still named, as text: in others' own work, and as who decided
-    sources : what their files came in, as the names of zips
     too_short : names that are not looked for in texts
     """
 
@@ -600,5 +590,4 @@ class Erased:
     counts: Mapping[str, int]
     redacted: tuple[str, ...] = ()
     still_named: tuple[str, ...] = ()
-    sources: tuple[str, ...] = ()
     too_short: tuple[str, ...] = ()
