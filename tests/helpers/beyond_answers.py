@@ -29,6 +29,11 @@ POLES = np.array([-12 + 16j, -12 - 16j, -30, -40])
 LINK, TRIED = "link", (2, 10, 20, 30, 50)
 gamma_dot, gamma_ddot, gamma_3, gamma_4 = sympy.symbols("gamma_dot gamma_ddot gamma_3 gamma_4")
 J_eq, J_l, K_s, B_eq, a, b = sympy.symbols("J_eq J_l K_s B_eq a b")
+_TORQUE = J_eq * (gamma_ddot + J_l / K_s * gamma_4) + J_l * gamma_ddot
+FLAT = {
+    ("4.9", "alpha"): -J_l / K_s * gamma_ddot,
+    ("4.9", "V_m"): (_TORQUE + (B_eq + b) * (gamma_dot + J_l / K_s * gamma_3)) / a,
+}
 SERVO_ONLY, BOTH = np.eye(1, 4), np.eye(2, 4)
 
 
@@ -215,13 +220,7 @@ class Student:
             ("4.8", "peak_emulated"): peaks[0],
             ("4.8", "peak_sampled"): peaks[1],
             ("4.8", "forgives"): "sampled",
-            ("4.9", "alpha"): -J_l / K_s * gamma_ddot,
-            ("4.9", "V_m"): (
-                J_eq * (gamma_ddot + J_l / K_s * gamma_4)
-                + (B_eq + b) * (gamma_dot + J_l / K_s * gamma_3)
-                + J_l * gamma_ddot
-            )
-            / a,
+            **FLAT,
             ("4.10", "alpha_max_deg"): np.rad2deg(np.abs(states[1]).max()),
             ("4.10", "V_max"): np.abs(volts).max(),
             ("4.10", "response"): turned,

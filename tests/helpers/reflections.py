@@ -3,16 +3,18 @@
 import contextlib
 import io
 import tempfile
+from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
 from typing import Any
 
-from working_through import ASKED
+from working_through import ASKED, Where
 
 import rotflex.course.lab
 from labcourse.answers import answers, forms
 from labcourse.answers.reflection import Check, Reflection, reflect
 from labcourse.errors import AnswerError
+from rotflex.course.questions import CATALOGUE
 
 
 @cache
@@ -34,6 +36,12 @@ def said_by(found: Reflection) -> Said:
 def usual_checks(student: str) -> list[Check]:
     """What can be compared in a class without optional notebooks."""
     return [check for check in lab_of(student).checks() if ASKED.everything.keys() >= set(check.questions)]
+
+
+def stored(given: Mapping[Where, Any], seed: int) -> dict[Where, Any]:
+    """Answers as a file has them, and read again."""
+    parts = {where: CATALOGUE.find(where[0]).part(where[1]) for where in given}
+    return {where: forms.decode(part, forms.encode(part, given[where], seed).content) for where, part in parts.items()}
 
 
 def asked_of(student: str, data: bytes) -> Reflection:

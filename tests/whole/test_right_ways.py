@@ -105,3 +105,8 @@ def test_another_reading_has_full_marks_in_all_that_builds_on_it(usual, tmp_path
     _own, data = worked(student, tmp_path, way)
     assert lost(marked(data, student, usual(student)[3])) == {}
     assert said_by(asked_of(student, data)) == NOTHING
+
+
+def test_a_response_that_leaves_its_band_by_a_count_between_two_kept_points_is_asked_nothing(tmp_path):
+    (way,) = [way for way in WAYS if str(way) == "rounding: 3.7 T to three digits"]
+    assert said_by(asked_of("measure-2859", worked("measure-2859", tmp_path, way)[1])) == NOTHING

@@ -1,16 +1,12 @@
-"""What a single slip costs: its own points, and what a person would take off, too; and whether it is told.
-
-And whether ``lab.reflect()`` asks about it, before it costs anything.
-"""
+"""What a single slip costs: its own points, and what a person would take off, too; and whether it is told."""
 
 import re
 from dataclasses import replace
 
 import pytest
 import sympy
-from reflections import asked_of
 from single_slip_marks import alone, answers_with, lost_by, secrets
-from single_slips import OF_EACH_KIND, SLIPS, STUDENT
+from single_slips import OF_EACH_KIND, SLIPS
 from working_through import FULL, theta_ddot
 
 pytestmark = pytest.mark.usefixtures("runs_made_once")
@@ -51,9 +47,8 @@ def test_another_mistake_on_paper_is_not_called_by_that_name(slip):
     "slip",
     [pytest.param(slip, id=slip.name, marks=() if slip in OF_EACH_KIND else pytest.mark.scheduled) for slip in SLIPS],
 )
-def test_a_slip_costs_its_own_points_and_what_a_person_would_take_off_and_is_asked_about(slip):
-    data = answers_with(slip)
-    lost = lost_by(data)
+def test_a_slip_costs_its_own_points_and_what_a_person_would_take_off(slip):
+    lost = lost_by(answers_with(slip))
     expected = {
         slip.where: slip.costs * FULL[slip.where],
         **{at: points for at, (points, _why) in slip.besides.items()},
@@ -61,6 +56,3 @@ def test_a_slip_costs_its_own_points_and_what_a_person_would_take_off_and_is_ask
     assert {at: round(points, 2) for at, (points, _told) in lost.items()} == expected, lost
     assert (sum(expected.values()) <= MOST) == (slip.name not in BEYOND)
     assert re.search(slip.told, lost[slip.where][1]), lost[slip.where][1]
-    reflection = asked_of(STUDENT, data)
-    assert reflection.asked
-    assert not reflection.unclear

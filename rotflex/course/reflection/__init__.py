@@ -10,7 +10,6 @@ from collections.abc import Mapping
 from functools import partial
 from typing import Any
 
-from labcourse.answers.parts import Part
 from labcourse.answers.reflection import Check
 from rotflex.config import Joint, Servo
 from rotflex.course.questions import CATALOGUE
@@ -21,7 +20,7 @@ _SAME_BENCH = ("seed", "preset")  # what tells virtual benches apart
 
 
 def checks(servo: Servo, joint: Joint, bench: Mapping[str, Any], probe_seed: int) -> list[Check]:
-    """All that can be compared, in the order of the questions.
+    """Return all checks, in the order of the questions.
 
     Parameters
     ----------
@@ -30,7 +29,7 @@ def checks(servo: Servo, joint: Joint, bench: Mapping[str, Any], probe_seed: int
     probe_seed : from which the inputs of functions are drawn
     """
     recorded = [
-        Check(((question.number, part.name),), partial(_made_otherwise, part=part, bench=bench))
+        Check(((question.number, part.name),), partial(_on_another_bench, bench=bench))
         for question in CATALOGUE.questions.values()
         for part in question.parts
         if part.kind == "recording"
@@ -40,18 +39,8 @@ def checks(servo: Servo, joint: Joint, bench: Mapping[str, Any], probe_seed: int
     return sorted(found, key=lambda check: order[check.about[0][0]])
 
 
-def _made_otherwise(stored: Stored, *, part: Part, bench: Mapping[str, Any]) -> str | None:
-    """Ask about a recording that was not made as the question asks, on the student's own bench."""
-    about = stored["metadata"]
-    if about.get("drive") == "voltage":
-        return "In this recording, the sweep is the motor voltage. Did you mean a sweep that the servo follows?"
-    for name, value in part.settings:
-        if about.get(name, value) != value:
-            return (
-                f"This recording's {name} is {str(about[name])[:40]!r}, and the question asks for {value!r}. Is "
-                "this the right recording?"
-            )
-    made_on = about.get("bench")
+def _on_another_bench(stored: Stored, *, bench: Mapping[str, Any]) -> str | None:
+    made_on = stored["metadata"].get("bench")
     if isinstance(made_on, Mapping) and any(made_on.get(key) != bench.get(key) for key in _SAME_BENCH):
         return (
             "This recording is from another bench (a practice bench, or the bench of another student). Do you have a "

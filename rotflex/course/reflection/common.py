@@ -1,7 +1,7 @@
 """How near two own answers must be to agree, how numbers are shown, and what is read off stored recordings.
 
 Tolerances are wide: an answer may be rounded to two digits, and what is built on it worked out from all of them. A
-question to the student must be beyond all that honest work gives (``tests/course/test_reflection.py`` compares it with
+question to the student must be beyond all that honest work gives (``tests/whole/test_right_ways.py`` compares it with
 the right ways on several benches).
 
 A stored recording has 400 points of each channel, evenly spread; frequencies of the arm and sizes of a response are in
@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 from labcourse.answers.json_values import thin
 from rotflex.identification import SWEEP_BAND
 from rotflex.recording import UNITS, Recording
-from rotflex.units import DEG, HZ
+from rotflex.units import HZ
 
 Array = NDArray[Any]
 Stored = Mapping[str, Any]  # a recording as the answers have it
@@ -67,25 +67,6 @@ def listed(poles: ArrayLike) -> str:
     """Poles for people, slowest first."""
     every = sorted(np.ravel(np.asarray(poles, dtype=complex)), key=lambda p: (round(-p.real, 6), p.imag))
     return ", ".join(f"{complex(p):.3g}" if abs(p.imag) > 1e-6 else f"{p.real:.3g}" for p in every)
-
-
-#: Ratio of what is given to what is expected → what that ratio is usually due to.
-UNITS_MEANT = (
-    (1 / HZ, "hertz in place of rad/s"),
-    (HZ, "rad/s in place of hertz"),
-    (DEG, "radians in place of degrees"),
-    (1 / DEG, "degrees in place of radians"),
-    (1e3, "a thousandth of the unit that is asked for: g for kg, mm for m, ms for s, mN for N"),
-    (1e-3, "a thousand times the unit that is asked for: kg for g, m for mm, s for ms"),
-    (1e7, "g·cm² in place of kg·m²"),
-    (1e4, "kg·cm² in place of kg·m²"),
-    (HZ**-2, "the frequency in hertz, squared"),
-)
-
-
-def unit_of(ratio: float, room: float = BUILT) -> str | None:
-    """What a number that is so many times too large may be due to; None if no unit is that."""
-    return next((why for factor, why in UNITS_MEANT if abs(ratio / factor - 1) <= room), None)
 
 
 # --- stored recordings ------------------------------------------------------------------------------------------------
