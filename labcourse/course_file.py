@@ -1,9 +1,9 @@
 """``course.json``, beside the notebooks: the student who works in the folder, and the release of the course.
 
-It is ``{"student", "course", "release", "draw", "title", "term", "bench", "reflect", "python"}``; with
+It is ``{"student", "course", "release", "draw", "title", "term", "bench", "reflect", "without", "python"}``; with
 ``"page_limit"`` if the course limits reports, ``"optional"`` if it has optional notebooks, and ``"given"`` if the class
-begins in the middle (:mod:`labcourse.answers.starts`). A release leaves the student empty; old files have no course, or
-the student alone. Unknown entries, which a later release may add, stay.
+is given values in place of answers (:mod:`labcourse.answers.left_out`). A release leaves the student empty; old files
+have no course, or the student alone. Unknown entries, which a later release may add, stay.
 """
 
 from __future__ import annotations
@@ -24,6 +24,8 @@ COURSE = "course"  #: its name, see :func:`labcourse.courses.name_of`; earlier r
 REFLECT, ON, OFF = "reflect", "on", "off"  #: whether own answers are compared with each other; or from what time on
 PYTHON = "python"  #: of the grading computer, major and minor version; earlier releases lack it
 PAGE_LIMIT = "page_limit"  #: pages of a report, cover and contents included; absent without a limit
+OPTIONAL, WITHOUT = "optional", "without"  #: names of optional notebooks that the class has; of others that it lacks
+GIVEN = "given"  #: question → part → value
 NOBODY = "demo"  #: the student if nobody gives an ID
 
 

@@ -11,12 +11,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
 from labcourse import clock, course_file, courses, files, job, program, student_id
-from labcourse.answers import cell_reports, forms, reflection
+from labcourse.answers import cell_reports, forms, left_out, reflection
 from labcourse.answers.answers import AnswerBook, ResultsTable, student_in
 from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.parts import Question, Where
 from labcourse.answers.report_files import ReportFile, own_document
-from labcourse.answers.starts import Beginning
 from labcourse.answers.words import SavedTexts
 from labcourse.errors import AnswerError, ConfigurationError, StudentIDError
 from labcourse.files import ANSWERS_FILE, COURSE_FILE
@@ -87,7 +86,6 @@ class Session:
     Attributes
     ----------
     student, seed : as given
-    beginning : where the class begins, and the values that it is given
     catalogue, questions : what this class is asked; all that can be answered, by number
     book : the answers so far, except those in words
     saved_texts : the answers in words, as the notebooks in the folder hold them
@@ -96,10 +94,11 @@ class Session:
     def __init__(self, student: str, folder: Path, catalogue: Catalogue, bench: Mapping[str, Any], seed: int) -> None:
         self.student = student
         self.seed = seed
-        self.beginning = Beginning(course_file.of(folder) or {}, catalogue, self)
-        self.catalogue = self.beginning.catalogue
+        course = course_file.of(folder) or {}
+        self.catalogue = left_out.handed_out(catalogue, course)
         self.questions = self.catalogue.everything
         self._folder = folder
+        self._given = course.get(course_file.GIVEN, {})
         self.book = AnswerBook(folder / ANSWERS_FILE, student, bench, int(os.environ.get(PROBE_SEED, seed)))
         self.saved_texts = SavedTexts(folder, self.catalogue)
         self._place = place.Place()
@@ -140,7 +139,6 @@ class Session:
         """
         way = f'no ID yet: start {program.name()} lab --student YOUR-ID, or write your ID in student = "..."'
         student = self.student + (f" ({way})" if self.student == DEMO else "")
-        notes = (*notes, *self.beginning.lines())
         if not from_notebook.in_kernel():
             print(f"Student   {student}", f"Bench     {bench}", *notes, sep="\n")
             return
@@ -148,7 +146,7 @@ class Session:
 
         from labcourse.scene.course_bar import CourseBar
 
-        self._place = here = place.here(self._folder, self.catalogue, self.beginning.skips)
+        self._place = here = place.here(self._folder, self.catalogue)
         about = (f"Student {student} · Bench {bench}", *notes)
         report = [from_notebook.report_of(self.catalogue, here.name)]
         words = {"check": self._who(), "submit": self._who(), "make-report": report}
@@ -218,10 +216,13 @@ class Session:
 
     def record(self, question: str, /, **parts: Any) -> list[str]:
         """Answer as :meth:`answer` does, but return the lines, for explorers that show them themselves."""
-        parts, unasked = self.beginning.split(question, parts)
+        wanted = self.catalogue.whole.find(question)
+        unasked = [name for name in parts if wanted.part(name) and not self.asks(question, name)]
+        message = [f"{question}  not asked in your class: {', '.join(unasked)}"] if unasked else []
+        parts = {name: value for name, value in parts.items() if name not in unasked}
         if unasked and not parts:
-            return unasked
-        replies = self.book.answer(self.beginning.whole.find(question), parts, cell_now())
+            return message
+        replies = self.book.answer(wanted, parts, cell_now())
         for reply in replies:
             if not reply.recorded:
                 cell_reports.refused(reply.question, reply.part, reply.refused)
@@ -231,7 +232,11 @@ class Session:
         self.print_notices()
         if self._bar is not None:
             self._bar.refresh()
-        return [*map(str, replies), *unasked]
+        return [*map(str, replies), *message]
+
+    def asks(self, question: str, part: str) -> bool:
+        """Check whether the class is asked a part of a question."""
+        return question in self.questions and part in self.questions[question].names
 
     def value(self, question: str, part: str, default: Any = _RAISE) -> Any:
         """Return an earlier answer, of this notebook or another.
@@ -251,18 +256,22 @@ class Session:
             If there is no such question or part, or no answer yet and no default; the message names the notebook that
             asks for it.
         """
-        asked = self.beginning.whole.find(question)
+        asked = self.catalogue.whole.find(question)
         wanted = asked.part(part)
         self.refresh()
-        self.beginning.announce(question, part)
-        content = self.content(question, part)
+        content, is_asked = self.content(question, part), self.asks(question, part)
         if content is not None:
+            if not is_asked:
+                print(f"{question}  {part}  is given to your class; it is not asked")
             try:
                 return forms.decode(wanted, content)
             except AnswerError as error:
                 raise AnswerError(f"{question}  {part}  cannot be read: {error} Answer it again.") from None
-        if default is not _RAISE and not self.beginning.is_asked(question, part):
-            print(f"{question}  {part}  is not asked in your class")
+        if not is_asked:
+            unasked = f"{question}  {part}  is not asked in your class"
+            if default is _RAISE:
+                raise AnswerError(f"{unasked}.")
+            print(unasked)
             return default
         cell_reports.lacked(question, part)
         self._lacked.setdefault(cell_now(), set()).add((question, part))
@@ -271,7 +280,7 @@ class Session:
             missing += " (words are read from the saved notebook)"
         if default is _RAISE:
             raise AnswerError(f"{missing}. Answer it there first.")
-        place.show_linked(missing, self.beginning.whole)
+        place.show_linked(missing, self.catalogue)
         return default
 
     def has(self, question: str, part: str) -> bool:
@@ -282,7 +291,7 @@ class Session:
         AnswerError
             If the course has no such question or part. One that the class is not asked is no error.
         """
-        self.beginning.whole.find(question).part(part)
+        self.catalogue.whole.find(question).part(part)
         self.refresh()
         return self.content(question, part) is not None
 
@@ -299,10 +308,10 @@ class Session:
         AnswerError
             If there is no such question.
         """
-        numbers = [self.beginning.whole.find(number.strip()).number for number in questions.split(",")]
+        numbers = [self.catalogue.whole.find(number.strip()).number for number in questions.split(",")]
         if not any(value is None for value in values):
             return True
-        asked = [number for number in numbers if number in self.catalogue.everything]
+        asked = [number for number in numbers if number in self.questions]
         if asked:
             named = f"question {asked[0]}" if len(asked) == 1 else f"questions {', '.join(asked)}"
             place.show_linked(f"Answer {named} first; then run this cell again.", self.catalogue)
@@ -312,8 +321,14 @@ class Session:
 
     def content(self, question: str, part: str) -> dict[str, Any] | None:
         """Return an answer as JSON data: a given value, a text of the saved notebook, or a recorded answer; or None."""
-        own = self.saved_texts.get(question, part) or self.book.get(question, part)
-        return self.beginning.content(question, part) or own
+        given = None if self.asks(question, part) else self.given_value(question, part)
+        if given is None:
+            return self.saved_texts.get(question, part) or self.book.get(question, part)
+        return forms.encode(self.catalogue.whole.find(question).part(part), given, self.book.probe_seed).content
+
+    def given_value(self, question: str, part: str) -> Any:
+        """Return the value that is given for a part which the class is not asked; None if there is none."""
+        return self._given.get(question, {}).get(part)
 
     def table(self, number: str) -> ResultsTable:
         """Return a results table, by its number as "Table 1", filled in so far, for a notebook to show.
@@ -436,14 +451,17 @@ class Session:
             print(reason)
             return
         self.refresh()
-        checks = self.beginning.possible(self.checks())
-        checks = reflection.of_notebooks(checks, self.beginning.whole, map(str, notebooks))
+        checks = [
+            check
+            for check in reflection.of_notebooks(self.checks(), self.catalogue.whole, map(str, notebooks))
+            if all(self.asks(*where) or self.content(*where) is not None for where in check.about)
+        ]
         place.show_linked(str(reflection.reflect(checks, self._found)), self.catalogue)
 
     def _found(self, question: str, part: str) -> Any:
         """Return an answer; raises AnswerError if there is none, or none that can be read."""
         content = self.content(question, part)
-        return forms.decode(self.beginning.whole.everything[question].part(part), content)
+        return forms.decode(self.catalogue.whole.everything[question].part(part), content)
 
     def report(self, name: str, pdf: str | os.PathLike[str] = "") -> None:
         """Make a report of the recorded and saved answers, as HTML and PDF; or use a PDF of your own as the report.

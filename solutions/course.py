@@ -8,7 +8,7 @@ from rotflex.course.questions import CATALOGUE
 from rotflex.hil.student_benches import DRAW, PRESETS, student_seed
 
 from . import real_benches
-from .given import given
+from .given import GIVEN
 from .key import KEY
 from .real_bench import RealBench
 from .stated import STATED
@@ -31,7 +31,7 @@ COURSE = Course(
     presets=tuple(PRESETS),
     draw=DRAW,
     own_seed=student_seed,
-    given=given,
+    given=GIVEN,
     benches=real_benches.faults(),
     evidence="rotflex.course.recordings_folder:evidence",
     bench_of_evidence=RealBench,

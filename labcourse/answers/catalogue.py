@@ -12,7 +12,6 @@ from labcourse.errors import AnswerError
 
 if TYPE_CHECKING:
     from labcourse.answers.reflection import Predictable
-    from labcourse.answers.starts import Start
 
 
 class Catalogue:
@@ -27,14 +26,13 @@ class Catalogue:
     reports : number of a report → its section, notebook and title
     outcomes : what the outcome codes stand for
     predictions : number of a question → what can be predicted of its experiment
-    starts : where a class may begin in the middle
     optional : names of the notebooks that a class has only if the course's settings name them
     whole : the catalogue that this one is reduced from; None if it is not reduced
 
     Attributes
     ----------
     warm_up, questions, tables, reports : number → question; a report's parts are the texts that it asks for
-    report_items, outcomes, predictions, starts, optional : as given
+    report_items, outcomes, predictions, optional : as given
     whole : the catalogue with all questions; this one, if it is not reduced
     everything : all that can be answered, by number
     judged : the reports as a whole, by number: a person judges them so; there is nothing to answer, and no cell
@@ -53,11 +51,10 @@ class Catalogue:
         reports: Mapping[str, tuple[str, str, str]] | None = None,
         outcomes: Mapping[str, str] | None = None,
         predictions: Mapping[str, tuple[Predictable, ...]] | None = None,
-        starts: Iterable[Start] = (),
         optional: Iterable[str] = (),
         whole: Catalogue | None = None,
     ) -> None:
-        self.starts, self.optional, self.whole = tuple(starts), tuple(optional), whole or self
+        self.optional, self.whole = tuple(optional), whole or self
         self.warm_up = _by_number("warm_up", warm_up)
         self.questions = _by_number("questions", questions)
         self.tables = _by_number("tables", tables)

@@ -343,11 +343,9 @@ def asked_of(notebooks: Mapping[str, dict[str, Any]], folder: Path) -> Catalogue
     ConfigurationError
         If no module has a catalogue, or the folder's ``course.json`` cannot be understood.
     """
-    from labcourse.answers import starts
+    from labcourse.answers import left_out
 
-    course = course_file.of(folder) or {}
-    catalogue = starts.handed_out(catalogue_of(notebooks), course)
-    return starts.narrowed(catalogue, starts.chosen(course, catalogue))
+    return left_out.handed_out(catalogue_of(notebooks), course_file.of(folder) or {})
 
 
 def _modules(notebook: dict[str, Any]) -> Iterator[str]:

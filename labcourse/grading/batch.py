@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import Any
 
 import labcourse
-from labcourse.answers import report_files, schema, starts
+from labcourse.answers import report_files, schema
 from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.parts import Where
 from labcourse.benches import REAL
@@ -357,7 +357,7 @@ class Batch:
             prepared.merged,
             facts.reports,
             (graded_run.recorded_in(run.answers) | set(prepared.words)) - graded_run.supplied_parts(run),
-            starts.narrowed(catalogue, bundle.start),
+            bundle.catalogue,
             handed_in=prepared.handed_in,
             claim=prepared.claim,
             seconds=self._settings.limits.cell if facts.ended else None,
@@ -383,7 +383,6 @@ class Batch:
             "asked": self._asked(bundle),
             "bench_of": prepared.bench_of,
             "policy": bundle.policy,
-            "start": bundle.start.name if bundle.start else "",
             "reports_in_pdf": documents,
             "untouched": prepared.untouched,
             "waits": waits,
@@ -431,12 +430,13 @@ class Batch:
 
     def _asked(self, bundle: Bundle) -> list[tuple[str, str]] | None:
         """Return the (question, part) that a release asks for; None if that is the whole course."""
-        if bundle.start is not None or bundle.release != self._bundles.current.release:
+        if bundle.release != self._bundles.current.release:
             return sorted(bundle.asked)
-        if not self._course.off:
+        asked = self._course.asked
+        if asked is asked.whole:
             return None
         # The class may get another notebook later. This work was not asked for it.
-        return [(number, name) for number, question in self._course.catalogue.marked.items() for name in question.names]
+        return [(number, name) for number, question in asked.marked.items() for name in question.names]
 
     def _no_points(self, reason: str, status: Status, bundle: Bundle) -> tuple[MarkRecord, ...]:
         """Return marks without points for all that the release asks."""

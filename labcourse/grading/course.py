@@ -15,7 +15,7 @@ import json
 import sys
 import traceback
 import types
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
@@ -78,8 +78,8 @@ class Course:
     draw : version of how it draws benches
     own_seed : a student's ID → the seed of their own bench, by which a partner keeps it when the student is erased;
         None where benches are not drawn from seeds
-    given : name of one of the catalogue's starts, student's ID, policy → the values that are given to a class that
-        begins there: (question, part) → value
+    given : (question, part) → function of a student's ID and a policy, for classes that are not asked the part: it
+        returns the value that they are given. For the ID "" of a release, None says that each session works it out
     benches : name of each of the laboratory's benches with known truth → what is wrong with it, or ""
     evidence : function of the students' package, "package.module:function", that reads the files which a student
         brought from a laboratory's bench, and returns plain data; it is called in the sandbox
@@ -110,7 +110,7 @@ class Course:
     presets: tuple[str, ...] = ()
     draw: int = FIRST_DRAW
     own_seed: Callable[[str], int] | None = None
-    given: Callable[[str, str, BenchPolicy], Mapping[tuple[str, str], Any]] | None = None
+    given: Mapping[tuple[str, str], Callable[[str, BenchPolicy], Any]] = field(default_factory=dict)
     benches: Mapping[str, str] = field(default_factory=dict)
     evidence: str = ""
     bench_of_evidence: Callable[[BenchPolicy, bytes], Any] | None = None
@@ -145,11 +145,22 @@ class Course:
 
     @property
     def asked(self) -> Catalogue:
-        """The questions of the class: all of the catalogue, unless it begins in the middle."""
-        from labcourse.answers import starts
+        """The questions of the class: all of the catalogue, but those of the notebooks that it does without."""
+        from labcourse.answers import left_out
 
-        name = self.settings.given
-        return starts.narrowed(self.catalogue, starts.find(self.catalogue, name) if name else None)
+        return left_out.reduced(self.catalogue, self.settings.without)
+
+    def given_values(
+        self, student: str, policy: BenchPolicy, asked: Collection[tuple[str, str]]
+    ) -> dict[tuple[str, str], Any]:
+        """Return what is given in place of answers that a class is not asked; for a release, the student is "".
+
+        Raises
+        ------
+        GradingError
+            If a value cannot be given where students have such benches.
+        """
+        return {where: value(student, policy) for where, value in self.given.items() if where not in asked}
 
     @cached_property
     def cells(self) -> dict[tuple[str, str], str]:
@@ -232,14 +243,14 @@ def load(folder: Path, with_optional: bool = False) -> Course:
     Parameters
     ----------
     folder : of the course
-    with_optional : with all optional notebooks, whatever the settings say: for those who write the course
+    with_optional : with all notebooks, whatever the settings say: for those who write the course
 
     Raises
     ------
     GradingError
         If it cannot be loaded, if its key does not fit its catalogue, or if its settings are not understood.
     """
-    from labcourse.answers import starts
+    from labcourse.answers import left_out
     from labcourse.grading import settings
 
     folder = folder.resolve()
@@ -263,9 +274,9 @@ def load(folder: Path, with_optional: bool = False) -> Course:
     _check_key(course)
     course_settings = settings.read(folder, course.presets, course.draw, course.benches, course.catalogue)
     if with_optional:
-        course_settings = replace(course_settings, optional=course.catalogue.optional)
+        course_settings = replace(course_settings, optional=course.catalogue.optional, without=())
     title = course_settings.title or course.title or course.name
-    catalogue = starts.with_optional(course.catalogue, course_settings.optional)
+    catalogue = left_out.reduced(course.catalogue, {*course.catalogue.optional}.difference(course_settings.optional))
     key = {number: checks for number, checks in course.key.items() if number in catalogue.marked}
     return replace(course, catalogue=catalogue, key=key, folder=folder, settings=course_settings, title=title)
 

@@ -7,7 +7,6 @@ go on. Then they are run with the solutions: the key must mark these as right, a
 
 from __future__ import annotations
 
-import ast
 import contextlib
 import importlib.util
 import re
@@ -21,12 +20,10 @@ import numpy as np
 from nbformat import NotebookNode
 
 from labcourse import program
-from labcourse.answers import forms, schema, starts, words
+from labcourse.answers import schema, words
 from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.notebooks import Cell, Notebook, as_released
 from labcourse.answers.parts import Part, Question, Where
-from labcourse.answers.starts import Start
-from labcourse.benches import SAME, BenchPolicy
 from labcourse.errors import AnswerError, GradingError
 from labcourse.grading import outcomes, sheets
 from labcourse.grading.course import OUTCOMES_FILE, RUBRIC_FILE, SHEETS_FILE, Course
@@ -87,7 +84,7 @@ def check(course: Course, run: bool = True) -> Iterator[Finding]:
         yield Finding(path.name, f"it is not what its text gives now: say {program.name()} make-notebooks.")
     if outdated:
         return
-    for part in (check_key, check_files, check_cells, check_derived, check_starts, check_numbers, check_imports):
+    for part in (check_key, check_files, check_cells, check_derived, check_numbers, check_imports):
         yield from part(course)
     if run:
         released = bundle.build(course)
@@ -272,69 +269,6 @@ def check_numbers(course: Course) -> Iterator[Finding]:
                 yield Finding(where, f"{stated.what} is {stated.value:g}; this text says {number}.")
 
 
-# --- classes that begin in the middle ---------------------------------------------------------------------------------
-
-
-def check_starts(course: Course) -> Iterator[Finding]:
-    """Find faults of the starts of classes that begin in the middle.
-
-    A start may name what the course does not have, give an answer no value, or leave a cell without an answer.
-    """
-    for start in course.catalogue.starts:
-        faults = [*_start_faults(course, start)]
-        yield from (Finding(f"start {start.name}", fault) for fault in faults)
-        if not faults:
-            yield from _cells_without_answer(course, start)
-
-
-def _start_faults(course: Course, start: Start) -> Iterator[str]:
-    """Yield a fault for each name that does not exist, part that is still asked, and value that is unusable."""
-    yield from (f"there is no notebook {name}." for name in start.skips if name not in course.catalogue.notebooks)
-    if course.given is None:
-        yield "course.py does not say what is given (Course.given)."
-        return
-    values = course.given(start.name, "", BenchPolicy(SAME, seed=1, draw=course.draw))
-    for number, name in start.gives:
-        try:
-            question = course.catalogue.find(number)
-            part = question.part(name)
-        except AnswerError as error:
-            yield str(error)
-            continue
-        if question.notebook not in start.skips:
-            yield f"it gives {number}, {name}, which {question.notebook} asks for; that is not skipped."
-        try:
-            forms.encode(part, values[number, name], 0)
-        except (KeyError, forms.FormError, forms.NotAnswered) as error:
-            yield f"{number}, {name} has no value that it could have: {error}"
-
-
-def _cells_without_answer(course: Course, start: Start) -> Iterator[Finding]:
-    """Find cells that need an answer which a class that begins here does not have."""
-    asked = starts.narrowed(course.catalogue, start).everything
-    available = {(number, part) for number, question in asked.items() for part in question.names} | set(start.gives)
-    for path in course.notebooks:
-        cells = student_notebooks.read(path).cells if path.stem not in start.skips else ()
-        for cell in cells:
-            for question, part in _needed_answers(cell.source) if cell.cell_type == "code" else ():
-                if (question, part) not in available and question in course.catalogue.everything:
-                    missing = f"it needs {question}, {part}; a class that begins with {start.name} does not have it."
-                    yield Finding(_in_cell(path.name, cell.id), missing)
-
-
-def _needed_answers(source: str) -> Iterator[Where]:
-    """Yield the (question, part) that the code of a cell needs: ``lab.value(question, part)`` without a default."""
-    with contextlib.suppress(SyntaxError):
-        for node in ast.walk(ast.parse(source)):
-            match node:
-                case ast.Call(
-                    func=ast.Attribute(attr="value"),
-                    args=[ast.Constant(value=str() as question), ast.Constant(value=str() as part)],
-                    keywords=[],
-                ):
-                    yield question, part
-
-
 # --- what a run brings out --------------------------------------------------------------------------------------------
 
 
@@ -383,8 +317,8 @@ def check_verdicts(course: Course, claims: Claims, missing: Mapping[Where, str])
     """
     claims = decoding.with_reports(claims, course.catalogue)
     case = marking.case_of(course, claims, course.true_bench(STUDENT), SEED)
-    for number, checks in course.key.items():
-        question = course.catalogue.find_marked(number)
+    for number in [number for number in course.key if number in course.asked.marked]:
+        checks, question = course.key[number], course.asked.marked[number]
         for part in question.parts:
             own = _KnownAnswers(case.own, course.catalogue)
             why = missing.get((number, part.name), "its cell runs to its end, and leaves it empty.")
@@ -458,12 +392,10 @@ def solved_cells(course: Course, pristine: Mapping[str, dict[str, Any]]) -> dict
     course : with the solutions
     pristine : file name → notebook as released
     """
+    solved = {name: student_notebooks.read(course.folder / name).cells for name in pristine}
     return {
-        path.name: as_released(
-            pristine[path.name],
-            {cell.id: cell.source for cell in student_notebooks.read(path).cells if is_answer(cell)},
-        )
-        for path in course.notebooks
+        name: as_released(pristine[name], {cell.id: cell.source for cell in cells if is_answer(cell)})
+        for name, cells in solved.items()
     }
 
 
@@ -473,7 +405,7 @@ def answers_of_solutions(course: Course, released: Bundle) -> tuple[Claims, Mapp
     Returns
     -------
     Claims
-        Their answers, with problems of the run.
+        Their answers, values that are given to the class, and problems of the run.
     Mapping
         (question, part) → why there is no answer, for those that are missing.
 
@@ -486,12 +418,13 @@ def answers_of_solutions(course: Course, released: Bundle) -> tuple[Claims, Mapp
     written = merged(pristine, solved_cells(course, pristine))
     run = run_notebooks(released, written)
     claims, reports = decoding.decode(run.answers, SEED, course.catalogue), schema.read_reports(run.reports)
-    why = reasons.explain(pristine, written, reports, claims.values, course.catalogue, handed_in=pristine)
+    why = reasons.explain(pristine, written, reports, claims.values, released.catalogue, handed_in=pristine)
     claims.problems.extend(run.problems)
-    for path in course.notebooks:
-        texts = words.written(pristine[path.name]["cells"], Notebook.read(path.read_bytes()).cells)
+    for name, master in pristine.items():
+        texts = words.written(master["cells"], Notebook.read((course.folder / name).read_bytes()).cells)
         decoding.add_words(claims, texts.words, course.catalogue)
-        claims.problems.extend(f"{path.name}: {problem}" for problem in [*texts.problems, *texts.notes])
+        claims.problems.extend(f"{name}: {problem}" for problem in [*texts.problems, *texts.notes])
+    claims.values.update(course.given_values(STUDENT, released.policy, released.asked))
     return claims, why.missing
 
 

@@ -48,7 +48,6 @@ class Facts(BaseModel):
     asked : (question, part) that the student's release asks; None if it is the course's
     bench_of : ID of the student on whose bench it was run
     policy : which bench each student had; None if it is not known
-    start : name of what was given to a class that began in the middle; "" where it began at the beginning
     evidence : what the course's function read from the student's files in the sandbox, JSON: a claim
     reports_in_pdf : number of a report → the PDF that was handed in
     untouched : names of notebooks, without ending, in which the student changed nothing
@@ -65,7 +64,6 @@ class Facts(BaseModel):
     asked: list[Where] | None = None
     bench_of: str = ""
     policy: BenchPolicy | None = None
-    start: str = ""
     evidence: _Compressed = b""
     reports_in_pdf: dict[str, ReportFile] = {}
     untouched: tuple[str, ...] = ()
@@ -120,7 +118,7 @@ def marking_job(run: RunRecord) -> MarkingJob:
     """Return the job of marking a stored run: all that marking needs of it."""
     facts = facts_of(run)
     missing = {(question, part): reason for question, part, reason in facts.missing}
-    context = Context(missing, supplied_parts(run), facts.asked, facts.start, facts.reports_in_pdf)
+    context = Context(missing, supplied_parts(run), facts.asked, facts.reports_in_pdf)
     words = {
         (question, part): TextAnswer.from_json(content)
         for question, parts in run.words.items()

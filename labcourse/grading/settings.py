@@ -311,8 +311,8 @@ class CourseSettings:
     term : as "2026 autumn"
     python : version that grades, major and minor; "" for the one that makes the release
     bench : which bench each student has
-    given : name of what is given to a class that begins in the middle; "" for a class that begins at the beginning
     optional : names of the optional notebooks that the class has, without their ending
+    without : names of the other notebooks that the class does not have
     feedback : what students see of their marks, and when
     reflect : whether and when students are asked about contradictions between their answers
     report : what their lab reports may be like
@@ -329,8 +329,8 @@ class CourseSettings:
     term: Annotated[_Line, _in_table("course", "term")] = ""
     python: Annotated[str, Strict(), Field(pattern=r"^3\.[0-9]{1,2}$"), _in_table("course", "python")] = ""
     bench: Annotated[BenchPolicy, GetPydanticSchema(_bench_schema)] = THEIR_OWN
-    given: Annotated[_Name, _in_table("given", "from")] = ""
     optional: Annotated[tuple[_Notebook, ...], _in_table("optional", "notebooks")] = ()
+    without: Annotated[tuple[_Notebook, ...], _in_table("optional", "without")] = ()
     feedback: FeedbackSettings = FeedbackSettings()
     reflect: ReflectSettings = ReflectSettings()
     report: ReportSettings = ReportSettings()
@@ -357,12 +357,13 @@ class CourseSettings:
     def of_marking(self) -> CourseSettings:
         """Return a copy with defaults for all that the marking of answers does not depend on.
 
-        Equal copies mark alike. (``given`` is not among what marking depends on, because each run stores it.)
+        Equal copies mark alike. (``without`` is not among what marking depends on, because each run stores what it is
+        asked.)
         """
         defaults = CourseSettings()
-        without = ("python", "given", "feedback", "report", "marks", "levels", "deadlines", "extensions", "late")
+        unmarked = ("python", "without", "feedback", "report", "marks", "levels", "deadlines", "extensions", "late")
         more = ("assignments", "outcomes")
-        return replace(self, **{name: getattr(defaults, name) for name in (*without, *more)})
+        return replace(self, **{name: getattr(defaults, name) for name in (*unmarked, *more)})
 
 
 # --- from the file to the settings ------------------------------------------------------------------------------------
@@ -445,7 +446,7 @@ _TABLES: Mapping[str, type] = {
 }
 #: Table → names of its entries.
 _ENTRIES: Mapping[str, list[str]] = {
-    **{"course": ["title", "term", "python"], "given": ["from"], "optional": ["notebooks"], "releases": ["folder"]},
+    **{"course": ["title", "term", "python"], "optional": ["notebooks", "without"], "releases": ["folder"]},
     **{name: ["from" if entry.name == "opens" else entry.name for entry in fields(t)] for name, t in _TABLES.items()},
 }
 
@@ -453,12 +454,13 @@ _NO_GRADE = (
     "The learning platform computes the course grade from the points of each assignment; out_of of an [[assignment]] "
     "is their scale. Delete this line."
 )
-#: Entry that an earlier version had → what stands in its place.
+#: Table or entry that an earlier version had → what stands in its place.
 _REMOVED: Mapping[str, str] = {
     "assignment.weight": _NO_GRADE,
     "marks.out_of": _NO_GRADE,
     "marks.decimals": "Points are shown with two decimals; export has --decimals. Delete this line.",
     "marks.predictions": "Predictions earn no points. Delete this line.",
+    "given": 'Write [optional] without = ["NAME", "NAME"], with the notebooks that the class does not have.',
 }
 
 
@@ -476,7 +478,9 @@ def _unknown_entries(data: Mapping[str, Any]) -> Iterator[Fault]:
     """Yield a fault for each table and entry that does not exist, and for each name of a table that is none."""
     for table, content in data.items():
         rows = content if table in _ROWS else [content]
-        if table not in _ENTRIES:
+        if table in _REMOVED:
+            yield (table,), f"there is no such table any more. {_REMOVED[table]}"
+        elif table not in _ENTRIES:
             homes = [f"It belongs under [{home}]. " for home, names in _ENTRIES.items() if table in names]
             yield (table,), f"there is no such table. {(*homes, '')[0]}{_suggestion(table, [*_ENTRIES])}"
         elif not isinstance(rows, list) or not all(isinstance(row, dict) for row in rows):
@@ -564,15 +568,18 @@ def _contradictions(data: Mapping[str, Any], settings: CourseSettings) -> Iterat
 
 
 def _unknown_names(settings: CourseSettings, catalogue: Catalogue) -> Iterator[Fault]:
-    """Yield a fault for each name of a notebook, assignment, question, part or start that there is not."""
+    """Yield a fault for each name of a notebook, assignment, question or part that there is not."""
     rows: list[tuple[Place, Assignment | Deadline | Extension]] = []
     rows += [(("assignment", number), row) for number, row in enumerate(settings.assignments)]
     rows += [(("deadline", number), row) for number, row in enumerate(settings.deadlines)]
     rows += [(("extension", number), row) for number, row in enumerate(settings.extensions)]
     titles = [assignment.title for assignment in settings.assignments]
+    others = {*catalogue.notebooks}.difference(catalogue.optional)
     for name in sorted({*settings.optional}.difference(catalogue.optional)):
         known = f"the course has {_name_list(catalogue.optional)}."
         yield ("optional", "notebooks"), f"there is no optional notebook {name!a}; {known}"
+    for name in sorted({*settings.without} - others):
+        yield ("optional", "without"), f"there is no such notebook {name!a}; there are {_name_list(others)}."
     off = {*catalogue.optional}.difference(settings.optional)
     for place, row in rows:
         for name in sorted({*row.notebooks}.difference(catalogue.notebooks)):
@@ -594,7 +601,6 @@ def _unknown_names(settings: CourseSettings, catalogue: Catalogue) -> Iterator[F
                 continue
             if found.notebook in off:
                 yield ("marks", entry), f"{name} is in {found.notebook}. {_OFF.format(found.notebook)}"
-    yield from _start_faults(settings, catalogue)
 
 
 _OFF = "{} is optional, and the class does not have it. Name it in [optional] notebooks, or leave this entry out."
@@ -609,13 +615,3 @@ def _doubled(assignments: Sequence[Assignment]) -> Iterator[Fault]:
             if entry in taken:
                 yield ("assignment", number, entry[0]), f"{entry[1]!a} is in assignment {taken[entry]!a} already."
             taken[entry] = assignment.title
-
-
-def _start_faults(settings: CourseSettings, catalogue: Catalogue) -> Iterator[Fault]:
-    """Yield faults of the start of a class that begins in the middle: it is unknown, or not for these benches."""
-    starts, bench = {start.name: start for start in catalogue.starts}, settings.bench
-    start, place = starts.get(settings.given), ("given", "from")
-    if settings.given and start is None:
-        yield place, f"the course gives nothing called {settings.given!a}; it has {_name_list(starts)}."
-    elif start and (len(bench.benches) > 1 or (bench.which == OWN and start.on_own_bench is None)):
-        yield place, f'"{start.name}" is for one bench: [bench] which = "same", "preset", or "real" with one bench.'

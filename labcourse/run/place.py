@@ -48,17 +48,16 @@ class Place:
     builds: Mapping[str, str] = field(default_factory=dict)
 
 
-def here(folder: Path, catalogue: Catalogue, skipped: tuple[str, ...] = ()) -> Place:
+def here(folder: Path, catalogue: Catalogue) -> Place:
     """Return the place of the notebook that this kernel runs.
 
     Parameters
     ----------
     folder : of the notebooks
     catalogue : of what the class is asked
-    skipped : names of notebooks that the class does not have
     """
     try:
-        paths = [path for path in sorted(courses.current().notebooks.glob("*.ipynb")) if path.stem not in skipped]
+        paths = sorted(courses.current().notebooks.glob("*.ipynb"))
     except ConfigurationError:
         return Place()
     at = next((at for at, path in enumerate(paths) if path.name == PurePath(os.environ.get(SESSION, "")).name), None)

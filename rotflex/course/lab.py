@@ -16,11 +16,12 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable
 from pathlib import Path
+from typing import Any
 
 from labcourse import course_file, courses, job, program
 from labcourse.answers import cell_reports
 from labcourse.answers.reflection import Check
-from labcourse.benches import PRESET, REAL, SAME
+from labcourse.benches import OWN, PRESET, REAL, SAME
 from labcourse.course_file import bench_policy
 from labcourse.run import RUNNING
 from labcourse.session import Session, student_of
@@ -28,7 +29,7 @@ from rotflex import hil
 from rotflex.course.practice import Practice
 from rotflex.course.questions import CATALOGUE
 from rotflex.course.recordings_folder import ADDRESS, RecordingsFolder
-from rotflex.hil.student_benches import DRAW, FIRST_RUN, student_seed
+from rotflex.hil.student_benches import DRAW, FIRST_RUN, student_bench, student_seed
 
 VIRTUAL = "virtual"  #: the bench that the course gives the student
 _of_job: list[Lab] = []  # the session of this process, if it runs a notebook of a job
@@ -162,6 +163,13 @@ class Lab(Session):
         practice = Practice(number)
         print(repr(practice))
         return practice
+
+    def given_value(self, question: str, part: str) -> Any:
+        """Return a value that is given to the class. The stiffness of a student's own bench is known only here."""
+        if self.policy.which != OWN or question != "2.12":
+            return super().given_value(question, part)
+        drawn = student_bench(self.seed, draw=self.policy.draw)
+        return {"J_l": self.joint.J_l, "K_s": drawn.parameters.K_s}[part]
 
     def checks(self) -> Iterable[Check]:
         """What :meth:`reflect` holds against each other, see :mod:`rotflex.course.reflection`."""

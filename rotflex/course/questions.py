@@ -29,7 +29,6 @@ from labcourse.answers.parts import (
 )
 from rotflex.course.predictions import PREDICTIONS
 from rotflex.course.probes import COMPOUND_SINES, PLANT_PARAMETERS
-from rotflex.course.starts import STARTS
 from rotflex.recording import PUSHED, UNITS, Recording
 from rotflex.specifications import SETTLING_BAND
 
@@ -633,6 +632,5 @@ CATALOGUE = Catalogue(
     },
     outcomes=OUTCOMES,
     predictions=PREDICTIONS,
-    starts=STARTS,
     optional=(BEYOND[0].notebook,),
 )

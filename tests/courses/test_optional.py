@@ -19,7 +19,7 @@ from pathlib import Path
 import pytest
 from checkout import ROOT
 
-from labcourse.answers import starts
+from labcourse.answers import left_out
 from labcourse.answers.catalogue import Catalogue
 from labcourse.errors import ConfigurationError, GradingError
 from labcourse.grading import assignments, commands, course_check
@@ -30,6 +30,7 @@ from labcourse.grading.gradebook import Gradebook
 from labcourse.grading.release import releases, student_course
 from labcourse.grading.release.student_course import Release
 from labcourse.grading.reports.grades import Reports
+from labcourse.grading.running import bundle
 from labcourse.grading.scoring import rubric
 from labcourse.grading.sheets import read_layouts
 from rotflex.course.questions import CATALOGUE
@@ -190,7 +191,7 @@ def test_a_row_of_a_sheet_may_also_have_a_question_of_a_notebook_that_is_off(tmp
     (tmp_path / "sheets.toml").write_text(text.replace('"I.2" = ["2.13"]', '"I.2" = ["2.13", "3.1"]'), encoding="utf-8")
     course = copy(CATALOGUE)
     course.optional, course.whole = ("05_control_prelab",), course
-    layouts = read_layouts(tmp_path, starts.with_optional(course, ()))
+    layouts = read_layouts(tmp_path, left_out.reduced(course, course.optional))
     assert "Scoring sheet for pre-lab questions (control)" not in [layout.title for layout in layouts]
     assert not [where for layout in layouts for where in layout.parts if where[0] == "3.1"]
 
@@ -201,7 +202,7 @@ def student(made: Release, place: Path, code: str) -> str:
     if not site.exists():
         for wheel in (made.folder / "wheels").glob("*.whl"):
             shutil.unpack_archive(wheel, site, "zip")
-    (place / "work").mkdir(exist_ok=True)
+    (place / "work").mkdir(parents=True, exist_ok=True)
     done = subprocess.run(
         [sys.executable, "-P", "-c", code],
         cwd=place / "work",
@@ -296,13 +297,37 @@ def test_it_is_switched_on_in_mid_term(sandbox, term, tmp_path):
     assert OPTIONAL not in student(term.without, tmp_path, SUMMARY)
 
 
+def test_a_class_does_without_a_notebook(sandbox, term, tmp_path):
+    """Ada has the release without it. Bob began with the one that has it, and keeps his points."""
+    releases.store(set_to(term.solutions, ON), term.with_it.archive, term.with_it.id)
+    stiffness = {("1.2", "k"): lambda student, policy: 40.0}
+    course = replace(set_to(term.solutions, f'{ON}without = ["01_spring"]\n'), given=stiffness)
+    made = student_course.release(course, tmp_path / "out")
+    assert made.notebooks == (f"{OPTIONAL}.ipynb",)
+    assert [one.notebooks for one in assignments.of_course(course)] == [(OPTIONAL,)]
+    claims, missing = course_check.answers_of_solutions(course, bundle.build(course))
+    assert claims.values["1.2", "k"] == 40.0
+    assert list(course_check.check_verdicts(course, claims, missing)) == []
+    for name, has in (("ada", made), ("bob", term.with_it)):
+        student(has, tmp_path / name, FILL)
+        solve(tmp_path / name / "work")
+        shutil.copytree(tmp_path / name / "work", tmp_path / "submissions" / name)
+    assert student(made, tmp_path / "ada", ASKED) == "4.1 4.2\n"
+    value = "import springlab.lab; print(springlab.lab.start().value('1.2', 'k'))"
+    assert student(made, tmp_path / "ada", value).endswith("given to your class; it is not asked\n40.0\n")
+    rows = graded(course, tmp_path / "submissions", tmp_path / "marks")
+    expected = {"ada": ("2", "3"), "bob": ("9", "11")}
+    assert {name: (row["total"], row["out_of"]) for name, row in rows.items()} == expected
+
+
 def test_the_questions_of_this_course_are_the_same_with_an_optional_notebook_that_is_off():
     workbook = {name: one for name, one in CATALOGUE.marked.items() if not name.startswith("4.")}
     assert len(workbook) == len(CATALOGUE.marked) - 11
     for course in ({"release": "2025-autumn-1", "student": "ada"}, {"release": "2026-1", "optional": []}):
-        assert starts.handed_out(CATALOGUE, course).marked == workbook
-        assert starts.handed_out(CATALOGUE, course).predictions == CATALOGUE.predictions
+        assert left_out.handed_out(CATALOGUE, course).marked == workbook
+        assert left_out.handed_out(CATALOGUE, course).predictions == CATALOGUE.predictions
     for course in ({}, {"student": "ada"}, {"release": "2026-1", "optional": ["11_beyond_the_workbook"]}):
-        assert starts.handed_out(CATALOGUE, course) is CATALOGUE
-    with pytest.raises(ConfigurationError, match="list of names"):
-        starts.handed_out(CATALOGUE, {"optional": 1})
+        assert left_out.handed_out(CATALOGUE, course) is CATALOGUE
+    for course in ({"optional": 1}, {"without": "01_modeling_prelab"}):
+        with pytest.raises(ConfigurationError, match="in a list"):
+            left_out.handed_out(CATALOGUE, course)

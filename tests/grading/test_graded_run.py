@@ -35,7 +35,6 @@ PARTS = {
     "bench_of": "bob",
     "policy": BenchPolicy("real", benches=("north",)),
     "reports_in_pdf": {"First report": ReportFile("First report", "first_report.pdf", "0" * 64, 9000, True, 7, "")},
-    "start": "speed",
     "untouched": ("02_speed",),
     "waits": [("1", "x")],
     "evidence": b'{"recordings": []}',

@@ -299,26 +299,22 @@ def read_ours(folder: Path, text: str, benches: tuple[str, ...] = ()) -> CourseS
     return settings.read(folder, OURS.presets, DRAW, dict.fromkeys(benches, ""), OURS.catalogue)
 
 
-def test_a_class_may_begin_in_the_middle(tmp_path):
-    assert read_ours(tmp_path, "").given == ""
-    assert read_ours(tmp_path, '[given]\nfrom = "stiffness"\n').given == "stiffness"
-    assert (
-        read_ours(tmp_path, '[given]\nfrom = "gain"\n[bench]\nwhich = "preset"\npreset = "workbook"\n').given == "gain"
-    )
-    real = '[bench]\nwhich = "real"\nbenches = ["north"]\n[given]\nfrom = "gain"\n'
-    assert read_ours(tmp_path, real, ("north",)).given == "gain"
+def test_a_class_may_do_without_notebooks_that_are_not_optional(tmp_path):
+    assert read_ours(tmp_path, "").without == ()
+    text = '[optional]\nwithout = ["01_modeling_prelab", "02_finding_stiffness"]\n'
+    assert read_ours(tmp_path, text).without == ("01_modeling_prelab", "02_finding_stiffness")
 
 
 @pytest.mark.parametrize(
-    "text",
+    ("text", "place", "said"),
     [
-        '[given]\nfrom = "model"\n',
-        '[given]\nfrom = "gain"\n',
-        '[given]\nfrom = "stiffness"\n[bench]\nwhich = "real"\nbenches = ["north", "south"]\n',
-        "[given]\nfrom = 3\n",
+        ('[optional]\nwithout = ["01_modelling"]\n', "optional.without", '"01_modeling_prelab"'),
+        ('[optional]\nwithout = ["11_beyond_the_workbook"]\n', "optional.without", "11_beyond_the_workbook"),
+        ('[optional]\nwithout = "01_modeling_prelab"\n', "optional.without", "a list, in brackets"),
+        ('[given]\nfrom = "stiffness"\n', "given", r"Write \[optional\] without"),
     ],
 )
-def test_a_start_that_the_course_does_not_have_for_such_benches_is_refused(tmp_path, text):
-    with pytest.raises(GradingError) as error:
-        read_ours(tmp_path, text, ("north", "south"))
-    assert places(error) == ["given.from"]
+def test_what_cannot_be_left_out_is_refused_and_so_is_a_beginning_by_its_name(tmp_path, text, place, said):
+    with pytest.raises(GradingError, match=said) as error:
+        read_ours(tmp_path, text)
+    assert places(error) == [place]

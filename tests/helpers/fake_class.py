@@ -80,7 +80,7 @@ class FakeClass:
     def __init__(self, folder, monkeypatch):
         self.folder, self.runs, self.leaves, self.seeds, self.asked = folder, [], {}, {}, {}
         self.key(1.0)
-        self.made = Bundle(b"", {"a.ipynb": {"cells": CELLS}}, {}, (), "0" * 64)
+        self.made = Bundle(b"", {"a.ipynb": {"cells": CELLS}}, {}, (), "0" * 64, self.course.catalogue)
         monkeypatch.setattr(batch, "Bundles", lambda course: OneBundle(self.made))
         monkeypatch.setattr(batch.runner, "run", self.work)
         monkeypatch.setattr(batch, "Marker", InlineMarker)

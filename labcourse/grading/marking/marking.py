@@ -82,14 +82,12 @@ class Context:
     missing : (question, part) → why there is no answer
     supplied : (question, part) of values that an instructor supplied
     asked : (question, part) of the release that the student worked with; None if it asks all that the course asks
-    start : name of the start of a class that began in the middle; "" where it began at the beginning
     reports_in_pdf : number of a report → the PDF that was handed in, for a person to read
     """
 
     missing: Mapping[tuple[str, str], str] = field(default_factory=dict)
     supplied: Collection[tuple[str, str]] = ()
     asked: Collection[tuple[str, str]] | None = None
-    start: str = ""
     reports_in_pdf: Mapping[str, ReportFile] = field(default_factory=dict)
 
 

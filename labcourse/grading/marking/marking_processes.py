@@ -188,9 +188,10 @@ def _mark_answers(job: MarkingJob) -> Marked:
     claims.notes.extend(getattr(bench, "notes", ()))
     claims.problems.extend(_other_bench(course, bench, claims))
     decoding.add_words(claims, job.words, course.catalogue)
-    if job.context.start and course.given is not None:
-        policy = course.settings.bench if job.policy is None else job.policy
-        claims.values.update(course.given(job.context.start, job.student, policy))
+    if job.context.asked is not None:
+        given = course.given_values(job.student, job.policy or course.settings.bench, job.context.asked)
+        claims.values.update(given)
+        claims.notes += [f"Given to this class, not asked: {', '.join(map(' '.join, given))}."] if given else []
     marks = marking.mark(course, claims, bench, job.probe_seed, job.context)
     return Marked(tuple(marks), tuple(claims.problems), (*claims.notes, *marking.unmarked(course.key, claims)))
 

@@ -21,9 +21,10 @@ from importlib.metadata import Distribution, entry_points
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 import labcourse
 from labcourse import course_file, courses, files, program
-from labcourse.answers import starts
 from labcourse.benches import OWN, PRESET, REAL, SAME
 from labcourse.courses import GROUP, NOTEBOOKS
 from labcourse.errors import GradingError
@@ -128,13 +129,12 @@ def build(course: Course, folder: Path, with_data: bool = False) -> tuple[str, .
     GradingError
         If a part of the course is missing or cannot be derived.
     """
-    given = course.settings.given
-    skipped = starts.find(course.catalogue, given).skips if given else ()  # by a class that begins in the middle
-    texts = {name: text for name, text in derive_notebooks(course).items() if Path(name).stem not in skipped}
+    without = course.settings.without
+    texts = {name: text for name, text in derive_notebooks(course).items() if Path(name).stem not in without}
     (folder / NOTEBOOKS).mkdir(parents=True)
     for name, content in texts.items():
         of_class = student_notebooks.without_lines(content, course.off)
-        _write_text(folder / NOTEBOOKS / name, student_notebooks.without_links(of_class, skipped))
+        _write_text(folder / NOTEBOOKS / name, student_notebooks.without_links(of_class, without))
     for name in (PACKAGE, *course.packages):
         _copy_package(package_folder(name), folder / name)
     for module in course.withheld:
@@ -204,7 +204,7 @@ def _course_json(course: Course, folder: Path) -> dict[str, Any]:
     folder : of the release, with its notebooks and packages, and nothing else yet
     """
     settings = course.settings
-    course_json = {
+    course_json: dict[str, Any] = {
         course_file.STUDENT: "",
         course_file.COURSE: courses.name_of(course.package),
         "title": course.title,
@@ -212,17 +212,16 @@ def _course_json(course: Course, folder: Path) -> dict[str, Any]:
         "draw": settings.bench.draw,
         "bench": settings.bench.as_json(),
         course_file.REFLECT: settings.reflect.as_json(),
+        course_file.WITHOUT: sorted(settings.without),
     }
     if settings.report.page_limit is not None:  # without one, names of releases stay the same
         course_json[course_file.PAGE_LIMIT] = settings.report.page_limit
     if course.catalogue.optional:  # also without any, so that restoring a student's folder takes them out
-        course_json[starts.OPTIONAL] = sorted(settings.optional)
-    if settings.given:  # with own benches, each student's session works the values out
-        start, bench = starts.find(course.catalogue, settings.given), settings.bench
-        if bench.which != OWN and course.given is None:
-            raise GradingError("The course does not say what is given: course.py should define it (Course.given).")
-        values = course.given(start.name, "", bench) if bench.which != OWN and course.given else None
-        course_json[starts.GIVEN] = starts.as_json(start, values)
+        course_json[course_file.OPTIONAL] = sorted(settings.optional)
+    asked = {(number, name) for number, question in course.asked.marked.items() for name in question.names}
+    for (question, part), value in course.given_values("", settings.bench, asked).items():
+        if value is not None:
+            course_json.setdefault(course_file.GIVEN, {}).setdefault(question, {})[part] = np.asarray(value).tolist()
     name = releases.name_of(folder, course_json, settings.term or course.name)
     # The version of Python is no part of the name: work under another version is the same.
     python = settings.python or f"{sys.version_info.major}.{sys.version_info.minor}"

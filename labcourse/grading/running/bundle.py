@@ -22,9 +22,9 @@ from pathlib import Path
 from typing import Any
 
 from labcourse import course_file
-from labcourse.answers import starts
+from labcourse.answers import left_out
+from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.notebooks import HandIn
-from labcourse.answers.starts import Start
 from labcourse.benches import THEIR_OWN, BenchPolicy
 from labcourse.courses import NOTEBOOKS
 from labcourse.errors import ConfigurationError, GradingError
@@ -54,10 +54,10 @@ class Bundle:
     parameters : of the notebooks, besides the student
     imports : modules that notebooks use
     digest : of all of this; another digest is another bundle
+    catalogue : the course's questions, without those of notebooks that the release leaves out
     release : name of the release
     policy : which bench each student has
-    asked : the (question, part) that its notebooks ask for, of those that the course has
-    start : where it begins in the middle; None for at the beginning
+    asked : the (question, part) that its notebooks ask for, of these questions
     """
 
     packed: bytes
@@ -65,10 +65,10 @@ class Bundle:
     parameters: Mapping[str, str]
     imports: tuple[str, ...]
     digest: str
+    catalogue: Catalogue
     release: str = ""
     policy: BenchPolicy = THEIR_OWN
     asked: frozenset[tuple[str, str]] = frozenset()
-    start: Start | None = None
 
 
 @dataclass(frozen=True)
@@ -145,12 +145,7 @@ class Bundles:
             )
         if release != self.current.release:
             notes.append(f"Run and marked under an earlier release, {release}.")
-        bundle = self.built(release)
-        if bundle.start is not None:
-            given_parts = ", ".join(f"{question} {part}" for question, part in bundle.start.gives)
-            title = f"{bundle.start.title} ({given_parts})"
-            notes.append(f"Given to this class: {title}. It was not asked; later answers may follow from it.")
-        return Chosen(bundle, tuple(problems), tuple(notes))
+        return Chosen(self.built(release), tuple(problems), tuple(notes))
 
     def built(self, name: str) -> Bundle:
         """Return the bundle of a release, by the release's name; it is made once."""
@@ -199,7 +194,7 @@ def of_release(release: StoredRelease, course: Course) -> Bundle:
     Raises
     ------
     GradingError
-        If it names a start that the course does not have.
+        If its ``course.json`` is broken.
     """
     with tempfile.TemporaryDirectory(prefix="labcourse-release-") as scratch:
         release.unpack(Path(scratch))
@@ -220,12 +215,12 @@ def _bundle(course: Course, folder: Path, packages: tuple[str, ...], release: st
     Raises
     ------
     GradingError
-        If its ``course.json`` names a start that the course does not have.
+        If its ``course.json`` is broken.
     """
     paths = sorted((folder / NOTEBOOKS).glob("*.ipynb"))
     texts = {path.name: path.read_text(encoding="utf-8") for path in paths}
     pristine = {name: json.loads(text) for name, text in texts.items()}
-    start = _place_course_file(folder, course)
+    catalogue = _place_course_file(folder, course)
     packed = _pack({**{name: folder / name for name in packages}, INSIDE: _PROGRAMS})
     names = ("labcourse.answers.schema", *course.imports)  # a session imports that with its first answer
     imports = tuple(name for name in names if _can_be_imported(name, folder, packages))
@@ -236,36 +231,32 @@ def _bundle(course: Course, folder: Path, packages: tuple[str, ...], release: st
         parameters=dict(course.parameters),
         imports=imports,
         digest=hashlib.sha256(packed + json.dumps(depends, sort_keys=True).encode()).hexdigest(),
+        catalogue=catalogue,
         release=release,
         policy=policy,
-        asked=frozenset(
-            where
-            for *_cell, asked_for in asked(pristine, starts.narrowed(course.catalogue, start))
-            for where in asked_for
-        ),
-        start=start,
+        asked=frozenset(where for *_cell, asked_for in asked(pristine, catalogue) for where in asked_for),
     )
 
 
-def _place_course_file(folder: Path, course: Course) -> Start | None:
+def _place_course_file(folder: Path, course: Course) -> Catalogue:
     """Copy a release's ``course.json`` into the course's package, as an installed release has it.
 
     Returns
     -------
-    Start or None
-        Where the class begins in the middle, as the file says; None if it begins at the beginning.
+    Catalogue
+        The questions of the release.
 
     Raises
     ------
     GradingError
-        If the file names a start that the course does not have.
+        If the file is broken.
     """
     file = folder / NOTEBOOKS / COURSE_FILE
     place = folder.joinpath(*course.package.split("."), NOTEBOOKS)
     place.mkdir(parents=True)
     shutil.copyfile(file, place / COURSE_FILE)
     try:
-        return starts.chosen(json.loads(file.read_bytes()), course.catalogue)
+        return left_out.handed_out(course.catalogue, json.loads(file.read_bytes()))
     except (ValueError, ConfigurationError) as error:
         raise GradingError(f"{COURSE_FILE}: {error}") from None
 

@@ -55,7 +55,7 @@ def test_the_other_files_are_read_and_this_one_is_or_is_named(broken):
     if name == BROKEN:
         assert (BROKEN in hand_in.notebooks) != any(BROKEN in line for line in reported)
     elif name == "answers.json":
-        bundle = Bundle(b"", {}, {}, (), "")
+        bundle = Bundle(b"", {}, {}, (), "", CATALOGUE)
         prepared = prepare(hand_in, bundle, CATALOGUE, "ada")
         assert (prepared.claim is not None) != any("answers.json" in note for note in prepared.notes)
     else:

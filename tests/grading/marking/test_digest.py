@@ -122,7 +122,6 @@ def test_each_package_that_students_get_counts(tree):
 OTHERWISE = {
     "course": 'term = "2026 autumn"',
     "bench": 'which = "same"\nseed = 7',
-    "given": 'from = "stiffness"',
     "optional": 'notebooks = ["10_control_results"]',
     "feedback": "points = false",
     "reflect": "asks = false",

@@ -67,7 +67,7 @@ def frame(tmp_path_factory):
     source = hostile.course(tmp_path_factory.mktemp("hostile"), "canary")
     course = courses.load(source)
     pristine = {name: json.loads(text) for name, text in student_course.derive_notebooks(course).items()}
-    return source, course, Bundle(b"", pristine, {}, (), "0" * 64)
+    return source, course, Bundle(b"", pristine, {}, (), "0" * 64, course.catalogue)
 
 
 @pytest.fixture

@@ -26,7 +26,7 @@ MASTER = [
     code("q2", "y = None", True),
     code("q2-answer", 'lab.answer("2", x=y)'),
 ]
-BUNDLE = Bundle(b"", {"a.ipynb": {"cells": MASTER}}, {}, (), "0" * 64)
+BUNDLE = Bundle(b"", {"a.ipynb": {"cells": MASTER}}, {}, (), "0" * 64, CATALOGUE)
 
 
 def made(*cells, bundle=BUNDLE, **files):
@@ -57,7 +57,7 @@ def test_a_notebook_in_which_nothing_is_written_is_told_and_no_other(cells, told
 
 def test_a_notebook_that_asks_for_nothing_is_not_called_untouched():
     cells = [cell for cell in MASTER if not cell["id"].startswith("q")]
-    bundle = Bundle(b"", {"a.ipynb": {"cells": cells}}, {}, (), "0" * 64)
+    bundle = Bundle(b"", {"a.ipynb": {"cells": cells}}, {}, (), "0" * 64, CATALOGUE)
     assert made(*cells, bundle=bundle).notes == ()
 
 

@@ -1,8 +1,9 @@
-"""A class that begins in the middle: what is given to it, from the settings through release and hand-in to marks."""
+"""Classes that begin in the middle, by the guide alone: from its settings through release and hand-in to marks."""
 
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,7 @@ from checkout import ROOT
 from made_courses import OURS, copied
 
 from labcourse.benches import BenchPolicy
+from labcourse.errors import GradingError
 from labcourse.grading import course as courses
 from labcourse.grading.batch import Batch, Settings
 from labcourse.grading.gradebook import Gradebook
@@ -20,13 +22,16 @@ from labcourse.grading.reports.grades import Reports
 from labcourse.grading.verdicts import Status
 
 NOTEBOOKS = [path.name for path in OURS.notebooks]
-SAME = '[bench]\nwhich = "same"\nseed = 7\n'
-#: What is given → the bench of the class, the notebooks that it has, and some of what it is not asked.
+GUIDE = (ROOT / "docs" / "guide" / "middle.md").read_text(encoding="utf-8")
+SETTINGS = re.findall(r"^```toml\n(.*?)^```$", GUIDE, re.MULTILINE | re.DOTALL)
+#: Points that can be earned → settings of the guide, the notebooks that are left, what is given in numbers, and some of
+#: what is not asked.
 CLASSES = {
-    "stiffness": ("", [NOTEBOOKS[0], *NOTEBOOKS[3:]], [("2.12", "K_s"), ("2.7", "A"), ("Table 2", "omega_n")]),
-    "gain": (
-        SAME,
-        [NOTEBOOKS[0], *NOTEBOOKS[7:]],
+    93.5: (SETTINGS[0], NOTEBOOKS[3:], [], [("2.12", "K_s"), ("2.7", "A"), ("Table 2", "omega_n")]),
+    40.25: (
+        SETTINGS[1],
+        NOTEBOOKS[7:],
+        ["2.12", "2.14", "3.8"],
         [("3.8", "K"), ("2.14", "A"), ("Table 3", "W"), ("3.4", "strategy")],
     ),
 }
@@ -50,16 +55,16 @@ def handed_in(folder: Path, released: Path, student: str) -> None:
     (folder / "course.json").write_text(json.dumps({**about, "student": student}), encoding="utf-8")
 
 
-@pytest.mark.parametrize("name", CLASSES)
-def test_who_begins_in_the_middle_has_all_points_of_what_is_asked(sandbox, tmp_path, name):
-    bench, notebooks, not_asked = CLASSES[name]
+@pytest.mark.parametrize("points", CLASSES)
+def test_who_begins_in_the_middle_has_all_points_of_what_is_asked(sandbox, tmp_path, points):
+    settings, notebooks, in_numbers, not_asked = CLASSES[points]
     source = copied(tmp_path / "course", NOTEBOOKS)
-    (source / "course.toml").write_text(f'[given]\nfrom = "{name}"\n{bench}', encoding="utf-8")
+    (source / "course.toml").write_text(settings, encoding="utf-8")
     course = courses.load(source)
     made = student_course.release(course, tmp_path / "out")
-    assert list(made.notebooks) == notebooks
-    given = json.loads((made.folder / "notebooks" / "course.json").read_text(encoding="utf-8"))["given"]
-    assert given["from"] == name and ("values" in given) == (name == "gain")
+    assert list(made.notebooks) == [NOTEBOOKS[0], *notebooks]
+    about = json.loads((made.folder / "notebooks" / "course.json").read_text(encoding="utf-8"))
+    assert list(about.get("given", {})) == in_numbers
     for path in (made.folder / "rotflex").rglob("*.py"):  # what leaves besides is as always
         assert path.read_bytes() == (ROOT / path.relative_to(made.folder)).read_bytes()
     handed_in(tmp_path / "in" / "ada", made.folder, "ada")
@@ -76,20 +81,31 @@ def test_who_begins_in_the_middle_has_all_points_of_what_is_asked(sandbox, tmp_p
     assert lost == []
     assert not [line for line in step.graded.run.problems if "Table" in line or "is missing" in line]
     facts = facts_of(step.graded.run)
-    assert facts.start == name and set(facts.asked) >= set(marks) - {one for one in marks if "as a whole" in one[0]}
+    assert set(facts.asked) >= set(marks) - {one for one in marks if "as a whole" in one[0]}
     page = (tmp_path / "marks" / "ada" / "feedback.html").read_text(encoding="utf-8")
-    assert "Given to this class" in page and "K_s" in page
+    assert "Given to this class" in page and "2.12 K_s" in page
     total = json.loads((tmp_path / "marks" / "ada" / "marks.json").read_text(encoding="utf-8"))["out_of"]
-    assert total == pytest.approx(sum(one.out_of for one in marks.values()))
-    assert total < sum(question.points for question in OURS.catalogue.marked.values())
+    assert total == pytest.approx(sum(one.out_of for one in marks.values())) == points
 
 
 def test_the_model_that_is_given_is_that_of_the_bench_and_the_gain_places_its_poles():
     policy = BenchPolicy("same", seed=7, draw=OURS.draw)
-    values = OURS.given("gain", "", policy)
+    values = OURS.given_values("", policy, ())
     assert values["2.12", "K_s"] == pytest.approx(OURS.true_bench("", policy).K_s, rel=1e-3)
     servo = OURS.true_bench("", policy).servo
     b, a = servo.torque_per_volt, servo.back_emf_damping
     A = values["2.14", "A"] - values["2.14", "B"] @ np.array([[0, 0, a, 0]])
     poles = np.linalg.eigvals(A - b * values["2.14", "B"] @ values["3.8", "K"])
     assert np.sort_complex(poles) == pytest.approx(np.array([-40, -30, -12 - 16j, -12 + 16j]), rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("policy", "asked"),
+    [
+        (BenchPolicy(draw=OURS.draw), {("2.12", "J_l"), ("2.12", "K_s")}),
+        (BenchPolicy("real", benches=("north", "south"), draw=OURS.draw), ()),
+    ],
+)
+def test_a_model_and_a_gain_are_given_for_one_bench(policy, asked):
+    with pytest.raises(GradingError, match="bench"):
+        OURS.given_values("", policy, asked)
