@@ -19,7 +19,7 @@ import typer.main
 from checkout import ROOT
 from traitlets.config import Config
 
-from labcourse.answers import starts
+from labcourse.answers import left_out
 from labcourse.grading import settings
 from rotflex import cli, experiments, greybox, hil
 from rotflex.course import spare_design
@@ -29,7 +29,7 @@ from rotflex.hil import bench_file
 ELSEWHERE = ROOT / "docs" / "new_course.md"  # what it says is done in test_new_course_page.py
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]
 FENCE = re.compile(r"^(?P<margin> *)```(?P<language>\w+)\n(?P<code>.*?)^(?P=margin)```$", re.MULTILINE | re.DOTALL)
-CATALOGUE = starts.with_optional(WHOLE, ())  # what every class has
+CATALOGUE = left_out.reduced(WHOLE, WHOLE.optional)  # what every class has
 NOT_RUN = re.compile(r"<!-- not run: (.+?) -->\s*$")
 PRINTED = re.compile(r"\s*<!-- printed -->\s*```text\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 
