@@ -1,5 +1,6 @@
 """The house's own rules and counts, on made-up files."""
 
+import re
 import subprocess
 
 import count_lines
@@ -92,15 +93,20 @@ def test_a_module_belongs_to_the_room_with_the_longest_pattern(tmp_path):
     assert {path.stem: room for path, room in found.items()} == expected
 
 
-def test_a_room_over_its_budget_and_a_module_in_no_room_fail(tmp_path, monkeypatch, capsys):
+def test_more_lines_than_before_and_a_module_in_no_room_fail(tmp_path, monkeypatch, capsys):
     for name in ("rotflex/a.py", "rotflex/new/b.py"):
         (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / name).write_text("one = 1\ntwo = 2\n", encoding="utf-8")
     monkeypatch.setattr(count_lines, "ROOT", tmp_path)
-    monkeypatch.setattr(count_lines, "ROOMS", {"core": (1, ("rotflex/*.py",))})
-    assert count_lines.main() == 1
-    shown = capsys.readouterr().out
-    assert "core: 2 lines of code, and its budget is 1" in shown
-    assert "new/b.py is in no room" in shown
-    monkeypatch.setattr(count_lines, "ROOMS", {"core": (2, ("rotflex/*.py",)), "new": (2, ("rotflex/new/*.py",))})
-    assert count_lines.main() == 0
+    (tmp_path / "tests").mkdir()
+    for most, rooms, wrong in (
+        (4, {"core": (1, ("rotflex/*.py",)), "new": (2, ("rotflex/new/*.py",))}, ()),
+        (3, {"core": (1, ("rotflex/*.py",)), "new": (2, ("rotflex/new/*.py",))}, ("4 lines of code",)),
+        (4, {"core": (1, ("rotflex/*.py",))}, ("new/b.py is in no room",)),
+    ):
+        monkeypatch.setattr(count_lines, "MOST", most)
+        monkeypatch.setattr(count_lines, "ROOMS", rooms)
+        assert count_lines.main() == bool(wrong)
+        shown = capsys.readouterr().out
+        assert all(one in shown for one in wrong)
+        assert re.search(r"^core +2 +1 +1$", shown, re.MULTILINE)

@@ -1,11 +1,12 @@
-"""Count lines of code, and fail if a room has more than its budget.
+"""Count lines of code, and fail if there are more than before.
 
     python tools/count_lines.py
 
 Lines of code are those with anything on them but comments and docstrings. A string that is no docstring counts, except
 for its blank lines. Modules are files ``*.py`` of the packages, empty ones included; of tests, each line counts.
 
-Longer lines, missing docstrings and code in data files do not make a room smaller.
+A room's target is where it is to end. A room above it prints by how much; the sum must not grow (:data:`MOST`). Longer
+lines, missing docstrings and code in data files do not make a room smaller.
 """
 
 from __future__ import annotations
@@ -21,11 +22,13 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGES = ("rotflex", "labcourse")
 
-#: Room → the most lines of code that it may have, and its files. Where several patterns match, the longest one decides:
-#: a file that is named belongs elsewhere than the rest of its folder.
+#: The most lines of code of all rooms: lower it with each landing that makes them fewer.
+MOST = 32_136
+#: Room → the lines of code that it should come to, and its files. Where several patterns match, the longest one
+#: decides: a file that is named belongs elsewhere than the rest of its folder.
 ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
     "laboratory core, figures, greybox, model": (
-        3772,
+        3500,
         (
             "rotflex/*.py",
             "rotflex/figures/**/*.py",
@@ -34,16 +37,16 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
         ),
     ),
     "hil, commissioning, doctor, bench commands": (
-        3986,
+        3100,
         (
             "rotflex/bench_commands.py",
             "rotflex/commissioning/**/*.py",
             "rotflex/hil/**/*.py",
         ),
     ),
-    "recordings of a real bench": (203, ("rotflex/course/plausible.py", "rotflex/course/recordings_folder.py")),
+    "recordings of a real bench": (200, ("rotflex/course/plausible.py", "rotflex/course/recordings_folder.py")),
     "widgets, scene, the course": (
-        4855,
+        4000,
         (
             "labcourse/scene/**/*.py",
             "rotflex/course/**/*.py",
@@ -51,23 +54,23 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
         ),
     ),
     "answers, session, files of a course": (
-        3711,
+        2700,
         (
             "labcourse/*.py",
             "labcourse/answers/**/*.py",
             "labcourse/jupyter/**/*.py",
         ),
     ),
-    "run": (2093, ("labcourse/run/**/*.py",)),
-    "report": (1166, ("labcourse/report/**/*.py",)),
-    "running, the warm runner": (1030, ("labcourse/grading/running/**/*.py", "labcourse/run/inside/**/*.py")),
-    "intake": (1489, ("labcourse/grading/intake/**/*.py",)),
-    "gradebook": (1536, ("labcourse/grading/gradebook/**/*.py",)),
-    "marking": (1185, ("labcourse/grading/marking/**/*.py",)),
-    "isolation": (966, ("labcourse/grading/isolation/**/*.py",)),
-    "reports, scoring": (2412, ("labcourse/grading/reports/**/*.py", "labcourse/grading/scoring/**/*.py")),
+    "run": (1700, ("labcourse/run/**/*.py",)),
+    "report": (450, ("labcourse/report/**/*.py",)),
+    "running, the warm runner": (850, ("labcourse/grading/running/**/*.py", "labcourse/run/inside/**/*.py")),
+    "intake": (1000, ("labcourse/grading/intake/**/*.py",)),
+    "gradebook": (1050, ("labcourse/grading/gradebook/**/*.py",)),
+    "marking": (1050, ("labcourse/grading/marking/**/*.py",)),
+    "isolation": (850, ("labcourse/grading/isolation/**/*.py",)),
+    "reports, scoring": (1800, ("labcourse/grading/reports/**/*.py", "labcourse/grading/scoring/**/*.py")),
     "outcomes, overview, to do, platforms, accounts": (
-        2132,
+        1250,
         (
             "labcourse/grading/accounts.py",
             "labcourse/grading/erasure.py",
@@ -79,7 +82,7 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
         ),
     ),
     "settings, release, commands, rest": (
-        3534,
+        2500,
         (
             "rotflex/cli.py",
             "labcourse/command_line.py",
@@ -135,11 +138,11 @@ def rooms_of_modules(root: Path, rooms: Mapping[str, tuple[int, Sequence[str]]])
     Parameters
     ----------
     root : folder of the repository
-    rooms : room → budget and patterns
+    rooms : room → target and patterns
     """
     found: dict[Path, str | None] = {path: None for name in PACKAGES for path in sorted((root / name).rglob("*.py"))}
     by_length = sorted(
-        (len(pattern), pattern, room) for room, (_most, patterns) in rooms.items() for pattern in patterns
+        (len(pattern), pattern, room) for room, (_target, patterns) in rooms.items() for pattern in patterns
     )
     for _length, pattern, room in by_length:
         found.update(dict.fromkeys(root.glob(pattern), room))
@@ -147,7 +150,7 @@ def rooms_of_modules(root: Path, rooms: Mapping[str, tuple[int, Sequence[str]]])
 
 
 def main() -> int:
-    """Print a row for each room; return 1 if a room is over its budget, or a module in no room."""
+    """Print a row for each room; return 1 if there are more lines than before, or a module in no room."""
     rooms = rooms_of_modules(ROOT, ROOMS)
     wrong = [
         f"{path.relative_to(ROOT)} is in no room of tools/count_lines.py." for path, room in rooms.items() if not room
@@ -155,15 +158,15 @@ def main() -> int:
     lines: Counter[str | None] = Counter()
     for path, room in rooms.items():
         lines[room] += code_lines(path.read_text(encoding="utf-8"))
-    print(f"{'room':<44}{'lines':>8}{'budget':>8}")
-    for room, (most, _patterns) in ROOMS.items():
-        print(f"{room:<44}{lines[room]:>8}{most:>8}")
-        if lines[room] > most:
-            wrong.append(
-                f"{room}: {lines[room]} lines of code, and its budget is {most}. Make it smaller; the budget "
-                "(tools/count_lines.py) may be raised only with a reason in the commit."
-            )
-    print(f"{'sum':<44}{lines.total():>8}{sum(most for most, _patterns in ROOMS.values()):>8}")
+    print(f"{'room':<44}{'lines':>8}{'target':>8}{'above':>8}")
+    for room, (target, _patterns) in ROOMS.items():
+        print(f"{room:<44}{lines[room]:>8}{target:>8}{max(lines[room] - target, 0) or '':>8}")
+    print(f"{'sum':<44}{lines.total():>8}{sum(target for target, _patterns in ROOMS.values()):>8}")
+    if lines.total() > MOST:
+        wrong.append(
+            f"{lines.total()} lines of code, and there may be {MOST}. Make them fewer; MOST (tools/count_lines.py) may "
+            "be raised only with a reason in the commit."
+        )
     tests = sum(len(path.read_text(encoding="utf-8").splitlines()) for path in (ROOT / "tests").rglob("*.py"))
     print(f"{len(rooms)} modules; {tests} lines of tests")
     print(*wrong, sep="\n", end="\n" if wrong else "")
