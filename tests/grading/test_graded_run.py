@@ -34,7 +34,7 @@ PARTS = {
     "asked": [("1", "x"), ("2", "y")],
     "bench_of": "bob",
     "policy": BenchPolicy("real", benches=("north",)),
-    "reports_in_pdf": {"First report": ReportFile("First report", "first_report.pdf", "0" * 64, 9000, True, 7, "")},
+    "reports_in_pdf": {"First report": ReportFile("First report", "first_report.pdf", "0" * 64, 9000, True, True)},
     "untouched": ("02_speed",),
     "waits": [("1", "x")],
     "evidence": b'{"recordings": []}',

@@ -312,8 +312,8 @@ def test_the_wheels_say_what_they_need_and_bring_the_course(released, installed)
 def test_the_released_command_has_no_instructors_commands(installed):
     done = _run_in(installed, "-m", "rotflex.cli", "--help")
     assert done.returncode == 0, done.stderr
-    assert " lab " in done.stdout
-    assert " grade " not in done.stdout and " release " not in done.stdout
+    assert "│ lab " in done.stdout
+    assert "│ grade " not in done.stdout and "│ release " not in done.stdout
 
 
 def _run_in(folder, *arguments):
