@@ -3,9 +3,7 @@
 That nothing is asked of right ways of every kind is tested in ``tests/whole/test_right_ways.py``.
 """
 
-import json
 import re
-from datetime import datetime, timedelta
 
 import numpy as np
 import pytest
@@ -64,25 +62,19 @@ ASKED = {
     "2.3 L: the total energy": "Lagrangian",
     "2.4 equation: friction drives": r"equation of question 2\.4",
     "2.6 theta_ddot: the spring's sign": r"equation of question 2\.4",
-    "2.6 alpha_ddot: the acceleration in the room": r"equation of question 2\.\d",
     ("2.5", "equation", lambda right: sympy.Eq(right.lhs + K_s * alpha, right.rhs)): r"equation of question 2\.5",
     "2.7 A: the rates exchanged": "rows? .* of A",
     "2.8 J_l: no parallel axis": "% of this J_l",
     "2.11 omega_n: in Hz": "% of its highest value",
-    "2.11 omega_n: another peak": "% of its highest value",
-    "2.12 J_l: another anchor": "% of this J_l",
     "2.12 K_s: omega_n not squared": r"swings at \d.* Hz",
     "2.13 state_space: a minus lost in the last row of A": "row 4 of A",
     "2.13 state_space: a minus lost in B": "row .* of B",
     "2.13 state_space: A transposed": "row 1, 2, 3, 4 of A",
     "2.14 A: a minus lost in the last row": "nothing pulls it back",
     ("2.14", "A", lambda right: right * [[1], [1], [1.5], [1.5]]): r"arm of your A swings at \d.* Hz",
-    "2.14 A: the voltage's model": "row 3, 4",
-    "2.14 B: times ten": "row 3, 4",
     "2.18 poles: of the torque's model": "torque as input",
     "2.18 poles: mirrored": "motor voltage as input, are others",
     "Table 2 C: its rows exchanged": "C in the table",
-    "Table 2 poles: of the torque's model": "poles in the table",
     "3.2 polynomial: a coefficient": r"roots of this polynomial .* question 2\.18",
     "3.2 polynomial: lowest power first": "highest power of s first",
     "3.3 A_c: transposed": "A_c brings along",
@@ -94,11 +86,8 @@ ASKED = {
     "3.5 K_c: open loop less desired": "A_c − B_c·K_c",
     "3.7 W: the wrong order": "T times the inverse of T_c",
     "3.8 K: the other sign": r"closed-loop poles at .*\(3\.4\)",
-    "3.10 K: of the torque's model": r"closed-loop poles at .*\(3\.4\)",
     "3.11 response: with the torque's model": "simulate this model with this K",
     "3.12 t_s: from the start of the recording": "from which time",
-    "3.12 PO: of the amplitude": "which angle",
-    "3.14 alpha_max_deg: in radians": "largest magnitude",
     "3.16 V_max: from peak to peak": "largest magnitude",
     "Table 3 W: its inverse": "W in the table",
 }
@@ -155,12 +144,3 @@ def test_in_a_session_it_prints_what_there_is_to_ask_and_keeps_nothing(tmp_path,
     assert printed[1].startswith("  2.12, 2.11: With your J_l = 0.0035 kg·m² and K_s = 0.07 N·m/rad")
     assert printed[2].endswith(": 2.9 sweep, 2.8 J_l.")
     assert (tmp_path / "answers.json").read_bytes() == before
-
-
-def test_the_course_can_switch_it_off_or_delay_it(tmp_path, capsys):
-    tomorrow = datetime.now().astimezone() + timedelta(days=1)
-    for setting, fragment in (("off", "switched this off"), (tomorrow.isoformat(), f"from {tomorrow:%Y-%m-%d}")):
-        (tmp_path / "course.json").write_text(json.dumps({"student": "ada", "reflect": setting}))
-        lab = rotflex.course.lab.start(folder=tmp_path, quiet=True)
-        lab.reflect()
-        assert fragment in capsys.readouterr().out

@@ -1,10 +1,7 @@
 """The outline of a report and its text, from what is recorded."""
 
-import re
-
 import pytest
 
-from labcourse.answers.report_files import in_one_piece
 from labcourse.errors import AnswerError
 from labcourse.session import Session
 from rotflex.course import reports
@@ -37,15 +34,6 @@ def test_outline_names_what_a_row_still_lacks_and_says_when_it_is_complete(lab):
     assert "3.17 explanation" not in row[4] and "comparison_analysis" in row[4]
     lab.answer("Control report", comparison_analysis="As said in question 3.17.")
     assert rows(reports.outline("Control report", lab))["III.7"][4] == "recorded"
-
-
-def test_one_piece_has_the_texts_under_their_headings_in_order():
-    texts = {"model_conclusion": "It is good.", "stiffness_procedure": "We shook it."}
-    text = in_one_piece(CATALOGUE.items("Modeling report"), texts)
-    assert "**I.1 Procedure: finding the stiffness**\n\nWe shook it." in text
-    assert text.index("We shook it.") < text.index("It is good.")
-    assert re.findall(r"^\*\*(\S+)", text, re.M) == ["I.1", "I.2", "I.3", "III.1", "III.2", "IV.1"]
-    assert text.count("*not written yet*") == 4
 
 
 def test_unknown_report_is_refused_with_the_names_of_those_that_there_are(lab):

@@ -12,7 +12,6 @@ import shutil
 import subprocess
 import sys
 import zipfile
-from copy import copy
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -30,7 +29,6 @@ from labcourse.grading.gradebook import Gradebook
 from labcourse.grading.release import releases, student_course
 from labcourse.grading.release.student_course import Release
 from labcourse.grading.reports.grades import Reports
-from labcourse.grading.running import bundle
 from labcourse.grading.scoring import rubric
 from labcourse.grading.sheets import read_layouts
 from rotflex.course.questions import CATALOGUE
@@ -186,16 +184,6 @@ def test_a_name_of_no_notebook_is_found_in_the_catalogue(off):
     assert [one.what for one in found] == ["there is no notebook 02_beyound in solutions."]
 
 
-def test_a_row_of_a_sheet_may_also_have_a_question_of_a_notebook_that_is_off(tmp_path):
-    text = (ROOT / "solutions" / "sheets.toml").read_text(encoding="utf-8")
-    (tmp_path / "sheets.toml").write_text(text.replace('"I.2" = ["2.13"]', '"I.2" = ["2.13", "3.1"]'), encoding="utf-8")
-    course = copy(CATALOGUE)
-    course.optional, course.whole = ("05_control_prelab",), course
-    layouts = read_layouts(tmp_path, left_out.reduced(course, course.optional))
-    assert "Scoring sheet for pre-lab questions (control)" not in [layout.title for layout in layouts]
-    assert not [where for layout in layouts for where in layout.parts if where[0] == "3.1"]
-
-
 def student(made: Release, place: Path, code: str) -> str:
     """What a student's Python prints where a release is installed; it runs in the folder ``work``."""
     site = place / f"site-{made.id}"
@@ -295,29 +283,6 @@ def test_it_is_switched_on_in_mid_term(sandbox, term, tmp_path):
             assert {mark.question for mark in one.after.marks} == {"1.1", "1.2", "1.3", "1.4"}
     student(term.without, tmp_path, FILL)
     assert OPTIONAL not in student(term.without, tmp_path, SUMMARY)
-
-
-def test_a_class_does_without_a_notebook(sandbox, term, tmp_path):
-    """Ada has the release without it. Bob began with the one that has it, and keeps his points."""
-    releases.store(set_to(term.solutions, ON), term.with_it.archive, term.with_it.id)
-    stiffness = {("1.2", "k"): lambda student, policy: 40.0}
-    course = replace(set_to(term.solutions, f'{ON}without = ["01_spring"]\n'), given=stiffness)
-    made = student_course.release(course, tmp_path / "out")
-    assert made.notebooks == (f"{OPTIONAL}.ipynb",)
-    assert [one.notebooks for one in assignments.of_course(course)] == [(OPTIONAL,)]
-    claims, missing = course_check.answers_of_solutions(course, bundle.build(course))
-    assert claims.values["1.2", "k"] == 40.0
-    assert list(course_check.check_verdicts(course, claims, missing)) == []
-    for name, has in (("ada", made), ("bob", term.with_it)):
-        student(has, tmp_path / name, FILL)
-        solve(tmp_path / name / "work")
-        shutil.copytree(tmp_path / name / "work", tmp_path / "submissions" / name)
-    assert student(made, tmp_path / "ada", ASKED) == "4.1 4.2\n"
-    value = "import springlab.lab; print(springlab.lab.start().value('1.2', 'k'))"
-    assert student(made, tmp_path / "ada", value).endswith("given to your class; it is not asked\n40.0\n")
-    rows = graded(course, tmp_path / "submissions", tmp_path / "marks")
-    expected = {"ada": ("2", "3"), "bob": ("9", "11")}
-    assert {name: (row["total"], row["out_of"]) for name, row in rows.items()} == expected
 
 
 def test_the_questions_of_this_course_are_the_same_with_an_optional_notebook_that_is_off():

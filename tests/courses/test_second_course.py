@@ -7,7 +7,6 @@ out by hand from its key, in ``CLASS``.
 from __future__ import annotations
 
 import csv
-import html
 import json
 import os
 import re
@@ -90,11 +89,6 @@ def statuses(folder: Path, student: str) -> dict[str, str]:
     return {mark["part"]: mark["status"] for mark in marks}
 
 
-def text_of(page: Path) -> str:
-    seen = re.sub(r"<style.*?</style>|<[^>]+>", " ", page.read_text(encoding="utf-8"), flags=re.DOTALL)
-    return " ".join(html.unescape(seen).split())
-
-
 @pytest.fixture(scope="module")
 def solutions(tmp_path_factory: pytest.TempPathFactory) -> Path:
     course = tmp_path_factory.mktemp("course") / "spring"
@@ -135,21 +129,6 @@ def graded(sandbox: None, solutions: Path, submissions: Path, tmp_path_factory: 
     return out
 
 
-@pytest.fixture
-def marks(graded: Path, tmp_path: Path) -> Path:
-    return Path(shutil.copytree(graded, tmp_path / "marks"))
-
-
-@pytest.fixture
-def lenient(solutions: Path, tmp_path: Path) -> Path:
-    """The course, whose key lets a stiffness be 10 % off, not 5 %."""
-    course = Path(shutil.copytree(solutions.parent, tmp_path / "lenient")) / "solutions"
-    key = (course / "key.py").read_text(encoding="utf-8")
-    assert key.count("rtol=0.05") == 1
-    (course / "key.py").write_text(key.replace("rtol=0.05", "rtol=0.1"), encoding="utf-8")
-    return course
-
-
 @pytest.mark.usefixtures("sandbox")
 def test_check_course_finds_nothing(solutions: Path) -> None:
     assert " in 1 notebook: everything fits" in rotflex("check-course", "--solutions", solutions)
@@ -183,44 +162,3 @@ def test_each_submission_gets_what_the_key_gives_by_hand(graded: Path) -> None:
         assert table[student]["1.4"] == ("0" if student == "empty" else "")  # words, which wait for a person
         assert handed.statuses.items() <= statuses(graded, student).items(), student
         assert table[student]["notes"].endswith("Run in isolation.")
-
-
-def test_feedback_names_the_questions_of_this_course(graded: Path) -> None:
-    page = text_of(graded / "stiff" / "feedback.html")
-    assert "5 of 8 points" in page
-    titles = ("The motion after release", "Stiffness", "Natural frequency", "What was left out")
-    assert all(f"Question 1.{number}: {title}" in page for number, title in enumerate(titles, start=1))
-    assert "More than 5 % off the stiffness of your spring." in page
-    assert "it agrees with the one that your own k gives" in page
-
-
-def test_a_persons_points_for_prose_stay_when_the_key_changes(
-    marks: Path, solutions: Path, lenient: Path, submissions: Path
-) -> None:
-    reason = "Friction, well said."
-    book = marks / "gradebook.sqlite"
-    rotflex("mark", book, "right", "1.4", "why", 1, "--reason", reason, "--by", "A. Teacher")
-    lines = events(rotflex("grade", marks, submissions, "--solutions", solutions, "--json"))
-    assert lines[-1] == {"event": "done", "ran": 0, "known": 5, "failed": 0, "total": 5}
-    assert points(rows(marks)["right"]) == (1, 2, 4, 1)
-    assert float(rows(marks)["right"]["awaiting a person"]) == 0
-    lines = events(rotflex("grade", marks, submissions, "--solutions", lenient, "--json"))
-    assert {line["student"]: line["points"] for line in lines[:-1]}["right"] == 8
-    assert points(rows(marks)["right"]) == (1, 2, 4, 1)
-    assert reason in text_of(marks / "right" / "feedback.html")
-
-
-def test_a_changed_key_marks_stored_answers(marks: Path, lenient: Path, submissions: Path, tmp_path: Path) -> None:
-    shutil.copytree(marks, tmp_path / "again")
-    lines = events(rotflex("grade", marks, submissions, "--solutions", lenient, "--json"))
-    assert {line["student"]: (line["ran"], line["points"]) for line in lines[:-1]} == {
-        student: (False, sum(handed.points) + 2 * (student == "stiff")) for student, handed in CLASS.items()
-    }
-    assert points(rows(marks)["stiff"]) == (1, 2, 4, 0)
-
-    book = tmp_path / "again" / "gradebook.sqlite"
-    lines = events(rotflex("regrade", book, "--solutions", lenient, "--out", tmp_path / "again", "--json"))
-    assert {line["student"]: (line["before"], line["after"]) for line in lines}["stiff"] == (5, 7)
-    assert rows(tmp_path / "again") == rows(marks)
-    for student in CLASS:
-        assert statuses(tmp_path / "again", student) == statuses(marks, student)

@@ -72,20 +72,3 @@ def test_each_course_is_opened_by_its_name_and_without_one_all_are_listed(site, 
         about = json.loads((tmp_path / name / "course.json").read_text("utf-8"))
         assert about["release"].startswith({"springlab": "spring-course", "rotflex": "rotflex-course"}[name])
         assert about["course"] == name
-
-
-def test_a_check_runs_each_with_its_own_packages(site, tmp_path):
-    labcourse(site, tmp_path, "--course", "springlab", "lab", "work", "--student", "ada")
-    code, said = labcourse(site, tmp_path / "work", "check")
-    assert code == 1 and "nothing yet: 01_spring" in said
-    code, said = labcourse(site, tmp_path, "--course", "rotflex", "check", "work")
-    assert code == 2 and "of the course springlab" in said
-
-
-def test_a_courses_own_command_in_an_empty_folder_does_not_fill_the_others_last_one(site, tmp_path):
-    labcourse(site, tmp_path, "--course", "springlab", "lab", "work", "--student", "ada")
-    before = {path.name: path.read_bytes() for path in (tmp_path / "work").iterdir()}
-    (tmp_path / "empty").mkdir()
-    code, said = labcourse(site, tmp_path / "empty", "lab", "--student", "ada", program="rotflex.cli")
-    assert code == 0 and "work" not in said, said
-    assert {path.name: path.read_bytes() for path in (tmp_path / "work").iterdir()} == before

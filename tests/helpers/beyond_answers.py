@@ -186,11 +186,11 @@ class Student:
         torque = servo.J_eq * (g[2] + c * g[4]) + servo.B_eq * states[2] - self.K_s * states[1]
         return states, torque / servo.torque_per_volt + servo.k_m * servo.K_g * states[2]
 
-    def turned(self, friction: float = 0.07, power: int = 4, start: float = 0.5, controller: Any = None) -> Recording:
+    def turned(self, friction: float = 0.07, power: int = 4, start: float = 0.5) -> Recording:
         states, volts = self.turn(signals.time_axis(2.0 + start, 0.002), power, start)
         K = self.K.ravel()
         ahead = (volts + friction * np.sign(np.round(states[2], 2)) + K @ states) / K[0] - states[0]
-        return self.run(TwoDegreesOfFreedom(controller or StateFeedback(K), ahead), states[0])
+        return self.run(TwoDegreesOfFreedom(StateFeedback(K), ahead), states[0])
 
     @cached_property
     def answers(self) -> dict[Where, Any]:

@@ -2,20 +2,11 @@
 
 import copy
 
-from honest_hand_in import Cell, Ways, Work, code, is_answer, markdown, text_of
+from honest_hand_in import Ways, Work, code, markdown, text_of
 
 WAYS = Ways()
 
-_PEAK = '''
-def peak_frequency(f, amplitude, low, high):
-    """Where the spectrum is highest between two frequencies (Hz)."""
-    inside = (f >= low) & (f <= high)
-    return f[inside][np.argmax(amplitude[inside])]
-'''
-_BY_PEAK = "omega_n = 2 * np.pi * peak_frequency(f_hz, amplitude_deg, 1, 5)  # rad/s"
 _ARM = "arm = lab.joint\nbottom = arm.m_1 * arm.L_1**2 / 3\ntop = arm.m_2 * arm.L_2**2 / 12 + arm.m_2 * arm.d_12**2"
-_STIFFNESS = "J_l = bottom + top\nK_s = J_l * omega_n**2"
-_W = "W = T @ np.linalg.inv(T_c)"
 
 
 @WAYS.changed()
@@ -26,13 +17,6 @@ def plain(work: Work) -> None:
 @WAYS.changed(answers_json=True)
 def plain_with_answers_recorded_at_home(work: Work) -> None:
     """The usual case: the folder as it is after the work, with the answers.json that the notebooks wrote."""
-
-
-@WAYS.changed()
-def helper_cell(work: Work) -> None:
-    """Wrote a helper function in a cell of their own, above the answer that uses it."""
-    work.before("q2-11", code(_PEAK))
-    work.write("q2-11", _BY_PEAK)
 
 
 @WAYS.changed(told=("student = 'Ada Lovelace' changes nothing",))
@@ -51,32 +35,6 @@ def begun_again(work: Work) -> None:
 
 
 @WAYS.changed()
-def own_plot_helper(work: Work) -> None:
-    """Draws the three plots of 07, 08 and 09 by a function of their own, in an added cell of each notebook."""
-    helper = code("""
-def three_panels(run):
-    fig, axes = plt.subplots(3, 1, figsize=(8, 7), sharex=True)
-    axes[0].plot(run.time, run.degrees("theta_ref"), "k--", label="command")
-    axes[0].plot(run.time, run.degrees("theta"), label="servo angle")
-    axes[0].legend()
-    axes[1].plot(run.time, run.degrees("alpha"), label="deflection")
-    axes[2].plot(run.time, run["vm"], label="voltage")
-    for ax, what in zip(axes, ("servo angle (deg)", "deflection (deg)", "voltage (V)")):
-        ax.set_ylabel(what)
-    axes[2].set_xlabel("time (s)")
-    return fig
-""")
-    bench = "with lab.bench() as on_the_bench:\n    {} = experiments.tracking(on_the_bench, K{})\n"
-    work.before("q3-11", copy.deepcopy(helper))
-    work.write("q3-11", "simulated = simulation.closed_loop(A, B, K, reference, saturation=None)\n")
-    work.after("q3-11", code("figure_simulated = three_panels(simulated)"))
-    work.before("q3-13", copy.deepcopy(helper))
-    work.write("q3-13", bench.format("measured", "") + "figure_measured = three_panels(measured)")
-    work.before("q3-15", copy.deepcopy(helper))
-    work.write("q3-15", bench.format("partial", ', feedback="partial"') + "figure_partial = three_panels(partial)")
-
-
-@WAYS.changed()
 def split_in_jupyterlab(work: Work) -> None:
     """Split an answer cell in JupyterLab: each piece has a new id, and all of them the metadata of the one."""
     cells, index = work.place("q3-7")
@@ -86,20 +44,6 @@ def split_in_jupyterlab(work: Work) -> None:
         {**copy.deepcopy(code(text)), "metadata": copy.deepcopy(old["metadata"])} for text in (head, "W = T @" + tail)
     ]
     cells[index : index + 1] = pieces
-
-
-@WAYS.changed()
-def split_in_three_in_vs_code(work: Work) -> None:
-    """Split an answer cell in VS Code, twice: the first piece keeps id and metadata, the others have neither."""
-    work.write("q2-12", "# ✎ Your answer: 2.12\nJ_l = None\nK_s = None\n")
-    work.after("q2-12", code(_ARM), markdown("Now the *stiffness*."), code(_STIFFNESS))
-
-
-@WAYS.changed()
-def split_with_the_answer_last(work: Work) -> None:
-    """Split an answer cell so that all the work is in new cells above, and the old cell holds the last line."""
-    work.before("q3-7", code("T = control.ctrb(A, B)\nT"), code("T_c = control.ctrb(A_c, B_c)\nT_c"))
-    work.write("q3-7", _W)
 
 
 @WAYS.changed()
@@ -117,29 +61,6 @@ def all_ids_renewed(work: Work) -> None:
 
 
 @WAYS.changed()
-def ids_and_metadata_lost(work: Work) -> None:
-    """Pasted every answer into a new cell in the answer cell's place: neither its id nor its grade_id is left."""
-    for notebook in work.notebooks.values():
-        for number, cell in enumerate(notebook["cells"]):
-            if is_answer(cell):
-                cell.update(id=f"c{number:07x}", metadata={})
-
-
-@WAYS.changed()
-def texts_deleted(work: Work) -> None:
-    """Deleted all the course's explanations, to have the notebook short."""
-    for notebook in work.notebooks.values():
-        notebook["cells"] = [c for c in notebook["cells"] if c["cell_type"] == "code" or is_answer(c)]
-
-
-@WAYS.changed()
-def illustrations_deleted(work: Work) -> None:
-    """Deleted the cells that only draw something, because the notebook took so long."""
-    for notebook in work.notebooks.values():
-        notebook["cells"] = [c for c in notebook["cells"] if "illustration" not in c["metadata"].get("tags", [])]
-
-
-@WAYS.changed()
 def notes_added(work: Work) -> None:
     """Added headings, notes and to-do lists as text cells all over, some of them beside answers in words."""
     for notebook in work.notebooks.values():
@@ -147,22 +68,6 @@ def notes_added(work: Work) -> None:
             notebook["cells"].insert(
                 index, markdown(f"### Note {number} ✎\n\n* [ ] ask in the *tutorial* about this, $x_{number}$")
             )
-
-
-@WAYS.changed()
-def empty_cells(work: Work) -> None:
-    """Left empty code cells everywhere, by Shift+Enter and B."""
-    for notebook in work.notebooks.values():
-        old = notebook["cells"]
-        empty = [{**code(""), "id": f"e{number:07x}"} for number in range(len(old))]
-        notebook["cells"] = [cell for pair in zip(old, empty, strict=True) for cell in pair]
-
-
-@WAYS.changed()
-def pairs_in_another_order(work: Work) -> None:
-    """Answered 2.2 before 2.1, and moved both of its cells up."""
-    moved = [work.delete("q2-2"), work.delete("q2-2-answer")]
-    work.before("q2-1", *moved)
 
 
 @WAYS.changed()
@@ -216,15 +121,6 @@ def answer_below_the_locked_cell(work: Work) -> None:
 
 
 @WAYS.changed()
-def earlier_attempt_kept(work: Work) -> None:
-    """Copied the answer cell before changing it, and left the first attempt standing above, with its metadata."""
-    rough: Cell = copy.deepcopy(work.cell("q2-11"))
-    rough["id"] = "77e0d1b2"
-    rough["source"] = ["# first try, too rough\n", "omega_n = 2 * np.pi * 3"]
-    work.before("q2-11", rough)
-
-
-@WAYS.changed()
 def scratch_that_fails(work: Work) -> None:
     """Left attempts of their own that stop with an error, which no answer uses."""
     work.before("q2-10", code("sweep.angle  # no such thing?"))
@@ -250,19 +146,6 @@ def locked_setup_changed_harmlessly(work: Work) -> None:
     """Changed a locked cell in an editor that knows no locks, to no effect: a comment, and figures of another size."""
     work.replace("setup", "import numpy as np", "import numpy as np  # numbers", number="02")
     work.replace("turn", "turn = None", "# one turn of the servo\nturn = None")
-
-
-@WAYS.changed(relies=("03_model_validation.ipynb speeds",))
-def uses_what_a_picture_cell_made(work: Work) -> None:
-    """Uses in an answer what a cell defined that only shows something."""
-    work.write("q2-18", "poles = poles_by_hand(A_v)")
-    work.before(
-        "q2-18",
-        code(
-            "def poles_by_hand(matrix):\n    steady_speed  # the function of a cell above\n"
-            "    return np.linalg.eigvals(matrix)"
-        ),
-    )
 
 
 @WAYS.changed()

@@ -11,9 +11,9 @@ import honest_packings
 import honest_slips
 import honest_stops
 import honest_words
-from honest_hand_in import Row, Way, solved_notebooks
+from honest_hand_in import Way, solved_notebooks
 
-__all__ = ["RIGHT", "WAYS", "WRONG", "Row", "Way", "solved_notebooks"]
+__all__ = ["RIGHT", "WAYS", "WRONG", "Way", "solved_notebooks"]
 
 RIGHT: list[Way] = [
     *honest_cells.WAYS,

@@ -35,23 +35,6 @@ def matplotlib_qt(work: Work) -> None:
 
 
 @WAYS.changed()
-def print_debugging(work: Work) -> None:
-    """Prints everything, in loops, to see what is going on."""
-    loop = "\nfor i, value in enumerate(sweep.degrees('alpha')):\n    print('HIER', i, value)\n"
-    work.write("q2-9", text_of(work.cell("q2-9")) + loop)
-    work.write(
-        "q3-8", "print('vorher', K_c, W)\n" + text_of(work.cell("q3-8")) + "\nprint(f'{K=}')\nprint(locals().keys())"
-    )
-
-
-@WAYS.changed()
-def own_names_between(work: Work) -> None:
-    """Works with names of their own, some in their own letters, and assigns at the end."""
-    work.write("q3-9", "ω_größte = np.linalg.eigvals(A - B @ K)\npoles = ω_größte")
-    work.write("q2-18", "señal, été, λ = 1, 2, np.linalg.eigvals(A_v)\npoles = λ")
-
-
-@WAYS.changed()
 def plot_styles(work: Work) -> None:
     """Has styles, fonts and sizes of their own, shows and closes figures, and saves them as files."""
     style = "plt.style.use('ggplot')\nplt.rcParams.update({'figure.figsize': (12, 5), 'font.family': 'Comic Sans MS'})"
@@ -83,17 +66,6 @@ def star_imports(work: Work) -> None:
 
 
 @WAYS.changed()
-def tabs_and_blanks(work: Work) -> None:
-    """Indents by tabs, ends lines with blanks, begins with empty lines, ends with semicolons and Windows line ends."""
-    spectrum = text_of(work.cell("q2-10")).replace("    ", "\t").replace("\n", "   \n")
-    work.write("q2-10", "\n\n" + spectrum + "\n\n\n\t\n")
-    work.write("q3-8", "inverse = np.linalg.inv(W);\r\nK = K_c @ \\\r\n    inverse;\r\n")
-    work.write(
-        "q3-7", "# Tr\u00e4gheit\u00a0und\u200bSteifigkeit \u2264 \ufeff\n" + text_of(work.cell("q3-7")) + "\n\x0c\n"
-    )
-
-
-@WAYS.changed()
 def old_attempts_as_comments(work: Work) -> None:
     """Keeps whole pages of earlier attempts as comments and strings in the answer cells."""
     junk = "".join(f"# attempt {n}: omega_n = {n}  # Your code here.\n" for n in range(200))
@@ -102,29 +74,13 @@ def old_attempts_as_comments(work: Work) -> None:
 
 @WAYS.changed()
 def written_by_a_magic(work: Work) -> None:
-    """Writes a module by %%writefile and imports it, runs a script by %run, and stores things by %store or pickle."""
+    """Writes a module by %%writefile, and imports it."""
     work.before("q2-10", code("%%writefile my_peak.py\ndef peak(f, amplitude):\n    return f[amplitude.argmax()]"))
     work.write(
         "q2-11",
         "from my_peak import peak\n\ninside = (f_hz >= 1) & (f_hz <= 5)\n"
         "omega_n = 2 * np.pi * peak(f_hz[inside], amplitude_deg[inside])",
     )
-    work.after(
-        "q2-12-answer", code("import pickle\nwith open('mine.pkl', 'wb') as file:\n    pickle.dump((J_l, K_s), file)")
-    )
-    work.before(
-        "q2-14", code("import pickle\nwith open('mine.pkl', 'rb') as file:\n    J_link, K_spring = pickle.load(file)")
-    )
-    work.write("q2-14", "A, B, C, D = state_space(K_spring, J_link, lab.servo.J_eq, lab.servo.B_eq)")
-
-
-@WAYS.changed(pandas=True)
-def pandas_in_a_helper(work: Work) -> None:
-    """Uses pandas in a helper of their own, where it is installed."""
-    work.before(
-        "q2-11", code("import pandas as pd\n\ntable = pd.DataFrame({'f': f_hz, 'a': amplitude_deg})\ntable.head()")
-    )
-    work.write("q2-11", "swept = table[table.f.between(1, 5)]\nomega_n = 2 * np.pi * swept.f[swept.a.idxmax()]")
 
 
 @WAYS.changed()

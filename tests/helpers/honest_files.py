@@ -4,7 +4,7 @@ import json
 from pathlib import Path
 
 from checkout import ROOT
-from honest_hand_in import Files, Notebook, Ways, Work, as_folder, code, released_notebooks, text_of, written
+from honest_hand_in import Files, Ways, Work, as_folder, code, released_notebooks, written
 
 WAYS = Ways()
 
@@ -20,16 +20,6 @@ _BY_PEAK = "omega_n = 2 * np.pi * peak(f_hz, amplitude_deg)"
 
 
 @WAYS.changed()
-def own_module_by_star(work: Work) -> None:
-    """Imports everything from a helpers.py of their own, in a cell of their own, which itself imports another file."""
-    work.files["helpers.py"] = b"from constants_of_mine import *\nfrom peaks_of_mine import peak\n"
-    work.files["constants_of_mine.py"] = "# Größen\nTWO_PI = 6.283185307179586\n".encode()
-    work.files["peaks_of_mine.py"] = _PEAK.replace(b"\n", b"\r\n")
-    work.after("setup", code("from helpers import *"), number="02")
-    work.write("q2-11", "omega_n = TWO_PI * peak(f_hz, amplitude_deg)")
-
-
-@WAYS.changed()
 def own_package_in_subfolders(work: Work) -> None:
     """Has a package of their own in subfolders named tools and src, the latter by way of sys.path."""
     work.files |= {"tools/__init__.py": b"", "tools/spectra/__init__.py": b"from .peaks import peak\n"}
@@ -40,17 +30,6 @@ def own_package_in_subfolders(work: Work) -> None:
         "import sys\n\nsys.path.insert(0, 'src')\nimport rods\n\narm = lab.joint\nJ_l = rods.rod(arm.m_1, arm.L_1)"
         " + arm.m_2 * (arm.L_2**2 / 12 + arm.d_12**2)\nK_s = J_l * omega_n**2",
     )
-
-
-@WAYS.changed()
-def own_script_run(work: Work) -> None:
-    """Runs a script and another notebook of their own by %run."""
-    helper: Notebook = {"cells": [code("def rod(m, L):\n    return m * L**2 / 3")], "metadata": {}}
-    work.files["prepare.py"] = _PEAK
-    work.files["my functions.ipynb"] = written({**helper, "nbformat": 4, "nbformat_minor": 5})
-    work.before("q2-11", code("%run prepare.py"), code('%run "my functions.ipynb"'))
-    work.write("q2-11", _BY_PEAK)
-    work.write("q2-12", text_of(work.cell("q2-12")).replace("arm.m_1 * arm.L_1**2 / 3", "rod(arm.m_1, arm.L_1)"))
 
 
 @WAYS.changed()
@@ -123,17 +102,6 @@ def by_colab(work: Work) -> None:
         ]
 
 
-@WAYS.changed()
-def by_vs_code(work: Work) -> None:
-    """Worked in VS Code: languages in the metadata, another kernel's name, cells added without a thought."""
-    for notebook in work.notebooks.values():
-        notebook["metadata"]["kernelspec"] = {"display_name": ".venv (3.12.3)", "language": "python", "name": "python3"}
-        notebook["metadata"]["language_info"] |= {"version": "3.12.3", "pygments_lexer": "ipython3"}
-        for cell in notebook["cells"]:
-            cell["metadata"]["vscode"] = {"languageId": "python" if cell["cell_type"] == "code" else "markdown"}
-        notebook["cells"].insert(3, code("# %%"))
-
-
 @WAYS.packed()
 def written_otherwise(folder: Path, work: Work) -> None:
     """Notebooks' files as other programs write them: CRLF, a byte order mark, one line, letters escaped."""
@@ -146,9 +114,9 @@ def written_otherwise(folder: Path, work: Work) -> None:
     as_folder(folder / work.student, files)
 
 
-def installed(version: str = "3.12") -> Files:
+def installed() -> Files:
     """What of a virtual environment may be taken for something else: the course as installed, with empty notebooks."""
-    packages = f".venv/lib/python{version}/site-packages"
+    packages = ".venv/lib/python3.11/site-packages"
     files = {f"{packages}/rotflex/course/notebooks/{n}": written(nb) for n, nb in released_notebooks(ROOT).items()}
     files |= {f"{packages}/lots/module_{number}.py": b"x = 1\n" * 50 for number in range(400)}
     return {
@@ -161,7 +129,7 @@ def installed(version: str = "3.12") -> Files:
 @WAYS.packed()
 def whole_course_folder(folder: Path, work: Work) -> None:
     """Handed in the whole folder of the course, with the package, the environment, git and all."""
-    files = {f"notebooks/{name}": content for name, content in work.contents().items()} | installed("3.11")
+    files = {f"notebooks/{name}": content for name, content in work.contents().items()} | installed()
     files |= {
         "README.md": b"# The rotary",
         "pyproject.toml": b"[project]\n",

@@ -12,7 +12,7 @@ import zipfile
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 Notebook = dict[str, Any]
 Cell = dict[str, Any]
@@ -27,17 +27,6 @@ STUB_OF_WORDS = (
 )
 #: What zips say of their files; the same in each build, so that the same hand-in is the same bytes.
 WRITTEN = (2026, 3, 2, 12, 0, 0)
-
-
-class Row(NamedTuple):
-    """A line of the class's roster. ``number`` is what the learning platform calls the student, ``login`` their user
-    name there."""
-
-    id: str
-    name: str = ""
-    email: str = ""
-    number: str = ""
-    login: str = ""
 
 
 @dataclass(frozen=True)
@@ -56,11 +45,10 @@ class Way:
     """
 
     name: str
-    what: str
     build: Build
     student: str
     others: tuple[str, ...] = ()
-    roster: tuple[Row, ...] = ()
+    roster: tuple[str, ...] = ()
     pandas: bool | None = None
     answers_json: bool = False
     lost: frozenset[str] = frozenset()
@@ -70,10 +58,6 @@ class Way:
 
     def __str__(self) -> str:
         return self.name
-
-    @property
-    def expected(self) -> str:
-        return "partial" if self.lost else "full"
 
 
 class Ways(list[Way]):
@@ -107,8 +91,7 @@ class Ways(list[Way]):
         def build(folder: Path, solved: Mapping[str, Notebook]) -> None:
             put(folder, Work(solved, student))
 
-        what = " ".join((function.__doc__ or "").split())
-        self.append(Way(name=name, what=what, build=build, student=student, lost=lost, **about))
+        self.append(Way(name=name, build=build, student=student, lost=lost, **about))
 
 
 @dataclass
@@ -130,11 +113,8 @@ class Work:
         about = {**self.solved.get("course.json", {}), "student": student}
         self.files["course.json"] = json.dumps(about, ensure_ascii=False).encode()
 
-    def notebook(self, number: str) -> Notebook:
-        """The notebook whose name begins so, as ``"02"``."""
-        return self.notebooks[self.name(number)]
-
     def name(self, number: str) -> str:
+        """The name of the notebook that begins so, as ``"02"``."""
         (name,) = (name for name in self.notebooks if name.startswith(number))
         return name
 
@@ -218,7 +198,6 @@ def together(ways: Iterable[Way]) -> Way:
 
     return Way(
         name=" + ".join(way.name for way in chosen),
-        what=" ".join(way.what for way in chosen),
         build=build,
         student=chosen[0].student,
         lost=frozenset().union(*(way.lost for way in chosen)),
@@ -263,20 +242,15 @@ def as_folder(place: Path, files: Mapping[str, bytes]) -> None:
         path.write_bytes(content)
 
 
-def zipped(files: Mapping[str, bytes], within: str = "", written_at: tuple[int, ...] = WRITTEN) -> bytes:
-    """A zip of files, all of them in a folder of the zip if one is named."""
+def zipped(files: Mapping[str, bytes]) -> bytes:
+    """A zip of files."""
     buffer = io.BytesIO()
     with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive:
         for name, content in files.items():
-            info = zipfile.ZipInfo(f"{within}/{name}" if within else name, written_at)  # type: ignore[arg-type]
+            info = zipfile.ZipInfo(name, WRITTEN)
             info.compress_type = zipfile.ZIP_DEFLATED
             archive.writestr(info, content)
     return buffer.getvalue()
-
-
-def as_zip(place: Path, files: Mapping[str, bytes], within: str = "", written_at: tuple[int, ...] = WRITTEN) -> None:
-    place.parent.mkdir(parents=True, exist_ok=True)
-    place.write_bytes(zipped(files, within, written_at))
 
 
 def decomposed(text: str) -> str:

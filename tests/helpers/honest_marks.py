@@ -77,9 +77,7 @@ def build(ways: Iterable[Way], solved: Mapping[str, Notebook], folder: Path) -> 
         table.writerow(_HEADINGS)
         for way in ways:
             way.build(folder, solved)
-            named = {_caseless(row.id) for row in way.roster}
-            table.writerows(way.roster)
-            table.writerows([one] for one in (way.student, *way.others) if _caseless(one) not in named)
+            table.writerows([one] for one in way.roster or (way.student, *way.others))
     return roster
 
 

@@ -8,7 +8,6 @@ from honest_hand_in import (
     Ways,
     Work,
     as_folder,
-    as_zip,
     decomposed,
     written,
     zipped,
@@ -33,7 +32,7 @@ def zip_by_finder(folder: Path, work: Work) -> None:
     files = {f"notebooks/{decomposed(name)}": content for name, content in work.contents().items()}
     shadows = {f"__MACOSX/notebooks/._{name}": b"\0\x05\x16\x07\0\x02\0\0Mac OS X" for name in work.contents()}
     named = {"notebooks/" + decomposed("Übersicht.md"): b"# mine", "notebooks/.DS_Store": b"\0\0\0\1Bud1"}
-    as_zip(folder / f"{work.student}.zip", {**files, **shadows, **named})
+    (folder / f"{work.student}.zip").write_bytes(zipped({**files, **shadows, **named}))
 
 
 @WAYS.packed()

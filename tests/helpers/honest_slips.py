@@ -3,9 +3,9 @@
 from pathlib import Path
 
 from checkout import ROOT
-from honest_hand_in import Row, Ways, Work, as_folder, released_notebooks, text_of, written
+from honest_hand_in import Ways, Work, as_folder, released_notebooks, text_of, written
 from honest_packings import notebooks_only
-from honest_stops import AFTER_2_11, AFTER_K, AFTER_W
+from honest_stops import AFTER_2_11
 
 WAYS = Ways()
 PRELAB = ("2.1", "2.2", "2.3", "2.4", "2.5", "2.6", "2.7", "2.8")
@@ -25,14 +25,6 @@ def sign_of_the_gain(work: Work) -> None:
 def another_name_assigned(work: Work) -> None:
     """Assigned K_Library and not K_library, and saw on the screen what they wanted to see."""
     work.replace("q3-10", "K_library = control", "K_Library = control")
-
-
-@WAYS.changed(
-    lost=("3.6", "3.7", "3.10", *AFTER_W), told=(r"3\.8", r"empty|not answered|nothing", r"06_control_design")
-)
-def notebook_left_empty(work: Work) -> None:
-    """Handed in 06 as it was released, having worked in a copy elsewhere."""
-    work.notebooks[work.name("06")] = released_notebooks(ROOT)[work.name("06")]
 
 
 @WAYS.changed(
@@ -58,18 +50,6 @@ def notebook_with_conflicts(work: Work) -> None:
     work.files[name] = written(work.notebooks[name]).replace(b' "cells": [\n', conflict)
 
 
-@WAYS.changed(lost=("3.8", *AFTER_K), told=(r"3\.8", r"explorer|Keep this design|recorded|button"), answers_json=True)
-def kept_by_the_explorers_button(work: Work) -> None:
-    """Found K by dragging poles and kept it by the explorer's button; the answer cell of 3.8 is empty."""
-    work.write("q3-8", "# ✎ Your answer: 3.8\nK = None  # 1 × 4: V/rad, V/rad, V/(rad/s), V/(rad/s)\n# Your code here.")
-
-
-@WAYS.changed(lost=("3.10",), told=(r"3\.10", r"recorded|saved", r"empty|not"), answers_json=True)
-def not_saved(work: Work) -> None:
-    """Ran the last answer of 06 and closed the page without saving: answers.json has it, the notebook has not."""
-    work.write("q3-10", "# ✎ Your answer: 3.10\nK_library = None  # 1 × 4\n# Your code here.")
-
-
 @WAYS.changed(lost=("2.11",), told=(r"2\.11", r"explanation", r"empty|not answered|no text|words"))
 def words_in_a_code_cell(work: Work) -> None:
     """Wrote the explanation as comments and a string into the code cell, and left the text cell as it was."""
@@ -77,12 +57,6 @@ def words_in_a_code_cell(work: Work) -> None:
     released = {cell["id"]: cell for cell in released_notebooks(ROOT)[work.name("02")]["cells"]}
     work.write("q2-11-explanation", text_of(released["q2-11-explanation"]))
     work.write("q2-11", text_of(work.cell("q2-11")) + f'\nexplanation = r"""{words}"""\n')
-
-
-@WAYS.changed(lost=("Modeling report",), told=(r"Modeling report|III\.2", r"5000|too long|characters"))
-def words_without_end(work: Work) -> None:
-    """Wrote more than the 5000 characters that are allowed."""
-    work.say("report-iii-2-discrepancy-analysis", "Friction is what remains to be explained here. " * 150)
 
 
 @WAYS.packed(lost=ALL, told=(r"no notebook", r"pdf|html"))
@@ -96,7 +70,7 @@ def pages_instead_of_notebooks(folder: Path, work: Work) -> None:
 
 @WAYS.packed(
     student="someone.real",
-    roster=(Row("someone.real"), Row("a.friend")),
+    roster=("someone.real", "a.friend"),
     lost=ALL,
     told=(r"someone\.real", r"a\.friend"),
 )

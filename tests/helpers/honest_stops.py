@@ -1,8 +1,6 @@
 """Something wrong, honestly: code that stops, or that works at home only. ``told`` is what the student must read."""
 
-from pathlib import Path
-
-from honest_hand_in import Ways, Work, as_folder, code, text_of
+from honest_hand_in import Ways, Work, code, text_of
 
 WAYS = Ways()
 
@@ -21,12 +19,6 @@ def name_error(work: Work) -> None:
     work.write("q2-11", _PEAK + "omega_n = 2 * np.pi * omgea")
 
 
-@WAYS.changed(lost=("3.9", "Table 3"), told=(r"3\.9", r"SyntaxError", r"never closed|was never", r"line 2"))
-def syntax_error(work: Work) -> None:
-    """Left a bracket open in 3.9, after it had worked."""
-    work.write("q3-9", "closed_loop = A - B @ K\npoles = np.linalg.eigvals((closed_loop)\npoles")
-
-
 @WAYS.changed(lost=("Table 3",), told=(r"Table 3", r"took (too long|longer)|time", r"\d+ s"))
 def endless_loop(work: Work) -> None:
     """Waits in Table 3 for a number that never becomes small."""
@@ -37,14 +29,6 @@ def endless_loop(work: Work) -> None:
 def module_forgotten(work: Work) -> None:
     """Handed in the notebooks, but not the module that they import."""
     work.write("q2-8", "from my_rods import rod\n\nJ_link = rod(m_1, L_1) + m_2 * (L_2**2 / 12 + d_12**2)")
-
-
-@WAYS.packed(lost=("2.11", *AFTER_2_11), told=(r"2\.11", r"my_peaks", r"no file of that name"))
-def own_module_one_folder_up(folder: Path, work: Work) -> None:
-    """Handed in the whole course folder, with a module of their own beside notebooks/, which is not taken along."""
-    work.write("q2-11", "import sys\n\nsys.path.append('..')\nfrom my_peaks import peak\n\nomega_n = 6.28 * peak(f_hz)")
-    files = {f"notebooks/{name}": content for name, content in work.contents().items()}
-    as_folder(folder / work.student / "rotflex-course", {**files, "my_peaks.py": b"def peak(f):\n    return f[0]\n"})
 
 
 @WAYS.changed(lost=("3.10",), told=(r"3\.10", r"statistics\.py"))
@@ -74,24 +58,6 @@ def cell_deleted_after_running(work: Work) -> None:
     work.replace("q2-7", "rates.jacobian([theta, alpha, theta_dot, alpha_dot])", "rates.jacobian(my_state)")
 
 
-@WAYS.changed(lost=("2.8",), told=(r"2\.8", r"exit"))
-def exit_in_a_cell(work: Work) -> None:
-    """Ends the kernel by exit() in a cell of their own, where an if went wrong."""
-    work.before("q2-8", code("if len(rates) < 100:\n    print('not plausible')\n    exit()"))
-
-
-@WAYS.changed(lost=("3.12", "Table 3"), told=(r"3\.12", r"RecursionError", r"recursion"))
-def deep_recursion(work: Work) -> None:
-    """Looks for the settling time by a function that calls itself for each sample."""
-    work.write("q3-12", '''
-def settled(i):
-    return settled(i - 1)
-
-
-t_s = turn.time[settled(len(turn) - 1)]
-'''.lstrip() + text_of(work.cell("q3-12")))  # fmt: skip
-
-
 @WAYS.changed(lost=("3.14", "Table 3"), told=(r"3\.14", r"stopped|ended|memory|recursion"))
 def recursion_without_limit(work: Work) -> None:
     """Raised the limit of recursion, so that Python itself goes down."""
@@ -112,26 +78,10 @@ def import_in_a_locked_cell(work: Work) -> None:
     work.write("q3-12", text_of(work.cell("q3-12")) + "\nV_max = math.fabs(V_max)\nt_s = math.fabs(t_s)")
 
 
-@WAYS.changed(lost=("3.9", "Table 3"), told=(r"3\.9", r"FileNotFoundError|not found", r"poles\.csv"))
-def path_of_ones_own_machine(work: Work) -> None:
-    """Reads a file by its full path at home."""
-    work.files["poles.csv"] = b"-12,16\n-12,-16\n-30,0\n-40,0\n"
-    work.write("q3-9", r'''
-sigma, omega = np.loadtxt(r"C:\Users\Ada\Documents\lab\poles.csv", delimiter=",").T
-poles = sigma + 1j * omega
-'''.lstrip())  # fmt: skip
-
-
 @WAYS.changed(lost=("3.6",), told=(r"3\.6", r"input"))
 def asks_for_input(work: Work) -> None:
     """Asks for the number by input(), and types it in at home."""
     work.write("q3-6", "rank = int(input('rank of the matrix? '))\ncontrollable = 'yes'")
-
-
-@WAYS.changed(lost=("3.14", "Table 3"), told=(r"3\.14", r"AttributeError", r"worst"))
-def name_taken_for_something_else(work: Work) -> None:
-    """Called the recording ``response``, as the module is called that is needed later on."""
-    work.write("q3-13", text_of(work.cell("q3-13")) + "\nresponse = measured")
 
 
 @WAYS.changed(lost=("2.9",), told=(r"2\.9", r"figure", r"empty|no (curve|line|axes)|nothing|label"))
@@ -140,9 +90,3 @@ def figure_taken_after_it_was_shown(work: Work) -> None:
     plot = "plt.plot(sweep.time, sweep.degrees('alpha'))\nplt.xlabel('t (s)')\nplt.ylabel('alpha (deg)')\n"
     run = "with lab.bench() as on_the_bench:\n    sweep = experiments.sweep(on_the_bench)\n"
     work.write("q2-9", f"{run}{plot}plt.show()\nplt.close('all')\nfigure_sweep = plt.gcf()")
-
-
-@WAYS.changed(lost=("2.10", "2.11", *AFTER_2_11), told=(r"2\.10", r"TypeError|nothing|None|return"))
-def nothing_returned(work: Work) -> None:
-    """Prints in the function what it should return."""
-    work.write("q2-10", text_of(work.cell("q2-10")).replace("return f, amplitude", "print(f, amplitude)"))

@@ -2,7 +2,6 @@
 
 from typing import Any
 
-import control
 import numpy as np
 import scipy.fft
 import scipy.signal
@@ -39,11 +38,6 @@ def _(x, dt):
     return f, np.sqrt(2 * power)
 
 
-@spectrum("as one array of two rows")
-def _(x, dt):
-    return np.array([np.fft.rfftfreq(len(x), dt), 2 * np.abs(np.fft.rfft(x)) / len(x)])
-
-
 @spectrum("as columns of tables")
 def _(x, dt):
     f, a = np.fft.rfftfreq(len(x), dt), 2 * np.abs(np.fft.rfft(x)) / len(x)
@@ -64,16 +58,6 @@ def _(x, dt):
     return f, [2 / len(x) * abs(np.sum(x * np.exp(-2j * np.pi * one * n * dt))) for one in f]
 
 
-@model("as lists of lists")
-def _(K_s, J_l, J_eq, B_eq):
-    return tuple(np.asarray(m).tolist() for m in state_space(K_s, J_l, J_eq, B_eq))
-
-
-@model("as control.ss")
-def _(K_s, J_l, J_eq, B_eq):
-    return control.ss(*state_space(K_s, J_l, J_eq, B_eq))
-
-
 @model("as sympy's matrices")
 def _(K_s, J_l, J_eq, B_eq):
     return tuple(sympy.Matrix(np.asarray(m).tolist()) for m in state_space(K_s, J_l, J_eq, B_eq))
@@ -83,23 +67,3 @@ def _(K_s, J_l, J_eq, B_eq):
 def _(stiffness, inertia, servo_inertia, friction):
     A, B, C, D = state_space(stiffness, inertia, servo_inertia, friction)
     return A, B.reshape(1, 4), C, D.reshape(1, 2)
-
-
-@model("by the mass matrix")
-def _(K_s, J_l, J_eq, B_eq):
-    M = np.array([[J_eq + J_l, J_l], [J_l, J_l]])
-    A, B = np.zeros((4, 4)), np.zeros((4, 1))
-    A[:2, 2:] = np.eye(2)
-    A[2:, :2] = -np.linalg.solve(M, np.diag([0, K_s]))
-    A[2:, 2:] = -np.linalg.solve(M, np.diag([B_eq, 0]))
-    B[2:] = np.linalg.solve(M, [[1], [0]])
-    return A, B, np.eye(2, 4), np.zeros((2, 1))
-
-
-@model("by lambdify")
-def _(K_s, J_l, J_eq, B_eq):
-    k, jl, jeq, beq = sympy.symbols("K_s J_l J_eq B_eq")
-    A = [[0, 0, 1, 0], [0, 0, 0, 1], [0, k / jeq, -beq / jeq, 0], [0, -k * (jeq + jl) / (jeq * jl), beq / jeq, 0]]
-    B = [[0], [0], [1 / jeq], [-1 / jeq]]
-    matrices = sympy.lambdify([k, jl, jeq, beq], [sympy.Matrix(A), sympy.Matrix(B)])(K_s, J_l, J_eq, B_eq)
-    return (*matrices, np.eye(2, 4), np.zeros((2, 1)))

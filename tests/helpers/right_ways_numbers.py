@@ -1,6 +1,5 @@
 """Other ways of giving numbers, matrices, polynomials, poles and choices rightly, and other routes to them."""
 
-from collections.abc import Callable
 from decimal import Decimal
 from fractions import Fraction
 from typing import Any
@@ -10,7 +9,7 @@ import numpy as np
 import scipy.signal
 import sympy
 from right_ways_types import Frame, Quantity, Ways
-from working_through import FULL, ctrb
+from working_through import FULL
 
 from rotflex import simulation
 from rotflex.config import srv02
@@ -22,7 +21,6 @@ ARRAYS = [where for where in FULL if KINDS[where][0] == "matrix"]
 VECTORS = [where for where in ARRAYS if np.size(np.zeros(KINDS[where][1])) == max(KINDS[where][1])]
 POLYNOMIALS = [("3.2", "polynomial"), ("3.4", "polynomial")]
 POLES = [where for where in FULL if KINDS[where][0] == "poles"]
-DESIRED = [-12 + 16j, -12 - 16j, -30, -40]
 s = sympy.Symbol("s")
 
 
@@ -30,51 +28,34 @@ NUMBER_FORMS = Ways("numbers")
 NUMBER_FORMS.each_of(
     NUMBERS,
     {
-        "floats": float,
-        "numpy's, single precision": np.float32,
-        "arrays without dimension": np.array,
-        "arrays of one": lambda x: np.array([x]),
-        "matrices of one": lambda x: np.array([[x]]),
-        "lists of one": lambda x: [x],
-        "sympy's": sympy.Float,
-        "sympy's fractions": lambda x: sympy.Rational(*float(x).as_integer_ratio()),
         "sympy's sums with pi": lambda x: sympy.pi * (float(x) / np.pi),
-        "fractions": lambda x: Fraction(float(x)),
         "decimals": lambda x: Decimal(str(float(x))),
-        "complex without imaginary part": complex,
         "with a unit": lambda x: Quantity(float(x)),
         "five digits": lambda x: float(f"{x:.5g}"),
     },
 )
 NUMBER_FORMS.add("the rank as sympy's", {("3.6", "rank"): lambda x, own: sympy.Integer(int(x))})
-NUMBER_FORMS.add("the rank as a plain int", {("3.6", "rank"): lambda x, own: int(x)})
 
 ARRAY_FORMS = Ways("matrices")
 ARRAY_FORMS.each_of(
     ARRAYS,
     {
-        "lists": lambda m: np.asarray(m).tolist(),
         "np.matrix": np.matrix,
-        "sympy's": lambda m: sympy.Matrix(np.atleast_2d(m).tolist()),
         "sympy's, immutable": lambda m: sympy.ImmutableMatrix(np.atleast_2d(m).tolist()),
         "sympy's arrays": lambda m: sympy.Array(np.asarray(m).tolist()),
         "arrays of sympy's numbers": lambda m: np.array(sympy.Matrix(np.atleast_2d(m).tolist())),
         "lists of arrays": lambda m: list(np.atleast_2d(m)),
         "tables with names of rows and columns": lambda m: Frame(np.atleast_2d(m)),
-        "column by column in memory": np.asfortranarray,
         "single precision": lambda m: np.asarray(m, dtype=np.float32),
-        "complex without imaginary part": lambda m: np.asarray(m, dtype=complex),
         "fractions": lambda m: np.vectorize(Fraction, otypes=[object])(np.asarray(m, dtype=float)),
     },
 )
 ARRAY_FORMS.each_of(
     VECTORS,
     {
-        "vectors as rows": lambda v: np.reshape(v, (1, -1)),
         "vectors as columns": lambda v: np.reshape(v, (-1, 1)),
         "vectors as lists": lambda v: np.ravel(v).tolist(),
         "vectors as one-dimensional arrays": np.ravel,
-        "vectors as columns of sympy's": lambda v: sympy.Matrix(np.ravel(v).tolist()),
         "vectors as tables of one column": lambda v: Frame(np.reshape(v, (-1, 1))),
     },
 )
@@ -92,7 +73,6 @@ POLYNOMIAL_FORMS.each_of(
         "sympy.Poly": lambda p: sympy.Poly(p.tolist(), s),
         "a sum of powers": lambda p: sum(a * s**i for i, a in enumerate(p[::-1].tolist())),
         "a product of factors": lambda p: sympy.Mul(*(s - sympy.sympify(r) for r in np.roots(p).tolist())),
-        "complex without imaginary part": lambda p: p.astype(complex),
         "with what rounding leaves": lambda p: p + 1e-10 * np.abs(p).max() * np.array([0, 1, 1, 1, 1]) * 1e-3,
     },
 )
@@ -101,11 +81,8 @@ POLE_FORMS = Ways("poles")
 POLE_FORMS.each_of(
     POLES,
     {
-        "lists": lambda p: np.asarray(p).tolist(),
-        "tuples": lambda p: tuple(np.asarray(p).tolist()),
         "in another order": lambda p: list(p)[::-1],
         "sorted": np.sort_complex,
-        "a column": lambda p: np.reshape(p, (4, 1)),
         "np.matrix": np.matrix,
         "sympy's numbers": lambda p: [sympy.sympify(one) for one in np.asarray(p).tolist()],
         "a Matrix of sympy's": lambda p: sympy.Matrix([sympy.sympify(one) for one in np.asarray(p).tolist()]),
@@ -126,7 +103,6 @@ CHOICES.each_of(
         "with a full stop and blanks": lambda word: f" {word.capitalize()}. ",
         "True and False": lambda word: word == "yes",
         "numpy's True and False": lambda word: np.bool_(word == "yes"),
-        "numpy's text": np.str_,
     },
 )
 CHOICES.each_of(
@@ -134,7 +110,6 @@ CHOICES.each_of(
     {
         "the verdict in capitals": str.upper,
         "hyphen": lambda word: word.replace(" ", "-"),
-        "underscore": lambda word: word.replace(" ", "_").capitalize(),
         "blanks": lambda word: f"  {word.replace(' ', '   ')} ",
     },
 )
@@ -148,84 +123,18 @@ def model(own: Any) -> tuple[Any, Any]:
     return simulation.with_actuator(own["2.14", "A"], own["2.14", "B"], srv02())
 
 
-def by_coefficients(own: Any) -> list[Any]:
-    """The gain whose closed loop has the desired coefficients, by solving for it."""
-    A, B = model(own)
-    k = sympy.symbols("k_1:5")
-    closed = sympy.Matrix(A.tolist()) - sympy.Matrix(B.tolist()) * sympy.Matrix([k])
-    reached = closed.charpoly(s).all_coeffs()
-    wanted = np.poly(DESIRED).real
-    found = sympy.solve([sympy.expand(a - b) for a, b in zip(reached[1:], wanted[1:].tolist(), strict=True)], k)
-    return [found[one] for one in k]
-
-
-def ackermann(own: Any) -> Any:
-    A, B = model(own)
-    wanted = np.poly(DESIRED).real
-    d = sum(a * np.linalg.matrix_power(A, 4 - i) for i, a in enumerate(wanted))
-    return np.array([[0, 0, 0, 1]]) @ np.linalg.inv(ctrb(A, B)) @ d
-
-
-def bass_gura(own: Any) -> Any:
-    A, B = model(own)
-    a, d = np.poly(A).real, np.poly(DESIRED).real
-    hankel = np.array([[a[3], a[2], a[1], 1], [a[2], a[1], 1, 0], [a[1], 1, 0, 0], [1, 0, 0, 0]])
-    return (d - a)[:0:-1] @ np.linalg.inv(ctrb(A, B) @ hankel)
-
-
-GAINS: dict[str, Callable[[Any], Any]] = {
-    "control.place": lambda own: control.place(*model(own), DESIRED),
-    "control.acker": lambda own: control.acker(*model(own), DESIRED),
-    "scipy's place_poles": lambda own: scipy.signal.place_poles(*model(own), DESIRED).gain_matrix,
-    "Ackermann's formula": ackermann,
-    "the formula of Bass and Gura": bass_gura,
-    "comparing coefficients by sympy": by_coefficients,
-}
-for what, gain in GAINS.items():
-    ROUTES.add(f"K by {what}", dict.fromkeys([("3.8", "K"), ("3.10", "K")], lambda K, own, gain=gain: gain(own)))
-
-
-def companion_gain(own: Any) -> Any:
-    return control.place(own["3.3", "A_c"], own["3.3", "B_c"], DESIRED)
-
-
-def transformation(own: Any) -> Any:
-    a = own["3.2", "polynomial"]
-    hankel = np.array([[a[3], a[2], a[1], 1], [a[2], a[1], 1, 0], [a[1], 1, 0, 0], [1, 0, 0, 0]])
-    return own["3.7", "T"] @ hankel
-
-
-ROUTES.add("companion gain by place", {("3.5", "K_c"): lambda K, own: companion_gain(own)})
-ROUTES.add("W by equation (3)", {("3.7", "W"): lambda W, own: transformation(own)})
-ROUTES.add("W by solve", {("3.7", "W"): lambda W, own: np.linalg.solve(own["3.7", "T_c"].T, own["3.7", "T"].T).T})
-ROUTES.add("T by control.ctrb", {("3.7", "T"): lambda T, own: control.ctrb(*model(own))})
+DESIRED = [-12 + 16j, -12 - 16j, -30, -40]
+ROUTES.add("K by control.acker", {("3.8", "K"): lambda K, own: control.acker(*model(own), DESIRED)})
+ROUTES.add(
+    "K by scipy's place_poles",
+    {("3.10", "K"): lambda K, own: scipy.signal.place_poles(*model(own), DESIRED).gain_matrix},
+)
 ROUTES.add(
     "poles by sympy's eigenvals",
     {("2.18", "poles"): lambda p, own: sympy.Matrix(model(own)[0].round(9).tolist()).eigenvals()},
 )
 ROUTES.add(
     "poles as roots of the polynomial", {("2.18", "poles"): lambda p, own: np.roots(np.poly(model(own)[0]).real)}
-)
-ROUTES.add(
-    "poles by control.poles",
-    {("2.18", "poles"): lambda p, own: control.poles(control.ss(*model(own), np.eye(4), np.zeros((4, 1))))},
-)
-ROUTES.add(
-    "polynomial by charpoly",
-    {("3.2", "polynomial"): lambda p, own: sympy.Matrix(model(own)[0].tolist()).charpoly(s)},
-)
-ROUTES.add("polynomial of A", {("3.2", "polynomial"): lambda p, own: np.poly(model(own)[0])})
-ROUTES.add(
-    "polynomial by Polynomial.fromroots",
-    {("3.2", "polynomial"): lambda p, own: np.polynomial.Polynomial.fromroots(own["2.18", "poles"])},
-)
-ROUTES.add(
-    "desired polynomial by convolution",
-    {("3.4", "polynomial"): lambda p, own: np.convolve([1, 24, 400], np.convolve([1, 30], [1, 40]))},
-)
-ROUTES.add(
-    "closed loop by the library's gain",
-    {("3.9", "poles"): lambda p, own: np.linalg.eigvals(model(own)[0] - model(own)[1] @ own["3.10", "K"])},
 )
 
 

@@ -72,17 +72,13 @@ def not_tidied_up(expression: Any) -> Any:
 WAYS.each_of(
     ALL,
     {
-        "symbols that are real": renamed(str, real=True),
         "symbols that are positive": renamed(str, positive=True),
-        "symbols without underscores": renamed(lambda name: name.replace("_", "")),
-        "functions of time": with_functions(sympy.Function("theta")(t), sympy.Function("alpha")(t)),
         "dynamicsymbols": with_functions(*mechanics.dynamicsymbols("theta alpha")),
         "dummies": each(lambda e: e.xreplace({one: sympy.Dummy(one.name) for one in e.free_symbols})),
         "decimals for fractions": each(lambda e: e.evalf()),
         "decimals of three digits": each(lambda e: e.evalf(3)),
         "multiplied out": each(sympy.expand),
         "factored": each(sympy.factor),
-        "over a common denominator": each(sympy.together),
         "not tidied up": each(not_tidied_up),
         "halves as unevaluated products": each(lambda e: sympy.Mul(sympy.Rational(1, 2), 2 * e, evaluate=False)),
     },
@@ -119,14 +115,11 @@ WAYS.each_of(
     {
         "sides exchanged": lambda e: sympy.Eq(e.rhs, e.lhs, evaluate=False),
         "all on the left": lambda e: sympy.Eq(e.lhs - e.rhs, 0),
-        "all on the right": lambda e: sympy.Eq(0, sympy.expand(e.rhs - e.lhs)),
         "signs reversed": lambda e: sympy.Eq(-e.lhs, -e.rhs, evaluate=False),
         "divided by an inertia": lambda e: sympy.Eq(sympy.expand(e.lhs / J_l), sympy.expand(e.rhs / J_l)),
-        "divided by both inertias together": lambda e: sympy.Eq(e.lhs / (J_eq + J_l), e.rhs / (J_eq + J_l)),
         "twice": lambda e: sympy.Eq(2 * e.lhs, 2 * e.rhs),
         "as a pair": lambda e: (e.lhs, e.rhs),
         "as what is zero": lambda e: e.lhs - e.rhs,
-        "in a list": lambda e: [e],
         "solved for its own acceleration": lambda e: sympy.Eq(alpha_ddot, sympy.solve(e, alpha_ddot)[0]),
         "solved for the other acceleration": lambda e: sympy.Eq(theta_ddot, sympy.solve(e, theta_ddot)[0]),
         "inertia, friction, stiffness, input": lambda e: sympy.Eq(
@@ -134,34 +127,6 @@ WAYS.each_of(
         ),
     },
 )
-
-
-def by_lagranges_method(row: int) -> Callable[[Any, Any], Any]:
-    """As the mechanics package of sympy gives it."""
-
-    def of(equation: Any, own: Any) -> Any:
-        theta_t, alpha_t = mechanics.dynamicsymbols("theta alpha")
-        lagrangian = with_functions(theta_t, alpha_t)(own["2.3", "L"])
-        room, base, link = (mechanics.ReferenceFrame(name) for name in ("room", "base", "link"))
-        base.set_ang_vel(room, theta_t.diff() * room.z)
-        link.set_ang_vel(room, (theta_t + alpha_t).diff() * room.z)
-        friction = B_l * alpha_t.diff()
-        torques = [(base, (tau - B_eq * theta_t.diff() + friction) * room.z), (link, -friction * room.z)]
-        method = mechanics.LagrangesMethod(lagrangian, [theta_t, alpha_t], forcelist=torques, frame=room)
-        return sympy.Eq(method.form_lagranges_equations()[row], 0)
-
-    return of
-
-
-def not_carried_out(coordinate: Any, rate: Any, force: Any) -> Callable[[Any, Any], Any]:
-    """The Euler-Lagrange equation, its derivatives by time as they stand."""
-
-    def of(equation: Any, own: Any) -> Any:
-        L = own["2.3", "L"]
-        inside = with_functions(sympy.Function("theta")(t), sympy.Function("alpha")(t))
-        return sympy.Eq(sympy.Derivative(inside(L.diff(rate)), t) - inside(L.diff(coordinate)), inside(force))
-
-    return of
 
 
 def by_newton(equation: Any, own: Any) -> Any:
@@ -180,14 +145,6 @@ def without_alpha_ddot(equation: Any, own: Any) -> Any:
     return sympy.Eq(own[SERVO].lhs.subs(alpha_ddot, sympy.solve(own[LINK], alpha_ddot)[0]), tau)
 
 
-WAYS.add("by LagrangesMethod", {SERVO: by_lagranges_method(0), LINK: by_lagranges_method(1)})
-WAYS.add(
-    "time derivatives not carried out",
-    {
-        SERVO: not_carried_out(theta, theta_dot, tau - B_eq * theta_dot),
-        LINK: not_carried_out(alpha, alpha_dot, -B_l * alpha_dot),
-    },
-)
 WAYS.add("the servo alone, by Newton", {SERVO: by_newton})
 WAYS.add("the servo's without alpha_ddot", {SERVO: without_alpha_ddot})
 WAYS.add("the link's without theta_ddot", {LINK: without_theta_ddot})
@@ -208,14 +165,12 @@ def both(change: Callable[[Any, int], Any]) -> dict[Any, Any]:
 
 
 WAYS.add("all that solve gives", dict.fromkeys(SOLVED, lambda value, own: solutions(own)))
-WAYS.add("all that solve gives, in its list", dict.fromkeys(SOLVED, lambda value, own: [solutions(own)]))
 WAYS.add("equations for the accelerations", both(lambda e, i: sympy.Eq((theta_ddot, alpha_ddot)[i], e)))
 WAYS.add(
     "equations for second derivatives",
     both(lambda e, i: sympy.Eq(sympy.Function(("theta", "alpha")[i])(t).diff(t, 2), e)),
 )
 WAYS.add("by the inverse of the mass matrix", both(lambda e, i: (MASSES.inv() * FORCES)[i]))
-WAYS.add("by Cramer's rule", both(lambda e, i: sympy.cancel((MASSES.adjugate() * FORCES)[i] / MASSES.det())))
 WAYS.add(
     "B_l dropped at the end",
     both(lambda e, i: (MASSES.inv() * (FORCES - sympy.Matrix([0, B_l * alpha_dot])))[i].subs(B_l, 0)),
@@ -226,37 +181,13 @@ WAYS.each_of(
     MATRICES,
     {
         "lists of lists": lambda m: m.tolist(),
-        "tuples of tuples": lambda m: tuple(map(tuple, m.tolist())),
         "numpy arrays of expressions": lambda m: np.array(m.tolist()),
-        "np.matrix of expressions": lambda m: np.matrix(m.tolist()),
-        "ImmutableMatrix": sympy.ImmutableMatrix,
         "SparseMatrix": sympy.SparseMatrix,
         "sympy.Array": lambda m: sympy.Array(m.tolist()),
         "a table with names of rows and columns": lambda m: Frame(m.tolist()),
     },
 )
 WAYS.add("B as a list", {("2.7", "B"): lambda B, own: list(B)})
-WAYS.add("B as a row", {("2.7", "B"): lambda B, own: B.T})
-
-
-def in_blocks(A: Any, own: Any) -> Any:
-    stiffness, damping = sympy.Matrix([[0, 0], [0, K_s]]), sympy.Matrix([[B_eq, 0], [0, 0]])
-    inverse = MASSES.inv()
-    return sympy.Matrix(sympy.BlockMatrix([[sympy.zeros(2), sympy.eye(2)], [-inverse * stiffness, -inverse * damping]]))
-
-
-WAYS.add("A from blocks of the mass matrix", {("2.7", "A"): in_blocks})
-WAYS.add(
-    "A and B by linear_eq_to_matrix",
-    {
-        ("2.7", "A"): lambda A, own: sympy.linear_eq_to_matrix(rates(own), *STATE)[0],
-        ("2.7", "B"): lambda B, own: sympy.linear_eq_to_matrix(rates(own), tau)[0],
-    },
-)
-
-
-def rates(own: Any) -> list[Any]:
-    return [theta_dot, alpha_dot, *(own[where] for where in SOLVED)]
 
 
 INERTIA = ("2.8", "J_l")

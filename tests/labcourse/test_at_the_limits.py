@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from labcourse import files, student_id
+from labcourse import files
 from labcourse.answers import answers, cell_reports, expressions, forms, json_values, own_files, schema, words
 from labcourse.answers.parts import Question, number, prose, recording
 from labcourse.answers.words import Budget, PictureError, as_png, pictures_of
-from labcourse.errors import AnswerError, StudentIDError
+from labcourse.errors import AnswerError
 from labcourse.run import student_folder, submit
 from rotflex.recording import Channel, Recording
 
@@ -130,12 +130,6 @@ def test_pixels_of_all_pictures_together(monkeypatch, fits):
     taken(fits, lambda: as_png(png(20, 10), budget), PictureError, "together")
 
 
-def test_a_small_picture_counts_as_if_it_were_large():
-    budget = Budget()
-    as_png(png(20, 10), budget)
-    assert words.MAX_PIXELS_TOGETHER - budget.left == words.FEWEST_PIXELS
-
-
 @FITS
 def test_scans_of_a_jpeg(fits):
     """Each goes over the whole picture: a small file with thousands of them takes minutes."""
@@ -171,14 +165,6 @@ def test_bytes_of_a_picture_as_it_is_kept(monkeypatch, fits):
     monkeypatch.setattr(words, "MAX_STORED", len(whole) - (not fits))
     kept = as_png(packed.getvalue(), Budget())
     assert (kept == whole) == fits and len(kept) <= len(whole)
-
-
-@FITS
-@pytest.mark.parametrize(("letter", "most"), [("x", 80), ("\u00e9", 80), ("\u6c34", 80), ("\U0001f600", 60)])
-def test_characters_of_an_id_and_its_bytes(fits, letter, most):
-    given = letter * (most + (not fits))
-    assert fits or len(given) > 80 or len(given.encode()) > 240
-    taken(fits, lambda: student_id.normalised(given), StudentIDError, "Shorten it")
 
 
 def notebook(cells):
@@ -232,21 +218,8 @@ def test_folders_of_own_files_on_disk(tmp_path, fits):
     assert fits or "more than 8 folders within folders" in notes[0]
 
 
-@pytest.mark.parametrize(("number", "said"), [(20, 20), (21, 21), (30, 21)])
-def test_notes_on_own_files(number, said):
-    notes = own_files._few([f"note {place}" for place in range(number)])
-    assert len(notes) == said and (number == 20 or f"{number - 20} more file" in notes[-1])
-
-
 def lines(events):
     return b"".join(json.dumps(event).encode() + b"\n" for event in events)
-
-
-@FITS
-def test_lines_of_a_report(monkeypatch, fits):
-    monkeypatch.setattr(schema, "_MOST_EVENTS", 3)
-    events = [{"event": "started", "notebook": "a", "cell": str(place)} for place in range(3 + (not fits))]
-    assert len(schema.read_reports(lines(events)).cells) == 3
 
 
 @FITS

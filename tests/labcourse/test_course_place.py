@@ -55,12 +55,6 @@ def test_a_folder_that_holds_the_unpacked_course_is_not_filled_beside_it(tmp_pat
     assert folder == tmp_path / "rotflex-course" / "notebooks" and str(folder) in said
 
 
-def test_a_folder_that_is_named_is_taken_where_nothing_speaks_against_it(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    assert lab_command.choose(Path("new")) == (Path("new"), [])
-    assert lab_command.choose(None) == (Path("notebooks"), [])
-
-
 def test_the_last_folder_is_kept_and_forgotten_when_it_is_gone(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     work = tmp_path / "w\u00f6rk"

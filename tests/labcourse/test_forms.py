@@ -84,22 +84,17 @@ def test_what_a_notebook_begins_with_is_no_answer():
         (OMEGA_N, 19900.0, "factor of 1000|degrees"),
         (OMEGA_N, 1e9, "unusually large for this plant"),
         (OMEGA_N, 1e-9, "unusually small for this plant"),
-        (OMEGA_N, 0, "unusually small for this plant"),
         (OMEGA_N, -19.9, "check the sign"),
         (part("2.12", "J_l"), 3.28, "in g·m²"),
         (part("2.12", "J_l"), 32.8, "in kg·cm²"),
         (part("2.12", "K_s"), 0.0329, "from a frequency in hertz"),
         (part("2.12", "K_s"), 0.0227, "per degree"),
-        (part("2.12", "K_s"), 1300, "factor of 1000"),
         (part("3.12", "t_s"), 380, "in milliseconds; give s"),
         (part("3.12", "alpha_max_deg"), 0.19, "in radians; give deg"),
         (part("3.12", "V_max"), 8600, "factor of 1000"),
         (part("3.12", "PO"), -2, "check the sign"),
         (part("3.12", "PO"), 0.035, "a fraction; give %"),
-        (part("Table 3", "PO_sim"), 0.035, "a fraction; give %"),
         (part("3.12", "PO"), 0.0, None),
-        (part("3.16", "PO"), 0.757, None),
-        (part("Table 3", "t_s_fsf"), 420, "in milliseconds; give s"),
         (part("0.1", "resolution"), 360 / 4096, "in degrees; give rad"),
         (part("0.1", "resolution"), 1 / 4096, None),
     ],
@@ -159,11 +154,8 @@ def test_values_are_shown_without_noise_from_rounding():
 def test_prose_is_kept_as_it_is_and_counted():
     back, encoded = through_json(part("2.16", "comparison"), "  The model leads\r\nby 5 °. ")
     assert back == "The model leads\nby 5 °."
+    assert through_json(part("2.16", "comparison"), "a\x00b\ud800c")[0] == "a\ufffdb\ufffdc"  # for a database
     assert show(part("2.16", "comparison"), encoded.content) == "comparison: 6 words"
-
-
-def test_prose_with_what_no_database_bears_is_cleaned():
-    assert through_json(part("2.16", "comparison"), "a\x00b\ud800c")[0] == "a\ufffdb\ufffdc"
 
 
 def test_expressions_equations_and_matrices_of_them_come_back():
@@ -291,18 +283,6 @@ def test_a_part_of_a_subfigure_stands_for_the_whole_figure():
         assert encode(FIGURE, value, SEED) == expected
 
 
-def test_stacked_diagrams_share_the_label_of_their_common_axis():
-    figure = Figure()
-    upper, lower = figure.subplots(2, 1, sharex=True)
-    for ax in (upper, lower):
-        ax.plot([0, 1, 2], [0, 1, 0])
-        ax.set_ylabel("theta (deg)")
-    (hint,) = encode(FIGURE, figure, SEED).hints
-    assert "x axis" in hint
-    lower.set_xlabel("time (s)")
-    assert encode(FIGURE, figure, SEED).hints == ()
-
-
 def test_gaps_in_a_curve_are_left_out():
     figure = labelled()
     figure.axes[0].lines[0].set_data([0, 1, 2, 3], [0, np.nan, 2, np.inf])
@@ -338,11 +318,6 @@ def test_a_recording_is_kept_by_its_metadata_and_thinned_channels():
     assert len(json.dumps(encoded.content)) < 20_000
 
 
-def test_a_recording_from_elsewhere_that_says_nothing_draws_no_hint():
-    bare = Recording.of(np.arange(5) * 0.1, alpha=np.ones(5))
-    assert encode(SWEEP, bare, SEED).hints == ()
-
-
 def test_channels_that_no_file_knows_are_left_out():
     t = np.arange(5) * 0.1
     extra = Recording(t, {"alpha": Channel(t, "rad"), "noise": Channel(t, "m")})
@@ -360,7 +335,7 @@ def plotted(count=1, **labels):
 def test_whatever_cannot_be_an_answer_is_refused():
     """Each message names what is asked for, and where what was given differs."""
     s, J, J_eq, K_s = sympy.symbols("s J J_eq K_s")
-    stability, symbolic_A, symbolic_B = part("3.1", "stability"), part("2.7", "A"), part("2.7", "B")
+    stability, symbolic_B = part("3.1", "stability"), part("2.7", "B")
     ones, eye, zeros = np.ones(4), np.eye(2, 4), np.zeros(2)
     empty = Figure()
     empty.subplots()
@@ -373,51 +348,35 @@ def test_whatever_cannot_be_an_answer_is_refused():
         (OMEGA_N, "text", ["19.9", np.array(["19.9"])]),
         (OMEGA_N, "not finite", [np.nan, np.inf, sympy.zoo]),
         (OMEGA_N, "2 values", [[1.0, 2.0]]),
-        (OMEGA_N, "0 values", [[]]),
         (OMEGA_N, "not one number", [[[1, 2], [3]]]),
         (OMEGA_N, "complex", [19.9 + 1j]),
         (OMEGA_N, "K_s", [2 * K_s]),
-        (OMEGA_N, "function: call it", [lambda: 19.9]),
-        (OMEGA_N, "a dict", [{"omega_n": 19.9}]),
         (A, "4 × 4 matrix; it is 3 × 4", [NUMBERS[:3]]),
         (A, "row of 3", [[1, 2, 3]]),
-        (A, "row of 16", [np.arange(16)]),
         (A, "rows differ", [[[1, 2], [3]]]),
         (A, "4 × 4 matrix; it is a (int|str)", [5, "eye"]),
-        (A, "row 1, column 1: it is True", [np.full((4, 4), True)]),
         (A, "row 3, column 2: it is not finite", [matrix_with(np.nan)]),
         (A, "row 3, column 2 is still empty", [matrix_with(None)]),
         (A, "row 1, column 1: it still contains K_s", [sympy.Matrix(4, 4, lambda i, j: K_s)]),
-        (A, "row 1, column 1: it is complex", [np.array(NUMBERS) + 1j]),
         (B, "4 numbers; it is 2 × 2", [np.eye(2)]),
         (K, "4 numbers; it is a row of 3", [[1, 2, 3]]),
         (K, "function: call it", [lambda: [1, 2, 3, 4]]),
         (POLYNOMIAL, "5 numbers", [np.polynomial.Polynomial([1, 2, 1]), s**3 + 1, 1 / s]),
         (POLES, "there are 3", [FOUND[:3]]),
-        (POLES, "give a list of 4", ["0, -18.9", -18.9]),
-        (POLES, "pole 3 is still empty", [[0, -18.9, None, 1]]),
         (POLES, "pole 3: it is not finite", [[0, -18.9, np.nan, 1]]),
-        (POLES, "pole 3: it is text", [[0, -18.9, "x", 1]]),
-        (POLES, "pole 1: it still contains s", [[s, 1, 2, 3]]),
         (stability, "'stable', 'marginally stable', 'unstable'", ["perhaps", True]),
         (part("2.16", "comparison"), "a int", [42]),
-        (symbolic_A, "4 × 4 matrix; it is 3 × 3", [sympy.eye(3)]),
         (symbolic_B, "row 3, column 1: it contains J, which .*: J_eq, J_l", [[0, 0, J, 1]]),
         (symbolic_B, "row 3, column 1 is still empty", [[0, 0, None, 1 / J_eq]]),
         (SPECTRUM, r"spectrum\(x, dt\) raised ZeroDivisionError: division by zero", [lambda x, dt: 1 / 0]),
-        (SPECTRUM, "raised TypeError", [lambda x: x]),
         (SPECTRUM, "returned a ndarray", [lambda x, dt: x, lambda x, dt: np.array([x, x, x])]),
-        (SPECTRUM, "returned a tuple of 3", [lambda x, dt: (x, x, x)]),
         (SPECTRUM, "it is a tuple: give the function", [spectrum(np.ones(8), 0.01)]),
         (SPECTRUM, "f_hz has 5 values and amplitude has 4", [lambda x, dt: (x[:5], x[:4])]),
         (SPECTRUM, "amplitude is complex", [lambda x, dt: (np.fft.rfftfreq(len(x), dt), np.fft.rfft(x))]),
-        (SPECTRUM, "amplitude .* not finite", [lambda x, dt: (x, np.full(len(x), np.nan))]),
         (SPECTRUM, "10 Hz", [lambda x, dt: (np.arange(100) * 1000 + 50, np.arange(100))]),
-        (SPECTRUM, "f_hz is not", [lambda x, dt: ("f", "a")]),
         (STATE_SPACE, "A is 3 × 3, not 4 × 4", [lambda *p: (np.eye(3), ones, eye, zeros)]),
         (STATE_SPACE, "D is a single number, not 2 × 1", [lambda *p: (np.eye(4), ones, eye, 0)]),
         (FIGURE, "no curve", [Figure(), empty]),
-        (FIGURE, "a str", ["figure.png"]),
         (FIGURE, "not a figure", [[1, 2, 3]]),
         (FIGURE, "9 diagrams; 8 at most", [plotted(9)]),
         (SWEEP, "a ndarray", [np.zeros((10, 2))]),
@@ -439,6 +398,8 @@ def test_what_may_be_a_slip_is_kept_with_a_hint():
     marked.axes[0].axhline(1)
     for wanted, value, fragments in (
         (FIGURE, marked, []),
+        (SWEEP, Recording.of(np.arange(5) * 0.1, alpha=np.ones(5)), []),  # from elsewhere: it says nothing
+        (Part("x", "number", 1, "Any."), 1e30, []),
         (part("3.13", "response"), full, []),
         (POLES, [0, -18.9, -8.09 + 27j, -8.09 + 27j], ["conjugate"]),
         (FIGURE, plotted(xlabel="time"), ["x axis has no unit", "y axis has no label"]),
@@ -491,18 +452,14 @@ GOOD = {FIGURE.name: encode(FIGURE, labelled(20), SEED).content, SWEEP.name: enc
     ("wanted", "content"),
     [
         (OMEGA_N, {"kind": "number", "value": True}),
-        (OMEGA_N, {"kind": "number", "value": "19.9"}),
         (OMEGA_N, {"kind": "number", "value": float("nan")}),
         (OMEGA_N, {"kind": "number", "value": 10**400}),
         (OMEGA_N, {"kind": "number", "value": 19.9, "more": 1}),
         (OMEGA_N, {"kind": "matrix", "value": [[19.9]]}),
-        (OMEGA_N, {"value": 19.9}),
         (A, {"kind": "matrix", "value": [[0.0] * 4] * 5}),
         (A, {"kind": "matrix", "value": [[0.0] * 4] * 3 + [[0.0] * 3]}),
         (POLES, {"kind": "poles", "value": [[0, 0, 0]] * 4}),
-        (POLES, {"kind": "poles", "value": [[0, 0]] * 3}),
         (part("3.1", "stability"), {"kind": "choice", "value": "perhaps"}),
-        (part("3.1", "stability"), {"kind": "choice", "value": ["stable"]}),
         (part("2.16", "comparison"), {"kind": "prose", "value": "x" * (LONGEST_PROSE + 1)}),
         (part("2.16", "comparison"), {"kind": "prose", "value": "a\x00b"}),
         (part("2.16", "comparison"), {"kind": "prose", "value": "\ud800"}),
@@ -510,15 +467,11 @@ GOOD = {FIGURE.name: encode(FIGURE, labelled(20), SEED).content, SWEEP.name: enc
         (SPECTRUM, {"kind": "function", "outputs": [[[1.0, 2.0], [1.0]]] * 4}),
         (SPECTRUM, {"kind": "function", "outputs": [[[1.0] * 601, [1.0] * 601]] * 4}),
         (SPECTRUM, {"kind": "function", "outputs": [[[1.0, 2.0], [1.0, 2.0]]] * 3}),
-        (FIGURE, {"kind": "figure", "axes": []}),
         (FIGURE, {"kind": "figure", "axes": GOOD["figure"]["axes"] * 9}),
         (SWEEP, {**GOOD["sweep"], "n": 19}),
-        (SWEEP, {**GOOD["sweep"], "n": 10**12}),
         (SWEEP, {**GOOD["sweep"], "sample_time": -1}),
         (SWEEP, {**GOOD["sweep"], "metadata": {"x": "y" * 5000}}),
-        (SWEEP, {**GOOD["sweep"], "metadata": []}),
         (SWEEP, {**GOOD["sweep"], "metadata": {"x": [float("inf")]}}),  # as JSON's 1e999 is read
-        (SWEEP, {**GOOD["sweep"], "channels": {}}),
         (SWEEP, {**GOOD["sweep"], "channels": {**GOOD["sweep"]["channels"], "x": {"unit": "m", "values": []}}}),
         (SWEEP, {**GOOD["sweep"], "channels": {"alpha": {"unit": "deg", "values": [0.0] * 20}}}),
     ],
@@ -526,7 +479,3 @@ GOOD = {FIGURE.name: encode(FIGURE, labelled(20), SEED).content, SWEEP.name: enc
 def test_what_could_not_have_been_written_is_not_read(wanted, content):
     with pytest.raises(AnswerError):
         decode(wanted, content)
-
-
-def test_a_number_without_a_plausible_range_draws_no_hint():
-    assert encode(Part("x", "number", 1, "Any."), 1e30, SEED).hints == ()

@@ -19,7 +19,21 @@ from jupyter_server.serverapp import ServerApp
 
 from labcourse import server
 from labcourse.files import KERNEL
-from labcourse.server import CourseServer, PromptConnection, SafeKernelSpec
+from labcourse.server import CourseServer, SafeKernelSpec
+
+
+@pytest.fixture
+def serving(monkeypatch):
+    """Make a server that serves nothing when it is started."""
+    monkeypatch.setattr(ServerApp, "start_app", lambda server: None)
+
+    def made(**options):
+        course = CourseServer(**options)
+        course.identity_provider = IdentityProvider(parent=course)
+        course.io_loop = SimpleNamespace(add_callback=lambda *_arguments, **_options: None)
+        return course
+
+    return made
 
 
 @pytest.mark.parametrize(
@@ -33,15 +47,12 @@ from labcourse.server import CourseServer, PromptConnection, SafeKernelSpec
         ("darwin", {}, True),
     ],
 )
-def test_a_browser_is_opened_where_it_has_a_screen(monkeypatch, system, environment, opened):
+def test_a_browser_is_opened_where_it_has_a_screen(monkeypatch, serving, system, environment, opened):
     for name in ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER"):
         monkeypatch.delenv(name, raising=False)
     for name, value in environment.items():
         monkeypatch.setenv(name, value)
-    monkeypatch.setattr(ServerApp, "start_app", lambda server: None)
-    course = CourseServer(open_browser=True)
-    course.identity_provider = IdentityProvider(parent=course)
-    course.io_loop = SimpleNamespace(add_callback=lambda *_arguments, **_options: None)
+    course = serving(open_browser=True)
     monkeypatch.setattr(server.sys, "platform", system)
     course.start_app()
     assert course.open_browser is opened
@@ -56,15 +67,6 @@ def test_a_secret_of_the_users_own_is_left(monkeypatch):
     assert "JUPYTER_TOKEN" not in server.environment()
 
 
-def test_messages_are_not_gathered(monkeypatch):
-    said = []
-    connection = SimpleNamespace(websocket_handler=SimpleNamespace(set_nodelay=said.append))
-    parent = SimpleNamespace(connect=lambda: said.append("connected"))
-    monkeypatch.setattr("labcourse.server.super", lambda: parent, raising=False)
-    PromptConnection.connect(connection)
-    assert said == [True, "connected"]
-
-
 @pytest.mark.parametrize(
     ("ip", "host", "root"),
     [
@@ -75,34 +77,20 @@ def test_messages_are_not_gathered(monkeypatch):
         ("lab.edu", "lab.edu", False),
     ],
 )
-def test_the_address_is_one_on_this_machine_and_root_serves_nobody_else(monkeypatch, ip, host, root):
+def test_the_address_is_one_on_this_machine_and_root_serves_nobody_else(monkeypatch, serving, ip, host, root):
     monkeypatch.setenv("JUPYTER_TOKEN", "a b")
-    monkeypatch.setattr(ServerApp, "start_app", lambda server: None)
-    course = CourseServer(port=8889, default_url="/lab")
+    course = serving(port=8889, default_url="/lab")
     course.ip = ip
-    course.identity_provider = IdentityProvider(parent=course)
-    course.io_loop = SimpleNamespace(add_callback=lambda *_arguments, **_options: None)
     course.start_app()
     assert (course.address, course.allow_root) == (f"http://{host}:8889/lab?token=a%20b", root)
 
 
-def kernel_of(address):
-    """Return the command by which the server starts a kernel."""
-    at, _slash, rest = address.partition("/lab/tree/")
-    request = urllib.request.Request(
-        f"{at}/api/kernelspecs", headers={"Authorization": f"token {rest.partition('token=')[2]}"}
-    )
-    with urllib.request.urlopen(request, timeout=60) as reply:
-        return json.loads(reply.read())["kernelspecs"]["python3"]["spec"]["argv"]
-
-
-def started(address):
-    """Start a kernel; return its id."""
+def asked(address, what, data=None):
+    """Ask the server's interface."""
     at, _slash, rest = address.partition("/lab/tree/")
     head = {"Authorization": f"token {rest.partition('token=')[2]}"}
-    request = urllib.request.Request(f"{at}/api/kernels", b"{}", head)
-    with urllib.request.urlopen(request, timeout=60) as reply:
-        return json.loads(reply.read())["id"]
+    with urllib.request.urlopen(urllib.request.Request(f"{at}/api/{what}", data, head), timeout=60) as reply:
+        return json.loads(reply.read())
 
 
 @pytest.mark.parametrize(
@@ -169,11 +157,12 @@ def test_the_first_notebook_is_served_and_its_address_is_all_that_is_said(tmp_pa
         assert (tmp_path / "log").read_text() == ""
         with urllib.request.urlopen(address, timeout=60) as page:
             assert page.status == 200
-        assert kernel_of(address)[:3] == [sys.executable, "-P", str(KERNEL)]
+        spec = asked(address, "kernelspecs")["kernelspecs"]["python3"]["spec"]
+        assert spec["argv"][:3] == [sys.executable, "-P", str(KERNEL)]
         assert ran() == []
         with pytest.raises(urllib.error.HTTPError, match="403"):
             urllib.request.urlopen(address.replace("/lab/tree/", "/api/contents/").partition("?")[0], timeout=60)
-        kernel = started(address)
+        kernel = asked(address, "kernels", b"{}")["id"]
     finally:
         running.send_signal(getattr(signal, "SIGHUP", signal.SIGTERM))
         running.send_signal(signal.SIGINT)  # a second one does not cut the end short

@@ -119,10 +119,3 @@ def test_a_row_of_a_report_rests_on_something_that_is_asked(names):
         assert bool(item.shows) == bool(whole.shows)
         assert all(number in asked.everything for number, _part in item.shows)
     assert not {question.notebook for question in asked.everything.values()} & set(names)
-
-
-@pytest.mark.parametrize("names", LEFT_OUT.values(), ids=LEFT_OUT)
-def test_what_can_be_predicted_is_that_of_the_notebooks_that_are_handed_out(names):
-    handed_out = [name for name in CATALOGUE.predictions if CATALOGUE.find(name).notebook not in names]
-    assert len(handed_out) < len(CATALOGUE.predictions)
-    assert list(left_out.reduced(CATALOGUE, names).predictions) == handed_out

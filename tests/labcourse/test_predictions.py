@@ -8,7 +8,6 @@ import rotflex.course.lab
 from labcourse.answers import answers
 from labcourse.errors import AnswerError
 from rotflex import experiments
-from rotflex.course.questions import CATALOGUE
 
 SWING = "time_of_largest_swing"
 
@@ -121,12 +120,3 @@ def test_a_section_of_another_form_is_no_answers_file(lab):
     for section in (3, [], *({"2.9": entry} for entry in entries)):
         with pytest.raises(AnswerError, match="predictions"):
             answers.parse(json.dumps({**content, "predictions": section}).encode())
-
-
-def test_all_that_can_be_predicted_can_be_kept_and_is_worth_nothing():
-    for question, foretold in CATALOGUE.predictions.items():
-        recordings = {part.name for part in CATALOGUE.find(question).parts if part.kind == "recording"}
-        for one in foretold:
-            assert one.part.kind in ("number", "choice") and one.part.points == 0
-            assert one.part.prompt.endswith("?") and one.ask.endswith("?")
-            assert one.found_in[0][0] == question and one.found_in[0][1] in recordings

@@ -8,7 +8,6 @@ from checkout import ROOT
 
 import rotflex.course.lab
 from labcourse.errors import AnswerError
-from rotflex.course import reports
 
 NOTEBOOK = "02_finding_stiffness.ipynb"
 REPORT = "04_modeling_results.ipynb"
@@ -83,13 +82,6 @@ def test_a_notebook_that_cannot_be_read_is_told_and_the_others_count(lab, folder
     assert REPORT in said and "JSON" in said
     assert lab.has("2.11", "explanation")
     assert capsys.readouterr().out == ""  # once
-
-
-def test_the_outline_of_a_report_knows_the_saved_texts(lab, folder):
-    assert "Modeling report stiffness_procedure" in reports.outline("Modeling report", lab)
-    write(folder, REPORT, "report-i-1-stiffness-procedure", "We shook it.\n\n![sweep](attachment:image.png)")
-    assert "| I.1 | Procedure: finding the stiffness |" in reports.outline("Modeling report", lab)
-    assert "Modeling report stiffness_procedure" not in reports.outline("Modeling report", lab)
 
 
 def test_an_instructors_notebook_has_no_text_of_a_students_after_its_answers(tmp_path):

@@ -4,7 +4,6 @@ import json
 import os
 import subprocess
 import sys
-import unicodedata
 from types import SimpleNamespace
 
 import pytest
@@ -127,12 +126,6 @@ def test_no_command_fails_for_a_sign_that_the_output_does_not_have(work, monkeyp
         done = CliRunner(charset=code).invoke(cli.app, words)
         assert not isinstance(done.exception, UnicodeError), words
         assert done.output
-
-
-def test_a_name_that_a_mac_takes_apart_is_that_of_the_run(tmp_path):
-    apart = unicodedata.normalize("NFD", "größe.csv")
-    (tmp_path / apart).write_text("1")
-    assert list(own_files.read(tmp_path, [NAME])[0]) == ["größe.csv"]
 
 
 def test_a_course_file_that_an_editor_of_windows_saved_is_read(tmp_path):

@@ -112,7 +112,6 @@ LANGUAGES = "Größe: $\\omega_n=\\sqrt{K_s}$\n\n* ¿por qué? — «c'est ça»
 def test_heading_and_stub_are_no_part_of_the_answer_and_all_else_is(source, text):
     found = words.written(MASTER, pristine(why=why(source)))
     assert (found.words, found.notes) == ({WHY: TextAnswer(text)}, [])
-    assert words.written(MASTER, pristine(why=why(source))).words == {WHY: TextAnswer(text)}
 
 
 @pytest.mark.parametrize(
@@ -202,21 +201,6 @@ def test_a_text_that_is_too_long_is_kept_as_far_as_it_goes_and_told():
     assert words.written(MASTER, pristine(why=why("x" * LONGEST_PROSE))).problems == []
 
 
-@pytest.mark.slow
-@pytest.mark.timeout(60)
-def test_reading_hostile_sources_comes_to_an_end():
-    for source in (
-        "![" * 50_000,
-        "![](" * 40_000,
-        HEADING[:36] * 5_000,
-        "![a](data:image/png;base64,A" * 5_000,
-        ("![" * 250 + "](" + "x" * 1300) * 110,  # many places where it may begin, and many where it may end
-        ("![" * 250 + "](" + "x" * 900 + " " + "y" * 200) * 110,
-        "a " * 90_000,
-    ):
-        words.written(MASTER, pristine(why=why(source), how=cell(source, "x", kind="code")))
-
-
 def test_a_pasted_picture_comes_along_as_png():
     jpeg = attached(png((80, 60), kind="JPEG"), "foto mit ü.jpg", "image/jpeg")
     pictures, problems = with_pictures("See:\n\n![x](attachment:foto%20mit%20%C3%BC.jpg)", jpeg)
@@ -263,12 +247,11 @@ def bomb(side):
         (bomb(60_000), "60 million"),
         (bomb(8_000), "60 million"),
         (png((1, 20_001)), "20000 pixels"),
-        (png((20_001, 1)), "20000 pixels"),
         (png((400, 400))[:60], "damaged"),
         (b"<svg onload='alert(1)'/>", "PNG, JPEG"),
         (b"", "PNG, JPEG"),
     ],
-    ids=["bomb", "too large", "strip", "wide strip", "cut off", "svg", "empty"],
+    ids=["bomb", "too large", "strip", "cut off", "svg", "empty"],
 )
 def test_a_picture_that_is_not_read_is_left_out_and_told(data, told):
     pictures, (problem,) = with_pictures("![](attachment:image.png)", attached(data))

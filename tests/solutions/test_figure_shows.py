@@ -82,26 +82,15 @@ def on_one_diagram():
     return figure
 
 
-def in_pieces(count):
+def in_pieces():
     figure = Figure()
     for ax, values, label in zip(
         figure.subplots(3, 1, sharex=True), (THETA, ALPHA, VOLTS), ("θ (°)", "α (°)", "V (V)"), strict=True
     ):
-        for piece in np.array_split(np.arange(T.size), count):
+        for piece in np.array_split(np.arange(T.size), 20):
             ax.plot(T[piece], values[piece])
         ax.set_ylabel(label)
     ax.set_xlabel("time (s)")
-    return figure
-
-
-def each_in_its_own_window():
-    figure = Figure()
-    for ax, values, label, start in zip(
-        figure.subplots(3, 1), (THETA, ALPHA, VOLTS), ("θ/°", "α/°", "V/V"), (0, 2, 4), strict=True
-    ):
-        some = part_of(start, start + 4)
-        ax.plot(T[some], values[some])
-        ax.set(xlabel="t/s", ylabel=label)
     return figure
 
 
@@ -112,21 +101,16 @@ RIGHTLY = {
     "s, deg, V": panels,
     "ms, rad, mV": lambda: panels(1e3 * T, (*RADIANS[:2], 1e3 * VOLTS), "t / ms", ("θ/rad", "α/rad", "V/mV")),
     "angles in different units": lambda: panels(curves=MIXED, y=("θ (°)", "α (mrad)", "V (V)")),
-    "thousandths": lambda: panels(curves=MIXED, y=("θ (°)", r"$\alpha$ ($10^{-3}$ rad)", "V (V)")),
     "TeX": lambda: panels(x=r"$t\ [\mathrm{s}]$", y=(r"$\theta\ [^\circ]$", r"$\alpha$/°", r"$V_m\ [\mathrm{V}]$")),
     "other languages, with symbols": lambda: panels(x="время (s)", y=("Winkel / °", "α (deg)", "tensión [V]")),
-    "limits over a turn": lambda: panels(xlim=(2, 5.1)),
     "a window": lambda: window(3, 8),
     "a window from 0": lambda: window(3, 8, zero=3),
     "a window about a step": lambda: window(4, 7.2, zero=4.55),
-    "half a turn on": lambda: window(1.515, 6, zero=1.515),
     "40 points": lambda: window(0, 10, count=40),
     "25 points of a window from 0": lambda: window(2, 7, zero=2, count=25),
-    "each in its own window": each_in_its_own_window,
     "all together, a twin, the limits": together,
     "on one diagram": on_one_diagram,
-    "in 3 pieces": lambda: in_pieces(3),
-    "in 20 pieces": lambda: in_pieces(20),
+    "in 20 pieces": in_pieces,
 }  # fmt: skip
 
 
@@ -160,12 +144,9 @@ WRONGLY = {
     "rad said": (lambda: panels(y=("θ (rad)", "α (rad)", "V (V)")), 0.67, "says rad, and the curve is in deg"),
     "no voltage": (lambda: panels(curves=(THETA, ALPHA), y=("θ (°)", "α (°)")), 0.67, "no curve of its own follows vm"),
     "the deflection upside down": (lambda: panels(curves=(THETA, -ALPHA, VOLTS)), 0.67, "alpha: a curve follows it"),
-    "upside down in a window": (lambda: panels(curves=(THETA, -ALPHA, VOLTS), xlim=(2, 6)), 0.67, "upside down"),
     "the command for the angle": (lambda: panels(curves=(RUN.degrees("theta_ref"), ALPHA, VOLTS)), 0.67, "theta"),
     "too short": (lambda: panels(xlim=(3, 5.5)), 0.0, "theta: a curve follows it, but over too short a time"),
-    "settled": (lambda: panels(xlim=(1, 1.4)), 0.0, "over a turn of the command or more"),
     "another's": (lambda: panels(*others()), 0.0, "No curve in the figure follows the recording"),
-    "too large": (lambda: panels(curves=[1.37 * values for values in (THETA, ALPHA, VOLTS)]), 0.0, "No curve"),
     "the angles against each other": (lambda: panels(THETA, (ALPHA, VOLTS), y=("α (deg)", "V (V)")), 0.0, "No curve"),
 }  # fmt: skip
 

@@ -41,24 +41,6 @@ def test_each_link_leads_to_a_heading_that_is_there():
         assert there in (*headings, "") and (not heading or heading in headings[there or here]), (here, there, heading)
 
 
-@pytest.mark.parametrize(
-    ("text", "expected"),
-    [
-        ("See question 2.11.", "See question [2.11](#Question-2.11)."),
-        (
-            "of questions 2.12, 2.13 and 3.1",
-            "of questions [2.12](#Question-2.12), [2.13](03_b.ipynb#cell-id=here) and 3.1",
-        ),
-        ("`03_b`, `02_a`", "[`03_b`](03_b.ipynb), `02_a`"),
-        ("[question 2.11](x) `question 2.11` $question 2.11$", None),
-        ("### Question 2.11\n", None),
-    ],
-)
-def test_questions_and_notebooks_that_are_known_get_links(text, expected):
-    places = {"2.11": ("02_a", "here"), "2.12": ("02_a", "here"), "2.13": ("03_b", "here"), "03_b": ("03_b", "")}
-    assert link_questions.linked(text, "02_a", places) == (expected or text)
-
-
 def test_a_notebook_that_is_not_handed_out_has_no_link():
     text = "In [`02_a`](02_a.ipynb), question [2.11](02_a.ipynb#Question-2.11); [`03_b`](03_b.ipynb)"
     assert student_notebooks.without_links(text, ["02_a", "01"]) == "In `02_a`, question 2.11; [`03_b`](03_b.ipynb)"

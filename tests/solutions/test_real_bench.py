@@ -127,7 +127,6 @@ def content(tmp_path, made):
 NO_DATA = {
     "pickle": b"\x80\x04\x95" + pickle.dumps(print),
     "path": b"recordings/001-sweep.mat",
-    "nested": b"[" * 100_000,
 }
 NO_DATA |= {"path as JSON": b'"recordings/001-sweep.mat"', "more": b'{"recordings": [], "left_out": [], "more": 1}'}
 NO_DATA |= {"nested": b"[" * 100_000, "large integer": b'{"recordings": ' + b"9" * 5000 + b', "left_out": []}'}
@@ -151,19 +150,13 @@ def test_what_is_no_plain_data_is_refused_as_a_whole_and_named(data):
         (("channels", "theta", 5), float("nan"), "theta should be a finite number"),
         (("channels", "vm", 5), 1e300, "vm should be within 1e+06"),
         (("channels", "vm"), [0.0, 1.0], "the time has 2"),
-        (("channels", "vm"), "recordings/001-sweep.mat", "vm should be a list"),
         (("channels", "x"), [0.0], "channels should be some of"),
         (("file",), "../../etc/passwd", "file should be the name of a recording"),
         (("file",), "001-sweep\n", "file should be the name of a recording"),
         (("settings", "K"), [float("inf")] * 4, "K should be a finite number"),
-        (("settings", "K"), [1.0] * 17, "K should be a list of 0 to 16 items"),
-        (("settings", "path"), "x", "settings should be some of"),
-        (("bench",), "n" * 61, "bench should be printable text of at most 60"),
-        (("run",), 1.0, "run should be a whole number"),
         (("voltage_limit",), None, "voltage_limit should be a finite number"),
         (("timing", "held"), [[1, 2]] * 101, "held should be a list of 0 to 100 items"),
         (("timing", "held"), [[1, -2]], "a stretch of samples should be a whole number"),
-        (("recording",), b"".hex(), "should be an object with"),
     ],
 )
 def test_a_recording_that_is_not_as_it_should_be_costs_itself_and_is_named(content, where, value, why):
@@ -197,9 +190,7 @@ def test_what_the_reader_left_out_is_told_in_one_line_of_bounded_length(content)
         ("[told]\narm_position = 1\n[truth]\nomega_n = 22.0", "'omega_n_u' is missing"),
         ("[told]\narm_position = 1\n[truth]\nomega_n = 22.0\nomega_n_u = 1.0", "4.5% only"),
         ("[told]\narm_position = 1\nm1 = 3\n[truth]\n", "no entry 'm1'"),
-        ("[told]\narm_position = 7\n[truth]\n", "arm_position is 7"),
         ('[told]\narm_position = 1\n[truth]\nomega_n = "x"\nomega_n_u = 1', "omega_n is 'x'"),
-        ("[", "cannot be used"),
     ],
 )
 def test_a_benchs_file_that_cannot_be_used_is_told(tmp_path, text, why):

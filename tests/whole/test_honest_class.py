@@ -1,14 +1,13 @@
 """Grade the honest class: right work earns full marks in whatever form, and other work is told what is wrong and why.
 
 Ways that touch different cells share a submission. Where a submission is not as expected, each of its ways is graded
-alone, and the faulty one fails. `make test-all` grades every way alone. Ways that differ in the file only are read and
-merged, not run: the same cells would run. ``benchmarks/honest.py`` runs all ways at home, too.
+alone, and the faulty one fails. Ways that differ in the file only are read and merged, not run: the same cells would
+run. ``benchmarks/honest.py`` grades each way alone, and runs all at home, too.
 """
 
 import importlib.util
 import json
 import unicodedata
-from dataclasses import replace
 from functools import cached_property
 
 import honest_packings
@@ -35,47 +34,22 @@ CELL_TIMEOUT = 45  # s: one of them never ends; a busy machine needs half of it 
 PANDAS = importlib.util.find_spec("pandas") is not None
 SOLVED = solved_notebooks(ROOT)
 #: Words and pictures that are marked, and shown in a feedback, all the same.
-_SHOWN = {"pictures-pasted", "every-kind-of-markdown"}
-_ONLY_OF_THE_FILE = {
-    *("ids-and-metadata-lost", "texts-deleted", "everything-lost-as-by-kaggle"),
-    *("written-otherwise", "whole-course-folder"),
-}
+_SHOWN = {"pictures-pasted"}
+_ONLY_OF_THE_FILE = {"everything-lost-as-by-kaggle", "written-otherwise", "whole-course-folder"}
 READ = [
     *honest_packings.WAYS,
     *(way for way in honest_words.WAYS if way.name not in _SHOWN),
     *(way for way in RIGHT if way.name in _ONLY_OF_THE_FILE),
 ]
 _READ = {way.name for way in READ}
-
-
-def possible(ways, **marks):
-    """Return ways as parameters; a way is skipped where pandas is not as it needs."""
-    return [
-        pytest.param(
-            way,
-            id=way.name,
-            marks=[
-                *marks.get("marks", ()),
-                pytest.mark.skipif(
-                    way.pandas not in (None, PANDAS), reason=f"pandas is {'' if PANDAS else 'not '}installed here"
-                ),
-            ],
-        )
-        for way in ways
-    ]
-
-
-TRIED = [way for way in (*RIGHT, *WRONG) if way.name not in _READ]
-RUN = [way for way in TRIED if way.pandas in (None, PANDAS)]
+RUN = [way for way in (*RIGHT, *WRONG) if way.name not in _READ and way.pandas in (None, PANDAS)]
 BUILDS_ON_ALL = {"Table 3"}  # many ways lose points of it, each of them other ones
 #: The cell had assigned all that is recorded before it stopped.
 KEPT_BEFORE_IT_STOPPED = {"endless-loop", "import-in-a-locked-cell"}
-#: Only in `make test-all`: another way of the same kind is graded at a landing.
-ONLY_ALONE = {
-    *("helper-cell", "own-module-by-star", "own-module-one-folder-up", "own-script-run", "written-by-a-magic"),
-    *("print-debugging", "own-names-between", "tabs-and-blanks", "uses-what-a-picture-cell-made", "by-vs-code"),
-    *("notebook-left-empty", "kept-by-the-explorers-button", "not-saved", "nothing-returned", "exit-in-a-cell"),
-}
+
+
+def named(name):
+    return next(way for way in RUN if way.name == name)
 
 
 def graded_here(ways, place, solved=SOLVED):
@@ -87,14 +61,13 @@ class Shared:
     points of different questions."""
 
     def __init__(self, place):
-        ways = [way for way in RUN if way.name not in ONLY_ALONE]
-        right = packed([way for way in ways if way.change and not way.lost], lambda way: touched(way, SOLVED))
+        right = packed([way for way in RUN if way.change and not way.lost], lambda way: touched(way, SOLVED))
         wrong = packed(
-            [way for way in ways if way.change and way.lost],
+            [way for way in RUN if way.change and way.lost],
             lambda way: touched(way, SOLVED) | (way.lost - BUILDS_ON_ALL),
         )
         self.place = place
-        self.packs = [*right, *wrong, *([way] for way in ways if not way.change)]
+        self.packs = [*right, *wrong, *([way] for way in RUN if not way.change)]
         self.hand_ins = [together(pack) if pack[0].change else pack[0] for pack in self.packs]
 
     @cached_property
@@ -109,17 +82,6 @@ class Shared:
 @pytest.fixture(scope="module")
 def shared(tmp_path_factory, sandbox):
     return Shared(tmp_path_factory.mktemp("honest"))
-
-
-@pytest.fixture(scope="module")
-def alone(tmp_path_factory, sandbox):
-    """Grade the class in which each way is one student; an answers.json that goes along has all right answers."""
-    first = graded_here([usual := next(way for way in RIGHT if way.answers_json)], tmp_path_factory.mktemp("usual"))
-    with Gradebook(first.place / "book.sqlite") as book:
-        solved = SOLVED | {"answers.json": json.loads(book.current(usual.student).run.answers)}
-    beside = graded_here([way for way in RUN if way.answers_json], tmp_path_factory.mktemp("beside"), solved)
-    others = graded_here([way for way in RUN if not way.answers_json], tmp_path_factory.mktemp("alone"))
-    return replace(others, students=others.students | beside.students, ignored=[*others.ignored, *beside.ignored])
 
 
 def faults(graded, hand_in):
@@ -147,7 +109,7 @@ def test_ways_that_share_a_hand_in_do_not_disturb_each_other(shared):
     assert {name: one for name, one in found.items() if one} == {}
 
 
-@pytest.mark.parametrize("way", possible(way for way in TRIED if way.name not in ONLY_ALONE))
+@pytest.mark.parametrize("way", RUN, ids=str)
 def test_who_did_right_has_full_marks_and_who_did_wrong_is_told_what(shared, way, tmp_path):
     hand_in = shared.hand_in(way)
     if found := faults(shared.graded, hand_in):
@@ -155,10 +117,13 @@ def test_who_did_right_has_full_marks_and_who_did_wrong_is_told_what(shared, way
     assert not costs_nothing(shared.graded, hand_in, way)
 
 
-@pytest.mark.parametrize("way", possible(TRIED, marks=[pytest.mark.scheduled]))
-def test_who_did_only_this_has_full_marks_or_is_told_what_is_wrong(alone, way):
-    assert faults(alone, way) == {}, alone.told(way)
-    assert not costs_nothing(alone, way, way)
+@pytest.mark.scheduled
+def test_an_answers_json_that_goes_along_changes_nothing_that_is_expected(shared, tmp_path):
+    with Gradebook(shared.graded.place / "book.sqlite") as book:
+        answers = book.current(shared.hand_in(named("plain")).student).run.answers
+    ways = [way for way in RUN if way.answers_json]
+    graded = graded_here(ways, tmp_path, SOLVED | {"answers.json": json.loads(answers)})
+    assert {way.name: found for way in ways if (found := faults(graded, way))} == {}
 
 
 @pytest.fixture(scope="module")
@@ -214,13 +179,8 @@ def _composed(student):
     return unicodedata.normalize("NFC", student).casefold()
 
 
-#: Checked at home at a landing, with what shares a submission with it.
+#: Checked at home, with what shares a submission with it; in `make test-all` with kernels, too.
 SEEN = ("magics", "name-error")
-#: Checked alone in `make test-all`.
-SEEN_ALONE = (
-    *("helper-cell", "split-in-jupyterlab", "own-module-by-star", "syntax-error", "module-forgotten"),
-    *("all-ids-renewed", "exit-in-a-cell", "notebook-left-empty"),
-)
 
 
 @pytest.fixture(scope="module")
@@ -228,36 +188,23 @@ def home(tmp_path_factory):
     return students_installation(tmp_path_factory.mktemp("home") / "course")
 
 
-def named(name):
-    return next(way for way in TRIED if way.name == name)
-
-
-def assert_seen(graded, student, home, way="warm"):
+@pytest.mark.parametrize(
+    ("name", "way"),
+    [*((name, "warm") for name in SEEN), pytest.param(SEEN[-1], "kernels", marks=pytest.mark.scheduled)],
+)
+def test_what_is_seen_at_home_is_what_grading_finds(shared, home, name, way):
+    graded, student = shared.graded, shared.hand_in(named(name)).student
     seen = at_home(graded.place / "in" / student, student, home, CELL_TIMEOUT, way=way)
     with Gradebook(graded.place / "book.sqlite") as book:
         found = when_graded(book, student)
     assert (seen.recorded, seen.stops) == (found.recorded, found.stops)
 
 
-@pytest.mark.parametrize(
-    ("name", "way"),
-    [*((name, "warm") for name in SEEN), pytest.param(SEEN[-1], "kernels", marks=pytest.mark.scheduled)],
-)
-def test_what_is_seen_at_home_is_what_grading_finds(shared, home, name, way):
-    assert_seen(shared.graded, shared.hand_in(named(name)).student, home, way)
-
-
 @pytest.mark.scheduled
-@pytest.mark.parametrize("name", SEEN_ALONE)
-def test_what_is_seen_at_home_of_one_way_alone_is_what_grading_finds(alone, home, name):
-    assert_seen(alone, named(name).student, home)
-
-
-@pytest.mark.scheduled
-def test_check_warns_of_a_package_that_grading_does_not_have(alone, home, tmp_path):
+def test_check_warns_of_a_package_that_grading_does_not_have(shared, home, tmp_path):
     if PANDAS:
         pytest.skip("pandas is installed here, so that it is there where grading runs, too")
-    way = named("pandas-missing")
+    graded, student = shared.graded, shared.hand_in(named("pandas-missing")).student
     for folder, name, content in (
         ("pandas", "__init__.py", "class DataFrame(dict):\n    pass\n"),
         ("pandas-9.dist-info", "METADATA", "Metadata-Version: 2.1\nName: pandas\nVersion: 9\n"),
@@ -265,6 +212,6 @@ def test_check_warns_of_a_package_that_grading_does_not_have(alone, home, tmp_pa
     ):
         (tmp_path / folder).mkdir(exist_ok=True)
         (tmp_path / folder / name).write_text(content)
-    seen = at_home(alone.place / "in" / way.student, way.student, home, CELL_TIMEOUT, tmp_path)
+    seen = at_home(graded.place / "in" / student, student, home, CELL_TIMEOUT, tmp_path)
     assert any(note.startswith("pandas ") for note in seen.notes)
-    assert any("pandas" in line and "not installed" in line for line in alone.of(way.student).problems)
+    assert any("pandas" in line and "not installed" in line for line in graded.of(student).problems)

@@ -1,16 +1,15 @@
 """What a report makes of a student's text, in both formats: each trap of the way through pandoc and typst."""
 
 import html
-import json
 import re
 from dataclasses import replace
 
 import pypdfium2
 import pytest
-from report_texts import SVG, TABLE, of_text, png
+from report_texts import of_text, png
 
 from labcourse.report import pandoc, writing
-from labcourse.report.contents import Heading, Recorded, Text
+from labcourse.report.contents import Heading, Text
 from labcourse.report.markup import Markup
 
 LONG = " + ".join(f"a_{{{index}}}" for index in range(40))
@@ -148,18 +147,6 @@ def test_nothing_reaches_over_the_margin(paper):
         assert max(box[2] for box in boxes) <= page.get_width() - 2.3 / 2.54 * 72
 
 
-def test_no_page_is_left_half_empty():
-    """Two high figures with their captions fit on a page, and a long table begins where there is room."""
-    high = SVG.replace('width="20" height="10"', 'width="70" height="60"')
-    figure = Recorded("Figure 1.2", "A caption of some words. " * 6, svg=high, alt="A box.")
-    pieces = [piece for number in "12" for piece in (Heading(2, f"I.{number} Both"), figure)]
-    assert writing.write(replace(of_text(""), pieces=tuple(pieces))).pages == 2  # with the cover
-    table = Recorded("Table 3", "Results.", table=TABLE + "\n| A mass | $m$ | $$1$$ | kg |" * 40)
-    made = writing.write(replace(of_text(""), pieces=(Heading(1, "I Text"), Text("Words. " * 200), table)))
-    pages = [page.get_textpage().get_text_bounded() for page in pypdfium2.PdfDocument(made.pdf)]
-    assert made.pages == 3 and all(text.count("A mass") >= 10 and "Symbol" in text for text in pages[1:])
-
-
 def test_everything_that_is_not_text_has_a_description_and_the_same_report_is_the_same_file(made):
     assert b"pdfuaid" in made.pdf
     assert all(re.search(r'alt="[^"]+"', image) for image in re.findall(r"<img[^>]*>", made.page))
@@ -189,11 +176,6 @@ def test_hostile_words_stay_words_wherever_they_stand():
     report = replace(report, pieces=(Heading(1, words), caption, *report.pieces[4:], Text(words, source=words)))
     made = writing.write(report)
     assert of_pdf(made.pdf).count("#panic()") >= 6 and "root:" not in of_pdf(made.pdf) + made.page
-
-
-def test_no_raw_markup_is_written():
-    texts = (TEXT, HOSTILE, "> quoted[^1]\n\n---\n\n1. one\n\n[^1]: A *note*.\n\n~~out~~ **in**\n\n    code\n")
-    assert not [text for text in texts if '"Raw' in json.dumps(Markup(of_text(text)).blocks)]
 
 
 def test_spaces_that_pandoc_would_lose_are_replaced():

@@ -140,11 +140,6 @@ DONE = {
     ),
     "the answer behind what records it": (lambda cells: move(cells, "q1", at("q1-answer")), WHOLE, []),
     "the answer moved to the end": (lambda cells: move(cells, "q1"), [*WHOLE[:2], *WHOLE[4:], WHOLE[2], WHOLE[3]], []),
-    "a question moved as a whole": (
-        lambda cells: [move(cells, "q1-text") for _ in range(3)],
-        [*WHOLE[:2], *WHOLE[4:], *WHOLE[2:4]],
-        [],
-    ),
     "a cell of the course's moved away": (lambda cells: move(cells, "setup"), WHOLE, [(Happened.MOVED, "setup")]),
     "texts deleted": (
         lambda cells: [cells.pop(at(name)) for name in ("end", "q2-text", "q1-text", "title")],

@@ -165,15 +165,6 @@ def test_a_clock_that_was_set_changes_nothing_that_is_said(folder, years):
     assert found.advice == () and found.notes == ()
 
 
-def test_an_explorers_button_and_a_cell_deleted_since_are_told_as_such(folder):
-    put(folder, {**GOOD, "q2": "J_l = K_s = None"})
-    recorded_at_home(folder, RECORDED, {("2.12", "J_l"): "", ("2.12", "K_s"): "deleted-cell"})
-    found = check(folder, MASTERS, CATALOGUE)
-    button, deleted = found.lost
-    assert "no cell is known that did it" in button and not found.stops
-    assert "the cell that did it, deleted-cell, is not among those of 01_swing.ipynb that were run" in deleted
-
-
 def test_a_notebook_that_is_missing_or_broken_and_one_that_ends_python_are_told(folder):
     put(folder, {**GOOD, "q1": "omega_n = 20.0\nexit()"})
     (folder / "02_later.ipynb").rename(folder / "02_later (1).ipynb")
@@ -209,17 +200,3 @@ def test_another_students_answers_are_not_compared_with(folder):
     found = check(folder, MASTERS, CATALOGUE, student="bob")
     assert found.student == "bob"
     assert any("answers of 'ada'" in note for note in found.notes)
-
-
-def test_what_nobody_has_begun_is_empty_and_not_told_to_build_on_others(folder):
-    masters = copy.deepcopy(MASTERS)
-    later = masters["02_later.ipynb"]["cells"]
-    later[1]["source"] += '\nomega_n = lab.value("2.11", "omega_n", None)\nJ_l = lab.value("2.12", "J_l")'
-    put(folder, {}, masters)
-    found = check(folder, masters, CATALOGUE)
-    assert set(states(found).values()) == {State.EMPTY}
-    assert found.summary == "0 of 3 questions are all there."
-    # Begun, it is told.
-    put(folder, {"q3": "resolution = J_l"}, masters)
-    found = check(folder, masters, CATALOGUE)
-    assert states(found)["0.1", "resolution"] is State.MISSING

@@ -32,16 +32,14 @@ def test_a_virtual_environment_stays_behind_whatever_its_name():
     assert choice("env/pyvenv.cfg", "env/lib/site.py", "env2/a.py") == ([PurePosixPath("env2/a.py")], [])
 
 
-def test_size_and_number_are_bounded_and_small_files_are_not_lost_for_a_large_one():
-    large = (PurePosixPath("a.bin"), own_files.MAX_FILE + 1)
-    paths, (note,) = own_files.choose([large, (PurePosixPath("b.py"), 1)], COURSE)
-    assert paths == [PurePosixPath("b.py")] and "a.bin" in note and "10 MB" in note
-    names = [f"f{number:03}" for number in range(own_files.MAX_FILES + 30)]
-    paths, notes = choice(*names)
-    assert [str(path) for path in paths] == names[: own_files.MAX_FILES]
-    assert len(notes) == 21 and "10 more files" in notes[-1]
-    paths, notes = choice("a", "b", "c", "d", size=own_files.MAX_FILE)
-    assert len(paths) == 3 and "30 MB" in notes[0]
+def test_number_and_size_are_bounded_and_those_of_the_folder_itself_come_first():
+    for more, told in ((20, 20), (30, 21)):
+        names = [f"f{number:03}" for number in range(own_files.MAX_FILES + more)]
+        paths, notes = choice(*names)
+        assert [str(path) for path in paths] == names[: own_files.MAX_FILES]
+        assert len(notes) == told and ("10 more files" in notes[-1]) == (more == 30)
+    paths, notes = choice("a/1", "a/2", "a/3", "b", size=own_files.MAX_FILE)
+    assert [str(path) for path in paths] == ["b", "a/1", "a/2"] and "30 MB" in notes[0]
 
 
 def test_files_are_read_from_a_folder_and_links_are_not_followed(tmp_path):

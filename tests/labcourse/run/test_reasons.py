@@ -128,19 +128,6 @@ def test_what_builds_on_a_cell_that_stopped_names_it_and_a_module_that_lacks_is_
     assert "pandas.io is not installed where grading runs" in found.stops[0] and "line 1" in found.stops[0]
 
 
-def test_what_was_recorded_at_home_and_is_missing_says_what_became_of_it():
-    for claim, handed_in, fragment in (
-        ({"1": {"x": ""}}, (ONE, TWO), "after an explorer's button"),
-        ({"1": {"x": "gone"}}, (ONE, TWO), "gone, is not among those of 1_one.ipynb that were run"),
-        ({"1": {"x": "q1-answer"}}, (ONE, TWO), "1_one.ipynb, run from top to bottom, leaves it empty"),
-        ({"1": {"x": "q1-answer"}}, (TWO,), "1_one.ipynb is not there, or cannot be read"),
-    ):
-        found = told({}, {}, "234", claim=claim, handed_in=handed_in, refusals=[NO_VALUE])
-        (lost,), (missing,) = found.lost, found.missing.values()
-        assert lost.startswith("Recorded at home and missing here: 1 x; ") and fragment in lost
-        assert missing.startswith("It was recorded at home; ") and fragment in missing
-
-
 def test_causes_are_told_apart_and_only_what_costs_an_answer_is_a_stop():
     answers = {"q1": "a = omgea", "q2": "b = undefined"}
     assert len(told(answers, {"q1": NAME, "q2": name_error("undefined")}, "34").stops) == 2
@@ -189,14 +176,6 @@ def test_a_stop_in_an_own_cell_costs_no_answer_that_nobody_began():
     assert begun.harmless == () and begun.stops[0].startswith("Your own cell before 1 stopped")
 
 
-def test_only_what_was_given_itself_is_said_to_be_given_and_not_recorded():
-    refused = [Refusal("2", "x", "it is text; leave out the quotes.")]
-    found = told({"q2": "b = 'x'"}, {"get-2": (("2", "x"),)}, "14", refusals=refused)
-    assert found.missing["2", "x"] == "It was given, and not recorded: it is text; leave out the quotes."
-    built = "It builds on 2, which was given and not recorded: it is text; leave out the quotes."
-    assert found.missing["3", "x"] == built
-
-
 def test_nothing_is_blamed_for_an_answer_in_a_notebook_that_was_not_handed_in():
     found = told({"q2": "b = omgea"}, {"q2": NAME, "get-2": (("2", "x"),)}, "1", handed_in=(ONE,))
     assert [*found.missing] == [("2", "x")]
@@ -241,24 +220,6 @@ SAID = {
     "It builds on 2, which is not answered": (
         {"answers": {"q3": "c = b"}, "recorded": "14", "reports": {"get-2": (("2", "x"),)}},
         [{"recorded": "124"}, {"reports": {}}, {"answers": {"q3": "c = None"}, "reports": {}}],
-    ),
-    "1 stopped: NameError, name 'omgea'": (
-        {"answers": {"q1": "a = omgea"}, "reports": {"q1": NAME}},
-        [{"reports": {}}],
-    ),
-    "It builds on what stopped before it: 1": (
-        {"answers": {"q1": "a = omgea", "q2": "b = a"}, "reports": {"q1": NAME, "q2": ERROR}, "recorded": "34"},
-        [{"reports": {"q2": ERROR}}, {"answers": {"q1": "a = omgea", "q2": "b = 2"}}, {"recorded": "234"}],
-    ),
-    "it took longer than 60 s": (
-        {"answers": WRITTEN, "reports": {"q1": CellError("KeyboardInterrupt", "", 1)}},
-        [{"seconds": None}, {"reports": {"q1": ERROR}}],
-    ),
-    "Python ended in it": ({"answers": WRITTEN, "reports": {"q1": "died", "q1-answer": "not run"}}, [{"reports": {}}]),
-    "it called exit()": ({"answers": WRITTEN, "reports": {"q1": CellError(LEFT, "")}}, [{"reports": {"q1": ERROR}}]),
-    "pandas is not installed": (
-        {"answers": WRITTEN, "reports": {"q1": CellError("ModuleNotFoundError", "No module named 'pandas'", 1)}},
-        [{"reports": {"q1": CellError("ModuleNotFoundError", "No module named 'pandas.of_mine'", 1)}}],
     ),
     "1_one.ipynb is not there, or cannot be read": (
         {"claim": AT_HOME, "handed_in": (TWO,)},

@@ -80,16 +80,6 @@ def test_an_answer_that_was_made_text_is_code_again_but_not_where_a_picture_woul
     assert restored(own)[0]["cells"][4]["attachments"] == own["cells"][4]["attachments"]
 
 
-def test_an_older_format_without_ids_gets_them():
-    own = worked()
-    own["nbformat_minor"] = 4
-    for cell in own["cells"]:
-        del cell["id"]
-    done, _ = restored(own)
-    assert not align(MASTER["cells"], Notebook.read(saved(done)).cells).changes
-    assert [cell["source"] for cell in done["cells"]] == [cell["source"] for cell in worked()["cells"]]
-
-
 PLACES = st.integers(0, 30)
 STEPS = st.lists(
     st.one_of(
@@ -285,14 +275,6 @@ def test_a_new_answer_cell_is_empty_though_cells_of_their_own_stand_in_its_place
     assert by_id(done)["mine"]["source"] == "print(k)"
     order = [cell["id"] for cell in done["cells"]]
     assert order.index("q4") < order.index("q4-answer")
-
-
-def test_pieces_of_a_split_answer_all_stay():
-    own = begun(q1="k = 3.5")
-    for source in ("k = round(k)", ""):
-        own["cells"].insert(5, {**copy.deepcopy(own["cells"][4]), "id": f"piece-{len(source)}", "source": source})
-    done, _lines = brought(own)
-    assert [cell["source"] for cell in done["cells"]][4:7] == ["k = 3.5", "", "k = round(k)"]
 
 
 def test_only_an_answer_cell_as_it_was_released_is_replaced():

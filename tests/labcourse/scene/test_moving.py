@@ -1,7 +1,5 @@
 """Drawings that move: how they are packed, what is refused, and where the page's script puts a point."""
 
-import json
-
 import numpy as np
 import pytest
 from checkout import ROOT
@@ -39,51 +37,11 @@ def expected(frame, point, x, angle, bend):
     return ({"ground": np.eye(3), "cart": cart, "rod": rod, "tip": tip}[frame] @ [*point, 1])[:2]
 
 
-def test_a_drawing_is_plain_json_in_the_order_in_which_it_is_drawn():
-    shown = drawing()
-    shown.circle(GROUND.at(0, 0), 2.5, "grid")
-    shown.rectangle(CART, (-0.2, -0.1), (0.2, 0.1))
-    shown.line(ROD.at(0, 0), TIP.at(0, -1), "measured", width=5)
-    shown.spring(GROUND.at(-4, 0), CART.at(-0.2, 0), "model")
-    shown.dot(ROD.at(0, 0))
-    shown.reading("φ", "angle", "°", 180 / np.pi)
-    scene, data = Scene("a crane", [Column([shown])]).packed()
-    assert json.loads(json.dumps(scene, allow_nan=False)) == scene
-    (panel,) = scene["columns"][0]["panels"]
-    assert (panel["kind"], panel["signals"], panel["x"], panel["y"]) == ("moving", SIGNALS, [-4, 4], [-3, 3])
-    assert [shape["kind"] for shape in panel["shapes"]] == ["circle", "rectangle", "line", "spring", "dot"]
-    assert panel["shapes"][2]["points"] == [
-        {"frame": [{"shift": [2, -0.5], "by": "x"}, {"turn": "angle"}], "at": [0, 0]},
-        {
-            "frame": [
-                {"shift": [2, -0.5], "by": "x"},
-                {"turn": "angle"},
-                {"shift": [0.3, -1.5], "by": None},
-                {"turn": "bend"},
-            ],
-            "at": [0, -1],
-        },
-    ]
-    assert data == b""
-
-
-def test_recorded_signals_go_into_the_one_buffer_by_name():
-    recorded = {"angle": np.linspace(0, 1, 5), "x": np.linspace(3, 2, 3)}
-    curve = Panel("y", (0, 1), (0, 1))
-    curve.line([0, 1], [0, 1], "measured")
-    scene, data = Scene("a crane", [Column([curve]), Column([drawing()])], play=Play(recorded, 2.5)).packed()
-    begins = {"auto": False, "at_once": False}
-    assert scene["play"] == {"signals": {"angle": [4, 5], "x": [9, 3]}, "duration": 2.5} | begins
-    assert np.frombuffer(data, np.float32)[4:] == pytest.approx([0, 0.25, 0.5, 0.75, 1, 3, 2.5, 2])
-
-
 @pytest.mark.parametrize(
     ("draw", "name"),
     [
         (lambda one: one.line(GROUND.at(0, 0), GROUND.turned(by="angel").at(0, 1), "model"), "angel"),
         (lambda one: one.rectangle(ROD.shifted(0, 1, by="y"), (0, 0), (1, 1)), "y"),
-        (lambda one: one.circle(ROD.turned(by="").at(0, 0), 1, "grid"), ""),
-        (lambda one: one.dot(GROUND.shifted(1, 0, by="").at(0, 0)), ""),
         (lambda one: one.spring(CART.turned(by="phi").at(0, 0), CART.at(1, 0), "model"), "phi"),
         (lambda one: one.reading("v", "speed"), "speed"),
     ],
