@@ -12,7 +12,7 @@ from typing import Any
 import browser
 import marks
 import pytest
-from hypothesis import settings
+from hypothesis import settings as hypothesis_settings
 
 from labcourse import courses, lab_command
 from rotflex import files
@@ -22,9 +22,9 @@ from rotflex.recording import Recording
 collect_ignore_glob = ["*.ipynb"]
 
 # How long an example takes says nothing about whether it is right. A landing always tries the same examples.
-settings.register_profile("landing", deadline=None, derandomize=True)
-settings.register_profile("all", deadline=None, print_blob=True)  # make test-all: --hypothesis-profile=all
-settings.load_profile("landing")
+hypothesis_settings.register_profile("landing", deadline=None, derandomize=True)
+hypothesis_settings.register_profile("all", deadline=None, print_blob=True)  # make test-all: --hypothesis-profile=all
+hypothesis_settings.load_profile("landing")
 
 # What `rotflex lab` keeps for next time is not to land among the settings of who runs the tests.
 for name in [name for name in os.environ if name.startswith(("JUPYTERHUB_", "BINDER_"))]:
@@ -109,6 +109,14 @@ def sandbox() -> None:
         pytest.skip(
             f"Students' code cannot be isolated here: {lacking[0].name}: {lacking[0].state}. {lacking[0].remedy}"
         )
+
+
+@pytest.fixture
+def settings(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Path:
+    """The laboratory's settings, and the folder that a test is in, are the test's own."""
+    monkeypatch.setenv(files.FOLDER, str(tmp_path / "settings"))
+    monkeypatch.chdir(tmp_path)
+    return tmp_path / "settings"
 
 
 @pytest.fixture(autouse=True, scope="module")

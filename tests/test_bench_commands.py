@@ -25,16 +25,11 @@ from rotflex.recording import Recording
 from rotflex.unanswered import drift_of
 from rotflex.units import DEG
 
+pytestmark = pytest.mark.usefixtures("settings")
+
 SIMULATOR = "quanser:q2_usb/0@tcpip://localhost:18000?nagle='off'"
 VIRTUAL = ("--bench", "virtual:?preset=real_bench")
 GAIN = "18.24,-17.15,1.59,0.63"
-
-
-@pytest.fixture(autouse=True)
-def folder(monkeypatch, tmp_path):
-    """All is written into the test's own folder."""
-    monkeypatch.setenv("ROTFLEX_CONFIG_DIR", str(tmp_path / "settings"))
-    monkeypatch.chdir(tmp_path)
 
 
 def said(*words: str, code: int = 0) -> str:
@@ -87,11 +82,9 @@ def test_a_boards_clock_that_is_off_is_followed_and_said(drift, said_so, monkeyp
     assert Recording.load("out.mat").metadata["timing"]["missed"] == 0
 
 
-@pytest.mark.parametrize("timing", [None, "no", [], {}, {"drift": "0.1"}, {"drift": None}, {"drift": float("nan")}])
+@pytest.mark.parametrize("timing", [None, "no", {}, {"drift": "0.1"}, {"drift": float("nan")}])
 def test_of_a_replay_that_does_not_say_its_clocks_drift_nothing_is_said(timing):
-    recording = Recording.load(recorded("one.mat"))
-    Recording(recording.time, recording.channels, {**recording.metadata, "timing": timing}).save("odd.mat")
-    assert drift_of(Recording.load("odd.mat").metadata) == 0.0
+    assert drift_of({"timing": timing}) == 0.0
 
 
 def test_recordings_in_which_samples_came_late_are_told_and_where_too_many_did_not_fitted():
@@ -115,8 +108,7 @@ def test_what_cannot_be_written_or_is_there_is_said_before_anything_is_done(comm
     monkeypatch.setattr(hil, "open", lambda *_uri, **_more: pytest.fail("the bench was opened"))
     monkeypatch.setattr(Recording, "load", lambda *_paths: pytest.fail("the recordings were read"))
     ending = "whose name ends in .toml" if command == "fit" else "a recording is saved as .mat or .csv"
-    for wrong in ("out.txt", "out", "out.npz"):
-        assert ending in said(*words, "--out", wrong, code=2)
+    assert ending in said(*words, "--out", "out.txt", code=2)
     assert "name a file in a folder that is there" in said(*words, "--out", f"no/{out}", code=2)
     (tmp_path / out).write_text("mine")
     assert f"{out} is there already: name another --out, or add --force" in said(*words, "--out", out, code=2)
@@ -251,21 +243,6 @@ def test_a_fit_is_kept_where_no_recording_can_be_left_out():
     assert "open it as virtual:twin.toml" in output
 
 
-@pytest.mark.parametrize(
-    ("words", "expected"),
-    [
-        (["rest.mat"], "channel 'theta'"),
-        (["short.mat"], "at least 3"),
-        (["short.mat", "--free", "K_s,stiffness"], "'stiffness'"),
-    ],
-)
-def test_recordings_that_tell_nothing_are_refused_in_words(words, expected):
-    with hil.open(VIRTUAL[1]) as bench:
-        experiments.watch(bench, 0.5, progress=False).save("rest.mat")
-    recorded("short.mat", duration="1")
-    assert expected in said("fit", *words, code=2)
-
-
 def test_recordings_of_different_arms_are_not_fitted_together():
     for position in ("1", "2"):
         bench = ("--bench", f"virtual:?seed=1&arm_position={position}")
@@ -287,6 +264,7 @@ def test_a_twin_that_is_none_is_told(text, expected, tmp_path):
         (["run", "fsf"], "fsf needs four numbers as --gain"),
         (["run", "psf", "--gain", "1,2,three,4"], "it is '1,2,three,4'"),
         (["run", "sweep", "--gain", "1,2,3,4"], "sweep takes no --gain"),
+        (["fit", "one.mat"], "at least 3"),
         (["fit", "one.mat", "--J_l", "0"], "--J_l 0: give a positive inertia"),
         (["fit", "one.mat", "--J_l", "0.003", "--free", "K_s,J_l"], "leave J_l out of --free"),
         (["fit", "one.mat", "two.mat"], "The same recording is named twice: name recordings of different runs"),

@@ -2,7 +2,6 @@
 
 import json
 import re
-import subprocess
 import sys
 from pathlib import Path
 
@@ -49,22 +48,6 @@ def opened(monkeypatch):
     calls = []
     monkeypatch.setattr(lab_command, "open_jupyterlab", lambda *arguments: calls.append(arguments))
     return calls
-
-
-def test_help_does_not_load_what_only_a_command_needs():
-    heavy = [
-        "numpy",
-        "scipy",
-        "matplotlib",
-        "nbformat",
-        "jinja2",
-        "pydantic",
-        "rotflex.course.lab",
-        "labcourse.grading.reports.grades",
-    ]
-    code = f"import sys, rotflex.cli; print([name for name in {heavy!r} if name in sys.modules])"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == "[]"
 
 
 def test_lab_fills_a_new_folder_and_opens_it(course, opened):
@@ -183,16 +166,6 @@ def test_lab_leaves_a_broken_course_file_unless_it_is_given_the_student(released
     assert about_work() == {**RELEASED, "student": "ada", "course": "course"}
 
 
-def test_lab_leaves_a_notebook_that_it_cannot_read_and_tries_again(released, opened):
-    Path("work").mkdir()
-    Path("work/00_start.ipynb").write_text("{")
-    Path("work/course.json").write_text('{"student": "ada", "release": "2025-y"}')
-    for _ in range(2):
-        assert "00_start.ipynb cannot be read" in rotflex("lab", "work").output
-    assert Path("work/00_start.ipynb").read_text() == "{"
-    assert about_work()["release"] == "2025-y"
-
-
 @pytest.fixture
 def at_a_terminal(monkeypatch):
     monkeypatch.setattr(commands, "at_a_terminal", lambda: True)
@@ -255,18 +228,8 @@ def test_release_says_what_it_made_and_keeps_it(tmp_path):
     (kept,) = (tmp_path / "course" / "releases").iterdir()
     assert kept.read_bytes() == (tmp_path / "out" / "rotflex-course.zip").read_bytes()
     assert f"Release {kept.stem}, stored as {kept}" in done.output
-    about = {
-        "student": "",
-        "course": "rotflex",
-        "title": "rotflex-course",
-        "term": "",
-        "draw": DRAW,
-        "bench": {"which": "own"},
-    }
-    written = json.loads((notebooks / "course.json").read_text())
-    here = f"{sys.version_info.major}.{sys.version_info.minor}"
-    about |= {"reflect": "on", "optional": [], "without": []}
-    assert written == {**about, "release": kept.stem, "python": here}
+    about = json.loads((notebooks / "course.json").read_text())
+    assert (about["release"], about["draw"], about["bench"]) == (kept.stem, DRAW, {"which": "own"})
 
 
 def test_without_the_instructors_libraries_a_command_says_what_to_install(monkeypatch):

@@ -165,18 +165,15 @@ def test_a_motors_sign_counts_only_if_it_turns_either_way():
     assert laboratory.board.terminals.commanded[0] == 0.0
 
 
-class Paused(miswired.Laboratory):
-    """Its boards run in time that does not wait, and the computer pauses for 5 ms now and then."""
+class Paused(miswired.InItsOwnTime):
+    """The computer pauses for 5 ms now and then."""
 
     every = 0  # reads between two pauses; none unless given
-
-    def __init__(self, *wired: Any) -> None:
-        super().__init__(*wired)
-        self.time, self.reads = Stopwatch(), 0
+    reads = 0
 
     def __call__(self) -> VirtualBoard:
         board = super().__call__()
-        board.clock, read = self.time, board.task_read_encoder
+        read = board.task_read_encoder
 
         def paused(*arguments: Any) -> int:
             self.reads += 1
@@ -188,9 +185,7 @@ class Paused(miswired.Laboratory):
         return board
 
     def connect(self, told: BenchFile, setup: real.Setup) -> Bench:
-        bench = real.bench("test", self, setup)
-        bench.connection.now = self.time.now
-        return bench
+        return self.timed(real.bench("test", self, setup))
 
 
 @pytest.mark.parametrize("every", [0, 977])

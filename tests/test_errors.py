@@ -5,7 +5,6 @@ import subprocess
 import sys
 
 import nbformat
-import pytest
 from nbclient import NotebookClient
 
 from labcourse.errors import AnswerError
@@ -24,37 +23,18 @@ def shown(folder, *cells):
     return error, [re.sub(r"\x1b\[[\d;]*m", "", line) for line in "\n".join(error.traceback).splitlines()]
 
 
-@pytest.fixture(scope="module")
-def seen(tmp_path_factory):
-    """An error in a cell by itself, in a function of an earlier cell's, and one that is not the course's."""
+def test_an_error_of_the_courses_is_its_sentence_and_the_lines_that_led_to_it(tmp_path):
+    """In a cell by itself, and in a function of an earlier cell's; any other error has its traceback."""
     begin = "import rotflex.course.lab\nlab = rotflex.course.lab.start('ada', quiet=True)"
-    folder = tmp_path_factory.mktemp("folder")
-    return [
-        shown(folder, begin, HELPER, last)
-        for last in (
-            "x = 1\nK_s = lab.value('2.12', 'K_s')",
-            "# a\n# b\nK_s = stiffness()",
-            "lab.value('2.12', 'K_s' + 1)",
-        )
-    ]
-
-
-def test_an_error_of_the_courses_is_its_sentence_and_the_line_that_led_to_it(seen):
-    error, lines = seen[0]
+    error, lines = shown(tmp_path, begin, HELPER, "x = 1\nK_s = lab.value('2.12', 'K_s')")
     assert lines == [SENTENCE, "  line 2:  K_s = lab.value('2.12', 'K_s')"]
     assert (error.ename, error.evalue) == ("AnswerError", SENTENCE.removeprefix("AnswerError: "))
-
-
-def test_it_names_the_line_in_an_earlier_cells_function_too(seen):
-    assert seen[1][1] == [
+    assert shown(tmp_path, begin, HELPER, "# a\n# b\nK_s = stiffness()")[1] == [
         SENTENCE,
         "  line 3:  K_s = stiffness()",
         "  line 3 of a cell that was run before:  return lab.value('2.12', 'K_s')",
     ]
-
-
-def test_any_other_error_has_its_traceback(seen):
-    error, lines = seen[2]
+    error, lines = shown(tmp_path, begin, HELPER, "lab.value('2.12', 'K_s' + 1)")
     assert error.ename == "TypeError" and any("Traceback" in line for line in lines)
 
 

@@ -21,12 +21,6 @@ def shared():
     return module
 
 
-def test_a_file_all_notebooks_and_all_browser_files_are_a_group_each(shared):
-    assert shared.group("tests/hil/test_bench.py::Test::test_a[solutions/x::y]") == "tests/hil/test_bench.py"
-    assert {shared.group(f"solutions/0{n}.ipynb::Cell {n}") for n in range(3)} == {"solutions"}
-    assert shared.group("tests/whole/test_jupyterlab.py::test_a") == "browser"
-
-
 def test_all_browser_tests_of_this_run_are_in_one_group(request, shared):
     items = [item for item in request.session.items if item.get_closest_marker("browser")]
     items = [item for item in items if item.path.name != "test_benchmarks.py"]  # a benchmark is a program of its own

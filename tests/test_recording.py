@@ -77,9 +77,7 @@ def test_channels_are_read_by_name_in_si_units():
     assert recording.channels["vm"].unit == "V"
     assert recording.sample_time == pytest.approx(0.002)
     assert len(recording) == 50
-    assert "alpha" in recording
-    assert "alpha_model" not in recording
-    assert "0.098 s at 2 ms" in repr(recording)
+    assert "alpha" in recording and "alpha_model" not in recording
 
 
 def test_a_channel_that_is_not_there_is_named_with_those_that_are():
@@ -109,12 +107,10 @@ def test_arrays_are_copies_that_cannot_be_changed():
         (T, T[:-1], "'theta'.*49.*50"),
         (T[:1], T[:1], "two samples.* 1"),
         (np.r_[T[:20], T[21:], 0.1], T, "0.038 s.*0.042 s.*0.002 s"),
-        (T[::-1], T, "not evenly increasing"),
         (T, np.where(T[7] == T, np.nan, T), "'theta'.*not finite.* 7"),
         (np.where(T[3] == T, np.inf, T), T, "time.*not finite.* 3"),
         (T, T.reshape(25, 2), r"'theta'.*one-dimensional.*\(25, 2\)"),
         (T, ["a"] * 50, "'theta'.*array of numbers"),
-        (T, None, "'theta'.*one-dimensional"),
     ],
 )
 def test_what_is_no_recording_is_refused(time, theta, named):
@@ -129,6 +125,9 @@ def test_other_units_no_part_and_no_file_are_refused():
         tracked().between(5, 6)
     with pytest.raises(RecordingError, match="at least one file"):
         Recording.load()
+    for name in ("missing.mat", "missing.csv"):
+        with pytest.raises(RecordingError, match=name):
+            Recording.load(name)
 
 
 def test_a_part_counts_samples_that_were_held_or_lost_from_its_own_beginning():
@@ -182,16 +181,8 @@ def test_saving_and_loading_gives_the_same_recording(tmp_path_factory, recording
     assert read.metadata == recording.metadata
 
 
-def test_a_file_without_provenance_is_said_to_come_from_its_name(tmp_path):
-    savemat(tmp_path / "mine.mat", {"data_vm": np.column_stack([T, T])})
-    (tmp_path / "mine.csv").write_text("t_s,vm_V\n0,1\n1,2\n")
-    assert Recording.load(tmp_path / "mine.mat").metadata == {"source": "mine.mat"}
-    assert Recording.load(tmp_path / "mine.csv").metadata == {"source": "mine.csv"}
-
-
 def test_a_mat_file_has_the_laboratorys_layout(tmp_path):
     content = loadmat(tracked().save(tmp_path / "a.mat"))
-    assert content["__header__"].startswith(b"MATLAB 5.0 MAT-file")
     assert {name for name in content if not name.startswith("__")} == {*DATA, "rotflex_metadata"}
     assert_columns(content["data_theta"], T, np.degrees(0 * T + 0.3), np.degrees(np.sin(T)))
     assert_columns(content["data_alpha"], T, np.degrees(np.cos(T)))
@@ -214,17 +205,16 @@ def test_a_validations_mat_file_has_the_model_in_the_middle(tmp_path):
 
 
 def test_a_log_in_the_laboratorys_layout_loads_as_it_is(tmp_path):
-    reference, theta, alpha = 20 * np.sign(T - 0.03), 10 * T, -5 * T
-    columns = {"data_theta": [reference, theta], "data_alpha": [alpha], "data_vm": [3 * T]}
-    columns |= {"data_theta_l": [reference, theta + alpha]}
-    tables = {name: np.column_stack([T, *values]) for name, values in columns.items()}
-    savemat(tmp_path / "log.mat", {**tables, "something_else": "of no interest"})
+    """Without a word of where it comes from, and with arrays that are of no interest."""
+    written = Recording.of(T, {"source": "log.mat"}, theta_ref=np.sign(T - 0.03), theta=T, alpha=-T, vm=3 * T)
+    columns = {name: written.degrees(name) for name in ("theta_ref", "theta", "alpha")} | {"vm": 3 * T}
+    places = {"data_theta": ["theta_ref", "theta"], "data_alpha": ["alpha"], "data_vm": ["vm"]}
+    places |= {"data_theta_l": ["theta_ref", "alpha"]}
+    tables = {place: np.column_stack([T, *map(columns.get, names)]) for place, names in places.items()}
+    savemat(tmp_path / "log.mat", {**tables, "something_else": "text"})
     recording = Recording.load(tmp_path / "log.mat")
-    assert set(recording.channels) == {"theta_ref", "theta", "alpha", "vm"}
-    np.testing.assert_allclose(recording["theta_ref"], reference * DEG)
-    np.testing.assert_allclose(recording["theta"], theta * DEG)
-    np.testing.assert_allclose(recording["alpha"], alpha * DEG)
-    np.testing.assert_allclose(recording["vm"], 3 * T)
+    assert_same(recording, written)
+    assert recording.metadata == {"source": "log.mat"}
 
 
 def test_a_csv_file_is_in_degrees_and_can_be_read_by_a_person(tmp_path):
@@ -251,7 +241,7 @@ def test_a_csv_file_is_in_degrees_and_can_be_read_by_a_person(tmp_path):
 def test_a_table_is_read_as_people_have_it(tmp_path, name, table, columns, encoding):
     (tmp_path / name).write_bytes(table.encode(encoding))
     recording = Recording.load(tmp_path / name, columns=columns)
-    assert set(recording.channels) == {"theta", "vm"}
+    assert set(recording.channels) == {"theta", "vm"} and recording.metadata == {"source": name}
     np.testing.assert_allclose(recording.time, [0, 0.002])
     np.testing.assert_allclose(recording.degrees("theta"), [1.5, 3])
     np.testing.assert_allclose(recording["vm"], [-2, 4])
@@ -318,7 +308,7 @@ def test_files_of_different_experiments_do_not(tmp_path):
         Recording.load(tmp_path / "theta.mat", tmp_path / "theta_again.mat")
 
 
-def test_the_real_log_loads_as_it_is(real_log, real_log_path, tmp_path):
+def test_the_real_log_loads_as_it_is(real_log, real_log_path):
     assert set(real_log.channels) == {"theta_ref", "theta", "alpha", "vm"}
     assert (len(real_log), real_log.time[-1], real_log.sample_time) == pytest.approx((5001, 10.0, 0.002))
     assert np.abs(real_log.degrees("theta_ref")).max() == pytest.approx(30.0)
@@ -328,8 +318,6 @@ def test_the_real_log_loads_as_it_is(real_log, real_log_path, tmp_path):
     for name in ("theta", "alpha"):
         counts = real_log.degrees(name) / (360 / 4096)
         np.testing.assert_allclose(counts, np.round(counts), atol=1e-6)
-    for ending in (".mat", ".csv"):
-        assert_same(Recording.load(real_log.save(tmp_path / f"log{ending}")), real_log, 1e-9)
 
 
 @pytest.mark.parametrize(
@@ -347,18 +335,10 @@ def test_impossible_saves_are_refused(tmp_path, name, choices, message):
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.parametrize(
-    "channels",
-    [
-        {"theta": 1 * T, "theta_ref": 2 * T, "theta_model": 3 * T, "alpha": 4 * T, "alpha_model": 5 * T},
-        {"theta": 1 * T, "theta_model": 2 * T},
-        {"theta": 1 * T, "theta_ref": 2 * T, "alpha": 3 * T, "alpha_model": 4 * T},
-        {"theta_ref": T},
-    ],
-)
+@pytest.mark.parametrize("names", ["theta theta_ref theta_model alpha alpha_model", "theta theta_model", "theta_ref"])
 @pytest.mark.parametrize("ending", [".mat", ".csv"])
-def test_a_file_keeps_channels_that_the_laboratorys_arrays_have_no_place_for(tmp_path, channels, ending):
-    recording = Recording.of(T, **channels)
+def test_a_file_keeps_channels_that_the_laboratorys_arrays_have_no_place_for(tmp_path, names, ending):
+    recording = Recording.of(T, **{name: n * T for n, name in enumerate(names.split(), 1)})
     assert_same(Recording.load(recording.save(tmp_path / f"a{ending}")), recording, 1e-9)
 
 
@@ -392,7 +372,7 @@ def test_what_a_file_cannot_hold_is_not_dropped_in_silence(tmp_path, ending):
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.parametrize("said", [1, "ab", [["a"]], [["a", 1]], [["a", "A"], ["b", "B"]], {"theta_ref": "m"}])
+@pytest.mark.parametrize("said", [1, [["a"]], [["a", 1]], [["a", "A"], ["b", "B"]]])
 @pytest.mark.parametrize("ending", [".mat", ".csv"])
 def test_a_description_that_fits_no_channels_is_a_recording_error(tmp_path, ending, said):
     if ending == ".csv":
@@ -442,13 +422,10 @@ NO_OBJECT = "a JSON object"
         ({"data_vm": T}, r"data_vm is \(50,\)"),
         ({"data_theta": np.column_stack([T] * 4)}, r"data_theta.*\(50, 4\).*2 more"),
         ({"data_vm": TABLE * 1j}, "data_vm is .*complex"),
-        ({"data_vm": "text"}, r"data_vm is \(\)"),
         ({"data_vm": {"field": 1}}, r"data_vm.*structure.*signals\.values"),
-        ({"data_vm": TABLE[:1]}, r"data_vm is \(2,\)"),
         ({"data_vm": np.zeros((0, 2))}, ""),
         ({"data_vm": TABLE, "data_alpha": TABLE[:-1]}, "data_vm.*time axis.*data_alpha"),
         ({"data_alpha": np.where(TABLE[9] == TABLE, np.nan, TABLE)}, "not finite.* 9"),
-        ({"data_vm": TABLE, "rotflex_metadata": "{"}, NOT_JSON),
         ({"data_vm": TABLE, "rotflex_metadata": "[" * 50_000}, NOT_JSON),
         ({"data_vm": TABLE, "rotflex_metadata": "[1]"}, NO_OBJECT),
     ],
@@ -463,34 +440,22 @@ def test_a_mat_file_that_is_no_recording_says_why(tmp_path, content, named):
     ("table", "named"),
     [
         (b"", "headed t_s"),
-        (b"time,theta_deg\n0,1\n1,2\n", "'time' is none of t,"),
         (b"theta_deg,vm_V\n0,1\n1,2\n", r"headed t_s.*\['theta_deg', 'vm_V'\]"),
         (b"time (s),alpha (V)\n0,1\n1,2\n", r"'alpha \(V\)' is none"),
         (b"t_s;theta_deg\n0;1,5\n1;1.234,5\n", "2 numbers.*1.234.5"),
         (b"0\t1\t2\n1\t2\t3\n", "no headings.* 3 columns.*columns=.*--columns t_s,theta_deg"),
-        (b"\xff\xfe\x00t_s", ""),
         (b"t_s,theta_deg\n", "two samples.* 0"),
-        (b"t_s,theta_deg\n0,1\n1,2,3\n", r"2 numbers.*'2', '3'"),
         (b"t_s,theta_deg\n0,1\n1,two\n", "2 numbers.*'two'"),
         (b"t_s,theta_deg\n0,1\n1,nan\n", "'theta'.*not finite.* 1"),
         (b"t_s,theta_deg,theta_rad\n0,1,1\n1,1,1\n", "two.*for theta"),
         (b"t_s,theta\n0,1\n1,1\n", "'theta'.*theta_ref.*theta_deg"),
         (b"# not JSON\nt_s,theta_deg\n0,1\n0.1,2\n", NOT_JSON),
-        (b"# [1]\nt_s,theta_deg\n0,1\n0.1,2\n", NO_OBJECT),
     ],
 )
 def test_a_csv_file_that_is_no_recording_says_why(tmp_path, table, named):
     (tmp_path / "broken.csv").write_bytes(table)
     with pytest.raises(RecordingError, match=rf"broken\.csv.*{named}"):
         Recording.load(tmp_path / "broken.csv")
-
-
-def test_what_is_no_file_is_named(tmp_path):
-    for ending in (".mat", ".csv"):
-        (tmp_path / f"folder{ending}").mkdir()
-        for name in (f"folder{ending}", f"missing{ending}"):
-            with pytest.raises(RecordingError, match=name):
-                Recording.load(tmp_path / name)
 
 
 @settings(max_examples=60)

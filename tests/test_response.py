@@ -43,7 +43,7 @@ def changed(recording, **channels):
     return Recording.of(recording.time, recording.metadata, **values)
 
 
-@pytest.mark.parametrize(("zeta", "omega_n"), [(0.6, 20), (0.35, 25), (0.9, 30), (0.7, 12)])
+@pytest.mark.parametrize(("zeta", "omega_n"), [(0.6, 20), (0.35, 25)])
 def test_figures_are_those_of_python_control_for_two_per_cent_of_the_step(zeta, omega_n):
     """4 % of the final value is 2 % of a step from -20 to 20 deg."""
     t = np.arange(0, 1.5, SAMPLE_TIME)
@@ -102,17 +102,6 @@ def test_largest_deflection_and_voltage_belong_to_their_own_step():
     assert (summary.max_alpha, summary.max_vm) == (0.15, 9.0)
 
 
-def test_a_recording_of_the_servo_alone_is_measured_without_deflection_and_voltage():
-    whole = wave([-1, 1, -1], start=-1)
-    summary = response.worst(
-        response.measure(Recording.of(whole.time, theta_ref=whole["theta_ref"], theta=whole["theta"]))
-    )
-    assert summary.settling_time == response.worst(response.measure(whole)).settling_time
-    findings = response.verdict(summary)
-    assert [finding.met for finding in findings[2:]] == [None, None]
-    assert "not measured" in findings[3].words
-
-
 @pytest.mark.parametrize("ramped", [False, True])
 def test_the_first_step_from_zero_has_the_same_band_and_its_own_height(ramped):
     recording = wave([1, -1, 1], 0.6, 20, hold=1.5)
@@ -154,15 +143,16 @@ def sticking(error_deg):
     return changed(recording, theta=theta)
 
 
-def test_steady_state_error_is_command_minus_angle():
-    up, down = response.measure(sticking(0.5))
+def test_steady_state_error_is_command_minus_angle_also_of_a_recording_of_the_servo_alone():
+    whole = sticking(0.5)
+    alone = response.measure(Recording.of(whole.time, theta_ref=whole["theta_ref"], theta=whole["theta"]))
+    assert [finding.met for finding in response.verdict(response.worst(alone))][2:] == [None, None]
+    up, down = response.measure(whole)
+    assert [step.settling_time for step in alone] == [up.settling_time, down.settling_time]
     assert up.steady_state_error == pytest.approx(0.5 * DEG, rel=1e-3)
     assert down.steady_state_error == pytest.approx(0, abs=1e-3 * DEG)
     assert response.worst([up, down]).steady_state_error == up.steady_state_error
-
-
-def test_a_servo_that_sticks_outside_the_band_does_not_settle():
-    up, _ = response.measure(sticking(1.0))
+    up, _ = response.measure(sticking(1.0))  # outside the band
     assert up.settling_time == math.inf
     assert "rest 1 deg from the command" in up.remark
 

@@ -12,7 +12,6 @@ from sympy.physics.mechanics import KanesMethod, Point, ReferenceFrame, RigidBod
 
 from rotflex import model, symbolic
 from rotflex.config import joint, srv02
-from rotflex.errors import ConfigurationError
 
 # As a student writes them: plain symbols.
 J_eq, J_l, B_eq, B_l, K_s, tau, V_m = symbols("J_eq J_l B_eq B_l K_s tau V_m")
@@ -107,14 +106,6 @@ def test_derived_matrices_in_numbers_are_those_of_the_model(
     assert B_.shape == (4, 1)
     assert_allclose(system.A, A, rtol=1e-12)
     assert_allclose(system.B, B_, rtol=1e-12)
-
-
-@pytest.mark.parametrize(
-    "function", [symbolic.state_space, lambda i: symbolic.numeric_state_space(srv02(), joint(), 1, i)]
-)
-def test_input_must_be_one_of_the_two(function):
-    with pytest.raises(ConfigurationError, match="allowed: 'torque', 'voltage'"):
-        function("current")
 
 
 def test_results_are_exact():

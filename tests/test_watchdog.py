@@ -8,7 +8,6 @@ import miswired
 import numpy as np
 import pytest
 import quanser_double
-from fault_board import Stopwatch
 from quanser_double import OPTIONAL, Variant, output
 from typer.testing import CliRunner
 
@@ -27,7 +26,6 @@ from rotflex.hil.virtual import WallClock
 from rotflex.units import DEG
 
 DIGITAL = "watchdog_set_digital_expiration_state"
-ANALOG = "watchdog_set_analog_expiration_state"
 Q8 = BenchFile("quanser:q8_usb/0", board={"filter": 1e5})
 
 
@@ -36,29 +34,14 @@ def before(told: BenchFile) -> BenchFile:
     return replace(told, record=real.record(told.identity(), {"stiffness": 1.6, "serial_number": "1001"}))
 
 
-class Laboratory(miswired.Laboratory):
-    """Its boards run in time that does not wait for the program."""
-
-    def __init__(self, *arguments) -> None:
-        super().__init__(*arguments)
-        self.time = Stopwatch()
-
-    def __call__(self):
-        board = super().__call__()
-        board.clock = self.time
-        return board
-
+class Laboratory(miswired.InItsOwnTime):
     def connect(self, told: BenchFile, setup: Setup):
-        bench = hil.open(told.address, setup=setup)
-        bench.connection.now = self.time.now
-        return bench
+        return self.timed(hil.open(told.address, setup=setup))
 
 
 @pytest.fixture
-def installed(monkeypatch, tmp_path):
+def installed(monkeypatch, settings):
     """Gives a function that chooses the board; it gives the laboratory and the cards that were opened."""
-    monkeypatch.setenv("ROTFLEX_CONFIG_DIR", str(tmp_path / "settings"))
-    monkeypatch.chdir(tmp_path)
 
     def install(variant: Variant, laboratory: miswired.Laboratory | None = None):
         laboratory = laboratory or Laboratory(1, 1, -1)

@@ -1,22 +1,18 @@
 """The figures: what they show, and how they read."""
 
 import functools
-import io
 import itertools
 import re
 
 import matplotlib as mpl
 import numpy as np
 import pytest
-from contrast import contrast
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.colors import to_hex
-from PIL import Image
 
 from rotflex import figures
-from rotflex.figures.pictures import ROLES, png
+from rotflex.figures.pictures import png
 from rotflex.recording import Recording
 
 PER_RADIAN = 180 / np.pi
@@ -52,20 +48,21 @@ EVERY = PLOTS | {"motions_of_poles": figures.motions_of_poles}  # its panels sha
 
 
 @functools.cache
-def rendered(name):
-    """A figure, and the image that a notebook shows of it."""
+def drawn(name):
+    """A figure, laid out as a notebook shows it."""
     figure = EVERY[name]()
-    return figure, png(figure)
+    png(figure)
+    return figure
 
 
 @pytest.fixture(params=EVERY)
 def figure(request):
-    return rendered(request.param)[0]
+    return drawn(request.param)
 
 
 @pytest.fixture(params=PLOTS)
 def plot(request):
-    return rendered(request.param)[0]
+    return drawn(request.param)
 
 
 def labelled(axes):
@@ -77,16 +74,6 @@ def test_has_a_description_in_sentences(figure):
     assert figure.alt_text[0].isupper()
     assert figure.alt_text.endswith(".")
     assert not re.search(r"[\n$\\{}]|\bnan\b|\w- \w|  ", figure.alt_text)
-
-
-@pytest.mark.parametrize("name", EVERY)
-def test_renders_to_a_small_opaque_image_that_is_not_blank(name):
-    image = rendered(name)[1]
-    assert len(image) < 80_000
-    pixels = np.asarray(Image.open(io.BytesIO(image)).convert("RGBA"))
-    assert (pixels[..., 3] == 255).all()
-    inked = (pixels[..., :3].min(axis=2) < 128).mean()
-    assert 0.005 < inked < 0.4
 
 
 def test_no_words_are_cut_off_or_on_top_of_each_other(figure):
@@ -132,15 +119,6 @@ def test_axes_are_labelled_with_units(plot):
         assert re.search(r"\(.+\)$", axes.get_ylabel()), axes.get_ylabel()
         below = [other for other in plot.axes if other in axes.get_shared_x_axes().get_siblings(axes)]
         assert re.search(r"\(.+\)$", below[-1].get_xlabel()), "x axis"
-
-
-def test_lines_in_one_plot_differ_in_style_and_not_only_in_colour_and_are_of_the_palette(plot):
-    okabe_ito = {"#000000", "#e69f00", "#56b4e9", "#009e73", "#f0e442", "#0072b2", "#d55e00", "#cc79a7"}
-    for axes in plot.axes:
-        lines = labelled(axes).values()
-        assert len({(line.get_marker(), str(line._unscaled_dash_pattern)) for line in lines}) == len(lines)
-        assert {to_hex(line.get_color()) for line in lines} <= okabe_ito
-    assert all(contrast(to_hex(role["color"]), "#ffffff") >= 3 for role in ROLES.values())  # WCAG 2, 1.4.11
 
 
 def assert_draws(axes, label, recording, channel):

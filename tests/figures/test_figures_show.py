@@ -74,7 +74,6 @@ def test_a_picture_left_at_the_end_of_a_cell_brings_its_alt_text(shell):
         ("classic", r'<img[^>]*alt="A made-up step response'),
         ("lab", r"<summary>[^<]*</summary>\s*A made-up step response"),
         ("lab", r'<img[^>]*alt="Block diagram of state'),
-        ("lab", r"<summary>[^<]*</summary>\s*Block diagram of state"),
     ],
 )
 def test_web_page_made_of_a_notebook_carries_the_description(shell, template, where):

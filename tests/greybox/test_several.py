@@ -260,13 +260,3 @@ def test_the_log_of_a_real_bench_tells_its_resonance_and_no_link_friction(real_l
         again = run(bench, StateFeedback([13.0384, -17.2586, 1.3198, -0.0461]), real_log["theta_ref"], progress=False)
     for name, limit in (("theta", 0.2), ("alpha", 0.16)):  # as near as the preset that was made for it
         assert np.sqrt(np.mean((again.degrees(name) - real_log.degrees(name)) ** 2)) <= limit, name
-
-
-def test_a_table_names_recordings_and_tells_the_ends_of_an_interval_apart(together):
-    intervals = {**together.intervals, "K_s": (1.34582, 1.34604)}
-    names = [f"run_{place}.mat" for place in range(len(together.plants))]
-    head, *lines = replace(together, intervals=intervals).table(names).splitlines()
-    assert head.split() == ["value", "95", "%", "interval"]
-    assert any(line.startswith("K_s ") and "1.34582 … 1.34604 N·m/rad" in line for line in lines)
-    assert any(line.startswith("alpha_offset[run_1.mat] ") for line in lines)
-    assert "alpha_offset[1] " in str(together)

@@ -3,6 +3,7 @@
     python card_process.py serve FOLDER               the card, on the virtual bench; FOLDER/address says where
     python card_process.py bench FOLDER ARGUMENT ...   `rotflex bench ARGUMENT ...` on that card
     python card_process.py setup FOLDER                 of a commissioning, the sweep in which the motor drives first
+    python card_process.py thread FOLDER                an experiment in a thread of its own
 
 The card's time passes when samples are waited for, or when a test says so.
 """
@@ -11,18 +12,20 @@ import json
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from multiprocessing.connection import Client, Listener
 from pathlib import Path
 from typing import Any
 
+import miswired
 import numpy as np
 import quanser_double
 from fault_board import Stopwatch
 
 KEY = b"a card of a test's own"
 ADDRESS = "quanser:q2_usb/0"
+GAIN = [18.24, -17.15, 1.59, 0.63]
 
 
 @dataclass(frozen=True)
@@ -47,7 +50,6 @@ class Served:
     fault: Fault | None = None
     samples: int = 0
     variant: quanser_double.Variant = field(default_factory=quanser_double.Variant)
-    calls: list[str] = field(default_factory=list)
 
     def call(self, card: Any, verb: str, arguments: list[Any]) -> Any:
         """Answer a call to the maker's class, or fail as the fault has it."""
@@ -186,33 +188,17 @@ def install(folder: Path) -> None:
     Connection.__init__ = connected  # type: ignore[method-assign]
 
 
-class Agrees:
-    """Somebody who says yes to all, and writes down what is said."""
-
-    def say(self, text: str) -> None:
-        print(text, flush=True)
-
-    def wait(self, text: str) -> None:
-        self.say(text)
-
-    def agree(self, text: str) -> bool:
-        self.say(text)
-        return True
-
-    def turning(self, text: str) -> Iterator[None]:
-        raise AssertionError(text)
-
-
 def setup(_arguments: list[str]) -> None:
     """The first sweep of a commissioning, as the command runs it."""
     from rotflex import bench_commands, commissioning, hil
     from rotflex.commissioning import steps
     from rotflex.hil.bench_file import BenchFile
 
+    person = miswired.Person(None, moves=False)  # who says yes to all
     commissioning.STEPS = ((steps.driven, (steps.link,)),)
     with bench_commands.errors_as_messages():
         commissioning.commission(
-            BenchFile(ADDRESS), lambda bench, chosen: hil.open(bench.address, setup=chosen), Agrees()
+            BenchFile(ADDRESS), lambda bench, chosen: hil.open(bench.address, setup=chosen), person
         )
 
 
@@ -224,6 +210,16 @@ def bench(arguments: list[str]) -> None:
     run()
 
 
+def thread(_arguments: list[str]) -> None:
+    """Run an experiment in a thread, while the main one waits."""
+    from rotflex import experiments, hil
+
+    with hil.open("bench.toml") as bench:
+        bench.set_zero()
+        threading.Thread(target=experiments.tracking, args=(bench, GAIN), daemon=True).start()
+        time.sleep(60)
+
+
 if __name__ == "__main__":
     way, place = sys.argv[1], Path(sys.argv[2])
     if way == "serve":
@@ -233,6 +229,6 @@ if __name__ == "__main__":
 
         install(place)
         try:
-            {"bench": bench, "setup": setup}[way](sys.argv[3:])
+            {"bench": bench, "setup": setup, "thread": thread}[way](sys.argv[3:])
         except typer.Exit as ended:
             sys.exit(ended.exit_code)

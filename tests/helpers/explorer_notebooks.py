@@ -9,7 +9,7 @@ import nbformat
 BEGIN = """
 import numpy as np
 import rotflex.course.lab
-from rotflex import experiments, widgets
+from rotflex import widgets
 from rotflex import model
 lab = rotflex.course.lab.start("ada")
 system = model.state_space(lab.servo, lab.joint, lab.joint.J_l * 20.7**2, input="voltage")
@@ -18,18 +18,7 @@ A, B = np.asarray(system.A), np.asarray(system.B)
 KERNEL = {"kernelspec": {"name": "python3", "display_name": "Python 3", "language": "python"}}
 NOTEBOOKS = {
     "poles": "explorer = widgets.explore_poles(A, B, lab=lab)\nexplorer",
-    "sweep": "from rotflex.widgets.sweeps import SweepExplorer\nexplorer = SweepExplorer(lab)\nexplorer",
-    "validation": """
-with lab.bench() as bench:
-    recording = experiments.validation(bench, A, B, duration=5.0, progress=False)
-explorer = widgets.ValidationExplorer(recording, lab.servo, lab.joint)
-explorer""",
     "console": "explorer = widgets.open_console(lab, K=[18.2, -17.2, 1.59, 0.633])\nexplorer",
-    "designs": """
-import control
-lab.record("3.8", K=control.place(A, B, [-12 + 16j, -12 - 16j, -30, -40]).tolist())
-explorer = widgets.compare_designs(lab)
-explorer""",
     "results": 'explorer = widgets.results_table(lab, "Table 2")\nexplorer',
 }
 

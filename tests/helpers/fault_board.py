@@ -12,6 +12,7 @@ from rotflex.hil.bench import Bench, Connection, Limits, Recorder, Safety, Wirin
 from rotflex.hil.guard import Guard
 from rotflex.hil.student_benches import preset
 from rotflex.hil.virtual import VirtualBoard
+from rotflex.plant import REST, State
 
 SAMPLE_TIME = 0.002
 FAULT_AT = 150  #: the sample at which it goes wrong; the arm is in motion then
@@ -33,6 +34,20 @@ class Stopwatch:
         self.time += duration
 
 
+FOR_GOOD = 10_000  # times
+
+
+def failing(error_at: int = 0, error: BaseException | None = None, times: int = 1) -> Callable[[int], None]:
+    """Make a verb that fails ``times`` times, from sample ``error_at`` on."""
+    waiting = [error or HILError("the board refused")] * times
+
+    def before(sample: int) -> None:
+        if sample >= error_at and waiting:
+            raise waiting.pop()
+
+    return before
+
+
 class FaultBoard:
     """The virtual board behind a layer that spoils what it is told to.
 
@@ -43,24 +58,26 @@ class FaultBoard:
     came : how many samples a read returns, if not as many as it was asked for
     loses : sample → how many are lost in one burst before it; the board does not say how many it lost
     sample : how many samples were read since the last run began
+    told : each verb that it was told, with a copy of its values
     """
 
-    def __init__(self) -> None:
+    def __init__(self, bench: str = "real_bench", state: State = REST) -> None:
         self.time = Stopwatch()
-        bench = preset("real_bench")
-        self.inner = VirtualBoard(bench.parameters, clock=self.time, timing=bench.timing)
+        spec = preset(bench)
+        self.inner = VirtualBoard(spec.parameters, state=state, clock=self.time, timing=spec.timing)
+        self.told: list[tuple[str, list[Any]]] = []
         self.before: dict[str, Callable[[int], None]] = {}
         self.spoil: Callable[[list[int], int], list[int]] | None = None
         self.came: Callable[[int], int | None] = lambda sample: None
         self.loses: dict[int, int] = {}
         self.sample = 0
         self.unplugged = False
-        self.at_zero: float | None = None  # when 0 V came after the last other voltage, s
 
     def __getattr__(self, verb: str) -> Callable[..., Any]:
         method = getattr(self.inner, verb)
 
         def call(*arguments: Any) -> Any:
+            self.told.append((verb, [one.tolist() if isinstance(one, np.ndarray) else one for one in arguments]))
             if verb in self.before:
                 self.before[verb](self.sample)
             if self.unplugged and verb not in ("is_valid", "close"):
@@ -88,14 +105,19 @@ class FaultBoard:
     def task_get_buffer_overflows(self, task: int) -> int:
         raise AssertionError("the maker does not say whether a burst of lost samples counts once, or for each sample")
 
-    def write_analog(self, channels: Any, number: int, buffer: Any) -> None:
-        self.__getattr__("write_analog")(channels, number, buffer)
-        self.at_zero = None if buffer[0] else (self.time.now() if self.at_zero is None else self.at_zero)
-
     @property
     def voltage(self) -> float:
         """What is on the output now."""
         return float(self.inner.terminals.commanded[0])
+
+    @property
+    def transcript(self) -> list[str]:
+        """The verbs that it was told."""
+        return [verb for verb, _values in self.told]
+
+    def values(self, verb: str) -> list[list[Any]]:
+        """What a verb was told, each time."""
+        return [values for told, values in self.told if told == verb]
 
     def let_time_pass(self) -> None:
         """A second in which no program says a word; the board itself goes on."""

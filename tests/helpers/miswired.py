@@ -3,6 +3,9 @@
 from collections.abc import Iterator
 from typing import Any
 
+from fault_board import Stopwatch
+
+from rotflex.hil.bench import Bench
 from rotflex.hil.student_benches import VirtualPlantSpec, preset
 from rotflex.hil.virtual import SERVO_ENCODER, Sensors, VirtualBoard
 from rotflex.plant import Plant
@@ -61,13 +64,33 @@ class Laboratory:
         return board
 
 
+class InItsOwnTime(Laboratory):
+    """Its boards run in time that does not wait for the program."""
+
+    def __init__(self, *wired: Any) -> None:
+        super().__init__(*wired)
+        self.time = Stopwatch()
+
+    def __call__(self) -> VirtualBoard:
+        board = super().__call__()
+        board.clock = self.time
+        return board
+
+    def timed(self, bench: Bench) -> Bench:
+        """Have a bench of one of the boards measure its time."""
+        bench.connection.now = self.time.now
+        return bench
+
+
 class Person:
     """Does what is asked for, on the bench of a laboratory; ``heard`` is all that was said.
 
     ``clockwise`` is what they turn the wrong way: "servo_sign" or "link_sign".
     """
 
-    def __init__(self, laboratory: Laboratory, agrees: bool = True, moves: bool = True, clockwise: str = "") -> None:
+    def __init__(
+        self, laboratory: Laboratory | None, agrees: bool = True, moves: bool = True, clockwise: str = ""
+    ) -> None:
         self.laboratory, self.agrees, self.moves = laboratory, agrees, moves
         self.clockwise = clockwise
         self.heard: list[str] = []
@@ -97,7 +120,7 @@ class Person:
             yield
 
     def _move(self, theta: float = 0.0, alpha: float = 0.0) -> None:
-        if self.moves:
+        if self.moves and self.laboratory:
             plant: Any = self.laboratory.board.plant
             state = plant.state
             plant.state = state._replace(theta=state.theta + theta, alpha=state.alpha + alpha)

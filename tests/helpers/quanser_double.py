@@ -147,7 +147,6 @@ class HIL:
         self._watching = False
         self._again = 0.0
         self._held: dict[int, float] = {}
-        self._modes: dict[int, int] = {}
         self._capacity: dict[int, int] = {}
         self._running: set[int] = set()
         self._at_expiry: dict[int, float] = {}
@@ -231,7 +230,7 @@ class HIL:
         for channels, number in zip(asked[::2], asked[1::2], strict=True):
             self._channels(channels, number)
         task = int(self._do(verb, samples_in_buffer, *asked))
-        self._capacity[task], self._modes[task] = samples_in_buffer, BufferOverflowMode.ERROR_ON_OVERFLOW
+        self._capacity[task] = samples_in_buffer
         return task
 
     def task_set_buffer_overflow_mode(self, task: int, mode: int) -> None:
@@ -241,7 +240,6 @@ class HIL:
         if mode >= BufferOverflowMode.WAIT_ON_OVERFLOW and mode in list(BufferOverflowMode) and not self.simulated:
             raise HILError(-1120, "The overflow mode is for simulated cards only.")
         self._do("task_set_buffer_overflow_mode", task, mode)
-        self._modes[task] = mode
 
     def task_start(self, task: int, clock: int, frequency: float, num_samples: int) -> None:
         _count(task, num_samples)

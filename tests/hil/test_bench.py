@@ -7,11 +7,11 @@ import json
 import math
 import signal
 import sys
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import pytest
+from fault_board import FOR_GOOD, FaultBoard, failing
 
 from rotflex import hil
 from rotflex.config import joint, srv02
@@ -19,72 +19,33 @@ from rotflex.errors import BenchError, ConfigurationError, HILError, LimitExceed
 from rotflex.hil import halt
 from rotflex.hil.bench import WATCHDOG_TIMEOUT, Bench, Connection, Limits, Safety, Wiring
 from rotflex.hil.board import BufferOverflowMode, Clock
-from rotflex.hil.student_benches import DRAW, preset, student_bench
-from rotflex.hil.virtual import VirtualBoard
-from rotflex.plant import REST, State
+from rotflex.hil.student_benches import DRAW, student_bench
+from rotflex.plant import State
 from rotflex.units import DEG
 
 SAMPLE_TIME = 0.002
 OPENING = ["watchdog_set_analog_expiration_state", "watchdog_clear", "watchdog_stop", "write_analog"]
 
 
-class FaultyBoard:
-    """A virtual board that records each call with a copy of its values, and fails as ``faults`` say.
-
-    ``faults`` maps a verb to the number of its calls that still succeed; ``interrupted_at`` is one with a Ctrl-C.
-    """
-
-    def __init__(self, faults: dict[str, int] | None = None, state: State = REST, interrupted_at: str = "") -> None:
-        self.inner = VirtualBoard(preset("workbook").parameters, state=state)
-        self.faults, self.interrupted_at = dict(faults or {}), interrupted_at
-        self.told: list[tuple[str, list[Any]]] = []
-
-    def __getattr__(self, verb: str) -> Callable[..., Any]:
-        method = getattr(self.inner, verb)
-
-        def call(*arguments: Any) -> Any:
-            self.told.append((verb, [one.tolist() if isinstance(one, np.ndarray) else one for one in arguments]))
-            if verb == self.interrupted_at:
-                self.interrupted_at = ""
-                raise KeyboardInterrupt
-            if verb in self.faults:
-                self.faults[verb] -= 1
-                if self.faults[verb] < 0:
-                    raise HILError(f"{verb} failed")
-            return method(*arguments)
-
-        return call
-
-    @property
-    def voltage(self) -> float:
-        """What is on the output now."""
-        return self.inner.terminals.commanded[0]
-
-    @property
-    def transcript(self) -> list[str]:
-        """The verbs that it was told."""
-        return [verb for verb, _plain in self.told]
-
-    def values(self, verb: str) -> list[list[Any]]:
-        """What a verb was told, each time."""
-        return [plain for told, plain in self.told if told == verb]
+@pytest.fixture
+def board() -> FaultBoard:
+    return FaultBoard("workbook")
 
 
 @pytest.fixture
-def left_at_7_V() -> FaultyBoard:
+def left_at_7_V(board) -> FaultBoard:
     """A board with a voltage left on its output."""
-    board = FaultyBoard()
     board.inner.write_analog(np.array([0], dtype=np.uint32), 1, np.array([7.0]))
     return board
 
 
-def bench_of(board: FaultyBoard, identity: Any = None, cable_gain: int = 1, **choices: Any) -> Bench:
+def bench_of(board: FaultBoard, identity: Any = None, cable_gain: int = 1, **choices: Any) -> Bench:
     identity = identity or {"uri": "test", "clock": "simulated"}
     servo, safety = srv02(cable_gain=cable_gain), choices.pop("safety", Safety(choices.pop("limits", None)))
     return Bench(Connection(lambda: board, servo, **choices), servo, joint(1), identity, safety)
 
 
-def assert_left_alone(board: FaultyBoard) -> None:
+def assert_left_alone(board: FaultBoard) -> None:
     """The motor is at 0 V, the watchdog does not watch any more, and the board is closed."""
     assert board.voltage == 0.0
     assert board.inner._watchdog.deadline == math.inf
@@ -93,8 +54,7 @@ def assert_left_alone(board: FaultyBoard) -> None:
     assert board.transcript[-1] == "close"
 
 
-def test_what_is_said_to_the_board_in_a_run_and_nothing_else():
-    board = FaultyBoard()
+def test_what_is_said_to_the_board_in_a_run_and_nothing_else(board):
     with bench_of(board) as bench:
         bench.start(SAMPLE_TIME)
         for _ in range(2):
@@ -111,9 +71,8 @@ def test_what_is_said_to_the_board_in_a_run_and_nothing_else():
     assert_left_alone(board)
 
 
-def test_the_motor_is_at_0_V_before_and_after_the_board_is_set_up():
+def test_the_motor_is_at_0_V_before_and_after_the_board_is_set_up(board):
     """A range that is chosen then may make other volts of the same number."""
-    board = FaultyBoard()
     seen = []
 
     def prepare(_bench):
@@ -126,7 +85,7 @@ def test_the_motor_is_at_0_V_before_and_after_the_board_is_set_up():
 
 
 def test_angles_are_calibrated_and_counted_from_the_start():
-    board = FaultyBoard(state=State(1.0, 0.0, 0.0, 0.0))
+    board = FaultBoard("workbook", State(1.0, 0.0, 0.0, 0.0))
     with bench_of(board) as bench:
         bench.start(SAMPLE_TIME)
         assert bench.read()[1:] == (0.0, 0.0)
@@ -144,12 +103,12 @@ def test_angles_are_calibrated_and_counted_from_the_start():
         assert bench.read()[1:] == (0.0, 0.0)
 
 
-def test_voltages_are_cut_to_the_limit_and_the_amplifiers_and_reported_as_set():
-    with bench_of(FaultyBoard(), limits=Limits(voltage=6.0)) as bench:
+def test_voltages_are_cut_to_the_limit_and_the_amplifiers_and_reported_as_set(board):
+    with bench_of(board, limits=Limits(voltage=6.0)) as bench:
         bench.start(SAMPLE_TIME)
         assert [bench.write(v) for v in (7.0, -100.0, 2.5, np.float64(3.0))] == [6.0, -6.0, 2.5, 3.0]
     servo = srv02(amplifier="Q3")
-    with Bench(Connection(FaultyBoard, servo), servo, joint(1), {}) as bench:
+    with Bench(Connection(lambda: FaultBoard("workbook"), servo), servo, joint(1), {}) as bench:
         bench.start(SAMPLE_TIME)
         assert bench.write(10.0) == 4.16
 
@@ -162,10 +121,10 @@ def run(bench: Bench, samples: int = 10) -> None:
 
 
 @pytest.mark.parametrize("verb", ["watchdog_clear", "write_analog"])
-def test_a_board_that_fails_on_opening_is_closed_again(verb):
-    board = FaultyBoard({verb: 0})
+def test_a_board_that_fails_on_opening_is_closed_again(verb, board):
+    board.before[verb] = failing(times=FOR_GOOD)
     bench = bench_of(board)
-    with pytest.raises(HILError, match="failed"), bench:
+    with pytest.raises(HILError, match="refused"), bench:
         pytest.fail("the block must not be entered")
     assert board.transcript[-1] == "close"
     assert not board.inner.is_valid()
@@ -174,11 +133,10 @@ def test_a_board_that_fails_on_opening_is_closed_again(verb):
 
 
 @pytest.mark.parametrize("limits", [Limits(), Limits(theta=5 * DEG)], ids=["stop", "limit"])
-def test_a_board_that_does_not_take_0_V_is_left_to_its_watchdog_and_not_said_to_stand(limits):
-    board = FaultyBoard()
-    with pytest.raises(HILError, match="write_analog failed"), bench_of(board, limits=limits) as bench:
+def test_a_board_that_does_not_take_0_V_is_left_to_its_watchdog_and_not_said_to_stand(limits, board):
+    with pytest.raises(HILError, match="refused"), bench_of(board, limits=limits) as bench:
         run(bench)
-        board.faults["write_analog"] = 0
+        board.before["write_analog"] = failing(times=FOR_GOOD)
         for _ in range(1000 if limits != Limits() else 0):
             bench.read()
     begun = len(board.transcript) - board.transcript[::-1].index("watchdog_start")
@@ -200,8 +158,7 @@ def test_a_board_that_does_not_take_0_V_is_left_to_its_watchdog_and_not_said_to_
         (Limits(rate=1.0), -3.0, r"turned at -1\.\d.* rad/s"),
     ],
 )
-def test_a_limit_that_is_passed_stops_the_motor_and_says_which(limits, voltage, named):
-    board = FaultyBoard()
+def test_a_limit_that_is_passed_stops_the_motor_and_says_which(limits, voltage, named, board):
     with bench_of(board, limits=limits) as bench:
         bench.start(SAMPLE_TIME)
         with pytest.raises(LimitExceeded, match=named):
@@ -215,9 +172,8 @@ def test_a_limit_that_is_passed_stops_the_motor_and_says_which(limits, voltage, 
 
 
 @pytest.mark.parametrize("before", [lambda b: None, lambda b: b.stop(), lambda b: (b.start(SAMPLE_TIME), b.stop())])
-def test_no_voltage_is_set_while_no_watchdog_runs(before):
+def test_no_voltage_is_set_while_no_watchdog_runs(before, board):
     """It would stay when the program is killed, and for as long as nobody reads."""
-    board = FaultyBoard()
     with bench_of(board) as bench:
         before(bench)
         with pytest.raises(BenchError, match=r"start\(\)"):
@@ -226,10 +182,10 @@ def test_no_voltage_is_set_while_no_watchdog_runs(before):
         assert bench.write(0.0) == 0.0
 
 
-def interrupted(line: int, by_an_exception: bool) -> tuple[bool, FaultyBoard, Bench]:
+def interrupted(line: int, by_an_exception: bool) -> tuple[bool, FaultBoard, Bench]:
     """Ctrl-C at one of the lines that are passed as a bench is let go: whether there was one, the board, the bench."""
     files = {sys.modules[one.__module__].__file__ for one in (Bench, halt.halt)}
-    board, passed = FaultyBoard(), itertools.count(1)
+    board, passed = FaultBoard("workbook"), itertools.count(1)
     pressed = False
 
     def trace(frame: Any, event: str, _argument: Any) -> Any:
@@ -287,7 +243,7 @@ def test_the_sample_time_is_positive_and_shorter_than_the_watchdogs(sample_time)
 
 def test_a_servo_that_cannot_carry_the_joint_is_refused():
     with pytest.raises(ConfigurationError, match="flexible joint mounted"):
-        Bench(Connection(FaultyBoard, srv02()), srv02(gear="low"), joint(1), {})
+        Bench(Connection(FaultBoard, srv02()), srv02(gear="low"), joint(1), {})
 
 
 def test_identity_is_plain_data_that_says_which_bench_it_is():
@@ -337,11 +293,6 @@ def test_a_wrong_address_is_refused_and_what_is_allowed_is_named(error, uri, nam
         hil.open(uri)
 
 
-def test_a_version_of_the_draw_that_there_is_not_is_refused():
-    with pytest.raises(ConfigurationError, match="9"):
-        hil.open("virtual", seed=7, draw=9)
-
-
 def test_a_bench_is_opened_at_exactly_0_V_whatever_was_on_the_output_and_so_is_its_watchdog(left_at_7_V):
     board = left_at_7_V
     assert board.voltage == 7.0
@@ -355,7 +306,7 @@ def test_a_bench_is_opened_at_exactly_0_V_whatever_was_on_the_output_and_so_is_i
 @pytest.mark.parametrize("verb", OPENING)
 def test_ctrl_c_while_a_bench_is_opened_leaves_0_V_and_a_closed_board(verb, left_at_7_V):
     board = left_at_7_V
-    board.interrupted_at = verb
+    board.before[verb] = failing(error=KeyboardInterrupt())
     bench = bench_of(board)
     with pytest.raises(KeyboardInterrupt), bench:
         pytest.fail("the block must not be entered")
@@ -367,9 +318,8 @@ def test_ctrl_c_while_a_bench_is_opened_leaves_0_V_and_a_closed_board(verb, left
 
 
 @pytest.mark.parametrize("gain", [1, 3, 5])
-def test_each_voltage_reaches_the_board_with_its_value_and_a_stop_writes_0_V(gain):
+def test_each_voltage_reaches_the_board_with_its_value_and_a_stop_writes_0_V(gain, board):
     """What is asked for is the motor's; the cable's gain stands between it and the board."""
-    board = FaultyBoard()
     with bench_of(board, cable_gain=gain, wiring=Wiring(motor=1)) as bench:
         bench.start(SAMPLE_TIME)
         for volts in (1.25, -4.0):
@@ -389,8 +339,7 @@ def test_each_voltage_reaches_the_board_with_its_value_and_a_stop_writes_0_V(gai
         ({"uri": "quanser:q2_usb/0"}, BufferOverflowMode.OVERWRITE_ON_OVERFLOW),
     ],
 )
-def test_what_a_run_tells_the_board_with_its_values(identity, mode):
-    board = FaultyBoard()
+def test_what_a_run_tells_the_board_with_its_values(identity, mode, board):
     with bench_of(board, identity) as bench:
         bench.start(0.005)
         task = bench.connection.task
@@ -404,8 +353,7 @@ def test_what_a_run_tells_the_board_with_its_values(identity, mode):
         assert board.values("task_stop") == board.values("task_delete") == [[task]]
 
 
-def test_an_arm_that_is_turned_by_hand_at_0_V_breaks_no_limit(monkeypatch):
-    board = FaultyBoard()
+def test_an_arm_that_is_turned_by_hand_at_0_V_breaks_no_limit(monkeypatch, board):
     with bench_of(board, limits=Limits(theta=0.1, alpha=0.1, rate=1.0, duration=0.01)) as bench:
         bench.start(SAMPLE_TIME)
         coming = iter(range(0, 4000, 200))
@@ -423,8 +371,7 @@ def test_an_arm_that_is_turned_by_hand_at_0_V_breaks_no_limit(monkeypatch):
 
 @pytest.mark.parametrize(("limit", "angle"), [("theta", "servo angle"), ("alpha", "deflection")])
 @pytest.mark.parametrize("sign", [1, -1])
-def test_an_angle_may_be_at_its_limit_and_not_beyond(limit, angle, sign, monkeypatch):
-    board = FaultyBoard()
+def test_an_angle_may_be_at_its_limit_and_not_beyond(limit, angle, sign, monkeypatch, board):
     count = srv02().K_enc  # rad
     at = {"theta": 100, "alpha": 50}
     limits = Limits(**{name: counts * count for name, counts in at.items()})

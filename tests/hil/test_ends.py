@@ -19,8 +19,9 @@ import card_process
 import numpy as np
 import pytest
 import quanser_double
-from card_process import ADDRESS, Fault, Line
+from card_process import ADDRESS, GAIN, Fault, Line
 from checkout import ROOT
+from jupyter_client.blocking.client import BlockingKernelClient
 from jupyter_client.manager import KernelManager
 
 from rotflex.hil import bench_file, real
@@ -35,8 +36,7 @@ HELPER = card_process.__file__
 PATIENCE = 90.0  # s; a busy computer takes its time
 AT = 3300  #: sample at which something happens: the arm has come to rest before, and has begun to turn again
 NOT_STOPPED, ABORTED = 4, 130
-GAIN = "18.24,-17.15,1.59,0.63"
-RUN = ("bench", "run", "fsf", "--gain", GAIN, "--bench", "bench.toml", "--out", "out.mat")
+RUN = ("bench", "run", "fsf", "--gain", str(GAIN), "--bench", "bench.toml", "--out", "out.mat")
 WRITES = ("write_analog",)
 NOTHING_STOPS = frozenset({"watchdog_set_analog_expiration_state"})
 
@@ -82,6 +82,7 @@ ENDS = {
     "Ctrl-C six times": End(ABORTED, (AT_ZERO, "recorded until then is in out.mat"), None, (signal.SIGINT,) * 6),
     "SIGTERM": End(-signal.SIGTERM, (), None, (signal.SIGTERM,)),
     "SIGHUP": End(-signal.SIGHUP, (), None, (signal.SIGHUP,)),
+    "SIGTERM, in a thread": End(-signal.SIGTERM, (), None, (signal.SIGTERM,), way=("thread",)),
     "SIGTERM, writes refused": End(NOT_STOPPED, (LEFT,), Fault(AT, WRITES), (signal.SIGTERM,), left=True),
     "SIGKILL": End(-signal.SIGKILL, (), None, (signal.SIGKILL,), left=True),
     "set-up, USB pulled, Ctrl-C four times": End(
@@ -154,7 +155,7 @@ def started(server: Path, folder: Path, way: tuple[str, ...]) -> subprocess.Pope
 
 #: At a landing: each way in which a program ends, and each thing that is said of it.
 AT_A_LANDING = {"nothing", "calls that hang, and Ctrl-C four times", "Ctrl-C six times", "SIGTERM, writes refused"}
-AT_A_LANDING |= {"SIGKILL", "set-up, USB pulled, Ctrl-C four times"}
+AT_A_LANDING |= {"SIGKILL", "SIGTERM, in a thread", "set-up, USB pulled, Ctrl-C four times"}
 
 
 @pytest.mark.parametrize(
@@ -220,31 +221,60 @@ def test_a_board_that_refuses_what_its_watchdog_was_tested_with_is_not_driven_in
     assert "watchdog_set_analog_expiration_state" in said and "rotflex bench setup --watchdog" in said
 
 
-def test_in_a_notebook_it_is_said_first_too(server, card, tmp_path):
-    commissioned(tmp_path)
-    card.fault(Fault(AT, WRITES))
+@pytest.fixture
+def kernel(tmp_path) -> Iterator[KernelManager]:
     manager = KernelManager()
     manager.start_kernel(env=environment(tmp_path), cwd=str(tmp_path))
     try:
-        client = manager.blocking_client()
-        client.start_channels()
-        client.wait_for_ready(timeout=PATIENCE)
-        code = (
-            f"import card_process, pathlib; card_process.install(pathlib.Path({str(server)!r}))\n"
-            "from rotflex import experiments, hil\n"
-            f"with hil.open('bench.toml') as bench:\n    bench.set_zero()\n"
-            f"    experiments.tracking(bench, [{GAIN}], progress=False)\n"
-        )
-        written: list[dict] = []
-        reply = client.execute_interactive(code, timeout=PATIENCE, output_hook=written.append)
-        assert reply["content"]["ename"] == "MotorNotStopped"
-        texts = [one["content"].get("text") or "\n".join(one["content"].get("traceback", ())) for one in written]
-        assert all(re.search(LEFT, text) for text in texts if text) and len([*filter(None, texts)]) == 2
-        client.stop_channels()
+        yield manager
     finally:
         manager.shutdown_kernel(now=True)
+
+
+@pytest.fixture
+def client(kernel) -> Iterator[BlockingKernelClient]:
+    line = kernel.blocking_client()
+    line.start_channels()
+    line.wait_for_ready(timeout=PATIENCE)
+    yield line
+    line.stop_channels()
+
+
+CELL = f"""
+import card_process, pathlib
+from rotflex import experiments, hil
+card_process.install(pathlib.Path("%s"))
+with hil.open("bench.toml") as bench:
+    bench.set_zero()
+    experiments.tracking(bench, {GAIN}, progress=False)
+"""
+
+
+def test_in_a_notebook_it_is_said_first_too(server, card, client, tmp_path):
+    commissioned(tmp_path)
+    card.fault(Fault(AT, WRITES))
+    written: list[dict] = []
+    reply = client.execute_interactive(CELL % server, timeout=PATIENCE, output_hook=written.append)
+    assert reply["content"]["ename"] == "MotorNotStopped"
+    texts = [one["content"].get("text") or "\n".join(one["content"].get("traceback", ())) for one in written]
+    assert all(re.search(LEFT, text) for text in texts if text) and len([*filter(None, texts)]) == 2
     card.let_time_pass()
     assert card.voltage == 0.0
+
+
+@pytest.mark.parametrize(("number", "why"), [(signal.SIGINT, "KeyboardInterrupt"), (signal.SIGTERM, "SIGTERM")])
+def test_a_kernel_that_is_interrupted_or_ended_sets_0_V_itself(server, card, kernel, client, tmp_path, number, why):
+    commissioned(tmp_path)
+    card.fault(None)
+    client.execute(CELL % server)
+    until(lambda: card.samples >= AT, kernel.is_alive)
+    kernel.signal_kernel(number)
+    until(lambda: card.voltage == 0.0)
+    until(lambda: [*tmp_path.glob("settings/unfinished/*.mat")])
+    (recording,) = map(Recording.load, tmp_path.glob("settings/unfinished/*.mat"))
+    assert why in recording.metadata["ended"] and recording.metadata["outcome"]["at_zero"]
+    if number == signal.SIGTERM:
+        until(lambda: not kernel.is_alive())
 
 
 def test_the_double_is_the_strict_one():

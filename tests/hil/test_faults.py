@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from fault_board import FAULT_AT, SAMPLE_TIME, FaultBoard, bench_of, counts_of
+from fault_board import FAULT_AT, FOR_GOOD, SAMPLE_TIME, FaultBoard, bench_of, counts_of, failing
 
 from rotflex.errors import BenchError, DesignError, HILError, LimitExceeded, MotorNotStopped, RunStopped
 from rotflex.hil.bench import WATCHDOG_TIMEOUT, Bench, Limits, Outcome, Wiring
@@ -51,20 +51,6 @@ def raising(error: BaseException) -> Callable[[Any], Any]:
         raise error
 
     return happens
-
-
-def failing(error_at: int = 0, error: BaseException | None = None, times: int = 1) -> Callable[[int], None]:
-    """Make a verb that fails ``times`` times, from sample ``error_at`` on."""
-    waiting = [error or HILError("the board refused")] * times
-
-    def before(sample: int) -> None:
-        if sample >= error_at and waiting:
-            raise waiting.pop()
-
-    return before
-
-
-FOR_GOOD = 10_000
 
 
 @dataclass(frozen=True)
@@ -251,9 +237,6 @@ FAULTS: dict[str, Fault] = {
         HILError, "the board was silent", board=lambda board: board.loses.update({FAULT_AT: 110}), watchdog=True
     ),
     "a pause longer than the watchdog's": Fault(HILError, r"0\.2 s", controller=paused(0.3), watchdog=True),
-    "a burst of 150 samples is lost": Fault(
-        HILError, "the board was silent", board=lambda board: board.loses.update({FAULT_AT: 150}), watchdog=True
-    ),
     **{
         f"the controller takes {takes * 1e3:g} ms": Fault(
             (LimitExceeded, HILError), "too slow", controller=paused(takes, SAMPLES), within=SAMPLES, watchdog=True
@@ -533,6 +516,24 @@ def test_past_its_limit_an_arm_coasts_no_further_than_the_cables_are_to_reach():
             run(bench, law, np.full(1000, 10.0), SAMPLE_TIME, progress=False)
         board.let_time_pass()
         assert 180 * DEG < abs(board.inner.plant.state.theta) < 270 * DEG
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGHUP"), reason="Windows ends a program by other means than signals")
+def test_the_handler_of_before_is_there_again_and_hears_of_it_and_nohup_holds():
+    heard: list[int] = []
+    usual = signal.signal(signal.SIGTERM, handler := lambda number, _frame: heard.append(number))
+    ignored = signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    board = FaultBoard()
+    try:
+        with bench_of(board) as bench:
+            bench.on_sample = lambda measured, _voltage: signal.raise_signal(signal.SIGHUP)
+            assert len(run(bench, OpenLoop(), np.full(50, 1.0), progress=False)) == 50
+            signal.raise_signal(signal.SIGTERM)  # between two runs: at once
+            assert (heard, board.inner.is_valid()) == ([signal.SIGTERM], False)
+            assert signal.getsignal(signal.SIGTERM) is handler
+    finally:
+        signal.signal(signal.SIGTERM, usual)
+        signal.signal(signal.SIGHUP, ignored)
 
 
 def test_where_samples_came_late_a_limit_that_is_passed_says_so_first():

@@ -1,6 +1,7 @@
 """A torque on the arm of a virtual bench: recorded, played again, limited, and gone when nobody pulls."""
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -135,13 +136,6 @@ def test_a_run_that_is_broken_off_keeps_the_push():
         assert (bench.recorder.kept[PUSHED][:-1] == 0.1).all() and bench.board.plant.torque == 0.0
 
 
-class OwnPlant:
-    state = (0.0, 0.0, 0.0, 0.0)
-
-    def advance(self, voltage, duration):
-        pass
-
-
 def test_what_cannot_be_pushed_says_so(tmp_path):
     with hil.open("virtual:?seed=7") as bench:
         path = experiments.hold(bench, duration=0.1, progress=False).save(tmp_path / "held.mat")
@@ -157,8 +151,9 @@ def test_what_cannot_be_pushed_says_so(tmp_path):
     )
     with pytest.raises(BenchError, match="push the arm by hand"):
         real.disturb([0.1])
+    own = SimpleNamespace(state=(0.0, 0.0, 0.0, 0.0), advance=lambda _voltage, _duration: None)
     with (
-        hil.open("virtual", plant=OwnPlant(), disturbance=[0.1]) as bench,
+        hil.open("virtual", plant=own, disturbance=[0.1]) as bench,
         pytest.raises(BenchError, match="rotflex's own plant"),
     ):
         experiments.hold(bench, duration=0.1, progress=False)

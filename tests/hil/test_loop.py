@@ -21,7 +21,6 @@ from rotflex.hil.student_benches import preset
 from rotflex.hil.virtual import VirtualBoard
 from rotflex.recording import Recording
 from rotflex.signals import square_wave, time_axis
-from rotflex.units import DEG
 
 GAIN = [18.24, -17.15, 1.59, 0.63]
 
@@ -113,16 +112,6 @@ def test_the_recording_says_where_it_comes_from(bench):
     assert described["software"] == f"rotflex {__version__}"
     assert described["experiment"] == "none"
     json.dumps(described, allow_nan=False)
-
-
-def test_the_same_bench_gives_the_same_recording_and_a_controller_is_used_afresh_each_time():
-    """A second run begins with derivatives that know nothing of the first."""
-    controller, made = StateFeedback(GAIN), []
-    for _again in range(2):
-        with hil.open("virtual:?seed=4") as bench:
-            recording = run(bench, controller, square_wave(time_axis(2.0, 0.002), 1.0, 10 * DEG), progress=False)
-        made.append([recording[name].tolist() for name in ("theta", "alpha", "vm")])
-    assert made[0] == made[1]
 
 
 def test_a_reference_is_a_vector_of_numbers_and_a_bench_must_be_open(bench):

@@ -26,12 +26,7 @@ from rotflex.hil.controllers import OpenLoop
 from rotflex.hil.loop import run
 from rotflex.units import DEG
 
-
-@pytest.fixture(autouse=True)
-def settings(monkeypatch, tmp_path) -> Path:
-    monkeypatch.setenv("ROTFLEX_CONFIG_DIR", str(tmp_path / "settings"))
-    monkeypatch.chdir(tmp_path)
-    return tmp_path / "settings"
+pytestmark = pytest.mark.usefixtures("settings")
 
 
 @pytest.fixture

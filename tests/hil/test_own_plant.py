@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import control
 import numpy as np
 import pytest
@@ -50,19 +52,11 @@ def test_an_object_with_state_and_advance_is_a_plant_and_each_experiment_begins_
     assert (first.metadata["source"], first.metadata["bench"]["plant"]) == ("virtual bench", "Exact")
 
 
-class Nothing:
-    pass
+STILL = {"state": (0.0, 0.0, 0.0, 0.0)}
+NO_PLANTS = [3, SimpleNamespace(), SimpleNamespace(**STILL), SimpleNamespace(**STILL, advance=3), Exact, LINEAR]
 
 
-class Still:
-    state = (0.0, 0.0, 0.0, 0.0)
-
-
-class NoMethod(Still):
-    advance = 3
-
-
-@pytest.mark.parametrize("plant", [3, "plant", Nothing(), Still(), NoMethod(), Exact, LINEAR])
+@pytest.mark.parametrize("plant", NO_PLANTS)
 def test_what_is_no_plant_is_refused_at_once(plant):
     with pytest.raises(BenchError, match=r"advance\(voltage, duration\)"):
         hil.open("virtual", plant=plant)

@@ -21,6 +21,8 @@ from rotflex.hil.student_benches import preset
 from rotflex.hil.virtual import VirtualBoard
 from rotflex.units import DEG
 
+pytestmark = pytest.mark.usefixtures("settings")
+
 SIMULATOR = "quanser:qpid_e/0@tcpip://localhost:18000?nagle='off'"
 GAIN = [18.24, -17.15, 1.59, 0.63]
 MOTOR = np.array([0], dtype=np.uint32)
@@ -40,12 +42,6 @@ def installed(monkeypatch):
         return quanser_double.install(monkeypatch, physical, variant)
 
     return install
-
-
-@pytest.fixture(autouse=True)
-def settings(monkeypatch, tmp_path):
-    """What a run keeps on disk lands in the test's own folder."""
-    monkeypatch.setenv("ROTFLEX_CONFIG_DIR", str(tmp_path))
 
 
 def test_opening_an_address_imports_nothing(monkeypatch):

@@ -114,15 +114,6 @@ def test_an_experiment_on_a_replay_gives_its_own_recording_and_refuses_every_oth
                 assert given.metadata["bench"]["recording"] == path.name
 
 
-def test_another_gain_is_another_run_and_a_gain_with_four_digits_is_the_same(recorded):
-    path = recorded["tracking"][1]
-    with hil.open(f"replay:{path}") as bench:
-        with pytest.raises(BenchError, match="tracking"):
-            experiments.tracking(bench, np.multiply(GAIN, 1.02), duration=1.0, progress=False)
-        rounded = np.add(GAIN, [0.004, 0.004, 0.0004, 0.0004])
-        assert len(experiments.tracking(bench, rounded, duration=1.0, progress=False)) == 501
-
-
 def test_what_the_refusal_advises_gives_the_whole_recording_of_whatever_length_and_no_limit_ends_it(tmp_path):
     t = np.arange(0, 12.5, 0.002)
     long = Recording.of(t, theta=0.5 * t, alpha=0.07 * t, vm=np.sin(t))

@@ -13,7 +13,7 @@ from rotflex import experiments, hil
 from rotflex.config import joint, srv02
 from rotflex.errors import BenchError, ConfigurationError
 from rotflex.hil.real import Setup
-from rotflex.hil.student_benches import DRAW, PRESETS, preset, student_bench, student_seed
+from rotflex.hil.student_benches import DRAW, student_bench, student_seed
 from rotflex.recording import Recording
 from rotflex.units import HZ
 
@@ -120,17 +120,6 @@ def test_seeds_are_those_of_always_and_the_same_however_accents_are_put_together
     composed, apart = (unicodedata.normalize(form, student) for form in ("NFC", "NFD"))
     always = hashlib.sha256(f"rotflex bench: {composed.strip().casefold()}".encode()).digest()
     assert student_seed(composed) == student_seed(apart) == int.from_bytes(always[:4], "big")
-
-
-def test_presets_are_the_workbooks_plant_and_the_real_bench_as_it_was_fitted():
-    assert set(PRESETS) == {"real_bench", "workbook"}
-    assert preset("workbook").parameters.K_s == 1.4
-    assert preset("workbook").parameters.servo_friction == (0.0, 0.0)
-    p = preset("real_bench").parameters
-    assert (p.J_eq, p.J_l, p.K_s, p.B_eq) == (2.12e-3, 2.77e-3, 1.454, 0.0095)
-    assert np.mean(p.servo_friction) == pytest.approx(0.0108)
-    with pytest.raises(ConfigurationError, match="'real_bench', 'workbook'"):
-        preset("mars")
 
 
 def decay(bench):

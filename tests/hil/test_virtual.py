@@ -8,6 +8,7 @@ from itertools import islice
 
 import numpy as np
 import pytest
+from board_contract import BOTH, FOREVER, MOTOR, counted
 from fault_board import Stopwatch
 
 import rotflex.plant
@@ -23,15 +24,6 @@ from rotflex.units import DEG, RPM
 WORKBOOK = preset("workbook").parameters
 STILL = replace(WORKBOOK, servo_friction=(1.0, 1.0), link_friction=(1.0, 1.0))  # rusty: stays wherever it is put
 FREE = replace(WORKBOOK, I_max=0.0, B_eq=0.0)
-MOTOR = np.array([0], dtype=np.uint32)
-BOTH = np.array([0, 1], dtype=np.uint32)
-FOREVER = 2**32 - 1
-
-
-def counts(board: VirtualBoard) -> list[int]:
-    buffer = np.zeros(2, dtype=np.int32)
-    board.read_encoder(BOTH, 2, buffer)
-    return buffer.tolist()
 
 
 def analog(board: VirtualBoard) -> list[float]:
@@ -79,7 +71,7 @@ def test_driven_by_its_verbs_it_moves_as_the_plant_does():
 @pytest.mark.parametrize(("encoder", "per_revolution"), [("E", 4096), ("EHR", 8192)])
 def test_encoders_count_quarters_of_lines_and_the_link_the_other_way(encoder, per_revolution):
     board = VirtualBoard(STILL, srv02(encoder=encoder), State(90 * DEG, 10 * DEG, 0.0, 0.0))
-    assert counts(board) == [per_revolution // 4, -round(per_revolution / 36)]
+    assert counted(board).tolist() == [per_revolution // 4, -round(per_revolution / 36)]
 
 
 def test_potentiometer_has_its_gain_wraps_and_has_a_gap():
@@ -109,7 +101,7 @@ def speed(voltage: float, **choices: object) -> float:
     board = VirtualBoard(replace(WORKBOOK, V_max=servo.amplifier.V_max, I_max=math.inf), servo, clock=time)
     write(board, voltage)
     time.time = 2.0
-    counts(board)
+    counted(board)
     return board.plant.state.theta_dot
 
 
@@ -179,7 +171,7 @@ def test_simulated_time_passes_only_while_a_task_waits():
     task = started(board, 10, BufferOverflowMode.SYNCHRONIZED)
     for _ in range(50):
         write(board, 0.0)
-        counts(board)
+        counted(board)
     assert clock_.now() == 0.0
     assert [fetch(board, task) for _ in range(4)] == [0, 7, 13, 20]
     assert clock_.now() == pytest.approx(0.03)
@@ -201,7 +193,7 @@ def test_samples_wait_in_the_buffer_until_they_are_fetched(room, mode, expected)
     time.time = 0.055  # six samples were taken: 0 to 50 ms
     if mode != BufferOverflowMode.SYNCHRONIZED:
         write(board, 0.0)
-        assert counts(board)[0] == 36
+        assert counted(board)[0] == 36
     board.task_flush(task)  # throws no sample away
     if expected is None:
         with pytest.raises(HILError, match="lost 3 samples"):
@@ -238,7 +230,7 @@ def test_however_irregular_the_calls_few_transition_matrices_are_needed(monkeypa
     board = VirtualBoard(parameters, clock=time)
     write(board, 2.0)
     for time.time in instants.tolist():
-        counts(board)
+        counted(board)
     assert len(made) <= 64
     state = rotflex.plant.Plant(parameters).advance(2.0, instants[-1])
     assert board.plant.state.theta == pytest.approx(state.theta, abs=state.theta_dot * TICK)

@@ -86,21 +86,6 @@ def test_the_console_records_what_the_plain_function_records(console, lab, name,
     assert output(console._bench) == 0.0
 
 
-def test_what_the_bench_reports_is_shown(live):
-    event(live, "press", "connect")
-    reported = rows(live, "The bench reports")
-    assert reported["arm_position"] and "±180" in reported["servo angle"][0] and "0.2 s" in reported["watchdog"][0]
-    assert "emergency stop comes first" in rows(live, "State")["mind"][0]
-
-
-def test_a_virtual_bench_is_ready_and_speaks_of_no_connection_and_no_deadlines(lab):
-    console = BenchConsole(lab, K)
-    names = {one["name"] for row in console.scene["controls"] for one in row}
-    assert names == {"experiment", "start", "stop", "save"}
-    assert rows(console, "State")["state"] == ["ready"] and "missed deadlines" not in rows(console, "State")
-    assert control(console, "start")["look"] == "main" and not control(console, "start")["disabled"]
-
-
 @pytest.mark.parametrize("paced", [True, False])
 def test_stop_ends_a_run_within_50_samples_and_leaves_0_volts(console, live, paced):
     bench = (console if paced else live)._lab.bench("virtual" if paced else live.address)
@@ -390,6 +375,8 @@ def test_what_goes_wrong_on_the_bench_is_told_in_words(console):
 
 def test_one_press_of_start_makes_a_virtual_bench_move_and_its_time_waits(console):
     before, threads = sys.getswitchinterval(), threading.active_count()
+    names = {one["name"] for row in console.scene["controls"] for one in row}
+    assert not {"connect", "disconnect"} & names and "missed deadlines" not in rows(console, "State")
     assert not control(console, "start")["disabled"] and control(console, "start")["look"] == "main"
     event(console, "press", "start")
     assert np.ptp(console.recording["alpha"]) > 0.1

@@ -5,10 +5,7 @@ import json
 import browser
 import explorer_notebooks
 import pytest
-from checkout import ROOT
-from explorer_notebooks import middle, run_to_the_end, settled
-
-from rotflex.widgets.placement import design
+from explorer_notebooks import middle, settled
 
 needs_chromium = pytest.mark.skipif(
     browser.CHROMIUM is None, reason="chromium is not installed (apt-get install chromium)"
@@ -75,24 +72,10 @@ def test_a_pole_is_dragged_by_the_mouse_and_all_follows(opened, served):
     assert gain(page) != before
     assert "✗ not met" in verdicts(page)
 
-    handle = page.locator('.handle[data-name="pair"]')
-    pair = complex(float(handle.get_attribute("data-x")), float(handle.get_attribute("data-y")))
-    from rotflex.config import srv02  # the same by the plain function
-    from rotflex.hil.student_benches import student_bench, student_seed
-    from rotflex.model import state_space
-
-    arms = student_bench(student_seed("ada")).joint
-    system = state_space(srv02(), arms, arms.J_l * 20.7**2, input="voltage")
-    expected = design(system.A, system.B, [pair, pair.conjugate(), -30, -40])
-    assert gain(page) == pytest.approx(expected.K.ravel().tolist(), rel=2e-3)
-    assert [
-        ("not" in words) is not finding.met for words, finding in zip(verdicts(page), expected.findings, strict=True)
-    ]
-
     button(page, "Keep this design").click()
     wait_for_text(page, ".labcourse-explorer .notice", "recorded")
     kept = json.loads((served[1] / "answers.json").read_text())["answers"]["3.8"]["K"]["value"]
-    assert kept[0] == pytest.approx(expected.K.ravel().tolist(), rel=1e-5)
+    assert kept[0] == pytest.approx(gain(page), rel=2e-3)
     button(page, "Figure for the report").click()
     wait_for_text(page, ".labcourse-explorer .notice", "pole_design.svg")
     assert (served[1] / "pole_design.png").read_bytes().startswith(b"\x89PNG")
@@ -134,39 +117,6 @@ def test_the_pole_explorer_works_by_keyboard_alone(opened):
     press('[data-name="reset"]', "Enter")
     assert gain(page) == first and number("zeta") == 0.6
     assert page.locator('[data-name="feedback"]').input_value() == "full"
-
-
-@pytest.mark.scheduled
-@pytest.mark.parametrize("opened", ["sweep"], indirect=True)
-def test_the_sweep_explorer_runs_a_sweep_and_its_cursor_moves(opened):
-    page = opened
-    stiffness = page.locator("table.readout", has_text="Stiffness by the cursor")
-    peaks = page.locator("table.readout", has_text="Peaks")
-    before, said = stiffness.inner_text(), peaks.inner_text()
-    page.locator('.handle[data-name="cursor"]').focus()
-    page.keyboard.press("Shift+ArrowRight")
-    settled(page)
-    assert stiffness.inner_text() != before
-    page.locator('[data-name="drive"]').select_option("voltage")
-    page.wait_for_function(
-        "said => [...document.querySelectorAll('table.readout')].every(table => table.innerText.trim() !== said)",
-        arg=said.strip(),
-    )
-    assert "V" in page.locator("label.slider", has_text="amplitude").inner_text()
-
-
-@pytest.mark.parametrize("opened", ["validation"], indirect=True)
-def test_the_validation_explorer_follows_its_sliders_and_fits(opened):
-    page = opened
-    figures = page.locator("table.readout")
-    before, picture = figures.inner_text(), painted(page)
-    page.locator('[data-name="K_s"]').focus()
-    page.keyboard.press("ArrowRight")
-    settled(page)
-    assert figures.inner_text() != before and painted(page) != picture
-    button(page, "Fit").click()
-    wait_for_text(page, ".labcourse-explorer .notice", "Fitted")
-    assert float(figures.locator("tr", has_text="α").locator("td").first.inner_text().split()[0]) > 90
 
 
 BUSY = """async (code) => {
@@ -264,30 +214,9 @@ def test_a_run_ends_at_0_volts_while_another_cell_keeps_python_busy(opened):
 
 
 @pytest.mark.scheduled
-@pytest.mark.parametrize("opened", ["console"], indirect=True)
-def test_a_run_is_recorded_and_played(opened, served):
-    page = opened
-    run_to_the_end(page)
-    picture = painted(page)
-    page.locator(".player button").click()
-    page.wait_for_function("parseFloat(document.querySelector('.player output').textContent) > 0.2")
-    page.locator(".player button").click()
-    assert painted(page) != picture
-    button(page, "Save the recording").click()
-    wait_for_text(page, ".labcourse-explorer .notice", "console_free_decay.mat")
-    assert (served[1] / "console_free_decay.mat").exists()
-
-
-@pytest.mark.scheduled
 @pytest.mark.parametrize("opened", ["poles"], indirect=True)
-def test_a_theme_that_changes_and_a_kernel_that_is_restarted_are_noticed(opened):
+def test_a_kernel_that_is_restarted_is_noticed(opened):
     page = opened
-    light = painted(page)
-    dark = "() => window.jupyterapp.commands.execute('apputils:change-theme', {theme: 'JupyterLab Dark'})"
-    page.evaluate(dark)
-    page.wait_for_selector('body[data-jp-theme-light="false"]', state="attached")
-    settled(page)
-    assert painted(page) != light
     page.evaluate("() => window.jupyterapp.shell.currentWidget.sessionContext.session.kernel.restart()")
     page.wait_for_timeout(1000)
     page.locator('[data-name="zeta"]').focus()
@@ -295,8 +224,51 @@ def test_a_theme_that_changes_and_a_kernel_that_is_restarted_are_noticed(opened)
     wait_for_text(page, ".labcourse-explorer .notice", "run this cell again")
 
 
-def test_the_page_needs_nothing_from_elsewhere():
-    folder = ROOT / "labcourse" / "scene"
-    for path in [*folder.glob("*.js"), *folder.glob("*.css")]:
-        text = path.read_text(encoding="utf-8")
-        assert "http" not in text and "import " not in text
+KEYS = ("d", "d", "j", "k", "a", "b", "x", "m", "y", "z", "Shift+Enter", "Shift+M")
+ELEMENTS = ('button[data-name="reset"]', ".handle", '[data-name="zeta"]', '[data-name="zeta-number"]')
+ELEMENTS += ('[data-name="feedback"]', ".stage", "table.readout", ".notice + .controls", "summary")
+STATE = """() => {
+    const notebook = window.jupyterapp.shell.currentWidget.content;
+    const types = notebook.widgets.map((cell) => cell.model.type);
+    return [types, notebook.activeCellIndex, notebook.activeCell.model.executionCount];
+}"""
+
+
+@pytest.mark.parametrize("opened", ["poles"], indirect=True)
+def test_no_key_acts_on_the_notebook_after_a_click_on_any_kind_of_element_and_beside_the_explorer_it_does(opened):
+    page = opened
+    before = page.evaluate(STATE)
+    for element in ELEMENTS:
+        found = page.locator(".labcourse-explorer").locator(element).first
+        found.click(position={"x": 2, "y": 2} if element in (".stage", ".notice + .controls") else None)
+        for key in KEYS:
+            page.keyboard.press(key)
+        assert page.evaluate(STATE) == before, element
+    page.locator(".jp-Notebook .jp-InputPrompt").first.click()
+    for key in ("d", "d"):
+        page.keyboard.press(key)
+    page.wait_for_timeout(300)
+    assert len(page.evaluate(STATE)[0]) == len(before[0]) - 1
+
+
+@pytest.mark.parametrize("name", ["poles", pytest.param("results", marks=pytest.mark.scheduled)])
+def test_a_notebook_that_is_opened_again_shows_the_picture_and_what_to_do(served, name):
+    """Not "Loading widget..." for ever; and the page that it was saved from keeps its explorer."""
+    with browser.visit(served[0], f"explorers/{name}.ipynb") as seen:
+        explorer_notebooks.show(seen)
+        seen.page.evaluate("() => window.jupyterapp.shell.currentWidget.context.save()")
+        settled(seen.page)
+        assert seen.page.locator(".labcourse-explorer button").count() > 0
+        seen.page.evaluate("() => window.jupyterapp.shell.currentWidget.sessionContext.shutdown()")
+    with browser.visit(served[0], f"explorers/{name}.ipynb") as seen:
+        output = seen.page.locator(".jp-OutputArea-output", has_text="run this cell")
+        output.wait_for()
+        assert "widget" not in output.inner_text()
+        for text in ("Loading widget", "model not found"):
+            assert seen.page.get_by_text(text).count() == 0
+        if name == "poles":
+            image = output.locator("img")
+            assert image.evaluate("one => one.complete && one.naturalWidth") > 500
+            assert "Desired poles" in image.get_attribute("alt")
+        assert not seen.errors
+        explorer_notebooks.show(seen)  # and run again, it is there

@@ -83,33 +83,6 @@ def test_a_damping_ratio_beyond_one_is_two_real_poles_to_be_dragged(model):
         assert explorer.wanted.zeta == zeta
 
 
-def labels(explorer, column):
-    panels = explorer.scene["columns"][column]["panels"]
-    marked = [
-        (item["role"], item.get("shape", item["kind"]), item["label"])
-        for panel in panels
-        for item in panel["items"]
-        if "label" in item
-    ]
-    handled = [(one["role"], one["shape"], one["legend"]) for panel in panels for one in panel["handles"]]
-    return marked + handled
-
-
-@pytest.mark.parametrize("beside", ["step", "cloud"])
-def test_every_mark_and_curve_that_is_drawn_is_named(model, beside):
-    explorer = PoleExplorer(*model, K=widgets.design(*model, widgets.Dominant(0.7, 18.0).poles).K)
-    press(explorer, "ghost")
-    change(explorer, "feedback", "partial")
-    change(explorer, "beside", beside)
-    assert notice(explorer)["text"] == ""
-    for column in (0, 1):
-        kinds = {(role, shape) for role, shape, _ in labels(explorer, column) if role not in ("grid", "axis")}
-        named = {(role, shape) for role, shape, label in labels(explorer, column) if label}
-        assert kinds <= named | {("reference", "level"), ("text", "level")}, kinds - named
-    names = [label for _, _, label in labels(explorer, 0)]
-    assert {"your K", "closed loop, partial", "open loop", "desired poles: drag them"} <= set(names)
-
-
 def test_the_cloud_is_of_the_students_own_uncertainty(model):
     explorer = PoleExplorer(*model)
     change(explorer, "beside", "cloud")
