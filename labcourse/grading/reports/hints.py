@@ -7,18 +7,14 @@ Students who hand in together share a bench and are not compared with each other
 from __future__ import annotations
 
 import hashlib
+import json
 import math
 from collections import defaultdict
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from decimal import Decimal
 from enum import StrEnum
-from itertools import islice
 from pathlib import Path
 from typing import Any
-
-import numpy as np
-from numpy.typing import NDArray
 
 from labcourse.answers import answers
 from labcourse.benches import OWN, REAL
@@ -33,17 +29,11 @@ from labcourse.messages import plural
 from labcourse.student_id import caseless
 
 Where = tuple[str, str]  # question and part
-Samples = tuple[tuple[str, ...], NDArray[np.float32]]  # names of n channels, and their samples, shape (n, samples)
 
-FEWEST_DIGITS = 3  #: significant digits of a number that may be taken for a class-mate's
+DIGITS = 3  #: a number with no more significant digits may be equal to a class-mate's by chance
 FEWEST_TOGETHER = 2  #: wrong numbers that have to fit another bench, where none is a hint by itself
 MOST_MATES = 2  #: class-mates whom a number may fit and still be a hint
-#: A rounded number may be near another by chance: class-mates are counted in a neighbourhood this many times as wide.
-NEIGHBOURHOOD = 10
-SAME = 0.002  #: of a channel's largest sample: less than a step of a sensor
 MOST_ALIKE = 5  #: students or groups who may have an equal file; more probably got it from the instructor
-_EXACT = 1e-9  # relative; of numbers that were not rounded
-_MATLAB, _HEAD = b"MATLAB 5.0 MAT-file", 128  # how such a file begins, and the bytes of its head with the date
 _KIND, _BENCH = "recording", "bench"  # kind of an answer, and the metadata that any measured recording has
 _NOTEBOOK = ".ipynb"
 _DECIDED = (Status.RIGHT, Status.WRONG)
@@ -83,7 +73,7 @@ class Work:
     bench : the true value of each measured part, on the student's bench; empty where it cannot be known
     given : the student's answers to these parts
     right, wrong : parts that were marked so
-    recordings : part → its recordings, each channel scaled to a largest sample of 1
+    recordings : digest → question and part of each recording
     files : digest → name of each file of the student's own
     """
 
@@ -93,7 +83,7 @@ class Work:
     given: Mapping[Where, float] = field(default_factory=dict)
     right: frozenset[Where] = frozenset()
     wrong: frozenset[Where] = frozenset()
-    recordings: Mapping[Where, Sequence[Samples]] = field(default_factory=dict)
+    recordings: Mapping[str, str] = field(default_factory=dict)
     files: Mapping[str, str] = field(default_factory=dict)
 
 
@@ -176,41 +166,39 @@ def _is_number(value: object) -> bool:
 def fitting_numbers(everybody: Sequence[Work], parts: Mapping[Where, OwnBench]) -> list[Hint]:
     """Find wrong numbers that are a class-mate's right ones, or that together fit a class-mate's bench.
 
-    A number with few digits, and one that fits several class-mates, is no hint. Students with the same bench are not
-    compared.
+    What fits several class-mates is no hint.
 
     Parameters
     ----------
     everybody : of the class
     parts : from :func:`measured_parts`
     """
-    return [hint for student in everybody for hint in _fitting(student, everybody, parts)]
+    return [
+        Hint((student.student, mate.student), About.NUMBERS, f"{student.student}: {what.format(mate.student)}.")
+        for student in everybody
+        for what, mates in _fitting(student, everybody, parts)
+        if len(mates) <= MOST_MATES
+        for mate in mates
+    ]
 
 
-def _fitting(student: Work, everybody: Iterable[Work], parts: Mapping[Where, OwnBench]) -> Iterator[Hint]:
+def _fitting(
+    student: Work, everybody: Sequence[Work], parts: Mapping[Where, OwnBench]
+) -> Iterator[tuple[str, list[Work]]]:
+    """Yield what of a student's numbers fits class-mates, and whom; ``{}`` stands for a class-mate's ID."""
     others = [mate for mate in everybody if mate.bench and mate.bench != student.bench]
     for where in sorted(where for where in student.wrong if parts[where].is_discriminating):
-        number = _numbers({where: student.given[where]})
-        for mate in _with_that_number(student, where, others):
-            yield _hint(student, mate, f"{number} is wrong on their own bench, and the right answer of {mate.student}")
+        value = student.given[where]
+        if value != float(f"{value:.{DIGITS}g}"):
+            mates = [mate for mate in others if where in mate.right and mate.given[where] == value]
+            yield f"{_numbers({where: value})} is wrong on their own bench, and the right answer of {{}}", mates
     if len(student.wrong) >= FEWEST_TOGETHER and not _fits(student, student, parts):
         mates = [mate for mate in others if _fits(student, mate, parts)]
-        for mate in mates if len(mates) <= MOST_MATES else ():
-            together = f"{_numbers(student.given)} fit the bench of {mate.student} together, and not their own"
-            yield _hint(student, mate, together)
+        yield f"{_numbers(student.given)} fit the bench of {{}} together, and not their own", mates
 
 
-def _with_that_number(student: Work, where: Where, others: Sequence[Work]) -> list[Work]:
-    """List class-mates whose right number is a student's wrong number, to its digits; none if it may be chance."""
-    value = student.given[where]
-    digits = len(Decimal(str(value)).normalize().as_tuple().digits)
-    half_a_digit = 10.0 ** (math.floor(math.log10(abs(value))) + 1 - digits) / 2
-    room = max(half_a_digit * (1 + _EXACT), _EXACT * abs(value))
-    away = [(abs(mate.given[where] - value), mate) for mate in others if where in mate.right]
-    near = [mate for distance, mate in away if distance <= NEIGHBOURHOOD * room]
-    if digits < FEWEST_DIGITS or len(near) > MOST_MATES:
-        return []
-    return [mate for distance, mate in away if distance <= room]
+def _numbers(given: Mapping[Where, float]) -> str:
+    return ", ".join(f"{question} {part} = {value:g}" for (question, part), value in given.items())
 
 
 def _fits(student: Work, mate: Work, parts: Mapping[Where, OwnBench]) -> bool:
@@ -219,14 +207,6 @@ def _fits(student: Work, mate: Work, parts: Mapping[Where, OwnBench]) -> bool:
         math.isclose(value, mate.bench[where], rel_tol=0, abs_tol=parts[where].rtol * abs(mate.bench[where]))
         for where, value in student.given.items()
     )
-
-
-def _numbers(given: Mapping[Where, float]) -> str:
-    return ", ".join(f"{question} {part} = {value:g}" for (question, part), value in given.items())
-
-
-def _hint(student: Work, mate: Work, what: str) -> Hint:
-    return Hint((student.student, mate.student), About.NUMBERS, f"{student.student}: {what}.")
 
 
 # --- recordings and files ---------------------------------------------------------------------------------------------
@@ -245,12 +225,10 @@ def handed_in(graded: Graded, delivered: Mapping[str, bytes], handed_out: Collec
     handed_out : digests (:func:`digest`) of files that all students were given
     """
     facts = facts_of(graded.run)
-    recordings: dict[Where, list[Samples]] = defaultdict(list)
+    recordings: dict[str, str] = {}
     if facts.policy is None or facts.policy.which in (OWN, REAL):
         for content in (answers_of(graded.run), _at_home(delivered.get(ANSWERS_FILE))):
-            for where, samples in _recordings(content.get("answers", {})):
-                if not any(_is_equal(samples, known) for known in recordings[where]):
-                    recordings[where].append(samples)
+            recordings |= dict(_recordings(content.get("answers", {})))
     files = {
         digest(content): name
         for name, content in sorted(delivered.items())
@@ -270,88 +248,66 @@ def _at_home(data: bytes | None) -> dict[str, Any]:
         return {}
 
 
-def _recordings(content: Mapping[str, Mapping[str, Any]]) -> Iterator[tuple[Where, Samples]]:
-    """Yield the scaled channels of each measured recording in answers. They are untrusted."""
+def _recordings(content: Mapping[str, Mapping[str, Any]]) -> Iterator[tuple[str, str]]:
+    """Yield digest and place of each measured recording in answers. They are untrusted."""
     for question, parts in content.items():
         for part, answer in parts.items():
-            if isinstance(answer, Mapping) and answer.get("kind") == _KIND:
-                samples = _samples(answer)
-                if samples is not None:
-                    yield (question, part), samples
+            if isinstance(answer, Mapping) and answer.get("kind") == _KIND and (samples := _samples(answer)):
+                yield digest(samples), f"{question} {part}"
 
 
-def _samples(content: Mapping[str, Any]) -> Samples | None:
+def _samples(content: Mapping[str, Any]) -> bytes:
+    """Return what equal recordings have in common; empty where nothing was measured, or nothing moved."""
     try:
-        if not isinstance(content["metadata"][_BENCH], Mapping):
-            return None
-        names = tuple(sorted(content["channels"]))
-        rows = np.array([content["channels"][name]["values"] for name in names], dtype=float)
-    except (KeyError, TypeError, ValueError, OverflowError):
-        return None
-    if rows.ndim != 2 or not rows.size or not np.isfinite(rows).all() or not np.ptp(rows, axis=1).any():
-        return None
-    largest = np.abs(rows).max(axis=1, keepdims=True)
-    return names, (rows / np.where(largest > 0, largest, 1.0)).astype(np.float32)
+        values = {name: channel["values"] for name, channel in content["channels"].items()}
+        is_of_bench = isinstance(content["metadata"][_BENCH], Mapping)
+        moves = any(len(set(samples)) > 1 for samples in values.values())
+    except (AttributeError, KeyError, TypeError):
+        return b""
+    return json.dumps(values, sort_keys=True).encode() if is_of_bench and moves else b""
 
 
 def digest(content: bytes) -> str:
-    """Compute what equal files have in common; of a MATLAB file without its head, which has the date of writing."""
-    return hashlib.sha256(content[_HEAD:] if content.startswith(_MATLAB) else content).hexdigest()
+    """Compute what equal files have in common."""
+    return hashlib.sha256(content).hexdigest()
 
 
 def equal_recordings(everybody: Sequence[Work]) -> list[Hint]:
-    """Find pairs of students, of different groups, with equal samples in the same part."""
-    places: dict[tuple[str, str], list[str]] = defaultdict(list)
-    for where in dict.fromkeys(where for student in everybody for where in student.recordings):
-        # Samples that are the same have nearly the same mean: only neighbours by their mean are compared.
-        means = [
-            (float(rows.mean()), place, (names, rows))
-            for place, student in enumerate(everybody)
-            for names, rows in student.recordings.get(where, ())
-        ]
-        means.sort(key=lambda entry: entry[:2])
-        alike = set()
-        for start, (mean, one, samples) in enumerate(means, 1):
-            for another, other, others in islice(means, start, None):
-                if another - mean > 2 * SAME:
-                    break
-                if _same([samples], [others]):
-                    alike.add((min(one, other), max(one, other)))
-        for pair in sorted(alike):
-            first, second = (everybody[place] for place in pair)
-            if first.group != second.group:
-                places[first.student, second.student].append(" ".join(where))
+    """Find students, of different groups, with recordings of equal samples."""
     text = "{} have the same samples in {}, though each has a bench of their own."
-    return [Hint(pair, About.MEASURED, text.format(", ".join(pair), ", ".join(of))) for pair, of in places.items()]
+    shared = _shared(everybody, [student.recordings for student in everybody], len(everybody))
+    return [Hint(who, About.MEASURED, text.format(", ".join(who), ", ".join(places))) for who, places in shared.items()]
 
 
-def _is_equal(samples: Samples, other: Samples) -> bool:
-    return samples[0] == other[0] and np.array_equal(samples[1], other[1])
-
-
-def _same(some: Iterable[Samples], others: Sequence[Samples]) -> bool:
-    return any(
-        names == theirs and rows.shape == samples.shape and bool((np.abs(rows - samples) <= SAME).all())
-        for names, rows in some
-        for theirs, samples in others
-    )
-
-
-def equal_files(everybody: Iterable[Work]) -> list[Hint]:
+def equal_files(everybody: Sequence[Work]) -> list[Hint]:
     """Find students, of different groups, with equal files."""
-    owners: dict[str, list[Work]] = defaultdict(list)
-    for student in everybody:
-        for known in student.files:
-            owners[known].append(student)
-    names: dict[tuple[str, ...], list[str]] = defaultdict(list)
-    for known, those in owners.items():
-        if 1 < len({student.group for student in those}) <= MOST_ALIKE:
-            names[tuple(student.student for student in those)].append(those[0].files[known])
     text = "{} handed in the same {}: {}."
-    return [
-        Hint(students, About.MEASURED, text.format(", ".join(students), *_counted(files)))
-        for students, files in names.items()
-    ]
+    shared = _shared(everybody, [student.files for student in everybody], MOST_ALIKE)
+    return [Hint(who, About.MEASURED, text.format(", ".join(who), *_counted(names))) for who, names in shared.items()]
+
+
+def _shared(
+    everybody: Iterable[Work], named: Iterable[Mapping[str, str]], most: int
+) -> dict[tuple[str, ...], list[str]]:
+    """Return students of different groups, at most so many, and the names of what all of them have.
+
+    Parameters
+    ----------
+    everybody : of the class
+    named : of each of them, digest → name
+    most : groups
+    """
+    owners: dict[str, list[Work]] = defaultdict(list)
+    names: dict[str, str] = {}
+    for student, theirs in zip(everybody, named, strict=True):
+        for known, name in theirs.items():
+            owners[known].append(student)
+            names.setdefault(known, name)
+    shared: dict[tuple[str, ...], list[str]] = defaultdict(list)
+    for known, those in owners.items():
+        if 1 < len({student.group for student in those}) <= most:
+            shared[tuple(student.student for student in those)].append(names[known])
+    return shared
 
 
 def _counted(files: Sequence[str]) -> tuple[str, str]:

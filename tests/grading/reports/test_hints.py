@@ -84,18 +84,13 @@ def test_whoever_copies_all_numbers_is_named_with_each_that_says_something_but_n
 def test_a_number_in_two_digits_is_no_hint_but_several_may_fit_a_bench_together():
     friend, one, *_ = CLASS
     x, z = (float(f"{friend.given[where]:.2g}") for where in (X, Z))
-    assert evidence(friend, answering(one, {Z}, z=z)) == []
+    assert evidence(answering(friend, set(), z=z), answering(one, {Z}, z=z)) == []
     both = replace(one, given={X: x, Z: z}, right=frozenset(), wrong=frozenset({X, Z}))
     (line,) = evidence(friend, both)
     assert line.startswith(f"s001: 1.1 x = {x:g}, 1.2 z = {z:g} ") and "s000" in line
     assert evidence(friend, replace(both, given={X: x}, wrong=frozenset({X}))) == []
-
-
-@pytest.mark.parametrize(("away", "found"), [(9, 0), (11, 1)])
-def test_a_rounded_number_says_nothing_where_several_are_within_ten_times_its_rounding(away, found):
-    first, second, third, one, *_ = CLASS
-    near = [answering(other, set(), z=1.23 + away * 0.005) for other in (second, third)]
-    assert len(evidence(answering(first, set(), z=1.23), *near, answering(one, {Z}, z=1.23))) == found
+    near = replace(friend, student="near", bench={where: 1.0001 * value for where, value in friend.bench.items()})
+    assert evidence(replace(near, right=frozenset()), answering(friend, {X, Z})) == []
 
 
 def test_a_number_that_three_have_says_nothing_and_neither_does_one_that_is_wrong_for_both_or_right_for_both():
@@ -153,9 +148,6 @@ def sweeps():
 def test_the_recordings_of_twenty_benches_are_all_different_and_each_copy_is_found(sweeps):
     everybody = [recorded(name, recording) for name, recording in sweeps.items()]
     assert pairs(*everybody) == []
-    rows = [one.recordings["2.9", "sweep"][0][1] for one in everybody]
-    nearest = min(np.abs(one - other).max() for place, one in enumerate(rows) for other in rows[:place])
-    assert nearest > 10 * hints.SAME
     names = list(sweeps)
     copies = {names[2 * number + 1]: names[2 * number] for number in range(10)}
     taken = {**sweeps, **{copier: sweeps[mate] for copier, mate in copies.items()}}
@@ -163,13 +155,9 @@ def test_the_recordings_of_twenty_benches_are_all_different_and_each_copy_is_fou
     assert {frozenset(pair) for pair in found} == {frozenset(pair) for pair in copies.items()}
 
 
-def test_a_copy_is_found_with_other_metadata_in_other_units_with_fewer_digits_and_recorded_at_home(sweeps):
+def test_a_copy_is_found_with_other_metadata_and_recorded_at_home(sweeps):
     recording = sweeps["s00"]
-    channels = {
-        name: {**channel, "values": [float(f"{57.3 * value:.4g}") for value in channel["values"]]}
-        for name, channel in recording["channels"].items()
-    }
-    copy = {**recording, "channels": channels, "metadata": {**recording["metadata"], "bench": {"uri": "mine"}}}
+    copy = {**recording, "metadata": {**recording["metadata"], "bench": {"uri": "mine"}}}
     (hint,) = hints.equal_recordings([recorded("ada", recording), recorded("bob", sweeps["s01"], at_home=copy)])
     assert hint.students == ("ada", "bob") and "2.9 sweep" in hint.evidence
 
@@ -192,10 +180,9 @@ def test_a_group_one_bench_for_all_another_run_and_a_simulation_are_no_hint(swee
         {"metadata": 7},
         {"channels": 7},
         {"channels": {}},
-        {"channels": {"alpha": {"values": ["much"]}}},
+        {"channels": {"alpha": 7}},
+        {"channels": {"alpha": {"values": 7}}},
         {"channels": {"alpha": {"values": [[1, 2], [3]]}}},
-        {"channels": {"alpha": {"values": [1e400, 0]}}},
-        {"channels": {"alpha": {"values": [1]}, "theta": {"values": [1, 2]}}},
         {"channels": {"alpha": {"values": []}}},
     ],
 )
@@ -237,16 +224,6 @@ def test_a_group_is_no_hint_but_a_third_with_their_file_is():
     (line,) = lines(*pair, of_bench("eve", a=b"1"))
     assert line.startswith("ada, bob, eve ")
     assert [len(lines(*(having(f"s{n}", a_py=b"x") for n in range(size)))) for size in (5, 6)] == [1, 0]
-
-
-def test_a_matlab_file_that_was_saved_again_is_equal_and_one_of_other_samples_is_not():
-    def matlab(when, content):
-        return f"MATLAB 5.0 MAT-file, Created on: {when}".encode().ljust(128) + content
-
-    mine, again, other = (matlab(*one) for one in [("Mon", b"\xff\x00"), ("Tue", b"\xff\x00"), ("Mon", b"\xff\x01")])
-    everybody = [having("ada", a_mat=mine), having("bob", b_mat=again), having("eve", c_mat=other)]
-    (line,) = lines(*everybody)
-    assert line.startswith("ada, bob ") and "a.mat" in line
 
 
 def test_notebooks_files_of_the_course_empty_ones_and_what_was_handed_out_are_no_hint():
@@ -298,8 +275,8 @@ def test_hints_md_has_an_entry_for_each_pair_and_goes_when_there_is_nothing(book
 
 
 def test_a_pair_that_hands_in_together_is_no_hint_and_neither_are_answers_that_cannot_be_read(book, course):
-    record(book, answered("cleo", 3.01, Status.RIGHT), answered("dan", 3.01, Status.WRONG, bench_of="cleo"))
-    record(book, graded("bob", mark(), answers=b"not json"), answered("eve", 3.01, Status.WRONG))  # eve has no bench
+    record(book, answered("cleo", 3.012, Status.RIGHT), answered("dan", 3.012, Status.WRONG, bench_of="cleo"))
+    record(book, graded("bob", mark(), answers=b"not json"), answered("eve", 3.012, Status.WRONG))  # eve has no bench
     for student in ("cleo", "dan"):
         deliver(book, student, own_py=b"x = 1")
     work = hints.works(book, course)
