@@ -81,13 +81,10 @@ def limited(recording: Recording, volts: float) -> Recording:
 
 #: What was done → the forged recording, of ours and of another bench's; and whether it is found.
 FORGED: dict[str, tuple[Callable[[Made, Made], Recording], bool]] = {
-    "alpha shifted by 10 samples": (lambda ours, other: shifted(ours["tracking"], 10, "alpha"), True),
     "alpha shifted by 1 sample": (lambda ours, other: shifted(ours["tracking"], 1, "alpha"), True),
     "vm shifted by 1 sample": (lambda ours, other: shifted(ours["tracking"], 1, "vm"), True),
     "all but the command shifted": (lambda ours, other: shifted(ours["tracking"], 5, "theta", "alpha", "vm"), True),
     "open loop: vm 20 ms earlier": (lambda ours, other: shifted(ours["square"], -10, "vm"), False),
-    "open loop: vm after the motion": (lambda ours, other: shifted(ours["square"], 5, "vm"), False),
-    "scaled by 1.1": (lambda ours, other: scaled(ours["tracking"], 1.1), True),
     "scaled by 1.1, on counts": (
         lambda ours, other: changed(
             ours["tracking"],
@@ -100,7 +97,6 @@ FORGED: dict[str, tuple[Callable[[Made, Made], Recording], bool]] = {
         lambda ours, other: changed(ours["square"], alpha=on_counts(ours["square"]["alpha"] / 2)),
         True,
     ),
-    "scaled twice, open loop": (lambda ours, other: scaled(ours["square"], 2.0), False),
     "noise of a tenth of a count": (
         lambda ours, other: changed(
             ours["sweep"],
@@ -116,7 +112,6 @@ FORGED: dict[str, tuple[Callable[[Made, Made], Recording], bool]] = {
     "from another K": (lambda ours, other: of_another_gain(ours["tracking"]), True),
     "from another K, vm made to fit": (lambda ours, other: consistent(of_another_gain(ours["tracking"])), False),
     "another bench's sweep": (lambda ours, other: other["sweep"], True),
-    "another bench's tracking": (lambda ours, other: other["tracking"], True),
     "partial called full": (
         lambda ours, other: Recording(
             ours["partial"].time, ours["partial"].channels, {**ours["partial"].metadata, "feedback": "full"}
@@ -135,7 +130,6 @@ FORGED: dict[str, tuple[Callable[[Made, Made], Recording], bool]] = {
         ),
         True,
     ),
-    "open loop: noise of a count": (lambda ours, other: noisy(ours["square"], 1.0), False),
     "a simulation of this very bench": (lambda ours, other: recorded_again(), False),
 }
 

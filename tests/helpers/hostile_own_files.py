@@ -6,15 +6,13 @@ import json
 import stat
 import warnings
 import zipfile
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from hostile import HONEST, QUESTIONS, Attack
-from hostile_answers import changed
 
 Outside = Mapping[str, Any]
-Lay = Callable[[Path, Outside], None]
 
 
 _PLANTED = "open('/tmp/planted', 'w')\nanswer = start = loads = dumps = read = print\n"
@@ -50,37 +48,7 @@ report["files"] = sum(len(files) for _, _, files in os.walk("."))
 report["bytes"] = sum(os.path.getsize(os.path.join(at, one)) for at, _, files in os.walk(".") for one in files)
 report["links"] = [one for at, _, files in os.walk(".") for one in files if os.path.islink(os.path.join(at, one))]
 """
-_FEW = {
-    "folders": [],
-    "links": [],
-    "files": lambda number: number < 210,
-    "bytes": lambda number: number < 35_000_000,
-}
-
-
-def _in_the_way(path: Path, outside: Outside) -> None:
-    """Folders that bear the names of files which a run writes."""
-    for name in ("answers.json", "cell_reports.jsonl", "Cell_Reports.jsonl", "course.json", ".answers.json.tmp"):
-        (path / name).mkdir()
-        (path / name / "x.txt").write_text("x")
-
-
-def _thousands(path: Path, outside: Outside) -> None:
-    (path / "many").mkdir()
-    for number in range(4_500):
-        (path / "many" / f"{number}.txt").write_text("x")
-
-
-def _large(path: Path, outside: Outside) -> None:
-    for number in range(6):
-        with (path / f"{number}.bin").open("wb") as file:
-            file.truncate(9_900_000 if number else 1 << 32)  # sparse
-
-
-def _linked(path: Path, outside: Outside) -> None:
-    for place, target in enumerate([*outside["secrets"], "/dev/zero", "/proc/self/environ", path.name, "."]):
-        (path / f"link{place}.txt").symlink_to(target)
-    (path / "helpers.py").symlink_to(outside["secrets"][0])
+_FEW = {"folders": [], "links": [], "files": lambda number: number < 210, "bytes": lambda number: number < 35_000_000}
 
 
 def _zipped(path: Path, outside: Outside) -> None:
@@ -92,18 +60,9 @@ def _zipped(path: Path, outside: Outside) -> None:
         "C:/evil.py",
         "a/../../evil.py",
         "..\\..\\evil.py",
-        "\\\\host\\evil",
+        "\\\\host\\e",
     ]
-    names += [
-        "evil.py",
-        "evil.py",
-        "evil.py/evil.txt",
-        "./evil.py",
-        "a//b.txt",
-        "\x1b[2J.txt",
-        "NUL.txt",
-        "a\u202etxt.py",
-    ]
+    names += ["evil.py", "evil.py", "evil.py/evil.txt", "./evil.py", "a//b.txt", "\x1b[2J.txt", "NUL.txt", "a\u202e.py"]
     with warnings.catch_warnings(), zipfile.ZipFile(path, "a") as packed:
         warnings.simplefilter("ignore")  # that names are there twice
         for name in names:
@@ -117,50 +76,22 @@ def _zipped(path: Path, outside: Outside) -> None:
 _MARKUP = "</td><script>alert(1)</script>\x1b[2J\x9b31m\u202e[red]=1+1"
 
 
-def claim(**content: object) -> Lay:
-    """A file that says that all was recorded, but for what is said here."""
-
-    def lay(path: Path, outside: Outside) -> None:
-        recorded = {"J_l": {"kind": "number", "value": 0.0033}, "K_s": {"kind": "number", "value": 1.3}}
-        book = {"format": 2, "student": path.name, "bench": {"uri": "virtual"}, "software": "", "probe_seed": 1}
-        book |= {"answers": {"2.12": recorded}, "cells": {"2.12": {"J_l": _MARKUP, "K_s": "q2-12-answer"}}}
-        (path / "answers.json").write_text(json.dumps(book | content))
-
-    return lay
-
-
-def raw_claim(content: bytes) -> Lay:
-    """The file's bytes."""
-
-    def lay(path: Path, outside: Outside) -> None:
-        (path / "answers.json").write_bytes(content)
-
-    return lay
-
-
 _ALL_RIGHT = {
     number: {name: {"kind": "number", "value": 1, "points": 9} for name in ("x", "V")} for number in QUESTIONS
 }
-_MILLION = b'{"format":2,"answers":{' + b",".join(b'"%d":{}' % number for number in range(1_000_000)) + b"}}"
-_NOT_COMPARED = "and is not compared"
 
 
-def says(**content: object) -> Lay:
-    """A course.json with this in it."""
-
-    def lay(path: Path, outside: Outside) -> None:
-        (path / "course.json").write_text(json.dumps({"student": path.name, **content}))
-
-    return lay
+def _claims(path: Path, outside: Outside) -> None:
+    """A file that says that all was recorded, in cells that do harm where their names are shown."""
+    book = {"format": 2, "student": path.name, "bench": {"uri": "virtual"}, "software": "", "probe_seed": 1}
+    book |= {"answers": _ALL_RIGHT, "cells": {"2.12": {"J_l": _MARKUP, "K_s": "q2-12-answer"}}, "points": 13}
+    (path / "answers.json").write_text(json.dumps(book))
 
 
-_POLICY = {"which": "preset", "preset": "workbook", "seed": 10**400, "uri": "qube:0"}
-#: Another bench in a file of the present form; the answers are no better for it.
-OTHER_BENCH = """
-book["bench"] = {"uri": "virtual:?preset=workbook&seed=1", "preset": "workbook", "seed": 10**15, "<b>": [chr(27)]}
-book["cells"] = {"2.1": {"V": "<script>" + chr(27) + "[2J" + chr(0x202e)}, "2.12": {"K_s": "../../etc/passwd"}}
-book["format"] = 2
-"""
+def _says_it_is_anothers(path: Path, outside: Outside) -> None:
+    partners = [HONEST[0], *HONEST, "'; DROP TABLE--", "\x1b[2J", 7, ["a"]] * 9
+    (path / "course.json").write_text(json.dumps({"student": path.name, "with": partners}))
+
 
 OWN_FILES = {
     "own-modules": Attack(
@@ -169,38 +100,9 @@ OWN_FILES = {
         finds={"shadowed": [], "planted": False, "settings": False},
         trouble=("Python has a module numpy already", "it would change matplotlib's settings"),
     ),
-    "own-files-in-the-way": Attack(
-        {"q2-11": _THERE}, lay=_in_the_way, finds=_FEW, trouble=("a run writes a file of that name",)
-    ),
-    "thousands-of-own-files": Attack(
-        {"q2-11": _THERE}, lay=_thousands, finds=_FEW, trouble=("more files of yours do not come along",)
-    ),
-    "large-own-files": Attack(
-        {"q2-11": _THERE}, lay=_large, finds=_FEW, trouble=("more than 30 MB", "more than 10 MB")
-    ),
-    "own-files-are-links": Attack({"q2-11": _THERE}, lay=_linked, finds=_FEW, trouble=("it is a link",)),
     "own-files-lead-away": Attack(
         {"q2-11": _THERE}, zipped=True, lay=_zipped, finds=_FEW, trouble=("it is a link", "leads outside")
     ),
-    "claims-all": Attack(lay=claim(answers=_ALL_RIGHT, points=13)),
-    "claims-in-markup": Attack(
-        {"q2-12": "J_l = K_s = None"}, lay=claim(), trouble=("Recorded at home and missing here: 2.12 J_l",)
-    ),
-    "claims-as-another": Attack(lay=claim(student=HONEST[0])),
-    "claims-a-million": Attack(lay=raw_claim(_MILLION), trouble=("answers.json is not read",)),
-    "claims-in-depth": Attack(lay=raw_claim(b'{"answers":' + b"[" * 400_000), trouble=(_NOT_COMPARED,)),
-    "claims-huge-numbers": Attack(lay=raw_claim(b'{"format":' + b"9" * 400_000 + b"}"), trouble=(_NOT_COMPARED,)),
-    "says-it-is-another": Attack(lay=says(student=HONEST[0]), trouble=("course.json names the student",)),
-    "says-it-is-anothers-too": Attack(
-        lay=says(**{"with": [HONEST[0], *HONEST, "'; DROP TABLE--", "\x1b[2J", 7, ["a"]] * 9}),
-        trouble=("which nobody has confirmed",),
-    ),
-    "says-it-is-with-another": Attack(
-        lay=says(student=HONEST[0], **{"with": list(HONEST)}), trouble=("course.json names",)
-    ),
-    "says-another-release": Attack(
-        lay=says(release="../../../etc/" + _MARKUP, draw=10**30, bench=_POLICY, title=_MARKUP, term=["x"] * 99),
-        trouble=("is not among the releases",),
-    ),
-    "other-bench-in-format-2": changed(OTHER_BENCH, "The answers say that they come from another bench"),
+    "claims-all": Attack(lay=_claims),
+    "says-it-is-anothers-too": Attack(lay=_says_it_is_anothers, trouble=("which nobody has confirmed",)),
 }

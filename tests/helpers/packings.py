@@ -101,11 +101,6 @@ def moodle(name: str, number: int, files: dict[str, bytes], ending: str = "_") -
     return under(f"{name}_{number}_assignsubmission_file{ending}", files)
 
 
-def moodle_flat(name: str, number: int, files: dict[str, bytes]) -> dict[str, bytes]:
-    """Moodle's files of a student, where folders are not asked for."""
-    return before(f"{name}_{number}_assignsubmission_file_", files)
-
-
 def canvas(name: str, number: int, files: dict[str, bytes], late: bool = False, first: int = 678901):
     """Canvas's files of a student: each has a number of its own."""
     who = f"{name}{'_LATE' if late else ''}_{number}"

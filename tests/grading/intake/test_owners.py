@@ -49,13 +49,6 @@ def test_a_name_that_cannot_be_an_id_is_reported_and_not_used(tmp_path, name):
     assert "not named by a student's ID" in ignored[0]
 
 
-def test_a_name_as_macs_write_it_and_spaces_around_it_are_the_students_own(tmp_path):
-    (tmp_path / APART).mkdir()
-    (tmp_path / " ada .zip").write_bytes(b"")
-    found, ignored = found_in(tmp_path)
-    assert list(found) == ["ada", COMPOSED] and ignored == []
-
-
 @pytest.mark.parametrize("other", [APART, APART.upper(), COMPOSED.upper(), f"{APART} "])
 @pytest.mark.parametrize("roster", [ROSTER, ()], ids=["roster", "no roster"])
 def test_names_that_differ_in_accents_capitals_or_spaces_only_are_one_students(tmp_path, other, roster):

@@ -65,16 +65,6 @@ def test_two_that_cannot_be_read_are_both_reported_and_the_third_counts(tmp_path
     assert {item.name for item in delivered.items if item.source == "ada"} == {*WANTED, "course.json"}
 
 
-def test_two_students_whose_hand_ins_cannot_be_read_are_both_there(tmp_path):
-    for name in ("ada.zip", "bob.zip"):
-        lay(tmp_path, {name: b"no zip"})
-    found = intake.find(tmp_path, ROSTER)
-    assert [one.student for one in found.submissions] == ["ada", "bob"]
-    for submission in found.submissions:
-        (problem,) = intake.read(submission, WANTED).problems()  # whether it has notebooks is not known
-        assert f"'{submission.student}.zip': it is not an archive" in problem
-
-
 @pytest.mark.parametrize(
     "course_file", ["course.json", "work/course.json", "work/deep/course.json", "other/course.json"]
 )

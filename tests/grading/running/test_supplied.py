@@ -1,7 +1,8 @@
 """Values that an instructor supplies: what is understood, what counts of several, and where each is bound."""
 
+import re
+
 import pytest
-from refused import refused
 
 from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.parts import Question, choice, matrix, number, poles, prose
@@ -43,24 +44,16 @@ def test_what_is_supplied_is_understood(text, part, value, source):
     compile(source, "source", "eval")
 
 
-REFUSED = [
-    "1.2.speed=19.5",
-    "ada:1.2.speed",
-    "ada:speed=1",
-    "ada:9.9.speed=1",
-    "ada:1.2.mass=1",
-    "ada:1.2.why=so",
-    "ada:1.2.speed=fast",
-    "ada:1.2.speed=[1, 2]",
-    "ada:1.2.speed=[1]",
-    "ada:1.2.way=left",
-    "ada:1.2.A=[[1, 2]]",
-    ":1.2.speed=1",
-]
-
-
-def test_what_cannot_be_supplied_is_told_why(snapshot):
-    assert refused(GradingError, lambda text: supplied.read(text, CATALOGUE), REFUSED) == snapshot
+@pytest.mark.parametrize(
+    "text",
+    [
+        *("1.2.speed=19.5", "ada:1.2.speed", "ada:speed=1", ":1.2.speed=1", "ada:9.9.speed=1", "ada:1.2.mass=1"),
+        *("ada:1.2.why=so", "ada:1.2.speed=fast", "ada:1.2.speed=[1]", "ada:1.2.way=left", "ada:1.2.A=[[1, 2]]"),
+    ],
+)
+def test_what_cannot_be_supplied_is_refused_by_its_own_words(text):
+    with pytest.raises(GradingError, match=re.escape(text)):
+        supplied.read(text, CATALOGUE)
 
 
 def values(found):
