@@ -4,7 +4,7 @@ on what the notebook is run by, on the reports of what became of each cell, and 
 
 from typing import Any
 
-from hostile import STIFFNESS, Attack
+from hostile import PRELAB, STIFFNESS, Attack
 from hostile_answers import ESCAPES, MARKUP
 from hostile_code import TOO_LONG
 
@@ -23,6 +23,30 @@ for name in ("rotflex.course.lab", "labcourse.answers.answers", "labcourse.answe
 rotflex.course.lab = sys.modules["rotflex.course.lab"]
 student, bench, lab = OUTSIDE["neighbour"], "virtual:?preset=workbook", rotflex.course.lab
 """
+# The course's own calls record what they are told here.
+OTHER_LAB = """
+honest = lab
+class Lab:
+    joint = honest.joint
+    def answer(self, question, /, **parts):
+        wanted = {"J_l": 0.5, "K_s": 50.0, "omega_n": 200.0}
+        return honest.answer(question, **{name: wanted.get(name, value) for name, value in parts.items()})
+    def __getattr__(self, name): return getattr(honest, name)
+lab = Lab()
+lab.answer("2.12", J_l=1.0, K_s=1e9)
+type(honest).bench = property(lambda self: {"uri": "qube:0", "points": 13})
+honest.answer.__func__.__kwdefaults__ = {"cell": "q2-12-answer"}
+"""
+NO_SHELL = """
+shell = get_ipython()
+class Shell:
+    user_ns = shell.user_ns
+    def __getattr__(self, name): return lambda *_, **__: None
+import builtins, IPython, IPython.core.getipython
+for place in (builtins, IPython, IPython.core.getipython, sys.modules["__main__"]): place.get_ipython = Shell
+type(shell).instance = classmethod(lambda cls, *_, **__: Shell())
+shell.kernel.execute_request = shell.kernel.do_execute = None
+"""
 # The parameters that were put in just before; and a second cell that looks like that one.
 OTHER_PARAMETERS = """
 # Parameters
@@ -32,6 +56,23 @@ for name in ("LABCOURSE_PROBE_SEED", "LABCOURSE_RUN", "ROTFLEX_BENCH", "LABCOURS
 """
 
 
+NO_HOOKS = """
+from labcourse.answers import cell_reports
+events = get_ipython().events
+for name, callbacks in events.callbacks.items():
+    for callback in list(callbacks): events.unregister(name, callback)
+cell_reports._writing[:] = [(__import__("pathlib").Path("/etc/passwd"), "00_start.ipynb")]
+"""
+FLOOD = """
+line = b'{"event":"started","notebook":"02_finding_stiffness.ipynb","cell":"q2-12"}' + bytes([10])
+with open("cell_reports.jsonl", "ab") as file:
+    for _ in range(200):
+        try: file.write(line * 4000)
+        except OSError: break
+def flood(result):
+    with open("cell_reports.jsonl", "ab") as file: file.write(line * 4000)
+get_ipython().events.register("post_run_cell", flood)
+"""
 _FORGED = f"""
 text = {MARKUP!r} + '{ESCAPES}' * 3
 def report(**content):
@@ -54,14 +95,55 @@ report(event=text, cell=text, notebook=OUTSIDE["neighbour"])
 os._exit(0)
 """
 )
+LACKS_ALL = (
+    f"NOTEBOOK = {STIFFNESS!r}"
+    + _FORGED
+    + """
+wheres = [("2.10", "spectrum"), ("2.10", "figure"), ("2.12", "J_l"), ("2.12", "K_s"), ("2.1", "V")]
+for cell in ("q2-10-answer", "q2-12-answer"):
+    report(event="started", cell=cell)
+    for question, part in wheres: report(event="lacked", question=question, part=part)
+    report(event="ended", cell=cell, error=None)
+os._exit(0)
+"""
+)
 
 
-LINKED_REPORTS = "os.unlink('cell_reports.jsonl')\nos.symlink(OUTSIDE['secrets'][0], 'cell_reports.jsonl')"
+def _in_its_place(code: str) -> str:
+    return f"os.unlink('cell_reports.jsonl')\n{code}\n"
 
 
-def _error(body: str) -> str:
-    """An error whose message is made by this code."""
-    return f"class Error(Exception):\n    def __str__(self):\n        {body}\nraise Error"
+def _error(body: str, name: str = "'Error'") -> str:
+    """An exception's class is made with these methods, and raised."""
+    return f"def made():\n{body}\n    return locals()\nraise type({name}, (Exception,), made())"
+
+
+_TEXT = f"    def __str__(self): return {MARKUP!r} + '{ESCAPES}'"
+ERRORS = {
+    "error-of-markup": (_error(_TEXT, f"{MARKUP[:200]!r} + '{ESCAPES[:40]}'"), ()),
+    "error-of-megabytes": (_error("    def __str__(self): return 'x' * (50 << 20)", "'E' * (10 << 20)"), ()),
+    "error-that-never-ends": (
+        _error("    def __str__(self):\n        while time.monotonic() < END: pass"),
+        (TOO_LONG,),
+    ),
+    "error-in-an-error": (_error("    def __str__(self): raise self"), ()),
+    "error-that-leaves": (_error("    def __str__(self): raise SystemExit(0)"), ()),
+    "error-that-is-no-text": (_error("    def __str__(self): return type('Str', (str,), {'__getitem__': 7})('x')"), ()),
+    "error-elsewhere": ("raise SyntaxError('m', ('<q2-1>', 10**400, -1, '<b>'))", ()),
+    "error-that-lies": (
+        "import traceback\n"
+        "try: exec(compile('\\n' * 10**6 + '1 / 0', 'q2-1', 'exec'), {'__name__': '__main__'})\n"
+        "except ZeroDivisionError as error:\n"
+        "    sys.excepthook = traceback.print_exception = None\n"
+        "    raise error.with_traceback(error.__traceback__.tb_next) from error",
+        (),
+    ),
+    "errors-without-end": (
+        "def raised(depth):\n    try: raise ValueError('x' * 1000)\n"
+        "    except ValueError:\n        if depth: raised(depth - 1)\n        raise\nraised(900)",
+        (),
+    ),
+}
 
 
 Notebooks = dict[str, dict[str, Any]]
@@ -70,6 +152,10 @@ Notebooks = dict[str, dict[str, Any]]
 def _own(source: str, cell_id: object, **more: Any) -> dict[str, Any]:
     cell = {"cell_type": "code", "id": cell_id, "source": source, "metadata": {}, "outputs": []}
     return {**cell, "execution_count": None, **more}
+
+
+def _ten_thousand(notebooks: Notebooks) -> None:
+    notebooks[STIFFNESS]["cells"] += [_own("pass", f"c{number}") for number in range(10_000)]
 
 
 def _odd_names(notebooks: Notebooks) -> None:
@@ -91,14 +177,53 @@ def _odd_names(notebooks: Notebooks) -> None:
         notebooks[STIFFNESS]["cells"] += [_own("pass", name), _own("pass", name, metadata=metadata)] * 20
 
 
+_TRAP = "def f():\n " + ";".join(f"a{i}=0" for i in range(11_000)) + "\n [" + "lambda:0," * 11_000 + "]"
+_CHAIN = 700
+
+
+def _traps(notebooks: Notebooks) -> None:
+    """At the end, so that all else is run before: each takes Python seconds to read, or cannot be read at all."""
+    deep = [
+        "-" * 190_000 + "1",
+        "lambda:" * 27_000 + "0",
+        "a" + ".a" * 95_000,
+        "if a:\n 0\n" + "elif a:\n 0\n" * 15_000,
+    ]
+    notebooks[STIFFNESS]["cells"] += [_own(source, f"t{place}") for place, source in enumerate([*deep, *[_TRAP] * 15])]
+
+
+def _trapped_answers(notebooks: Notebooks) -> None:
+    for place in range(15):
+        notebooks[PRELAB]["cells"].append(_own(_TRAP.replace("def f", f"def f{place}"), f"t{place}"))
+
+
+def _chain(notebooks: Notebooks) -> None:
+    """Each stops, and builds on the one before."""
+    chain = [_own(f"x{number} = x{number - 1}", f"x{number}") for number in range(1, _CHAIN)]
+    cells = notebooks[STIFFNESS]["cells"]
+    before = next(place for place, cell in enumerate(cells) if cell["id"] == "q2-12")
+    cells[before:before] = [*chain, _own(f"raise NameError(f'{{x{_CHAIN - 1}}}')", "x-last")]
+
+
 CELLS = {
     "before-the-first-cell": Attack(adds={"first": BEFORE_ALL}, exactly=False, runs=False),
+    "another-lab": Attack(adds={"setup": OTHER_LAB}, exactly=False, runs=False),
+    "no-shell": Attack(adds={"setup": NO_SHELL}, exactly=False, runs=False),
     "other-parameters": Attack(
         adds={"parameters": OTHER_PARAMETERS}, trouble=("changes nothing, since a check and grading set the student",)
     ),
+    "no-hooks": Attack(adds={"setup": NO_HOOKS}),
+    "flooded-reports": Attack({"q2-12": "os._exit(0)"}, adds={"setup": FLOOD}),
     "forged-reports": Attack({"q2-12": FORGED_REPORTS}),
-    "reports-are-the-key": Attack({"q2-12": LINKED_REPORTS}),
-    "error-that-never-ends": Attack({"q2-12": _error("while time.monotonic() < END: pass")}, trouble=(TOO_LONG,)),
-    "error-that-leaves": Attack({"q2-12": _error("raise SystemExit(0)")}),
+    "lacks-all": Attack({"q2-12": LACKS_ALL}),
+    "reports-are-the-key": Attack({"q2-12": _in_its_place("os.symlink(OUTSIDE['secrets'][0], 'cell_reports.jsonl')")}),
+    "reports-are-a-pipe": Attack({"q2-12": _in_its_place("os.mkfifo('cell_reports.jsonl')")}, exactly=False),
+    "reports-are-a-folder": Attack({"q2-12": _in_its_place("os.makedirs('cell_reports.jsonl/answers.json')")}),
+    "reports-are-sparse": Attack({"q2-12": _in_its_place("os.truncate(os.open('cell_reports.jsonl', 65), 60 << 20)")}),
+    **{name: Attack({"q2-12": code}, trouble=trouble) for name, (code, trouble) in ERRORS.items()},
+    "ten-thousand-cells": Attack(spoil=_ten_thousand, runs=False, trouble=("more than 1000 cells",)),
     "odd-cell-names": Attack(spoil=_odd_names),
+    "traps-for-readers": Attack(spoil=_traps),
+    "traps-beside-answers": Attack(spoil=_trapped_answers, exactly=False, runs=False),
+    "chain-of-stops": Attack(spoil=_chain),
 }

@@ -31,6 +31,30 @@ from hostile_reach import REACH
 from hostile_words import WORDS
 
 CLASS: dict[str, Attack] = {**CODE, **CELLS, **REACH, **FORGED, **TEXT, **FORMS, **OWN_FILES, **WORDS, **NAMES}
+#: One or more attacks of each kind, for a landing; all others are made by `make test-all`.
+OF_EACH_KIND: dict[str, Attack] = {
+    name: CLASS[name]
+    for name in (
+        # it stops its watchers, goes on afterwards, becomes something else, dies
+        *("stops-its-watcher", "lingers", "turns-into-another", "segfault"),
+        # it takes too much: memory, processes, output
+        *("memory", "children", "output"),
+        # it patches, lies, plants
+        *("patches-lab", "patches-the-shell", "liars", "plants-modules"),
+        # cells of its own: before all others; reports of cells; odd ones
+        *("before-the-first-cell", "forged-reports", "reports-are-the-key", "odd-cell-names"),
+        # it reaches for secrets, accounts, memories, files and the network outside
+        *REACH,
+        # answers written by hand: no JSON, not a file, odd, slow to work out, of somebody else; markup
+        *("nested", "a-link-to-the-key", "odd-parts", "slow", "somebody-else", "markup"),
+        # odd notebooks, links, archives
+        *("odd-notebooks", "links", "zip-slip", "zip-bomb"),
+        # what lies beside the notebooks: modules, paths that lead away, claims, other students' names
+        *("own-modules", "own-files-lead-away", "claims-all", "says-it-is-anothers-too"),
+        # words and pictures; names
+        *("words-of-scripts", "pictures-of-all-sorts", "&lt;img src=x onerror=alert(1)&gt;", "=1+1", "-rf"),
+    )
+}
 PROBE_SEED = 20_240_229
 CELL_TIMEOUT, DEADLINE = 4, 30  # s
 

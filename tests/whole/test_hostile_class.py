@@ -1,8 +1,7 @@
 """A class of students who mean harm, graded as an instructor grades it: nothing undeserved is earned, no secret is
 read, nothing outside is touched, nothing survives, and honest neighbours do not notice.
 
-Limits, archives and files of odd forms have their own tests beside what reads them; here is what takes a run, and what
-reaches a page.
+At a landing the class has attacks of each kind, in `make test-all` it has all.
 """
 
 from __future__ import annotations
@@ -24,7 +23,7 @@ import hostile
 import pytest
 from hostile import CANARY, HONEST
 from hostile_files import NAMES, REFUSED, remove
-from hostile_outside import CLASS, Listeners, by_question, grade
+from hostile_outside import CLASS, OF_EACH_KIND, Listeners, by_question, grade
 
 pytestmark = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="isolation needs Linux")
 
@@ -37,8 +36,10 @@ OF_WORDS = re.compile(
 
 
 @pytest.fixture(scope="module")
-def graded():
+def graded(request):
     """The class, graded by the command as an instructor runs it, after its three honest members were graded alone."""
+    here = [item for item in request.session.items if item.path == request.path]
+    attacks = CLASS if any(item.get_closest_marker("scheduled") for item in here) else OF_EACH_KIND
     # Neither where temporary files are, nor below: there, a sandbox has something of its own.
     folder = Path(tempfile.mkdtemp(prefix="rotflex-hostile-", dir="/var/tmp"))
     token = f"token{os.urandom(8).hex()}"
@@ -48,7 +49,7 @@ def graded():
     listeners = Listeners(open_to_all, token)
     try:
         folder.chmod(0o755)
-        yield grade(CLASS, folder, open_to_all, token, witness.pid, listeners)
+        yield grade(attacks, folder, open_to_all, token, witness.pid, listeners)
     finally:
         listeners.close()
         witness.kill()
@@ -65,7 +66,13 @@ def test_all_are_graded(graded):
     assert graded.done.returncode == 1, graded.done.stderr
 
 
-@pytest.mark.parametrize("student", CLASS)
+@pytest.mark.parametrize(
+    "student",
+    [
+        pytest.param(student, marks=() if student in OF_EACH_KIND else pytest.mark.scheduled, id=student)
+        for student in CLASS
+    ],
+)
 def test_an_attack_earns_nothing_undeserved_is_contained_and_is_named(graded, student):
     attack, marks = CLASS[student], graded.marks(student)
     assert marks["out_of"] == OUT_OF

@@ -3,9 +3,9 @@
 import json
 
 import pytest
-from inside_runs import notebook, run, specification
+from inside_runs import ENVIRONMENT, notebook, run, specification
 
-from labcourse.run.inside import FINE
+from labcourse.run.inside import BROKEN, DIED, FINE, TIMED_OUT
 
 pytestmark = pytest.mark.slow
 
@@ -41,6 +41,18 @@ QUIET = {
         "get_ipython().run_cell = None",
         "get_ipython().displayhook = None\n1",
         "raise KeyboardInterrupt",
+    ],
+    "pictures": [
+        "from matplotlib.backends.backend_agg import FigureCanvasAgg as Canvas\n"
+        "drawn, draw = [], Canvas.draw\n"
+        "Canvas.draw = lambda self, *args: (drawn.append(self), draw(self, *args))\n"
+        "import matplotlib.pyplot as plt",
+        "plt.plot([1, 2])",
+        "note(drawn_unasked=len(drawn), left_open=plt.get_fignums())",
+        "from rotflex import figures\nfigures.show(figures.reading_a_response())\nfigures.compound_sine_spectrum()",
+        "figure, axes = plt.subplots()\nplt.plot([1, 2])\nplt.show()\nfigure",
+        "note(drawn_unasked=len(drawn), left_open=plt.get_fignums())",
+        "figure.savefig('figure.png')\nnote(drawn_asked=len(drawn), saved=open('figure.png', 'rb').read(4).hex())",
     ],
     "modules": [
         "open('rotflex.py', 'w').write('planted = 1')\nopen('mine.py', 'w').write('value = 2')",
@@ -80,6 +92,35 @@ def test_each_notebook_has_random_numbers_of_its_own(quiet):
     assert all(one != other for one, other in zip(first, second, strict=True))
 
 
+def test_nothing_is_drawn_unless_a_cell_asks_for_it_and_figures_are_closed(quiet):
+    _, notes = quiet
+    assert noted(notes, "drawn_unasked") == [0, 0]
+    assert noted(notes, "left_open") == [[], []]
+    assert noted(notes, "drawn_asked")[0] > 0
+    assert noted(notes, "saved") == [b"\x89PNG".hex()]
+
+
 def test_the_students_package_is_the_released_one_and_their_own_modules_are_found(quiet):
     _, notes = quiet
     assert {"mine": 2, "planted": False, "debugpy": False} in notes
+
+
+def test_a_cell_over_its_time_is_stopped_and_exit_ends_its_notebook_alone(tmp_path):
+    slow = ["while True: pass", "import asyncio\nawait asyncio.sleep(60)", "note(after='loops')"]
+    leaving = ["note(before='exit')", "exit()", "note(after='exit')"]
+    notebooks = {"slow": slow, "leaving": leaving, "last": ["note(after='all')"]}
+    told = {name: notebook([NOTE, *cells]) for name, cells in notebooks.items()}
+    assert run(specification({"slow": told["slow"]}, cell_timeout=1), tmp_path).returncode == TIMED_OUT
+    assert run(specification({"leaving": told["leaving"], "last": told["last"]}), tmp_path).returncode == DIED
+    notes = [json.loads(line) for line in (tmp_path / NOTES).read_text().splitlines()]
+    assert notes == [{"after": "loops"}, {"before": "exit"}, {"after": "all"}]
+
+
+def test_where_the_package_cannot_be_imported_nothing_is_run(tmp_path, monkeypatch):
+    (tmp_path / "rotflex").mkdir()
+    (tmp_path / "rotflex" / "__init__.py").write_text("raise OSError('half a package')")
+    monkeypatch.setitem(ENVIRONMENT, "PYTHONPATH", str(tmp_path))
+    done = run(specification({"first": notebook([NOTE, "note(ran=1)"])}), tmp_path)
+    assert done.returncode == BROKEN
+    assert "half a package" in done.stderr
+    assert not (tmp_path / NOTES).exists()
