@@ -251,7 +251,8 @@ def test_no_key_acts_on_the_notebook_after_a_click_on_any_kind_of_element_and_be
     assert len(page.evaluate(STATE)[0]) == len(before[0]) - 1
 
 
-@pytest.mark.parametrize("name", ["poles", pytest.param("results", marks=pytest.mark.scheduled)])
+@pytest.mark.scheduled
+@pytest.mark.parametrize("name", ["poles", "results"])
 def test_a_notebook_that_is_opened_again_shows_the_picture_and_what_to_do(served, name):
     """Not "Loading widget..." for ever; and the page that it was saved from keeps its explorer."""
     with browser.visit(served[0], f"explorers/{name}.ipynb") as seen:

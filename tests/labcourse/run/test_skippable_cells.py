@@ -136,6 +136,7 @@ def test_cells_are_looked_at_up_to_their_longest(length, monkeypatch):
     assert ("one" in left_out("x = 1", "n=1", "0")) == (length == 0)
 
 
+@pytest.mark.scheduled
 def test_answers_are_the_same_to_the_last_bit_with_and_without_illustrations(sandbox):
     """The whole course, solved. What an illustration draws, or runs on a bench, must leave no trace."""
     made = bundle.build(WITH_OPTIONAL)
