@@ -42,7 +42,7 @@ def _parts(student: str, policy: BenchPolicy) -> tuple[Servo, Joint, float]:
 
 
 def _of_joint(name: str, student: str, policy: BenchPolicy) -> float | None:
-    """J_l or K_s (2.12); None for all students with benches of their own, whose sessions know both."""
+    """J_l or K_s (2.12); None where students have benches of their own: their sessions know both."""
     if not student and policy.which == OWN:
         return None
     _servo, joint, K_s = _parts(student, policy)

@@ -269,7 +269,7 @@ class _OfOtherRelease:
     Attributes
     ----------
     dropped : ids of answer cells that the course no longer has, and that stay as the student's own
-    theirs : ids of answer cells in which the student has written, and whose released text is another now
+    theirs : ids of answer cells in which the student has written, and for which the release has another text now
     """
 
     def __init__(self, master: list[_Cell], own: list[_Cell]) -> None:

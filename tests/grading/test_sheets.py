@@ -172,7 +172,7 @@ def test_a_hostile_name_is_text(name):
 
 @pytest.fixture(scope="module")
 def page(chromium, tmp_path_factory):
-    """The page of a student of whom something waits."""
+    """The page of a student with something that waits."""
     file = tmp_path_factory.mktemp("sheets") / "sheets.html"
     marks = marked_class.marks(random.Random(4), waiting=0.5)
     file.write_text(sheets.as_page([sheet(title, *marks) for title in LAYOUTS], OURS), encoding="utf-8")

@@ -32,7 +32,7 @@ ON_PAPER = {
     (2, "s8"): ("0.00", 0),
     # 1 and 0.7 × 0: 1 / 9 × 20 = 2.222…; the mended key gives the mass its 4 points: (1 + 2.8) / 9 × 20 = 8.444…
     (3, "s4"): ("2.22", 20),
-    (5, "s4"): ("12.44", 36),  # and 4 of the second lab, whose remark waits
+    (5, "s4"): ("12.44", 36),  # and 4 of the second lab; its remark waits
     (6, "s4"): ("13.94", 36),  # 5.5; the report cannot be read, and nobody has decided
     # An hour after the extension of the second notebook, within its grace: the assignment is not due.
     (3, "s6"): ("0.00", 0),

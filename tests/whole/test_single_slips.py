@@ -1,4 +1,4 @@
-"""What a single slip costs: its own points, and what a person would take off, too; and whether it is told."""
+"""What a single slip costs: its own points, and what a person would take off, too; and whether a reason says so."""
 
 import re
 from dataclasses import replace
