@@ -11,7 +11,7 @@ import pytest
 
 def test_each_breach_names_its_file_and_line(tmp_path, monkeypatch, capsys):
     for name, text in {
-        "labcourse/answers/forms.py": "# any course\n# theta, as a question of springlab has it\n",
+        "labcourse/answers/forms.py": "# any course\n# theta, as a question of springlab has it\nconjoint = 2.1, '2.12'\n",
         "rotflex/hil/board.py": "# theta may be named here\n",
         "tests/test_page.py": "from playwright" + ".sync_api import sync_playwright\n",
     }.items():
@@ -22,7 +22,11 @@ def test_each_breach_names_its_file_and_line(tmp_path, monkeypatch, capsys):
     monkeypatch.setitem(lint_house.CONTRACTS["library"], "source_modules", [*listed, "rotflex.gone"])
     assert lint_house.main() == 1
     places = [line.partition(": ")[0] for line in capsys.readouterr().out.splitlines()]
-    assert places == ["labcourse/answers/forms.py:2"] * 2 + ["pyproject.toml", "tests/test_page.py"]
+    assert places == ["labcourse/answers/forms.py:2"] * 2 + [
+        "labcourse/answers/forms.py:3",
+        "pyproject.toml",
+        "tests/test_page.py",
+    ]
 
 
 @pytest.mark.parametrize("program", marks.PROGRAMS)
