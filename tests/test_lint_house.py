@@ -11,7 +11,7 @@ import pytest
 
 def test_each_breach_names_its_file_and_line(tmp_path, monkeypatch, capsys):
     for name, text in {
-        "labcourse/answers/forms.py": "# any course\n# theta, as a question of springlab has it\nconjoint = 2.1, '2.12'\n",
+        "labcourse/answers/forms.py": "# one\n# theta, as a question of springlab has it\nconjoint = 2.1, '2.12'\n",
         "rotflex/hil/board.py": "# theta may be named here\n",
         "tests/test_page.py": "from playwright" + ".sync_api import sync_playwright\n",
     }.items():
