@@ -9,6 +9,7 @@ from labcourse.errors import GradingError
 from labcourse.grading import intake
 from labcourse.grading.gradebook.records import StudentRecord
 from labcourse.grading.intake import Doubt
+from labcourse.grading.intake.owners import Roster
 
 COMPOSED, APART = "j\u00fcrgen", "ju\u0308rgen"
 ROSTER = [
@@ -58,6 +59,11 @@ def test_names_that_differ_in_accents_capitals_or_spaces_only_are_one_students(t
     assert len(found) == 1 and ignored == []
     (submission,) = found.values()
     assert len(submission.pieces) == 2 and submission.student.casefold() == COMPOSED
+
+
+def test_without_a_roster_an_id_is_spelled_as_it_was_first():
+    known = Roster([])
+    assert [known.spelled(name) for name in ("ADA", "ada ", "Ada")] == ["ADA"] * 3
 
 
 @pytest.mark.parametrize("as_read", ["cp437", "cp1252", "latin-1"])
