@@ -88,6 +88,7 @@ ASKED = {
     "3.8 K: the other sign": r"closed-loop poles at .*\(3\.4\)",
     "3.11 response: with the torque's model": "simulate this model with this K",
     "3.12 t_s: from the start of the recording": "from which time",
+    "3.14 alpha_max_deg: in radians": "largest magnitude",
     "3.16 V_max: from peak to peak": "largest magnitude",
     "Table 3 W: its inverse": "W in the table",
 }

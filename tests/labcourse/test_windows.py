@@ -75,7 +75,7 @@ def test_a_file_that_stays_in_use_is_an_error_after_a_while_and_at_once_elsewher
     with pytest.raises(PermissionError):
         files.write(tmp_path / "a", "new")
     tries = 10**6 - left[0]
-    assert tries > 3 and os.listdir(tmp_path) == ["a"] and (tmp_path / "a").read_text() == "old"
+    assert tries > 1 and os.listdir(tmp_path) == ["a"] and (tmp_path / "a").read_text() == "old"
     monkeypatch.setattr(files, "_MAY_BE_OPEN", False)
     with pytest.raises(PermissionError):
         files.write(tmp_path / "a", "new")

@@ -290,6 +290,12 @@ def stepped(s):
     return s.run(StateFeedback(s.K), signals.step(signals.time_axis(2.5, 0.002), np.deg2rad(40), 0.5))
 
 
+def ramp(degrees, seconds):
+    """A command that rises so far, in so long."""
+    rise = np.clip((signals.time_axis(3.0, 0.002) - 0.5) / seconds, 0, 1)
+    return lambda s: s.run(StateFeedback(s.K), np.deg2rad(degrees) * rise)
+
+
 def volts(s):
     return s.answers["4.9", "V_m"]
 
@@ -332,6 +338,8 @@ SLIPS = {
         "wanted is deg",
     ),
     "a step": (("4.10", "response"), stepped, "bends much more"),
+    "too short a turn": (("4.10", "response"), ramp(25, 0.5), "by 40 deg"),
+    "a slow turn": (("4.10", "response"), ramp(40, 2.0), "much longer"),
 }
 
 

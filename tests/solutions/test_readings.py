@@ -15,7 +15,7 @@ from rotflex.hil.student_benches import student_seed
 from rotflex.units import HZ
 from solutions import readings, tolerances
 from solutions.key import KEY
-from solutions.reading_checks import frequency_of, is_of_other_arms
+from solutions.reading_checks import frequency_of, inertia_slips, is_of_other_arms
 from solutions.true_bench import TrueBench
 
 RIGHT, FOLLOWS, WRONG = Status.RIGHT, Status.FOLLOW_THROUGH, Status.WRONG
@@ -250,6 +250,14 @@ def test_from_another_arms_inertia_nothing_follows_even_with_a_right_frequency(b
     read = WAYS["very fine"](bench)
     found = stiffness(other * read**2, case(bench, omega_n=read, J_l=other))
     assert found.status is WRONG and "another arm's" in found.reason
+
+
+def test_from_a_slip_in_ones_own_inertia_the_stiffness_follows_though_an_arm_may_have_it(bench):
+    (low, high), read = tolerances.ARMS, WAYS["very fine"](bench)
+    slips = [J_l for J_l in inertia_slips(bench).values() if low <= J_l <= high]
+    assert slips
+    for J_l in slips:
+        assert stiffness(J_l * read**2, case(bench, omega_n=read, J_l=J_l)).share == 1
 
 
 def test_a_stiffness_by_itself_is_right_to_half_a_bin():

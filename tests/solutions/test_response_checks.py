@@ -239,6 +239,7 @@ def test_who_measured_a_servo_that_never_settles_need_not_give_a_settling_time(b
     assert response.worst(response.measure(run)).settling_time == np.inf
     recorded = {"K": restless, "response": stored(RESPONSE, run)}
     assert check.missing(T_S, case(bench, **recorded, q3_14_PO=0.0)).status is Status.RIGHT
+    assert check.missing(T_S, case(bench, virtual=False, **recorded, q3_14_PO=0.0)) is None
     assert check.missing(T_S, case(bench, **recorded)) is None  # nothing was measured on it
     assert check.missing(T_S, case(bench, K=restless, q3_14_PO=0.0)) is None  # nothing was recorded
     settled = {"K": np.array([K]), "response": stored(RESPONSE, bench.tracking(K, "full"))}

@@ -131,6 +131,10 @@ def test_texts_captions_and_sources_are_those_of_the_saved_notebook(lab, tmp_pat
         save(tmp_path, front=front)
         assert read(lab, tmp_path).cover["authors"] == ""
     assert "is missing: lab.restore() gives it back" in read(lab, tmp_path).problems[0]
+    save(tmp_path)
+    path = tmp_path / "04_results.ipynb"
+    path.write_text(path.read_text(encoding="utf-8").replace(f'"front": "{REPORT}"', '"front": "Another"'))
+    assert read(lab, tmp_path).cover["authors"] == ""
 
 
 def test_the_last_of_two_entries_counts_but_not_an_empty_one(lab, tmp_path):

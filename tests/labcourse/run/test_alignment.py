@@ -201,6 +201,12 @@ def test_names_that_an_editor_lost(lost):
     assert happened(cells) == expected
 
 
+def test_a_text_with_the_words_of_the_courses_code_is_not_that_code():
+    cells = [replace(cell, id="", grade_id="") for cell in handed_in()]
+    change(cells, "setup", kind=TEXT)
+    assert happened(cells) == [(Happened.MISSING, "setup")]
+
+
 @given(st.data())
 def test_nothing_is_lost_and_nothing_comes_twice(data):
     """However cells are mixed, dropped, doubled, renamed: each is placed once, and the course's code is all there."""

@@ -277,6 +277,17 @@ def test_a_new_answer_cell_is_empty_though_cells_of_their_own_stand_in_its_place
     assert order.index("q4") < order.index("q4-answer")
 
 
+def test_pieces_of_a_split_answer_all_stay():
+    own = begun(q1="k = 3.5")
+    for source in ("k = round(k)", ""):
+        own["cells"].insert(5, {**copy.deepcopy(own["cells"][4]), "id": f"piece-{len(source)}", "source": source})
+    done, _lines = brought(own)
+    assert [cell["source"] for cell in done["cells"]][4:7] == ["k = 3.5", "", "k = round(k)"]
+    own = begun()  # the first piece is as it was released
+    own["cells"].insert(5, {**copy.deepcopy(own["cells"][4]), "id": "piece", "source": "k = 3.5"})
+    assert [cell["source"] for cell in brought(own)[0]["cells"]][4:6] == [own["cells"][4]["source"], "k = 3.5"]
+
+
 def test_only_an_answer_cell_as_it_was_released_is_replaced():
     for source in (
         "k = None\n# Your code here.",
@@ -350,6 +361,15 @@ def test_a_folder_of_another_release_is_brought_to_the_installed_one_and_nothing
     about = json.loads((desk / "course.json").read_text())
     assert about == {"student": "ada", "release": "2026-x", "term": "2026", "with": ["bob"]}
     assert list(restore.restore(desk, ALL)) == []
+
+
+def test_in_a_folder_of_the_same_release_what_is_missing_is_told_and_no_other_release(desk):
+    own = copy.deepcopy(NEW)
+    del own["cells"][2]
+    (desk / "a.ipynb").write_bytes(saved(own))
+    (desk / "course.json").write_text('{"student": "ada", "release": "2026-x"}')
+    lines = "\n".join(restore.restore(desk, ALL, ["a.ipynb"]))
+    assert "deleted: setup" in lines and "release 2026-x" not in lines
 
 
 def test_a_cell_that_stands_for_a_lost_answer_cell_is_taken_for_it_if_no_other_release_is_named(desk):
