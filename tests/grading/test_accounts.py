@@ -84,7 +84,6 @@ def test_what_is_dropped_never_matters(shares, others, drop, weight, late, after
         (Extension(DUE, (), "B"), False),
         (Extension(DUE, ("bob",), "A"), True),
         (Extension(DUE, ("ada",), "", ("y",)), False),
-        (Extension(DUE, ("ada",), "", ("y", "x")), True),
     ],
 )
 def test_whose_an_extension_is(extension, has):

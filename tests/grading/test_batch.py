@@ -19,18 +19,7 @@ from labcourse.grading.batch import Batch, Settings, _marked_again, regrade
 from labcourse.grading.graded_run import facts_of
 from labcourse.grading.intake import TIME
 from labcourse.grading.running import runner
-from labcourse.grading.settings import Assignment, Deadline, Extension, LateSettings, MarkSettings, OutcomeSettings
-
-
-def test_a_failed_run_replaces_an_earlier_mark(fake_class):
-    fake_class.hand_in("ada")
-    assert fake_class.grade() == {"ada": 2}
-    fake_class.hand_in("ada", source="something else")
-    fake_class.leaves["ada"] = runner.Run(None, ("The run was stopped.",))
-    assert fake_class.grade() == {"ada": 0}
-    with fake_class.book() as book:
-        assert book.current("ada").run.problems == ("The run was stopped.",)
-        assert any(entry.before.points == 2 and entry.after.points == 0 for entry in book.audit("ada") if entry.before)
+from labcourse.grading.settings import Assignment, Deadline, LateSettings, MarkSettings
 
 
 @pytest.mark.parametrize("jobs", [1, 2])
@@ -57,12 +46,14 @@ def test_a_bench_that_answers_claim_to_come_from_is_reported_and_changes_no_mark
         assert statuses["omega_n"] == "wrong"
 
 
-def test_who_hands_in_an_earlier_version_again_is_not_run_again_and_has_its_marks(fake_class):
+def test_a_failed_run_replaces_a_mark_and_who_hands_in_the_earlier_version_again_has_its_marks(fake_class):
     fake_class.hand_in("ada", source="first")
     assert fake_class.grade() == {"ada": 2}
     fake_class.hand_in("ada", source="second")
-    fake_class.leaves["ada"] = runner.Run(None)
+    fake_class.leaves["ada"] = runner.Run(None, ("The run was stopped.",))
     assert fake_class.grade() == {"ada": 0}
+    with fake_class.book() as book:
+        assert book.current("ada").run.problems == ("The run was stopped.",)
     fake_class.hand_in("ada", source="first")
     assert fake_class.grade() == {"ada": 2}
     assert fake_class.runs == ["ada", "ada"]
@@ -94,15 +85,8 @@ def test_a_hand_in_for_one_assignment_leaves_earlier_notebooks_of_others_as_they
 def test_settings_of_what_marks_come_to_neither_run_nor_mark_anything_again(fake_class):
     fake_class.hand_in("ada", "bob")
     fake_class.grade()
-    due = datetime(2026, 11, 21, tzinfo=UTC)
-    decided = replace(
-        fake_class.course.settings,
-        marks=MarkSettings(("2.11",)),
-        deadlines=(Deadline(due),),
-        extensions=(Extension(due + timedelta(days=1), ("ada",)),),
-        late=LateSettings(10),
-        outcomes=OutcomeSettings(2),
-    )
+    deadlines = (Deadline(datetime(2026, 11, 21, tzinfo=UTC)),)
+    decided = replace(fake_class.course.settings, marks=MarkSettings(("2.11",)), deadlines=deadlines)
     course = replace(fake_class.course, settings=decided)
     with fake_class.book() as book:
         steps = list(Batch(fake_class.folder / "in", course, book, Settings()).grade())
@@ -242,13 +226,3 @@ def test_what_is_missing_with_its_notebook_says_so_and_nothing_else_does(fake_cl
     reasons = {mark.reason for mark in graded.marks if mark.question == "2.11"}
     assert reasons == {f"Its notebook, {name}, {reason}."} if reason else not any(name in one for one in reasons)
     assert (f"{name} was not handed in." in graded.run.notes) is (there == "")
-
-
-def test_who_could_not_be_graded_again_learns_that_the_marks_are_those_of_before(fake_class):
-    fake_class.hand_in("ada")
-    assert fake_class.grade() == {"ada": 2}
-    fake_class.hand_in("ada", source="omega_n = 2")
-    fake_class.leaves["ada"] = ValueError("No.")
-    assert fake_class.grade() == {"ada": 2}
-    with fake_class.book() as book:
-        assert book.current("ada").run.problems[-1].endswith("ValueError: No. The earlier marks stay.")

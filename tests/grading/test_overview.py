@@ -9,7 +9,6 @@ from datetime import UTC, datetime, timedelta
 import pytest
 from accessible import findings
 from checkout import ROOT
-from contrast import CONTRASTS
 from day_class import FIRST, HANDED_IN, NOW, SECOND, deliver, fill, graded, notebook, score, term
 from gradebooks import enrol, mark, prose, record, report_text
 from made_courses import OURS
@@ -24,7 +23,6 @@ from labcourse.grading.reports import changes, intake_table
 from labcourse.grading.reports.grades import Reports
 from labcourse.grading.reports.result import without_numbers
 from labcourse.grading.settings import (
-    Assignment,
     CourseSettings,
     Extension,
     FeedbackSettings,
@@ -81,7 +79,7 @@ def test_what_to_do_is_sorted_by_the_points_at_stake_each_with_its_command(day):
     excuse = 'excuse MARKS gus {} --reason "..." --by NAME'
     ask = "Ask for it, excuse them, or give an extension in course.toml."
     lab_02, lab_03, score_it = worth(FIRST), worth(SECOND), "score MARKS --by NAME"
-    everybody = ("ada", "bob", "cleo", "dan", "fay")
+    everybody, take_in = ("ada", "bob", "cleo", "dan", "fay"), "Take the roster in again, or rename the submission."
     fault = "2.12, K_s is not marked: the key failed. KeyError, key.py, line 5."
     answer = 'comment MARKS fay "TEXT" --question 2.12 --part K_s --by NAME'
     assert found == [
@@ -93,12 +91,7 @@ def test_what_to_do_is_sorted_by_the_points_at_stake_each_with_its_command(day):
         (f"could not be graded: {fault} Mend the key.", ("eve",), 2, "regrade MARKS --question 2.12"),
         ("a scorer asks you to decide.", ("dan",), 1, score_it),
         ("waits for a person: answers of Lab 02.", ("fay",), 1, score_it),
-        (
-            "not on the roster. Take the roster in again, or rename the submission.",
-            ("hal",),
-            None,
-            "roster MARKS NAMES.csv",
-        ),
+        (f"not on the roster. {take_in}", ("hal",), None, "roster MARKS NAMES.csv"),
         ("a request to look again at 2.12 K_s.", ("fay",), 0, answer),
     ]
     shown = " ".join(overview.as_text(day[1]).split())
@@ -111,15 +104,9 @@ GONE = "02_finding_stiffness.ipynb cannot be read: no JSON."
 
 RUN = [  # what is wrong with a run as a whole, the reason of the mark, what to do, and the command
     ("The run took longer than 600 s and was stopped.", "", "the run was stopped: it took", "--deadline 1200"),
-    ("The Python process died while it ran.", "", "the run was stopped: memory", "--memory 4096"),
-    ("The run was stopped: it printed too much.", "", "the run was stopped: it printed", "SUBMISSIONS"),
-    ("The run ended before all notebooks were run.", "", "the run was stopped. Nobody", "--cell-timeout 90"),
-    ("answers.json is too large.", "", "the answers of the run", "SUBMISSIONS"),
     ("A cell took longer than 60 s and was stopped.", "x stopped: it took longer than 60 s.", "a cell took", "120"),
 ]
 CELLS = [  # the same of its other messages
-    ("2.11 stopped: x is not installed where grading runs.", "x is not installed where", "a module is", "90"),
-    ("2.11 stopped: it seems that this needs Python 3.14.", "this needs Python 3.14", "a newer Python", "grade"),
     ("big.csv does not come along: too large.", "2.11 stopped: FileNotFoundError", "a cell needs a file", "grade"),
     ("Recorded at home and missing here: 2.11 omega_n; x.", "It was recorded at home; x.", "answers were", "mark"),
 ]
@@ -127,14 +114,8 @@ NAMED = [  # a message, what to do, the points if it says which, and the command
     (GONE, f"could not be graded: {GONE}", worth(FIRST), "grade"),
     (f"{GONE} The one that was handed in before it counts.", "an older file", worth(FIRST), "grade"),
     ("The submission cannot be read: a.zip: damaged.", "could not be graded: The sub", None, "grade"),
-    ("Modeling report: a.pdf may ask for a password.", "a report cannot", None, "grade"),
-    ("course.json names the student 'bob'; this counts as ada's.", "there is a doubt", None, "grade"),
-    ("The answers say that they come from another bench than x.", "the answers are of", None, "grade"),
-    ("course.json names the release 'x', which is not among the releases in y.", "a release is", None, "grade"),
-    ("2.9 sweep does not count until a person has looked at it: x.", "a recording does", None, "mark"),
     ("x.ipynb in a is empty; the one that was handed in before it counts.", "a newer file", None, "grade"),
     ("2.11, explanation: it has 9 characters; shorten it.", "part of a text", 1, "mark"),
-    ("2.11, explanation: nothing is in it; x is not read as the answer.", "part of a text", 1, "mark"),
     ("Grading failed, which is not the student's fault: OSError", "the last grading failed", None, "grade"),
 ]
 
@@ -174,15 +155,12 @@ def test_messages_that_are_looked_for_are_those_that_the_program_writes():
 
 def test_a_failed_grading_waits_with_all_its_points_and_older_keys_marks_are_named(book):
     failed = replace(mark("not marked: key fault", 0.0, "Grading failed; ask your instructor."), part="omega_n")
-    one = graded(
-        "ada", failed, problems=("Not graded. Grading failed, which is not the student's fault: OSError: full",)
-    )
+    said = "Not graded. Grading failed, which is not the student's fault: OSError: full"
+    one = graded("ada", failed, problems=(said,))
     record(book, replace(one, run=replace(one.run, key=f"{FAILED}ada")), graded("bob", mark(), key="of before"))
     found = tasks(book)
-    assert found["could not be graded: Grading failed, which is not the student's fault: OSError: full"][:2] == (
-        ("ada",),
-        2,
-    )
+    grading = "could not be graded: Grading failed, which is not the student's fault: OSError: full"
+    assert found[grading][:2] == (("ada",), 2)
     assert found["marks are of an older key, or of an older version."][::2] == (("bob",), "rotflex regrade MARKS")
 
 
@@ -208,11 +186,8 @@ def test_unknown_times_names_and_owners_are_to_do(book, tmp_path):
     record(book, graded("ada", mark()))
     more = Extension(NOW, ("nobody",))
     course = term(late=LateSettings(per_day=10), extensions=(more,))
-    doubts = [
-        Doubt("a.zip", "owner", "", "x"),
-        Doubt("b.zip", "owner", "ada", "x"),
-        Doubt("ada", "time received", "", "x"),
-    ]
+    abouts = (("a.zip", "owner", ""), ("b.zip", "owner", "ada"), ("ada", "time received", ""))
+    doubts = [Doubt(*about, "x") for about in abouts]
     intake_table.write(tmp_path / "intake.csv", doubts, {})
     found = tasks(book, course, tmp_path)
     when = "waits for a person: nobody knows when Lab 02 was handed in. Decide in MARKS/intake.csv."
@@ -238,19 +213,6 @@ def test_what_is_marked_is_to_be_given_back_and_what_moved_since_again(book):
     assert one["given_back"] is not None and other["given_back"] is None
 
 
-def test_who_is_excused_has_nothing_to_do_and_weights_and_scales_count(book, tmp_path):
-    enrol(book, tmp_path, ("ada", "", "", ""), ("bob", "", "", ""))
-    book.excuse("ada", [FIRST], "ill", "lea")
-    scaled = [Assignment("Lab 02", (FIRST,), NOW - timedelta(days=1), out_of=20)]
-    missing = [
-        those for what, those in tasks(book, term(assignments=scaled)).items() if what.startswith("missing: Lab 02")
-    ]
-    assert [those[:2] for those in missing] == [(("bob",), 20)]
-    double = MarkSettings(weights={number: 2 for number, one in OURS.catalogue.marked.items() if one.notebook == FIRST})
-    ((_who, points, _how),) = [those for what, those in tasks(book, term(marks=double)).items() if "Lab 02" in what]
-    assert points == 2 * worth(FIRST)
-
-
 # --- the term ---------------------------------------------------------------------------------------------------------
 
 
@@ -268,42 +230,6 @@ def test_states_are_counted_by_assignment_and_said_by_student(day):
     assert re.search(r"gus \(Gus Gray\) +missing: Lab 02, Lab 03 +0.00 of 23 +–", shown)
 
 
-def test_early_in_the_term_nothing_is_missing_that_is_not_due_and_what_nobody_touched_is_not_handed_in(book, tmp_path):
-    enrol(book, tmp_path, *((student, "", "", "") for student in ("ada", "bob", "cleo")))
-    everything = {path.name: notebook() for path in OURS.notebooks}
-    untouched = tuple(name for name in OURS.asked.notebooks if name != FIRST)
-    for student in ("ada", "bob"):
-        deliver(book, student, everything)
-        record(
-            book, graded(student, mark(), report_text("missing", given=""), cells=Facts(untouched=untouched).as_json())
-        )
-    course = term(assignments=[Assignment("Lab 02", (FIRST,), NOW - timedelta(days=1)),
-                               Assignment("Lab 03", (SECOND,), NOW + timedelta(days=60))])  # fmt: skip
-    found = overview.class_overview(book, course)
-    assert [(one.what[:15], one.who, one.worth) for one in found["todo"]] == [
-        ("missing: Lab 02", ("cleo",), worth(FIRST)),
-        ("marked: all of ", (), 0),
-    ]
-    states = {one["title"]: dict(one["states"]) for one in found["assignments"]}
-    assert states["Lab 03"] == {"untouched": 2, "not due": 1} and states["Lab 02"] == {"marked": 2, "missing": 1}
-    assert found["behind"] == found["details"] == []
-    late = term(assignments=[Assignment("Lab 03", (SECOND,), NOW - timedelta(days=1))])
-    (begins,) = [what for what in tasks(book, late) if what.startswith("untouched: Lab 03")]
-    assert tasks(book, late)[begins][:2] == (("ada", "bob"), 2 * worth(SECOND))
-
-
-def test_at_the_end_of_the_term_all_points_are_there_and_without_dates_nobody_is_behind(book, tmp_path):
-    enrol(book, tmp_path, ("ada", "", "", ""), ("bob", "", "", ""))
-    deliver(book, "ada", {IN_02: notebook("a = 1")}, NOW - timedelta(hours=1))
-    record(book, graded("ada", mark("partly right", 1.5)))
-    over = Assignment("All", tuple(OURS.asked.notebooks), NOW - timedelta(hours=2))
-    shown = text(book, replace(OURS, settings=CourseSettings(assignments=(over,), late=LateSettings(per_day=10))))
-    assert "ada missing: All (1 day late) 1.35 of 2" in shown  # 1.5 less a tenth, of the marks that there are
-    assert "missing: All. Ask for it" in shown
-    shown = text(book)
-    assert "so everything is due" in shown.lower() and "missing: 02 finding" not in shown and "TO DO TODAY" in shown
-
-
 def test_numbers_are_those_of_an_independent_count(book, tmp_path):
     """Every part of the two labs, by chance right, missing or waiting, for a dozen students of whom some are late."""
     parts = {(q.number, p.name): (q.notebook, p) for q in OURS.catalogue.marked.values() for p in q.parts if p.points}
@@ -315,9 +241,7 @@ def test_numbers_are_those_of_an_independent_count(book, tmp_path):
             if where in (FIRST, SECOND):
                 status = drawn.choice(["right", "missing", "for a person" if part.marked == "person" else "wrong"])
                 points = part.points if status == "right" else 0.0
-                made.append(
-                    MarkRecord(number, name, status, points, part.points, "x", "" if status == "missing" else "y")
-                )
+                made.append(MarkRecord(number, name, status, points, part.points, "x", "y" * (status != "missing")))
         late = n % 4 == 0
         when = NOW - timedelta(hours=30 if late else 90)
         deliver(book, f"s{n}", {IN_02: notebook(f"a = {n}"), IN_03: notebook(f"b = {n}")}, when)
@@ -378,16 +302,6 @@ def test_what_is_dropped_is_in_nothing_and_the_page_says_so_once(book, tmp_path)
     assert "Left out" not in overview.as_page(before)
 
 
-def test_slips_and_medians_are_of_what_counts(book):
-    for student in "abcdef":
-        wrong = mark("wrong", 0.0, "Too high.") if student == "a" else mark()
-        record(book, graded(student, wrong, prose("wrong", 0.0), report_text()))
-    assert len(overview.class_overview(book, OURS)["slips"]) == 1
-    found = overview.class_overview(book, dropping("2.16", "2.11 explanation"))
-    ((one, share, usual),) = found["behind"]
-    assert (one.id, share, usual) == ("a", 0, 1) and not found["slips"]
-
-
 # --- answers and marks ------------------------------------------------------------------------------------------------
 
 
@@ -408,21 +322,7 @@ def test_slips_are_counted_by_what_the_key_said_without_its_numbers(day):
     assert (first.where, first.wrong, first.judged) == (("2.11", "omega_n"), 3, 5)
     assert first.reasons == [("It is … rad/s off; it looks like Hz.", 2), ("It is … rad/s off.", 1)]
     assert (second.where, second.wrong, second.judged) == (("2.12", "K_s"), 2, 5)
-    assert "2 × It is … rad/s off; it looks like Hz.\n1 × It is … rad/s off." in day[1]
-
-
-@pytest.mark.parametrize(
-    ("reason", "without"),
-    [
-        ("3.25 % off.", "… % off."),
-        ("K_2 of q3: -1.5e-3, 4.", "K_2 of q3: …, …."),
-        ("poles -3+4j, 2", "poles …+…, …"),
-        ("about 2·10⁻³ N·m", "about … N·m"),
-        ("question 2.11", "question …"),
-    ],
-)
-def test_numbers_are_taken_out_and_names_stay(reason, without):
-    assert without_numbers(reason) == without
+    assert without_numbers("K_2 of q3: -1.5e-3 at -3+4j, about 2·10⁻³ N·m") == "K_2 of q3: … at …+…, about … N·m"
 
 
 @pytest.mark.parametrize(("wrong", "right", "is_told"), [(2, 8, True), (2, 9, False), (1, 0, False)])
@@ -488,9 +388,7 @@ def test_marks_that_changed_since_are_listed_with_both_points(book):
     book.set_mark("bob", "2.11", "omega_n", 1.5, "rounding", "tia")
     record(book, graded("eve", mark(), prose()))  # the explanation is not decided yet
     assert changed(book) == [("ada", "explanation"), ("bob", "omega_n"), ("eve", "omega_n")]
-    shown = text(book)
-    assert "Marks of 3 students have changed since" in shown and "FEEDBACK GIVEN BACK" in shown
-    assert "ada 2.11 explanation: not decided → 0.5 of 1 bob 2.11 omega_n: 2 of 2 → 1.5 of 2 eve" in shown
+    assert "ada 2.11 explanation: not decided → 0.5 of 1 bob 2.11 omega_n: 2 of 2 → 1.5 of 2 eve" in text(book)
     book.set_mark("bob", "2.11", "omega_n", 2.0, "no, all of it", "tia")  # as it was
     assert changed(book) == [("ada", "explanation"), ("eve", "omega_n")]
     book.publish("lea", "again")
@@ -509,7 +407,6 @@ def test_what_is_not_ready_is_listed_before_it_is_published(book):
     assert waits == "Still to be read by a person: 3 answers of 2 students; their pages say so."
     assert asks == "1 request not answered yet (rotflex status lists what students ask)."
     assert list(unready(FIRST)) == ["Still to be read by a person: 2 answers of 2 students; their pages say so.", asks]
-    assert list(unready(SECOND)) == ["Still to be read by a person: 1 answer of 1 student; their pages say so."]
     later = FeedbackSettings(opens=clock.now() + timedelta(days=1))
     assert unready(feedback=later)[-1].startswith(f"Feedback opens on {later.opens:%Y-%m-%d}")
     waits, left_out, _asks = unready(marks=MarkSettings(drop=("2.16", "2.12")))
@@ -546,37 +443,19 @@ def test_the_page_loads_nothing_runs_nothing_and_escapes_all(day):
 def test_an_empty_gradebook_and_a_roster_alone_are_shown(book, tmp_path):
     assert "0 of 0 students handed something in." in text(book) and "Nothing is to do today." in text(book)
     enrol(book, tmp_path, ("ada", "Ada", "", ""), ("bob", "", "", ""))
-    assert "0 of 2 students" in text(book) and "ada (Ada) missing: 01, 02" in text(book)
-
-
-def test_in_a_large_class_the_list_of_what_to_do_stays_short(book):
-    for n in range(60):
-        record(book, graded(f"s{n:02}", MISSING, prose(), cells=Facts(ended=("The Python process died.",)).as_json()))
-    found = overview.class_overview(book, term())
-    assert len(found["todo"]) < 8
-    assert "60 students: s00, s01, s02, …" in " ".join(overview.as_text(overview.as_page(found)).split())
-
-
-def test_with_links_each_student_and_answer_leads_to_its_page(day):
-    page = overview.as_page(day[0], lambda *where: "to/" + "/".join(filter(None, where)))
-    for link in ("to/hal", "to/dan/2.11/explanation", "to/fay/2.12/K_s"):
-        assert f'href="{link}"' in page
-    assert 'href="to' not in day[1]
+    shown = text(book)
+    assert "0 of 2 students" in shown and "ada (Ada) missing: 01, 02" in shown
+    assert "so everything is due" in shown.lower() and "missing: 01 modeling" not in shown  # nobody is behind
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_the_summary_is_seen_at_once_and_every_word_stands_out(chromium, day, tmp_path, scheme):
     (tmp_path / "class.html").write_text(day[1], encoding="utf-8")
     there = chromium.new_page(viewport={"width": 1280, "height": 720}, color_scheme=scheme)
-    asked = []
-    there.on("request", lambda request: asked.append(request.url))
     there.goto((tmp_path / "class.html").as_uri())
     assert there.eval_on_selector("#to-do-today tbody tr", "node => node.getBoundingClientRect().bottom") < 720
-    contrasts = there.evaluate(CONTRASTS)
-    assert len(contrasts) > 100 and [one for one in contrasts if one[1] < 4.5] == []
     dark = there.evaluate("getComputedStyle(document.body).backgroundColor") == "rgb(22, 24, 27)"
-    assert dark is (scheme == "dark") and len(asked) == 1 and findings(there) == []
-    for width in (1280, 390):  # tables scroll, and not the page
-        there.set_viewport_size({"width": width, "height": 720})
-        assert there.evaluate("document.documentElement.scrollWidth") <= width
+    assert dark is (scheme == "dark") and findings(there) == []
+    there.set_viewport_size({"width": 390, "height": 720})  # tables scroll, and not the page
+    assert there.evaluate("document.documentElement.scrollWidth") <= 390
     there.close()

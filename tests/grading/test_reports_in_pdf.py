@@ -1,6 +1,5 @@
 """A report's PDF from what comes in to who scores it: taken in, marked by, shown; and what is refused."""
 
-import io
 import zipfile
 from dataclasses import replace
 from urllib.parse import urlencode
@@ -14,7 +13,7 @@ from scoring_class import LEVELS, clients
 from labcourse.answers import report_files
 from labcourse.grading import intake
 from labcourse.grading.batch import _marked_again
-from labcourse.grading.gradebook import Gradebook, StudentRecord
+from labcourse.grading.gradebook import StudentRecord
 from labcourse.grading.reports.feedback import page
 from labcourse.grading.reports.result import Result
 from labcourse.grading.scoring import cards, server
@@ -48,9 +47,6 @@ class Class(FakeClass):
         with self.book() as book:
             return {one.where: one for one in book.current(student).marks}
 
-    def book(self):
-        return Gradebook(self.folder / "book.sqlite")
-
 
 @pytest.fixture
 def made(tmp_path, monkeypatch):
@@ -72,16 +68,11 @@ def hand_in(folder, files):
     "name", [NAME, "modeling_report (1).pdf", "Modeling_Report-Copy1.PDF", "ada_12_modeling_report.pdf"]
 )
 def test_whatever_its_name_became_it_is_the_report_and_no_file_of_ones_own(tmp_path, name):
-    hand_in(tmp_path, {f"work/{name}": blank()})
+    hand_in(tmp_path, {f"work/{name}": blank(), "work/data sheet.pdf": blank(2)})
     found = taken(tmp_path)
     assert found.problems() == [] and bool(found.notes) == (name != NAME)
     read, _notes = intake.newest(found.items, ["a.ipynb"], [NAME])
-    assert (read.reports, read.files) == ({NAME: blank()}, {})
-
-
-def test_a_pdf_of_another_name_is_a_file_like_any_other(tmp_path):
-    hand_in(tmp_path, {"work/data sheet.pdf": blank()})
-    assert [item.name for item in taken(tmp_path).items] == ["a.ipynb", "data sheet.pdf"]
+    assert (read.reports, read.files) == ({NAME: blank()}, {"data sheet.pdf": blank(2)})
 
 
 @pytest.mark.parametrize(
@@ -107,12 +98,9 @@ def test_a_report_that_could_not_be_read_is_no_problem_once_it_was_handed_in_aga
 
 
 def test_a_zip_that_unpacks_to_far_more_is_not_read_to_its_end(tmp_path):
-    hand_in(tmp_path, {})
-    packed = io.BytesIO()
-    with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as bomb:
+    with zipfile.ZipFile(tmp_path / "ada.zip", "w", zipfile.ZIP_DEFLATED) as bomb:
         bomb.writestr("work/a.ipynb", b'{"cells": []}')
         bomb.writestr(f"work/{NAME}", b"%PDF-1.7" + bytes(40_000_000))
-    (tmp_path / "ada.zip").write_bytes(packed.getvalue())
     assert [item.name for item in taken(tmp_path).items] == ["a.ipynb"] and taken(tmp_path).problems()
 
 
@@ -200,11 +188,6 @@ def address(student, where=(WHOLE, PART), **more):
     return f"/report?{urlencode(sent)}"
 
 
-def test_two_documents_are_never_scored_together(scored):
-    for where in ((WHOLE, PART), (REPORT, TEXT)):
-        assert len(scored.next("ann", where)) == 1
-
-
 def test_the_card_links_to_it_and_says_where_to_look(scored):
     (ann,) = clients(scored, "Ann")
     for where, look in (((WHOLE, PART), False), ((REPORT, TEXT), True)):
@@ -241,6 +224,8 @@ def test_it_is_served_as_it_came_with_a_policy_of_its_own(scored):
     assert server.REPORT_POLICY.endswith("; sandbox") and "allow" not in server.REPORT_POLICY
     assert headers["cross-origin-resource-policy"] == "same-origin" and headers["cache-control"] == "no-store"
     assert ann.get(address("bob")).content == blank(2)
+    assert type(ann)(ann.app).get(address("ada")).status_code == 403  # who is not let in
+    assert (ann.get("/report").status_code, ann.get(f"/report/{NAME}").status_code) == (400, 404)
 
 
 @pytest.mark.parametrize(
@@ -248,13 +233,9 @@ def test_it_is_served_as_it_came_with_a_policy_of_its_own(scored):
     [
         {"key": key_of("cleo", (WHOLE, PART))},  # handed in none
         {"key": key_of("ada", (REPORT, TEXT))},  # another part's
-        {"key": "0" * 16},
         {"key": ""},
-        {"key": "../../etc/passwd"},
         {"question": "../" + WHOLE},
         {"question": "Control report, as a whole"},
-        {"part": f"{PART}/../{NAME}"},
-        {"key": "ada"},
     ],
 )
 def test_nothing_else_is_to_be_had_by_it(scored, sent):
@@ -262,13 +243,6 @@ def test_nothing_else_is_to_be_had_by_it(scored, sent):
     reply = ann.get(address("ada", **sent))
     assert reply.status_code == 404
     assert b"%PDF" not in reply.content
-
-
-def test_who_is_not_let_in_and_what_names_no_answer_is_refused(scored):
-    (ann,) = clients(scored, "Ann")
-    assert type(ann)(ann.app).get(address("ada")).status_code == 403
-    assert ann.get("/report").status_code == 400
-    assert ann.get(f"/report/{NAME}").status_code == 404
 
 
 def test_a_partner_without_files_of_their_own_is_scored_by_the_pairs_report(made):

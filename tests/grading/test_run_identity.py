@@ -77,20 +77,6 @@ def test_another_version_of_the_package_is_another_run(fake_class, monkeypatch):
         assert book.current("ada").run.software == f"labcourse {labcourse.__version__}"
 
 
-@pytest.mark.parametrize("content", [b"1,2\n", b"1,3\n", None])
-def test_a_students_own_file_is_part_of_what_is_run(fake_class, content):
-    fake_class.hand_in("ada")
-    data = fake_class.folder / "in" / "ada" / "data.csv"
-    data.write_bytes(b"1,2\n")
-    fake_class.grade()
-    if content is None:
-        data.rename(data.with_name("other.csv"))
-    else:
-        data.write_bytes(content)
-    fake_class.grade()
-    assert fake_class.runs == ["ada"] * (1 if content == b"1,2\n" else 2)
-
-
 @pytest.fixture
 def prepared(monkeypatch):
     """What is prepared from now on."""
@@ -165,11 +151,7 @@ def test_another_content_is_another_run(taken, change):
     key = batch._identify("ada", one).key
     assert batch._identify("ada", one).key == key
     assert batch._identify("ada", change(one)).key != key
-
-
-def test_another_student_on_the_same_bench_is_another_run(taken):
-    batch, one = taken
-    assert batch._identify("bob", one).key != batch._identify("ada", one).key
+    assert batch._identify("bob", one).key != key  # on the same bench
 
 
 WORDS = TextAnswer("A pole lies on the axis.")
@@ -208,13 +190,6 @@ def test_words_differ_by_their_text_and_their_pictures(taken):
     claims = [{"2.11": {"omega_n": cell}} for cell in ("q1", "q2")]
     claimed = {replace(one, claim=claim).digest() for claim in claims}
     assert (len(submissions), len(claimed)) == (5, 2)
-
-
-def test_a_submission_is_run_on_the_students_own_bench_unless_another_is_named(taken):
-    batch, one = taken
-    (submission,) = batch._submissions
-    on_bobs = batch._prepare(replace(submission, bench_of="bob"), batch._read(submission))
-    assert (one.bench_of, on_bobs.bench_of) == ("ada", "bob")
 
 
 @pytest.mark.parametrize("jobs", [1, 2])

@@ -7,7 +7,6 @@ from datetime import UTC, datetime, timedelta, timezone
 from pathlib import Path
 
 import pytest
-from checkout import ROOT
 from made_courses import OURS, copied
 
 from labcourse import clock
@@ -17,14 +16,7 @@ from labcourse.errors import GradingError
 from labcourse.grading import course as courses
 from labcourse.grading import settings
 from labcourse.grading.release import student_course
-from labcourse.grading.settings import (
-    CourseSettings,
-    Deadline,
-    Extension,
-    LateSettings,
-    MarkSettings,
-    OutcomeSettings,
-)
+from labcourse.grading.settings import CourseSettings, Deadline, Extension, LateSettings, MarkSettings, OutcomeSettings
 from rotflex.hil.student_benches import DRAW
 
 DUE = "[[deadline]]\ndue = 2026-11-21\n"
@@ -37,8 +29,7 @@ def read(folder: Path, text: str, presets: tuple[str, ...] = ("workbook",)) -> C
 
 def test_without_a_file_or_with_an_empty_one_everything_is_as_usual(tmp_path):
     usual = settings.read(tmp_path)
-    assert usual == read(tmp_path, "") == CourseSettings()
-    assert usual.bench == BenchPolicy("own")
+    assert usual == read(tmp_path, "") == CourseSettings() and usual.bench == BenchPolicy("own")
     assert usual.feedback.points and usual.feedback.reasons and usual.feedback.is_open(clock.now())
 
 
@@ -61,9 +52,6 @@ def test_everything_that_may_be_said_is_read(tmp_path):
     assert real == BenchPolicy("real", benches=("north",))
     with pytest.raises(GradingError, match=r"bench\.benches: north\.toml cannot be used: it knows no entry 'J_eqq'"):
         settings.read(tmp_path, benches={"north": "north.toml cannot be used: it knows no entry 'J_eqq'"})
-    assert read(tmp_path, '[bench]\nwhich = "preset"\npreset = "workbook"').bench == BenchPolicy(
-        "preset", preset="workbook"
-    )
 
 
 @pytest.mark.parametrize("given", ["2026-12-01", "2026-12-01T00:00:00"])
@@ -82,53 +70,34 @@ def places(error: pytest.ExceptionInfo[GradingError]) -> list[str]:
 #: A file → table and entry of its faults.
 REFUSED = [
     ("# a title\n[bank]\n", "bank"),
-    ('title = "x"\n', "title"),
-    ("\nbench = 3\n", "bench"),
     ("[feedback]\npoint = true\n", "feedback.point"),
-    ("[bench]\ndraw = 1\n", "bench.draw"),
     ('[course]\ntitle = ""\n', "course.title"),
-    ('[course]\nterm = "a\\nb"\n', "course.term"),
     (f'[course]\nterm = "{"a" * 121}"\n', "course.term"),
-    ("[course]\npython = 3.11\n", "course.python"),
-    ('[bench]\nwhich = "mine"\n', "bench.which"),
-    ('[bench]\nwhich = "same"\nseed = "7"\n', "bench.seed"),
     ('[bench]\nwhich = "same"\nseed = 4294967296\n', "bench.seed"),
-    ('[bench]\nwhich = "real"\n', "bench.benches"),
     ('[bench]\nwhich = "real"\nbenches = ["east"]\n', "bench.benches"),
     ('[bench]\nbenches = ["east"]\n', "bench.benches, bench.benches"),
     ('[bench]\nwhich = "same"\n', "bench.seed"),
     ("[bench]\nseed = 7\n", "bench.seed"),
     ('[bench]\nwhich = "preset"\npreset = "mars"\n', "bench.preset"),
     ('[feedback]\nfrom = "2026-12-01"\n', "feedback.from"),
-    ("[reflect]\nasks = 1\n", "reflect.asks"),
     ("[report]\npage_limit = 0\n", "report.page_limit"),
-    ('[marks]\ndrop = "1.2"\n', "marks.drop"),
     ('[marks]\ndrop = ["1.2",\n  3]\n[late]\ncap = -1\n', "late.cap, marks.drop"),
     ("[marks]\nweights = {1.2 = 2}\n", "marks.weights"),
     ('[marks]\nweights = {"1.2" = 0}\n', "marks.weights"),
-    ("[levels]\nshares = {5 = 100}\n", "levels.shares"),
     ("[levels]\nshares = {4 = 101}\n", "levels.shares"),
     ("[levels]\nshares = {3 = 95}\n", "levels"),
     ("[deadline]\ndue = 2026-11-21\n", "deadline"),
-    ("deadline = [1]\n", "deadline"),
     ("[[marks]]\n", "marks"),
     ('[[deadline]]\nnotebooks = ["x"]\n', "deadline 1.due"),
     ("[[deadline]]\ndue = 9999-12-31\n", "deadline 1.due"),
     (f"{DUE}\n[[deadline]]\ndue = 2026-11-21\nnotebooks = []\n", "deadline 2.notebooks"),
-    ("[[deadline]]\ndue = 2026-11-21\nnotebooks = [3]\n", "deadline 1.notebooks"),
-    ("[[deadline]]\ndue = 2026-11-21\nnotebooks = ['']\n", "deadline 1.notebooks"),
     ("[late]\nper_day = 10\n", "late"),
-    (f"{DUE}[late]\nper_day = 101\n", "late.per_day"),
     ("[[extension]]\nuntil = 2026-11-22\nstudents = ['a']\n", "extension 1"),
     (f"{DUE}[[extension]]\nuntil = 2026-11-22\n", "extension 1"),
     (f"{DUE}[[extension]]\nuntil = 2025-11-28\nstudents = ['a']\n", "extension 1.until"),
     (
         f"{DUE}notebooks = ['a']\n[[extension]]\nuntil = 2026-11-28\nstudents = ['a']\nnotebooks = ['b']\n",
         "extension 1",
-    ),
-    (
-        '[course]\ntitel = "x"\n[bench]\nwhich = 1\n[feedback]\nfrom = 1\n',
-        "bench.which, course.titel, feedback.from",
     ),
 ]
 
@@ -141,26 +110,18 @@ def test_each_fault_is_reported_with_its_table_and_entry(tmp_path, text, faults)
 
 
 @pytest.mark.parametrize(
-    ("text", "parts"),
+    ("text", "said"),
     [
-        ("[feedback]\npoint = true\n", ["Did you mean points?", "points, reasons, from"]),
-        ("[feedbak]\n", ["Did you mean feedback?", "deadline"]),
-        ('title = "x"\n', ["[course]"]),
-        ("[deadline]\n", ["[[deadline]]"]),
-        ("[feedback]\nfrom = 07:32:00\n", ["a date, or a date and time", "it is 07:32:00"]),
-        ("[outcomes]\nlevel = 5\n", ["less than or equal to 4", "it is 5"]),
-        ("[marks]\nout_of = 100\n", ["learning platform", "out_of of an [[assignment]]"]),
-        ("[marks]\ndecimals = 1\n", ["two decimals", "--decimals"]),
-        ("[marks]\npredictions = 0\n", ["earn no points"]),
-        ("[[assignment]]\ntitle = 'A'\nnotebooks = ['a']\nweight = 3\n", ["assignment 1.weight", "learning platform"]),
-        ('[bench]\nwhich = "mine"\n', ["'own', 'same', 'preset' or 'real'", "it is 'mine'"]),
-        ('[bench]\nwhich = "same"\n', ['which = "same"']),
+        ("[feedback]\npoint = true\n", "Did you mean points?"),
+        ('title = "x"\n', "[course]"),
+        ("[deadline]\n", "[[deadline]]"),
+        ("[marks]\nout_of = 100\n", "out_of of an [[assignment]]"),
+        ("[[assignment]]\ntitle = 'A'\nnotebooks = ['a']\nweight = 3\n", "learning platform"),
     ],
 )
-def test_a_message_says_what_is_expected_and_what_is_there(tmp_path, text, parts):
-    with pytest.raises(GradingError) as error:
+def test_a_message_says_what_to_write_instead(tmp_path, text, said):
+    with pytest.raises(GradingError, match=re.escape(said)):
         read(tmp_path, text)
-    assert [part for part in parts if part not in str(error.value)] == []
 
 
 def test_what_marks_come_to_is_read(tmp_path):
@@ -216,31 +177,15 @@ def test_names_that_the_catalogue_does_not_have_are_refused(tmp_path, text, name
     assert len(str(raised.value).splitlines()) == 2
 
 
-def test_the_examples_in_our_file_are_understood(tmp_path):
-    """All of those after the settings of a term, with their comment signs taken away."""
-    text = (ROOT / "solutions" / "course.toml").read_text(encoding="utf-8")
-    said = re.sub(r"^# (\[+\w+\]+|\w+ = .*)$", r"\1", text.partition("[marks]")[2], flags=re.MULTILINE)
-    (tmp_path / "course.toml").write_text(f"[marks]{said}", encoding="utf-8")
-    found = settings.read(tmp_path, catalogue=OURS.catalogue)
-    assert found.marks.drop and found.marks.weights and found.assignments[0].out_of == 20
-    assert found.deadlines[0].section == "B" and found.extensions[0].students == ("ada", "bob")
-    assert (found.late.per_day, found.late.cap, found.late.grace_hours) == (10, 50, 2)
-
-
 @pytest.mark.parametrize(
-    ("entry", "least", "most"),
-    [
-        ("late.grace_hours", 0, 1000),
-        ("late.per_day", 0, 100),
-        ("outcomes.level", 1, 4),
-    ],
+    ("entry", "least", "most"), [("late.grace_hours", 0, 1000), ("late.per_day", 0, 100), ("outcomes.level", 1, 4)]
 )
 def test_numbers_are_accepted_from_the_least_to_the_most(tmp_path, entry, least, most):
     table, _dot, name = entry.partition(".")
     for value in (least, most):
         found = getattr(getattr(read(tmp_path, f"{DUE}[{table}]\n{name} = {value}\n"), table), name)
         assert (found, type(found)) == (value, type(value))  # a whole number is shown without a point
-    for value in (least - 0.0005, most + 1, "true", '"1"', "nan", "inf", "9" * 400):
+    for value in (least - 0.0005, most + 1, "true", '"1"', "nan", "9" * 400):
         with pytest.raises(GradingError) as error:
             read(tmp_path, f"{DUE}[{table}]\n{name} = {value}\n")
         assert places(error) == [entry]
@@ -250,7 +195,6 @@ def test_numbers_are_accepted_from_the_least_to_the_most(tmp_path, entry, least,
     ("text", "released"),
     [
         ("", "on"),
-        ("[reflect]\nasks = true\n", "on"),
         ("[reflect]\nasks = false\n", "off"),
         ("[reflect]\nfrom = 2026-11-02T08:00:00+01:00\n", "2026-11-02T08:00:00+01:00"),
         ("[reflect]\nfrom = 2026-11-02\n", datetime(2026, 11, 2).astimezone().isoformat()),
@@ -300,7 +244,6 @@ def read_ours(folder: Path, text: str, benches: tuple[str, ...] = ()) -> CourseS
 
 
 def test_a_class_may_do_without_notebooks_that_are_not_optional(tmp_path):
-    assert read_ours(tmp_path, "").without == ()
     text = '[optional]\nwithout = ["01_modeling_prelab", "02_finding_stiffness"]\n'
     assert read_ours(tmp_path, text).without == ("01_modeling_prelab", "02_finding_stiffness")
 

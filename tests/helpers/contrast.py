@@ -15,24 +15,3 @@ def contrast(one, other):
     """From 1 (the same) to 21 (black on white)."""
     low, high = sorted(float(XYZ[1] @ linear(colour)) for colour in (one, other))
     return (high + 0.05) / (low + 0.05)
-
-
-#: Run in a page: the contrast of each text with what lies behind it, by the formula of WCAG 2.
-CONTRASTS = """() => {
-  const light = (colour) => {
-    const [r, g, b] = colour.match(/[\\d.]+/g).slice(0, 3).map((v) => v / 255)
-      .map((v) => (v <= 0.04045 ? v / 12.92 : ((v + 0.055) / 1.055) ** 2.4));
-    return 0.2126 * r + 0.7152 * g + 0.0722 * b;
-  };
-  const behind = (node) => {
-    for (let at = node; at; at = at.parentElement) {
-      const colour = getComputedStyle(at).backgroundColor;
-      if (!/, 0\\)$|transparent/.test(colour)) return colour;
-    }
-  };
-  const words = "h1, h2, h3, h4, p, caption, td, th, a, strong, .sign, .given, .why, .said";
-  return [...document.querySelectorAll(words)].map((node) => {
-    const [one, other] = [light(getComputedStyle(node).color), light(behind(node))].sort((a, b) => a - b);
-    return [node.tagName + "." + node.className, (other + 0.05) / (one + 0.05)];
-  });
-}"""

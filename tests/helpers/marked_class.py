@@ -7,24 +7,22 @@ from pathlib import Path
 from gradebooks import enrol, record
 from made_courses import OURS
 
-from labcourse.answers.catalogue import Catalogue
 from labcourse.grading.gradebook import FOR_A_PERSON, GIVEN_BY_A_PERSON, Gradebook, Graded, MarkRecord, RunRecord
 
 SHARES = (0.0, 0.25, 0.5, 0.75, 1.0)
 BY_MACHINE = {0.0: "wrong", 1.0: "right"}
 
 
-def marks(drawn: random.Random, catalogue: Catalogue = OURS.catalogue, waiting: float = 0.2) -> list[MarkRecord]:
+def marks(drawn: random.Random, waiting: float) -> list[MarkRecord]:
     """Marks of one student: each part right, wrong, partly right, missing, given by a person, or waiting for one.
 
     Parameters
     ----------
     drawn : the same gives the same
-    catalogue : whose parts
     waiting : share of what a person reads that waits
     """
     found = []
-    for number, question in catalogue.marked.items():
+    for number, question in OURS.catalogue.marked.items():
         for part in question.parts:
             share = drawn.choice(SHARES)
             if drawn.random() < 0.1:
@@ -54,23 +52,15 @@ def graded(student: str, found: list[MarkRecord]) -> Graded:
     return Graded(run, tuple(found), "key 1")
 
 
-def gradebook(folder: Path, sizes: dict[str, int], seed: int = 1, read: int = 1) -> Path:
-    """A gradebook's file, of a class with sections of such sizes.
-
-    Parameters
-    ----------
-    folder : where it is to lie
-    sizes : name of a section → how many students it has
-    seed : the same gives the same marks
-    read : of how many students of each section a person has read something; of the others all words wait
-    """
-    drawn = random.Random(seed)
+def gradebook(folder: Path, sizes: dict[str, int]) -> Path:
+    """A gradebook's file in a folder: name of a section → its size; a person has read one student of each section."""
+    drawn = random.Random(1)
     students = [(section, number) for section, size in sizes.items() for number in range(size)]
     letter = {section: chr(ord("a") + index) for index, section in enumerate(sizes)}
     with Gradebook(folder / "book.sqlite") as book:
         enrol(book, folder, *((f"{letter[one]}-{n:02}", f"Student {n} of {one}", "", one) for one, n in students))
         for section, number in students:
-            put(book, f"{letter[section]}-{number:02}", marks(drawn, waiting=0.3 if number < read else 1.0))
+            put(book, f"{letter[section]}-{number:02}", marks(drawn, waiting=1.0 if number else 0.3))
     return folder / "book.sqlite"
 
 

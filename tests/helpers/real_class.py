@@ -37,7 +37,7 @@ def _at(opened=hil.open, plant=student_bench({seed})):
         if uri != {address!r}:
             return opened(uri, **more)
         bench = opened("virtual", plant=plant.run(more.get("run", 1)))
-        bench.identity = {{"uri": uri, "name": {name!r}, "clock": "simulated"}}
+        bench.identity = {{"uri": uri, "name": "north", "clock": "simulated"}}
         return bench
     return opening
 
@@ -89,7 +89,7 @@ class RealClass:
         (folder / "course.json").write_text(json.dumps(said), encoding="utf-8")
         return folder
 
-    def at_the_bench(self, folder: Path, student: str, only: Iterable[str] = (), name: str = "north") -> None:
+    def at_the_bench(self, folder: Path, student: str, only: Iterable[str] = ()) -> None:
         """Run a student's notebooks at the laboratory's bench, one after the other: recordings and answers stay there.
 
         Cells that only show something are left out, for the time.
@@ -98,14 +98,13 @@ class RealClass:
         ----------
         folder, student : of whom
         only : file names of the notebooks that are run; all unless given
-        name : of the bench, as its file has it
         """
         notebooks: dict[str, dict[str, Any]] = {}
         for path in sorted(folder.glob("*.ipynb")):
             if not only or path.name in only:
                 notebook = json.loads(path.read_text(encoding="utf-8"))
                 cells = [cell for cell in notebook["cells"] if "illustration" not in cell["metadata"].get("tags", ())]
-                first = code("at-the-bench", _AT_THE_BENCH.format(seed=SEED, address=ADDRESS, name=name))
+                first = code("at-the-bench", _AT_THE_BENCH.format(seed=SEED, address=ADDRESS))
                 notebooks[path.name] = {**notebook, "cells": [first, *cells]}
         execute.run(notebooks, folder, parameters={"student": student, "bench": ADDRESS})
         reports = folder / REPORTS_FILE
@@ -113,14 +112,7 @@ class RealClass:
         reports.unlink()
 
     def copy(self, folder: Path, where: Path, student: str) -> Path:
-        """Another student's folder with the same in it.
-
-        Parameters
-        ----------
-        folder : of the first
-        where : in which it is made
-        student : the other
-        """
+        """Another student's folder with the same in it, made below another folder."""
         made = where / student
         shutil.copytree(folder, made, ignore=shutil.ignore_patterns("answers.json"))
         course = json.loads((made / "course.json").read_text(encoding="utf-8"))
@@ -133,16 +125,9 @@ class RealClass:
         return submit.submit(folder, masters, self.course.catalogue, partners=list(partners), out=out).path
 
 
-def made(folder: Path, notebooks: Iterable[str], more: str = "") -> RealClass:
-    """The course with some of its notebooks, and what is known of its laboratory's bench, in a folder.
-
-    Parameters
-    ----------
-    folder : where to
-    notebooks : file names
-    more : source at the end of the key
-    """
-    source = copied(folder / "course", notebooks, more=more)
+def made(folder: Path, notebooks: Iterable[str]) -> RealClass:
+    """The course with some of its notebooks, and what is known of its laboratory's bench, in a folder."""
+    source = copied(folder / "course", notebooks)
     (source / "course.toml").write_text('[bench]\nwhich = "real"\nbenches = ["north"]\n', encoding="utf-8")
     (source / "benches").mkdir()
     (source / "benches" / "north.toml").write_text(toml_of(student_bench(SEED)), encoding="utf-8")

@@ -29,18 +29,16 @@ def course(folder: Path) -> Path:
     return copied(folder, [NOTEBOOK], more='\nKEY = {"0.1": KEY["0.1"]}\n')
 
 
-def hand_in(source: Path, submissions: Path, size: int) -> list[str]:
-    """So many submissions, right and wrong in turns, no two alike; their students."""
+def hand_in(source: Path, submissions: Path, size: int) -> None:
+    """So many submissions, right and wrong in turns, no two alike."""
     ((name, text),) = student_course.derive_notebooks(courses.load(source)).items()
-    students = [f"student-{number:03}" for number in range(size)]
-    for number, student in enumerate(students):
-        notebook = json.loads(text)
+    for number in range(size):
+        student, notebook = f"student-{number:03}", json.loads(text)
         for cell in notebook["cells"]:
             if cell["id"] == "q0-1":
                 cell["source"] = f"{_ANSWERS[number % len(_ANSWERS)]}  # {student}"
         (submissions / student).mkdir(parents=True)
         (submissions / student / name).write_text(json.dumps(notebook), encoding="utf-8")
-    return students
 
 
 def command(source: Path, submissions: Path, out: Path, *options: str) -> list[str]:
@@ -66,19 +64,14 @@ def killed_at_work(words: list[str], scratch: Path) -> None:
     child.wait()
 
 
-def killed_and_resumed(words: list[str], kills: int, longest: float, seed: int, scratch: Path) -> None:
-    """Run a command, kill it at random moments so often, and let it come to its end then.
+def killed_and_resumed(words: list[str], kills: int, longest: float, scratch: Path) -> None:
+    """Run a command, kill it so often after random times up to the longest (s), and let it come to its end then.
 
-    Parameters
-    ----------
-    words : the command
-    kills : times to kill it by SIGKILL
-    longest : s; it is killed after a random time up to this, or sooner if it has come to its end by then
-    seed : for the random times
-    scratch : its folder for temporary files, by which all that it starts can be known
+    It is killed sooner if it has come to its end by then. ``scratch`` is its folder for temporary files, by which all
+    that it starts can be known.
     """
     environment = {**os.environ, "TMPDIR": str(scratch)}
-    drawn = random.Random(seed)
+    drawn = random.Random(1)
     for _ in range(kills):
         moment, killed = drawn.uniform(0, longest), False
         while not killed:

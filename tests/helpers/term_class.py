@@ -4,7 +4,6 @@ Only what costs time is replaced: a run calls the cells in this process, and thi
 """
 
 import csv
-import html
 import json
 import re
 import zipfile
@@ -16,6 +15,7 @@ from typing import Any
 import pytest
 from command_line import rotflex
 from fake_class import InlineMarker
+from page_text import page_text
 from set_clock import set_clock
 from term_table import (
     ASSIGNMENTS,
@@ -83,11 +83,6 @@ def written(notebook: dict[str, Any], content: Mapping[str, Any]) -> dict[str, A
             source = content[words]
         cells.append({**cell, "source": source})
     return {**notebook, "cells": cells}
-
-
-def _text(page: str) -> str:
-    """The text of a part of a page."""
-    return " ".join(html.unescape(re.sub(r"<style.*?</style>|<[^>]+>", " ", page, flags=re.DOTALL)).split())
 
 
 class TermClass:
@@ -208,7 +203,7 @@ class TermClass:
         file = self.marks / student / "feedback.html"
         first, _table, rest = (file.read_text("utf-8") if file.exists() else "").partition("<tbody>")
         rows = rest.partition("</tbody>")[0].split("</tr>")[:-1]
-        return _text(first), [list(map(_text, re.split(r"</t[hd]>", row)[:-1])) for row in rows]
+        return page_text(first), [list(map(page_text, re.split(r"</t[hd]>", row)[:-1])) for row in rows]
 
     def to_do(self) -> dict[str, tuple[set[str], Fraction | None]]:
         """What the class page says first: a task → its students, and the points at stake."""

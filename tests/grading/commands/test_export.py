@@ -97,10 +97,6 @@ def test_feedback_for_moodle_and_for_canvas(folder):
         (("--into", "{f}/Canvas.csv", "--write", "{f}/../{n}/Canvas.csv"), "Two of the files are the same"),
         (("--into", "{f}/Canvas.csv", "--write", "{f}/x", "--feedback", "{f}/x"), "Two of the files are the same"),
         (("--into", "{f}/none.csv"), "none.csv: No such file"),
-        (("--into", "{f}/Moodle.csv", "--column", "Lab 3", "--out-of", "many"), "a number of points, not 'many'"),
-        (("--into", "{f}/Moodle.csv", "--column", "Lab 3"), "Moodle's file says nothing, and --out-of says nothing"),
-        (("--into", "{f}/out/roster.csv"), "roster.csv: It is not a file of Canvas, Moodle, Blackboard or Brightspace"),
-        (("--into", "{f}/Canvas.csv", "--column", "Lab 9"), "Canvas.csv: It has no column 'Lab 9'"),
         (("--into", "{f}/Brightspace.csv", "--write", "{f}/none/x.csv"), "x.csv: No such file or directory"),
     ],
 )

@@ -56,15 +56,6 @@ def test_a_slip_in_the_key_is_named_with_file_and_line(handed_in, tmp_path, isol
     assert not (tmp_path / "out").exists()
 
 
-@pytest.mark.parametrize("command", ["grade", "report"])
-def test_a_file_where_the_folder_should_be(handed_in, book, tmp_path, command, isolated):
-    (tmp_path / "out").write_text("")
-    handed = (handed_in,) if command == "grade" else ()
-    done = rotflex(command, book, *handed, "--out", tmp_path / "out", "--solutions", ROOT)
-    said = " ".join(done.output.replace("│", " ").split())
-    assert done.exit_code == 2 and "is a file." in said and "Traceback" not in said
-
-
 def test_a_gradebook_that_is_a_folder_or_no_database(tmp_path, handed_in, isolated):
     (tmp_path / "other").write_text("student,total\n" * 100)
     one_line(rotflex("history", tmp_path), "There is no gradebook", "gradebook.sqlite")
@@ -73,25 +64,6 @@ def test_a_gradebook_that_is_a_folder_or_no_database(tmp_path, handed_in, isolat
     one_line(rotflex("grade", tmp_path / "other", *grade), "this file is not a gradebook")
     (tmp_path / "gradebook.sqlite").mkdir()
     one_line(rotflex("grade", tmp_path, *grade), "cannot be opened")
-
-
-@pytest.mark.slow
-def test_a_disk_that_fills_up_while_a_class_is_graded(handed_in, tmp_path, monkeypatch, isolated):
-    from labcourse import files
-
-    honest = files.write
-
-    def full(target, content):
-        if str(target).endswith((".csv", ".html")):
-            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(target))
-        return honest(target, content)
-
-    monkeypatch.setattr(files, "write", full)
-    done = rotflex("grade", tmp_path / "out", handed_in, "--solutions", ROOT)
-    assert done.exit_code == 2 and "Traceback" not in done.output
-    assert "grades.csv cannot be written: No space left on device. So it is with 1 more." in done.output
-    with Gradebook(tmp_path / "out" / "gradebook.sqlite") as book:
-        assert book.current("ada") is not None
 
 
 @pytest.mark.slow

@@ -5,8 +5,6 @@ import pytest
 from checkout import ROOT
 from command_line import rotflex, said
 
-SPRING = ROOT / "tests" / "courses" / "spring" / "solutions"
-
 
 @pytest.fixture(scope="module")
 def book(tmp_path_factory):

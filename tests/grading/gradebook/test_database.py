@@ -185,10 +185,7 @@ def test_only_its_owner_can_read_a_gradebook_s_file(tmp_path, form):
         ("mysql://root:secret@host/x", "mysql://... is none of these"),
         ("postgresql://teacher:secret@host:port/x", "postgresql:... is neither"),
         ("postgresql:/teacher:secret@host/x", "postgresql:... is neither"),
-        ("postgres:teacher:secret@host/x", "postgres:... is neither"),
-        ("mysql:/root:secret@host/x", "mysql:... is neither"),
         ("jdbc:postgresql://teacher:secret@host/x", "is neither"),
-        (" postgresql://teacher:secret@host/x", "is neither"),
         ("host=127.0.0.1 user=teacher password=secret", "is neither"),
     ],
 )

@@ -184,11 +184,6 @@ def test_a_dry_run_changes_nothing_and_returns_the_same(book):
     assert book.persons.erase(ID, "lea") == expected
 
 
-def test_an_unknown_person_cannot_be_erased(book):
-    with pytest.raises(GradebookError, match="no student 'nobody'"):
-        book.persons.erase("nobody", "lea")
-
-
 def test_an_erased_person_comes_again_only_if_that_is_said(book, tmp_path):
     before = clock.now()
     book.persons.erase(ID, "lea")

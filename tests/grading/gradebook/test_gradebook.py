@@ -42,27 +42,18 @@ def test_a_recorded_run_is_read_as_it_was(book, url):
         assert list(again.all_current()) == [one]
 
 
-def test_an_empty_gradebook_returns_nothing(book):
-    assert book.find("?") is None and book.current("?") is None
-    assert list(book.all_current()) == book.students() == book.comments("?") == book.audit("?") == []
-
-
 def test_every_change_of_a_mark_is_in_the_audit_trail(book):
     start = clock.now()
     record(book, graded("ada", "first", mark(), mark(part="a"), mark(part="b"), mark(part="c", reason="So.")))
     failed = graded("ada", "first", mark(points=0.0, status="missing"), mark(part="b"), mark(part="c", reason="Thus."))
     assert record(book, failed, "prof", "Run again.") == 3
     assert book.current("ada") == failed
-    assert len(book.audit()) == 7
     gone, fallen, reworded = sorted(book.audit()[4:], key=lambda one: "aKc".index(one.part[0]))
     assert (gone.part, gone.before, gone.after) == ("a", MarkState("right", 2.0, 2.0, "Well."), None)
     assert (fallen.part, fallen.after) == ("K_s", MarkState("missing", 0.0, 2.0, "Well."))
     assert (reworded.before.reason, reworded.after.reason) == ("So.", "Thus.")
-    assert {(one.student, one.actor, one.reason, one.run) for one in (gone, fallen, reworded)} == {
-        ("ada", "prof", "Run again.", "ada first")
-    }
-    assert start <= gone.when <= clock.now()
-    assert all(one.before is None for one in book.audit()[:4])
+    assert (gone.student, gone.actor, gone.reason, gone.run) == ("ada", "prof", "Run again.", "ada first")
+    assert start <= gone.when <= clock.now() and all(one.before is None for one in book.audit()[:4])
 
 
 def test_the_newest_run_counts_and_an_old_one_can_count_again(book):
@@ -107,11 +98,8 @@ def nested(inner, levels):
     "unfit",
     [
         graded("a/b"),
-        graded("NUL"),
-        graded(".ada"),
         graded(""),
         graded("a" * 81),
-        graded("a\nb"),
         graded("ada", "first", mark(points=float("nan"))),
         graded("ada", "first", mark(out_of=float("inf"))),
         graded("ada", "first", mark(), mark()),
@@ -120,7 +108,6 @@ def nested(inner, levels):
         graded(supplied={"2.11.omega_n": float("nan")}),
         graded(supplied={"2.11.omega_n": 10**5000}),
         graded(claim={"2.11": {"K_s": object()}}),
-        graded(claim={"2.11": {1: "q2-11"}}),
         graded(cells=tuple(nested({}, 10**5))),
         graded(words={"2.12": {"why": {"text": "x" * storable.MOST_CHARACTERS}}}),
     ],
@@ -158,7 +145,6 @@ def test_the_newest_version_of_each_file_counts_and_all_are_stored(book, url):
     with Gradebook(url) as again:
         assert again.delivered("Ada") == [later, *first[1:]]
     kept = dump(book)["students"][0]["deliveries"]
-    assert [one["name"] for one in kept] == ["02.ipynb", "02.ipynb", "answers.json", "own/helper.py"]
     assert [one["source"] for one in kept] == ["ada.zip", "ada (1).zip", "ada.zip", "ada.zip"]
 
 
@@ -176,13 +162,6 @@ def test_the_same_file_of_the_same_time_is_stored_once(book):
     assert dump(book) == before
     assert book.deliver("ada", [handed_in(received=TUESDAY)]) == 1  # the same again, at another time
     assert book.deliver("bob", [handed_in()]) == 1
-
-
-def test_students_who_handed_in_are_listed_before_anything_is_graded(book):
-    record(book, graded("zoe"))
-    for student in ("bob", "Ada"):
-        book.deliver(student, [handed_in()])
-    assert book.handed_in() == ["Ada", "bob"]
 
 
 def test_a_notebook_has_the_time_at_which_its_present_content_was_received_first(book):
@@ -303,15 +282,6 @@ def test_a_second_marker_learns_who_was_first_and_changes_nothing(book):
     assert book.set_mark("ada", "2.12", "why", 1.0, "No.", "ben", expected=book.current("ada").marks[1]) == 1
 
 
-def test_a_mark_for_an_answer_that_changed_since_is_refused(book):
-    record(book, graded())
-    seen = book.current("ada").marks[1]
-    record(book, graded("ada", "second", mark(), prose("It does not.")), actor="labcourse grade")
-    with pytest.raises(GradebookError, match=r"0 points \(for a"):
-        book.set_mark("ada", "2.12", "why", 2.5, "Nearly.", "anna", expected=seen)
-    assert book.current("ada").marks[1].points == 0
-
-
 def test_one_of_two_markers_at_once_is_refused(url):
     with Gradebook(url) as book:
         record(book, graded())
@@ -339,14 +309,6 @@ def test_a_persons_mark_lapses_when_the_possible_points_change(book):
     book.set_mark("ada", "2.12", "why", 2.5, "Nearly.", "prof")
     book.remark("ada", [mark(), replace(prose(), out_of=1.0)], "key 2", "prof", "Fewer points.")
     assert book.current("ada").marks[1].status == "for a person"
-
-
-def test_a_person_may_replace_the_softwares_mark_and_their_own(book):
-    record(book, graded())
-    assert book.set_mark("ada", "2.11", "K_s", 0, "Copied.", "prof") == 1
-    assert book.set_mark("ada", "2.11", "K_s", 2, "Sorry.", "prof") == 1
-    assert book.set_mark("ada", "2.11", "K_s", 2, "Sorry.", "dean") == 0
-    assert book.current("ada").marks[0] == mark(status=GIVEN_BY_A_PERSON, reason="Sorry.")
 
 
 @pytest.mark.parametrize("kind", ["sqlite"])
@@ -378,16 +340,6 @@ def test_recording_marks_that_were_read_earlier_keeps_a_persons_newer_mark(book)
     book.set_mark("ada", "2.12", "why", 3.0, "Quite.", "prof")
     assert record(book, replace(read, marks=(mark(points=1.0), read.marks[1])), "regrade") == 1
     assert [one.points for one in book.current("ada").marks] == [1.0, 3.0]
-
-
-def test_comments_are_stored_in_order(book):
-    record(book, graded())
-    book.comment("ada", "Good.", "prof")
-    book.comment("Ada", "=1+1", "tutor", "2.12")
-    found = [(one.student, one.question, one.text, one.actor) for one in book.comments("ADA")]
-    assert found == [("ada", None, "Good.", "prof"), ("ada", "2.12", "=1+1", "tutor")]
-    with pytest.raises(GradebookError, match="no student"):
-        book.comment("bob", "?", "prof")
 
 
 HOSTILE = "NUL \0, half a pair \ud800, \x1b[2Jcleared, \x9b, é\r\nand\rmore\t=1+1 <b> '; DROP TABLE marks; -- %s :x {0}"

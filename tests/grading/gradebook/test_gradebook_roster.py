@@ -81,12 +81,6 @@ def test_names_that_platforms_use_for_a_student_are_stored(imported, content, st
     assert counts(imported(content)[0]) == (0, 0, 1)
 
 
-def test_fields_without_a_column_do_not_change(imported):
-    imported("student,alias\nada,alovelace\n")
-    _report, (ada,) = imported("student,name\nada,Ada\n")
-    assert (ada.name, ada.aliases) == ("Ada", ("alovelace",))
-
-
 def test_a_row_changes_the_fields_of_its_columns(imported):
     imported("student,name,email,section\nada,Ada Lovelace,ada@example.org,A\nbob,Bob,,B\n")
     assert imported("section,id\nC,bob\nA,ADA\nC,eve\n") == (
@@ -133,9 +127,6 @@ def test_columns_that_are_not_read_are_reported(imported):
         "student,tutorial,E-Mail,,First name,Name,email,group\nada,T1,a@b.org,,A,Ada,c@d.org,A\n"
     )
     assert report.notes == ("Columns that are not read: tutorial, First name, email.",)
-    many = ",".join(f"Exam {number}" for number in range(14))
-    report, _students = imported(f"student,{many}\nada\n")
-    assert report.notes[0].endswith("Exam 10, Exam 11 and 2 more.") and "Exam 12" not in report.notes[0]
     assert imported("student,section\nada,A\n")[0].notes == ()
 
 
@@ -154,13 +145,8 @@ def test_lines_without_a_usable_id_are_reported_and_left_out(imported):
     )  # fmt: skip
     assert [one.student for one in students] == ["ada", "bob"] and report.added == 2
     assert "'SIS ID' is empty" in report.problems[0] and "81 characters" in report.problems[3]
-    assert [problem.partition(":")[0] for problem in report.problems] == [
-        "Line 2",
-        "Line 4",
-        "Line 7",
-        "Line 8",
-        "Line 9",
-    ]
+    lines = [problem.partition(":")[0] for problem in report.problems]
+    assert lines == [f"Line {number}" for number in (2, 4, 7, 8, 9)]
     assert "'bob' is in line 6 already" in report.problems[2]
     assert students[1].section == "B"
 
@@ -181,10 +167,8 @@ def test_cells_are_text_whatever_they_begin_with(imported):
 @pytest.mark.parametrize(
     ("content", "why"),
     [
-        ("", "no column of IDs"),
         ("ada,Ada Lovelace\nbob,Bob\n", "no column of IDs: call one 'student'"),
         (b"student,name\nada,Ad\xe4\n", "not UTF-8"),
-        (b"\xff\xfe\x00", "not UTF-8"),
         ("student\n" + "x" * 200_000, "not a CSV that can be read"),
     ],
 )
@@ -192,11 +176,6 @@ def test_a_file_that_is_no_roster_is_refused_as_a_whole(book, imported, content,
     with pytest.raises(GradebookError, match=why):
         imported(content)
     assert book.students() == []
-
-
-def test_a_missing_roster(book, tmp_path):
-    with pytest.raises(GradebookError, match="No such file"):
-        book.import_roster(tmp_path / "none.csv")
 
 
 def test_an_import_is_one_transaction(book, imported, monkeypatch):

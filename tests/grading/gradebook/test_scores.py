@@ -1,11 +1,9 @@
 """Scoring in a gradebook: levels, claims, asking, taking back; students' requests; on both databases."""
 
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import replace
 from datetime import timedelta
 
 import pytest
-from gradebook_dump import dump
 from gradebooks import graded, mark, prose, record, report_text
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -13,7 +11,6 @@ from hypothesis import strategies as st
 from labcourse import clock
 from labcourse.errors import GradebookError
 from labcourse.grading.gradebook import FOR_A_PERSON, GIVEN_BY_A_PERSON, Gradebook
-from labcourse.grading.verdicts import Status
 
 WORDS = ("2.11", "explanation")  # 1 point
 COMPARED = ("2.16", "comparison")  # 2 points
@@ -29,10 +26,6 @@ def class_of_three(book):
 
 def mark_now(book, student, where):
     return {one.where: one for one in book.current(student).marks}[where]
-
-
-def test_gradebook_and_marking_have_the_same_names_of_statuses():
-    assert (Status.FOR_A_PERSON, Status.BY_A_PERSON) == (FOR_A_PERSON, GIVEN_BY_A_PERSON)
 
 
 def test_answers_are_those_that_a_person_reads_by_student_and_part(book):
@@ -63,20 +56,6 @@ def test_a_level_becomes_the_mark_with_its_remark_and_a_line_in_the_audit_trail(
     assert before <= act.when <= after
     answer = {one.student: one for one in class_of_three.scores.answers([COMPARED])}["ada"]
     assert not answer.waiting and answer.last() == act
-
-
-@pytest.mark.parametrize("points", [-0.1, 2.1, float("nan"), float("inf")])
-def test_impossible_points_are_refused(class_of_three, points):
-    with pytest.raises(GradebookError, match=r"give 0 to 2 points"):
-        class_of_three.scores.give("ada", COMPARED, points, "kim")
-    assert class_of_three.scores.acts() == []
-
-
-@pytest.mark.parametrize("student, where, said", [("nobody", COMPARED, "'nobody'"), ("ada", ("9.9", "x"), "9.9, x")])
-def test_an_unknown_student_or_part_is_refused(class_of_three, student, where, said):
-    for done in (class_of_three.scores.give, class_of_three.scores.ask):
-        with pytest.raises(GradebookError, match=said):
-            done(student, where, *((1.0,) if done == class_of_three.scores.give else ()), "kim")
 
 
 def test_the_second_of_two_scorers_learns_who_was_first_and_changes_nothing(class_of_three):
@@ -131,14 +110,6 @@ def test_taking_an_act_back_restores_the_earlier_mark_and_stores_both_acts(class
     assert (now.points, now.reason) == (0.5, "By hand.")
     assert [one.undoes for one in class_of_three.scores.acts()] == [None, None, asked.number, first.number]
     assert [one.after.points for one in class_of_three.audit("ada")][-5:] == [0.5, 2, 0, 2, 0.5]
-
-
-def test_an_act_cannot_be_taken_back_after_another_decision(class_of_three):
-    act = class_of_three.scores.give("ada", COMPARED, 2, "kim", level=4)
-    class_of_three.scores.give("ada", COMPARED, 1, "lee", level=2)
-    with pytest.raises(GradebookError, match=r"1 points .*from lee"):
-        class_of_three.scores.undo(act.number, "kim")
-    assert mark_now(class_of_three, "ada", COMPARED).points == 1
 
 
 def test_scorers_take_back_only_their_own_acts_and_only_once(class_of_three):
@@ -198,6 +169,8 @@ def test_a_claim_is_released_when_the_scorer_claims_another_answer_or_leaves(cla
     assert list(class_of_three.scores.claimed(WORDS)) == ["bob"]
     class_of_three.scores.let_go("kim")
     assert class_of_three.scores.claimed(WORDS) == {}
+    class_of_three.scores.give("bob", WORDS, 1, "lee")
+    assert class_of_three.scores.claim(["bob"], WORDS, "kim", HOUR) is None  # it is decided
 
 
 def test_a_claim_runs_out(class_of_three, monkeypatch):
@@ -209,11 +182,6 @@ def test_a_claim_runs_out(class_of_three, monkeypatch):
     assert class_of_three.scores.claim(["ada"], WORDS, "lee", 60) == "ada"
     assert class_of_three.scores.claimed(WORDS) == {"ada": ("lee", later + timedelta(seconds=60))}
     assert class_of_three.scores.hold("ada", WORDS, "kim", 60) == "lee"
-
-
-def test_a_decided_answer_is_not_claimed(class_of_three):
-    class_of_three.scores.give("ada", WORDS, 1, "kim")
-    assert class_of_three.scores.claim(["ada"], WORDS, "lee", HOUR) is None
 
 
 def test_an_opened_answer_is_held_in_any_state(class_of_three):
@@ -229,8 +197,8 @@ def test_an_opened_answer_is_held_in_any_state(class_of_three):
     assert scores.hold("ada", WORDS, "kim", HOUR) is None
 
 
-def asks(book, student="ADA"):
-    book.comment(student, " Please read the second paragraph.\r\n", "prof", *COMPARED, asks=True)
+def asks(book):
+    book.comment("ADA", " Please read the second paragraph.\r\n", "prof", *COMPARED, asks=True)
 
 
 def waiting(book):
@@ -249,13 +217,9 @@ ASKED = [("ada", COMPARED, "Please read the second paragraph.")]
         (lambda book: book.set_mark("bob", *COMPARED, 1.5, "Another student's.", "prof"), True),
         (lambda book: book.set_mark("ada", *WORDS, 1, "Another part.", "prof"), True),
         (lambda book: book.comment("bob", "Another student's.", "prof", *COMPARED), True),
-        (lambda book: book.comment("ada", "Another question.", "prof", *WORDS), True),
         (lambda book: book.comment("ada", "The whole question.", "prof", COMPARED[0]), True),
         (lambda book: book.scores.ask("ada", COMPARED, "kim"), True),
-        (
-            lambda book: book.remark("ada", [mark(), prose(), report_text("right", 2.0)], "key 2", "prof", "mended"),
-            True,
-        ),
+        (lambda book: book.remark("ada", [mark(), report_text("right", 2.0)], "key 2", "prof", "mended"), True),
     ],
 )
 def test_a_request_is_open_until_a_person_marks_that_answer_or_comments_on_it(class_of_three, act, is_open):
@@ -284,36 +248,7 @@ def test_empty_requests_and_those_on_unknown_answers_are_refused(class_of_three)
     assert class_of_three.comments() == []
 
 
-def test_each_publication_is_stored(book):
-    assert book.publications() == []
-    first, second = book.publish("prof"), book.publish("kim", "after the requests")
-    assert book.publications() == [first, second]
-    assert (second.actor, second.note) == ("kim", "after the requests") and first.when <= second.when
-
-
-def test_acts_can_be_selected_by_part_and_by_scorer(class_of_three):
-    give = class_of_three.scores.give
-    first, second = give("ada", COMPARED, 2, "kim"), give("ada", WORDS, 1, "kim")
-    third = give("bob", COMPARED, 1, "lee")
-    acts = class_of_three.scores.acts
-    assert acts() == [first, second, third]
-    assert acts([COMPARED]) == [first, third] and acts([]) == []
-    assert acts(actor="kim") == [first, second] and acts([COMPARED], "kim") == [first]
-
-
-def test_the_dump_has_what_scorers_did_and_what_was_taken_back(class_of_three):
-    act = class_of_three.scores.give("bob", COMPARED, 2, "kim", level=4)
-    class_of_three.scores.undo(act.number, "kim")
-    asks(class_of_three, "bob")
-    class_of_three.publish("prof")
-    bob = next(one for one in dump(class_of_three)["students"] if one["student"] == "bob")
-    assert [one["undoes"] for one in bob["scores"]] == [None, 0]
-    assert [(one["part"], one["asks"]) for one in bob["comments"]] == [("comparison", True)]
-    assert [one["actor"] for one in dump(class_of_three)["publications"]] == ["prof"]
-
-
 def test_untrusted_text_is_cleaned(class_of_three):
     act = class_of_three.scores.give("ada", COMPARED, 1, "k\x00im", remark="a\x1b[31mb")
     assert (act.actor, act.remark) == ("k\\x00im", "a\\x1b[31mb")
     assert class_of_three.scores.undo(act.number, "k\x00im").undoes == act.number
-    assert replace(act, number=0).where == COMPARED

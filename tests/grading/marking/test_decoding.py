@@ -9,9 +9,8 @@ from made_courses import OURS
 from labcourse.answers import catalogue, forms, schema
 from labcourse.answers.json_values import LONGEST_PROSE
 from labcourse.answers.words import TextAnswer
-from labcourse.grading.marking import decoding, marking
+from labcourse.grading.marking import decoding
 from labcourse.grading.marking.decoding import Claims
-from labcourse.grading.verdicts import Status
 from rotflex.course.questions import CATALOGUE
 
 SEED = 7
@@ -128,11 +127,3 @@ def test_a_text_is_no_answer_to_a_part_of_another_kind(claims, where):
 def test_a_text_that_no_answer_can_be_is_malformed(claims, text):
     decoding.add_words(claims, {WHERE: TextAnswer(text)}, OURS.catalogue)
     assert WHERE not in claims.values and WHERE in claims.malformed
-
-
-def test_the_mark_of_a_text_waits_for_a_person_and_shows_it(claims):
-    decoding.add_words(claims, {WHERE: TextAnswer("Because $\\theta$ is not flat.")}, OURS.catalogue)
-    case = marking.case_of(OURS, claims, OURS.bench("ada"), 1)
-    question = OURS.catalogue.find("2.11")
-    mark = marking.mark_part(question, question.part("explanation"), OURS.key["2.11"]["explanation"], claims, case)
-    assert (mark.status, mark.given) == (Status.FOR_A_PERSON, "Because $\\theta$ is not flat.")

@@ -20,14 +20,6 @@ OWN = ("2.9", "sweep")
 BENCH = TrueBench("ada")
 
 
-def another():
-    return next(
-        bench
-        for name in ("bob", "cy", "di", "eve", "fay")
-        if abs((bench := TrueBench(name)).omega_n / BENCH.omega_n - 1) > 0.1
-    )
-
-
 def stored(part, figure):
     return forms.decode(part, forms.encode(part, figure, 1).content)
 
@@ -98,8 +90,6 @@ RIGHTLY = {
     "ms": lambda: plotted(1e3 * T, DEGREES, "t / ms"),
     "rad": lambda: plotted(T, RADIANS, ylabel="alpha in rad"),
     "limits about the resonance": lambda: plotted(T, DEGREES, xlim=(3, 12)),
-    "limits the other way round": lambda: plotted(T, DEGREES, xlim=(13, 2)),
-    "a window with its own time": lambda: plotted(T[1500:6500] - T[1500], DEGREES[1500:6500]),
     "a window with its own time in ms": lambda: plotted(1e3 * (T[1500:6500] - T[1500]), DEGREES[1500:6500], "t (ms)"),
     "time from -0.5 s": lambda: plotted(T - 0.5, DEGREES),
     "constant before 0 and after the end": lambda: plotted(
@@ -136,7 +126,7 @@ def test_an_own_recording_of_what_no_bench_reaches_is_not_followed(room, status)
 
 
 SWEEP_PART = CATALOGUE.find("2.9").part("sweep")
-OTHER = another()
+OTHER = next(one for one in map(TrueBench, ("bob", "cy", "di", "eve")) if abs(one.omega_n / BENCH.omega_n - 1) > 0.1)
 OTHERS_DEGREES = OTHER.sweep().degrees("alpha")
 HALF, NOTHING = 0.5, 0.0
 
@@ -152,13 +142,10 @@ WRONGLY = {
     "another channel": (lambda: plotted(T, SWEEP.degrees("theta")), NOTHING, "No curve in the figure follows alpha"),
     "upside down": (lambda: plotted(T, -DEGREES), NOTHING, "upside down"),
     "too large": (lambda: plotted(T, 1.37 * DEGREES), NOTHING, "No curve"),
-    "its size alone": (lambda: plotted(T, np.abs(DEGREES)), NOTHING, "No curve"),
     "flat": (lambda: plotted(T, 0 * T), NOTHING, "No curve"),
     "the first 4 s": (lambda: plotted(T, DEGREES, xlim=(0, 4)), NOTHING, "over too short a time"),
     "a strip about 0": (lambda: plotted(T, DEGREES, ylim=(-0.2, 0.2)), NOTHING, "hardly anything happens"),
-    "the angle against the other": (lambda: plotted(SWEEP.degrees("theta"), DEGREES), NOTHING, "No curve"),
     "another bench's": (lambda: plotted(T, OTHERS_DEGREES), NOTHING, "Plot the recording of your bench"),
-    "its derivative": (lambda: plotted(T, np.gradient(DEGREES, T)), NOTHING, "No curve"),
     "10 points": (lambda: plotted(T[::750], DEGREES[::750]), NOTHING, "No curve"),
 }  # fmt: skip
 
@@ -179,16 +166,13 @@ SPECTRUM_RIGHTLY = {
     "rad/s": lambda: shown(lambda f: 2 * np.pi * f, xlabel="ω (rad/s)"),
     "dB": lambda: shown(to_y=lambda a: 20 * np.log10(a), ylabel="amplitude (dB)"),
     "dB of the power, no unit below": lambda: shown(to_y=lambda a: 10 * np.log10(a**2), ylabel="power [dB re 1 deg²]"),
-    "dB, all of it": lambda: shown(to_y=lambda a: 20 * np.log10(a), ylabel="amplitude (dB)", most=250, xlim=(0, 8)),
     "power": lambda: shown(to_y=lambda a: a**2, ylabel="power (deg²)"),
     "rad": lambda: shown(y=RADIANS, ylabel="amplitude (rad)"),
     "not divided": lambda: shown(to_y=lambda a: a * 7501 / 2, ylabel="|FFT|"),
     "logarithmic": lambda: shown(most=250, draw="loglog", xlim=(0.5, 20)),
-    "semilogarithmic": lambda: shown(most=250, draw="semilogy", xlim=(0, 10)),
     "limits about the peak": lambda: shown(most=250, xlim=(BENCH.omega_n / 7, BENCH.omega_n / 5.5)),
     "all of it": lambda: shown(most=250),
     "stems": lambda: shown(draw="stem"),
-    "points": lambda: shown(draw="scatter"),
 }  # fmt: skip
 
 
@@ -200,7 +184,6 @@ SPECTRUM_WRONGLY = {
     "Hz said, rad/s drawn": (lambda: shown(lambda f: 2 * np.pi * f), NOTHING, "says Hz, and the curve is in rad/s"),
     "rad/s said, Hz drawn": (lambda: shown(xlabel="ω (rad/s)"), NOTHING, "says rad/s, and the curve is in Hz"),
     "stretched": (lambda: shown(lambda f: 1.2 * f), NOTHING, "No curve in the figure has its peak where"),
-    "of the command": (lambda: shown(y=SWEEP.degrees("theta_ref")), NOTHING, "No curve"),
     "another bench's": (lambda: shown(y=OTHERS_DEGREES), NOTHING, "No curve"),
     "the peak out of sight": (lambda: shown(most=250, xlim=(BENCH.omega_n / 5.5, 20)), NOTHING, "its peak in sight"),
     "the recording": (lambda: plotted(T, DEGREES, "f (Hz)"), NOTHING, "No curve"),

@@ -17,7 +17,7 @@ from labcourse.grading.marking import decoding, marking
 from labcourse.grading.marking import marking_processes as marker
 from labcourse.grading.marking.checks import ForAPerson, Number, RecordingOf
 from labcourse.grading.marking.marking import Context
-from labcourse.grading.verdicts import Case, Status, right, wrong
+from labcourse.grading.verdicts import Case, Status, right
 from rotflex import hil, model
 from rotflex.course.questions import CATALOGUE
 from rotflex.experiments import sweep
@@ -25,14 +25,8 @@ from rotflex.hil.student_benches import student_seed
 from solutions.true_bench import TrueBench
 
 SEED = 2024
-SWEEP, PLOT, SPECTRUM_PLOT = ("2.9", "sweep"), ("2.9", "figure"), ("2.10", "figure")
-ADA = TrueBench("ada")  # runs its sweep once, when it is first asked for
-RIGHT, FOLLOWS, PARTLY, WRONG = Status.RIGHT, Status.FOLLOW_THROUGH, Status.PARTLY, Status.WRONG
-
-
-def load():
-    """The real key, as far as these tests know what to expect of it."""
-    return only({number: OURS.key[number] for number in ("0.1", "2.9", "2.10", "2.11", "2.12")})
+SWEEP, SPECTRUM_PLOT = ("2.9", "sweep"), ("2.10", "figure")
+RIGHT, WRONG = Status.RIGHT, Status.WRONG
 
 
 def only(key):
@@ -41,12 +35,13 @@ def only(key):
 
 @pytest.fixture(scope="module")
 def key():
-    return load()
+    """The real key, as far as these tests know what to expect of it."""
+    return only({number: OURS.key[number] for number in ("0.1", "2.9", "2.10", "2.11", "2.12")})
 
 
 @pytest.fixture(scope="module")
 def bench():
-    return ADA
+    return TrueBench("ada")  # runs its sweep once, when it is first asked for
 
 
 def file(contents, **changes):
@@ -79,17 +74,10 @@ NUMBER = {"kind": "number", "value": 19.9}
 OMEGA = ("2.11", "omega_n")
 
 
-def test_an_answer_is_read():
-    read = decoding.decode(file({OMEGA: NUMBER}), SEED, CATALOGUE)
-    assert read.values == {OMEGA: 19.9}
-    assert (read.problems, read.notes, read.malformed) == ([], [], {})
-
-
 @pytest.mark.parametrize(
     "data",
     [
         b"",
-        b"not json",
         b"\xff\xfe\x00",
         b"[1, 2]",
         file({OMEGA: NUMBER}).replace(b"19.9", b"NaN"),
@@ -101,7 +89,7 @@ def test_an_answer_is_read():
         file({OMEGA: NUMBER}, extra=1),
         file({OMEGA: NUMBER}) + b" " * 1_000_001,
     ],
-    ids=range(12),
+    ids=range(11),
 )
 def test_a_file_that_no_answer_writes_is_refused_as_a_whole(data):
     read = decoding.decode(data, SEED, CATALOGUE)
@@ -114,8 +102,6 @@ def test_a_file_that_no_answer_writes_is_refused_as_a_whole(data):
     [
         {"kind": "number", "value": "19.9"},
         {"kind": "number", "value": True},
-        {"kind": "number", "value": [19.9]},
-        {"kind": "number"},
         {"kind": "prose", "value": "19.9"},
         {"value": 19.9},
         {"kind": "number", "value": 19.9, "right": True},
@@ -131,21 +117,10 @@ def test_an_answer_of_another_form_is_malformed_and_wrong_and_the_others_count(c
     assert found["2.12", "J_l"].points == 1
 
 
-def test_answers_to_unknown_questions_are_noted_and_ignored():
-    read = decoding.decode(file({("7.1", "x"): NUMBER, ("2.11", "K"): NUMBER, OMEGA: NUMBER}), SEED, CATALOGUE)
-    assert list(read.values) == [OMEGA]
-    assert len(read.notes) == 2
-
-
 def test_outputs_on_other_inputs_than_those_drawn_do_not_count():
     values = {("2.10", "spectrum"): amplitude_spectrum}
     assert ("2.10", "spectrum") in claims(values).values
     assert ("2.10", "spectrum") in claims(values, probe_seed=SEED + 1).malformed
-
-
-def test_no_file_is_no_answer():
-    read = decoding.decode(None, SEED, CATALOGUE)
-    assert (read.values, read.problems) == ({}, [])
 
 
 def test_what_is_not_there_is_missing_and_earns_nothing(marks):
@@ -155,16 +130,19 @@ def test_what_is_not_there_is_missing_and_earns_nothing(marks):
     assert sum(mark.out_of for mark in found) == 11
 
 
+def sweep_of(student, **run):
+    with hil.open("virtual", seed=student_seed(student), **run) as opened:
+        return sweep(opened, progress=False)
+
+
 @pytest.fixture(scope="module")
 def own_sweep():
-    with hil.open("virtual", seed=student_seed("ada")) as opened:
-        return sweep(opened, progress=False)
+    return sweep_of("ada")
 
 
 @pytest.fixture(scope="module")
 def others_sweep():
-    with hil.open("virtual", seed=student_seed("bob")) as opened:
-        return sweep(opened, progress=False)
+    return sweep_of("bob")
 
 
 def drawn(x, y, xlabel="time (s)", ylabel="alpha (deg)"):
@@ -180,31 +158,16 @@ def test_a_recording_of_ones_own_bench_is_right_and_another_ones_is_not(marks, o
     assert marks({SWEEP: others_sweep})[SWEEP].status is WRONG
 
 
-@pytest.fixture(scope="module")
-def second_run():
-    with hil.open("virtual", seed=student_seed("ada"), run=2) as opened:
-        return sweep(opened, progress=False)
-
-
-def test_a_recording_is_held_against_the_run_that_it_says_it_is(bench, second_run):
+def test_a_recording_is_held_against_the_run_that_it_says_it_is(bench):
     """A tighter tolerance than the key's, which two runs of one bench may both keep."""
     strict = RecordingOf(lambda bench, run: bench.sweep(run), channel="alpha", rtol=1e-4, runs=True)
     part, case = CATALOGUE.find("2.9").part("sweep"), Case(bench, lambda question, part: {}[question], SEED)
-    value = forms.decode(part, forms.encode(part, second_run, SEED).content)
+    value = forms.decode(part, forms.encode(part, sweep_of("ada", run=2), SEED).content)
     assert strict.verdict(part, value, case).status is RIGHT
     value["metadata"]["bench"]["run"] = 1
     assert strict.verdict(part, value, case).status is WRONG
     del value["metadata"]["bench"]["run"]  # as of a release that knew no runs
     assert strict.verdict(part, value, case).status is WRONG
-
-
-def test_a_recording_of_part_of_the_sweep_is_wrong(marks, own_sweep):
-    assert "length" in marks({SWEEP: own_sweep.between(0, 10)})[SWEEP].reason
-
-
-def test_a_bench_that_answers_claim_to_come_from_changes_no_mark(marks, others_sweep):
-    """Or wrong numbers would wait for a person."""
-    assert marks({SWEEP: others_sweep}, bench={"uri": "quanser:q2_usb/0"})[SWEEP].status is WRONG
 
 
 @pytest.mark.parametrize("inside", [2, 4])
@@ -278,13 +241,7 @@ class Perhaps:
     kinds = ("number",)
 
     def __init__(self, finds):
-        self._finds = finds
-
-    def verdict(self, part, value, case):
-        return wrong("Given.")
-
-    def missing(self, part, case):
-        return self._finds()
+        self.missing = lambda part, case: finds()
 
 
 def fails():
@@ -297,7 +254,6 @@ def fails():
         (lambda: right("There is none to give."), Status.RIGHT, 2.0),
         (lambda: None, Status.MISSING, 0.0),
         (fails, Status.MISSING, 0.0),
-        (lambda: {}["fault"], Status.MISSING, 0.0),
     ],
 )
 def test_a_check_may_find_it_right_that_there_is_no_answer(bench, finds, status, points):

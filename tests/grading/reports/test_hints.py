@@ -122,18 +122,15 @@ def sweep_of(name, run=1):
     return {"kind": "recording", **encode_recording(SWEEP, recording)[0]}
 
 
-def book_with(student, recording):
+def book_with(student, answers):
     about = {"format": 2, "student": student, "bench": {}, "software": "rotflex 0", "probe_seed": 7}
-    return json.dumps({**about, "answers": {"2.9": {"sweep": recording}}}).encode()
+    return json.dumps({**about, "answers": answers}).encode()
 
 
 def recorded(student, recording, group="", policy=THEIR_OWN, at_home=None):
-    run = graded(
-        student,
-        answers=None if recording is None else book_with(student, recording),
-        cells=Facts(bench_of=group or student, policy=policy).as_json(),
-    )
-    return hints.handed_in(run, {} if at_home is None else {"answers.json": book_with(student, at_home)})
+    here, there = (one and book_with(student, {"2.9": {"sweep": one}}) for one in (recording, at_home))
+    run = graded(student, answers=here, cells=Facts(bench_of=group or student, policy=policy).as_json())
+    return hints.handed_in(run, {"answers.json": there} if there else {})
 
 
 def pairs(*everybody):
@@ -180,10 +177,7 @@ def test_a_group_one_bench_for_all_another_run_and_a_simulation_are_no_hint(swee
         {"metadata": 7},
         {"channels": 7},
         {"channels": {}},
-        {"channels": {"alpha": 7}},
-        {"channels": {"alpha": {"values": 7}}},
-        {"channels": {"alpha": {"values": [[1, 2], [3]]}}},
-        {"channels": {"alpha": {"values": []}}},
+        *({"channels": {"alpha": one}} for one in (7, {"values": 7}, {"values": [[1, 2], [3]]}, {"values": []})),
     ],
 )
 def test_what_has_not_the_form_of_a_recording_is_passed_over(sweeps, change):
@@ -193,9 +187,7 @@ def test_what_has_not_the_form_of_a_recording_is_passed_over(sweeps, change):
 
 def of_bench(student, bench_of="", **files):
     kept = {f"recordings/{name}.mat": content for name, content in files.items()}
-    one = graded(student)
-    facts = Facts(bench_of=bench_of)
-    return hints.handed_in(replace(one, run=replace(one.run, cells=facts.as_json())), kept)
+    return hints.handed_in(graded(student, cells=Facts(bench_of=bench_of).as_json()), kept)
 
 
 def having(student, handed_out=(), **files):
@@ -247,29 +239,28 @@ def course():
 
 
 def answered(student, value, status, bench_of=""):
-    about = {"format": 2, "student": student, "bench": {}, "software": "rotflex 0", "probe_seed": 7}
-    content = {**about, "answers": {"2.11": {"omega_n": {"kind": "number", "value": value}}}}
+    content = book_with(student, {"2.11": {"omega_n": {"kind": "number", "value": value}}})
     facts = Facts(bench_of=bench_of or student, policy=BenchPolicy()).as_json()
     marks = MarkRecord("2.11", "omega_n", status, 0.0, 2.0, "Well.", "")
-    return graded(student, marks, answers=json.dumps(content).encode(), cells=facts)
+    return graded(student, marks, answers=content, cells=facts)
 
 
-def deliver(book, student, **files):
-    named = {name.replace("_", "."): content for name, content in files.items()}
-    rows = [Delivery(name, sha256(content).hexdigest(), content, WHEN, "a zip") for name, content in named.items()]
-    book.deliver(student, rows)
+def deliver(book, student, content):
+    book.deliver(student, [Delivery("own.py", sha256(content).hexdigest(), content, WHEN, "a zip")])
 
 
-def test_hints_md_has_an_entry_for_each_pair_and_goes_when_there_is_nothing(book, course, tmp_path, snapshot):
+def test_hints_md_has_an_entry_for_each_pair_and_goes_when_there_is_nothing(book, course, tmp_path):
     record(book, answered("ada", 1.003, Status.RIGHT), answered("bob", 1.003, Status.WRONG))
     for student in ("ada", "bob"):
-        deliver(book, student, own_py=b"x = 1")
+        deliver(book, student, b"x = 1")
     reports, file = Reports(tmp_path / "out", course, book), tmp_path / "out" / "hints.md"
     reports.write_all()
     assert [str(file) in line for line in reports.notices()] == [True, True]
-    assert file.read_text(encoding="utf-8") == snapshot
+    said = file.read_text(encoding="utf-8")
+    assert "hint, never a verdict" in said and said.count("## ada, bob\n") == said.count("## ") == 1
+    assert "bob: 2.11 omega_n = 1.003 is wrong" in said and "the right answer of ada." in said and "own.py" in said
     record(book, answered("bob", 2.0, Status.RIGHT))
-    deliver(book, "bob", own_py=b"y = 2")
+    deliver(book, "bob", b"y = 2")
     reports.write_all()
     assert not file.exists() and list(reports.notices()) == []
 
@@ -278,6 +269,6 @@ def test_a_pair_that_hands_in_together_is_no_hint_and_neither_are_answers_that_c
     record(book, answered("cleo", 3.012, Status.RIGHT), answered("dan", 3.012, Status.WRONG, bench_of="cleo"))
     record(book, graded("bob", mark(), answers=b"not json"), answered("eve", 3.012, Status.WRONG))  # eve has no bench
     for student in ("cleo", "dan"):
-        deliver(book, student, own_py=b"x = 1")
+        deliver(book, student, b"x = 1")
     work = hints.works(book, course)
     assert hints.compared([work(one) for one in book.all_current()], course) == []

