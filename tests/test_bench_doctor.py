@@ -73,9 +73,8 @@ def asked(uri: str, code: int = 0) -> dict[str, list[Finding]]:
     return found
 
 
-@pytest.mark.parametrize("uri", [VIRTUAL, "virtual"])
-def test_on_a_virtual_bench_all_is_well(uri):
-    found = asked(uri)
+def test_on_a_virtual_bench_all_is_well():
+    found = asked(VIRTUAL)
     assert [one.what for ones in found.values() for one in ones] == ALL
     assert {one.level for ones in found.values() for one in ones} == {Level.OK}
     assert "time waits for the program" in found["samples at 500 Hz"][0].message
@@ -131,15 +130,7 @@ def test_a_watchdog_that_was_not_tested_with_the_motor_is_a_warning(installed):
     assert (one.level, one.advice) == (Level.WARN, "rotflex bench setup --watchdog bench.toml")
 
 
-@pytest.mark.parametrize(
-    ("uri", "said"),
-    [
-        ("nowhere.toml", "nowhere.toml"),
-        ("virtul", "'virtul'"),
-        ("replay:nowhere.mat", "nowhere.mat"),
-        ("quanser:q2_usb/7", "(error -1073)"),
-    ],
-)
+@pytest.mark.parametrize(("uri", "said"), [("nowhere.toml", "nowhere.toml"), ("quanser:q2_usb/7", "(error -1073)")])
 def test_what_cannot_be_opened_ends_it_as_any_command_of_a_bench(installed, uri, said):
     installed()
     done = CliRunner().invoke(app, ["doctor", "--bench", uri])

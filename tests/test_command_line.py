@@ -41,7 +41,6 @@ def test_a_command_of_a_class_or_person_takes_its_folder_first_and_all_call_it_t
 
 def test_without_the_courses_machinery_there_are_the_commands_of_a_bench():
     code = "import sys; sys.modules['labcourse'] = None; from rotflex import cli; cli.run()"
-    for words, status, shown in ((["--help"], 0, "bench"), (["doctor"], 2, "--bench"), (["bench", "--help"], 0, "fit")):
+    for words, status, shown in ((["doctor"], 2, "--bench"), (["bench", "--help"], 0, "fit")):
         done = subprocess.run([sys.executable, "-c", code, *words], capture_output=True, text=True, check=False)
         assert done.returncode == status and shown in done.stdout + done.stderr, done.stderr
-        assert "submit" not in done.stdout

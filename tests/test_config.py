@@ -24,14 +24,6 @@ def test_ratio_damping_and_equivalent_inertia_of_gear_and_load(gear, load, ratio
     assert servo.J_eq == pytest.approx(J_eq, rel=rel)
 
 
-def test_torque_per_volt_and_damping_with_back_emf():
-    servo = srv02()
-    assert servo.torque_per_volt == pytest.approx(0.128453, abs=5e-7)
-    assert servo.back_emf_damping + servo.B_eq == pytest.approx(0.073035, abs=5e-7)
-    no_load_speed = 6.0 / (servo.K_g * servo.k_m)
-    assert servo.torque_per_volt * 6.0 - servo.back_emf_damping * no_load_speed == pytest.approx(0, abs=1e-14)
-
-
 def test_sensors():
     for encoder, counts in (("E", 4096), ("EHR", 8192)):
         assert srv02(encoder=encoder).K_enc * counts == pytest.approx(2 * math.pi, rel=1e-15)

@@ -101,33 +101,12 @@ def test_both_routes_agree_with_ackermanns_formula_and_with_place(placement):
         assert_allclose(control.place(A, B, wanted), reference, rtol=1e-4, atol=100 * atol)
 
 
-@settings(max_examples=40, deadline=None)
-@given(controllable_pairs())
-def test_w_takes_the_system_to_companion_form(pair):
-    A, B = pair
-    T, T_tilde, W = design.transformation(A, B)
-    A_tilde, B_tilde = np.eye(len(A), k=1), np.eye(len(A))[:, -1:]
-    A_tilde[-1] = -np.poly(A).real[:0:-1]
-    assert_allclose(T, control.ctrb(A, B), rtol=1e-9)
-    assert_allclose(T_tilde, control.ctrb(A_tilde, B_tilde), rtol=1e-9)
-    assert_allclose(W @ T_tilde, T, rtol=1e-7, atol=1e-9 * np.abs(T).max())
-    assert_allclose(A @ W, W @ A_tilde, rtol=1e-6, atol=1e-8 * np.abs(A @ W).max())
-    assert_allclose(W @ B_tilde, B, rtol=1e-8, atol=1e-10)
-
-
 @pytest.mark.parametrize("wanted", [WANTED, [-20] * 4], ids=["distinct", "repeated"])
 def test_place_keeps_its_digits_for_a_joint_of_steel(wanted):
     stiff = model.state_space(srv02(), joint(), 1e10)
     with pytest.raises(ValueError, match="reachable"):
         control.acker(stiff.A, stiff.B, wanted)  # in raw units
     assert off_by(stiff.A, stiff.B, design.gain_by_place(stiff.A, stiff.B, wanted), wanted) < 1e-5
-
-
-def test_order_of_the_poles_and_the_shape_of_b_and_k_do_not_matter():
-    A, B = PRINTED.A, PRINTED.B
-    K = design.gain_by_companion(A, B, WANTED)
-    assert_allclose(design.gain_by_companion(A.tolist(), B[:, 0], WANTED[::-1]), K, rtol=1e-9)
-    assert_allclose(design.gain_by_place(A, B[:, 0], [-30, -12 - 16j, -40, -12 + 16j]), K, rtol=1e-9)
 
 
 @pytest.mark.parametrize(

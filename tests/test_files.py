@@ -13,9 +13,9 @@ def test_a_file_is_replaced_whole_and_nothing_lies_beside_it(tmp_path):
 
     def broken(scratch):
         scratch.write_bytes(b"half")
-        raise ZeroDivisionError
+        raise KeyboardInterrupt
 
-    with pytest.raises(ZeroDivisionError):
+    with pytest.raises(KeyboardInterrupt):
         files.write(path, broken)
     assert path.read_bytes() == b"by hand" and list(tmp_path.iterdir()) == [path]
 

@@ -32,12 +32,6 @@ def test_the_planned_voltage_turns_the_model_along_the_planned_states_and_leaves
     assert not plan.volts[TIME <= 0.1].any() and np.abs(np.diff(plan.volts)).max() < 0.05  # no jump
 
 
-def test_a_turn_of_40_degrees_in_half_a_second_asks_for_what_the_notebook_says():
-    plan = turn(PLANT, 40 * DEG, 0.5, TIME)
-    assert np.abs(plan.volts).max() == pytest.approx(1.94, abs=0.02)
-    assert np.abs(plan.states[1]).max() / DEG == pytest.approx(3.5, abs=0.05)
-
-
 def test_with_the_feedforward_a_state_feedback_sets_the_planned_voltage_and_helps_against_friction():
     plan = turn(PLANT, 40 * DEG, 0.5, TIME)
     command = plan.states[0] + plan.feedforward(K, friction=0.07)

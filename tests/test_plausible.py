@@ -89,7 +89,7 @@ def deflection(stiffness, damping):
     return shaken(T), arm - shaken(T)
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=5, deadline=None)
 @given(omega=st.floats(12, 36), damping=st.floats(0.2, 2.0))
 def test_the_natural_frequency_is_found_whatever_drives_the_servo(omega, damping):
     theta, alpha = deflection(omega**2, damping)

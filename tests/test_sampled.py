@@ -3,8 +3,6 @@
 import control
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 from scipy.integrate import solve_ivp
 
@@ -12,7 +10,6 @@ from rotflex import design, model, sampled
 from rotflex.config import joint, srv02
 from rotflex.errors import DesignError
 from rotflex.hil.controllers import StateFeedback
-from rotflex.simulation import held
 
 PLANT = model.state_space(srv02(), joint(), 1.4, link_damping=0.0)
 POLES = design.desired_poles(0.6, 20, -30, -40)
@@ -49,14 +46,6 @@ def test_a_held_voltage_that_comes_late_moves_the_plant_as_it_moves_the_differen
         else:
             voltage = change
     assert_allclose(moved, np.transpose(expected), rtol=1e-6, atol=1e-10)
-
-
-@settings(deadline=None, max_examples=25)
-@given(st.floats(1e-4, 0.05), st.floats(1e-4, 0.05))
-def test_two_intervals_in_a_row_are_one(first, second):
-    one, two, both = (held(PLANT.A, PLANT.B, time) for time in (first, second, first + second))
-    assert_allclose(two[0] @ one[0], both[0], rtol=1e-9, atol=1e-11)
-    assert_allclose(two[0] @ one[1] + two[1], both[1], rtol=1e-9, atol=1e-11)
 
 
 @pytest.mark.parametrize(("delay", "voltages"), [(0.0, 0), (0.002, 1), (0.01, 1), (0.0101, 2), (0.03, 3)])

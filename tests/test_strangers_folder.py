@@ -72,7 +72,7 @@ LINKS = {
 needs_links = pytest.mark.skipif(os.name == "nt", reason="links need rights there, and there are no such pipes")
 
 
-@pytest.fixture(params=LINKS)
+@pytest.fixture
 def link(tmp_path, folder, request):
     """Put a link, or a pipe, in place of a file in the folder."""
     secret = tmp_path / "secret"
@@ -80,13 +80,17 @@ def link(tmp_path, folder, request):
 
     def put(name):
         (folder / name).unlink(missing_ok=True)
-        LINKS[request.param](folder / name, secret)
+        LINKS[getattr(request, "param", "a secret")](folder / name, secret)
 
     return put
 
 
 @needs_links
-@pytest.mark.parametrize("name", [NAME, "answers.json", "course.json", "data.csv", "modeling_report.pdf"])
+@pytest.mark.parametrize(
+    ("link", "name"),
+    [*((kind, NAME) for kind in LINKS), *(("a secret", name) for name in ("answers.json", "course.json", "data.csv"))],
+    indirect=["link"],
+)
 def test_a_link_is_not_packed_and_that_is_said(tmp_path, folder, link, name):
     link(name)
     done = rotflex("submit", "--no-check", "--student", "ada", folder)
@@ -98,6 +102,7 @@ def test_a_link_is_not_packed_and_that_is_said(tmp_path, folder, link, name):
 
 
 @needs_links
+@pytest.mark.parametrize("link", LINKS, indirect=True)
 def test_a_link_is_not_restored_and_that_is_said(folder, link):
     link(NAME)
     done = rotflex("restore", NAME, "--folder", folder)
@@ -105,6 +110,7 @@ def test_a_link_is_not_restored_and_that_is_said(folder, link):
 
 
 @needs_links
+@pytest.mark.parametrize("link", LINKS, indirect=True)
 def test_nothing_is_written_through_a_link(tmp_path, folder, link, monkeypatch):
     monkeypatch.setattr("labcourse.lab_command.open_jupyterlab", lambda *given: None)
     link(NAME)

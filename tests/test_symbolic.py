@@ -7,8 +7,7 @@ import sympy
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
-from sympy import Eq, Rational, Symbol, symbols
-from sympy.physics.mechanics import KanesMethod, Point, ReferenceFrame, RigidBody, dynamicsymbols, inertia
+from sympy import Eq, Rational, symbols
 
 from rotflex import model, symbolic
 from rotflex.config import joint, srv02
@@ -47,28 +46,6 @@ def test_equations_of_motion_have_the_general_form():
     assert same(servo, (J_eq + J_l) * theta_ddot + J_l * alpha_ddot + B_eq * theta_dot)
     assert same(link, J_l * theta_ddot + J_l * alpha_ddot + B_l * alpha_dot + K_s * alpha)
     assert servo.coeff(theta_ddot) == J_eq + J_l  # collected, not just equal
-
-
-def test_accelerations_are_those_of_kanes_method(accelerations):
-    q_1, q_2, u_1, u_2 = dynamicsymbols("q_1 q_2 u_1 u_2")
-    room, servo, link = ReferenceFrame("N"), ReferenceFrame("S"), ReferenceFrame("L")
-    servo.orient_axis(room, room.z, q_1)
-    link.orient_axis(servo, servo.z, q_2)
-    servo.set_ang_vel(room, u_1 * room.z)
-    link.set_ang_vel(room, (u_1 + u_2) * room.z)
-    pivot = Point("O")
-    pivot.set_vel(room, 0)
-    bodies = [
-        RigidBody("servo", pivot, servo, Symbol("M_1"), (inertia(servo, 0, 0, J_eq), pivot)),
-        RigidBody("link", pivot, link, Symbol("M_2"), (inertia(link, 0, 0, J_l), pivot)),
-    ]
-    between = (K_s * q_2 + B_l * u_2) * room.z  # what the joint does to the servo, and the reverse to the link
-    kane = KanesMethod(room, [q_1, q_2], [u_1, u_2], [q_1.diff() - u_1, q_2.diff() - u_2])
-    kane.kanes_equations(bodies, [(servo, (tau - B_eq * u_1) * room.z + between), (link, -between)])
-    plain = {q_1: theta, q_2: alpha, u_1: theta_dot, u_2: alpha_dot}
-    expected = kane.mass_matrix.LUsolve(kane.forcing).xreplace(plain)
-    assert same(accelerations[0], expected[0])
-    assert same(accelerations[1], expected[1])
 
 
 def test_inertia_of_the_link_is_the_integral_over_both_rods_about_the_pivot():

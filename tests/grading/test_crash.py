@@ -9,7 +9,7 @@ import pytest
 import small_class
 
 pytestmark = pytest.mark.usefixtures("sandbox")
-SIZE, KILLS = 4, 2
+SIZE, KILLS = 3, 1
 
 
 @pytest.fixture(scope="module")

@@ -172,9 +172,8 @@ def test_an_open_loop_is_predicted_along_its_voltage(fitted):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("seen", "other"), [((0, 5), (5, 11)), pytest.param((5, 11), (0, 5), marks=pytest.mark.scheduled)]
-)
+@pytest.mark.scheduled
+@pytest.mark.parametrize(("seen", "other"), [((0, 5), (5, 11)), ((5, 11), (0, 5))])
 def test_one_half_of_a_real_benchs_log_lies_in_the_band_of_the_other(real_log, seen, other):
     result = fit(real_log.between(*seen), srv02(), joint(1), progress=False)
     feedback = StateFeedback([13.0384, -17.2586, 1.3198, -0.0461])  # of that log

@@ -224,6 +224,7 @@ def test_a_fit_that_leaves_much_is_doubted_in_words(together):
             assert ("[1]" in "".join(fitted.doubts())) == ("This fit is doubted" in str(fitted)) == doubted
 
 
+@pytest.mark.scheduled
 def test_a_log_of_another_mechanism_is_doubted(other_mechanism_path):
     log = Recording.load(other_mechanism_path)
     found = fit(log, srv02(), joint(1), ("K_s", "J_eq", "B_l", "servo_friction"), progress=False)

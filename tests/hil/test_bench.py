@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import json
 import math
 import signal
 import sys
@@ -19,7 +18,6 @@ from rotflex.errors import BenchError, ConfigurationError, HILError, LimitExceed
 from rotflex.hil import halt
 from rotflex.hil.bench import WATCHDOG_TIMEOUT, Bench, Connection, Limits, Safety, Wiring
 from rotflex.hil.board import BufferOverflowMode, Clock
-from rotflex.hil.student_benches import DRAW, student_bench
 from rotflex.plant import State
 from rotflex.units import DEG
 
@@ -151,10 +149,7 @@ def test_a_board_that_does_not_take_0_V_is_left_to_its_watchdog_and_not_said_to_
     ("limits", "voltage", "named"),
     [
         (Limits(theta=20 * DEG), 6.0, r"servo.* 20\.\d deg at t = 0\.\d{3} s"),
-        (Limits(theta=20 * DEG), -6.0, r"servo.* -20\.\d deg"),
         (Limits(alpha=8 * DEG), 8.0, r"deflection.* -8\.\d deg at t = 0\.\d{3} s"),
-        (Limits(alpha=8 * DEG), -8.0, r"deflection.* 8\.\d deg"),
-        (Limits(rate=1.0), 3.0, r"turned at 1\.\d.* rad/s"),
         (Limits(rate=1.0), -3.0, r"turned at -1\.\d.* rad/s"),
     ],
 )
@@ -235,31 +230,15 @@ def test_a_bench_must_be_open_and_sampling():
         bench.read()
 
 
-@pytest.mark.parametrize("sample_time", [0.0, -0.002, math.nan, 0.2, 5.0])
-def test_the_sample_time_is_positive_and_shorter_than_the_watchdogs(sample_time):
-    with hil.open("virtual") as bench, pytest.raises(BenchError, match="sample time"):
-        bench.start(sample_time)
-
-
 def test_a_servo_that_cannot_carry_the_joint_is_refused():
     with pytest.raises(ConfigurationError, match="flexible joint mounted"):
         Bench(Connection(FaultBoard, srv02()), srv02(gear="low"), joint(1), {})
 
 
-def test_identity_is_plain_data_that_says_which_bench_it_is():
-    bench = hil.open("virtual:?arm_position=2&encoder=EHR", seed=7)
-    expected = {"uri": "virtual:?arm_position=2&encoder=EHR", "seed": 7, "draw": DRAW, "run": 1}
-    expected |= {"arm_position": 2, "encoder": "EHR", "clock": "simulated"}
-    assert json.loads(json.dumps(bench.identity)) == bench.identity == expected
-    assert bench.joint == student_bench(7, 2).joint
-    assert bench.servo == srv02(encoder="EHR")
-    assert "seed=7" in repr(bench) and "closed" in repr(bench)
-
-
 def test_the_address_goes_before_the_callers_preset_and_that_before_their_seed():
     assert hil.open("virtual:?seed=3", seed=9).identity["seed"] == 3
     assert hil.open("virtual", seed=9).identity["seed"] == 9
-    assert hil.open().identity["seed"] == 0
+    assert hil.open().identity["seed"] == 0 and "seed=0" in repr(hil.open()) and "closed" in repr(hil.open())
     identity = {"uri": "virtual", "preset": "workbook", "run": 1, "arm_position": 1, "encoder": "E"}
     assert hil.open("virtual", seed=7, preset="workbook").identity == {**identity, "clock": "simulated"}
     assert hil.open("virtual:?seed=3", preset="workbook").identity["seed"] == 3
@@ -268,23 +247,17 @@ def test_the_address_goes_before_the_callers_preset_and_that_before_their_seed()
         hil.open("virtual:?arm_position=2", preset="workbook")
 
 
-NOT_UNDERSTOOD = "seed, arm_position, preset"
-
-
 @pytest.mark.parametrize(
     ("error", "uri", "named"),
     [
-        *((BenchError, uri, "virtual.*replay.*quanser.*serial") for uri in ("labjack:0", "")),
-        *((BenchError, uri, "'quanser:q2_usb/0'") for uri in ("quanser", "quanser:q2_usb", "quanser:/0")),
-        (BenchError, "virtual:seed=7", NOT_UNDERSTOOD),
-        (BenchError, "virtual:?speed=7", NOT_UNDERSTOOD),
-        (BenchError, "virtual:?seed=1&seed=2", NOT_UNDERSTOOD),
-        *((BenchError, f"virtual:?seed={seed}", f"seed .*'{seed}'") for seed in ("-1", "one", "")),
-        (BenchError, "virtual:?arm_position=x", "arm_position .*'x'"),
+        (BenchError, "labjack:0", "virtual.*replay.*quanser.*serial"),
+        (BenchError, "quanser:q2_usb", "'quanser:q2_usb/0'"),
+        *((BenchError, f"virtual:{asked}", "seed, arm_position, preset") for asked in ("seed=7", "?speed=7")),
+        (BenchError, "virtual:?seed=1&seed=2", "seed, arm_position, preset"),
+        *((BenchError, f"virtual:?seed={seed}", f"seed .*'{seed}'") for seed in ("-1", "one")),
         (BenchError, "virtual:?preset=workbook&seed=1", "preset and a draw"),
         (ConfigurationError, "virtual:?arm_position=4", "arm_position.*4.*2, 3"),
         (ConfigurationError, "virtual:?preset=moon", "'moon'.*'real_bench', 'workbook'"),
-        (ConfigurationError, "virtual:?encoder=X", "'X'.*'E', 'EHR'"),
         (ConfigurationError, "virtual:?clock=sundial", "'sundial'.*'simulated', 'wall'"),
     ],
 )

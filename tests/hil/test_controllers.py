@@ -46,15 +46,6 @@ def test_the_derivative_is_the_euler_form_of_the_transfer_function(values, cutof
     )
 
 
-def test_the_first_value_is_taken_to_have_stood_still():
-    follow = BandLimitedDerivative(SAMPLE_TIME)
-    assert follow(7.0) == 0.0
-    assert follow(7.0) == 0.0
-    assert follow(8.0) > 0.0
-    follow.reset()
-    assert follow(-3.0) == 0.0
-
-
 def test_an_unstable_filter_is_refused_and_the_cutoff_is_33_hz():
     assert pytest.approx(2 * np.pi * 33) == DERIVATIVE_CUTOFF
     for sample_time, *cutoff in ((0.01,), (0.002, 1000.0), (0.002, -1.0), (0.002, math.nan)):

@@ -153,8 +153,8 @@ def started(server: Path, folder: Path, way: tuple[str, ...]) -> subprocess.Pope
             signal.signal(number, handler)
 
 
-#: At a landing: each way in which a program ends, and each thing that is said of it.
-AT_A_LANDING = {"nothing", "calls that hang, and Ctrl-C four times", "Ctrl-C six times", "SIGTERM, writes refused"}
+#: At a landing: each way in which a program is ended, and each thing that is said of it.
+AT_A_LANDING = {"calls that hang, and Ctrl-C four times", "Ctrl-C six times", "SIGTERM, writes refused"}
 AT_A_LANDING |= {"SIGKILL", "SIGTERM, in a thread", "set-up, USB pulled, Ctrl-C four times"}
 
 
@@ -221,40 +221,54 @@ def test_a_board_that_refuses_what_its_watchdog_was_tested_with_is_not_driven_in
     assert "watchdog_set_analog_expiration_state" in said and "rotflex bench setup --watchdog" in said
 
 
-@pytest.fixture
-def kernel(tmp_path) -> Iterator[KernelManager]:
-    manager = KernelManager()
-    manager.start_kernel(env=environment(tmp_path), cwd=str(tmp_path))
+@dataclass(frozen=True)
+class Notebook:
+    """A kernel that drives the card, and the folder that it is in."""
+
+    kernel: KernelManager
+    client: BlockingKernelClient
+    folder: Path
+
+    def recordings(self) -> list[Path]:
+        """Find what runs left there that did not come to their end."""
+        return [*self.folder.glob("settings/unfinished/*.mat")]
+
+
+@pytest.fixture(scope="module")
+def notebook(server, tmp_path_factory) -> Iterator[Notebook]:
+    folder, kernel = tmp_path_factory.mktemp("notebook"), KernelManager()
+    commissioned(folder)
+    kernel.start_kernel(env=environment(folder), cwd=str(folder))
+    client = kernel.blocking_client()
     try:
-        yield manager
+        client.start_channels()
+        client.wait_for_ready(timeout=PATIENCE)
+        begun = client.execute_interactive(BEGIN % server, timeout=PATIENCE)
+        assert begun["content"]["status"] == "ok"
+        yield Notebook(kernel, client, folder)
     finally:
-        manager.shutdown_kernel(now=True)
+        client.stop_channels()
+        kernel.shutdown_kernel(now=True)
 
 
-@pytest.fixture
-def client(kernel) -> Iterator[BlockingKernelClient]:
-    line = kernel.blocking_client()
-    line.start_channels()
-    line.wait_for_ready(timeout=PATIENCE)
-    yield line
-    line.stop_channels()
-
-
-CELL = f"""
+#: A cell that ends with an error keeps none from being run that was asked for meanwhile.
+GOES_ON = {"stop_on_error": False}
+BEGIN = """
 import card_process, pathlib
 from rotflex import experiments, hil
 card_process.install(pathlib.Path("%s"))
+"""
+CELL = f"""
 with hil.open("bench.toml") as bench:
     bench.set_zero()
     experiments.tracking(bench, {GAIN}, progress=False)
 """
 
 
-def test_in_a_notebook_it_is_said_first_too(server, card, client, tmp_path):
-    commissioned(tmp_path)
+def test_in_a_notebook_it_is_said_first_too(card, notebook):
     card.fault(Fault(AT, WRITES))
     written: list[dict] = []
-    reply = client.execute_interactive(CELL % server, timeout=PATIENCE, output_hook=written.append)
+    reply = notebook.client.execute_interactive(CELL, timeout=PATIENCE, output_hook=written.append, **GOES_ON)
     assert reply["content"]["ename"] == "MotorNotStopped"
     texts = [one["content"].get("text") or "\n".join(one["content"].get("traceback", ())) for one in written]
     assert all(re.search(LEFT, text) for text in texts if text) and len([*filter(None, texts)]) == 2
@@ -263,18 +277,19 @@ def test_in_a_notebook_it_is_said_first_too(server, card, client, tmp_path):
 
 
 @pytest.mark.parametrize(("number", "why"), [(signal.SIGINT, "KeyboardInterrupt"), (signal.SIGTERM, "SIGTERM")])
-def test_a_kernel_that_is_interrupted_or_ended_sets_0_V_itself(server, card, kernel, client, tmp_path, number, why):
-    commissioned(tmp_path)
+def test_a_kernel_that_is_interrupted_or_ended_sets_0_V_itself(card, notebook, number, why):
+    for path in notebook.recordings():
+        path.unlink()
     card.fault(None)
-    client.execute(CELL % server)
-    until(lambda: card.samples >= AT, kernel.is_alive)
-    kernel.signal_kernel(number)
+    notebook.client.execute(CELL, **GOES_ON)
+    until(lambda: card.samples >= AT, notebook.kernel.is_alive)
+    notebook.kernel.signal_kernel(number)
     until(lambda: card.voltage == 0.0)
-    until(lambda: [*tmp_path.glob("settings/unfinished/*.mat")])
-    (recording,) = map(Recording.load, tmp_path.glob("settings/unfinished/*.mat"))
+    until(notebook.recordings)
+    (recording,) = map(Recording.load, notebook.recordings())
     assert why in recording.metadata["ended"] and recording.metadata["outcome"]["at_zero"]
     if number == signal.SIGTERM:
-        until(lambda: not kernel.is_alive())
+        until(lambda: not notebook.kernel.is_alive())
 
 
 def test_the_double_is_the_strict_one():

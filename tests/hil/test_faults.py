@@ -144,7 +144,7 @@ FAULTS: dict[str, Fault] = {
     "nothing": Fault(None, ""),
     **{
         f"{error!r} in the controller": Fault(type(error), type(error).__name__, controller=at_fault(raising(error)))
-        for error in (ZeroDivisionError("by nought"), KeyboardInterrupt(), SystemExit(), MemoryError())
+        for error in (ZeroDivisionError("by nought"), KeyboardInterrupt(), SystemExit())
     },
     "a voltage that is no number": Fault(BenchError, "asked for nan V", controller=at_fault(lambda _: math.nan)),
     "a voltage without end": Fault(BenchError, "asked for inf V", controller=at_fault(lambda _: math.inf)),
@@ -191,13 +191,10 @@ FAULTS: dict[str, Fault] = {
     "the board is gone": Fault(HILError, "closed", board=gone, watchdog=True, left=True),
     **{
         f"{name} for one sample": Fault(HILError, "gave no sample", board=short(came))
-        for name, came in {"nothing": 0, "two": 2, "an error's number": -1}.items()
+        for name, came in {"nothing": 0, "an error's number": -1}.items()
     },
     "the servo's counts freeze": Fault(
         LimitExceeded, "stood still for", board=reading(lambda new, last, _: [last[0], new[1]]), within=50
-    ),
-    "both counts freeze, stale samples": Fault(
-        LimitExceeded, "stood still for", board=reading(lambda new, last, _: list(last)), within=50
     ),
     "the link's counts freeze": Fault(
         LimitExceeded, "voltage and spring", board=reading(lambda new, last, _: [new[0], last[1]]), within=150
@@ -241,11 +238,8 @@ FAULTS: dict[str, Fault] = {
         f"the controller takes {takes * 1e3:g} ms": Fault(
             (LimitExceeded, HILError), "too slow", controller=paused(takes, SAMPLES), within=SAMPLES, watchdog=True
         )
-        for takes in (0.003, 0.01, 0.02)
+        for takes in (0.003, 0.02)
     },
-    "counts that are garbage": Fault(
-        LimitExceeded, "jumped by", board=reading(lambda new, last, sample: [new[0] ^ 0x5A5A, new[1] ^ 0x2525])
-    ),
     "the encoders are swapped": Fault(
         LimitExceeded, "jumped by|voltage and spring", board=reading(lambda new, last, _: new[::-1]), within=50
     ),
@@ -313,10 +307,7 @@ def assert_kept(recording: Recording | None, fault: Fault) -> None:
         assert recording[name][:same].tolist() == undisturbed_run()[name][:same].tolist()
 
 
-BEGINNING = ("read_encoder", "task_create_encoder_reader", "watchdog_start")
-
-
-@pytest.mark.parametrize("verb", [*BEGINNING, "task_start", "watchdog_clear", "watchdog_stop"])
+@pytest.mark.parametrize("verb", ["read_encoder", "watchdog_start", "task_start", "watchdog_clear", "watchdog_stop"])
 def test_a_run_that_does_not_begin_leaves_0_V_and_no_file(verb, tmp_path):
     board = FaultBoard()
     with pytest.raises(HILError, match="refused"), bench_of(board, tmp_path) as bench:
@@ -328,9 +319,9 @@ def test_a_run_that_does_not_begin_leaves_0_V_and_no_file(verb, tmp_path):
     assert not list(tmp_path.iterdir())
 
 
-@pytest.mark.parametrize("error", [HILError("the board refused"), KeyboardInterrupt()], ids=["refused", "Ctrl-C"])
 @pytest.mark.parametrize("verb", ["task_stop", "task_delete", "watchdog_clear", "watchdog_stop"])
-def test_a_run_that_is_whole_is_kept_where_the_stop_in_the_end_fails(verb, error, tmp_path):
+def test_a_run_that_is_whole_is_kept_where_the_stop_in_the_end_fails(verb, tmp_path):
+    error = KeyboardInterrupt() if verb in ("task_stop", "watchdog_clear") else HILError("the board refused")
     board = FaultBoard()
     with pytest.raises(type(error)) as caught, bench_of(board, tmp_path) as bench:
         board.before[verb] = failing(SAMPLES, error)
@@ -381,13 +372,6 @@ def test_catching_up_after_a_pause_is_a_sign_of_life():
     assert 100 < recording.metadata["timing"]["late"] < 200
 
 
-def test_a_run_without_a_pause_is_reported_so():
-    timing = undisturbed_run().metadata["timing"]
-    assert (timing["late"], timing["missed"], timing["latest"]) == (0, 0, 0.0)
-    assert timing["period"] == {"p50": 0.002, "p99": 0.002, "p99.9": 0.002, "max": 0.002}
-    assert timing["answer"]["max"] == 0.0
-
-
 def test_stale_samples_at_the_start_are_read_and_no_part_of_the_run():
     board = FaultBoard()
     with bench_of(board) as bench:
@@ -405,8 +389,7 @@ def test_stale_samples_at_the_start_are_read_and_no_part_of_the_run():
 LONG = smooth_square_wave(time_axis(10.0, SAMPLE_TIME), 2.0, 20 * DEG, 100.0) + np.linspace(0.0, 0.1, 5001)
 
 
-@pytest.mark.parametrize("lost", [1, 20, 50])
-@pytest.mark.parametrize("at", [1000, 1001])
+@pytest.mark.parametrize(("lost", "at"), [(1, 1000), (20, 1001), (50, 1000)])
 def test_after_a_burst_of_lost_samples_each_sample_is_answered_as_before(lost, at):
     board = FaultBoard()
     board.loses[at] = lost
@@ -419,7 +402,7 @@ def test_after_a_burst_of_lost_samples_each_sample_is_answered_as_before(lost, a
     assert recording.time[-1] + 1e-9 >= board.time.now()  # what is recorded at the end is of then
 
 
-@pytest.mark.parametrize(("drift", "jitter"), [(-0.01, 0.3), (0.0, 0.3), (0.0019, 0.0), (0.0045, 0.3)])
+@pytest.mark.parametrize(("drift", "jitter"), [(-0.01, 0.3), (0.0045, 0.3)])
 def test_a_clock_that_is_not_the_computers_is_measured_and_no_fault(drift, jitter):
     board, rng = FaultBoard(), np.random.default_rng(1)
     bench = bench_of(board)
@@ -431,9 +414,8 @@ def test_a_clock_that_is_not_the_computers_is_measured_and_no_fault(drift, jitte
     assert timing["drift"] == pytest.approx(drift, abs=2e-5)
 
 
-@pytest.mark.parametrize("drift", [-0.002, 0.002])
-def test_pauses_and_lost_samples_are_told_apart_with_a_clock_that_is_not_the_computers(drift):
-    board = FaultBoard()
+def test_pauses_and_lost_samples_are_told_apart_with_a_clock_that_is_not_the_computers():
+    board, drift = FaultBoard(), 0.002
     board.loses[3000] = 20
     bench = bench_of(board)
     bench.connection.now = lambda: (1 + drift) * board.time.now()
@@ -488,14 +470,6 @@ def test_a_wrong_sign_is_stopped_within_a_few_degrees(signs, amplitude):
     bound = (6 if motor != servo else amplitude + 2) * DEG
     assert np.abs(bench.recorder.kept["theta"]).max() < bound
     assert board.voltage == 0.0
-
-
-@pytest.mark.slow
-def test_an_arm_that_is_moved_by_hand_at_0_V_is_no_runaway():
-    board = FaultBoard()
-    board.spoil = lambda counts, sample: [round(300 * math.sin(sample / 60)), round(60 * math.sin(sample / 9))]
-    with bench_of(board) as bench:
-        assert len(run(bench, OpenLoop(), np.zeros(1000), SAMPLE_TIME, progress=False)) == 1000
 
 
 def test_a_voltage_that_the_board_refused_may_be_there_all_the_same():

@@ -75,15 +75,6 @@ def test_a_recorded_push_that_is_played_again_gives_the_same_recording_to_the_la
             assert (again[name] == channel.values).all(), name
 
 
-def test_no_push_is_no_channel_and_changes_nothing():
-    runs = []
-    for disturbance in (None, np.zeros(10)):
-        with hil.open("virtual:?seed=7", disturbance=disturbance) as bench:
-            runs.append(experiments.free_decay(bench, duration=1.0, progress=False))
-    assert PUSHED not in runs[0] and PUSHED not in runs[1]
-    assert all((runs[0][name] == runs[1][name]).all() for name in ("theta", "alpha", "vm"))
-
-
 EXPERIMENTS = {
     "hold": (experiments.hold, STANDING),
     "watch": (experiments.watch, STANDING),

@@ -20,7 +20,6 @@ from rotflex.hil.recorder import Stored, recover
 from rotflex.hil.student_benches import preset
 from rotflex.hil.virtual import VirtualBoard
 from rotflex.recording import Recording
-from rotflex.signals import square_wave, time_axis
 
 GAIN = [18.24, -17.15, 1.59, 0.63]
 
@@ -91,19 +90,6 @@ def test_each_sample_is_read_decided_and_written(bench):
     assert set(recording["vm"]) == {10.0}  # what was set, not what was asked for
 
 
-def test_what_is_recorded_is_what_the_plant_did(bench):
-    t = time_axis(1.0, 0.002)
-    recording = run(bench, OpenLoop(), square_wave(t, 2.0, 1.5), progress=False)
-    np.testing.assert_allclose(recording.time, t, atol=1e-12)
-    assert recording.sample_time == pytest.approx(0.002)
-    np.testing.assert_array_equal(recording["vm"], square_wave(t, 2.0, 1.5))
-    # the first sample is taken before the first voltage is set, and the second sees hardly any of it
-    assert recording["theta"][0] == recording["alpha"][0] == 0.0
-    assert recording["theta"][100] > 0.1
-    counts = recording["theta"] / (2 * np.pi / 4096)
-    np.testing.assert_allclose(counts, np.round(counts), atol=1e-6)
-
-
 def test_the_recording_says_where_it_comes_from(bench):
     described = run(bench, OpenLoop(), np.zeros(5), metadata={"experiment": "none"}, progress=False).metadata
     assert described["source"] == "virtual bench"
@@ -132,13 +118,6 @@ def test_a_real_bench_moves_as_its_log_says(real_log):
     for name, limit in (("theta", 0.2), ("alpha", 0.16)):
         assert np.sqrt(np.mean((replayed.degrees(name) - real_log.degrees(name)) ** 2)) <= limit, name
     assert np.abs(replayed["vm"]).max() == pytest.approx(np.abs(real_log["vm"]).max(), rel=0.1)
-    # The link rings on: with the servo at rest, alpha goes on counting in the last 0.6 s before each turn.
-    real, ours = (
-        [np.count_nonzero(np.diff(log.between(turn - 0.6, turn)["alpha"])) for turn in (2, 4, 6, 8, 10)]
-        for log in (real_log, replayed)
-    )
-    assert min(real) >= 4
-    assert np.median(ours) >= 4 and max(ours) <= max(real)
 
 
 @pytest.mark.parametrize("answer", [None, [1.0, 2.0], "fast", 1j, True, np.bool_(True), "1.0"])

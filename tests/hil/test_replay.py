@@ -86,15 +86,23 @@ STEERED = [name for name in ASKED if name not in ("small", "watch")]
 
 
 @pytest.fixture(scope="module")
-def recorded(tmp_path_factory):
+def made():
+    """What the experiments gave, and what was handed to whoever keeps recordings, by the experiment's name."""
+    given, kept = {}, {}
+    for name, ask in ASKED.items():
+        with hil.open("virtual:?seed=3") as bench:
+            handed = []
+            bench.recorder.on_recorded = handed.append
+            given[name] = ask(bench)
+            (kept[name],) = handed
+    return given, kept
+
+
+@pytest.fixture(scope="module")
+def recorded(made, tmp_path_factory):
     """Every experiment of a virtual bench: the recording, and its file."""
     folder = tmp_path_factory.mktemp("recorded")
-    made = {}
-    for name in STEERED:
-        with hil.open("virtual:?seed=3") as bench:
-            made[name] = ASKED[name](bench), folder / f"{name}.csv"
-        made[name][0].save(made[name][1])
-    return made
+    return {name: (made[0][name], made[0][name].save(folder / f"{name}.csv")) for name in STEERED}
 
 
 @pytest.mark.parametrize("asked", STEERED)
@@ -191,19 +199,6 @@ def bench_of(recordings, run=1) -> Bench:
         joint,
         identity,
     )
-
-
-@pytest.fixture(scope="module")
-def made():
-    """What the experiments gave, and what was handed to whoever keeps recordings, by the experiment's name."""
-    given, kept = {}, {}
-    for name, ask in ASKED.items():
-        with hil.open("virtual:?seed=3") as bench:
-            handed = []
-            bench.recorder.on_recorded = handed.append
-            given[name] = ask(bench)
-            (kept[name],) = handed
-    return given, kept
 
 
 @pytest.mark.parametrize("name", ASKED)

@@ -21,9 +21,9 @@ def served(jupyterlab):
     return jupyterlab.address, folder
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def opened(served, request):
-    """The explorer that the test names, in a page; whatever the test does there, the page stays in order."""
+    """The explorer that tests name, in one page for all of them; whatever they do there, it stays in order."""
     address, _ = served
     with browser.visit(address, f"explorers/{request.param}.ipynb") as seen:
         explorer_notebooks.show(seen)
@@ -55,30 +55,28 @@ def button(page, name):
     return page.locator(".labcourse-explorer").get_by_role("button", name=name, exact=True)
 
 
-@pytest.mark.parametrize("opened", ["poles"], indirect=True)
-def test_a_pole_is_dragged_by_the_mouse_and_all_follows(opened, served):
-    page = opened
-    before, picture = gain(page), painted(page)
-    assert verdicts(page) == ["✓ met"] * 4
-    x, y = middle(page, "pair")
-    page.mouse.move(x, y)
-    page.mouse.down()
-    page.mouse.move(x - 5, y - 40, steps=8)
-    page.mouse.up()
-    settled(page)
-    now = middle(page, "pair")
-    assert now == pytest.approx((x - 5, y - 40), abs=3)
-    assert painted(page) != picture
-    assert gain(page) != before
-    assert "✗ not met" in verdicts(page)
-
-    button(page, "Keep this design").click()
-    wait_for_text(page, ".labcourse-explorer .notice", "recorded")
-    kept = json.loads((served[1] / "answers.json").read_text())["answers"]["3.8"]["K"]["value"]
-    assert kept[0] == pytest.approx(gain(page), rel=2e-3)
-    button(page, "Figure for the report").click()
-    wait_for_text(page, ".labcourse-explorer .notice", "pole_design.svg")
-    assert (served[1] / "pole_design.png").read_bytes().startswith(b"\x89PNG")
+@pytest.mark.scheduled
+@pytest.mark.parametrize("name", ["poles", "results"])
+def test_a_notebook_that_is_opened_again_shows_the_picture_and_what_to_do(served, name):
+    """Not "Loading widget..." for ever; and the page that it was saved from keeps its explorer."""
+    with browser.visit(served[0], f"explorers/{name}.ipynb") as seen:
+        explorer_notebooks.show(seen)
+        seen.page.evaluate("() => window.jupyterapp.shell.currentWidget.context.save()")
+        settled(seen.page)
+        assert seen.page.locator(".labcourse-explorer button").count() > 0
+        seen.page.evaluate("() => window.jupyterapp.shell.currentWidget.sessionContext.shutdown()")
+    with browser.visit(served[0], f"explorers/{name}.ipynb") as seen:
+        output = seen.page.locator(".jp-OutputArea-output", has_text="run this cell")
+        output.wait_for()
+        assert "widget" not in output.inner_text()
+        for text in ("Loading widget", "model not found"):
+            assert seen.page.get_by_text(text).count() == 0
+        if name == "poles":
+            image = output.locator("img")
+            assert image.evaluate("one => one.complete && one.naturalWidth") > 500
+            assert "Desired poles" in image.get_attribute("alt")
+        assert not seen.errors
+        explorer_notebooks.show(seen)  # and run again, it is there
 
 
 @pytest.mark.parametrize("opened", ["poles"], indirect=True)
@@ -119,6 +117,100 @@ def test_the_pole_explorer_works_by_keyboard_alone(opened):
     assert page.locator('[data-name="feedback"]').input_value() == "full"
 
 
+@pytest.mark.parametrize("opened", ["poles"], indirect=True)
+def test_a_pole_is_dragged_by_the_mouse_and_all_follows(opened, served):
+    page = opened
+    before, picture = gain(page), painted(page)
+    assert verdicts(page) == ["✓ met"] * 4
+    x, y = middle(page, "pair")
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.mouse.move(x - 5, y - 40, steps=8)
+    page.mouse.up()
+    settled(page)
+    now = middle(page, "pair")
+    assert now == pytest.approx((x - 5, y - 40), abs=3)
+    assert painted(page) != picture
+    assert gain(page) != before
+    assert "✗ not met" in verdicts(page)
+
+    button(page, "Keep this design").click()
+    wait_for_text(page, ".labcourse-explorer .notice", "recorded")
+    kept = json.loads((served[1] / "answers.json").read_text())["answers"]["3.8"]["K"]["value"]
+    assert kept[0] == pytest.approx(gain(page), rel=2e-3)
+    button(page, "Figure for the report").click()
+    wait_for_text(page, ".labcourse-explorer .notice", "pole_design.svg")
+    assert (served[1] / "pole_design.png").read_bytes().startswith(b"\x89PNG")
+
+
+KEYS = ("d", "d", "j", "a", "x", "m", "Shift+Enter")
+STATE = """() => {
+    const notebook = window.jupyterapp.shell.currentWidget.content;
+    const types = notebook.widgets.map((cell) => cell.model.type);
+    return [types, notebook.activeCellIndex, notebook.activeCell.model.executionCount];
+}"""
+
+
+@pytest.mark.parametrize("opened", ["poles"], indirect=True)
+def test_no_key_acts_on_the_notebook_after_a_click_on_the_explorer_and_beside_it_one_does(opened):
+    """After a click on any of its elements: tests/labcourse/scene/test_plots.py."""
+    page = opened
+    before = page.evaluate(STATE)
+    for element in (".handle", ".stage"):
+        found = page.locator(".labcourse-explorer").locator(element).first
+        found.click(position={"x": 2, "y": 2} if element == ".stage" else None)
+        for key in KEYS:
+            page.keyboard.press(key)
+        assert page.evaluate(STATE) == before, element
+    page.locator(".jp-Notebook .jp-InputPrompt").first.click()
+    for key in ("d", "d"):
+        page.keyboard.press(key)
+    page.wait_for_function(f"count => ({STATE})()[0].length === count", arg=len(before[0]) - 1)
+
+
+@pytest.mark.scheduled
+@pytest.mark.parametrize("opened", ["poles"], indirect=True)
+def test_a_kernel_that_is_restarted_is_noticed(opened):
+    page = opened
+    page.evaluate("() => window.jupyterapp.shell.currentWidget.sessionContext.session.kernel.restart()")
+    page.wait_for_timeout(1000)
+    page.locator('[data-name="zeta"]').focus()
+    page.keyboard.press("ArrowRight")
+    wait_for_text(page, ".labcourse-explorer .notice", "run this cell again")
+
+
+ASIDE = """([name, sign, degrees]) => {
+    const aside = document.querySelector(`.handle[data-name="${name}"]`).getAttribute("aria-valuetext");
+    return sign * parseFloat(aside) > degrees;
+}"""
+
+
+@pytest.mark.parametrize("opened", ["console"], indirect=True)
+def test_the_arm_is_pulled_aside_by_mouse_and_by_keyboard_and_swings_back(opened):
+    page = opened
+
+    def wait_until_aside(sign, degrees):
+        page.wait_for_function(ASIDE, arg=["arm", sign, degrees])
+
+    x, y = middle(page, "arm")
+    page.mouse.move(x, y)
+    page.mouse.down()  # nothing runs before
+    page.mouse.move(x - 120, y, steps=4)
+    wait_until_aside(1, 8)
+    page.wait_for_timeout(500)  # more than 0.2 s without a movement
+    wait_until_aside(1, 8)
+    page.mouse.up()
+    wait_until_aside(-1, 3)
+    page.locator('.handle[data-name="arm"]').focus()
+    for _press in range(5):
+        page.keyboard.down("ArrowRight")
+    wait_until_aside(-1, 8)
+    page.keyboard.up("ArrowRight")
+    wait_until_aside(1, 3)
+    button(page, "STOP").click()
+    wait_for_text(page, ".readouts", "You stopped it.")
+
+
 BUSY = """async (code) => {
     const kernel = window.jupyterapp.shell.currentWidget.sessionContext.session.kernel;
     const future = kernel.requestExecute({code});
@@ -155,38 +247,6 @@ def test_stop_ends_a_running_experiment(opened):
     wait_for_text(page, ".readouts", "not connected")
 
 
-ASIDE = """([name, sign, degrees]) => {
-    const aside = document.querySelector(`.handle[data-name="${name}"]`).getAttribute("aria-valuetext");
-    return sign * parseFloat(aside) > degrees;
-}"""
-
-
-@pytest.mark.parametrize("opened", ["console"], indirect=True)
-def test_the_arm_is_pulled_aside_by_mouse_and_by_keyboard_and_swings_back(opened):
-    page = opened
-
-    def wait_until_aside(sign, degrees):
-        page.wait_for_function(ASIDE, arg=["arm", sign, degrees])
-
-    x, y = middle(page, "arm")
-    page.mouse.move(x, y)
-    page.mouse.down()  # nothing runs before
-    page.mouse.move(x - 120, y, steps=4)
-    wait_until_aside(1, 8)
-    page.wait_for_timeout(500)  # more than 0.2 s without a movement
-    wait_until_aside(1, 8)
-    page.mouse.up()
-    wait_until_aside(-1, 3)
-    page.locator('.handle[data-name="arm"]').focus()
-    for _press in range(5):
-        page.keyboard.down("ArrowRight")
-    wait_until_aside(-1, 8)
-    page.keyboard.up("ArrowRight")
-    wait_until_aside(1, 3)
-    button(page, "STOP").click()
-    wait_for_text(page, ".readouts", "You stopped it.")
-
-
 #: Ends by itself once the motor is at 0 V, which is to be so before the cell ends.
 KEEPS_PYTHON_BUSY = """import time
 print("busy", flush=True)
@@ -211,65 +271,3 @@ def test_a_run_ends_at_0_volts_while_another_cell_keeps_python_busy(opened):
     page.wait_for_function("window.ended")
     assert page.evaluate("window.said").split() == ["busy", "0"]
     wait_for_text(page, ".readouts", "The motor is at 0 V.")
-
-
-@pytest.mark.scheduled
-@pytest.mark.parametrize("opened", ["poles"], indirect=True)
-def test_a_kernel_that_is_restarted_is_noticed(opened):
-    page = opened
-    page.evaluate("() => window.jupyterapp.shell.currentWidget.sessionContext.session.kernel.restart()")
-    page.wait_for_timeout(1000)
-    page.locator('[data-name="zeta"]').focus()
-    page.keyboard.press("ArrowRight")
-    wait_for_text(page, ".labcourse-explorer .notice", "run this cell again")
-
-
-KEYS = ("d", "d", "j", "k", "a", "b", "x", "m", "y", "z", "Shift+Enter", "Shift+M")
-ELEMENTS = ('button[data-name="reset"]', ".handle", '[data-name="zeta"]', '[data-name="zeta-number"]')
-ELEMENTS += ('[data-name="feedback"]', ".stage", "table.readout", ".notice + .controls", "summary")
-STATE = """() => {
-    const notebook = window.jupyterapp.shell.currentWidget.content;
-    const types = notebook.widgets.map((cell) => cell.model.type);
-    return [types, notebook.activeCellIndex, notebook.activeCell.model.executionCount];
-}"""
-
-
-@pytest.mark.parametrize("opened", ["poles"], indirect=True)
-def test_no_key_acts_on_the_notebook_after_a_click_on_any_kind_of_element_and_beside_the_explorer_it_does(opened):
-    page = opened
-    before = page.evaluate(STATE)
-    for element in ELEMENTS:
-        found = page.locator(".labcourse-explorer").locator(element).first
-        found.click(position={"x": 2, "y": 2} if element in (".stage", ".notice + .controls") else None)
-        for key in KEYS:
-            page.keyboard.press(key)
-        assert page.evaluate(STATE) == before, element
-    page.locator(".jp-Notebook .jp-InputPrompt").first.click()
-    for key in ("d", "d"):
-        page.keyboard.press(key)
-    page.wait_for_timeout(300)
-    assert len(page.evaluate(STATE)[0]) == len(before[0]) - 1
-
-
-@pytest.mark.scheduled
-@pytest.mark.parametrize("name", ["poles", "results"])
-def test_a_notebook_that_is_opened_again_shows_the_picture_and_what_to_do(served, name):
-    """Not "Loading widget..." for ever; and the page that it was saved from keeps its explorer."""
-    with browser.visit(served[0], f"explorers/{name}.ipynb") as seen:
-        explorer_notebooks.show(seen)
-        seen.page.evaluate("() => window.jupyterapp.shell.currentWidget.context.save()")
-        settled(seen.page)
-        assert seen.page.locator(".labcourse-explorer button").count() > 0
-        seen.page.evaluate("() => window.jupyterapp.shell.currentWidget.sessionContext.shutdown()")
-    with browser.visit(served[0], f"explorers/{name}.ipynb") as seen:
-        output = seen.page.locator(".jp-OutputArea-output", has_text="run this cell")
-        output.wait_for()
-        assert "widget" not in output.inner_text()
-        for text in ("Loading widget", "model not found"):
-            assert seen.page.get_by_text(text).count() == 0
-        if name == "poles":
-            image = output.locator("img")
-            assert image.evaluate("one => one.complete && one.naturalWidth") > 500
-            assert "Desired poles" in image.get_attribute("alt")
-        assert not seen.errors
-        explorer_notebooks.show(seen)  # and run again, it is there

@@ -159,7 +159,7 @@ def unstable(growth, imaginary=16.0):
     return design(A, B, Dominant(-growth / size, size).poles)
 
 
-@pytest.mark.parametrize("growth", [1.5, 2.0, 6.0])
+@pytest.mark.parametrize("growth", [1.5, 6.0])
 def test_it_swings_up_to_a_limit_and_is_stopped_there(growth):
     found = unstable(growth)
     runaway = found.runaway

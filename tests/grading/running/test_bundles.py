@@ -1,7 +1,6 @@
 """Work is run and marked under the release that it was begun with, though the course has changed since."""
 
 import io
-import shutil
 import zipfile
 import zlib
 from dataclasses import replace
@@ -15,7 +14,7 @@ from labcourse.benches import BenchPolicy
 from labcourse.errors import GradingError
 from labcourse.grading import course as courses
 from labcourse.grading.marking import decoding, marking
-from labcourse.grading.release import releases, student_course
+from labcourse.grading.release import releases
 from labcourse.grading.running import bundle, runner
 from labcourse.grading.running.bundle import Bundles
 from labcourse.grading.running.prepared import prepare
@@ -219,20 +218,6 @@ def test_a_release_that_cannot_be_kept_is_told_with_what_to_do(two, course, tmp_
     elsewhere = replace(course, settings=replace(course.settings, releases=str(tmp_path / "kept")))
     with pytest.raises(GradingError, match=str(tmp_path / "kept")):
         releases.store(elsewhere, two.first.with_suffix(".zip"), "x-1")
-
-
-@pytest.mark.parametrize("name", ["labcourse/session.py", "springlab/plant.py"])
-def test_a_changed_line_of_the_engine_or_of_the_courses_package_is_another_run(course, tmp_path, monkeypatch, name):
-    """A changed line of the key is another way of marking: tests/grading/marking/test_digest.py."""
-    for package in ("labcourse", "springlab"):
-        ignored = shutil.ignore_patterns("__pycache__", "grading")
-        shutil.copytree(courses.package_folder(package), tmp_path / package, ignore=ignored)
-    monkeypatch.setattr(student_course, "package_folder", lambda package: tmp_path / package)
-    before = bundle.build(course).digest
-    assert bundle.build(course).digest == before
-    with (tmp_path / name).open("a", encoding="utf-8") as file:
-        file.write("# changed\n")
-    assert bundle.build(course).digest != before
 
 
 def test_a_stored_release_writes_nothing_outside_of_the_folder_that_it_is_unpacked_in(tmp_path):

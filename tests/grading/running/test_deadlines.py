@@ -1,10 +1,12 @@
 """Each deadline is the one that was asked for, from the command to the clock that ends a run; the clocks are ours."""
 
+import itertools
 import json
 import subprocess
 import sys
 import threading
 from types import SimpleNamespace
+from unittest.mock import Mock
 
 import pytest
 from made_courses import OURS
@@ -19,7 +21,7 @@ from labcourse.grading.isolation.process import Ending, Outcome
 from labcourse.grading.isolation.process import Limits as SandboxLimits
 from labcourse.grading.running import isolation_report, runner
 from labcourse.run import from_notebook
-from labcourse.run.inside import BROKEN, EVIDENCE_FILE
+from labcourse.run.inside import BROKEN, EVIDENCE_FILE, FINE, TIMED_OUT
 from rotflex.cli import app
 
 USUAL = runner.Limits()
@@ -143,76 +145,45 @@ def test_a_submission_that_claims_that_the_course_is_broken_is_not_believed(monk
     assert asked == [job, runner.Job("ada", {}, 5)]
 
 
-def test_a_run_that_says_too_much_is_told_so():
-    """What else ends a run: tests/grading/running/test_runner.py."""
-    (problem,) = runner._problems(Outcome(Ending.OUTPUT, None, {}, {}, b"", 1.0), LIMITS)
-    assert "too much" in problem
+@pytest.mark.parametrize(
+    ("ending", "code", "said"),
+    [
+        (Ending.FINISHED, FINE, ""),
+        (Ending.FINISHED, TIMED_OUT, "A cell took longer than 7 s and was stopped."),
+        (Ending.DEADLINE, None, "The run took longer than 77.5 s and was stopped."),
+        (Ending.OUTPUT, None, "The run was stopped: it printed too much."),
+    ],
+)
+def test_what_ended_a_run_and_every_file_that_cannot_be_read_are_told(monkeypatch, ending, code, said):
+    """On runs that end so: tests/grading/running/test_runner.py."""
+    troubles = {"answers.json": "cannot be read: a link", EVIDENCE_FILE: "cannot be read: too large"}
+    monkeypatch.setattr(runner, "_run_in_sandbox", lambda *_: Outcome(ending, code, {}, troubles, b"", 1.0))
+    problems = runner.run(b"", runner.Job("ada", {}, 5, limits=LIMITS)).problems
+    assert problems == (*filter(None, [said]), *(f"{name} {why}." for name, why in troubles.items()))
 
 
 @pytest.mark.parametrize("hears", [0, 1, 2])
-def test_a_program_in_a_cell_is_waited_for_then_asked_and_then_ended(hears):
-    done = []
+def test_a_program_in_a_cell_is_waited_for_then_asked_and_then_ended(monkeypatch, tmp_path, hears):
+    done, waits = [], itertools.count()
 
-    class Child:
-        def poll(self):
-            return None
+    def wait(timeout=None):
+        done.append(timeout)
+        if next(waits) < hears:
+            raise subprocess.TimeoutExpired("rotflex", timeout)
 
-        def wait(self, timeout=None):
-            done.append(timeout)
-            if len([one for one in done if one not in ("terminate", "kill")]) <= hears:
-                raise subprocess.TimeoutExpired("rotflex", timeout)
-
-        def terminate(self):
-            done.append("terminate")
-
-        def kill(self):
-            done.append("kill")
-
-    from_notebook._end(Child())
-    waits = [one for one in done if isinstance(one, int | float)]
-    assert waits[0] == 5 and (hears == 0 or waits[1] == 15)
-    assert ("terminate" in done, "kill" in done) == (hears > 0, hears > 1)
+    ends = {word: lambda word=word: done.append(word) for word in ("terminate", "kill")}
+    child = SimpleNamespace(stdout=[], wait=wait, **ends)
+    monkeypatch.setattr(subprocess, "Popen", lambda *_words, **_more: child)
+    assert list(from_notebook.output_of("check", (), tmp_path)) == []
+    assert done == [5, "terminate", 15, "kill", None][: 1 + 2 * hears]
 
 
-@pytest.mark.parametrize("workers", [True, False])
-def test_a_scheduler_and_a_worker_are_waited_for_fifteen_seconds_each(monkeypatch, workers):
-    waited = []
-
-    def submit(function, *arguments):
-        assert function is runner.call_on_worker
-        return SimpleNamespace(result=lambda: function(*arguments))
-
-    class Client:
-        def __init__(self, address, timeout, set_as_default):
-            waited.append((address, timeout, set_as_default))
-
-        def wait_for_workers(self, number, timeout):
-            waited.append((number, timeout))
-            if not workers:
-                raise TimeoutError
-
-        def nthreads(self):
-            return {"one": 3, "two": 4}
-
-        def get_executor(self, pure, retries):
-            waited.append((pure, retries))
-            return SimpleNamespace(shutdown=lambda wait: None, submit=submit)
-
-        def close(self):
-            waited.append("closed")
-
-    monkeypatch.setitem(sys.modules, "distributed", SimpleNamespace(Client=Client))
-    if workers:
-        with runner.cluster("tcp://host:8786") as pool:
-            assert pool.capacity == 7 and pool.run(max, 2, 3) == 3
-        assert waited == [("tcp://host:8786", 15, False), (1, 15), (False, 3), "closed"]
-    else:
-        with pytest.raises(GradingError, match="has no workers"), runner.cluster("tcp://host:8786"):
-            pass
-        assert waited == [("tcp://host:8786", 15, False), (1, 15), "closed"]
-
-
-def test_every_file_of_a_run_that_cannot_be_read_is_named():
-    troubles = {"answers.json": "cannot be read: a link", EVIDENCE_FILE: "cannot be read: too large"}
-    problems = runner._problems(Outcome(Ending.FINISHED, 0, {}, troubles, b"", 1.0), LIMITS)
-    assert problems == tuple(f"{name} {why}." for name, why in troubles.items())
+def test_a_scheduler_and_its_workers_are_waited_for_fifteen_seconds_each(monkeypatch):
+    """Runs on a cluster: tests/grading/test_cluster.py."""
+    client = Mock(**{"wait_for_workers.side_effect": TimeoutError})
+    monkeypatch.setitem(sys.modules, "distributed", SimpleNamespace(Client=Mock(return_value=client)))
+    with pytest.raises(GradingError, match="has no workers"), runner.cluster("tcp://host:8786"):
+        pass
+    sys.modules["distributed"].Client.assert_called_once_with("tcp://host:8786", timeout=15, set_as_default=False)
+    client.wait_for_workers.assert_called_once_with(1, timeout=15)
+    client.close.assert_called_once_with()

@@ -42,18 +42,6 @@ QUIET = {
         "get_ipython().displayhook = None\n1",
         "raise KeyboardInterrupt",
     ],
-    "pictures": [
-        "from matplotlib.backends.backend_agg import FigureCanvasAgg as Canvas\n"
-        "drawn, draw = [], Canvas.draw\n"
-        "Canvas.draw = lambda self, *args: (drawn.append(self), draw(self, *args))\n"
-        "import matplotlib.pyplot as plt",
-        "plt.plot([1, 2])",
-        "note(drawn_unasked=len(drawn), left_open=plt.get_fignums())",
-        "from rotflex import figures\nfigures.show(figures.reading_a_response())\nfigures.compound_sine_spectrum()",
-        "figure, axes = plt.subplots()\nplt.plot([1, 2])\nplt.show()\nfigure",
-        "note(drawn_unasked=len(drawn), left_open=plt.get_fignums())",
-        "figure.savefig('figure.png')\nnote(drawn_asked=len(drawn), saved=open('figure.png', 'rb').read(4).hex())",
-    ],
     "modules": [
         "open('rotflex.py', 'w').write('planted = 1')\nopen('mine.py', 'w').write('value = 2')",
         "import mine, rotflex, sys",
@@ -90,14 +78,6 @@ def test_each_notebook_has_random_numbers_of_its_own(quiet):
     _, notes = quiet
     first, second = noted(notes, "drawn")
     assert all(one != other for one, other in zip(first, second, strict=True))
-
-
-def test_nothing_is_drawn_unless_a_cell_asks_for_it_and_figures_are_closed(quiet):
-    _, notes = quiet
-    assert noted(notes, "drawn_unasked") == [0, 0]
-    assert noted(notes, "left_open") == [[], []]
-    assert noted(notes, "drawn_asked")[0] > 0
-    assert noted(notes, "saved") == [b"\x89PNG".hex()]
 
 
 def test_the_students_package_is_the_released_one_and_their_own_modules_are_found(quiet):

@@ -95,14 +95,11 @@ def test_libraries_that_compose_docstrings_otherwise_are_left_alone(monkeypatch)
     assert docscrape.FunctionDoc is scipys
 
 
-@pytest.mark.parametrize(
-    ("code", "said"), [(NEWER, "Notebooks were not tested with ipython"), (FAILS, "Cells do not run")]
-)
-def test_whoever_grades_is_told_and_no_submission_is_run(sandbox, code, said):
+def test_whoever_grades_is_told_and_no_submission_is_run(sandbox):
     made = bundle.build(OURS)
     with zipfile.ZipFile(packed := io.BytesIO(made.packed), "a") as archive:
-        archive.writestr("sitecustomize.py", code)
+        archive.writestr("sitecustomize.py", NEWER)
     job = runner.Job("ada", {"0.ipynb": notebook(["open('answers.json', 'w').write('{}')"])}, 5)
     assert json.loads(runner.run(made.packed, job).answers) == {}
-    with pytest.raises(GradingError, match=f"cannot be run here: {said}"):
+    with pytest.raises(GradingError, match="cannot be run here: Notebooks were not tested with ipython"):
         runner.run(packed.getvalue(), job)

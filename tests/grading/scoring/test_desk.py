@@ -194,4 +194,3 @@ def test_remarks_are_the_rubrics_first_and_then_those_that_are_written_most_and_
     made.undo("Ann")
     assert list(made.remarks(WORDS).values()) == [*RUBRIC[WORDS].remarks, "Often.", "Rare too.", "Rare."]
     assert "".join(made.remarks(WORDS)) == "abcde"
-    assert made.remarks(COMPARED) == {}

@@ -69,7 +69,6 @@ def test_a_text_may_be_written_over_several_lines_and_remarks_may_be_left_out(re
 FAULTS = [
     (WHOLE + entry('"1.3".why'), '"1.3".why'),
     (WHOLE + entry('"1.1".k'), '"1.1".k'),  # which a person does not mark
-    (WHOLE.replace(entry(PLACES[1]), ""), '"1.2".loss'),
     (WHOLE.replace(entry(PLACES[3]), ""), '"Report, as a whole".order'),
     (WHOLE.replace('2 = "Part of it."\n', "", 1), '"1.1".why]: 2'),
     (WHOLE.replace("3 =", "5 =", 1), '"1.1".why]: 5'),
