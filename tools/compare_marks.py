@@ -12,7 +12,6 @@ which a sandbox does not see; what is there already is used again.
 from __future__ import annotations
 
 import contextlib
-import importlib.util
 import json
 import os
 import subprocess
@@ -43,9 +42,7 @@ def _build_honest(folder: Path) -> None:
     from checkout import ROOT as CHECKOUT
     from honest_marks import build as build_class
 
-    pandas = importlib.util.find_spec("pandas") is not None
-    ways = [way for way in honest_class.WAYS if way.pandas in (None, pandas)]
-    build_class(ways, honest_class.solved_notebooks(CHECKOUT), folder / "in")
+    build_class(honest_class.WAYS, honest_class.solved_notebooks(CHECKOUT), folder / "in")
 
 
 def _build_hostile(folder: Path) -> None:

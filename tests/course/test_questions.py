@@ -17,10 +17,6 @@ SECTIONS = {
 WORKBOOK = {number: (section, codes) for section, asked in SECTIONS.items() for number, codes in asked.items()}
 
 
-def every_part():
-    return [(question, part) for question in CATALOGUE.everything.values() for part in question.parts]
-
-
 def test_all_35_questions_are_there_in_order_with_the_workbooks_sections_and_outcomes():
     every_class = left_out.reduced(CATALOGUE, CATALOGUE.optional)
     catalogue = [(q.number, (q.section, " ".join(q.outcomes))) for q in every_class.questions.values()]

@@ -28,12 +28,8 @@ def gain(A, B):
 
 @pytest.mark.parametrize(
     ("count", "duration"),
-    [
-        (2, 3.1),
-        pytest.param(25, 10.0, marks=pytest.mark.slow),
-        pytest.param(300, 3.1, marks=[pytest.mark.slow, pytest.mark.scheduled]),
-    ],
-    ids=["few", "some", "many"],
+    [(3, 10.0), pytest.param(300, 3.1, marks=[pytest.mark.slow, pytest.mark.scheduled])],
+    ids=["few", "many"],
 )
 def test_no_bench_is_stopped_by_the_spare_gain(count, duration):
     for seed in range(count):

@@ -1,7 +1,6 @@
 """A course that ``labcourse new`` makes: its name and its release. (Its marks: tests/docs/test_new_course_page.py.)"""
 
 import os
-import shutil
 import subprocess
 import sys
 import zipfile
@@ -39,25 +38,27 @@ def tank(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return parent / "tank"
 
 
-@pytest.mark.parametrize("licence", ["", "Copyright (c) Ann Lee\n"])
-def test_a_release_has_the_courses_own_licence_and_the_engines_in_its_wheel(tank, tmp_path, licence):
-    shutil.copytree(tank, tmp_path / "tank")
-    if licence:
-        (tmp_path / "tank" / "LICENSE").write_text(licence)
-    labcourse(tmp_path / "tank", "release", "OUT")
-    released = tmp_path / "tank" / "OUT" / "tank-course"
-    assert (released / "LICENSE").is_file() == bool(licence)
+def licences(released):
+    """The licence in each wheel of a release; "" for none."""
     found = {}
     for wheel in (released / "wheels").glob("*.whl"):
         with zipfile.ZipFile(wheel) as packed:
             names = [name for name in packed.namelist() if name.endswith("/licenses/LICENSE")]
             found[wheel.name.partition("-")[0]] = "".join(packed.read(name).decode() for name in names)
-    assert found == {"labcourse": (ROOT / "LICENSE").read_text(), "tank": licence}
+    return found
 
 
-def test_its_release_brings_the_package_and_no_solution(tank):
+def test_its_release_brings_the_package_its_own_licence_and_no_solution(tank):
+    engines = (ROOT / "LICENSE").read_text()
+    labcourse(tank, "release", "BARE")
+    bare = tank / "BARE" / "tank-course"
+    assert (licences(bare), (bare / "LICENSE").exists()) == ({"labcourse": engines, "tank": ""}, False)
+    (tank / "LICENSE").write_text("Copyright (c) Ann Lee\n")
     labcourse(tank, "release", "OUT")
-    (wheel,) = (tank / "OUT" / "tank-course" / "wheels").glob("tank-*.whl")
+    released = tank / "OUT" / "tank-course"
+    assert licences(released) == {"labcourse": engines, "tank": "Copyright (c) Ann Lee\n"}
+    assert (released / "LICENSE").is_file()
+    (wheel,) = (released / "wheels").glob("tank-*.whl")
     with zipfile.ZipFile(wheel) as packed:
         files = {name for name in packed.namelist() if ".dist-info/" not in name}
         entries = next(packed.read(name).decode() for name in packed.namelist() if name.endswith("entry_points.txt"))

@@ -132,11 +132,14 @@ def commands(path):
     yield from re.findall(r"(?<!`)`((?:rotflex|labcourse) [a-z][^`\n]*)`(?!`)", text)
 
 
+APP = typer.main.get_command(cli.app)
+
+
 def unknown(line):
     """Commands and options of a line that there are not."""
     words = shlex.split(line)[1:]
     words = words[: words.index("--")] if "--" in words else words  # what follows is another program's
-    command = typer.main.get_command(cli.app)
+    command = APP
     while hasattr(command, "commands") and words and not words[0].startswith(("-", "…")):
         if words[0] not in command.commands:
             return words[:1]

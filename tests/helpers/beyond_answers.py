@@ -11,10 +11,7 @@ from typing import Any
 
 import control
 import numpy as np
-import scipy.integrate
-import scipy.linalg
 import scipy.optimize
-import scipy.signal
 import sympy
 from numpy.polynomial import Polynomial
 from working_through import Where, state_space

@@ -58,8 +58,7 @@ def jupyterlab(folder: Path, *options: str, prefix: str = "") -> Iterator[str]:
             "JUPYTERLAB_WORKSPACES_DIR",
         )
     }
-    for name in ("HOME",):
-        Path(environment[name]).mkdir(parents=True, exist_ok=True)
+    (home / "home").mkdir(parents=True, exist_ok=True)
     command = [sys.executable, "-m", "rotflex.cli", "lab", str(folder), *options]
     command += ["--no-browser", "--ip=127.0.0.1", f"--port={port}", "--ServerApp.port_retries=0"]
     command += [

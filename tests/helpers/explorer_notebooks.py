@@ -46,26 +46,6 @@ def settled(page: Any) -> None:
         page.wait_for_timeout(300)
 
 
-#: What the console tells where the computer was too busy for seconds: it is right to, and says what to do.
-TOO_BUSY = ("Press it again", "Nothing was heard of the page", "too busy to control the bench")
-_TOLD = """([version, words]) => {
-    const now = Number(document.querySelector('.labcourse-explorer').dataset.version);
-    const told = document.querySelector('.readouts').textContent;
-    return now > version && words.find(word => told.includes(word));
-}"""
-
-
-def run_to_the_end(page: Any, presses: int = 4) -> None:
-    """Press the console's Start until an experiment is finished: again only where it says that Python was busy."""
-    host = page.locator(".labcourse-explorer")
-    told: list[str] = []
-    while "finished" not in told:
-        assert len(told) < presses, f"No experiment was finished: {told}"
-        version = int(host.get_attribute("data-version"))
-        host.get_by_role("button", name="Start", exact=True).click()
-        told.append(page.wait_for_function(_TOLD, arg=[version, ["finished", *TOO_BUSY]]).json_value())
-
-
 def middle(page: Any, name: str) -> tuple[float, float]:
     """Where a handle is."""
     box = page.locator(f'.handle[data-name="{name}"]').bounding_box()

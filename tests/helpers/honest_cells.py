@@ -6,32 +6,10 @@ from honest_hand_in import Ways, Work, code, markdown, text_of
 
 WAYS = Ways()
 
-_ARM = "arm = lab.joint\nbottom = arm.m_1 * arm.L_1**2 / 3\ntop = arm.m_2 * arm.L_2**2 / 12 + arm.m_2 * arm.d_12**2"
-
 
 @WAYS.changed()
 def plain(work: Work) -> None:
     """Nothing but the answers, in their cells."""
-
-
-@WAYS.changed(answers_json=True)
-def plain_with_answers_recorded_at_home(work: Work) -> None:
-    """The usual case: the folder as it is after the work, with the answers.json that the notebooks wrote."""
-
-
-@WAYS.changed(told=("student = 'Ada Lovelace' changes nothing",))
-def own_name_in_a_cell(work: Work) -> None:
-    """Wrote their name in a cell of their own, between the parameters and the setup of 02 and 03."""
-    for name in ("02_finding_stiffness.ipynb", "03_model_validation.ipynb"):
-        work.notebooks[name]["cells"].insert(1, code('student = "Ada Lovelace"\nprint("Lab 2 by", student)'))
-
-
-@WAYS.changed()
-def begun_again(work: Work) -> None:
-    """Began a session of their own in a cell, without an ID, and left papermill's cell of parameters in it."""
-    cells = work.notebooks["06_control_design.ipynb"]["cells"]
-    cells.insert(1, code('# Parameters\nstudent = "demo"\nbench = "virtual"\n'))
-    work.before("q3-7", code('import rotflex.course.lab\nlab = rotflex.course.lab.start("", "virtual")'))
 
 
 @WAYS.changed()
@@ -82,27 +60,9 @@ def own_cells_first_and_last(work: Work) -> None:
 
 
 @WAYS.changed()
-def computed_above(work: Work) -> None:
-    """Computed in a cell of their own above, and only assigned in the answer cell."""
-    work.before(
-        "q3-12",
-        code("""
-angle = turn.degrees("theta")
-late = np.flatnonzero(np.abs(angle + 20) > 0.8)
-settled_at = turn.time[late[-1] + 1]
-over = 100 * (-20 - angle.min()) / 40
-bend = np.abs(turn.degrees("alpha")).max()
-volts = np.abs(turn["vm"]).max()
-"""),
-    )
-    verdict = 'satisfied = "yes" if t_s <= 0.5 and PO <= 5 and alpha_max_deg <= 12.5 and V_max <= 10 else "no"'
-    work.write("q3-12", f"t_s, PO, alpha_max_deg, V_max = settled_at, over, bend, volts\n{verdict}")
-
-
-@WAYS.changed()
 def answer_in_a_cell_below(work: Work) -> None:
     """Left answer cells as they were, and answered in cells added below them."""
-    for cell in ("q2-11", "q2-18", "q3-8"):
+    for cell in ("q3-1", "q3-10"):
         answer = text_of(work.cell(cell))
         head, _, own = answer.partition("\n")
         preset, own = own.split("\n", 1)
@@ -126,40 +86,3 @@ def scratch_that_fails(work: Work) -> None:
     work.before("q2-10", code("sweep.angle  # no such thing?"))
     work.before("q3-9", code("np.linalg.eig(A, B)"), code("this is not python, I only wanted to note something"))
     work.after("summary", code("1 / 0"), number="02")
-
-
-@WAYS.changed()
-def locked_cells_copied_to_play(work: Work) -> None:
-    """Copied locked cells, as the texts ask, and changed numbers in the copies (which keep the locked metadata)."""
-    zoom, example = (copy.deepcopy(work.cell(cell)) for cell in ("first-zoom", "example"))
-    changes = (zoom, "10ad5e11", "1.5, 1.6", "0.1, 0.6"), (example, "10ad5e12", "38, 29, 6", "30, 29, 6")
-    for cell, name, old, new in changes:
-        text = text_of(cell)
-        assert old in text
-        cell.update(id=name, source=text.replace(old, new).splitlines(keepends=True))
-    work.after("first-zoom", zoom)
-    work.after("example", example)
-
-
-@WAYS.changed()
-def locked_setup_changed_harmlessly(work: Work) -> None:
-    """Changed a locked cell in an editor that knows no locks, to no effect: a comment, and figures of another size."""
-    work.replace("setup", "import numpy as np", "import numpy as np  # numbers", number="02")
-    work.replace("turn", "turn = None", "# one turn of the servo\nturn = None")
-
-
-@WAYS.changed()
-def answers_read_back(work: Work) -> None:
-    """Takes earlier answers by lab.value instead of by their names, and looks at the summary all the time."""
-    work.write(
-        "q2-12", "omega = lab.value('2.11', 'omega_n')\n" + _ARM + "\nJ_l = bottom + top\nK_s = J_l * omega**2\n"
-    )
-    work.before("q3-5", code("lab.summary()"), code("lab.progress()"))
-
-
-@WAYS.changed()
-def check_left_in(work: Work) -> None:
-    """Left the calls of lab.check() and lab.submit() in a last cell of each notebook."""
-    for notebook in work.notebooks.values():
-        notebook["cells"].append(code("lab.check()"))
-        notebook["cells"].append(code("lab.submit()"))

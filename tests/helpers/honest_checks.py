@@ -23,15 +23,12 @@ from pathlib import Path
 from labcourse.answers import notebooks
 from labcourse.run import execute
 from labcourse.run.check import check
-folder, student, seconds, way = sys.argv[1:]
-if way == "kernels":
-    execute.CAN_FORK = False
-else:
-    execute._run_in_kernels = None
+folder, student, seconds = sys.argv[1:]
+execute._run_in_kernels = None  # by the warm runner alone
 masters = notebooks.masters()
 found = check(Path(folder), masters, notebooks.catalogue_of(masters), student=student, cell_timeout=float(seconds))
 parts = [[one.question, one.name, one.state.value] for one in found.parts]
-print(json.dumps([parts, found.stops, found.lost, found.notes, found.seconds]))
+print(json.dumps([parts, found.stops, found.seconds]))
 """
 
 
@@ -43,13 +40,11 @@ class Seen:
     ----------
     recorded : (question, part) of what is recorded, words included
     stops : what stopped, and what builds on it
-    notes : what else is said
     seconds : that it took; 0 where that is not known
     """
 
     recorded: frozenset[Where]
     stops: frozenset[str]
-    notes: tuple[str, ...] = ()
     seconds: float = 0.0
 
 
@@ -60,29 +55,23 @@ def students_installation(folder: Path) -> Path:
     return folder
 
 
-def at_home(
-    folder: Path, student: str, installation: Path, cell_timeout: float, *more: Path, way: str = "warm"
-) -> Seen:
-    """What ``rotflex check`` finds in a folder, with a student's installation; ``more`` is on Python's path, too.
-
-    The notebooks are run by the warm runner, or in "kernels", which the other way must not fall back to.
-    """
-    path = os.pathsep.join(map(str, (installation, *more)))
+def at_home(folder: Path, student: str, installation: Path, cell_timeout: float) -> Seen:
+    """What ``rotflex check`` finds in a folder, with a student's installation."""
     done = subprocess.run(
-        [sys.executable, "-P", "-c", _PROGRAM, str(folder), student, str(cell_timeout), way],
+        [sys.executable, "-P", "-c", _PROGRAM, str(folder), student, str(cell_timeout)],
         cwd=folder,
-        env={**os.environ, "PYTHONPATH": path, "LABCOURSE_RUNNING": ""},
+        env={**os.environ, "PYTHONPATH": str(installation), "LABCOURSE_RUNNING": ""},
         capture_output=True,
         text=True,
         encoding="utf-8",
         check=False,
     )
     assert done.returncode == 0, done.stderr
-    parts, stops, _lost, notes, seconds = json.loads(done.stdout.splitlines()[-1])
+    parts, stops, seconds = json.loads(done.stdout.splitlines()[-1])
     recorded = frozenset(
         (question, part) for question, part, state in parts if state in ("recorded", "different", "written")
     )
-    return Seen(recorded, frozenset(stops), tuple(notes), seconds)
+    return Seen(recorded, frozenset(stops), seconds)
 
 
 def when_graded(book: Gradebook, student: str) -> Seen:
@@ -92,4 +81,4 @@ def when_graded(book: Gradebook, student: str) -> Seen:
     run = graded.run
     words = {(question, part) for question, parts in run.words.items() for part in parts}
     stops = {line.replace(THERE, HERE) for line in facts_of(run).problems if any(one in line for one in _STOPPED)}
-    return Seen(frozenset(recorded_in(run.answers) | words), frozenset(stops), run.notes)
+    return Seen(frozenset(recorded_in(run.answers) | words), frozenset(stops))

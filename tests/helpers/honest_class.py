@@ -10,7 +10,6 @@ import honest_files
 import honest_packings
 import honest_slips
 import honest_stops
-import honest_words
 from honest_hand_in import Way, solved_notebooks
 
 __all__ = ["RIGHT", "WAYS", "WRONG", "Way", "solved_notebooks"]
@@ -18,7 +17,6 @@ __all__ = ["RIGHT", "WAYS", "WRONG", "Way", "solved_notebooks"]
 RIGHT: list[Way] = [
     *honest_cells.WAYS,
     *honest_code.WAYS,
-    *honest_words.WAYS,
     *honest_files.WAYS,
     *honest_packings.WAYS,
 ]

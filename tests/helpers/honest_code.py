@@ -14,7 +14,7 @@ def magics(work: Work) -> None:
     for number in ("02", "03", "07"):
         setting = '%matplotlib inline\n%config InlineBackend.figure_format = "retina"'
         work.after("setup", code(setting), number=number)
-    work.write("q2-9", "%%time\n" + text_of(work.cell("q2-9")))
+    work.write("q3-11", "%%time\n" + text_of(work.cell("q3-11")))
     work.after("q2-10", code("%timeit -n 2 -r 1 spectrum(sweep['alpha'], 0.002)"), code("np.fft.fft?"), code("%who"))
     work.write("q2-11", _PEAK + "%time omega_n = 2 * np.pi * best\n")
 
@@ -66,24 +66,9 @@ def star_imports(work: Work) -> None:
 
 
 @WAYS.changed()
-def old_attempts_as_comments(work: Work) -> None:
-    """Keeps whole pages of earlier attempts as comments and strings in the answer cells."""
-    junk = "".join(f"# attempt {n}: omega_n = {n}  # Your code here.\n" for n in range(200))
-    work.write("q3-8", junk + '"""\nK = 3\n### BEGIN SOLUTION\n"""\n' + text_of(work.cell("q3-8")))
-
-
-@WAYS.changed()
 def written_by_a_magic(work: Work) -> None:
     """Writes a module by %%writefile, and imports it."""
-    work.before("q2-10", code("%%writefile my_peak.py\ndef peak(f, amplitude):\n    return f[amplitude.argmax()]"))
-    work.write(
-        "q2-11",
-        "from my_peak import peak\n\ninside = (f_hz >= 1) & (f_hz <= 5)\n"
-        "omega_n = 2 * np.pi * peak(f_hz[inside], amplitude_deg[inside])",
+    work.before(
+        "q3-2", code("%%writefile my_loop.py\nimport numpy as np\n\n\ndef loop(poles):\n    return np.poly(poles)")
     )
-
-
-@WAYS.changed()
-def pandas_only_to_look(work: Work) -> None:
-    """Shows tables by pandas in cells of their own; no answer uses them, so it matters not whether it is installed."""
-    work.after("q2-12-answer", code("import pandas as pd\npd.DataFrame({'J_l': [J_l], 'K_s': [K_s]})"))
+    work.write("q3-2", "from my_loop import loop\n\nopen_loop_polynomial = loop(open_loop).real")

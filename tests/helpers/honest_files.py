@@ -3,32 +3,21 @@
 import json
 from pathlib import Path
 
-from checkout import ROOT
-from honest_hand_in import Files, Ways, Work, as_folder, code, released_notebooks, written
+from honest_hand_in import Ways, Work, as_folder, code, written
 
 WAYS = Ways()
-
-_PEAK = b'''"""My helpers."""
-import numpy as np
-
-
-def peak(f, amplitude, low=1, high=5):
-    inside = (f >= low) & (f <= high)
-    return f[inside][np.argmax(amplitude[inside])]
-'''
-_BY_PEAK = "omega_n = 2 * np.pi * peak(f_hz, amplitude_deg)"
 
 
 @WAYS.changed()
 def own_package_in_subfolders(work: Work) -> None:
     """Has a package of their own in subfolders named tools and src, the latter by way of sys.path."""
-    work.files |= {"tools/__init__.py": b"", "tools/spectra/__init__.py": b"from .peaks import peak\n"}
-    work.files |= {"tools/spectra/peaks.py": _PEAK, "src/rods.py": b"def rod(m, L):\n    return m * L**2 / 3\n"}
-    work.write("q2-11", f"from tools.spectra import peak\n\n{_BY_PEAK}")
+    work.files |= {"tools/__init__.py": b"", "tools/arms/__init__.py": b"from .rods import rod\n"}
+    work.files |= {"tools/arms/rods.py": b"def rod(m, L):\n    return m * L**2 / 3\n"}
+    work.files["src/moved.py"] = b"def moved(m, L, d):\n    return m * (L**2 / 12 + d**2)\n"
     work.write(
-        "q2-12",
-        "import sys\n\nsys.path.insert(0, 'src')\nimport rods\n\narm = lab.joint\nJ_l = rods.rod(arm.m_1, arm.L_1)"
-        " + arm.m_2 * (arm.L_2**2 / 12 + arm.d_12**2)\nK_s = J_l * omega_n**2",
+        "q2-8",
+        "import sys\n\nsys.path.insert(0, 'src')\nfrom moved import moved\nfrom tools.arms import rod\n\n"
+        "J_link = rod(m_1, L_1) + moved(m_2, L_2, d_12)",
     )
 
 
@@ -45,7 +34,7 @@ def own_data(work: Work) -> None:
         "desired_poles = sigma + 1j * omega\ndesired_polynomial = np.poly(desired_poles).real",
     )
     work.replace(
-        "q3-12",
+        "q3-14",
         'satisfied = "yes" if t_s <= 0.5',
         'import json\nlimits = json.load(open(\'limits.json\'))\nsatisfied = "yes" if t_s <= limits["t_s"]',
     )
@@ -112,31 +101,6 @@ def written_otherwise(folder: Path, work: Work) -> None:
         content = content.replace(b"\n", b"\r\n") if number % 2 else content
         files[name] = b"\xef\xbb\xbf" + content if number % 3 == 0 else content
     as_folder(folder / work.student, files)
-
-
-def installed() -> Files:
-    """What of a virtual environment may be taken for something else: the course as installed, with empty notebooks."""
-    packages = ".venv/lib/python3.11/site-packages"
-    files = {f"{packages}/rotflex/course/notebooks/{n}": written(nb) for n, nb in released_notebooks(ROOT).items()}
-    files |= {f"{packages}/lots/module_{number}.py": b"x = 1\n" * 50 for number in range(400)}
-    return {
-        **files,
-        ".venv/pyvenv.cfg": b"home = /usr/bin\nversion = 3.12.3\n",
-        f"{packages}/lots/huge.so": bytes(12_000_000),
-    }
-
-
-@WAYS.packed()
-def whole_course_folder(folder: Path, work: Work) -> None:
-    """Handed in the whole folder of the course, with the package, the environment, git and all."""
-    files = {f"notebooks/{name}": content for name, content in work.contents().items()} | installed()
-    files |= {
-        "README.md": b"# The rotary",
-        "pyproject.toml": b"[project]\n",
-        "rotflex/__init__.py": b"",
-        ".git/HEAD": b"ref",
-    }
-    as_folder(folder / work.student / "rotflex-course", files)
 
 
 @WAYS.changed()

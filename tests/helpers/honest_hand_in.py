@@ -7,7 +7,6 @@ import hashlib
 import io
 import json
 import re
-import unicodedata
 import zipfile
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
@@ -25,36 +24,26 @@ _WORDS = re.compile(r"^<!-- BEGIN SOLUTION -->\n(.*?)\n<!-- END SOLUTION -->$", 
 STUB_OF_WORDS = (
     "*Double-click here, and write in place of this line. Formulas between `$` signs and pasted pictures are welcome.*"
 )
-#: What zips say of their files; the same in each build, so that the same hand-in is the same bytes.
-WRITTEN = (2026, 3, 2, 12, 0, 0)
 
 
 @dataclass(frozen=True)
 class Way:
     """One way of handing in.
 
-    ``build(folder, solved)`` puts it into a class's folder. ``solved`` maps file names to solved student notebooks; a
-    ``course.json`` in it (that of the release) is put beside them with the student's ID in it, and so is an
-    ``answers.json`` as it is: the student's own, where ``answers_json`` says that it goes along.
+    ``build(folder, solved)`` puts it into a class's folder. ``solved`` maps file names to solved student notebooks.
 
-    ``pandas``: needed where grading runs (True), must not be there (False), or all the same (None). ``lost``: the
-    questions that may cost points; where there are none, full marks are due. ``told``: what the student must read
-    somewhere in what they are told, as regular expressions (to be searched for in all of it, in any capitals).
-    ``change``: what it changes in a student's work, where that is all that it does. ``relies``: cells that it uses and
-    leaves as they are, as in what `touched` returns.
+    ``lost``: the questions that may cost points; where there are none, full marks are due. ``told``: what the student
+    must read somewhere in what they are told, as regular expressions (to be searched for in all of it, in any
+    capitals). ``change``: what it changes in a student's work, where that is all that it does.
     """
 
     name: str
     build: Build
     student: str
-    others: tuple[str, ...] = ()
     roster: tuple[str, ...] = ()
-    pandas: bool | None = None
-    answers_json: bool = False
     lost: frozenset[str] = frozenset()
     told: tuple[str, ...] = ()
     change: Callable[[Work], None] | None = None
-    relies: tuple[str, ...] = ()
 
     def __str__(self) -> str:
         return self.name
@@ -103,15 +92,12 @@ class Work:
     files: Files = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        self.notebooks = {n: copy.deepcopy(nb) for n, nb in sorted(self.solved.items()) if n.endswith(".ipynb")}
+        self.notebooks = {name: copy.deepcopy(notebook) for name, notebook in sorted(self.solved.items())}
         self.set_student(self.student)
-        if "answers.json" in self.solved:
-            self.files["answers.json"] = json.dumps(self.solved["answers.json"]).encode()
 
     def set_student(self, student: str) -> None:
         """Write an ID into ``course.json``, as ``rotflex lab --student ID`` does."""
-        about = {**self.solved.get("course.json", {}), "student": student}
-        self.files["course.json"] = json.dumps(about, ensure_ascii=False).encode()
+        self.files["course.json"] = json.dumps({"student": student}).encode()
 
     def name(self, number: str) -> str:
         """The name of the notebook that begins so, as ``"02"``."""
@@ -137,10 +123,6 @@ class Work:
         """Put a text in place of all that is in a cell."""
         self.cell(cell, number)["source"] = text.splitlines(keepends=True)
 
-    def say(self, cell: str, words: str) -> None:
-        """Answer in words: the text cell's heading stays, and what is below it is replaced."""
-        self.write(cell, f"{text_of(self.cell(cell)).splitlines()[0]}\n\n{words.strip()}")
-
     def replace(self, cell: str, old: str, new: str, number: str = "") -> None:
         """Change a part of a cell, which must be there."""
         text = text_of(self.cell(cell, number))
@@ -165,12 +147,12 @@ class Work:
 
 
 def touched(way: Way, solved: Mapping[str, Notebook]) -> set[str]:
-    """Return the files, cells, and orders of cells that a way changes in a student's work or relies on."""
+    """Return the files, cells, and orders of cells that a way changes in a student's work."""
     before, after = Work(solved, way.student), Work(solved, way.student)
     assert way.change is not None
     way.change(after)
     files = before.files.keys() | after.files.keys()
-    found = {*way.relies, *(name for name in files if before.files.get(name) != after.files.get(name))}
+    found = {name for name in files if before.files.get(name) != after.files.get(name)}
     for name, notebook in before.notebooks.items():
         old = {cell["id"]: cell for cell in notebook["cells"]}
         there = name in after.notebooks and name not in after.files
@@ -247,15 +229,8 @@ def zipped(files: Mapping[str, bytes]) -> bytes:
     buffer = io.BytesIO()
     with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive:
         for name, content in files.items():
-            info = zipfile.ZipInfo(name, WRITTEN)
-            info.compress_type = zipfile.ZIP_DEFLATED
-            archive.writestr(info, content)
+            archive.writestr(name, content)
     return buffer.getvalue()
-
-
-def decomposed(text: str) -> str:
-    """As macOS names its files."""
-    return unicodedata.normalize("NFD", text)
 
 
 def released_notebooks(root: Path) -> dict[str, Notebook]:

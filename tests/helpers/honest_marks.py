@@ -5,7 +5,6 @@ import json
 import re
 import subprocess
 import sys
-import unicodedata
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -52,20 +51,16 @@ class Graded:
 
     def of(self, student: str) -> Marks:
         """What a student got; nothing, where nothing was found of them."""
-        return self.students.get(_caseless(student), Marks())
+        return self.students.get(student, Marks())
 
     def told(self, way: Way) -> str:
         """All that is told of a way: to its students, and of what could not be taken in."""
-        return "\n".join([*(self.of(one).told for one in (way.student, *way.others)), *self.ignored])
+        return "\n".join([self.of(way.student).told, *self.ignored])
 
     def not_told(self, way: Way) -> list[str]:
         """What should be told, and is not."""
         told = self.told(way)
         return [pattern for pattern in way.told if not re.search(pattern, told, re.IGNORECASE | re.DOTALL)]
-
-
-def _caseless(text: str) -> str:
-    return unicodedata.normalize("NFC", text).casefold()
 
 
 def build(ways: Iterable[Way], solved: Mapping[str, Notebook], folder: Path) -> Path:
@@ -77,7 +72,7 @@ def build(ways: Iterable[Way], solved: Mapping[str, Notebook], folder: Path) -> 
         table.writerow(_HEADINGS)
         for way in ways:
             way.build(folder, solved)
-            table.writerows([one] for one in way.roster or (way.student, *way.others))
+            table.writerows([one] for one in way.roster or (way.student,))
     return roster
 
 
@@ -91,7 +86,7 @@ def grade(ways: Iterable[Way], solved: Mapping[str, Notebook], place: Path, *opt
     students = {}
     for path in (place / "out").glob("*/marks.json"):
         content = json.loads(path.read_text(encoding="utf-8"))
-        students[_caseless(content["student"])] = Marks(content["marks"], content["problems"], content["notes"])
+        students[content["student"]] = Marks(content["marks"], content["problems"], content["notes"])
     return Graded(students, [line["what"] for line in lines if line["event"] == "ignored"], place)
 
 

@@ -2,16 +2,7 @@
 
 from pathlib import Path
 
-from honest_files import without_release
-from honest_hand_in import (
-    Files,
-    Ways,
-    Work,
-    as_folder,
-    decomposed,
-    written,
-    zipped,
-)
+from honest_hand_in import Files, Ways, Work, as_folder, written, zipped
 
 WAYS = Ways()
 SECOND_HALF = ("05", "06", "07", "08", "09", "10")
@@ -29,9 +20,9 @@ def notebooks_only(work: Work) -> Files:
 @WAYS.packed()
 def zip_by_finder(folder: Path, work: Work) -> None:
     """Compressed by macOS: __MACOSX with a shadow of each file, .DS_Store, decomposed names."""
-    files = {f"notebooks/{decomposed(name)}": content for name, content in work.contents().items()}
+    files = {f"notebooks/{name}": content for name, content in work.contents().items()}
     shadows = {f"__MACOSX/notebooks/._{name}": b"\0\x05\x16\x07\0\x02\0\0Mac OS X" for name in work.contents()}
-    named = {"notebooks/" + decomposed("Übersicht.md"): b"# mine", "notebooks/.DS_Store": b"\0\0\0\1Bud1"}
+    named = {"notebooks/U\u0308bersicht.md": b"# mine", "notebooks/.DS_Store": b"\0\0\0\1Bud1"}
     (folder / f"{work.student}.zip").write_bytes(zipped({**files, **shadows, **named}))
 
 
@@ -50,16 +41,3 @@ def weeks_in_folders(folder: Path, work: Work) -> None:
     weeks = {"week 1": ("00", "01"), "week 2": ("02", "03", "04"), "weeks 3+4/control": SECOND_HALF}
     files = {f"{week}/{name}": c for week, numbers in weeks.items() for name, c in only(work, *numbers).items()}
     as_folder(folder / work.student, files)
-
-
-@WAYS.packed()
-def id_in_the_first_cell(folder: Path, work: Work) -> None:
-    """Typed the ID into each first cell; there is no course.json."""
-    without_release(work)
-    as_folder(folder / work.student, work.contents())
-
-
-@WAYS.packed(student="pair.ada", others=("pair.grace",))
-def pair(folder: Path, work: Work) -> None:
-    """One hand-in of two, named so; the bench is that of the one whose ID is in course.json."""
-    as_folder(folder / "pair.ada+pair.grace", work.contents())

@@ -38,13 +38,6 @@ def module_named_like_pythons_own(work: Work) -> None:
     work.write("q3-10", "from statistics import gain_for\n\nK_library = gain_for(A, B, desired_poles)")
 
 
-@WAYS.changed(pandas=False, lost=("3.6",), told=(r"3\.6", r"pandas", r"not installed"))
-def pandas_missing(work: Work) -> None:
-    """Uses pandas in an answer, which is installed at home and not where grading runs."""
-    work.before("q3-6", code("import pandas as pd\n\ntable = pd.DataFrame({'rank': [np.linalg.matrix_rank(A)]})"))
-    work.write("q3-6", "rank = int(table['rank'][0]) + 1\ncontrollable = 'yes'")
-
-
 @WAYS.changed(lost=("3.1",), told=(r"3\.1", r"NameError", r"verdict_of", r"further (down|below)|later|not defined"))
 def run_out_of_order(work: Work) -> None:
     """Uses a name that is defined in a cell further down, and ran that one first at home."""
@@ -52,7 +45,7 @@ def run_out_of_order(work: Work) -> None:
     work.after("q3-5-answer", code("def verdict_of(poles):\n    return 'marginally stable'"))
 
 
-@WAYS.changed(lost=("2.7",), told=(r"2\.7", r"NameError", r"my_state"), answers_json=True)
+@WAYS.changed(lost=("2.7",), told=(r"2\.7", r"NameError", r"my_state"))
 def cell_deleted_after_running(work: Work) -> None:
     """Deleted a cell whose names are still used; at home they were still there, and it said recorded."""
     work.replace("q2-7", "rates.jacobian([theta, alpha, theta_dot, alpha_dot])", "rates.jacobian(my_state)")

@@ -1,4 +1,4 @@
-"""A class of students who mean harm, and three who do not: what all of it has in common.
+"""A class of students who mean harm, and two who do not: what all of it has in common.
 
 The attacks are data: those made of code in ``hostile_code.py`` and ``hostile_reach.py``, those by cells of their own in
 ``hostile_cells.py``, those that forge what comes back in ``hostile_answers.py``, those by the form of what is handed in
@@ -34,7 +34,7 @@ IN_WORDS = "w2-17"  #: the text cell in which the last one is answered
 NAMESPACES = ("pid", "net", "mnt", "ipc")
 #: What every secret looks like. The attacks know this much, and not the rest.
 CANARY = r"canary-[0-9a-f]{32}"
-HONEST = ("0-honest", "m-honest", "zz-honest")
+HONEST = ("0-honest", "zz-honest")
 
 #: Comes before every piece of code. Nothing is done unless all is as it is in a sandbox and nowhere else.
 PRELUDE = """

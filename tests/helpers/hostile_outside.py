@@ -35,24 +35,22 @@ CLASS: dict[str, Attack] = {**CODE, **CELLS, **REACH, **FORGED, **TEXT, **FORMS,
 OF_EACH_KIND: dict[str, Attack] = {
     name: CLASS[name]
     for name in (
-        # it stops its watchers, goes on afterwards, becomes something else, dies
-        *("stops-its-watcher", "lingers", "turns-into-another", "segfault"),
-        # it takes too much: memory, processes, output
-        *("memory", "children", "output"),
+        # it goes on afterwards; it takes too much. What else may happen to a run is tried in tests/grading/running.
+        *("lingers", "children"),
         # it patches, lies, plants
         *("patches-lab", "patches-the-shell", "liars", "plants-modules"),
-        # cells of its own: before all others; reports of cells; odd ones
-        *("before-the-first-cell", "forged-reports", "reports-are-the-key", "odd-cell-names"),
+        # cells of its own before all others; reports of cells
+        *("before-the-first-cell", "forged-reports", "reports-are-the-key"),
         # it reaches for secrets, accounts, memories, files and the network outside
         *REACH,
-        # answers written by hand: no JSON, not a file, odd, slow to work out, of somebody else; markup
-        *("nested", "a-link-to-the-key", "odd-parts", "slow", "somebody-else", "markup"),
+        # answers written by hand: not a file, odd, of somebody else; markup
+        *("a-link-to-the-key", "odd-parts", "somebody-else", "markup"),
         # odd notebooks, links, archives
         *("odd-notebooks", "links", "zip-slip", "zip-bomb"),
-        # what lies beside the notebooks: modules, paths that lead away, claims, other students' names
-        *("own-modules", "own-files-lead-away", "claims-all", "says-it-is-anothers-too"),
-        # words and pictures; names
-        *("words-of-scripts", "pictures-of-all-sorts", "&lt;img src=x onerror=alert(1)&gt;", "=1+1", "-rf"),
+        # what lies beside the notebooks: modules, paths that lead away
+        *("own-modules", "own-files-lead-away"),
+        # words; names
+        *("words-of-scripts", "&lt;img src=x onerror=alert(1)&gt;", "=1+1", "-rf"),
     )
 }
 PROBE_SEED = 20_240_229
@@ -156,7 +154,7 @@ def by_question(marks: dict) -> dict[str, float]:
 def grade(
     attacks: Mapping[str, Attack], folder: Path, open_to_all: Path, token: str, witness: int, listeners: Listeners
 ) -> Graded:
-    """Grade three honest students alone, and then together with attackers; what was outside before, and afterwards."""
+    """Grade two honest students alone, and then together with attackers; what was outside before, and afterwards."""
     names = ("key", "neighbour", "home", "gradebook", "environment", "marks")
     canaries = {name: hostile.new_canary() for name in names}
     source = hostile.course(folder / "course", canaries["key"])

@@ -27,7 +27,6 @@ WAYS: list[Way] = [
     *right_ways_numbers.POLYNOMIAL_FORMS,
     *right_ways_numbers.POLE_FORMS,
     *right_ways_numbers.CHOICES,
-    *right_ways_numbers.ROUTES,
     *right_ways_readings.WAYS,
     *right_ways_readings.ROUNDED,
 ]

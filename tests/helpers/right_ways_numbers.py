@@ -1,18 +1,13 @@
-"""Other ways of giving numbers, matrices, polynomials, poles and choices rightly, and other routes to them."""
+"""Other forms of right numbers, matrices, polynomials, poles and choices."""
 
 from decimal import Decimal
 from fractions import Fraction
-from typing import Any
 
-import control
 import numpy as np
-import scipy.signal
 import sympy
 from right_ways_types import Frame, Quantity, Ways
 from working_through import FULL
 
-from rotflex import simulation
-from rotflex.config import srv02
 from rotflex.course.questions import CATALOGUE
 
 KINDS = {(q.number, p.name): (p.kind, p.shape) for q in CATALOGUE.everything.values() for p in q.parts}
@@ -40,11 +35,9 @@ ARRAY_FORMS = Ways("matrices")
 ARRAY_FORMS.each_of(
     ARRAYS,
     {
-        "np.matrix": np.matrix,
         "sympy's, immutable": lambda m: sympy.ImmutableMatrix(np.atleast_2d(m).tolist()),
         "sympy's arrays": lambda m: sympy.Array(np.asarray(m).tolist()),
         "arrays of sympy's numbers": lambda m: np.array(sympy.Matrix(np.atleast_2d(m).tolist())),
-        "lists of arrays": lambda m: list(np.atleast_2d(m)),
         "tables with names of rows and columns": lambda m: Frame(np.atleast_2d(m)),
         "single precision": lambda m: np.asarray(m, dtype=np.float32),
         "fractions": lambda m: np.vectorize(Fraction, otypes=[object])(np.asarray(m, dtype=float)),
@@ -112,44 +105,4 @@ CHOICES.each_of(
         "hyphen": lambda word: word.replace(" ", "-"),
         "blanks": lambda word: f"  {word.replace(' ', '   ')} ",
     },
-)
-
-
-ROUTES = Ways("routes")
-
-
-def model(own: Any) -> tuple[Any, Any]:
-    """A and B with the voltage as input."""
-    return simulation.with_actuator(own["2.14", "A"], own["2.14", "B"], srv02())
-
-
-DESIRED = [-12 + 16j, -12 - 16j, -30, -40]
-ROUTES.add("K by control.acker", {("3.8", "K"): lambda K, own: control.acker(*model(own), DESIRED)})
-ROUTES.add(
-    "K by scipy's place_poles",
-    {("3.10", "K"): lambda K, own: scipy.signal.place_poles(*model(own), DESIRED).gain_matrix},
-)
-ROUTES.add(
-    "poles by sympy's eigenvals",
-    {("2.18", "poles"): lambda p, own: sympy.Matrix(model(own)[0].round(9).tolist()).eigenvals()},
-)
-ROUTES.add(
-    "poles as roots of the polynomial", {("2.18", "poles"): lambda p, own: np.roots(np.poly(model(own)[0]).real)}
-)
-
-
-def system(own: Any) -> Any:
-    return control.ss(*(own["2.14", name] for name in "ABCD"))
-
-
-ROUTES.add(
-    "matrices from control.ss",
-    {
-        (question, name): lambda m, own, name=name: getattr(system(own), name)
-        for question in ("2.14", "Table 2")
-        for name in "ABCD"
-    },
-)
-ROUTES.add(
-    "K_psf written out", {("Table 3", "K_psf"): lambda K, own: [own["3.8", "K"][0, 0], 0, own["3.8", "K"][0, 2], 0]}
 )

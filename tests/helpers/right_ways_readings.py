@@ -23,27 +23,12 @@ def to(step: float, unit: float = 1.0) -> Change:
 
 
 WAYS.carry("by eye, 0.05 Hz", lambda lab: {OMEGA_N: to(0.05, HZ)})
-WAYS.carry("by eye, 0.1 Hz", lambda lab: {OMEGA_N: to(0.1, HZ)})
 WAYS.carry("by eye, 3 % high", lambda lab: {OMEGA_N: lambda omega_n: 1.03 * omega_n})
 WAYS.carry("by eye, 3 % low", lambda lab: {OMEGA_N: lambda omega_n: 0.97 * omega_n})
 WAYS.carry("J_l in whole tenths of a g·m²", lambda lab: {("2.12", "J_l"): to(1e-5)})
 
 
 QUESTIONS = ("3.12", "3.14", "3.16")
-
-
-def off_the_plot(**steps: float) -> Callable[[Any], dict[Where, Change]]:
-    return lambda lab: {(question, name): to(step) for question in QUESTIONS for name, step in steps.items()}
-
-
-WAYS.carry("settling time to 0.02 s", off_the_plot(t_s=0.02))
-WAYS.carry("overshoot to a count", off_the_plot(PO=100 * 360 / 4096 / 40))
-WAYS.carry(
-    "overshoot to half a degree, at worst",  # a quarter of a degree of 40
-    lambda lab: {(question, "PO"): lambda PO: PO + 0.62 for question in QUESTIONS},
-)
-WAYS.carry("deflection to 0.2 deg", off_the_plot(alpha_max_deg=0.2))
-WAYS.carry("voltage to 0.2 V", off_the_plot(V_max=0.2))
 
 
 def rounding(wheres: list[Where], count: int) -> Callable[[Any], dict[Where, Change]]:

@@ -343,14 +343,10 @@ _NAMED = {slip.name: slip for slip in SLIPS}
 OF_EACH_KIND = [
     _NAMED[name]
     for name in (
-        "2.1 V: no factor 1/2",  # a factor
         "2.11 omega_n: in Hz",  # a unit, with all that is built on it
         "2.13 state_space: a minus lost in the last row of A",  # a function
         "2.13 state_space: A transposed",  # a model that cannot be controlled
-        "2.14 A: the voltage's model",  # the right thing of another model
-        "3.2 polynomial: lowest power first",  # an order
         "3.8 K: W for its inverse",  # a gain
-        "3.11 response: with the torque's model",  # a simulation
         "3.13 response: with partial feedback",  # a run on the bench
     )
 ]

@@ -46,13 +46,6 @@ def test_the_file_is_the_documented_plain_data(path):
     assert text == json.dumps(json.loads(text), sort_keys=True) + "\n"
 
 
-def test_times_that_an_earlier_version_recorded_are_no_trouble(path):
-    book_at(path).answer(CATALOGUE.find("2.11"), {"omega_n": 19.9})
-    path.write_text(json.dumps({**json.loads(path.read_bytes()), "when": {"2.11": {"omega_n": 1234}}}))
-    book = book_at(path)
-    assert not book.notices and book.get("2.11", "omega_n")["value"] == 19.9
-
-
 def test_the_latest_cell_to_record_an_answer_is_known(path):
     for cell in ("q2-11-answer", "", "mine"):
         book_at(path).answer(CATALOGUE.find("2.11"), {"omega_n": 19.9}, cell)
@@ -92,16 +85,6 @@ def test_each_part_is_acknowledged_by_a_line_and_kept_or_refused_by_itself(path)
     ):
         assert all(fragment in str(reply) for fragment in fragments)
         assert ("earlier" in str(reply)) == ("the earlier answer stays" in fragments)
-
-
-def test_a_later_answer_replaces_an_earlier_one_and_leaves_the_others(path):
-    book = book_at(path)
-    book.answer(CATALOGUE.find("2.12"), {"J_l": 3.3e-3, "K_s": 1.3})
-    book.answer(CATALOGUE.find("2.12"), {"K_s": 1.4})
-    again = book_at(path)
-    assert again.get("2.12", "K_s")["value"] == 1.4
-    assert again.get("2.12", "J_l")["value"] == 3.3e-3
-    assert again.get("2.13", "state_space") is None
 
 
 def test_an_unknown_part_is_an_error_and_nothing_is_recorded(path):

@@ -81,16 +81,3 @@ def test_programs_that_write_the_same_file_never_mix(tmp_path):
     assert [writer.returncode for writer in writers] == [0, 0, 0]
     assert seen | {target.read_text()} <= {letter * 100_000 for letter in "abc"}
     assert os.listdir(tmp_path) == ["a.txt"]
-
-
-def test_a_program_killed_half_way_leaves_the_old_file(tmp_path):
-    target = tmp_path / "a.txt"
-    target.write_text("old")
-    program = (
-        "import os, sys\nfrom labcourse import files\n"
-        "files.write(sys.argv[1], lambda path: (path.write_text('half'), os.kill(os.getpid(), 9)))"
-    )
-    assert subprocess.run([sys.executable, "-c", program, target], check=False).returncode == -9
-    assert target.read_text() == "old"
-    left = [path.name for path in tmp_path.iterdir() if path != target]
-    assert all(name.startswith(".a.txt.") for name in left)  # out of sight; nothing can remove it after a kill

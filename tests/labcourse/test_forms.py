@@ -123,19 +123,6 @@ def test_a_matrix_is_taken_in_whatever_type_it_comes():
         assert show(A, encoded.content) == "A: 4 × 4 matrix"
 
 
-def test_tables_of_pandas_are_their_entries():
-    pandas = pytest.importorskip("pandas", reason="pandas is nothing that the course needs; some students have it")
-    columns = ["theta", "alpha", "theta_dot", "alpha_dot"]
-    back, _ = through_json(A, pandas.DataFrame(NUMBERS, index=columns, columns=columns))
-    assert back.tolist() == np.asarray(NUMBERS).tolist()
-    for vector in (pandas.Series([1, 2, 3, 4]), pandas.DataFrame({"K": [1, 2, 3, 4]})):
-        assert through_json(K, vector)[0].ravel().tolist() == [1, 2, 3, 4]
-        assert through_json(POLES, vector)[0].tolist() == [1, 2, 3, 4]
-    assert through_json(OMEGA_N, pandas.Series([22.5]))[0] == 22.5
-    table = pandas.DataFrame({"f": [3.4, 3.5], "a": [1.0, 2.0]})
-    assert through_json(OMEGA_N, 2 * np.pi * table["f"][table["a"].idxmax()])[0] == pytest.approx(7 * np.pi)
-
-
 FOUND = [0, -18.9, -8.09 + 27j, -8.09 - 27j]
 
 

@@ -171,7 +171,7 @@ def test_the_first_notebook_is_served_and_its_address_is_all_that_is_said(tmp_pa
     assert not [*(tmp_path / "RUNTIME").glob(f"kernel-{kernel}*")]
 
 
-@pytest.mark.slow
+@pytest.mark.scheduled
 @pytest.mark.timeout(120)
 def test_the_users_options_win(tmp_path):
     port = free_port()

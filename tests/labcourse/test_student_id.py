@@ -2,16 +2,13 @@
 
 import ntpath
 import unicodedata
-import zipfile
 from pathlib import PureWindowsPath
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-import rotflex.course.lab
 from labcourse.errors import ConfigurationError, CourseError, GradebookError, StudentIDError
-from labcourse.grading import intake
 from labcourse.grading.gradebook import storable
 from labcourse.grading.intake.owners import Roster
 from labcourse.session import student_of
@@ -129,16 +126,6 @@ def test_what_one_module_takes_all_take_as_the_same(typed, tmp_path_factory):
         except (ConfigurationError, GradebookError):
             student = None
         assert student == expected, take
-
-
-@pytest.mark.parametrize("given", GOOD)
-def test_what_the_laboratory_takes_can_be_handed_in(given, tmp_path):
-    student = rotflex.course.lab.start(given, folder=tmp_path, quiet=True).student
-    (tmp_path / "in").mkdir()
-    with zipfile.ZipFile(tmp_path / "in" / f"{student}.zip", "w"):
-        pass
-    found = intake.find(tmp_path / "in")
-    assert ([one.student for one in found.submissions], found.ignored) == ([GOOD[given]], [])
 
 
 def test_names_of_gradings_own_files_are_reserved_and_errors_are_those_that_callers_expect():

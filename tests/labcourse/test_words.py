@@ -137,11 +137,6 @@ def test_pieces_of_a_split_cell_are_joined_in_order():
     assert (found.words[WHY].text, found.notes) == ("First.\n\nSecond.\n\nThird.", [])
 
 
-def test_a_moved_cell_counts_where_it_is():
-    moved = why("It bends.")
-    assert texts(pristine(why=None, end=[cell("## The end", "end"), moved])) == {WHY: "It bends."}
-
-
 def test_a_copy_that_was_left_as_it_was_does_not_count_and_one_that_differs_is_told():
     same = pristine(why=why("It bends."), end=[why("It bends.", cell_id="copy")])
     assert texts(same) == {WHY: "It bends."}
@@ -294,8 +289,3 @@ def test_a_photograph_stands_upright_and_a_transparent_picture_is_on_white():
     upright, white = (Image.open(io.BytesIO(data)) for data in found.values())
     assert upright.size == (40, 60)
     assert white.convert("RGB").getpixel((0, 0)) == (255, 255, 255)
-
-
-def test_words_as_plain_data_and_back():
-    given = TextAnswer("It bends.", {"attachment:a.png": png()})
-    assert TextAnswer.from_json(given.as_json()) == given

@@ -11,7 +11,7 @@ from rotflex.units import HZ
 from solutions.key import KEY
 from solutions.true_bench import TrueBench
 
-pytestmark = pytest.mark.slow
+pytestmark = pytest.mark.scheduled  # test_readings.py says where each tolerance ends
 OMEGA_N, J_L, K_S = ("2.11", "omega_n"), ("2.12", "J_l"), ("2.12", "K_s")
 SIZE = 24  #: benches; each one's numbers are tried on all others: 552 times
 

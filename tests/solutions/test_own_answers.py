@@ -162,7 +162,7 @@ def test_the_own_function_says_what_it_would_give_for_the_own_numbers(name, off)
 def test_what_the_own_function_gives_does_not_depend_on_the_luck_of_a_seed():
     slipped = function_with(CHANGES["sign"])
     here = (BENCH.K_s, BENCH.J_l, BENCH.servo.J_eq, BENCH.servo.B_eq)
-    for seed in range(400):  # with three sets of parameters, one seed in 70 gave another matrix
+    for seed in range(150):  # with three sets of parameters, one seed in 70 gave another matrix
         known = {("2.13", "state_space"): stored(("2.13", "state_space"), slipped, seed)}
         known |= {("2.12", "K_s"): BENCH.K_s, ("2.12", "J_l"): BENCH.J_l}
         found = from_own_function(Case(BENCH, lambda q, p, known=known: known[q, p], seed), "A")

@@ -64,14 +64,6 @@ def by_fft(length: int, window: str = "boxcar") -> Any:
     return read
 
 
-def by_parabola(bench: TrueBench) -> float:
-    x = bench.sweep().degrees("alpha")
-    amplitude = np.abs(np.fft.fft(x, 8192))[:4096]
-    k = 17 + int(np.argmax(amplitude[17:82]))  # from 1 to 5 Hz
-    a, b, _ = np.polyfit([-1, 0, 1], amplitude[k - 1 : k + 2], 2)
-    return float(HZ * (k - b / (2 * a)) / (8192 * 0.002))
-
-
 def by_ratio(bench: TrueBench) -> float:
     response = identification.frequency_response(bench.sweep())
     return highest(response.f_hz, np.abs(response.ratio))
@@ -104,15 +96,6 @@ def by_counting(count: int) -> Any:
     return read
 
 
-def by_counting_at_once(count: int) -> Any:
-    def read(bench: TrueBench) -> float:
-        x = bench.decay.degrees("alpha")[bench.decay.time > 0.3]
-        up = np.flatnonzero((x[:-1] < 0) & (x[1:] >= 0))
-        return float(HZ * count / ((up[count] - up[0]) * 0.002))
-
-    return read
-
-
 def by_spectrum_of_swing(bench: TrueBench) -> float:
     return highest(np.fft.rfftfreq(2**15, 0.002), np.abs(np.fft.rfft(swing(bench) - swing(bench).mean(), 2**15)))
 
@@ -123,11 +106,9 @@ WAYS = {
     "twice that": by_fft(16384),
     "very fine": by_fft(2**17),
     "Hann": by_fft(8192, "hann"),
-    "a parabola": by_parabola,
     "the ratio": by_ratio,
     "resonance": by_resonance,
     "logarithmic decrement": by_decrement,
-    "four swings, at once": by_counting_at_once(4),
     "five swings": by_counting(5),
     "the swing's spectrum": by_spectrum_of_swing,
 }

@@ -118,10 +118,16 @@ def test_without_recordings_nobody_knows_at_which_bench_it_was(data):
             getattr(bench, what)
 
 
+@pytest.fixture(scope="module")
+def two_recordings(tmp_path_factory, made):
+    folder = tmp_path_factory.mktemp("two")
+    return json.dumps(content_of(folder, at("north", made[0]["sweep"]), at("north", made[0]["partial"])))
+
+
 @pytest.fixture
-def content(tmp_path, made):
+def content(two_recordings):
     """Two honest recordings as plain data."""
-    return content_of(tmp_path, at("north", made[0]["sweep"]), at("north", made[0]["partial"]))
+    return json.loads(two_recordings)
 
 
 NO_DATA = {

@@ -93,14 +93,6 @@ def test_a_simulation_of_either_fidelity_with_the_limit_or_without_is_right_and_
     assert check.verdict(SIMULATED, value, own).status is Status.WRONG
 
 
-def test_a_number_in_another_unit_or_of_another_reference_is_wrong_and_the_reason_says_so(bench, K, run):
-    worst, own = response.worst(response.measure(run)), case(bench, K=np.array([K]))
-    verdict = Measured("alpha_max_deg", FULL, OWN).verdict(DEFLECTION, worst.max_alpha, own)
-    assert verdict.status is Status.WRONG and "unit" in verdict.reason  # radians for degrees
-    verdict = Measured("PO", FULL, OWN, rtol=0.05, atol=0.1).verdict(T_S, 2 * worst.overshoot, own)
-    assert verdict.status is Status.WRONG and "step" in verdict.reason  # of the amplitude
-
-
 def test_a_number_carried_over_follows_and_only_if_it_is_the_same(bench):
     check = Measured("t_s", FULL, OWN, rtol=0.05, carried=("3.14", "t_s"))
     own = case(bench, q3_14_t_s=2.0)

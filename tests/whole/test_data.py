@@ -49,11 +49,3 @@ def test_they_are_what_the_script_makes(tmp_path):
             # A rounding in the last bit, on another machine, may turn an encoder's count or two.
             difference = np.abs(stored[channel] - made[channel])
             assert np.sqrt(np.mean(difference**2)) <= 0.02 * np.sqrt(np.mean(stored[channel] ** 2)), channel
-
-
-def test_the_three_files_of_an_experiment_load_as_one():
-    recording = Recording.load(*(DATA / f"data_rotflex_fsf_{variable}.mat" for variable in ("theta", "alpha", "vm")))
-    assert set(recording.channels) == {"theta_ref", "theta", "alpha", "vm"}
-    assert recording.degrees("theta_ref").max() == pytest.approx(20)
-    validation = Recording.load(DATA / "data_rotflex_val_theta.mat", DATA / "data_rotflex_val_alpha.mat")
-    assert set(validation.channels) == {"theta", "theta_model", "alpha", "alpha_model"}

@@ -37,7 +37,7 @@ OF_WORDS = re.compile(
 
 @pytest.fixture(scope="module")
 def graded(request):
-    """The class, graded by the command as an instructor runs it, after its three honest members were graded alone."""
+    """The class, graded by the command as an instructor runs it, after its two honest members were graded alone."""
     here = [item for item in request.session.items if item.path == request.path]
     attacks = CLASS if any(item.get_closest_marker("scheduled") for item in here) else OF_EACH_KIND
     # Neither where temporary files are, nor below: there, a sandbox has something of its own.

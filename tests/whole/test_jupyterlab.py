@@ -3,10 +3,7 @@
 It is served below a prefix, as a hub does.
 """
 
-import json
-
 import browser
-import explorer_notebooks
 import pytest
 from checkout import ROOT
 
@@ -30,15 +27,9 @@ def test_rotflex_lab_serves_the_notebooks(served):
     assert "course.json" in names
 
 
-#: At a landing: the console, and an explorer of recordings. All run empty in test_released_course.py.
-AT_A_LANDING = ("00_", "02_")
-
-
 @needs_chromium
-@pytest.mark.parametrize(
-    "notebook",
-    [pytest.param(name, marks=() if name.startswith(AT_A_LANDING) else pytest.mark.scheduled) for name in NOTEBOOKS],
-)
+@pytest.mark.scheduled  # at each landing, explorers run in a browser of their own, and test_released_course.py runs all
+@pytest.mark.parametrize("notebook", NOTEBOOKS)
 def test_a_student_notebook_runs_empty_in_the_browser(served, notebook):
     with browser.visit(served, f"empty/{notebook}") as seen:
         cells = browser.run_all(seen)
@@ -47,18 +38,5 @@ def test_a_student_notebook_runs_empty_in_the_browser(served, notebook):
         said = [browser.plain(cell) for cell in cells if cell["source"].startswith("lab.answer(")]
         assert said
         assert all("not answered yet" in text for text in said)
-        if notebook == NOTEBOOKS[0]:
-            the_arm_moves_and_is_saved(seen.page, served, notebook)
         assert not seen.errors
         assert not seen.abroad
-
-
-def the_arm_moves_and_is_saved(page, address, notebook):
-    """The console runs an experiment at the prefix, and the saved notebook has its picture, and no live view."""
-    page.wait_for_selector(".labcourse-explorer[data-version]")
-    explorer_notebooks.settled(page)
-    explorer_notebooks.run_to_the_end(page)
-    page.evaluate("() => window.jupyterapp.commands.execute('docmanager:save')")
-    page.wait_for_function("() => !window.jupyterapp.shell.currentWidget.context.model.dirty", timeout=browser.PATIENCE)
-    saved = json.dumps(browser.get(address, f"/api/contents/empty/{notebook}")["content"])
-    assert "To use the explorer, run this cell." in saved and "widget-view" not in saved

@@ -2,8 +2,6 @@
 
 import copy
 import json
-import os
-import time
 from pathlib import Path
 
 import pytest
@@ -151,18 +149,6 @@ def test_an_answer_other_than_on_the_page_or_missing_is_told_with_what_to_do(fol
     assert states(found)["2.11", "omega_n"] is State.DIFFERENT
     (unlike,) = found.unlike
     assert "2.11 in 01_swing.ipynb, 2.12 in 01_swing.ipynb." in unlike and unlike in found.advice
-
-
-@pytest.mark.parametrize("years", [-1, 1])
-def test_a_clock_that_was_set_changes_nothing_that_is_said(folder, years):
-    """As it was when the files were written: an advice that follows from their times could not be followed."""
-    put(folder, GOOD)
-    recorded_at_home(folder, RECORDED)
-    then = time.time() + years * 365 * 86400
-    os.utime(folder / "01_swing.ipynb", (then, then))
-    found = check(folder, MASTERS, CATALOGUE)
-    assert states(found).pop(("2.11", "explanation")) is State.EMPTY
-    assert found.advice == () and found.notes == ()
 
 
 def test_a_notebook_that_is_missing_or_broken_and_one_that_ends_python_are_told(folder):

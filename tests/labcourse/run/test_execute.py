@@ -82,23 +82,22 @@ def test_a_run_is_marked_and_draws_nothing_unasked(run, tmp_path, monkeypatch):
     assert left(tmp_path) == {"told": "['check', '1', 'off', '1', None]", "python": sys.executable}
 
 
-@pytest.mark.parametrize(
-    ("source", "goes_on"),
-    [
-        ("import os; os._exit(3)", False),
-        ("exit()", False),
-        ("import time; time.sleep(100)", True),
-        (STUBBORN, False),
-    ],
-    ids=["dies", "exits", "sleeps", "does not stop"],
-)
-def test_after_a_cell_that_does_not_end_by_itself_the_next_notebook_is_run(run, tmp_path, monkeypatch, source, goes_on):
-    monkeypatch.setattr(execute, "GRACE", 0.5 if source == STUBBORN else execute.GRACE)
-    one = notebook(code("a", put("a", 1)), code("bad", source), code("after", put("after", 1)))
-    reports = run({"one.ipynb": one, "two.ipynb": notebook(code("b", put("b", 1)))}, cell_timeout=2)
-    assert set(left(tmp_path)) == {"a", "b"} | ({"after"} if goes_on else set())
-    assert reports["bad"].error is not None or not reports["bad"].finished
-    assert reports["b"].finished
+ENDS = {"dies": "import os; os._exit(3)", "exits": "exit()", "sleeps": "import time; time.sleep(99)"}
+
+
+@pytest.mark.parametrize("ends", [ENDS, {"stubborn": STUBBORN}], ids=["in the end", "only if it is made to"])
+def test_after_a_cell_that_does_not_end_by_itself_the_next_notebook_is_run(run, tmp_path, monkeypatch, ends):
+    monkeypatch.setattr(execute, "GRACE", 0.5 if "stubborn" in ends else execute.GRACE)
+    ran = {
+        f"{way}.ipynb": notebook(
+            code(f"{way}-before", put(way, 1)), code(way, source), code(f"{way}-after", put(f"{way}-after", 1))
+        )
+        for way, source in ends.items()
+    }
+    reports = run(ran | {"z.ipynb": notebook(code("z", put("z", 1)))}, cell_timeout=2)
+    assert set(left(tmp_path)) == {*ends, "z"} | ({"sleeps-after"} if "sleeps" in ends else set())
+    assert all(reports[way].error is not None or not reports[way].finished for way in ends)
+    assert reports["z"].finished
 
 
 @pytest.mark.parametrize("broken", ["another version", "an import that fails"])
@@ -134,8 +133,11 @@ def alive(process):
     return False
 
 
-@pytest.mark.parametrize("ending", ["SIGINT", "SIGHUP", "SIGKILL"], ids=["Ctrl-C", "terminal closed", "killed"])
-@pytest.mark.parametrize("can_fork", [True, False], ids=["warm", "kernels"])
+@pytest.mark.parametrize(
+    ("can_fork", "ending"),
+    [(True, "SIGINT"), (True, "SIGKILL"), (False, "SIGHUP"), (False, "SIGKILL")],
+    ids=["warm, Ctrl-C", "warm, killed", "kernels, terminal closed", "kernels, killed"],
+)
 @pytest.mark.skipif(not Path("/proc").is_dir(), reason="processes are looked for in /proc")
 def test_no_process_is_left_behind(tmp_path, can_fork, ending):
     program = f"""

@@ -1,10 +1,11 @@
-"""Plots on the page: what their legends name, what a drag tells, what is in view, who hears the keys."""
+"""Plots on the page: what their legends name, what a drag tells, what is in view."""
 
 import browser
-import explorer_page
 import numpy as np
 import pytest
+from checkout import ROOT
 
+from labcourse.scene.explorer import Explorer
 from labcourse.scene.scene import Button, Choice, Column, Moving, Panel, Play, Readout, Row, Scene, Slider
 
 pytestmark = pytest.mark.skipif(browser.CHROMIUM is None, reason="chromium is not installed (apt-get install chromium)")
@@ -12,10 +13,51 @@ pytestmark = pytest.mark.skipif(browser.CHROMIUM is None, reason="chromium is no
 MARKS = ("as it was", "as it is now", "as it was asked for", "as somebody else has it", "a limit", "where it is good")
 
 
+_SHOW = """async ([module, style, scene, data, width]) => {
+    const { render } = await import(URL.createObjectURL(new Blob([module], { type: 'text/javascript' })));
+    window.values = { scene, data: new DataView(Float32Array.from(data).buffer) };
+    window.told = [];
+    window.heard = {};
+    const sheet = document.createElement('style');
+    sheet.textContent = style;
+    const el = document.createElement('div');
+    el.style.width = width + 'px';
+    document.body.style.margin = 0;
+    document.body.replaceChildren(sheet, el);
+    const model = { get: (name) => values[name], on: (what, call) => { heard[what] = call; }, off() {},
+        send: (event) => told.push(event) };
+    render({ model, el });
+    await new Promise((done) => document.querySelector('.labcourse-explorer').addEventListener('painted', done));
+}"""
+_UPDATE = """async ([scene, data]) => {
+    window.values = { ...window.values, scene, data: new DataView(Float32Array.from(data).buffer) };
+    heard['change:scene']();
+    await new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)));
+}"""
+
+
 @pytest.fixture(scope="module")
 def page():
-    with explorer_page.opened() as page:
-        yield page
+    page = browser.chromium().new_page(viewport={"width": 1280, "height": 720})
+    yield page
+    page.close()
+
+
+def show(page, scene, width=836):
+    """Show a scene, so many px wide. What the page tells Python is then in ``window.told``."""
+    style = (ROOT / "labcourse" / "scene" / "explorer.css").read_text(encoding="utf-8")
+    page.evaluate(_SHOW, [Explorer._esm, style, *_sent(scene, {}), width])
+
+
+def update(page, scene, **more):
+    """Show another scene in its place; ``more`` is what else an explorer puts into it: notice, version, answered."""
+    page.evaluate(_UPDATE, list(_sent(scene, more)))
+
+
+def _sent(scene, more):
+    fixed, data = scene.packed()
+    about = {"notice": {"kind": "info", "text": ""}, "version": 1, "answered": {}}
+    return fixed | about | more, np.frombuffer(data, np.float32).tolist()
 
 
 def marked():
@@ -60,7 +102,7 @@ WRITTEN = """() => {
 
 @pytest.mark.parametrize("width", [836, 260])
 def test_a_legend_names_every_mark_once_and_wraps(page, width):
-    explorer_page.show(page, scene(), width)
+    show(page, scene(), width)
     written = page.evaluate(WRITTEN)
     entries = {text: (left, right, y) for text, left, right, y in written if text in MARKS}
     assert sorted(text for text, *_ in written if text in MARKS) == sorted(MARKS)
@@ -77,63 +119,28 @@ def test_a_legend_names_every_mark_once_and_wraps(page, width):
     assert max(lines) < min(ticks)  # above the plot
 
 
-def drag(page, name, to):
-    box = page.locator(f'.handle[data-name="{name}"]').bounding_box()
-    page.mouse.move(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+def grasp(page):
+    """Take the handle of the pole."""
+    box = page.locator('.handle[data-name="pole"]').bounding_box()
+    page.mouse.move(box["x"] + 13, box["y"] + 13)
     page.mouse.down()
-    page.mouse.move(*to, steps=3)
-    page.mouse.up()
-    selector = f'.handle[data-name="{name}"]'
-    return page.evaluate("selector => [told.at(-1), document.querySelector(selector).dataset]", selector)
+    return box["x"] + 23, box["y"] + 13
 
 
 def test_what_is_told_while_a_handle_is_dragged_is_within_the_plot(page):
-    explorer_page.show(page, scene())
-    drag(page, "pole", (2000, -500))
+    show(page, scene())
+    grasp(page)
+    page.mouse.move(2000, -500, steps=3)
+    page.mouse.up()
     first = page.evaluate("() => told[0]")  # Python answers it: then the latest goes out
-    explorer_page.update(page, scene(), version=2, answered={"view": first["view"], "n": first["n"]})
+    update(page, scene(), version=2, answered={"view": first["view"], "n": first["n"]})
     last = page.evaluate("() => told.at(-1)")
     assert (last["x"], last["y"]) == pytest.approx((2.0, 5.0))
 
 
-HEARD = """() => {
-    window.outside = [];
-    document.addEventListener('keydown', (event) => outside.push(event.key));
-}"""
-ELEMENTS = (
-    '.handle[data-name="pole"]',
-    'button[data-name="never"]',
-    ".player button",
-    'input[data-name="gain-number"]',
-    "summary",
-    "canvas",
-    ".row",
-)
-
-
-@pytest.mark.parametrize("element", ELEMENTS)
-def test_keys_stay_in_the_explorer_wherever_it_was_clicked(page, element):
-    """JupyterLab listens at the document, or looks at the focused element and those around it for a mark."""
-    drawing = marked()
-    signals = {"x": np.zeros(3)}
-    shown = scene(columns=[Column([drawing, Moving({"x": 0.0}, (0, 1), (0, 1))])], play=Play(signals, 1.0))
-    explorer_page.show(page, shown)
-    page.evaluate(HEARD)
-    where = {"position": {"x": 3, "y": 3}} if element in ("canvas", ".row") else {}
-    page.locator(element).first.click(force="never" in element, **where)  # a disabled one can be clicked, too
-    marked_itself, inside = page.evaluate(
-        """() => [document.activeElement.dataset.lmSuppressShortcuts,
-            Boolean(document.activeElement.closest('.labcourse-explorer'))]"""
-    )
-    assert inside and marked_itself == "true"
-    for key in ("d", "d", "j", "a", "m", "x", "Enter", "Shift+Enter", "Escape"):
-        page.keyboard.press(key)
-    assert page.evaluate("() => outside") == []
-
-
 @pytest.mark.parametrize(("width", "beside"), [(836, False), (1200, True)])
 def test_a_whole_explorer_is_in_view_and_readouts_stand_beside_the_plots_where_there_is_room(page, width, beside):
-    explorer_page.show(page, scene(height=900), width)
+    show(page, scene(height=900), width)
     whole, stage, readouts = (
         page.locator(one).bounding_box() for one in (".labcourse-explorer", ".stage", ".readouts")
     )
@@ -144,29 +151,26 @@ def test_a_whole_explorer_is_in_view_and_readouts_stand_beside_the_plots_where_t
 
 
 def test_what_is_folded_opens_and_stays_open_when_it_changes(page):
-    explorer_page.show(page, scene())
+    show(page, scene())
     table = page.locator("details table.readout")
     assert not table.is_visible()
     page.locator("summary", has_text="More").click()
     assert table.is_visible() and "1" in table.inner_text()
-    explorer_page.update(page, scene(readouts=[Readout("Found", []), Readout("More", [Row("x", ("2",))], folded=True)]))
+    update(page, scene(readouts=[Readout("Found", []), Readout("More", [Row("x", ("2",))], folded=True)]))
     assert table.is_visible() and "2" in table.inner_text()
-    explorer_page.update(page, scene(readouts=[Readout("More", [Row("x", ("3",))])]))
+    update(page, scene(readouts=[Readout("More", [Row("x", ("3",))])]))
     assert page.locator("details").count() == 0
     assert page.locator("table.readout").inner_text().split() == ["More", "x", "3"]
 
 
 def test_a_notice_that_goes_waits_until_the_handle_is_let_go(page):
     """What is below it would move away from under the hand."""
-    explorer_page.show(page, scene())
-    explorer_page.update(page, scene(), notice={"kind": "info", "text": "Kept."}, version=2)
-    box = page.locator('.handle[data-name="pole"]').bounding_box()
-    page.mouse.move(box["x"] + 13, box["y"] + 13)
-    page.mouse.down()
-    page.mouse.move(box["x"] + 23, box["y"] + 13)
+    show(page, scene())
+    update(page, scene(), notice={"kind": "info", "text": "Kept."}, version=2)
+    page.mouse.move(*grasp(page))
     said = page.evaluate("() => told.at(-1)")
     answered = {"view": said["view"], "n": said["n"]}
-    explorer_page.update(page, scene(), version=3, answered=answered)
+    update(page, scene(), version=3, answered=answered)
     assert page.locator(".notice").inner_text() == "Kept."
     page.mouse.up()
     assert page.locator(".notice").inner_text() == ""
@@ -174,7 +178,7 @@ def test_a_notice_that_goes_waits_until_the_handle_is_let_go(page):
 
 def test_a_recording_begins_at_once_where_it_is_asked_to(page):
     play = Play({"x": np.linspace(0, 1, 5)}, 0.2, at_once=True)
-    explorer_page.show(page, scene(columns=[Column([Moving({"x": 0.0}, (0, 1), (0, 1))])], play=play))
+    show(page, scene(columns=[Column([Moving({"x": 0.0}, (0, 1), (0, 1))])], play=play))
     page.wait_for_function("() => document.querySelector('.player output').textContent === '0.20 s'")
 
 
@@ -184,18 +188,15 @@ def test_a_recording_that_changes_begins_by_itself_once_nothing_is_held(page):
         return scene(columns=[Column([marked(), drawing])], play=Play({"x": np.linspace(0, end, 5)}, 0.2, auto=True))
 
     clock = page.locator(".player output")
-    explorer_page.show(page, playing(1.0))
+    show(page, playing(1.0))
     page.wait_for_timeout(500)
     assert clock.inner_text() == "0.00 s"  # nobody has touched anything yet
-    explorer_page.update(page, playing(1.0), version=2)
+    update(page, playing(1.0), version=2)
     page.wait_for_timeout(500)
     assert clock.inner_text() == "0.00 s"  # the same as before
-    box = page.locator('.handle[data-name="pole"]').bounding_box()
-    page.mouse.move(box["x"] + 13, box["y"] + 13)
-    page.mouse.down()
-    page.mouse.move(box["x"] + 23, box["y"] + 13)
+    page.mouse.move(*grasp(page))
     said = page.evaluate("() => told.at(-1)")
-    explorer_page.update(page, playing(2.0), version=3, answered={"view": said["view"], "n": said["n"]})
+    update(page, playing(2.0), version=3, answered={"view": said["view"], "n": said["n"]})
     page.wait_for_timeout(500)
     assert clock.inner_text() == "0.00 s"
     page.mouse.up()
