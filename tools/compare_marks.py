@@ -12,6 +12,7 @@ which a sandbox does not see; what is there already is used again.
 from __future__ import annotations
 
 import contextlib
+import importlib.util
 import json
 import os
 import subprocess
@@ -42,7 +43,9 @@ def _build_honest(folder: Path) -> None:
     from checkout import ROOT as CHECKOUT
     from honest_marks import build as build_class
 
-    build_class(honest_class.WAYS, honest_class.solved_notebooks(CHECKOUT), folder / "in")
+    pandas = importlib.util.find_spec("pandas") is not None  # some ways of earlier commits need it, or its absence
+    ways = [way for way in honest_class.WAYS if getattr(way, "pandas", None) in (None, pandas)]
+    build_class(ways, honest_class.solved_notebooks(CHECKOUT), folder / "in")
 
 
 def _build_hostile(folder: Path) -> None:
