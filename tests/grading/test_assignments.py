@@ -89,8 +89,9 @@ def test_grace_and_extensions_move_when_work_is_due_and_the_latest_counts():
 
 
 def test_without_a_date_work_is_due_with_the_last_that_has_one():
-    assert state(Handed(ADA), DUE, course(LAB), THIRD) == State.NOT_DUE
-    assert state(Handed(ADA), DUE + DAY, course(LAB), THIRD) == State.MISSING
+    made = course(Assignment("Lab 01", ("01_modeling_prelab",), DUE - DAY), LAB)
+    assert state(Handed(ADA), DUE, made, THIRD) == State.NOT_DUE
+    assert state(Handed(ADA), DUE + DAY, made, THIRD) == State.MISSING
     assert state(Handed(ADA), DUE, course(), THIRD) == State.MISSING  # no calendar
 
 

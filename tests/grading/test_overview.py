@@ -407,6 +407,7 @@ def test_what_is_not_ready_is_listed_before_it_is_published(book):
     assert waits == "Still to be read by a person: 3 answers of 2 students; their pages say so."
     assert asks == "1 request not answered yet (rotflex status lists what students ask)."
     assert list(unready(FIRST)) == ["Still to be read by a person: 2 answers of 2 students; their pages say so.", asks]
+    assert list(unready(SECOND)) == ["Still to be read by a person: 1 answer of 1 student; their pages say so."]
     later = FeedbackSettings(opens=clock.now() + timedelta(days=1))
     assert unready(feedback=later)[-1].startswith(f"Feedback opens on {later.opens:%Y-%m-%d}")
     waits, left_out, _asks = unready(marks=MarkSettings(drop=("2.16", "2.12")))

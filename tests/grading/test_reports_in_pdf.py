@@ -210,6 +210,9 @@ def test_the_card_of_the_whole_says_of_each_text_that_is_not_in_its_cell_to_look
         assert card["answers"][0]["some_in_pdf"] == wanted
         html = server.templates("scoring/page").get_template("card.html").render(card=card, points=str, again={})
         assert (said in html) == wanted
+    (answer,) = [one for one in scored.book.scores.answers([(REPORT, TEXT)]) if one.student == "ada"]
+    own = replace(answer, mark=replace(answer.mark, given=report_files.NOT_WRITTEN))  # words of the student's own
+    assert not cards.card(scored, [own])["answers"][0]["some_in_pdf"]
 
 
 def test_it_is_served_as_it_came_with_a_policy_of_its_own(scored):

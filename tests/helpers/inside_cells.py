@@ -77,6 +77,14 @@ hashlib.sha256(other.canvas.buffer_rgba()).hexdigest()[:20]
     "folder": "import os\nos.makedirs('sub', exist_ok=True)\n%cd -q sub\nos.path.basename(os.getcwd())",
     "folder-back": "%cd -q ..\nos.path.exists('sub')",
     "no-magic": "%no_such_magic",
+    "refused-gui": """
+from IPython.core.error import UsageError
+try:
+    get_ipython().enable_gui("no_such_gui")
+except UsageError:
+    refused = True
+refused
+""",
     "help": "print?",
     "callbacks": """
 called = []

@@ -50,7 +50,9 @@ def test_the_folders_student_leads_and_the_hubs_name_is_told_where_it_is_another
     assert whose(capsys) == ("ADA", False)
 
 
-def test_what_was_recorded_for_nobody_in_particular_is_the_hubs_users():
+def test_what_was_recorded_for_nobody_in_particular_is_the_hubs_users(capsys):
+    Path("answers.json").write_text('{"student": "demo"}')
+    assert whose(capsys) == ("ada", False)
     Path("answers.json").write_text('{"student": "demo"}')
     assert student_folder.student_of(student_folder.read(Path(), [NOTEBOOK])) == "ada"
 

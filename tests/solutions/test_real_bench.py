@@ -93,10 +93,10 @@ def test_honest_recordings_count_and_stand_in_the_place_of_the_bench(tmp_path, m
 )
 def test_a_recording_in_doubt_leaves_what_was_measured_to_a_person_and_says_why(tmp_path, made, change, why):
     honest = [at("north", made[0]["sweep"]), at("north", made[0]["partial"])]
-    bench = bench_of(content_of(tmp_path, *honest, change(made[0]["tracking"])))
+    bench = bench_of(content_of(tmp_path, change(made[0]["tracking"]), *honest))
     assert not bench.is_known
     (problem,) = bench.problems
-    assert problem.startswith(f"003-tracking does not count until a person has looked at it: {why}")
+    assert problem.startswith(f"001-tracking does not count until a person has looked at it: {why}")
     assert bench.sweep() is not None and bench.K_s == pytest.approx(OURS.parameters.K_s)
 
 

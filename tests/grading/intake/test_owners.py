@@ -218,6 +218,7 @@ def by_instructor(answer):
         ({"ada": ["bob"]}, by_instructor("perhaps"), None),
         ({"ada": ["bob"]}, {"roster": [StudentRecord("ada", group="7"), StudentRecord("bob", group="7")]}, True),
         ({"ada": ["bob"]}, {"roster": [StudentRecord("ada", group="7"), StudentRecord("bob", group="8")]}, None),
+        ({"ada": ["bob"]}, {"roster": [StudentRecord(name, group="7") for name in ("ada", "bob", *"xy")]}, True),
         ({"ada": ["bob"]}, {"roster": [StudentRecord(name, group="7") for name in ("ada", "bob", *"xyz")]}, None),
         ({"Group 3-ada_1_assignsubmission_file_": ["bob"], "Group 3-bob_2_assignsubmission_file_": []}, {}, True),
         ({"Group 3-ada_1_assignsubmission_file_": ["bob"], "Group 4-bob_2_assignsubmission_file_": []}, {}, None),

@@ -21,6 +21,7 @@ ROSTER = [
     StudentRecord("jürgen", "Jürgen Groß"),
     StudentRecord("mary", "Mary-Ann Smith-Jones"),
 ]
+WEST = timezone(timedelta(hours=-5))
 
 
 def first_answer(found, student, name=WANTED[0]):
@@ -94,8 +95,8 @@ def only_piece(found, student="ada"):
 )
 def test_the_time_in_a_platforms_name_counts(tmp_path, files, when):
     saved = datetime(2026, 1, 2, tzinfo=UTC)
-    piece = only_piece(intake.find(lay(tmp_path, files, saved), ROSTER))
-    assert piece.received == (when.replace(tzinfo=UTC) if when else saved)
+    piece = only_piece(intake.find(lay(tmp_path, files, saved), ROSTER, zone=WEST))
+    assert piece.received == (when.replace(tzinfo=WEST) if when else saved)
     assert ("name" in piece.clock) == (when is not None)
 
 
@@ -108,13 +109,13 @@ def test_a_list_of_times_counts_where_names_have_none(tmp_path):
         "Participant 10,Somebody,,Submitted,-,yesterday\n"
     )
     (tmp_path / "times.csv").write_text(sheet)
-    when, problems = platforms.read_times(tmp_path / "times.csv")
+    when, problems = platforms.read_times(tmp_path / "times.csv", WEST)
     assert problems == ["Line 5: 'yesterday' is not a time; write it as 2026-11-21 13:05."]
     lay(tmp_path / "in", packings.moodle("Ada King Lovelace", 1234567, work()))
     lay(tmp_path / "in", packings.moodle("Participant", 1234568, work("bob")))
     found = intake.find(tmp_path / "in", ROSTER, when)
-    assert only_piece(found).received == datetime(2026, 11, 21, 13, 5, tzinfo=UTC)
-    assert only_piece(found, "bob").received == datetime(2026, 11, 22, 7, 0, tzinfo=UTC)
+    assert only_piece(found).received == datetime(2026, 11, 21, 13, 5, tzinfo=WEST)
+    assert only_piece(found, "bob").received == datetime(2026, 11, 22, 7, 0, tzinfo=UTC)  # it says its own zone
     assert only_piece(found, "bob").clock == "the list of times"
 
 
@@ -168,6 +169,12 @@ def test_the_clock_of_the_students_computer_is_no_time_of_receipt(tmp_path, file
     assert bool(piece.clock) == is_trusted == (intake.TIME not in {one.about for one in found.doubts})
     if is_trusted:
         assert piece.received == LAID
+
+
+def test_times_in_a_platforms_zip_are_of_the_zone_that_is_named(tmp_path):
+    packed = zipped(packings.canvas("lovelaceadaking", 7, {"x.zip": zipped(work(), SAVED)}), LAID)
+    piece = only_piece(intake.find(lay(tmp_path, {"class.zip": packed}), ROSTER, zone=WEST))
+    assert piece.received == LAID.replace(tzinfo=WEST)
 
 
 def test_the_newest_of_each_notebook_counts_and_what_came_when_is_reported(tmp_path):

@@ -23,12 +23,12 @@ def out(tmp_path):
 def test_everybody_is_in_the_reports_whoever_was_graded_just_now(book, out, tmp_path):
     record(book, graded("bob"), graded("ada"), graded("zoe"))
     enrol(book, tmp_path, ("ada", "Ada L.", "ada@x.org", "B"), ("eve", "Eve E.", "", "A"))
-    book.deliver("dan", [Delivery("02.ipynb", "d", b"{}", clock.now())])
+    book.deliver("Dan", [Delivery("02.ipynb", "d", b"{}", clock.now())])
     assert Reports(out, OURS, book).write_all() == 3  # who have pages
     found = rows(out)
-    assert list(found) == ["ada", "bob", "dan", "eve", "zoe"]
+    assert list(found) == ["ada", "bob", "Dan", "eve", "zoe"]
     assert [found["ada"][name] for name in ("name", "email", "section", "total")] == ["Ada L.", "ada@x.org", "B", "2"]
-    assert (found["eve"]["notes"], found["dan"]["notes"]) == ("nothing handed in", NOT_GRADED_YET)
+    assert (found["eve"]["notes"], found["Dan"]["notes"]) == ("nothing handed in", NOT_GRADED_YET)
     assert sorted(path.name for path in out.iterdir()) == ["ada", "bob", "grades.csv", "zoe"]
     assert {path.name for path in (out / "zoe").iterdir()} == {"marks.json", "feedback.html"}
 

@@ -122,7 +122,10 @@ def test_a_mark_by_hand_is_the_mark_and_not_the_level_or_the_question_before_it(
     (answer,) = book.scores.answers([WORDS])
     assert answer.decision == answer.last() and state(answer).startswith("Ann gave it level 3, 0.75 of 1 point at")
     made.ask("Ann", WORDS, picks([answer]), "Is it?")
-    assert state(book.scores.answers([WORDS])[0]).startswith("Ann asked")
+    (answer,) = book.scores.answers([WORDS])
+    assert state(answer).startswith("Ann asked")
+    found = progress.tally([answer])
+    assert (found.total, found.done, found.waiting, found.asked) == (1, 0, 0, 1)
     book.set_mark("student-000", *WORDS, 0.2, "copied", "Prof")
     (answer,) = book.scores.answers([WORDS])
     assert answer.decision is None

@@ -24,7 +24,8 @@ from rotflex.course.questions import CATALOGUE as OURS
 REPORT = "First report"
 NOON = datetime(2026, 11, 23, 12)
 _K = parts.number("K", "N/m", None, "A-1", "The stiffness.")
-_SPEED = (parts.figure("figure", "A-1", "The speed over time."), parts.matrix("W_c", (2, 2), "A-1", "W."))
+_W = parts.matrix("W_c", (2, 2), "A-1", "W.", usual=parts.Usual(unit="V"))
+_SPEED = (parts.figure("figure", "A-1", "The speed over time."), _W)
 _ROWS = (_K, parts.poles("poles", 3, "A-1", "The poles."), parts.matrix("A", (1, 2), "A-1", "The matrix."))
 _ROWS += (parts.number("t_s", "s", None, "A-1", "The settling time."),)
 CATALOGUE = Catalogue(
@@ -157,7 +158,7 @@ def test_recorded_results_are_formulas(lab, tmp_path):
     lab.answer("1.2", W_c=[[1, 2], [3, 4]])
     lab.answer("Table 3", K=0.000123456, poles=[-1, -2 + 3j, -2 - 3j], A=[[1e-15, 20000]], t_s=0.5)
     found = read(lab, tmp_path)
-    assert r"$$ W_{c} = \begin{bmatrix} 1 & 2 \\ 3 & 4 \end{bmatrix} $$" in texts(found)
+    assert r"$$ W_{c} = \begin{bmatrix} 1 & 2 \\ 3 & 4 \end{bmatrix}\ \text{V} $$" in texts(found)
     assert recorded(found, "Table 3").table.splitlines()[2:] == [
         "| The stiffness | $K$ | $$0.0001235$$ | N/m |",
         r"| The poles | $\text{poles}$ | $$\begin{matrix} -2 - 3j \\ -2 + 3j \\ -1 \end{matrix}$$ | 1/s |",

@@ -64,7 +64,7 @@ def put(folder, sources, masters=MASTERS):
 
 
 def recorded_at_home(folder, recorded, cells=None):
-    book = AnswerBook(folder / "answers.json", "ada", {}, student_seed("ada"))
+    book = AnswerBook(folder / "answers.json", "Ada", {}, student_seed("ada"))
     for question, parts in recorded.items():
         for part, value in parts.items():
             cell = {"2.11": "q1-answer", "2.12": "q2-answer", "0.1": "q3-answer"}[question]
@@ -185,4 +185,4 @@ def test_another_students_answers_are_not_compared_with(folder):
     recorded_at_home(folder, RECORDED)
     found = check(folder, MASTERS, CATALOGUE, student="bob")
     assert found.student == "bob"
-    assert any("answers of 'ada'" in note for note in found.notes)
+    assert any("answers of 'Ada'" in note for note in found.notes)
