@@ -18,6 +18,8 @@ from typing import TYPE_CHECKING, Any
 from labcourse import course_file, courses, files
 from labcourse.errors import ConfigurationError
 from labcourse.patterns import CELL, pattern
+from labcourse.problems import Code, Problem
+from labcourse.sentences import sentence
 
 if TYPE_CHECKING:
     from labcourse.answers.catalogue import Catalogue
@@ -41,7 +43,14 @@ _DROPPED = ("outputs", "widgets")  # of cells, and of the notebook's metadata
 
 
 class NotebookError(Exception):
-    """A notebook that cannot be read; the message says why."""
+    """A notebook that cannot be read; ``problem`` says why."""
+
+    def __init__(self, problem: Problem) -> None:
+        super().__init__(problem)
+        self.problem = problem
+
+    def __str__(self) -> str:
+        return sentence(self.problem)
 
 
 @dataclass(frozen=True)
@@ -91,12 +100,12 @@ class Notebook:
     Attributes
     ----------
     content : as in the file, but without unknown entries, and without entries in the list of cells that are no cells
-    problems : a sentence on each thing that was left out for its size
+    problems : each thing that was left out for its size
     python : version of the Python that it was saved with, as "3.12.1"; "" if unknown. :meth:`read` leaves it out.
     """
 
     content: dict[str, Any]
-    problems: tuple[str, ...] = ()
+    problems: tuple[Problem, ...] = ()
     python: str = ""
 
     @classmethod
@@ -116,12 +125,12 @@ class Notebook:
         try:
             content = files.from_json(data, **hooks)
         except ValueError as error:
-            raise NotebookError(f"it is not JSON ({error}).") from None
+            raise NotebookError(Problem.of(Code.NOT_JSON, error=str(error))) from None
         cells = content.get("cells") if isinstance(content, dict) else None
         if not isinstance(cells, list):
-            raise NotebookError("it is JSON, but not a notebook with cells in format 4: save it in JupyterLab.")
+            raise NotebookError(Problem.of(Code.NO_CELLS))
         if len(cells) > MAX_CELLS:
-            raise NotebookError(f"it has more than {MAX_CELLS} cells.")
+            raise NotebookError(Problem.of(Code.TOO_MANY_CELLS, most=MAX_CELLS))
         about = {name: content[name] for name in ("metadata", "nbformat", "nbformat_minor") if name in content}
         if not isinstance(about.get("metadata", {}), dict):
             del about["metadata"]
@@ -137,20 +146,20 @@ class Notebook:
             If it is not a notebook with cells, or too large without its outputs.
         """
         if len(data) > MAX_FILE:
-            raise NotebookError(f"it has more than {MAX_FILE} bytes. Clear its large outputs, and save it.")
+            raise NotebookError(Problem.of(Code.NOTEBOOK_TOO_LARGE, most=MAX_FILE))
         if parts_in(data) > MAX_PARTS:
-            raise NotebookError(f"it has more than {MAX_PARTS} parts. Clear its large outputs, and save it.")
-        problems: list[str] = []
+            raise NotebookError(Problem.of(Code.TOO_MANY_PARTS, most=MAX_PARTS))
+        problems: list[Problem] = []
         notebook = cls.read(data, object_pairs_hook=_needed)
         sizes = Counter[str]()
         for cell in notebook.cells:
             sizes[cell.kind] += len(cell.source.encode())
         if sum(len(cell.source.splitlines()) for cell in notebook.cells) > MAX_LINES:
-            raise NotebookError(f"its cells have more than {MAX_LINES} lines.")
+            raise NotebookError(Problem.of(Code.TOO_MANY_LINES, most=MAX_LINES))
         for kind, size in sizes.items():
             # Some editors put pictures into the text itself.
             if size > (most := MAX_PICTURES if kind == TEXT else MAX_NOTEBOOK):
-                raise NotebookError(f"its {kind} cells have more than {most} bytes.")
+                raise NotebookError(Problem.of(Code.CELLS_TOO_LARGE, kind=kind, most=most))
         notebook._drop_pictures(problems)
         language = max(data.rfind(b'"language_info"'), 0)
         version = _VERSION.search(data, language, language + _LONGEST_LANGUAGE)
@@ -161,16 +170,14 @@ class Notebook:
         """The cells, without their outputs."""
         return tuple(map(_as_cell, self.content["cells"]))
 
-    def _drop_pictures(self, problems: list[str]) -> None:
+    def _drop_pictures(self, problems: list[Problem]) -> None:
         """Drop the attachments that exceed the limit of all together."""
         size = 0
         for place, cell in enumerate(self.content["cells"], 1):
             for name, content in [*cell.get("attachments", {}).items()]:
                 added = len(name) + sum(len(kind) + sum(map(len, data)) for kind, data in content.items())
                 if size + added > MAX_PICTURES:
-                    problems.append(
-                        f"the picture {name!a:.80} in its cell {place} is left out: together, they are too large."
-                    )
+                    problems.append(Problem.of(Code.PASTED_PICTURE_LEFT_OUT, picture=name, cell=place))
                     del cell["attachments"][name]
                 else:
                     size += added

@@ -18,7 +18,7 @@ from pathlib import Path, PurePosixPath
 from labcourse import files
 from labcourse.answers.cell_reports import REPORTS_FILE
 from labcourse.files import ANSWERS_FILE, COURSE_FILE
-from labcourse.messages import plural
+from labcourse.problems import Code, Problem
 from labcourse.student_id import caseless
 
 MAX_FILES = 200  #: that come along; docs/handing_in.md states it, and the next two
@@ -34,13 +34,13 @@ _MOST_NOTES = 20
 _ENVIRONMENT = "pyvenv.cfg"  # is in each virtual environment
 _LEFTOVERS = {"__pycache__", "__macosx", "node_modules", "thumbs.db", "desktop.ini", "icon\r"}
 _SETTINGS = {
-    "matplotlibrc": "it would change matplotlib's settings",
+    "matplotlibrc": Problem.of(Code.CHANGES_SETTINGS, program="matplotlib"),
     **{
-        f"{name}.{ending}": "it would change Python's settings"
+        f"{name}.{ending}": Problem.of(Code.CHANGES_SETTINGS, program="Python")
         for name in ("ipython_config", "ipython_kernel_config")
         for ending in ("py", "json")
     },
-    REPORTS_FILE.casefold(): "a run writes a file of that name",
+    REPORTS_FILE.casefold(): Problem.of(Code.WRITTEN_BY_RUN),
 }
 _AT_START = {"sitecustomize", "usercustomize", "__main__", "ipykernel_launcher"}  # Python looks for these by itself
 _MODULES = (".py", ".pyc", ".pyd", ".so", ".pyw")
@@ -48,7 +48,7 @@ _MODULES = (".py", ".pyc", ".pyd", ".so", ".pyw")
 
 def choose(
     candidates: Iterable[tuple[PurePosixPath, int]], notebooks: Collection[str], modules: Collection[str] = ()
-) -> tuple[list[PurePosixPath], list[str]]:
+) -> tuple[list[PurePosixPath], list[Problem]]:
     """Choose the student's files that come along to a run.
 
     Parameters
@@ -70,25 +70,27 @@ def choose(
     excluded = {caseless(name) for name in (*notebooks, RECEIPT_FILE)}
     taken = {name.casefold() for name in (*modules, *_AT_START)} | _importable()
     paths: list[PurePosixPath] = []
-    notes: list[str] = []
+    notes: list[Problem] = []
     total = 0
     for path, size in everything:
         if _is_skipped(path, environments, excluded):
             continue
         why = _refusal(path, size, packages, taken)
         if not why and total + size > MAX_TOTAL:
-            why = f"with it, your own files have more than {megabytes(MAX_TOTAL)}"
+            why = Problem.of(Code.OWN_FILES_TOO_LARGE, most=MAX_TOTAL)
         if not why and len(paths) == MAX_FILES:
-            why = f"{MAX_FILES} files at most come along"
+            why = Problem.of(Code.TOO_MANY_OWN_FILES, most=MAX_FILES)
         if why:
-            notes.append(f"{files.shown(path)} does not come along: {why}.")
+            notes.append(Problem.of(Code.OWN_FILE_REFUSED, files.shown(path), why=why))
         else:
             paths.append(path)
             total += size
     return paths, _few(notes)
 
 
-def read(folder: Path, notebooks: Collection[str], modules: Collection[str] = ()) -> tuple[dict[str, bytes], list[str]]:
+def read(
+    folder: Path, notebooks: Collection[str], modules: Collection[str] = ()
+) -> tuple[dict[str, bytes], list[Problem]]:
     """Read a student's own files in the folder of the notebooks. Links are not followed.
 
     Parameters
@@ -101,15 +103,16 @@ def read(folder: Path, notebooks: Collection[str], modules: Collection[str] = ()
     tuple
         Relative path, with "/" → content; and notes on files that do not come along.
     """
-    refused: list[str] = []
+    refused: list[Problem] = []
     paths, notes = choose(_ordinary_files(folder, PurePosixPath(), refused), notebooks, modules)
-    contents, notes = {}, [*notes, *_few(refused)]
+    contents: dict[str, bytes] = {}
+    notes += _few(refused)
     for path in paths:
         try:
             name = unicodedata.normalize("NFC", str(path))  # as it is named where it is graded
             contents[name] = files.read(folder / path)
         except OSError as error:
-            notes.append(f"{path} cannot be read: {error.strerror}.")
+            notes.append(_refused(path, error))
     return contents, notes
 
 
@@ -118,7 +121,7 @@ def megabytes(size: int) -> str:
     return f"{size / 1e6:.3g} MB"
 
 
-def _ordinary_files(folder: Path, within: PurePosixPath, refused: list[str]) -> Iterator[tuple[PurePosixPath, int]]:
+def _ordinary_files(folder: Path, within: PurePosixPath, refused: list[Problem]) -> Iterator[tuple[PurePosixPath, int]]:
     """Find the files below a folder. Skipped folders, which may hold thousands of files, are not entered.
 
     ``refused`` gets a note on each link, pipe and device: none of them is opened.
@@ -140,7 +143,12 @@ def _ordinary_files(folder: Path, within: PurePosixPath, refused: list[str]) -> 
         try:
             yield path, files.ordinary(entry).st_size
         except OSError as error:
-            refused.append(f"{files.shown(path)} does not come along: {error.strerror}.")
+            refused.append(_refused(path, error))
+
+
+def _refused(path: PurePosixPath, error: OSError) -> Problem:
+    why = Problem.of(Code.SYSTEM_ERROR, error=files.reason(error))
+    return Problem.of(Code.OWN_FILE_REFUSED, files.shown(path), why=why)
 
 
 def _is_skipped(path: PurePosixPath, environments: set[PurePosixPath], excluded: Collection[str]) -> bool:
@@ -161,7 +169,7 @@ def is_leftover(name: str) -> bool:
     return name.startswith((".", "~$")) or name.casefold() in _LEFTOVERS
 
 
-def _refusal(path: PurePosixPath, size: int, packages: Collection[str], taken: Collection[str]) -> str | None:
+def _refusal(path: PurePosixPath, size: int, packages: Collection[str], taken: Collection[str]) -> Problem | None:
     """Return why a file cannot come along; None if it can."""
     top = path.parts[0]
     for part in map(str.casefold, path.parts):
@@ -170,13 +178,13 @@ def _refusal(path: PurePosixPath, size: int, packages: Collection[str], taken: C
     module = _module(top)
     is_module = top in packages or (len(path.parts) == 1 and top.casefold().endswith(_MODULES))
     if is_module and module in taken:
-        return f"Python has a module {module} already; give yours another name"
+        return Problem.of(Code.HIDES_MODULE, module=module)
     if size > MAX_FILE:
-        return f"it has more than {megabytes(MAX_FILE)}"
+        return Problem.of(Code.OWN_FILE_TOO_LARGE, most=MAX_FILE)
     if len(path.parts) > MAX_DEPTH + 1:
-        return f"it is in more than {MAX_DEPTH} folders within folders"
+        return Problem.of(Code.OWN_FILE_TOO_DEEP, most=MAX_DEPTH)
     if len(str(path)) > LONGEST_PATH or any(not part.isprintable() or "\\" in part for part in path.parts):
-        return "its name is too long, or has characters that cannot be seen"
+        return Problem.of(Code.UNUSUAL_NAME)
     return None
 
 
@@ -185,12 +193,11 @@ def _module(name: str) -> str:
     return name.partition(".")[0].casefold()
 
 
-def _few(notes: list[str]) -> list[str]:
+def _few(notes: list[Problem]) -> list[Problem]:
     """Shorten a long list of notes; the last one counts the rest."""
     if len(notes) <= _MOST_NOTES:
         return notes
-    rest = plural(len(notes) - _MOST_NOTES, "{count} more file", "{count} more files")
-    return [*notes[:_MOST_NOTES], f"{rest} of yours do not come along, either."]
+    return [*notes[:_MOST_NOTES], Problem.of(Code.MORE_OWN_FILES_REFUSED, count=len(notes) - _MOST_NOTES)]
 
 
 @functools.cache

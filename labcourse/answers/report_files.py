@@ -21,6 +21,7 @@ from labcourse.answers.own_files import megabytes
 from labcourse.answers.parts import ReportItem
 from labcourse.errors import AnswerError
 from labcourse.patterns import ANSWER, pattern
+from labcourse.problems import Code, Problem
 
 if TYPE_CHECKING:
     from labcourse.session import Session
@@ -52,12 +53,12 @@ def made_files(pdfs: Iterable[str]) -> list[str]:
     return [name for pdf in pdfs for name in (pdf, pdf.removesuffix(PDF) + HTML)]
 
 
-def refusal(data: bytes) -> str | None:
+def refusal(data: bytes) -> Problem | None:
     """Return why a file cannot be a report, by its size and its first bytes; None if it can."""
     if len(data) > MAX_BYTES:
-        return f"it has {megabytes(len(data))}, and {megabytes(MAX_BYTES)} is the most: save its pictures smaller"
+        return Problem.of(Code.REPORT_TOO_LARGE, bytes=len(data), most=MAX_BYTES)
     if _MAGIC not in data[:_WITHIN]:
-        return "it is no PDF: save or export it as PDF"
+        return Problem.of(Code.NOT_A_PDF)
     return None
 
 
@@ -102,9 +103,11 @@ class ReportFile:
         """A description as "PDF, 1.2 MB"."""
         return f"PDF, {megabytes(self.size)}"
 
-    def __str__(self) -> str:
-        origin = f"your own document, {self.name} (" if self.own else f"{self.name}, made of the notebook’s texts ("
-        return f"{self.report}: {origin}{self.about}; {self.digest[:_SHOWN]})."
+    @property
+    def note(self) -> Problem:
+        """A note that the report was handed in as this PDF."""
+        about = {"name": self.name, "own": self.own, "bytes": self.size, "digest": self.digest[:_SHOWN]}
+        return Problem.of(Code.REPORT_IN_PDF, self.report, **about)
 
 
 def of_data(report: str, data: bytes) -> ReportFile:
@@ -151,7 +154,7 @@ def own_document(folder: Path, catalogue: Catalogue, report: str) -> ReportFile 
     return None if refusal(data) or is_composed(data) else of_data(report, data)
 
 
-def read_all(folder: Path, catalogue: Catalogue) -> tuple[dict[str, bytes], list[str]]:
+def read_all(folder: Path, catalogue: Catalogue) -> tuple[dict[str, bytes], list[Problem]]:
     """Read the reports' PDFs in a folder: file name → content; and say which cannot be handed in, and why."""
     contents: dict[str, bytes] = {}
     problems = []
@@ -162,9 +165,9 @@ def read_all(folder: Path, catalogue: Catalogue) -> tuple[dict[str, bytes], list
         except FileNotFoundError:
             continue
         except OSError as error:
-            why = files.reason(error)
+            why = Problem.of(Code.SYSTEM_ERROR, error=files.reason(error))
         if why:
-            problems.append(f"{name} is not handed in: {why}.")
+            problems.append(Problem.of(Code.REPORT_NOT_HANDED_IN, name, why=why))
         else:
             contents[name] = data
     return contents, problems

@@ -25,6 +25,7 @@ from labcourse.grading.gradebook import Graded, MarkRecord, RunRecord
 from labcourse.grading.marking.marking import KEY_FAILED, Context, Mark
 from labcourse.grading.marking.marking_processes import Marker, MarkingJob
 from labcourse.grading.verdicts import Status
+from labcourse.problems import as_json, from_json
 
 FAILED = "failed: "  #: beginning of the key of a record that stands for a failed grading, without a run
 
@@ -34,6 +35,8 @@ _Compressed = Annotated[
     BeforeValidator(lambda data: zlib.decompress(b64decode(data)) if isinstance(data, str) else data),
     PlainSerializer(lambda data: b64encode(zlib.compress(data)).decode("ascii"), when_used="json"),
 ]
+#: A problem, or a text of the course's, written to JSON as plain data.
+_Stored = Annotated[Any, BeforeValidator(from_json), PlainSerializer(as_json)]
 
 
 class Facts(BaseModel):
@@ -57,10 +60,10 @@ class Facts(BaseModel):
     model_config = ConfigDict(frozen=True)
 
     reports: Reports = Reports()
-    ended: tuple[str, ...] = ()
-    problems: tuple[str, ...] = ()
-    notes: tuple[str, ...] = ()
-    missing: list[tuple[str, str, str]] = []
+    ended: tuple[_Stored, ...] = ()
+    problems: tuple[_Stored, ...] = ()
+    notes: tuple[_Stored, ...] = ()
+    missing: list[tuple[str, str, _Stored]] = []
     asked: list[Where] | None = None
     bench_of: str = ""
     policy: BenchPolicy | None = None

@@ -34,6 +34,7 @@ from labcourse.grading.verdicts import Status
 from labcourse.messages import listed, plural
 from labcourse.run.reasons import STOPPED
 from labcourse.safe_text import no_escapes
+from labcourse.sentences import sentence, sentences
 from labcourse.student_id import HINTS_FILE, INTAKE_FILE, caseless
 
 PAGE_FILE = "class.html"  #: in the folder of results
@@ -221,7 +222,7 @@ def _details(student: Student) -> list[str]:
 def _stopped(student: Student) -> list[str]:
     """Return the messages on cells of a student that stopped, and cost answers."""
     problems = () if student.graded is None else student.graded.run.problems
-    return [line for line in problems if STOPPED in line]
+    return [line for line in sentences(problems) if STOPPED in line]
 
 
 def _of_assignment(of: Class, one: Assignment) -> dict[str, Any]:
@@ -329,7 +330,7 @@ def slips(runs: Iterable[Graded]) -> list[Slip]:
     judged_parts = []
     for where, marks in judged.items():
         wrong = [mark for mark in marks if mark.status in _WENT_WRONG]
-        reasons = Counter(without_numbers(mark.reason) for mark in wrong).most_common()
+        reasons = Counter(without_numbers(sentence(mark.reason)) for mark in wrong).most_common()
         lost = sum(mark.out_of - mark.points for mark in wrong)
         judged_parts.append(Slip(where, len(wrong), len(marks), lost, reasons))
     many = (slip for slip in judged_parts if slip.wrong >= max(SEVERAL, MANY * slip.judged))

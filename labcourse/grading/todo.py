@@ -28,6 +28,7 @@ from labcourse.grading.settings import Assignment
 from labcourse.grading.verdicts import Status
 from labcourse.messages import listed
 from labcourse.patterns import pattern
+from labcourse.sentences import sentence, sentences
 from labcourse.student_id import caseless
 
 #: States of work that needs nothing more.
@@ -272,7 +273,7 @@ def causes(student: Student) -> dict[tuple[Cause, str], list[str]]:
     found: dict[tuple[Cause, str], list[str]] = {}
     if student.graded is not None:
         run, faults = student.graded.run, key_faults(student.graded)
-        for line in dict.fromkeys((*facts_of(run).ended, *run.problems, *run.notes)):
+        for line in sentences((*facts_of(run).ended, *run.problems, *run.notes)):
             cause = next((one for one in CAUSES if _PATTERNS[one.line].search(line)), None)
             if cause is not None and line not in faults:
                 what = cause.what.format(line=shortened(line.removeprefix("Not graded. ")))
@@ -292,7 +293,7 @@ def cost(of: Class, student: Student, cause: Cause, said: Sequence[str]) -> Frac
         return of.at_stake(student, (mark.where for mark in graded.marks))
     there = {name for name, work in student.work.items() if work.state not in NOTHING_THERE}
     is_of_it = _PATTERNS[cause.reason].search
-    lost = (mark for mark in graded.marks if mark.status == Status.MISSING and is_of_it(mark.reason))
+    lost = (mark for mark in graded.marks if mark.status == Status.MISSING and is_of_it(sentence(mark.reason)))
     return of.at_stake(student, (mark.where for mark in lost if of.course.notebook_of(mark.question) in there))
 
 
@@ -347,7 +348,7 @@ def _by_answer(of: Class) -> Iterator[Finding]:
             yield Finding(what, "score MARKS --by NAME", answer.student, worth)
         else:
             mark = f'mark MARKS {_STUDENT} {quote(question)} {quote(part)} POINTS --reason "..." --by NAME'
-            what = f"waits for a person: {question} {part}. {shortened(answer.mark.reason)}"
+            what = f"waits for a person: {question} {part}. {shortened(sentence(answer.mark.reason))}"
             yield Finding(what, mark, answer.student, worth)
 
 

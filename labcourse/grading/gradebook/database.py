@@ -26,7 +26,7 @@ from labcourse.grading.gradebook.records import About, Base
 from labcourse.messages import FREE_SPACE
 
 PATIENCE = 30.0  #: s; a transaction takes 1 s at most
-VERSION = 10  #: of the tables; raise it when they change
+VERSION = 11  #: of the tables; raise it when they change
 _SECRET_BYTES = 32  # 256 bits
 _WRITERS = 0x726F74666C6578  # the number of the lock that writers take
 _DRIVERS = {"sqlite": "sqlite", **dict.fromkeys(("postgresql", "postgres"), "postgresql+psycopg")}

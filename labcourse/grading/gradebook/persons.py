@@ -14,7 +14,7 @@ import hmac
 import json
 import re
 from base64 import b64encode
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, replace
 from datetime import datetime
 from typing import Any, TypeVar
@@ -39,6 +39,7 @@ from labcourse.grading.gradebook.records import (
     RunRecord,
     StudentRecord,
 )
+from labcourse.problems import Problem
 from labcourse.student_id import caseless
 
 MARKER = "[erased]"  #: what replaces the names of a person who is erased
@@ -139,17 +140,27 @@ class Person:
         """Return a text, texts, or the state of a mark, with a marker in place of each of the person's names."""
         if isinstance(value, str):
             return self._named.sub(MARKER, value)
+        if isinstance(value, Problem):
+            return Problem.from_json(self._redacted_data(value.as_json()))
         if isinstance(value, tuple):
             return tuple(map(self.redacted, value))
         if isinstance(value, MarkState):
             return replace(value, reason=self.redacted(value.reason))
         return value and {**value, "reason": self.redacted(value["reason"])}
 
+    def _redacted_data(self, value: Any) -> Any:
+        """Return plain data with a marker in place of the person's names in each of its texts."""
+        if isinstance(value, Mapping):
+            return {name: self._redacted_data(entry) for name, entry in value.items()}
+        return (
+            [*map(self._redacted_data, value)] if isinstance(value, list) else self.redacted(value) if value else value
+        )
+
     def is_named_in(self, value: Any) -> bool:
         """Return whether a text, a file, or data of JSON names the person."""
         if isinstance(value, bytes):
             value = value.replace(b"\0", b"").decode("utf-8", "replace")  # UTF-16 has a zero byte beside each letter
-        elif isinstance(value, MarkState | dict | tuple):
+        elif isinstance(value, MarkState | Problem | dict | tuple):
             value = json.dumps(value, default=vars)
         return isinstance(value, str) and self._named.search(value) is not None
 

@@ -20,6 +20,7 @@ from sqlalchemy.orm import DeclarativeBase, Mapped, MappedAsDataclass, composite
 
 from labcourse import clock
 from labcourse.grading.gradebook import storable
+from labcourse.problems import Reason, as_json, from_json
 
 #: Statuses of marks: set by a person; to be set by a person.
 GIVEN_BY_A_PERSON, FOR_A_PERSON = "given by a person", "for a person"
@@ -41,7 +42,7 @@ class MarkRecord:
     question, part : which
     status : as "right" or "given by a person"
     points, out_of : earned, and possible
-    reason : for the student
+    reason : the words of the key or of a person, or the problem that decided it
     given : the student's answer as a short text
     """
 
@@ -50,7 +51,7 @@ class MarkRecord:
     status: str
     points: float
     out_of: float
-    reason: str
+    reason: Reason
     given: str = ""
 
     @property
@@ -66,7 +67,7 @@ class MarkState:
     status: str
     points: float
     out_of: float
-    reason: str
+    reason: Reason
 
 
 class Text(sa.TypeDecorator[str]):
@@ -99,10 +100,26 @@ class Json(sa.TypeDecorator[Any]):
     cache_ok = True
 
     def process_bind_param(self, value: Any, dialect: sa.Dialect) -> Any:
-        return vars(value) if isinstance(value, MarkState) else value
+        return as_json(vars(value)) if isinstance(value, MarkState) else value
 
     def process_result_value(self, value: Any, dialect: sa.Dialect) -> Any:
-        return tuple(value) if isinstance(value, list) else value and MarkState(**value)
+        if isinstance(value, list):
+            return tuple(value)
+        return value and MarkState(**{**value, "reason": from_json(value["reason"])})
+
+
+class Reasons(sa.TypeDecorator[Any]):
+    """A reason, or a tuple of reasons, stored as JSON: a text, or the data of a problem."""
+
+    impl = sa.JSON
+    cache_ok = True
+
+    def process_bind_param(self, value: Any, dialect: sa.Dialect) -> Any:
+        return as_json(value)
+
+    def process_result_value(self, value: Any, dialect: sa.Dialect) -> Any:
+        read = from_json(value)
+        return tuple(read) if isinstance(read, list) else read
 
 
 class Base(MappedAsDataclass, DeclarativeBase):
@@ -125,7 +142,8 @@ def _of_student(**options: Any) -> Any:
 def _mark_columns() -> list[Any]:
     """Return the columns of a :class:`MarkRecord`."""
     keys = [mapped_column(name, primary_key=True) for name in ("question", "part")]
-    return [*keys, *map(mapped_column, ("status", "points", "out_of", "reason", "given"))]
+    numbers = map(mapped_column, ("status", "points", "out_of"))
+    return [*keys, *numbers, mapped_column("reason", Reasons), mapped_column("given")]
 
 
 class OfAnswer(MappedAsDataclass):
@@ -252,8 +270,8 @@ class RunRecord(Base):
     probe_seed: Mapped[int] = mapped_column(sa.BigInteger)
     isolation: Mapped[str]
     answers: Mapped[bytes | None] = mapped_column(default=None)
-    problems: Mapped[tuple[str, ...]] = mapped_column(default=())
-    notes: Mapped[tuple[str, ...]] = mapped_column(default=())
+    problems: Mapped[tuple[Reason, ...]] = mapped_column(Reasons, default=())
+    notes: Mapped[tuple[Reason, ...]] = mapped_column(Reasons, default=())
     cells: Mapped[tuple[Mapping[str, Any], ...]] = mapped_column(default=())
     claim: Mapped[Mapping[str, Any]] = mapped_column(default_factory=dict)
     words: Mapped[Mapping[str, Any]] = mapped_column(default_factory=dict)
@@ -289,12 +307,14 @@ class GivenMark(Base):
 
     def as_json(self) -> dict[str, Any]:
         """Return the mark as plain data, for :meth:`from_json`."""
-        return {**vars(self.mark), "actor": self.actor, "when": self.when.isoformat()}
+        return {**as_json(vars(self.mark)), "actor": self.actor, "when": self.when.isoformat()}
 
     @staticmethod
     def from_json(actor: str, when: str, **mark: Any) -> GivenMark:
         """Return a person's mark that was stored as plain data."""
-        return GivenMark(MarkRecord(**mark), actor, datetime.fromisoformat(when))
+        return GivenMark(
+            MarkRecord(**{**mark, "reason": from_json(mark["reason"])}), actor, datetime.fromisoformat(when)
+        )
 
 
 @dataclass(frozen=True)

@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from labcourse import student_id
 from labcourse.errors import GradebookError, StudentIDError
 from labcourse.patterns import ANSWER, pattern
+from labcourse.problems import Problem, as_json
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
@@ -87,7 +88,7 @@ def _cleaned_value(value: Any) -> Any:
         return _bounded(value, len(value), MOST_BYTES, "bytes")
     clean = _plain(value, _DEEPEST)
     if isinstance(clean, list | dict):
-        _bounded(clean, len(json.dumps(clean)), MOST_CHARACTERS, "characters of JSON")
+        _bounded(clean, len(json.dumps(as_json(clean))), MOST_CHARACTERS, "characters of JSON")
     return tuple(clean) if isinstance(value, tuple) else clean
 
 
@@ -102,6 +103,8 @@ def _plain(given: Any, levels: int) -> Any:
     """Return data as JSON has it, with clean text, in at most so many levels. Raises ValueError if it is other data."""
     if isinstance(given, str):
         return text(given)
+    if isinstance(given, Problem):
+        return Problem.from_json(_plain(given.as_json(), levels))
     if isinstance(given, Mapping) and levels and all(isinstance(key, str) for key in given):
         return {text(key): _plain(value, levels - 1) for key, value in given.items()}
     if isinstance(given, list | tuple) and levels:

@@ -61,6 +61,7 @@ from labcourse.grading.gradebook.records import (
     Token,
     Where,
 )
+from labcourse.sentences import sentence
 from labcourse.student_id import caseless
 
 NO_LONGER = "The answer, or the points possible, changed: the mark that a person gave no longer holds."
@@ -703,10 +704,11 @@ def _changed_error(session: Session, before: Current, mark: MarkRecord) -> Grade
     """Return the error that a mark changed since a person saw it: who changed it, when, and why."""
     which = (AuditRecord.question == mark.question, AuditRecord.part == mark.part)
     last = read(session, AuditRecord, AuditRecord.student_id == before.student.id, *which)[-1]
+    why = sentence(mark.reason)
     return GradebookError(
         f"Question {mark.question}, {mark.part}: {before.run.student!r} has {mark.points:g} points ({mark.status}) by "
-        f"now, from {last.actor}, {last.when:%Y-%m-%d %H:%M} UTC: {mark.reason!r}. Nothing was changed. If that is to "
-        f"be replaced, say that you expect {mark.points:g} (mark --expect {mark.points:g})."
+        f"now, from {last.actor}, {last.when:%Y-%m-%d %H:%M} UTC: {why!r}. Nothing was changed. If that is to be "
+        f"replaced, say that you expect {mark.points:g} (mark --expect {mark.points:g})."
     )
 
 

@@ -15,6 +15,7 @@ from labcourse.grading.gradebook.store import NO_LONGER
 from labcourse.grading.graded_run import FAILED
 from labcourse.grading.reports.result import points
 from labcourse.grading.verdicts import UNDECIDED, Status
+from labcourse.sentences import sentence
 
 KEY_CHANGED = "the key has changed"
 RUN_AGAIN = "run again, with other notebooks, software or settings"
@@ -45,7 +46,7 @@ class Changes:
         """Return a line for the student, and one for each part."""
         head = f"{points(self.before)} → {points(self.after)} of {points(self.out_of)} points; {self.why}"
         lines = [
-            f"    {', '.join(where)}: {_in_words(before)} → {_in_words(after)}. {after.reason if after else ''}"
+            f"    {', '.join(where)}: {_in_words(before)} → {_in_words(after)}. {_reason_of(after)}"
             for where, before, after in self.parts
         ]
         return "\n".join([f"{self.student}: {head}", *lines])
@@ -60,6 +61,10 @@ class Changes:
         return {"student": self.student, **sums, "why": self.why, "changes": changed}
 
 
+def _reason_of(mark: MarkRecord | None) -> str:
+    return "" if mark is None else sentence(mark.reason)
+
+
 def _in_words(mark: MarkRecord | None) -> str:
     if mark is None:
         return "no mark"
@@ -69,8 +74,9 @@ def _in_words(mark: MarkRecord | None) -> str:
 
 
 def _as_json(mark: MarkRecord | None) -> dict[str, Any] | None:
-    names = ("status", "points", "out_of", "reason")
-    return None if mark is None else {name: getattr(mark, name) for name in names}
+    if mark is None:
+        return None
+    return {"status": mark.status, "points": mark.points, "out_of": mark.out_of, "reason": sentence(mark.reason)}
 
 
 def changes(before: Graded, after: Graded) -> Changes:
@@ -120,7 +126,7 @@ class Change(NamedTuple):
     def reason(self) -> str:
         """The reason for the student: that of a person, or that the work was graded again."""
         if self.after is not None and self.after.status == Status.BY_A_PERSON:
-            return self.after.reason
+            return sentence(self.after.reason)
         return f"Your work was graded again. {NO_LONGER if NO_LONGER in self.why else ''}".strip()
 
     def __str__(self) -> str:

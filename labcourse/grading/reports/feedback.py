@@ -26,6 +26,7 @@ from labcourse.grading.reports.result import Result, asked, lapse, points, state
 from labcourse.grading.reports.templating import templates
 from labcourse.grading.settings import FeedbackSettings
 from labcourse.grading.verdicts import UNDECIDED, Status
+from labcourse.sentences import sentence
 
 _GOOD = (Status.RIGHT, Status.BY_A_PERSON)
 _ABSENT = (State.MISSING, State.UNTOUCHED)
@@ -106,7 +107,7 @@ def shown_questions(result: Result, catalogue: Catalogue) -> list[dict[str, Any]
                 "comments": comments,
                 "predicted": predicted.get(number),
                 "is_folded": all_right and not comments,
-                "common_reason": marks[0].reason if all_missing else None,  # then it is shown once
+                "common_reason": sentence(marks[0].reason) if all_missing else None,  # then it is shown once
             }
         )
     return shown

@@ -10,7 +10,7 @@ import json
 from collections import Counter, defaultdict
 from collections.abc import Collection, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from datetime import datetime
 from pathlib import Path
 from typing import Any
@@ -27,6 +27,7 @@ from labcourse.grading.reports.changes import Change, changed_in
 from labcourse.grading.reports.result import Result, account_in, asked, lapse, points, result_in, state_of, sums
 from labcourse.messages import DISK_FULL, FREE_SPACE
 from labcourse.safe_text import as_csv, no_escapes
+from labcourse.sentences import sentence, sentences
 from labcourse.student_id import GRADES_FILE, HINTS_FILE, caseless
 
 NOTHING_HANDED_IN = "nothing handed in"
@@ -216,10 +217,10 @@ def _as_json(result: Result) -> dict[str, Any]:
     graded = not result.not_graded
     return {
         **{"student": about.student, "name": about.name, "email": about.email, "section": about.section},
-        **{"problems": run.problems, "notes": run.notes, "stamp": run.isolation},
+        **{"problems": sentences(run.problems), "notes": sentences(run.notes), "stamp": run.isolation},
         **{"out_of": sums.out_of, "awaiting": sums.awaiting, "not_marked": sums.not_marked},
         "software": f"labcourse {labcourse.__version__}",
-        "marks": list(map(asdict, result.marks)),
+        "marks": [{**vars(mark), "reason": sentence(mark.reason)} for mark in result.marks],
         "total": result.total if graded else None,
         "account": result.account.as_data() if result.account and graded else None,
         "lapsed": list(map(lapse, result.graded.lapsed)),
@@ -276,8 +277,8 @@ def grades_table(
         notes = NOT_GRADED_YET if caseless(about.student) in handed_in else NOTHING_HANDED_IN
         if isinstance(row, Result):
             requests = [f"{one.question}, {one.part}: {asked(one)}" for one in row.requests]
-            run, cells = row.run, _points(row, questions)
-            notes = " ".join([*run.problems, *map(lapse, row.graded.lapsed), *requests, *run.notes, run.isolation])
+            run, cells, lapsed = row.run, _points(row, questions), map(lapse, row.graded.lapsed)
+            notes = " ".join([*sentences(run.problems), *lapsed, *requests, *sentences(run.notes), run.isolation])
         grades = _grades(account) if account else [""] * len([*assignments, *_SO_FAR])
         lines.append([about.student, about.name, about.email, about.section, *grades, *cells, notes])
     return as_csv([heads, *lines])

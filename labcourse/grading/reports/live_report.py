@@ -9,6 +9,7 @@ from labcourse import program
 from labcourse.grading.reports.changes import HANDED_IN_AGAIN, Changes
 from labcourse.grading.reports.result import Result, lapse, points
 from labcourse.safe_text import no_escapes
+from labcourse.sentences import sentences
 
 _MOST_ROWS = 60  # of the table at the end, and of students whose marks changed; a screen
 
@@ -66,7 +67,7 @@ class JsonLines(ProgressReport):
             out_of=result.sums.out_of,
             awaiting=result.sums.awaiting,
             not_marked=result.sums.not_marked,
-            problems=result.run.problems,
+            problems=sentences(result.run.problems),
             lapsed=list(map(lapse, result.graded.lapsed)),
             **({} if changed is None else {"why": changed.why, "changes": changed.as_data()["changes"]}),
             stamp=result.run.isolation,
@@ -109,7 +110,7 @@ class Screen(ProgressReport):
         student, sums = result.about.student, result.sums
         marks = "not graded" if result.not_graded else f"{points(result.total)} of {points(sums.out_of)} points"
         waits = f", {points(sums.awaiting)} awaiting a person" if sums.awaiting else ""
-        line = " ".join([f"{student}: {marks}{waits}.", *result.run.problems])
+        line = " ".join([f"{student}: {marks}{waits}.", *sentences(result.run.problems)])
         self._lines.append((not result.run.problems, student, line))  # and not the result: the class may be large
         self._lapsed += [f"{student}, {lapse(given)}" for given in result.graded.lapsed]
         self._isolation = result.run.isolation

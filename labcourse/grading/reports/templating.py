@@ -9,6 +9,7 @@ from markupsafe import Markup
 
 from labcourse.messages import plural
 from labcourse.safe_text import no_escapes
+from labcourse.sentences import sentence, sentences
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -35,7 +36,7 @@ def templates(folder: str = _SHARED) -> Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.globals["plural"] = plural
+    environment.globals |= {"plural": plural, "sentence": sentence, "sentences": sentences}
     return environment
 
 

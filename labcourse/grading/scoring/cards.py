@@ -16,6 +16,7 @@ from labcourse.grading.reports.feedback import figures_of
 from labcourse.grading.reports.markdown import answer_as_html, as_html, pictures_of
 from labcourse.grading.scoring.desk import Desk, Where, key_of, seen, state
 from labcourse.safe_text import no_escapes
+from labcourse.sentences import sentence
 
 _WORDS = ("prose", WHOLE)  # kinds of parts
 
@@ -165,4 +166,4 @@ def _fact(desk: Desk, mark: MarkRecord, where: Where) -> dict[str, str]:
     name = mark.part if mark.question == where[0] else f"{mark.question} {mark.part}"
     if _kind(desk, mark.where) in _WORDS:
         return {"name": name, "given": mark.given, "status": "", "reason": ""}  # another's marks are not to sway
-    return {"name": name, "given": mark.given, "status": mark.status, "reason": mark.reason}
+    return {"name": name, "given": mark.given, "status": mark.status, "reason": sentence(mark.reason)}

@@ -27,6 +27,8 @@ from labcourse.grading.reports.result import worth as in_points
 from labcourse.grading.scoring.rubric import Item
 from labcourse.grading.settings import LevelSettings
 from labcourse.patterns import ANSWER, pattern
+from labcourse.problems import Problem, Reason
+from labcourse.sentences import sentence
 from labcourse.student_id import caseless
 
 Where = tuple[str, str]  #: question, part
@@ -193,9 +195,9 @@ class Desk:
         made = decided.made
         if decided.given is None or made is None or made.status == FOR_A_PERSON:
             return []
-        same = (made.status, without_numbers(made.reason))
+        same = (made.status, _same_for_all(made.reason))
         answers = sorted(self.book.scores.any_answers(made.where), key=lambda one: shuffled(one.student, made.where))
-        return [one for one in answers if (one.mark.status, without_numbers(one.mark.reason)) == same and not one.asked]
+        return [one for one in answers if (one.mark.status, _same_for_all(one.mark.reason)) == same and not one.asked]
 
     def renew(self, actor: str, where: Where, key: str) -> str | None:
         """Claim an answer again; return a message if that fails."""
@@ -241,7 +243,9 @@ class Desk:
 
         def write(answer: Answer) -> Act:
             points = float(share * exact(answer.mark.out_of))
-            return self.book.scores.give(answer.student, where, points, actor, remark=mark.reason, expected=answer.mark)
+            return self.book.scores.give(
+                answer.student, where, points, actor, remark=sentence(mark.reason), expected=answer.mark
+            )
 
         return self._act(where, picks, write)
 
@@ -307,6 +311,11 @@ class Desk:
         return done
 
 
+def _same_for_all(reason: Reason) -> str:
+    """Return what the reason is for everybody with the same slip: a code, or the words of the key without numbers."""
+    return reason.code if isinstance(reason, Problem) else without_numbers(reason)
+
+
 def state(answer: Answer) -> str:
     """Describe what became of an answer so far: who decided, when, and why."""
     last, mark, by, act = answer.last(), answer.mark, answer.given, answer.decision
@@ -314,9 +323,10 @@ def state(answer: Answer) -> str:
         return f"{last.actor} asked the instructor at {moment(last.when)}: “{last.remark}”"
     points = f"{shown_points(mark.points)} of {in_points(mark.out_of)}"
     if by is None:
-        return f"It has {points} now ({mark.status}). {mark.reason}"
+        return f"It has {points} now ({mark.status}). {sentence(mark.reason)}"
     level = "" if act is None or act.level is None else f"level {act.level}, "
-    return f"{by.actor} gave it {level}{points} at {moment(by.when)}{f': “{mark.reason}”' if mark.reason else '.'}"
+    remark = f": “{sentence(mark.reason)}”" if mark.reason else "."
+    return f"{by.actor} gave it {level}{points} at {moment(by.when)}{remark}"
 
 
 def moment(when: datetime) -> str:

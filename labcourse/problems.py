@@ -1,0 +1,279 @@
+"""What went wrong with a hand-in, and what is worth knowing about it: codes with parameters, never sentences.
+
+Each room reports :class:`Problem` objects, and others decide and count by their codes. The module
+:mod:`labcourse.sentences` puts them into words where a person reads them. Texts that a student's code or file brings
+are parameters: bounded here, cleaned when they are shown, and never searched.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from enum import StrEnum, auto
+from typing import Any
+
+LONGEST = 2_000  #: characters of a parameter
+MOST = 200  #: entries of a parameter that is a list
+
+
+class Code(StrEnum):
+    """What happened. Each code has a sentence in :mod:`labcourse.sentences`."""
+
+    # who handed in
+    OTHER_STUDENT_NAMED = auto()
+    PARTNERS_UNCONFIRMED = auto()
+    PARTNERS_DECLINED = auto()
+    PARTNER_UNKNOWN = auto()
+    TOO_MANY_PARTNERS = auto()
+    NOT_ON_ROSTER = auto()
+    HANDED_IN_BY_PARTNER = auto()
+    DECLINED_AS_PARTNER = auto()
+    CONFIRMATION_NEEDED = auto()
+    GIVEN_TO_OWNER = auto()
+    # why nobody is the owner
+    NAMES_NOBODY = auto()
+    NAME_AND_NUMBER_DIFFER = auto()
+    SEVERAL_STUDENTS = auto()
+    PLATFORM_NAME_UNKNOWN = auto()
+    PLATFORM_NAME_WITHOUT_ROSTER = auto()
+    NOT_AN_ID = auto()
+    CALLED_LIKE_NOBODY = auto()
+    NOTHING_OF_THE_COURSE = auto()
+    COURSE_FILE_NAMES = auto()
+    # why a file, a folder or an archive is not read
+    TOO_MANY_FILES = auto()
+    TOO_MANY_BYTES = auto()
+    SYSTEM_ERROR = auto()
+    NOT_ORDINARY = auto()
+    LONG_TABLE_OF_CONTENTS = auto()
+    NOT_AN_ARCHIVE = auto()
+    GONE = auto()
+    ENCRYPTED = auto()
+    UNUSUAL_COMPRESSION = auto()
+    ARCHIVE_DAMAGED = auto()
+    SEVERAL_PIECES = auto()
+    UNUSUAL_HEADERS = auto()
+    PACKED_OTHERWISE = auto()
+    TOO_MANY_ARCHIVES = auto()
+    THERE_TWICE = auto()
+    TOO_DEEP = auto()
+    NOT_A_FILE = auto()
+    LEADS_OUTSIDE = auto()
+    LONG_PATH = auto()
+    NEWER_OF_SAME_NAME = auto()
+    SEVERAL_HAND_INS = auto()
+    NO_FOLDER_NO_ZIP = auto()
+    # what was read
+    SUBMISSION_UNREAD = auto()
+    ARCHIVE_UNREAD = auto()
+    NO_NOTEBOOK = auto()
+    NOTEBOOK_UNREAD = auto()
+    OLDER_NOTEBOOK_COUNTS = auto()
+    NOT_HANDED_IN = auto()
+    EMPTY_BESIDE_ANSWERED = auto()
+    FILES_REFUSED = auto()
+    PACKED_FILES = auto()
+    PACKED_ARCHIVES = auto()
+    ONE_OF_SEVERAL = auto()
+    TAKEN_BY_NAME = auto()
+    TAKEN_BY_CELLS = auto()
+    NOT_RECOGNISED = auto()
+    NO_NOTEBOOK_IN_PLACE = auto()
+    FILE_UNREAD = auto()
+    COURSE_FILE_UNREAD = auto()
+    FILE_AND_FOLDER = auto()
+    OUTSIDE_THE_FOLDER = auto()
+    OWN_FILE_REFUSED = auto()
+    MORE_OWN_FILES_REFUSED = auto()
+    DECISION_ON_NO_FILE = auto()
+    ARRIVED = auto()
+    OTHER_ASSIGNMENT = auto()
+    # why an own file does not come along
+    CHANGES_SETTINGS = auto()
+    WRITTEN_BY_RUN = auto()
+    HIDES_MODULE = auto()
+    OWN_FILES_TOO_LARGE = auto()
+    TOO_MANY_OWN_FILES = auto()
+    OWN_FILE_TOO_LARGE = auto()
+    OWN_FILE_TOO_DEEP = auto()
+    UNUSUAL_NAME = auto()
+    # notebooks, texts and pictures
+    NOT_JSON = auto()
+    NO_CELLS = auto()
+    TOO_MANY_CELLS = auto()
+    NOTEBOOK_TOO_LARGE = auto()
+    TOO_MANY_PARTS = auto()
+    TOO_MANY_LINES = auto()
+    CELLS_TOO_LARGE = auto()
+    PASTED_PICTURE_LEFT_OUT = auto()
+    CELL_TOO_LONG = auto()
+    CELL_REPEATED = auto()
+    CELL_CHANGED = auto()
+    UNTOUCHED = auto()
+    TEXT_TOO_LONG = auto()
+    TEXT_OF_FEW_WORDS = auto()
+    TEXT_IN_OTHER_KIND = auto()
+    TEXT_ALSO_BELOW = auto()
+    TEXT_BELOW = auto()
+    TEXT_ABOVE = auto()
+    TEXT_IN_PLACE = auto()
+    TEXT_BESIDE_NOT_READ = auto()
+    TEXT_COPIES_DIFFER = auto()
+    PICTURE_LEFT_OUT = auto()
+    TOO_MANY_PICTURES = auto()
+    PICTURE_NOT_IN_CELL = auto()
+    PICTURE_NOT_IN_NOTEBOOK = auto()
+    PICTURE_DAMAGED = auto()
+    PICTURE_TOO_LARGE = auto()
+    PICTURE_UNUSUAL = auto()
+    PICTURE_OF_MANY_PIXELS = auto()
+    PICTURE_OF_OTHER_FORMAT = auto()
+    PICTURE_TOO_WIDE = auto()
+    PICTURES_OF_MANY_PIXELS = auto()
+    PICTURE_NOT_REDUCED = auto()
+    REPORT_TOO_LARGE = auto()
+    NOT_A_PDF = auto()
+    REPORT_IN_PDF = auto()
+    MAY_ASK_FOR_PASSWORD = auto()
+    # the release, and what was recorded at home
+    RELEASE_CONTRADICTED = auto()
+    RELEASE_UNKNOWN = auto()
+    RELEASE_EARLIER = auto()
+    CLAIM_UNREAD = auto()
+    VALUE_SUPPLIED = auto()
+    # the run
+    CELL_TIMED_OUT = auto()
+    PYTHON_DIED = auto()
+    RUN_TIMED_OUT = auto()
+    PRINTED_TOO_MUCH = auto()
+    RUN_ENDED_EARLY = auto()
+    RESULT_UNREAD = auto()
+    GRADING_FAILED = auto()
+    EARLIER_MARKS_STAY = auto()
+    UNKNOWN = auto()
+    # cells that stopped, and what it cost
+    CELL_STOPPED = auto()
+    STOPPED_WITHOUT_COST = auto()
+    STOPPED_ON_UNANSWERED = auto()
+    RECORDED_AT_HOME = auto()
+    NAME_NOT_USED = auto()
+    # why a cell stopped
+    PYTHON_ENDED = auto()
+    LEFT_PYTHON = auto()
+    TOOK_TOO_LONG = auto()
+    MODULE_MISSING = auto()
+    BENCH_STOPPED = auto()
+    NEWER_PYTHON_NEEDED = auto()
+    RAISED = auto()
+    # why there is no answer
+    REFUSED = auto()
+    BUILDS_ON_REFUSED = auto()
+    BUILDS_ON_UNANSWERED = auto()
+    BUILDS_ON_STOPPED = auto()
+    LEFT_AS_IT_WAS = auto()
+    RUN_AND_EMPTY = auto()
+    MISSING_HERE = auto()
+    NOTEBOOK_NOT_THERE = auto()
+    NOTHING_LEFT = auto()
+    NO_CELL_KNOWN = auto()
+    CELL_NOT_AMONG = auto()
+    RUN_LEAVES_EMPTY = auto()
+    NOT_IN_THE_RUN = auto()
+    NO_TEXT = auto()
+    NO_REPORT_TEXT = auto()
+    NOTEBOOK_OF_IT_ABSENT = auto()
+    NOTEBOOK_OF_IT_UNREAD = auto()
+    NOTHING_READ = auto()
+    # marking
+    NO_ANSWERS_LEFT = auto()
+    ANSWERS_UNREAD = auto()
+    ANSWER_TO_NOTHING = auto()
+    MORE_OF_THIS_SORT = auto()
+    ANSWERS_OF_ANOTHER = auto()
+    ANSWERS_OF_ANOTHER_BENCH = auto()
+    GIVEN_TO_CLASS = auto()
+    NOT_IN_KEY = auto()
+    KEY_FAILED = auto()
+    MALFORMED = auto()
+    NOT_COMPARED = auto()
+    KEY_HAS_FAULT = auto()
+    SUPPLIED = auto()
+    PARTNER_NOT_CONFIRMED = auto()
+    NOT_GRADED = auto()
+    SAID_BY_COURSE = auto()
+    DOUBTED_BY_COURSE = auto()
+    # at home
+    REPORT_NOT_HANDED_IN = auto()
+    LOOKS_LIKE_REPORT = auto()
+
+
+@dataclass(frozen=True)
+class Problem:
+    """Something that went wrong, or is worth knowing.
+
+    Attributes
+    ----------
+    code : what happened
+    where : name of the file, question or cell that it concerns; "" for the whole
+    parameters : plain data for the sentence: texts, numbers, lists of them, or other problems
+
+    Examples
+    --------
+    >>> Problem.of(Code.NOT_HANDED_IN, "02_stiffness.ipynb")
+    Problem(code=<Code.NOT_HANDED_IN: 'not_handed_in'>, where='02_stiffness.ipynb', parameters={})
+    """
+
+    code: Code
+    where: str = ""
+    parameters: Mapping[str, Any] = field(default_factory=dict, hash=False)
+
+    @classmethod
+    def of(cls, code: Code, where: str = "", **parameters: Any) -> Problem:
+        """Make a problem; texts and lists among its parameters are cut to a bounded length."""
+        return cls(code, where[:LONGEST], {name: _bounded(value) for name, value in parameters.items()})
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the problem as plain data, for :meth:`from_json`."""
+        content: dict[str, Any] = {"code": self.code.value, "where": self.where, **as_json(self.parameters)}
+        return {name: value for name, value in content.items() if name == "code" or value not in ("", None)}
+
+    @classmethod
+    def from_json(cls, content: Mapping[str, Any]) -> Problem:
+        """Read a stored problem; one with an unknown code is :data:`Code.UNKNOWN`."""
+        known = {code.value for code in Code}
+        code = Code(content["code"]) if content.get("code") in known else Code.UNKNOWN
+        values = {name: value for name, value in content.items() if name not in ("code", "where")}
+        if code is Code.UNKNOWN and "named" not in values:
+            values["named"] = str(content.get("code", ""))[:LONGEST]
+        return cls(code, str(content.get("where", "")), {name: from_json(value) for name, value in values.items()})
+
+
+#: Why a mark is what it is: the words of a key or a person, or a problem.
+Reason = str | Problem
+
+
+def has(code: Code, problems: Iterable[Problem], where: str | None = None) -> bool:
+    """Return whether a problem of this code is among some, about a file or question if one is named."""
+    return any(one.code is code and where in (None, one.where) for one in problems)
+
+
+def _bounded(value: Any) -> Any:
+    if isinstance(value, str):
+        return value[:LONGEST]
+    return [_bounded(entry) for entry in value[:MOST]] if isinstance(value, list | tuple) else value
+
+
+def as_json(value: Any) -> Any:
+    """Return problems, texts, or lists of them as plain data, for :func:`from_json`."""
+    if isinstance(value, Problem):
+        return value.as_json()
+    if isinstance(value, Mapping):
+        return {name: as_json(entry) for name, entry in value.items()}
+    return [*map(as_json, value)] if isinstance(value, list | tuple) else value
+
+
+def from_json(value: Any) -> Any:
+    """Read what :func:`as_json` returned."""
+    if isinstance(value, Mapping):
+        return Problem.from_json(value)
+    return [*map(from_json, value)] if isinstance(value, list) else value

@@ -1,0 +1,393 @@
+"""The sentences about problems, made when a page or a terminal is written. Nothing decides by them."""
+
+from __future__ import annotations
+
+import string
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any
+
+from labcourse import messages
+from labcourse.problems import Code, Problem, Reason
+from labcourse.safe_text import no_escapes
+
+_LONGEST_NAME, _MOST_NAMES = 120, 5  # characters of a name in a sentence, and names
+_MOST_QUESTIONS = 2  # that are named before "and 12 more"
+_ALONE = "It counts as {owners}'s alone, on their own bench"
+
+
+def sentence(reason: Reason) -> str:
+    """Say a problem in words. The words of a key or a person are returned as they are, without control characters."""
+    if isinstance(reason, str):
+        return no_escapes(reason)
+    template = _SENTENCES[reason.code]
+    text = template if isinstance(template, str) else template(reason)
+    return no_escapes(_FORMATTER.vformat(text, (), _Values(reason)))
+
+
+def sentences(reasons: Iterable[Reason]) -> list[str]:
+    """Say several problems in words, each once."""
+    return list(dict.fromkeys(map(sentence, reasons)))
+
+
+def quoted(name: str) -> str:
+    """Return a name for a sentence: in quotes, on one line, cut if it is long."""
+    cut = name if len(name) <= _LONGEST_NAME else f"{name[: _LONGEST_NAME - 1]}…"
+    return repr(cut.encode("utf-8", "replace").decode())
+
+
+def template(code: Code) -> str:
+    """Return the sentence of a code with the names of its parameters in braces, for the table of problems."""
+    text = _SENTENCES[code]
+    return text if isinstance(text, str) else text(Problem(code))
+
+
+class _Values(dict[str, Any]):
+    """The parameters of a problem by name, with what is made of them."""
+
+    def __init__(self, problem: Problem) -> None:
+        about = problem.parameters
+        answer = f"{about['question']}, {about['part']}" if "part" in about else ""
+        place = "".join(f"{text}: " for text in (problem.where, answer) if text)
+        super().__init__({**about, "where": problem.where, "place": place, "cell_name": _cell(about)})
+
+    def __missing__(self, name: str) -> str:
+        return ""
+
+
+class _Formatter(string.Formatter):
+    """Formats parameters: other problems in words, lists with commas.
+
+    ``!q`` quotes a name, ``!l`` lists names in quotes, ``!b`` leaves out the full stop at the end, and ``:MB`` is
+    megabytes.
+    """
+
+    def convert_field(self, value: Any, conversion: str | None) -> Any:
+        match conversion:
+            case "q":
+                return quoted(str(value))
+            case "l":
+                return messages.listed([*map(quoted, value)], _MOST_NAMES)
+            case "b":
+                return _said(value).rstrip(".")
+        return super().convert_field(value, conversion)  # type: ignore[arg-type]
+
+    def format_field(self, value: Any, format_spec: str) -> str:
+        if not isinstance(value, int | float):
+            return _said(value)
+        return f"{value / 1e6:.3g} MB" if format_spec == "MB" else format(value, format_spec)
+
+
+_FORMATTER = _Formatter()
+
+
+def _said(value: Any) -> str:
+    """Say a parameter: another problem, or several things."""
+    if isinstance(value, list | tuple):
+        joint = " " if any(isinstance(one, Problem) for one in value) else ", "
+        return joint.join(map(_said, value))
+    return sentence(value) if isinstance(value, Problem) else str(value)
+
+
+def _cell(about: Mapping[str, Any]) -> str:
+    """Return how a cell that stopped is called."""
+    question, name = about.get("question", ""), f"{about.get('cell', '')} in {about.get('notebook', '')}"
+    match about.get("role"):
+        case "added":
+            return f"Your own cell before {question}" if question else f"Your own cell {name}"
+        case "answer" | "recorder":
+            return str(question or about.get("cell", ""))
+    return f"The course's cell {name}"
+
+
+# --- sentences with several forms -------------------------------------------------------------------------------------
+
+
+def _if(parameter: str, text: str, otherwise: str = "") -> Callable[[Problem], str]:
+    """Return a template that depends on whether a parameter is there, and not empty."""
+    return lambda problem: text if problem.parameters.get(parameter) else otherwise
+
+
+def _with(text: str, *options: Callable[[Problem], str]) -> Callable[[Problem], str]:
+    """Return a template of a text with one or more texts after it that depend on parameters."""
+    return lambda problem: "".join([text, *(option(problem) for option in options)])
+
+
+def _after_others(text: str) -> Callable[[Problem], str]:
+    """Return a template that says whether others were read before."""
+    return _if("with_others", f"with what was read before it, {text}", text)
+
+
+def _stopped(problem: Problem) -> str:
+    """Say that a cell stopped, why, and which questions build on it."""
+    others = problem.parameters.get("building", [])
+    if not others:
+        return "{cell_name} stopped: {why!b}."
+    if len(others) > _MOST_QUESTIONS + 1:
+        return f"{{cell_name}} stopped: {{why!b}}; {messages.listed(others, _MOST_QUESTIONS)} build on it."
+    *most, last = others
+    building = f"{', '.join(most)} and {last} build" if most else f"{last} builds"
+    return f"{{cell_name}} stopped: {{why!b}}; {building} on it."
+
+
+_LINE = _if("line", ", line {line}")
+
+
+def _changed(problem: Problem) -> str:
+    if problem.parameters.get("role") == "answer":
+        return "{place}the answer cell {cell} was {what}."
+    return "{place}the course's cell {cell} was {what}; it is run as the course has it."
+
+
+def _counts(text: str) -> Callable[[Problem], str]:
+    """Return a template that says how many more there are."""
+    return lambda problem: messages.plural(problem.parameters.get("count", 2), text, text.replace("file", "files"))
+
+
+# --- all sentences ----------------------------------------------------------------------------------------------------
+
+#: Code → sentence, or function that returns it; names in braces are parameters.
+_SENTENCES: Mapping[Code, str | Callable[[Problem], str]] = {
+    # who handed in
+    Code.OTHER_STUDENT_NAMED: (
+        "course.json names the student {named!r}; this counts as {owner!r}'s work, because it was handed in under that "
+        "name. If it is not theirs, rename it."
+    ),
+    Code.PARTNERS_UNCONFIRMED: (
+        f"course.json says that it was made with {{partners}}, which nobody has confirmed. {_ALONE}, until then."
+    ),
+    Code.PARTNERS_DECLINED: (
+        f"course.json says that it was made with {{partners}}. {_ALONE}, as the instructor decided."
+    ),
+    Code.PARTNER_UNKNOWN: "course.json names {partner!q} as a partner, who is unknown.",
+    Code.TOO_MANY_PARTNERS: "course.json names more than {most} partners: {partners} are left out.",
+    Code.NOT_ON_ROSTER: "{student} is not on the roster: by the name of {where!q} alone.",
+    Code.HANDED_IN_BY_PARTNER: "Handed in by {partner}: their course.json says that it was made together.",
+    Code.DECLINED_AS_PARTNER: (
+        "The course.json of {owners} names {student} as a partner. It does not count for you, as the instructor "
+        "decided."
+    ),
+    Code.CONFIRMATION_NEEDED: "The work of {names} names you as a partner. Your instructor has to confirm it.",
+    Code.GIVEN_TO_OWNER: "{where} is {owner}'s, as the instructor decided.",
+    # why nobody is the owner
+    Code.NAMES_NOBODY: "it does not say who handed it in.",
+    Code.NAME_AND_NUMBER_DIFFER: "its name and its number are of different students ({students}).",
+    Code.SEVERAL_STUDENTS: "it may be any of {students}.",
+    Code.PLATFORM_NAME_UNKNOWN: "{platform} named it, and nobody on the roster is called so.",
+    Code.PLATFORM_NAME_WITHOUT_ROSTER: "{platform} named it, and there is no roster to say who that is.",
+    Code.NOT_AN_ID: "it is not named by a student's ID. {error}",
+    Code.CALLED_LIKE_NOBODY: "nobody on the roster is called so.",
+    Code.NOTHING_OF_THE_COURSE: "nobody on the roster is called so, and there is nothing of the course in it.",
+    Code.COURSE_FILE_NAMES: "Its course.json names {named!q}.",
+    # why a file, a folder or an archive is not read
+    Code.TOO_MANY_FILES: _after_others("it has more than {most} files and folders."),
+    Code.TOO_MANY_BYTES: _after_others("it has more than {most} bytes."),
+    Code.SYSTEM_ERROR: "{error!b}.",
+    Code.NOT_ORDINARY: "it is not an ordinary file.",
+    Code.LONG_TABLE_OF_CONTENTS: "its table of contents has more than {most} bytes.",
+    Code.NOT_AN_ARCHIVE: "it is not an archive that can be read ({error}).",
+    Code.GONE: "it is no longer there.",
+    Code.ENCRYPTED: "it is encrypted.",
+    Code.UNUSUAL_COMPRESSION: "it is compressed in an unusual way; use an ordinary zip.",
+    Code.ARCHIVE_DAMAGED: "the zip is damaged ({error}).",
+    Code.SEVERAL_PIECES: "it is compressed in several pieces. Use an ordinary zip.",
+    Code.UNUSUAL_HEADERS: "its headers are unusual or too long. Use an ordinary zip.",
+    Code.PACKED_OTHERWISE: "it is packed in a way that is not read. Unpack it, or ask for an ordinary zip.",
+    Code.TOO_MANY_ARCHIVES: "of archives in a submission, {most} are read, {nested} in each other.",
+    Code.THERE_TWICE: "it is there twice; the first is taken.",
+    Code.TOO_DEEP: "it lies deeper than {most} folders.",
+    Code.NOT_A_FILE: "it is a link, or another thing than a file.",
+    Code.LEADS_OUTSIDE: "its name leads outside.",
+    Code.LONG_PATH: "its path has more than {most} characters.",
+    Code.NEWER_OF_SAME_NAME: "there is a newer one of the same name.",
+    Code.SEVERAL_HAND_INS: (
+        "it holds the hand-ins of several. Put a class's into a folder of its own; rename a student's to the ID."
+    ),
+    Code.NO_FOLDER_NO_ZIP: "it is neither a folder nor a zip.",
+    # what was read
+    Code.SUBMISSION_UNREAD: "The submission cannot be read: {where!q}: {why} Hand it in again.",
+    Code.ARCHIVE_UNREAD: "{where!q} cannot be read: {why}",
+    Code.NO_NOTEBOOK: _with(
+        "There is no notebook of the course in the submission. Names of notebooks end in .ipynb.",
+        _if("held", " It holds {held!l}."),
+    ),
+    Code.NOTEBOOK_UNREAD: "{where} cannot be read: {why!b}.",
+    Code.OLDER_NOTEBOOK_COUNTS: "{where} cannot be read: {why!b}. The one that was handed in before it counts.",
+    Code.NOT_HANDED_IN: "{where} was not handed in.",
+    Code.EMPTY_BESIDE_ANSWERED: "{where} in {source!q} is empty; the one that was handed in before it counts.",
+    Code.FILES_REFUSED: "{files!l}: not read: {why!b}.",
+    Code.PACKED_FILES: "{files!l}: packed in a way that is not read; hand it in plain.",
+    Code.PACKED_ARCHIVES: "{files!l}: packed in a way that is not read; hand in an ordinary zip.",
+    Code.ONE_OF_SEVERAL: _with(
+        "There are {count} files {where}; {chosen!q} counts, ",
+        _if("decided", "as the instructor decided", "{saved}, with {cells} cells written"),
+        lambda _problem: "; not {others!l}.",
+    ),
+    Code.TAKEN_BY_NAME: "{file!q} is taken for {where}.",
+    Code.TAKEN_BY_CELLS: "{file!q} is taken for {where}, by its cells.",
+    Code.NOT_RECOGNISED: (
+        "{files!l}: not recognised as notebooks of the course, by their names or by the course's cells in them."
+    ),
+    Code.NO_NOTEBOOK_IN_PLACE: "{files!l} is no notebook. Hand in {name}.",
+    Code.FILE_UNREAD: "{where} is not read: {why!b}.",
+    Code.COURSE_FILE_UNREAD: "{error}",
+    Code.FILE_AND_FOLDER: "{files!l}: not taken along: a file has the name of its folder.",
+    Code.OUTSIDE_THE_FOLDER: "{files!l}: not taken along: not in the notebooks' folder.",
+    Code.OWN_FILE_REFUSED: "{where} does not come along: {why!b}.",
+    Code.MORE_OWN_FILES_REFUSED: _counts("{{count}} more file of yours do not come along, either."),
+    Code.DECISION_ON_NO_FILE: "intake.csv: there is no file {file!q} that may be {where}.",
+    Code.ARRIVED: "Of {time} UTC ({source}): {names}.",
+    Code.OTHER_ASSIGNMENT: (
+        "{where} in {source} is not taken, as this is for {title}; the version that was handed in before counts."
+    ),
+    # why an own file does not come along
+    Code.CHANGES_SETTINGS: "it would change {program}'s settings.",
+    Code.WRITTEN_BY_RUN: "a run writes a file of that name.",
+    Code.HIDES_MODULE: "Python has a module {module} already; give yours another name.",
+    Code.OWN_FILES_TOO_LARGE: "with it, your own files have more than {most:MB}.",
+    Code.TOO_MANY_OWN_FILES: "{most} files at most come along.",
+    Code.OWN_FILE_TOO_LARGE: "it has more than {most:MB}.",
+    Code.OWN_FILE_TOO_DEEP: "it is in more than {most} folders within folders.",
+    Code.UNUSUAL_NAME: "its name is too long, or has characters that cannot be seen.",
+    # notebooks, texts and pictures
+    Code.NOT_JSON: "it is not JSON ({error}).",
+    Code.NO_CELLS: "it is JSON, but not a notebook with cells in format 4: save it in JupyterLab.",
+    Code.TOO_MANY_CELLS: "it has more than {most} cells.",
+    Code.NOTEBOOK_TOO_LARGE: "it has more than {most} bytes. Clear its large outputs, and save it.",
+    Code.TOO_MANY_PARTS: _if(
+        "with_others",
+        "with the notebooks before it, it has more than {most} parts.",
+        "it has more than {most} parts. Clear its large outputs, and save it.",
+    ),
+    Code.TOO_MANY_LINES: "its cells have more than {most} lines.",
+    Code.CELLS_TOO_LARGE: "its {kind} cells have more than {most} bytes.",
+    Code.PASTED_PICTURE_LEFT_OUT: (
+        "{place}the picture {picture!q} in its cell {cell} is left out: together, they are too large."
+    ),
+    Code.CELL_TOO_LONG: "{place}its cell {cell} is left out: it has more than {most} characters.",
+    Code.CELL_REPEATED: "{place}the cell {cell} is there {times} times; all of them are run, in order.",
+    Code.CELL_CHANGED: _changed,
+    Code.UNTOUCHED: "{place}it was handed in as it was handed out; nothing is written in it.",
+    Code.TEXT_TOO_LONG: ("{place}it has {count} characters, of which the first {most} are read; shorten it."),
+    Code.TEXT_OF_FEW_WORDS: "{place}{text!b}.",
+    Code.TEXT_IN_OTHER_KIND: "{place}written in a cell that is no text cell any more.",
+    Code.TEXT_ALSO_BELOW: "{place}with the text of an added cell just below the answer cell.",
+    Code.TEXT_BELOW: "{place}taken from an added cell just below the answer cell, which is empty.",
+    Code.TEXT_ABOVE: "{place}taken from an added cell just above the answer cell, which is empty.",
+    Code.TEXT_IN_PLACE: "{place}taken from an added cell where the answer cell is missing.",
+    Code.TEXT_BESIDE_NOT_READ: (
+        "{place}nothing is written in its cell; an added cell beside it is not read as the answer."
+    ),
+    Code.TEXT_COPIES_DIFFER: (
+        "{place}there are {count} copies of its cell that differ; all are read, one after the other."
+    ),
+    Code.PICTURE_LEFT_OUT: "{place}the picture {picture!q}: {why!b}.",
+    Code.TOO_MANY_PICTURES: "{place}more than {most} pictures: the first {most} are shown.",
+    Code.PICTURE_NOT_IN_CELL: "it is not in the cell; paste it again.",
+    Code.PICTURE_NOT_IN_NOTEBOOK: "it is not in the notebook; paste it into the cell.",
+    Code.PICTURE_DAMAGED: "it is damaged.",
+    Code.PICTURE_TOO_LARGE: "it has more than {most:MB}.",
+    Code.PICTURE_UNUSUAL: "it was saved in an unusual way; save it anew.",
+    Code.PICTURE_OF_MANY_PIXELS: "it has more than {most} million pixels.",
+    Code.PICTURE_OF_OTHER_FORMAT: "it is none of {formats}.",
+    Code.PICTURE_TOO_WIDE: "it is more than {most} pixels wide or high.",
+    Code.PICTURES_OF_MANY_PIXELS: ("all pictures of the submission together have too many pixels; paste smaller ones."),
+    Code.PICTURE_NOT_REDUCED: "it cannot be made small enough.",
+    Code.REPORT_TOO_LARGE: "it has {bytes:MB}, and {most:MB} is the most: save its pictures smaller.",
+    Code.NOT_A_PDF: "it is no PDF: save or export it as PDF.",
+    Code.REPORT_IN_PDF: _with(
+        "{where}: ",
+        _if("own", "your own document, {name} (", "{name}, made of the notebook’s texts ("),
+        lambda _problem: "PDF, {bytes:MB}; {digest}).",
+    ),
+    Code.MAY_ASK_FOR_PASSWORD: "{where}: {name} may ask for a password.",
+    # the release, and what was recorded at home
+    Code.RELEASE_CONTRADICTED: "course.json names the release {named}, but the notebooks are those of {release}.",
+    Code.RELEASE_UNKNOWN: (
+        "course.json names the release {named!q}, which is not among the releases in {folder}/. Until your instructor "
+        "puts the zip that was handed out there, {closest} counts, which the notebooks resemble most."
+    ),
+    Code.RELEASE_EARLIER: "Run and marked under an earlier release, {release}.",
+    Code.CLAIM_UNREAD: "The student's own answers.json cannot be read, and is not compared: {error}",
+    Code.VALUE_SUPPLIED: "Your instructor supplied {where} = {value}.",
+    # the run
+    Code.CELL_TIMED_OUT: "A cell took longer than {seconds:g} s and was stopped.",
+    Code.PYTHON_DIED: ("The Python process died while a notebook was run; the rest of that notebook was not run."),
+    Code.RUN_TIMED_OUT: "The run took longer than {seconds:g} s and was stopped.",
+    Code.PRINTED_TOO_MUCH: "The run was stopped: it printed too much.",
+    Code.RUN_ENDED_EARLY: "The run ended before all notebooks were run.",
+    Code.RESULT_UNREAD: "{where} {why!b}.",
+    Code.GRADING_FAILED: "Not graded. Grading failed, which is not the student's fault: {error}",
+    Code.EARLIER_MARKS_STAY: ("Grading failed, which is not the student's fault: {error!b}. The earlier marks stay."),
+    Code.UNKNOWN: "It could not be graded: this version does not know what {named!q} means.",
+    # cells that stopped, and what it cost
+    Code.CELL_STOPPED: _stopped,
+    Code.STOPPED_WITHOUT_COST: "{cell_name} stopped: {why!b}; no answer is missing for it.",
+    Code.STOPPED_ON_UNANSWERED: "{cell_name} stopped: {why!b}; it builds on {on}, which is not answered.",
+    Code.RECORDED_AT_HOME: "Recorded at home and missing here: {parts}; {why!b}.",
+    Code.NAME_NOT_USED: ("{where}: {name} = {value!q} changes nothing, since a check and grading set the {name}."),
+    # why a cell stopped
+    Code.PYTHON_ENDED: "Python ended in it, and nothing after it in this notebook was run.",
+    Code.LEFT_PYTHON: "it called exit(), which ends Python: nothing after it in this notebook was run.",
+    Code.TOOK_TOO_LONG: _with("it took longer than {seconds:g} s and was stopped", _LINE),
+    Code.MODULE_MISSING: _with("{module} is not installed {place_of_run}, and no file of that name was found", _LINE),
+    Code.BENCH_STOPPED: _with("your bench stopped: {text}", _LINE),
+    Code.NEWER_PYTHON_NEEDED: _with(
+        "{type}",
+        _if("text", ", {text}"),
+        _LINE,
+        lambda _one: ": it seems that this needs Python {needed}; grading runs {here}",
+    ),
+    Code.RAISED: _with("{type}", _if("text", ", {text}"), _LINE),
+    # why there is no answer
+    Code.REFUSED: "It was given, and not recorded: {why!b}.",
+    Code.BUILDS_ON_REFUSED: "It builds on {on}, which was given and not recorded: {why!b}.",
+    Code.BUILDS_ON_UNANSWERED: "It builds on {on}, which is not answered.",
+    Code.BUILDS_ON_STOPPED: "It builds on what stopped before it: {cell_name} ({why!b}).",
+    Code.LEFT_AS_IT_WAS: "There is no answer: its cell was left as it was.",
+    Code.RUN_AND_EMPTY: "There is no answer: its cell was run, and left it empty.",
+    Code.MISSING_HERE: "It was recorded at home; {why!b}.",
+    Code.NOTEBOOK_NOT_THERE: "{where} is not there, or cannot be read.",
+    Code.NOTHING_LEFT: "nothing is left of it after {where} was run.",
+    Code.NO_CELL_KNOWN: "no cell is known that did it, as after an explorer's button, and {where} leaves it empty.",
+    Code.CELL_NOT_AMONG: "the cell that did it, {cell}, is not among those of {where} that were run.",
+    Code.RUN_LEAVES_EMPTY: "{where}, run from top to bottom, leaves it empty.",
+    Code.NOT_IN_THE_RUN: "There is no answer in what was left when your notebooks had been run.",
+    Code.NO_TEXT: "No text for it was found in the notebook that was handed in.",
+    Code.NO_REPORT_TEXT: "No text of the report was found in the notebook that was handed in.",
+    Code.NOTEBOOK_OF_IT_ABSENT: "Its notebook, {where}, was not handed in.",
+    Code.NOTEBOOK_OF_IT_UNREAD: "Its notebook, {where}, could not be read.",
+    Code.NOTHING_READ: "Nothing of the course could be read in what was handed in for you.",
+    # marking
+    Code.NO_ANSWERS_LEFT: "No answers were left when the notebooks had been run.",
+    Code.ANSWERS_UNREAD: "answers.json cannot be read. {error}",
+    Code.ANSWER_TO_NOTHING: "Ignored an answer to {question!q}, {name!q}: there is no such thing.",
+    Code.MORE_OF_THIS_SORT: "And {count} more of this sort.",
+    Code.ANSWERS_OF_ANOTHER: "The answers say that they are {student!q}'s.",
+    Code.ANSWERS_OF_ANOTHER_BENCH: (
+        "The answers say that they come from another bench than the one on which they were run: {bench}. They are "
+        "marked by the one on which they were run."
+    ),
+    Code.GIVEN_TO_CLASS: "Given to this class, not asked: {names}.",
+    Code.NOT_IN_KEY: "Question {where} was answered; the key does not mark it.",
+    Code.KEY_FAILED: "{question}, {part} is not marked: the key failed. {error}",
+    Code.MALFORMED: "Malformed: {error}",
+    Code.NOT_COMPARED: "It could not be compared ({error}); a person will look at it.",
+    Code.KEY_HAS_FAULT: "The key that it is marked by has a fault; it will be marked when that is mended.",
+    Code.SUPPLIED: _with(
+        "",
+        _if("why", "{why} "),
+        lambda _problem: (
+            "Your instructor supplied this value, so that what builds on it could be run; it earns nothing."
+        ),
+    ),
+    Code.PARTNER_NOT_CONFIRMED: "A class-mate's work names you as a partner; your instructor has to confirm it.",
+    Code.NOT_GRADED: "Grading failed; ask your instructor.",
+    Code.SAID_BY_COURSE: "{text}",
+    Code.DOUBTED_BY_COURSE: "{where} does not count until a person has looked at it: {why!b}.",
+    # at home
+    Code.REPORT_NOT_HANDED_IN: "{where} is not handed in: {why!b}.",
+    Code.LOOKS_LIKE_REPORT: (
+        "{where} comes along as a file of your own. If it is your report, hand it in as that: "
+        'lab.report("NAME OF THE REPORT", pdf="{where}").'
+    ),
+}
