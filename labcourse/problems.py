@@ -69,6 +69,7 @@ class Code(StrEnum):
     NO_NOTEBOOK = auto()
     NOTEBOOK_UNREAD = auto()
     OLDER_NOTEBOOK_COUNTS = auto()
+    REPORT_UNREAD = auto()
     NOT_HANDED_IN = auto()
     EMPTY_BESIDE_ANSWERED = auto()
     FILES_REFUSED = auto()
@@ -162,6 +163,7 @@ class Code(StrEnum):
     LEFT_PYTHON = auto()
     TOOK_TOO_LONG = auto()
     MODULE_MISSING = auto()
+    FILE_NOT_FOUND = auto()
     BENCH_STOPPED = auto()
     NEWER_PYTHON_NEEDED = auto()
     RAISED = auto()
@@ -252,9 +254,17 @@ class Problem:
 Reason = str | Problem
 
 
-def has(code: Code, problems: Iterable[Problem], where: str | None = None) -> bool:
+def codes(reason: Reason) -> set[Code]:
+    """Return the code of a problem, and those of the problems among its parameters; none of a text."""
+    if isinstance(reason, str):
+        return set()
+    inner = (value if isinstance(value, list) else [value] for value in reason.parameters.values())
+    return {reason.code}.union(*(codes(one) for values in inner for one in values if isinstance(one, Problem)))
+
+
+def has(code: Code, problems: Iterable[Reason], where: str | None = None) -> bool:
     """Return whether a problem of this code is among some, about a file or question if one is named."""
-    return any(one.code is code and where in (None, one.where) for one in problems)
+    return any(isinstance(one, Problem) and one.code is code and where in (None, one.where) for one in problems)
 
 
 def _bounded(value: Any) -> Any:

@@ -69,7 +69,7 @@ class _Formatter(string.Formatter):
                 return messages.listed([*map(quoted, value)], _MOST_NAMES)
             case "b":
                 return _said(value).rstrip(".")
-        return super().convert_field(value, conversion)  # type: ignore[arg-type]
+        return super().convert_field(value, conversion)
 
     def format_field(self, value: Any, format_spec: str) -> str:
         if not isinstance(value, int | float):
@@ -211,6 +211,7 @@ _SENTENCES: Mapping[Code, str | Callable[[Problem], str]] = {
         _if("held", " It holds {held!l}."),
     ),
     Code.NOTEBOOK_UNREAD: "{where} cannot be read: {why!b}.",
+    Code.REPORT_UNREAD: "{where} cannot be read: {why!b}.",
     Code.OLDER_NOTEBOOK_COUNTS: "{where} cannot be read: {why!b}. The one that was handed in before it counts.",
     Code.NOT_HANDED_IN: "{where} was not handed in.",
     Code.EMPTY_BESIDE_ANSWERED: "{where} in {source!q} is empty; the one that was handed in before it counts.",
@@ -315,7 +316,7 @@ _SENTENCES: Mapping[Code, str | Callable[[Problem], str]] = {
     Code.RUN_TIMED_OUT: "The run took longer than {seconds:g} s and was stopped.",
     Code.PRINTED_TOO_MUCH: "The run was stopped: it printed too much.",
     Code.RUN_ENDED_EARLY: "The run ended before all notebooks were run.",
-    Code.RESULT_UNREAD: "{where} {why!b}.",
+    Code.RESULT_UNREAD: "{where} cannot be read: {error!b}.",
     Code.GRADING_FAILED: "Not graded. Grading failed, which is not the student's fault: {error}",
     Code.EARLIER_MARKS_STAY: ("Grading failed, which is not the student's fault: {error!b}. The earlier marks stay."),
     Code.UNKNOWN: "It could not be graded: this version does not know what {named!q} means.",
@@ -330,6 +331,7 @@ _SENTENCES: Mapping[Code, str | Callable[[Problem], str]] = {
     Code.LEFT_PYTHON: "it called exit(), which ends Python: nothing after it in this notebook was run.",
     Code.TOOK_TOO_LONG: _with("it took longer than {seconds:g} s and was stopped", _LINE),
     Code.MODULE_MISSING: _with("{module} is not installed {place_of_run}, and no file of that name was found", _LINE),
+    Code.FILE_NOT_FOUND: _with("{type}", _if("text", ", {text}"), _LINE),
     Code.BENCH_STOPPED: _with("your bench stopped: {text}", _LINE),
     Code.NEWER_PYTHON_NEEDED: _with(
         "{type}",
@@ -360,7 +362,7 @@ _SENTENCES: Mapping[Code, str | Callable[[Problem], str]] = {
     # marking
     Code.NO_ANSWERS_LEFT: "No answers were left when the notebooks had been run.",
     Code.ANSWERS_UNREAD: "answers.json cannot be read. {error}",
-    Code.ANSWER_TO_NOTHING: "Ignored an answer to {question!q}, {name!q}: there is no such thing.",
+    Code.ANSWER_TO_NOTHING: "Ignored an answer to {number!q}, {name!q}: there is no such thing.",
     Code.MORE_OF_THIS_SORT: "And {count} more of this sort.",
     Code.ANSWERS_OF_ANOTHER: "The answers say that they are {student!q}'s.",
     Code.ANSWERS_OF_ANOTHER_BENCH: (

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from labcourse.answers.json_values import clean, read_dict, read_list, read_number, read_text, read_vector
 from labcourse.errors import AnswerError
+from labcourse.problems import Code, Problem, Reason
 from rotflex.course import plausible
 from rotflex.course.recordings_folder import CHANNELS, LONGEST, MOST_RECORDINGS, MOST_SAMPLES
 from rotflex.errors import RotflexError
@@ -64,14 +65,14 @@ class Evidence:
     bench: KnownBench | None = None
     recordings: list[Recording] = field(default_factory=list)
     counted: list[str] = field(default_factory=list)
-    problems: list[str] = field(default_factory=list)
-    notes: list[str] = field(default_factory=list)
+    problems: list[Reason] = field(default_factory=list)
+    notes: list[Reason] = field(default_factory=list)
     doubted: bool = False
 
     def doubt(self, name: str, why: str) -> None:
         """Not to count a recording, and to say why."""
         self.doubted = True
-        self.problems.append(f"{name} does not count until a person has looked at it: {why}.")
+        self.problems.append(Problem.of(Code.DOUBTED_BY_COURSE, name, why=why))
 
 
 def examine(benches: Sequence[KnownBench], data: bytes) -> Evidence:

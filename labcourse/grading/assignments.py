@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 from labcourse import clock
 from labcourse.errors import GradingError
 from labcourse.grading.gradebook import Arrival, Excuse, Graded, MarkRecord, Publication, StudentRecord
-from labcourse.grading.graded_run import FAILED, facts_of
+from labcourse.grading.graded_run import facts_of, is_failed
 from labcourse.grading.intake import is_all_unread, is_unread
 from labcourse.grading.marking.marking import Mark
 from labcourse.grading.settings import Assignment, CourseSettings, Deadline, Extension
@@ -292,6 +292,6 @@ def _state_if_there(handed: Handed, name: str, statuses: set[str], undecided_tim
         return State.NOT_GRADED if graded is not None and is_unread(file, graded.run.problems) else None
     if graded is None and not handed.marks:
         return State.HANDED_IN
-    if (graded is not None and graded.run.key.startswith(FAILED)) or Status.NOT_MARKED in statuses:
+    if (graded is not None and is_failed(graded.run)) or Status.NOT_MARKED in statuses:
         return State.NOT_GRADED
     return State.WAITS if undecided_time or statuses & {*UNDECIDED} else State.MARKED

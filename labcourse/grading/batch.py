@@ -38,6 +38,7 @@ from labcourse.grading.running.prepared import Prepared, content_digest, prepare
 from labcourse.grading.running.supplied import Supplied, values_for
 from labcourse.grading.settings import Assignment
 from labcourse.grading.verdicts import UNDECIDED, Status
+from labcourse.problems import Code, Problem
 from labcourse.run.reasons import explain
 from labcourse.student_id import caseless
 
@@ -350,7 +351,11 @@ class Batch:
         """Return the run with all messages: what stopped, why answers are missing, and which reports are PDFs."""
         facts, bundle, catalogue = facts_of(run), prepared.bundle, self._course.catalogue
         documents = report_files.of_files(prepared.reports, catalogue)
-        locked = [f"{pdf.report}: {pdf.name} may ask for a password." for pdf in documents.values() if pdf.encrypted]
+        locked = [
+            Problem.of(Code.MAY_ASK_FOR_PASSWORD, pdf.report, name=pdf.name)
+            for pdf in documents.values()
+            if pdf.encrypted
+        ]
         has_syntax_error = any(cell.error and cell.error.type == "SyntaxError" for cell in facts.reports.cells)
         reasons = explain(
             bundle.pristine,
@@ -363,12 +368,13 @@ class Batch:
             seconds=self._settings.limits.cell if facts.ended else None,
             python=prepared.python if has_syntax_error else None,
         )
-        ended = [problem for problem in facts.ended if not runner.is_said(problem, reasons.ended_by)]
+        stops = (*reasons.stops, *reasons.harmless)
+        ended = [problem for problem in facts.ended if not runner.is_covered_by_cells(problem, stops)]
         absent = _not_there(prepared, catalogue)
         missing = {**absent, **reasons.missing}
         waits = [where for where in absent if f"{catalogue.marked[where[0]].notebook}.ipynb" in prepared.waits]
-        names = ", ".join(sorted({name for partners in prepared.waits.values() for name in partners}))
-        confirm = f"The work of {names} names you as a partner. Your instructor has to confirm it."
+        names = sorted({name for partners in prepared.waits.values() for name in partners})
+        confirm = Problem.of(Code.CONFIRMATION_NEEDED, names=names)
         additional = {
             "problems": (
                 *([confirm] if waits else []),
@@ -378,7 +384,7 @@ class Batch:
                 *reasons.stops,
                 *reasons.lost,
             ),
-            "notes": (*prepared.notes, *map(str, documents.values()), *reasons.harmless),
+            "notes": (*prepared.notes, *(document.note for document in documents.values()), *reasons.harmless),
             "missing": [(*where, reason) for where, reason in missing.items()],
             "asked": self._asked(bundle),
             "bench_of": prepared.bench_of,
@@ -394,7 +400,7 @@ class Batch:
         """Mark a run by the key; give no points if nothing of the course could be read in the submission."""
         if prepared.handed_in or prepared.reports:
             return graded_run.mark(run, marker, self._key_digest)
-        reason = "Nothing of the course could be read in what was handed in for you."
+        reason = Problem.of(Code.NOTHING_READ)
         marks = self._no_points(reason, Status.MISSING, prepared.bundle)
         return Graded(run, graded_run.with_unconfirmed(marks, facts_of(run)), self._key_digest)
 
@@ -410,17 +416,18 @@ class Batch:
 
         The key's digest is "", so that the submission is graded again the next time.
         """
-        fault = f"Grading failed, which is not the student's fault: {type(error).__name__}: {error}"
+        fault = f"{type(error).__name__}: {error}"
         supplied = {value.name: value.value for value in self._supplied(student)}  # so that they are not lost
         current = self._gradebook.current(student)
-        if current is not None and not current.run.key.startswith(graded_run.FAILED):
-            problems = dict.fromkeys((*facts_of(current.run).problems, f"{fault.rstrip('.')}. The earlier marks stay."))
+        if current is not None and not graded_run.is_failed(current.run):
+            stays = Problem.of(Code.EARLIER_MARKS_STAY, error=fault)
+            problems = dict.fromkeys((*facts_of(current.run).problems, stays))
             return Graded(replace(current.run, problems=tuple(problems), supplied=supplied), current.marks, "")
         bundle = self._bundles.current
-        key = f"{graded_run.FAILED}{student}"
+        key = f"failed: {student}"
         run = self._run_record(student, bundle, key=key, submission="", probe_seed=0, supplied=supplied)
-        marks = self._no_points("Grading failed; ask your instructor.", Status.NOT_MARKED, bundle)
-        return Graded(replace(run, problems=(f"Not graded. {fault}",)), marks, "")
+        marks = self._no_points(Problem.of(Code.NOT_GRADED), Status.NOT_MARKED, bundle)
+        return Graded(replace(run, problems=(Problem.of(Code.GRADING_FAILED, error=fault),)), marks, "")
 
     def _supplied(self, student: str) -> list[Supplied]:
         """Return the values for a student's missing answers: those in the gradebook, and those of the settings."""
@@ -438,7 +445,7 @@ class Batch:
         # The class may get another notebook later. This work was not asked for it.
         return [(number, name) for number, question in asked.marked.items() for name in question.names]
 
-    def _no_points(self, reason: str, status: Status, bundle: Bundle) -> tuple[MarkRecord, ...]:
+    def _no_points(self, reason: Problem, status: Status, bundle: Bundle) -> tuple[MarkRecord, ...]:
         """Return marks without points for all that the release asks."""
         marks = marking.nothing_earned(self._course, reason, status, marking.Context(asked=self._asked(bundle)))
         return graded_run.mark_records(tuple(marks))
@@ -452,14 +459,15 @@ def _code_digest() -> str:
     return digest.hexdigest()
 
 
-def _not_there(prepared: Prepared, catalogue: Catalogue) -> dict[Where, str]:
+def _not_there(prepared: Prepared, catalogue: Catalogue) -> dict[Where, Problem]:
     """Return why there are no answers in notebooks that are not there or cannot be read: (question, part) → why."""
-    why: dict[Where, str] = {}
+    why: dict[Where, Problem] = {}
     for number, question in catalogue.marked.items():
         notebook = f"{question.notebook}.ipynb"
         if notebook not in prepared.handed_in:
-            happened = "could not be read" if intake.is_unread(notebook, prepared.problems) else "was not handed in"
-            why |= {(number, part): f"Its notebook, {notebook}, {happened}." for part in question.names}
+            is_unread = intake.is_unread(notebook, prepared.problems)
+            code = Code.NOTEBOOK_OF_IT_UNREAD if is_unread else Code.NOTEBOOK_OF_IT_ABSENT
+            why |= {(number, part): Problem.of(code, notebook) for part in question.names}
     return why
 
 

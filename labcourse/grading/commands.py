@@ -28,6 +28,7 @@ from labcourse.errors import GradebookError, GradingError, IsolationError
 from labcourse.grading import course as courses
 from labcourse.messages import plural
 from labcourse.safe_text import say
+from labcourse.sentences import sentences
 from labcourse.student_id import GRADEBOOK_FILE, GRADES_FILE, INTAKE_FILE
 
 if TYPE_CHECKING:
@@ -496,7 +497,7 @@ def regrade(
             change = changes(done.before, done.after)
             changed[bool(change.parts)] += 1
             failed |= bool(done.problem)
-            faults |= dict.fromkeys(key_faults(done.after))
+            faults |= dict.fromkeys(sentences(key_faults(done.after).values()))
             if as_json:
                 typer.echo(json.dumps({**change.as_data(), "left_alone": done.unchanged, "problem": done.problem}))
                 continue

@@ -38,10 +38,12 @@ from labcourse.grading.running import bundle, runner
 from labcourse.grading.running.bundle import Bundle
 from labcourse.grading.scoring import rubric
 from labcourse.grading.verdicts import Case, Check, OwnAnswers, Status
+from labcourse.problems import Reason
 from labcourse.run import reasons
 from labcourse.run.alignment import recorded
 from labcourse.run.merge import Merged, merged
 from labcourse.run.reasons import Causes, RunCell
+from labcourse.sentences import sentence
 
 #: Student for the run of the solutions: on this bench no result is so near a limit that two answers are right.
 STUDENT = "checks"
@@ -282,7 +284,7 @@ def check_empty(course: Course, released: Bundle) -> Iterator[Finding]:
     """
     notebooks = merged(released.pristine, {}, every_cell=True)
     run = run_notebooks(released, notebooks)
-    yield from (Finding("the student notebooks", problem) for problem in run.problems)
+    yield from (Finding("the student notebooks", sentence(problem)) for problem in run.problems)
     values = set(decoding.decode(run.answers, SEED, course.catalogue).values)
     causes = Causes(released.pristine, notebooks, schema.read_reports(run.reports), values, course.catalogue)
     stopped = (causes.root(cell) for cells in causes.cells.values() for cell in cells if cell.stopped)
@@ -302,7 +304,7 @@ def _stop_reason(cell: RunCell) -> str:
 def check_solutions(course: Course, released: Bundle) -> Iterator[Finding]:
     """Run the solutions; find those that the key does not mark as right, and wrong answers that it marks as right."""
     claims, missing = answers_of_solutions(course, released)
-    yield from (Finding("the solutions", problem) for problem in claims.problems)
+    yield from (Finding("the solutions", sentence(problem)) for problem in claims.problems)
     yield from check_verdicts(course, claims, missing)
 
 
@@ -346,7 +348,7 @@ class _KnownAnswers:
 
 
 def _faults_of_check(
-    question: Question, part: Part, check: Check, claims: Claims, case: Case, missing_reason: str
+    question: Question, part: Part, check: Check, claims: Claims, case: Case, missing_reason: Reason
 ) -> Iterator[str]:
     """Mark the solution of a part, and a wrong answer made of it; yield what is not as expected.
 
@@ -362,9 +364,10 @@ def _faults_of_check(
         yield f"it fails: {_error_text(error)}"
         return
     if mark.status is Status.MISSING:
-        yield f"the solution records no answer: {missing_reason}"
+        yield f"the solution records no answer: {sentence(missing_reason)}"
     elif mark.status is not expected:
-        yield f"the solution gets {mark.points:g} of {mark.out_of:g} points, {mark.status.value}: {mark.reason}"
+        earned = f"{mark.points:g} of {mark.out_of:g} points, {mark.status.value}"
+        yield f"the solution gets {earned}: {sentence(mark.reason)}"
     value = claims.values.get((question.number, part.name))
     if value is None or expected is Status.FOR_A_PERSON:
         return
@@ -377,7 +380,7 @@ def _faults_of_check(
         yield f"on a wrong answer, it fails: {_error_text(error)}"
         return
     if verdict.status in (Status.RIGHT, Status.FOLLOW_THROUGH):
-        yield f"a wrong answer ({str(wrong)[:60]}) is taken for right: {verdict.reason}"
+        yield f"a wrong answer ({str(wrong)[:60]}) is taken for right: {sentence(verdict.reason)}"
 
 
 def _error_text(error: Exception) -> str:
@@ -423,7 +426,7 @@ def answers_of_solutions(course: Course, released: Bundle) -> tuple[Claims, Mapp
     for name, master in pristine.items():
         texts = words.written(master["cells"], Notebook.read((course.folder / name).read_bytes()).cells)
         decoding.add_words(claims, texts.words, course.catalogue)
-        claims.problems.extend(f"{name}: {problem}" for problem in [*texts.problems, *texts.notes])
+        claims.problems.extend(replace(problem, where=name) for problem in [*texts.problems, *texts.notes])
     claims.values.update(course.given_values(STUDENT, released.policy, released.asked))
     return claims, why.missing
 

@@ -22,12 +22,10 @@ from labcourse.answers.words import TextAnswer
 from labcourse.benches import BenchPolicy
 from labcourse.errors import AnswerError
 from labcourse.grading.gradebook import Graded, MarkRecord, RunRecord
-from labcourse.grading.marking.marking import KEY_FAILED, Context, Mark
+from labcourse.grading.marking.marking import Context, Mark
 from labcourse.grading.marking.marking_processes import Marker, MarkingJob
 from labcourse.grading.verdicts import Status
-from labcourse.problems import as_json, from_json
-
-FAILED = "failed: "  #: beginning of the key of a record that stands for a failed grading, without a run
+from labcourse.problems import Code, Problem, as_json, from_json, has
 
 #: Bytes that are written to JSON as base64 of their compressed form.
 _Compressed = Annotated[
@@ -46,7 +44,7 @@ class Facts(BaseModel):
     ----------
     reports : what its cells reported
     ended : what went wrong with the run as a whole
-    problems, notes : all messages but those of marking
+    problems, notes : all but those of marking
     missing : question, part, and why there is no answer, of each missing answer with a known reason
     asked : (question, part) that the student's release asks; None if it is the course's
     bench_of : ID of the student on whose bench it was run
@@ -154,10 +152,11 @@ def mark(run: RunRecord, marker: Marker, key_digest: str) -> Graded:
 
 def with_unconfirmed(marks: tuple[MarkRecord, ...], facts: Facts) -> tuple[MarkRecord, ...]:
     """Return the marks; while nobody has confirmed a partner who handed in for the student, missing answers wait."""
-    waits = {"reason": "A class-mate's work names you as a partner; your instructor has to confirm it."}
-    waits["status"], waiting = Status.UNCONFIRMED.value, {*facts.waits}
+    waiting, why = {*facts.waits}, Problem.of(Code.PARTNER_NOT_CONFIRMED)
     return tuple(
-        MarkRecord(**vars(mark) | waits) if mark.where in waiting and mark.status == Status.MISSING else mark
+        replace(mark, status=Status.UNCONFIRMED.value, reason=why)
+        if mark.where in waiting and mark.status == Status.MISSING
+        else mark
         for mark in marks
     )
 
@@ -167,9 +166,14 @@ def mark_records(marks: tuple[Mark, ...]) -> tuple[MarkRecord, ...]:
     return tuple(MarkRecord(**{**vars(mark), "status": mark.status.value}) for mark in marks)
 
 
-def key_faults(graded: Graded) -> list[str]:
-    """Return the messages on parts that a fault of the key left unmarked, with file and line."""
-    unmarked = [mark for mark in graded.marks if mark.status == Status.NOT_MARKED]
-    # Problems are stored as texts: those about these parts are found by how they begin.
-    beginnings = [KEY_FAILED.format(number=mark.question, part=mark.part, fault="") for mark in unmarked]
-    return [problem for problem in graded.run.problems if problem.startswith(tuple(beginnings))]
+def is_failed(run: RunRecord) -> bool:
+    """Return whether a record stands for a failed grading, without a run."""
+    return has(Code.GRADING_FAILED, run.problems)
+
+
+def key_faults(graded: Graded) -> dict[Where, Problem]:
+    """Return (question, part) → problem of each part that a fault of the key left unmarked."""
+    unmarked = {mark.where for mark in graded.marks if mark.status == Status.NOT_MARKED}
+    failed = (one for one in graded.run.problems if isinstance(one, Problem) and one.code is Code.KEY_FAILED)
+    faults = {(one.parameters["question"], one.parameters["part"]): one for one in failed}
+    return {where: fault for where, fault in faults.items() if where in unmarked}

@@ -32,7 +32,7 @@ from labcourse.grading.settings import Assignment, MarkSettings
 from labcourse.grading.todo import NOTHING_THERE, Class, Student, causes, todo
 from labcourse.grading.verdicts import Status
 from labcourse.messages import listed, plural
-from labcourse.run.reasons import STOPPED
+from labcourse.problems import Code, codes
 from labcourse.safe_text import no_escapes
 from labcourse.sentences import sentence, sentences
 from labcourse.student_id import HINTS_FILE, INTAKE_FILE, caseless
@@ -41,6 +41,7 @@ PAGE_FILE = "class.html"  #: in the folder of results
 FAR_BELOW, FEWEST = 1 / 2, 5  #: of the class's median share of points, of at least so many students
 MANY, SEVERAL = 0.2, 2  #: share of the judged answers, and students, for whom a part went wrong
 _WIDTH, _MOST_ROWS = 100, 60  # of a terminal: columns, and rows of a table
+_STOPS = {Code.CELL_STOPPED, Code.STOPPED_WITHOUT_COST, Code.STOPPED_ON_UNANSWERED}
 _WENT_WRONG = (Status.WRONG, Status.PARTLY)
 _JUDGED = (*_WENT_WRONG, Status.RIGHT, Status.FOLLOW_THROUGH)
 
@@ -208,7 +209,7 @@ def _counting(graded: Graded, settings: MarkSettings) -> Graded:
     dropped = tuple(mark for mark in graded.marks if settings.dropped_as(*mark.where))
     marks = tuple(mark for mark in graded.marks if mark not in dropped)
     faults_of_dropped = key_faults(replace(graded, marks=dropped))
-    problems = tuple(problem for problem in graded.run.problems if problem not in faults_of_dropped)
+    problems = tuple(problem for problem in graded.run.problems if problem not in faults_of_dropped.values())
     lapsed = tuple(given for given in graded.lapsed if not settings.dropped_as(*given.mark.where))
     return replace(graded, run=replace(graded.run, problems=problems), marks=marks, lapsed=lapsed).without_answers()
 
@@ -216,13 +217,13 @@ def _counting(graded: Graded, settings: MarkSettings) -> Graded:
 def _details(student: Student) -> list[str]:
     """Return all messages on a student that may say why points are lost through no fault of theirs."""
     lapsed = student.graded.lapsed if student.graded else ()
-    return [*chain.from_iterable(causes(student).values()), *map(lapse, lapsed)]
+    return [*sentences(chain.from_iterable(causes(student).values())), *map(lapse, lapsed)]
 
 
 def _stopped(student: Student) -> list[str]:
     """Return the messages on cells of a student that stopped, and cost answers."""
     problems = () if student.graded is None else student.graded.run.problems
-    return [line for line in sentences(problems) if STOPPED in line]
+    return sentences(one for one in problems if codes(one) & _STOPS)
 
 
 def _of_assignment(of: Class, one: Assignment) -> dict[str, Any]:

@@ -19,7 +19,7 @@ from labcourse.grading.accounts import Account, AssignmentGrade, account_of, rat
 from labcourse.grading.assignments import Handed, State, Work, exact, of_course
 from labcourse.grading.course import Course
 from labcourse.grading.gradebook import ON_DISK, Answer, Arrival, CommentRecord, Graded, Publication, StudentRecord
-from labcourse.grading.graded_run import FAILED, facts_of, key_faults
+from labcourse.grading.graded_run import facts_of, is_failed, key_faults
 from labcourse.grading.intake import OWNER, TIME, Doubt
 from labcourse.grading.marking.marking_processes import marking_digest
 from labcourse.grading.reports.changes import Change
@@ -27,8 +27,8 @@ from labcourse.grading.reports.result import nothing_given, shortened
 from labcourse.grading.settings import Assignment
 from labcourse.grading.verdicts import Status
 from labcourse.messages import listed
-from labcourse.patterns import pattern
-from labcourse.sentences import sentence, sentences
+from labcourse.problems import Code, Problem, codes
+from labcourse.sentences import sentence
 from labcourse.student_id import caseless
 
 #: States of work that needs nothing more.
@@ -39,6 +39,7 @@ _STUDENT = "STUDENT"  # in a command: the ID of the first student
 _GRADE = "grade MARKS SUBMISSIONS"
 _MARK = f'mark MARKS {_STUDENT} QUESTION PART POINTS --reason "..." --by NAME'
 _SHOWN = 3  # names in a sentence
+_ABOUT_FILES = (Code.OLDER_NOTEBOOK_COUNTS, Code.NOTEBOOK_UNREAD, Code.EMPTY_BESIDE_ANSWERED)
 
 
 @dataclass(frozen=True)
@@ -226,82 +227,116 @@ class Cause(NamedTuple):
 
     Attributes
     ----------
-    line : pattern of the messages on a run that say it
-    what, command : to do; "{line}" stands for the message
-    reason : pattern of the reasons of the missing marks that it cost; "" if only messages can name the parts
+    codes : of the problems that say it
+    what, command : to do; "{problem}" stands for the problem in words
+    cost : codes of the reasons of the missing marks that it cost; all of them count where it is empty
+    costs_all : whether it cost every missing mark
     """
 
-    line: str
+    codes: tuple[Code, ...]
     what: str
     command: str
-    reason: str = ""
+    cost: tuple[Code, ...] = ()
+    costs_all: bool = False
 
 
-_ANY = "(?s:.*)"  # the reason of each missing mark
-_STOPPED, _TOO_LONG, _NO_MODULE = "the run was stopped", "it took longer than", "is not installed where"
-_UNREAD, _INTAKE = "could not be graded: {line} Ask for it again.", "Decide it in MARKS/intake.csv."
-#: The first that fits a message counts.
+_STOPPED = "the run was stopped"
+_INTAKE = "Decide it in MARKS/intake.csv."
+#: The first that fits a problem counts.
 CAUSES = (
-    Cause("^Not graded. ", "could not be graded: {line}", _GRADE, _ANY),
-    Cause("^Grading failed", "the last grading failed, and earlier marks stand. {line}", _GRADE),
-    Cause("^The run took longer than", f"{_STOPPED}: it took too long.", f"{_GRADE} --deadline 1200", _ANY),
-    Cause("^The Python process died", f"{_STOPPED}: memory ran out, most likely.", f"{_GRADE} --memory 4096", _ANY),
-    Cause("^The run was stopped: it printed", f"{_STOPPED}: it printed too much. Look at its cells.", _GRADE, _ANY),
-    Cause("^The run ended before all", f"{_STOPPED}. Nobody knows why.", f"{_GRADE} --cell-timeout 90", _ANY),
-    Cause("^answers.json ", "the answers of the run cannot be read. Look at its cells.", _GRADE, _ANY),
-    Cause(f"A cell took longer than|{_TOO_LONG}", "a cell took too long.", f"{_GRADE} --cell-timeout 120", _TOO_LONG),
-    Cause(_NO_MODULE, "a module is missing where grading runs. Install it.", f"{_GRADE} --cell-timeout 90", _NO_MODULE),
-    Cause("this needs Python", "a newer Python is needed. Grade with it.", _GRADE, "this needs Python"),
-    Cause("not come along|not taken along", "a cell needs a file that was left out.", _GRADE, "FileNotFound|No such"),
-    Cause("^Recorded at home and missing", "answers were recorded at home and are missing.", _MARK, "recorded at home"),
-    Cause(".ipynb cannot be read: .* handed in before it counts", "an older file counts: {line}", _GRADE),
-    Cause(".ipynb cannot be read: |^The submission cannot be read: |no notebook of the course", _UNREAD, _GRADE),
-    Cause(".pdf cannot be read|may ask for a password", "a report cannot be read, it seems. Look at it.", _GRADE),
-    Cause("names the student|that it was made with", f"there is a doubt about who did it. {_INTAKE}", _GRADE),
-    Cause("they come from another bench", f"the answers are of another bench. {_INTAKE}", _GRADE),
-    Cause("is not among the releases", "a release is unknown. Put its zip where the message says.", _GRADE),
-    Cause("until a person has looked", "a recording does not count until you have looked at it.", _MARK),
-    Cause("is empty; the one that", "a newer file is empty, so that an older one counts. Look at both.", _GRADE),
-    Cause("shorten it|picture|is left out: |not read as the answer", "part of a text is not read. Look at it.", _MARK),
+    Cause((Code.GRADING_FAILED,), "could not be graded: {problem}", _GRADE, costs_all=True),
+    Cause((Code.UNKNOWN,), "could not be graded: {problem}", _GRADE),
+    Cause((Code.EARLIER_MARKS_STAY,), "the last grading failed, and earlier marks stand. {problem}", _GRADE),
+    Cause((Code.RUN_TIMED_OUT,), f"{_STOPPED}: it took too long.", f"{_GRADE} --deadline 1200", costs_all=True),
+    Cause((Code.PYTHON_DIED,), f"{_STOPPED}: memory ran out, most likely.", f"{_GRADE} --memory 4096", costs_all=True),
+    Cause((Code.PRINTED_TOO_MUCH,), f"{_STOPPED}: it printed too much. Look at its cells.", _GRADE, costs_all=True),
+    Cause((Code.RUN_ENDED_EARLY,), f"{_STOPPED}. Nobody knows why.", f"{_GRADE} --cell-timeout 90", costs_all=True),
+    Cause(
+        (Code.ANSWERS_UNREAD, Code.RESULT_UNREAD),
+        "the answers of the run cannot be read. Look at its cells.",
+        _GRADE,
+        costs_all=True,
+    ),
+    Cause(
+        (Code.CELL_TIMED_OUT, Code.TOOK_TOO_LONG),
+        "a cell took too long.",
+        f"{_GRADE} --cell-timeout 120",
+        (Code.TOOK_TOO_LONG,),
+    ),
+    Cause(
+        (Code.MODULE_MISSING,),
+        "a module is missing where grading runs. Install it.",
+        f"{_GRADE} --cell-timeout 90",
+        (Code.MODULE_MISSING,),
+    ),
+    Cause((Code.NEWER_PYTHON_NEEDED,), "a newer Python is needed. Grade with it.", _GRADE, (Code.NEWER_PYTHON_NEEDED,)),
+    Cause(
+        (Code.OWN_FILE_REFUSED, Code.MORE_OWN_FILES_REFUSED, Code.FILE_AND_FOLDER, Code.OUTSIDE_THE_FOLDER),
+        "a cell needs a file that was left out.",
+        _GRADE,
+        (Code.FILE_NOT_FOUND,),
+    ),
+    Cause((Code.RECORDED_AT_HOME,), "answers were recorded at home and are missing.", _MARK, (Code.MISSING_HERE,)),
+    Cause((Code.REPORT_UNREAD, Code.MAY_ASK_FOR_PASSWORD), "a report cannot be read, it seems. Look at it.", _GRADE),
+    Cause((Code.OLDER_NOTEBOOK_COUNTS,), "an older file counts: {problem}", _GRADE),
+    Cause(
+        (Code.NOTEBOOK_UNREAD, Code.SUBMISSION_UNREAD, Code.NO_NOTEBOOK),
+        "could not be graded: {problem} Ask for it again.",
+        _GRADE,
+    ),
+    Cause(
+        (Code.OTHER_STUDENT_NAMED, Code.PARTNERS_UNCONFIRMED), f"there is a doubt about who did it. {_INTAKE}", _GRADE
+    ),
+    Cause((Code.ANSWERS_OF_ANOTHER_BENCH,), f"the answers are of another bench. {_INTAKE}", _GRADE),
+    Cause((Code.RELEASE_UNKNOWN,), "a release is unknown. Put its zip where the message says.", _GRADE),
+    Cause((Code.DOUBTED_BY_COURSE,), "a recording does not count until you have looked at it.", _MARK),
+    Cause((Code.EMPTY_BESIDE_ANSWERED,), "a newer file is empty, so that an older one counts. Look at both.", _GRADE),
+    Cause(
+        (
+            *(Code.TEXT_TOO_LONG, Code.TEXT_BESIDE_NOT_READ, Code.CELL_TOO_LONG),
+            *(Code.PICTURE_LEFT_OUT, Code.TOO_MANY_PICTURES, Code.PASTED_PICTURE_LEFT_OUT),
+        ),
+        "part of a text is not read. Look at it.",
+        _MARK,
+    ),
 )
 
-_PATTERNS = {text: pattern(text) for cause in CAUSES for text in (cause.line, cause.reason)}
 
-
-def causes(student: Student) -> dict[tuple[Cause, str], list[str]]:
-    """Return the causes that the messages on a student's run name, each with what to do → the messages."""
-    found: dict[tuple[Cause, str], list[str]] = {}
+def causes(student: Student) -> dict[tuple[Cause, str], list[Problem]]:
+    """Return the causes that the problems of a student's run name, each with what to do → the problems."""
+    found: dict[tuple[Cause, str], list[Problem]] = {}
     if student.graded is not None:
-        run, faults = student.graded.run, key_faults(student.graded)
-        for line in sentences((*facts_of(run).ended, *run.problems, *run.notes)):
-            cause = next((one for one in CAUSES if _PATTERNS[one.line].search(line)), None)
-            if cause is not None and line not in faults:
-                what = cause.what.format(line=shortened(line.removeprefix("Not graded. ")))
-                found.setdefault((cause, what), []).append(line)
+        run = student.graded.run
+        for problem in dict.fromkeys((*facts_of(run).ended, *run.problems, *run.notes)):
+            known = codes(problem)
+            cause = next((one for one in CAUSES if known & {*one.codes}), None)
+            if cause is not None:
+                what = cause.what.format(problem=shortened(sentence(problem).removeprefix("Not graded. ")))
+                found.setdefault((cause, what), []).append(problem)
     return found
 
 
-def cost(of: Class, student: Student, cause: Cause, said: Sequence[str]) -> Fraction | None:
-    """Return the points that a cause cost a student, by their marks, or by what messages name; None if unknown."""
-    if not cause.reason:
-        files = [name for name in student.work if any(line.startswith(f"{name}.ipynb ") for line in said)]
-        parts = [one for one in of.worths if any(line.startswith(f"{one[0]}, {one[1]}: ") for line in said)]
-        return sum(map(of.of_notebook, files), of.at_stake(student, parts)) if files or parts else None
+def cost(of: Class, student: Student, cause: Cause, problems: Sequence[Problem]) -> Fraction | None:
+    """Return the points that a cause cost a student, by their marks, or by the files it names; None if unknown."""
+    if not (cause.cost or cause.costs_all):
+        files = [name for name in student.work if any(one.where == f"{name}.ipynb" for one in problems)]
+        whole = [name for name in files if cause.codes[0] in _ABOUT_FILES]
+        return sum(map(of.of_notebook, whole), Fraction(0)) if whole else None
     if (graded := student.graded) is None:
         return None
-    if graded.run.key.startswith(FAILED):
+    if is_failed(graded.run):
         return of.at_stake(student, (mark.where for mark in graded.marks))
     there = {name for name, work in student.work.items() if work.state not in NOTHING_THERE}
-    is_of_it = _PATTERNS[cause.reason].search
-    lost = (mark for mark in graded.marks if mark.status == Status.MISSING and is_of_it(sentence(mark.reason)))
+    missing = (mark for mark in graded.marks if mark.status == Status.MISSING)
+    lost = (mark for mark in missing if cause.costs_all or codes(mark.reason) & {*cause.cost})
     return of.at_stake(student, (mark.where for mark in lost if of.course.notebook_of(mark.question) in there))
 
 
 def _by_run(of: Class) -> Iterator[Finding]:
     """Yield what failed, could not be read, or stopped, and what else a run says that may cost points."""
     for student in of.students:
-        for (cause, what), said in causes(student).items():
-            worth = cost(of, student, cause, said)
+        for (cause, what), problems in causes(student).items():
+            worth = cost(of, student, cause, problems)
             if worth is None or worth:
                 yield Finding(what, cause.command, student.id, worth)
 
@@ -314,12 +349,13 @@ def _by_mark(of: Class) -> Iterator[Finding]:
     digest = marking_digest(of.course)
     for student in of.students:
         graded = student.graded
-        if graded is None or graded.run.key.startswith(FAILED):
+        if graded is None or is_failed(graded.run):
             continue
-        messages = key_faults(graded)
+        faults = key_faults(graded)
         for question, part in (mark.where for mark in graded.marks if mark.status == Status.NOT_MARKED):
-            said = next((line for line in messages if line.startswith(f"{question}, {part} ")), f"{question}, {part}")
-            what = f"could not be graded: {shortened(said)} Mend the key."
+            fault = faults.get((question, part))
+            named = f"{question}, {part}" if fault is None else shortened(sentence(fault))
+            what = f"could not be graded: {named} Mend the key."
             regrade = f"regrade MARKS --question {quote(question)}"
             yield Finding(what, regrade, student.id, of.at_stake(student, [(question, part)]))
         if graded.key_digest not in ("", digest):

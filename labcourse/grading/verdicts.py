@@ -8,6 +8,7 @@ from enum import StrEnum
 from typing import Any, Protocol, runtime_checkable
 
 from labcourse.answers.parts import Part
+from labcourse.problems import Reason
 
 
 class Status(StrEnum):
@@ -68,11 +69,11 @@ class Case:
 
 @dataclass(frozen=True)
 class Verdict:
-    """A status, the share of the points (0 to 1), and the reason."""
+    """A status, the share of the points (0 to 1), and the reason: the words of the key, or a problem."""
 
     status: Status
     share: float
-    reason: str
+    reason: Reason
 
 
 @dataclass(frozen=True)

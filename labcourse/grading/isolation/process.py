@@ -117,7 +117,7 @@ def read_files(folder: int, wanted: Mapping[str, int]) -> tuple[dict[str, bytes]
         except FileNotFoundError:
             continue
         except OSError as error:
-            troubles[name] = f"cannot be read: {error.strerror}"
+            troubles[name] = error.strerror or type(error).__name__
     return files, troubles
 
 

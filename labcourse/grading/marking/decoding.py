@@ -16,6 +16,7 @@ from labcourse.answers.parts import WHOLE, Part, Where
 from labcourse.answers.report_files import ReportFile
 from labcourse.answers.words import TextAnswer
 from labcourse.errors import AnswerError
+from labcourse.problems import Code, Problem, Reason
 
 
 class TooSlow(ArithmeticError):
@@ -65,7 +66,7 @@ class Claims:
     values : (question, part) → value, see :func:`labcourse.answers.forms.decode`
     contents : (question, part) → the plain data that it was read from
     malformed : (question, part) → why the data is not an answer to it
-    problems, notes : messages that the instructor should read, and those that they may want to read
+    problems, notes : what the instructor should read, and what they may want to read
     """
 
     student: str = ""
@@ -73,8 +74,8 @@ class Claims:
     values: dict[tuple[str, str], Any] = field(default_factory=dict)
     contents: dict[tuple[str, str], dict[str, Any]] = field(default_factory=dict)
     malformed: dict[tuple[str, str], str] = field(default_factory=dict)
-    problems: list[str] = field(default_factory=list)
-    notes: list[str] = field(default_factory=list)
+    problems: list[Reason] = field(default_factory=list)
+    notes: list[Reason] = field(default_factory=list)
 
 
 def decode(data: bytes | None, probe_seed: int, catalogue: Catalogue) -> Claims:
@@ -93,12 +94,12 @@ def decode(data: bytes | None, probe_seed: int, catalogue: Catalogue) -> Claims:
     """
     claims = Claims()
     if data is None:
-        claims.notes.append("No answers were left when the notebooks had been run.")
+        claims.notes.append(Problem.of(Code.NO_ANSWERS_LEFT))
         return claims
     try:
         content = answers.parse(data)
     except AnswerError as error:
-        claims.problems.append(f"answers.json cannot be read. {error}")
+        claims.problems.append(Problem.of(Code.ANSWERS_UNREAD, error=str(error)))
         return claims
     import sympy  # noqa: F401 - here, before the time of an answer begins: a starved machine needs longer for it
 
@@ -111,7 +112,7 @@ def decode(data: bytes | None, probe_seed: int, catalogue: Catalogue) -> Claims:
             del claims.values[where]
             claims.malformed[where] = "The function was not tried on the inputs that were drawn for it."
     if len(claims.notes) > _MOST_NOTES:
-        claims.notes[_MOST_NOTES:] = [f"And {len(claims.notes) - _MOST_NOTES} more of this sort."]
+        claims.notes[_MOST_NOTES:] = [Problem.of(Code.MORE_OF_THIS_SORT, count=len(claims.notes) - _MOST_NOTES)]
     return claims
 
 
@@ -128,7 +129,7 @@ def _add_answer(claims: Claims, catalogue: Catalogue, number: str, name: str, an
     """Decode one answer and add it to the claims: as a value, as malformed, or only as a note if it answers nothing."""
     part = _find_part(catalogue, number, name)
     if part is None:
-        claims.notes.append(f"Ignored an answer to {number[:_SHOWN]!r}, {name[:_SHOWN]!r}: there is no such thing.")
+        claims.notes.append(Problem.of(Code.ANSWER_TO_NOTHING, number=number[:_SHOWN], name=name[:_SHOWN]))
         return
     claims.contents[number, name] = answer
     try:

@@ -32,16 +32,11 @@ from labcourse.answers.report_files import ReportFile
 from labcourse.errors import CourseError
 from labcourse.grading.course import Course
 from labcourse.grading.marking.decoding import Claims, time_limited, with_reports
-from labcourse.grading.verdicts import Case, Check, JudgesMissing, Key, Status, Verdict, for_a_person, wrong
+from labcourse.grading.verdicts import Case, Check, JudgesMissing, Key, Status, Verdict
+from labcourse.problems import Code, Problem, Reason
 
-_MISSING = "There is no answer in what was left when your notebooks had been run."
-_NO_TEXT = "No text for it was found in the notebook that was handed in."
-_NO_REPORT = "No text of the report was found in the notebook that was handed in."
-_SUPPLIED = "Your instructor supplied this value, so that what builds on it could be run; it earns nothing."
-
-KEY_FAILED = "{number}, {part} is not marked: the key failed. {fault}"  #: message of a problem; the fault comes last
-UNMARKED = "was answered; the key does not mark it."  #: end of a note
-_ABSENT = Verdict(Status.MISSING, 0.0, _MISSING)
+#: Kind of a part → why there is no answer, where no more is known.
+_ABSENT = {"prose": Problem.of(Code.NO_TEXT), WHOLE: Problem.of(Code.NO_REPORT_TEXT)}
 _TIME_LIMIT = 60.0  # s for one answer; the slowest honest one takes a few
 _LONGEST_SHOWN = 300  # characters of an expression
 
@@ -55,7 +50,7 @@ class Mark:
     question, part : number of the question, and name of the part
     status : see :class:`~labcourse.grading.verdicts.Status`
     points, out_of : earned, and possible
-    reason : for the student
+    reason : for the student: the words of the key, or the problem that decided it
     given : the student's answer as a short text; prose as a whole
     """
 
@@ -64,7 +59,7 @@ class Mark:
     status: Status
     points: float
     out_of: float
-    reason: str
+    reason: Reason
     given: str = ""
 
     @property
@@ -85,7 +80,7 @@ class Context:
     reports_in_pdf : number of a report → the PDF that was handed in, for a person to read
     """
 
-    missing: Mapping[tuple[str, str], str] = field(default_factory=dict)
+    missing: Mapping[tuple[str, str], Reason] = field(default_factory=dict)
     supplied: Collection[tuple[str, str]] = ()
     asked: Collection[tuple[str, str]] | None = None
     reports_in_pdf: Mapping[str, ReportFile] = field(default_factory=dict)
@@ -120,12 +115,13 @@ def mark(course: Course, claims: Claims, bench: Any, probe_seed: int, context: C
             try:
                 mark = mark_part(question, part, checks[part.name], claims, case)
             except KeyFault as fault:
-                claims.problems.append(KEY_FAILED.format(number=number, part=part.name, fault=fault))
-                why = "The key that it is marked by has a fault; it will be marked when that is mended."
-                mark = Mark(number, part.name, Status.NOT_MARKED, 0.0, part.points, why, _as_text(part, claims, where))
+                about = {"question": number, "part": part.name, "error": str(fault)}
+                claims.problems.append(Problem.of(Code.KEY_FAILED, **about))
+                why, given = Problem.of(Code.KEY_HAS_FAULT), _as_text(part, claims, where)
+                mark = Mark(number, part.name, Status.NOT_MARKED, 0.0, part.points, why, given)
             if where in context.supplied:
-                why = context.missing.get(where, "")
-                mark = replace(mark, status=Status.SUPPLIED, points=0.0, reason=f"{why} {_SUPPLIED}".strip())
+                why = Problem.of(Code.SUPPLIED, why=context.missing.get(where))
+                mark = replace(mark, status=Status.SUPPLIED, points=0.0, reason=why)
             elif mark.status is Status.MISSING and where in context.missing:
                 mark = replace(mark, reason=context.missing[where])
             marks.append(mark)
@@ -158,7 +154,7 @@ def mark_part(question: Question, part: Part, check: Check, claims: Claims, case
     if where in claims.values:
         verdict = _judge(lambda: check.verdict(part, claims.values[where], case))
     elif where in claims.malformed:
-        verdict = wrong(f"Malformed: {claims.malformed[where]}")
+        verdict = Verdict(Status.WRONG, 0.0, Problem.of(Code.MALFORMED, error=claims.malformed[where]))
     else:
         verdict = _verdict_on_missing(part, check, case)
     points = round(verdict.share * part.points, 6)
@@ -168,10 +164,9 @@ def mark_part(question: Question, part: Part, check: Check, claims: Claims, case
 
 def _verdict_on_missing(part: Part, check: Check, case: Case) -> Verdict:
     """Return the verdict on a missing answer: it may be right if the check finds that there is no answer to give."""
-    verdict = _judge(lambda: check.missing(part, case) or _ABSENT) if isinstance(check, JudgesMissing) else _ABSENT
-    if verdict.share > 0:
-        return verdict
-    return Verdict(Status.MISSING, 0.0, {"prose": _NO_TEXT, WHOLE: _NO_REPORT}.get(part.kind, _MISSING))
+    absent = Verdict(Status.MISSING, 0.0, _ABSENT.get(part.kind, Problem.of(Code.NOT_IN_THE_RUN)))
+    verdict = _judge(lambda: check.missing(part, case) or absent) if isinstance(check, JudgesMissing) else absent
+    return verdict if verdict.share > 0 else absent
 
 
 def _judge(judge: Callable[[], Verdict]) -> Verdict:
@@ -187,7 +182,8 @@ def _judge(judge: Callable[[], Verdict]) -> Verdict:
         with np.errstate(all="ignore"), time_limited(_TIME_LIMIT):
             return judge()
     except (ArithmeticError, LookupError, ValueError, MemoryError, RuntimeError, CourseError) as error:
-        return for_a_person(f"It could not be compared ({type(error).__name__}: {error}); a person will look at it.")
+        why = Problem.of(Code.NOT_COMPARED, error=f"{type(error).__name__}: {error}")
+        return Verdict(Status.FOR_A_PERSON, 0.0, why)
     except Exception as error:
         raise KeyFault(_error_and_line(error)) from error
 
@@ -216,13 +212,13 @@ def _as_text(part: Part, claims: Claims, where: tuple[str, str]) -> str:
     return forms.show(part, content).removeprefix(part.name).lstrip(" :=")
 
 
-def unmarked(key: Key, claims: Claims) -> list[str]:
-    """Return a message for each answered question that the key does not have."""
+def unmarked(key: Key, claims: Claims) -> list[Problem]:
+    """Return a note for each answered question that the key does not have."""
     numbers = dict.fromkeys(number for number, _part in claims.contents if number not in key)
-    return [f"Question {number} {UNMARKED}" for number in numbers]
+    return [Problem.of(Code.NOT_IN_KEY, number) for number in numbers]
 
 
-def nothing_earned(course: Course, reason: str, status: Status, context: Context = Context()) -> list[Mark]:
+def nothing_earned(course: Course, reason: Reason, status: Status, context: Context = Context()) -> list[Mark]:
     """Return marks without points for a submission of which nothing could be read or marked."""
     return [
         Mark(number, part.name, status, 0.0, part.points, reason)

@@ -32,6 +32,7 @@ from labcourse.grading.marking import decoding, marking
 from labcourse.grading.marking.decoding import Claims
 from labcourse.grading.marking.marking import Context, Mark
 from labcourse.grading.settings import SETTINGS_FILE
+from labcourse.problems import Code, Problem, Reason
 
 _T = TypeVar("_T")
 _MEMORY = 4 * 1024**3  # bytes of address space; twice what a run has
@@ -46,8 +47,8 @@ class Marked:
     """The marks of a submission, with problems and notes about its answers."""
 
     marks: tuple[Mark, ...]
-    problems: tuple[str, ...] = ()
-    notes: tuple[str, ...] = ()
+    problems: tuple[Problem, ...] = ()
+    notes: tuple[Problem, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -182,7 +183,7 @@ def _mark_answers(job: MarkingJob) -> Marked:
     (course,) = _courses
     claims = decoding.decode(job.answers, job.probe_seed, course.catalogue)
     if claims.student and student_id.caseless(claims.student) != student_id.caseless(job.student):
-        claims.notes.append(f"The answers say that they are {claims.student[: student_id.LONGEST]!r}'s.")
+        claims.notes.append(Problem.of(Code.ANSWERS_OF_ANOTHER, student=claims.student[: student_id.LONGEST]))
     bench = course.true_bench(job.student, job.policy, job.evidence)
     claims.problems.extend(getattr(bench, "problems", ()))
     claims.notes.extend(getattr(bench, "notes", ()))
@@ -191,13 +192,19 @@ def _mark_answers(job: MarkingJob) -> Marked:
     if job.context.asked is not None:
         given = course.given_values(job.student, job.policy or course.settings.bench, job.context.asked)
         claims.values.update(given)
-        claims.notes += [f"Given to this class, not asked: {', '.join(map(' '.join, given))}."] if given else []
+        claims.notes += [Problem.of(Code.GIVEN_TO_CLASS, names=[*map(" ".join, given)])] if given else []
     marks = marking.mark(course, claims, bench, job.probe_seed, job.context)
-    return Marked(tuple(marks), tuple(claims.problems), (*claims.notes, *marking.unmarked(course.key, claims)))
+    notes = (*claims.notes, *marking.unmarked(course.key, claims))
+    return Marked(tuple(marks), tuple(map(_as_problem, claims.problems)), tuple(map(_as_problem, notes)))
 
 
-def _other_bench(course: Course, bench: Any, claims: Claims) -> list[str]:
-    """Return a message if answers claim to come from another bench than the one on which they were run, else none."""
+def _as_problem(said: Reason) -> Problem:
+    """Return what a course's bench says in its own words as a problem."""
+    return Problem.of(Code.SAID_BY_COURSE, text=said) if isinstance(said, str) else said
+
+
+def _other_bench(course: Course, bench: Any, claims: Claims) -> list[Problem]:
+    """Return a problem if answers claim to come from another bench than the one on which they were run, else none."""
     identity = getattr(bench, "identity", None)
     if not claims.bench or identity is None:
         return []
@@ -205,10 +212,7 @@ def _other_bench(course: Course, bench: Any, claims: Claims) -> list[str]:
     if all(claims.bench[name] == value for name, value in identity.items() if name in claims.bench):
         return []
     claimed = json.dumps(claims.bench, sort_keys=True)[:_LONGEST_BENCH]
-    return [
-        f"The answers say that they come from another bench than the one on which they were run: {claimed}. They are "
-        "marked by the one on which they were run."
-    ]
+    return [Problem.of(Code.ANSWERS_OF_ANOTHER_BENCH, bench=claimed)]
 
 
 # --- the digest of all that marks depend on ---------------------------------------------------------------------------

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 from labcourse.grading.course import Course
 from labcourse.grading.gradebook import AuditRecord, Gradebook, Graded, MarkRecord, MarkState, Publication
 from labcourse.grading.gradebook.store import NO_LONGER
-from labcourse.grading.graded_run import FAILED
+from labcourse.grading.graded_run import is_failed
 from labcourse.grading.reports.result import points
 from labcourse.grading.verdicts import UNDECIDED, Status
 from labcourse.sentences import sentence
@@ -103,7 +103,7 @@ def _decision(mark: MarkRecord | None) -> tuple[str, float, float] | None:
 
 def changes_since(before: Graded | None, after: Graded) -> Changes | None:
     """Return what changed for a student; None for a student who had no marks before, or has the same."""
-    had_marks = before is not None and not before.run.key.startswith(FAILED)
+    had_marks = before is not None and not is_failed(before.run)
     found = changes(before, after) if before is not None and had_marks else None
     return found if found and found.parts else None
 

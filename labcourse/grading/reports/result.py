@@ -161,7 +161,7 @@ class Result:
             return course.notebook_of(question) in shown
 
         faults = key_faults(replace(self.graded, marks=tuple(m for m in self.marks if not is_shown(m.question))))
-        problems = tuple(problem for problem in self.run.problems if problem not in faults)
+        problems = tuple(problem for problem in self.run.problems if problem not in faults.values())
         graded = replace(
             self.graded,
             run=replace(self.run, problems=problems),

@@ -32,13 +32,13 @@ from labcourse.files import COURSE_FILE
 from labcourse.grading.course import Course
 from labcourse.grading.release import releases, student_course, student_notebooks
 from labcourse.grading.release.releases import StoredRelease
+from labcourse.problems import Code, Problem
 from labcourse.run import inside
 from labcourse.run.alignment import asked, source_of
 
 INSIDE = "labcourse_inside"  #: package beside the course's packages: the warm runner
 FONTS = "matplotlib"  #: folder beside them, with matplotlib's list of fonts
 _PROGRAMS = Path(inside.__file__).resolve().parent
-_SHOWN = 60  # characters of a name from a student's file
 
 Cells = frozenset[tuple[str, str]]  # notebook's file name, source
 
@@ -76,8 +76,8 @@ class Chosen:
     """The bundle for a submission, and problems and notes on the choice for the instructor."""
 
     bundle: Bundle
-    problems: tuple[str, ...] = ()
-    notes: tuple[str, ...] = ()
+    problems: tuple[Problem, ...] = ()
+    notes: tuple[Problem, ...] = ()
 
 
 class Bundles:
@@ -129,22 +129,19 @@ class Bundles:
         named = hand_in.course.get(course_file.RELEASE)
         cells = frozenset((name, cell.source.strip()) for name, cells in hand_in.notebooks.items() for cell in cells)
         release = closest = max(self._cells, key=lambda name: len(cells & self._cells[name]))
-        problems, notes = [], []
+        problems, notes = list[Problem](), list[Problem]()
         if isinstance(named, str) and named in self._cells:
             of_named, of_closest = cells & self._cells[named], cells & self._cells[closest]
             # The file counts unless the closest release has all its cells that were handed in, and further ones.
             if of_named - of_closest or not of_closest - of_named:
                 release = named
             else:
-                notes.append(f"{COURSE_FILE} names the release {named}, but the notebooks are those of {release}.")
+                notes.append(Problem.of(Code.RELEASE_CONTRADICTED, named=named, release=release))
         elif isinstance(named, str) and named:
-            problems.append(
-                f"{COURSE_FILE} names the release {named[:_SHOWN]!a}, which is not among the releases in "
-                f"{self._course.releases.name}/. Until your instructor puts the zip that was handed out there, "
-                f"{closest} counts, which the notebooks resemble most."
-            )
+            about = {"named": named, "folder": self._course.releases.name, "closest": closest}
+            problems.append(Problem.of(Code.RELEASE_UNKNOWN, **about))
         if release != self.current.release:
-            notes.append(f"Run and marked under an earlier release, {release}.")
+            notes.append(Problem.of(Code.RELEASE_EARLIER, release=release))
         return Chosen(self.built(release), tuple(problems), tuple(notes))
 
     def built(self, name: str) -> Bundle:

@@ -6,7 +6,7 @@ import hashlib
 import json
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from labcourse.answers import answers, words
@@ -18,6 +18,7 @@ from labcourse.errors import AnswerError
 from labcourse.grading.running import supplied as supplying
 from labcourse.grading.running.bundle import Bundle
 from labcourse.grading.running.supplied import Supplied
+from labcourse.problems import Code, Problem, as_json
 from labcourse.run import alignment, merge
 from labcourse.run.alignment import Change, Happened, Role
 from labcourse.run.merge import Merged
@@ -56,8 +57,8 @@ class Prepared:
     words: Mapping[Where, TextAnswer]
     claim: Claim | None
     handed_in: tuple[str, ...]
-    problems: tuple[str, ...]
-    notes: tuple[str, ...]
+    problems: tuple[Problem, ...]
+    notes: tuple[Problem, ...]
     reports: Mapping[str, bytes] = field(default_factory=dict)
     supplied: Mapping[str, Any] = field(default_factory=dict)
     python: Version | None = None
@@ -79,7 +80,8 @@ class Prepared:
     def digest(self) -> str:
         """Return a digest of the whole submission, problems and notes included."""
         not_run = [list(self.words.items()), self.claim, self.handed_in, _file_digests(self.reports)]
-        return content_digest([self.run_content(), *not_run, self.problems, self.notes, self.waits])
+        said = as_json([self.problems, self.notes])
+        return content_digest([self.run_content(), *not_run, said, self.waits])
 
 
 def content_digest(content: object) -> str:
@@ -114,24 +116,24 @@ def prepare(
     notebooks = {name: cells for name, cells in hand_in.notebooks.items() if name in bundle.pristine}
     merged = merge.merged(bundle.pristine, notebooks, every_cell, supplying.code_to_insert(bundle.pristine, supplied))
     texts: dict[Where, TextAnswer] = {}
-    problems, notes, untouched = list[str](), list[str](), list[str]()
+    problems, notes, untouched = list[Problem](), list[Problem](), list[str]()
     budget = words.Budget()
     for name, cells in notebooks.items():
         master = bundle.pristine[name]["cells"]
         written = words.written(master, cells, hand_in.files, budget=budget)
         texts |= written.words
-        problems += [f"{name}: {problem}" for problem in (*written.problems, *_too_long(cells))]
-        changes = filter(_is_noted, merged.changes[name])
-        notes += [f"{name}: {note}" for note in (*written.notes, *changes, *_repeated(master, cells))]
+        problems += [replace(problem, where=name) for problem in (*written.problems, *_too_long(cells))]
+        changed = map(_changed, filter(_is_noted, merged.changes[name]))
+        notes += [replace(note, where=name) for note in (*written.notes, *changed, *_repeated(master, cells))]
         if not written.words and _is_untouched(master, cells):
-            notes.append(f"{name}: it was handed in as it was handed out; nothing is written in it.")
+            notes.append(Problem.of(Code.UNTOUCHED, name))
             untouched.append(name.removesuffix(".ipynb"))
     try:
         claim = None if hand_in.claim is None else _read_claim(hand_in.claim, catalogue)
     except AnswerError as error:
         claim = None
-        notes.append(str(error))
-    notes += [f"Your instructor supplied {value.name} = {value.value}." for value in supplied]
+        notes.append(Problem.of(Code.CLAIM_UNREAD, error=str(error)))
+    notes += [Problem.of(Code.VALUE_SUPPLIED, value.name, value=str(value.value)) for value in supplied]
     files, handed_in = dict(sorted(hand_in.files.items())), tuple(sorted(notebooks))
     values = {value.name: value.value for value in supplied}
     messages = (tuple(problems), tuple(notes))
@@ -139,19 +141,19 @@ def prepare(
     return Prepared(*run, untouched=tuple(untouched))
 
 
-def _repeated(master: Sequence[Mapping[str, Any]], cells: Sequence[Cell]) -> Iterator[str]:
+def _repeated(master: Sequence[Mapping[str, Any]], cells: Sequence[Cell]) -> Iterator[Problem]:
     """Yield a note on each id that several answer cells have."""
     times = Counter(cell.id for cell in cells)
     for name in (str(cell["id"]) for cell in master if alignment.role_of(cell) is Role.ANSWER):
         if times[name] > 1:
-            yield f"the cell {name} is there {times[name]} times; all of them are run, in order."
+            yield Problem.of(Code.CELL_REPEATED, cell=name, times=times[name])
 
 
-def _too_long(cells: Sequence[Cell]) -> Iterator[str]:
-    """Yield a message on each cell that is too long."""
+def _too_long(cells: Sequence[Cell]) -> Iterator[Problem]:
+    """Yield each cell that is too long."""
     for place, cell in enumerate(cells, start=1):
         if cell.kind == UNREADABLE:
-            yield f"its cell {place} is left out: it has more than {MAX_SOURCE} characters."
+            yield Problem.of(Code.CELL_TOO_LONG, cell=place, most=MAX_SOURCE)
 
 
 def _is_untouched(master: Sequence[Mapping[str, Any]], cells: Sequence[Cell]) -> bool:
@@ -171,6 +173,11 @@ def _is_noted(change: Change) -> bool:
     return change.role is Role.LOCKED and change.what is not Happened.RENAMED
 
 
+def _changed(change: Change) -> Problem:
+    """Return a note on what happened to a cell of the course."""
+    return Problem.of(Code.CELL_CHANGED, cell=change.cell, what=change.what.value, role=change.role.value)
+
+
 def _read_claim(data: bytes, catalogue: Catalogue) -> Claim:
     """Read from the student's own answers.json which answers were recorded at home, whomever it names.
 
@@ -184,10 +191,7 @@ def _read_claim(data: bytes, catalogue: Catalogue) -> Claim:
     AnswerError
         If it cannot be read; then it does not count.
     """
-    try:
-        content = answers.parse(data)
-    except AnswerError as error:
-        raise AnswerError(f"The student's own answers.json cannot be read, and is not compared: {error}") from None
+    content = answers.parse(data)
     return {
         number: {
             name: content["cells"].get(number, {}).get(name, "")[:_LONGEST_CELL]

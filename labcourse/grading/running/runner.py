@@ -10,26 +10,31 @@ import contextlib
 import json
 import threading
 from base64 import b64encode
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any
 
 import labcourse
-from labcourse.answers.cell_reports import LEFT, MAX_BYTES, REPORTS_FILE
+from labcourse.answers.cell_reports import MAX_BYTES, REPORTS_FILE
 from labcourse.errors import GradingError
 from labcourse.files import ANSWERS_FILE
 from labcourse.grading.isolation import sandbox
 from labcourse.grading.isolation.sandbox import Ending, Outcome
 from labcourse.grading.running.bundle import FONTS, INSIDE, unpacked
 from labcourse.job import VARIABLE as JOB
+from labcourse.problems import Code, Problem, Reason, codes
 from labcourse.run import RUNNING, inside
 
 MAX_ANSWERS = 2_000_000  #: bytes: twice those of answers.json, for others' formats
 MAX_EVIDENCE = 40_000_000  #: bytes: 20 recordings of 30,000 samples in four channels, 13 characters each
 _GIB = 1024**3
 _CONNECT = 15  # s to find a scheduler and a worker; a scheduler answers within one
-_TOO_LONG, _DIED = "A cell took longer than", "The Python process died"  # how messages begin
+#: A problem of a whole run → reasons why cells stopped that say the same.
+_SAID_BY = {
+    Code.CELL_TIMED_OUT: {Code.TOOK_TOO_LONG},
+    Code.PYTHON_DIED: {Code.PYTHON_ENDED, Code.LEFT_PYTHON},
+}
 _RETRIES = 3  # of a submission after its worker was lost
 # Copy matplotlib's list of fonts ($0, its folder) to where matplotlib could write it; then become the command ($@).
 _WITH_FONTS = 'mkdir -p "$HOME/.cache" && cp -R "$0" "$HOME/.cache/matplotlib" && exec "$@"'
@@ -97,7 +102,7 @@ class Run:
     """
 
     answers: bytes | None
-    problems: tuple[str, ...] = ()
+    problems: tuple[Problem, ...] = ()
     reports: bytes = b""
     evidence: bytes = b""
 
@@ -127,7 +132,7 @@ def run(packed: bytes, job: Job, cancelled: threading.Event | None = None) -> Ru
         lines = outcome.output.decode(errors="replace").strip().splitlines()
         raise GradingError(f"The released course cannot be run here: {lines[-1] if lines else 'it printed nothing'}")
     reports, evidence = (outcome.files.get(name, b"") for name in (REPORTS_FILE, inside.EVIDENCE_FILE))
-    return Run(outcome.files.get(ANSWERS_FILE), _problems(outcome, job.limits), reports, evidence)
+    return Run(outcome.files.get(ANSWERS_FILE), tuple(_problems(outcome, job.limits)), reports, evidence)
 
 
 def _run_in_sandbox(packed: bytes, job: Job, cancelled: threading.Event | None) -> Outcome:
@@ -168,30 +173,25 @@ def _run_in_sandbox(packed: bytes, job: Job, cancelled: threading.Event | None) 
     )
 
 
-def is_said(problem: str, ended_by: Collection[str]) -> bool:
-    """Return whether a message on a whole run says no more than messages on the cells in it.
-
-    Parameters
-    ----------
-    problem : of a :class:`Run`
-    ended_by : types of the errors in the messages on cells, as in :class:`labcourse.run.reasons.Reasons`
-    """
-    types = {_TOO_LONG: {"KeyboardInterrupt"}, _DIED: {LEFT, ""}}
-    return any(problem.startswith(begin) and types[begin] & {*ended_by} for begin in types)
+def is_covered_by_cells(problem: Problem, stops: Iterable[Reason]) -> bool:
+    """Return whether a problem of a whole run says no more than the problems of cells that stopped in it."""
+    return any(_SAID_BY.get(problem.code, set()) & codes(stop) for stop in stops)
 
 
-def _problems(outcome: Outcome, limits: Limits) -> tuple[str, ...]:
-    """Return messages on what went wrong with a run as a whole; none if all notebooks were run to their end."""
-    by_code: dict[int | None, str] = {
-        inside.FINE: "",
-        inside.TIMED_OUT: f"{_TOO_LONG} {limits.cell} s and was stopped.",
-        inside.DIED: f"{_DIED} while a notebook was run; the rest of that notebook was not run.",
-    }
-    problem = {
-        Ending.DEADLINE: f"The run took longer than {limits.submission:g} s and was stopped.",
-        Ending.OUTPUT: "The run was stopped: it printed too much.",
-    }.get(outcome.ending, by_code.get(outcome.code, "The run ended before all notebooks were run."))
-    return tuple(filter(None, (problem, *(f"{name} {trouble}." for name, trouble in outcome.troubles.items()))))
+def _problems(outcome: Outcome, limits: Limits) -> Iterator[Problem]:
+    """Yield what went wrong with a run as a whole; nothing if all notebooks were run to their end."""
+    if outcome.ending is Ending.DEADLINE:
+        yield Problem.of(Code.RUN_TIMED_OUT, seconds=limits.submission)
+    elif outcome.ending is Ending.OUTPUT:
+        yield Problem.of(Code.PRINTED_TOO_MUCH)
+    elif outcome.code == inside.TIMED_OUT:
+        yield Problem.of(Code.CELL_TIMED_OUT, seconds=limits.cell)
+    elif outcome.code == inside.DIED:
+        yield Problem.of(Code.PYTHON_DIED)
+    elif outcome.code != inside.FINE:
+        yield Problem.of(Code.RUN_ENDED_EARLY)
+    for name, error in outcome.troubles.items():
+        yield Problem.of(Code.RESULT_UNREAD, name, error=error)
 
 
 # --- here, or on a cluster --------------------------------------------------------------------------------------------
