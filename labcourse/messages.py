@@ -3,15 +3,22 @@
 from __future__ import annotations
 
 import errno
+import textwrap
 from collections.abc import Sequence
 
 DISK_FULL = (errno.ENOSPC, errno.EDQUOT)  #: errors of a full disk, and of a user's full quota
+LONGEST = 300  #: characters of what somebody wrote, in a message
 FREE_SPACE = "Free some space, and run the same command again."
 
 
 def plural(count: int, singular: str, plural: str) -> str:
     """Return the form that a count needs: ``plural(2, "{count} curve", "{count} curves")`` is "2 curves"."""
     return (singular if count == 1 else plural).format(count=count)
+
+
+def shortened(text: str, longest: int = LONGEST) -> str:
+    """Return the beginning of a text, in one line."""
+    return textwrap.shorten(text, longest, placeholder="…")
 
 
 def listed(texts: Sequence[str], most: int) -> str:

@@ -57,8 +57,8 @@ class _Values(dict[str, Any]):
 class _Formatter(string.Formatter):
     """Formats parameters: other problems in words, lists with commas.
 
-    ``!q`` quotes a name, ``!l`` lists names in quotes, ``!b`` leaves out the full stop at the end, and ``:MB`` is
-    megabytes.
+    ``!q`` quotes a name, ``!l`` lists names in quotes, ``!b`` leaves out the full stop at the end, ``!c`` cuts what is
+    long, and ``:MB`` is megabytes.
     """
 
     def convert_field(self, value: Any, conversion: str | None) -> Any:
@@ -69,6 +69,8 @@ class _Formatter(string.Formatter):
                 return messages.listed([*map(quoted, value)], _MOST_NAMES)
             case "b":
                 return _said(value).rstrip(".")
+            case "c":
+                return messages.shortened(_said(value))
         return super().convert_field(value, conversion)
 
     def format_field(self, value: Any, format_spec: str) -> str:
@@ -317,7 +319,7 @@ _SENTENCES: Mapping[Code, str | Callable[[Problem], str]] = {
     Code.PRINTED_TOO_MUCH: "The run was stopped: it printed too much.",
     Code.RUN_ENDED_EARLY: "The run ended before all notebooks were run.",
     Code.RESULT_UNREAD: "{where} cannot be read: {error!b}.",
-    Code.GRADING_FAILED: "Not graded. Grading failed, which is not the student's fault: {error}",
+    Code.GRADING_FAILED: "Grading failed, which is not the student's fault: {error}",
     Code.EARLIER_MARKS_STAY: ("Grading failed, which is not the student's fault: {error!b}. The earlier marks stay."),
     Code.UNKNOWN: "It could not be graded: this version does not know what {named!q} means.",
     # cells that stopped, and what it cost
@@ -386,6 +388,50 @@ _SENTENCES: Mapping[Code, str | Callable[[Problem], str]] = {
     Code.NOT_GRADED: "Grading failed; ask your instructor.",
     Code.SAID_BY_COURSE: "{text}",
     Code.DOUBTED_BY_COURSE: "{where} does not count until a person has looked at it: {why!b}.",
+    # what an instructor has to do
+    Code.TODO_ASK_FOR_WORK: "missing: {title}. Ask for it, excuse them, or give an extension in course.toml.",
+    Code.TODO_ASK_FOR_CHANGES: (
+        "untouched: {title}. The file is as it was handed out. Ask for their work, or excuse them."
+    ),
+    Code.TODO_GRADE: "handed in: not graded yet.",
+    Code.TODO_DECIDE_TIME: ("waits for a person: nobody knows when {title} was handed in. Decide in MARKS/intake.csv."),
+    Code.TODO_FAILED: "could not be graded: {problem!c}",
+    Code.TODO_FAILED_AGAIN: "the last grading failed, and earlier marks stand. {problem!c}",
+    Code.TODO_RUN_TIMED_OUT: "the run was stopped: it took too long.",
+    Code.TODO_OUT_OF_MEMORY: "the run was stopped: memory ran out, most likely.",
+    Code.TODO_PRINTED_TOO_MUCH: "the run was stopped: it printed too much. Look at its cells.",
+    Code.TODO_RUN_ENDED_EARLY: "the run was stopped. Nobody knows why.",
+    Code.TODO_ANSWERS_UNREAD: "the answers of the run cannot be read. Look at its cells.",
+    Code.TODO_CELL_TIMED_OUT: "a cell took too long.",
+    Code.TODO_INSTALL_MODULE: "a module is missing where grading runs. Install it.",
+    Code.TODO_NEWER_PYTHON: "a newer Python is needed. Grade with it.",
+    Code.TODO_FILE_LEFT_OUT: "a cell needs a file that was left out.",
+    Code.TODO_RECORDED_AT_HOME: "answers were recorded at home and are missing.",
+    Code.TODO_READ_REPORT: "a report cannot be read, it seems. Look at it.",
+    Code.TODO_OLDER_FILE_COUNTS: "an older file counts: {problem!c}",
+    Code.TODO_ASK_AGAIN: "could not be graded: {problem!c} Ask for it again.",
+    Code.TODO_DECIDE_OWNER: "there is a doubt about who did it. Decide it in MARKS/intake.csv.",
+    Code.TODO_OTHER_BENCH: "the answers are of another bench. Decide it in MARKS/intake.csv.",
+    Code.TODO_ADD_RELEASE: "a release is unknown. Put its zip where the message says.",
+    Code.TODO_LOOK_AT_RECORDING: "a recording does not count until you have looked at it.",
+    Code.TODO_NEWER_FILE_EMPTY: "a newer file is empty, so that an older one counts. Look at both.",
+    Code.TODO_LOOK_AT_TEXT: "part of a text is not read. Look at it.",
+    Code.TODO_MEND_KEY: "could not be graded: {problem!c} Mend the key.",
+    Code.TODO_OLDER_KEY: "marks are of an older key, or of an older version.",
+    Code.TODO_MARK_LAPSED: "a person's mark for {answer} lapsed, as the answer or its points changed.",
+    Code.TODO_SCORER_ASKS: "a scorer asks you to decide.",
+    Code.TODO_READ_ANSWERS: "waits for a person: answers of {title}.",
+    Code.TODO_DECIDE_ANSWER: "waits for a person: {answer}. {reason!c}",
+    Code.TODO_ANSWER_REQUEST: "a request to look again at {answer}.",
+    Code.TODO_MARKS_MOVED: "marks of {title} moved since you gave them back.",
+    Code.TODO_HANDED_IN_AGAIN: "{title}: a version came after you gave it back. It counts, late or not.",
+    Code.TODO_GIVE_BACK: "marked: all of {title}, and not given back yet.",
+    Code.TODO_CORRECT_SETTINGS: ("course.toml has unknown students or sections in {where}: {names!l}. Correct it."),
+    Code.TODO_FIND_OWNERS: (
+        "nobody knows who handed in {names!l}, so that it is not graded. Decide it in MARKS/intake.csv."
+    ),
+    Code.TODO_DOUBTS: "not certain: {names!l}. Decide it in MARKS/intake.csv.",
+    Code.TODO_NOT_ON_ROSTER: "not on the roster. Take the roster in again, or rename the submission.",
     # at home
     Code.REPORT_NOT_HANDED_IN: "{where} is not handed in: {why!b}.",
     Code.LOOKS_LIKE_REPORT: (

@@ -383,13 +383,13 @@ def status(marks: Marks, solutions: CourseFolder = None, out: Out = None) -> Non
 
     course, folder = courses.find(solutions), _results_or_none(marks, out)
     with _gradebook(marks) as book:
-        page = as_page(class_overview(book, course, folder))
-    typer.echo(as_text(page))
+        overview = class_overview(book, course, folder)
+    typer.echo(as_text(overview))
     if folder is None:
         typer.echo("\nNo page was written: say where by --out.")
         return
     folder.mkdir(parents=True, exist_ok=True)
-    files.write(folder / PAGE_FILE, page)
+    files.write(folder / PAGE_FILE, as_page(overview))
     typer.echo(f"\nThe same as a page: {folder / PAGE_FILE}")
 
 

@@ -1,17 +1,16 @@
 """Show an instructor the class at a glance, as a page and in the terminal, and what changed since feedback was given.
 
-The texts are in ``templates/overview.html``; the terminal shows what this page has. What ``drop`` in ``course.toml``
-leaves out is in nothing of it, but for requests and for changes of marks.
+Page and terminal are made of the same sections. What ``drop`` in ``course.toml`` leaves out is in nothing of it, but
+for requests and for changes of marks.
 """
 
 from __future__ import annotations
 
 import io
 from collections import Counter, defaultdict
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence, Sized
 from dataclasses import replace
 from datetime import datetime
-from html.parser import HTMLParser
 from itertools import chain
 from pathlib import Path
 from statistics import median
@@ -26,12 +25,12 @@ from labcourse.grading.gradebook import Act, Answer, Gradebook, Graded, MarkReco
 from labcourse.grading.graded_run import key_faults
 from labcourse.grading.reports import hints, intake_table
 from labcourse.grading.reports.changes import changed_in, state_text
-from labcourse.grading.reports.result import account_in, lapse, points, received, shortened, without_numbers, worth
+from labcourse.grading.reports.result import account_in, lapse, points, received, without_numbers, worth
 from labcourse.grading.reports.templating import templates
 from labcourse.grading.settings import Assignment, MarkSettings
-from labcourse.grading.todo import NOTHING_THERE, Class, Student, causes, todo
+from labcourse.grading.todo import NOTHING_THERE, Class, Student, Task, causes, todo
 from labcourse.grading.verdicts import Status
-from labcourse.messages import listed, plural
+from labcourse.messages import plural, shortened
 from labcourse.problems import Code, codes
 from labcourse.safe_text import no_escapes
 from labcourse.sentences import sentence, sentences
@@ -41,6 +40,11 @@ PAGE_FILE = "class.html"  #: in the folder of results
 FAR_BELOW, FEWEST = 1 / 2, 5  #: of the class's median share of points, of at least so many students
 MANY, SEVERAL = 0.2, 2  #: share of the judged answers, and students, for whom a part went wrong
 _WIDTH, _MOST_ROWS = 100, 60  # of a terminal: columns, and rows of a table
+_MOST_NAMED = 4  # students in a row; of more, the first three
+_HINTS = (
+    "As {program} grade or report wrote them into hints.md. It may be chance, or help that you allow. No mark depends "
+    "on it. Ask before you conclude anything."
+)
 _STOPS = {Code.CELL_STOPPED, Code.STOPPED_WITHOUT_COST, Code.STOPPED_ON_UNANSWERED}
 _WENT_WRONG = (Status.WRONG, Status.PARTLY)
 _JUDGED = (*_WENT_WRONG, Status.RIGHT, Status.FOLLOW_THROUGH)
@@ -70,7 +74,7 @@ def moment(when: datetime) -> str:
 
 
 def class_overview(book: Gradebook, course: Course, folder: Path | None = None) -> dict[str, Any]:
-    """Collect what there is to know of a class now: the values of the template.
+    """Collect what there is to know of a class now.
 
     Parameters
     ----------
@@ -113,6 +117,39 @@ def _left_out(marks: MarkSettings) -> str:
     return f"{what} Requests and changed marks are still listed for it." if marks.drop else ""
 
 
+# --- the class at a glance: one table of sections, as a page and in the terminal --------------------------------------
+
+
+class Piece(NamedTuple):
+    """A piece of a cell: its words, how they look ("strong" or "code"), and (student, question, part) it leads to."""
+
+    words: str
+    look: str = ""
+    leads_to: tuple[str, str, str] | None = None
+
+
+#: What stands in a table: a text, a number, or pieces one after the other.
+Cell = str | float | Sequence[Piece]
+
+
+class Table(NamedTuple):
+    """A table; ``numbers`` are the headings of columns that are aligned at the right."""
+
+    label: str
+    headings: Sequence[str]
+    rows: Sequence[Sequence[Cell]]
+    numbers: Collection[str] = ()
+
+
+class Section(NamedTuple):
+    """A section: what there is to say of it in a sentence, and its tables; those without rows are not shown."""
+
+    title: str
+    summary: str
+    tables: Sequence[Table] = ()
+    notes: Sequence[str] = ()
+
+
 def as_page(overview: Mapping[str, Any], answer_link: Callable[[str, str, str], str] | None = None) -> str:
     """Return the overview as an HTML page without scripts, which loads nothing.
 
@@ -122,72 +159,297 @@ def as_page(overview: Mapping[str, Any], answer_link: Callable[[str, str, str], 
     answer_link : student, question, part → address of the answer, or of all of the student's if question and part are
         empty. With it, the page has links, and must not be written to a file.
     """
-    environment = templates("templates")
-    texts = {"moment": moment, "worth": worth, "shortened": shortened, "state": state_text, "points": points}
-    texts |= {"work": work_text, "so_far": so_far_text}
-    page = environment.get_template("overview.html")
-    about = {"listed": listed, "many": MANY, "program": program.name(), "answer_link": answer_link}
-    return page.render(**overview, **texts, **about)
+    page = templates("templates").get_template("overview.html")
+    about = {name: overview[name] for name in ("course", "now", "left_out")}
+    return page.render(**about, sections=[*sections(overview)], answer_link=answer_link, moment=moment, words=words)
 
 
-def as_text(page: str) -> str:
-    """Return the page for a terminal, without characters that control it."""
+def as_text(overview: Mapping[str, Any]) -> str:
+    """Return the overview for a terminal, without characters that control it."""
+    from rich.box import SIMPLE_HEAD
     from rich.console import Console
+    from rich.padding import Padding
+    from rich.table import Table as Grid
+    from rich.text import Text
 
-    text = io.StringIO()
-    _Terminal(Console(file=text, width=_WIDTH, color_system=None)).feed(page)
+    console = Console(file=(text := io.StringIO()), width=_WIDTH, color_system=None)
+
+    def say(content: Any, indent: int = 2) -> None:
+        shown = Text(no_escapes(content)) if isinstance(content, str) else content
+        console.print(Padding(shown, (0, 0, 0, indent)))
+
+    course = overview["course"]
+    say(", ".join(filter(None, (course.title, course.settings.term))) + f"; {moment(overview['now'])}")
+    say(overview["left_out"]) if overview["left_out"] else None
+    for section in sections(overview):
+        say(f"\n{section.title.upper()}", 0)
+        for line in (section.summary, *section.notes):
+            say(line)
+        for table in section.tables:
+            if table.rows:
+                say(f"\n{table.label}")
+                grid = Grid(box=SIMPLE_HEAD, pad_edge=False, show_edge=False)
+                for heading in table.headings:
+                    grid.add_column(heading, justify="right" if heading in table.numbers else "left")
+                for row in table.rows[:_MOST_ROWS]:
+                    grid.add_row(*(Text(no_escapes(words(cell)) or "–") for cell in row))
+                say(grid)
+            if (left := len(table.rows) - _MOST_ROWS) > 0:
+                say(f"{left} more rows are on the page.")
     return "\n".join(line.rstrip() for line in text.getvalue().strip().splitlines())
 
 
-class _Terminal(HTMLParser):
-    """Print headings, paragraphs and tables of an own page; ``nav`` and ``head`` have nothing that is not below."""
+def words(cell: Cell) -> str:
+    """Return what stands in a cell as text."""
+    if isinstance(cell, str):
+        return cell
+    return f"{cell:g}" if isinstance(cell, int | float) else "".join(piece.words for piece in cell)
 
-    def __init__(self, console: Any) -> None:
-        super().__init__()
-        self._console, self._text, self._rows, self._numbers = console, "", list[list[str]](), set[int]()
 
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        if tag not in ("a", "code", "strong"):
-            self._text = ""
-        if tag in ("table", "tr"):
-            self._rows = [] if tag == "table" else [*self._rows, []]
-        if ("class", "number") in attrs:
-            self._numbers.add(len(self._rows[-1]))
+def sections(found: Mapping[str, Any]) -> Iterator[Section]:
+    """Yield the sections of an overview; ``found`` is from :func:`class_overview`."""
+    students, titles = found["students"], found["titles"]
+    todo_now, count = found["todo"], plural(len(found["todo"]), "{count} thing", "{count} things")
+    yield Section(
+        "To do today",
+        f"{count} to do. What is worth most comes first." if todo_now else "Nothing is to do today.",
+        [Table("By the points at stake", ["Points", "What to do"], [*map(_of_task, todo_now)], ["Points"])],
+    )
+    there = [student for student in students if student.handed_in]
+    columns = ["Assignment", "Due", "Out of", "Late", "Excused", "Given back"]
+    states = ["Assignment", *found["states"]]
+    by_student = "Students; what is not due is left out until it is there"
+    yield Section(
+        "The term",
+        f"{len(there)} of {_students_text(students)} handed something in.",
+        [
+            Table("Assignments", columns, [*map(_assignment_row, found["assignments"])], ["Out of", "Late", "Excused"]),
+            Table(
+                "Students in each state",
+                states,
+                [(one["title"], *(one["states"][state] or "" for state in states[1:])) for one in found["assignments"]]
+                if states[1:]
+                else [],
+                states[1:],
+            ),
+            Table(
+                by_student,
+                ["Student", "Work", "Points so far", "Last handed in"],
+                [(_named(one), work_text(one), so_far_text(one), one.last) for one in students],
+            ),
+        ],
+        [*_term_notes(found)],
+    )
+    behind = found["behind"]
+    far = "with less than half the class's median"
+    yield Section(
+        "Far below the class",
+        f"{_students_text(behind)} {far}, {100 * behind[0][2]:.0f} % of the points that are due and decided."
+        if behind
+        else "Nobody is far below the class.",
+        [
+            Table(
+                "Points of what is due and decided",
+                ["Student", "Share"],
+                [(_named(student), f"{100 * share:.0f} %") for student, share, _usual in behind],
+                ["Share"],
+            )
+        ],
+    )
+    details = found["details"]
+    yield Section(
+        "What may have cost points",
+        f"The messages behind the list of what to do, in full. They are about {_students_text(details)}."
+        if details
+        else "No run, no file and no lapsed mark cost anybody points.",
+        [Table("Messages", ["Student", "Messages"], [(_named(one), "\n".join(said)) for one, said in details])],
+    )
+    yield from _of_answers(found, titles)
+    yield from _of_work(found, titles)
 
-    def handle_data(self, data: str) -> None:
-        self._text += data
 
-    def handle_endtag(self, tag: str) -> None:
-        text = no_escapes(self._text.strip())
-        if tag in ("th", "td"):
-            self._rows[-1].append(text or "–")
-        elif tag in ("p", "caption"):
-            self._print(f"\n{text}" if tag == "caption" else text, 2)
-        elif tag == "h2":
-            self._print(f"\n{text.upper()}", 0)
-        elif tag == "table":
-            self._table()
+def _students_text(students: Sized) -> str:
+    return plural(len(students), "{count} student", "{count} students")
 
-    def _print(self, content: Any, indent: int) -> None:
-        from rich.padding import Padding
-        from rich.text import Text
 
-        self._console.print(Padding(Text(content) if isinstance(content, str) else content, (0, 0, 0, indent)))
+def _named(student: Student) -> list[Piece]:
+    return [Piece(student.name, leads_to=(student.id, "", ""))]
 
-    def _table(self) -> None:
-        from rich.box import SIMPLE_HEAD
-        from rich.table import Table
-        from rich.text import Text
 
-        table = Table(box=SIMPLE_HEAD, pad_edge=False, show_edge=False)
-        for place, heading in enumerate(self._rows[0]):
-            table.add_column(heading, justify="right" if place in self._numbers else "left")
-        for row in self._rows[1 : _MOST_ROWS + 1]:
-            table.add_row(*map(Text, row))
-        self._print(table, 2)
-        if (left := len(self._rows) - 1 - _MOST_ROWS) > 0:
-            self._print(f"{left} more rows are on the page.", 2)
-        self._numbers.clear()
+def _one(student: str, where: Where | None = None) -> list[Piece]:
+    """Return a student's ID, or the name of an answer of theirs, which leads there."""
+    question, part = where or ("", "")
+    return [Piece(f"{question} {part}" if where else student, leads_to=(student, question, part))]
+
+
+def _each(students: Sequence[str]) -> list[Piece]:
+    pieces = [piece for student in students for piece in (Piece(", "), *_one(student))]
+    return pieces[1:]
+
+
+def _of_task(task: Task) -> Sequence[Cell]:
+    """Return the row of something to do. Few students are named; of many their number, and the first."""
+    many = len(task.who) > _MOST_NAMED
+    first = [Piece(f"{_students_text(task.who)}: "), *_each(task.who[: _MOST_NAMED - 1]), Piece(", …")]
+    who = first if many else _each(task.who)
+    worth = "not known" if task.worth is None else points(float(task.worth)) if task.worth else ""
+    what = [Piece(sentence(task.what), "strong"), Piece("\n"), *who, *([Piece("\n")] if who else [])]
+    return worth, [*what, Piece(task.command, "code")]
+
+
+def _assignment_row(one: Mapping[str, Any]) -> Sequence[Cell]:
+    due = f"{one['due']:%Y-%m-%d %H:%M}" if one["due"] else ""
+    back = moment(one["given_back"]) if one["given_back"] else ""
+    return one["title"], due, one["out_of"], one["late"] or "", one["excused"] or "", back
+
+
+def _term_notes(found: Mapping[str, Any]) -> Iterator[str]:
+    students = found["students"]
+    if not any(student.about.enrolled for student in students):
+        yield f"The gradebook has no roster, so nobody is missed here who handed in nothing ({program.name()} roster)."
+    if not found["course"].settings.dues:
+        yield "course.toml has no due dates. So everything is due, and nobody is behind."
+    for student in students:
+        if student.graded and student.graded.run.supplied:
+            yield f"Values were supplied for {student.id}: {', '.join(student.graded.run.supplied)}."
+
+
+def _of_answers(found: Mapping[str, Any], titles: Mapping[str, str]) -> Iterator[Section]:
+    """Yield the sections about answers that somebody has to read."""
+    waits, asked, requests = found["waiting"], found["asked"], found["requests"]
+    to_read = [answer for one in waits for answer in one.answers]
+    answers = plural(len(to_read), "{count} answer", "{count} answers")
+    columns = ["Part", "Question", "Waiting", "Of", "Points"]
+    rows = [
+        (" ".join(one.where), titles.get(one.where[0], ""), len(one.answers), one.of, _out_of(one.answers))
+        for one in waits
+    ]
+    yield Section(
+        "Waiting for a person",
+        f"To be read: {answers}, worth {worth(_out_of(to_read))}." if to_read else "No answer waits for a person.",
+        [
+            Table("Answers that wait", columns, rows, columns[2:]),
+            Table("Scoring", ["Scorer", "Answers"], found["scorers"], ["Answers"]),
+        ],
+    )
+    columns = ["Student", "Part", "Asked by", "When", "What"]
+    answers = plural(len(asked), "{count} answer", "{count} answers")
+    yield Section(
+        "Asked of the instructor",
+        f"For you to decide, as a scorer asked: {answers}." if asked else "No scorer asks you.",
+        [
+            Table(
+                "Questions of scorers",
+                columns,
+                [
+                    (
+                        *(_one(answer.student), _one(answer.student, answer.where)),
+                        *(act.actor, moment(act.when), shortened(act.remark)),
+                    )
+                    for answer, act in asked
+                ],
+            )
+        ],
+    )
+    count = plural(len(requests), "{count} request", "{count} requests")
+    yield Section(
+        "Requests to look again",
+        f"{count} not answered yet." if requests else "Nobody asks to have anything looked at again.",
+        [
+            Table(
+                "Requests of students",
+                ["Student", "Part", "Since", "What"],
+                [
+                    (_one(one.student), _one(one.student, one.where), moment(one.when), shortened(one.text))
+                    for one in requests
+                ],
+            )
+        ],
+    )
+
+
+def _out_of(answers: Iterable[Answer]) -> float:
+    return sum(answer.mark.out_of for answer in answers)
+
+
+def _of_work(found: Mapping[str, Any], titles: Mapping[str, str]) -> Iterator[Section]:
+    """Yield the sections about what the class did, and what was given back."""
+    slips_, stopped, common = found["slips"], found["stopped"], found["common"]
+    many = f"Many are {100 * MANY:.0f} % or more of those whose answer the key judged."
+    summary = "No part went wrong for many."
+    if slips_:
+        parts, most = plural(len(slips_), "{count} part", "{count} parts"), " ".join(slips_[0].where)
+        summary = f"{parts} went wrong for many; most of all {most}, for {_share(slips_[0])} who answered it."
+    yield Section(
+        "Went wrong for many",
+        summary,
+        [
+            Table(
+                "Slips",
+                ["Part", "Question", "Went wrong for", "Commonest reasons"],
+                [(" ".join(one.where), titles.get(one.where[0], ""), _share(one), _commonest(one)) for one in slips_],
+            )
+        ],
+        [many] if slips_ else [],
+    )
+    label = "Cells that stopped, and what builds on them"
+    yield Section(
+        "Cells that stopped",
+        f"Cells of {_students_text(stopped)} stopped with an error of their own."
+        if stopped
+        else "No cell of a student stopped.",
+        [Table(label, ["Student", "What stopped"], [(_one(one.id), "\n".join(said)) for one, said in stopped])],
+    )
+    groups = plural(len(common), "{count} group", "{count} groups")
+    yield Section(
+        "Hints of the same work",
+        f"{groups} of students with equal numbers, recordings or files. A hint, never a verdict."
+        if common
+        else "Nobody has the numbers, recordings or files of a class-mate.",
+        [
+            Table(
+                "Hints",
+                ["Students", "What they have in common"],
+                [(_each(who), "\n".join(evidence)) for who, evidence in common.items()],
+            )
+        ],
+        [_HINTS.format(program=program.name())] if common else [],
+    )
+    moved = defaultdict[str, list[Any]](list)
+    for change in found["changes"]:
+        moved[change.student].append(change)
+    given = found["publications"]
+    summary = f"Feedback was not given back yet ({program.name()} publish)."
+    if given:
+        since = f"Marks of {_students_text(moved)} have changed since." if moved else "No mark has changed since."
+        summary = f"Last given back on {moment(given[-1].when)}, by {given[-1].actor}. {since}"
+    yield Section(
+        "Feedback given back",
+        summary,
+        [
+            Table(
+                "Changed since", ["Student", "Changed"], [(_one(who), _moved(those)) for who, those in moved.items()]
+            ),
+            Table("Given back", ["When", "By", "Note"], [(moment(one.when), one.actor, one.note) for one in given]),
+        ],
+    )
+
+
+def _share(slip: Slip) -> str:
+    return f"{slip.wrong} of {slip.judged} ({100 * slip.wrong / slip.judged:.0f} %)"
+
+
+def _commonest(slip: Slip) -> str:
+    return "\n".join(f"{times} × {reason}" for reason, times in slip.reasons[:3])
+
+
+def _moved(changes: Iterable[Any]) -> list[Piece]:
+    """Return the marks of a student that changed, each in a line."""
+    pieces: list[Piece] = []
+    for one in changes:
+        pieces += [Piece("\n"), *_one(one.student, (one.question, one.part))]
+        pieces.append(Piece(f": {state_text(one.before)} → {state_text(one.after)}"))
+    return pieces[1:]
 
 
 # --- students and assignments -----------------------------------------------------------------------------------------

@@ -23,12 +23,10 @@ from labcourse.grading.graded_run import facts_of, is_failed, key_faults
 from labcourse.grading.intake import OWNER, TIME, Doubt
 from labcourse.grading.marking.marking_processes import marking_digest
 from labcourse.grading.reports.changes import Change
-from labcourse.grading.reports.result import nothing_given, shortened
+from labcourse.grading.reports.result import nothing_given
 from labcourse.grading.settings import Assignment
 from labcourse.grading.verdicts import Status
-from labcourse.messages import listed
 from labcourse.problems import Code, Problem, codes
-from labcourse.sentences import sentence
 from labcourse.student_id import caseless
 
 #: States of work that needs nothing more.
@@ -38,7 +36,6 @@ NOTHING_THERE = (State.MISSING, State.NOT_DUE, State.UNTOUCHED)
 _STUDENT = "STUDENT"  # in a command: the ID of the first student
 _GRADE = "grade MARKS SUBMISSIONS"
 _MARK = f'mark MARKS {_STUDENT} QUESTION PART POINTS --reason "..." --by NAME'
-_SHOWN = 3  # names in a sentence
 _ABOUT_FILES = (Code.OLDER_NOTEBOOK_COUNTS, Code.NOTEBOOK_UNREAD, Code.EMPTY_BESIDE_ANSWERED)
 
 
@@ -95,7 +92,7 @@ class Student:
 class Finding(NamedTuple):
     """Something to do for one student, or for nobody in particular; worth None if nobody knows how many points."""
 
-    what: str
+    what: Problem
     command: str
     who: str = ""
     worth: Fraction | None = None
@@ -105,7 +102,7 @@ class Finding(NamedTuple):
 class Task:
     """Something to do: what, the command, the IDs of the students, and the points at stake; None if nobody knows."""
 
-    what: str
+    what: Problem
     command: str
     who: tuple[str, ...]
     worth: Fraction | None
@@ -175,7 +172,7 @@ class Class:
 
 def todo(of: Class) -> list[Task]:
     """Return what to do in a class; what is worth most comes first, and what nobody knows the worth of behind it."""
-    groups: dict[str, list[Finding]] = {}
+    groups: dict[Problem, list[Finding]] = {}
     for finding in chain(_by_state(of), _by_run(of), _by_mark(of), _by_answer(of), _by_class(of)):
         groups.setdefault(finding.what, []).append(finding)
     tasks = []
@@ -202,20 +199,18 @@ def _by_state(of: Class) -> Iterator[Finding]:
                     yield Finding(*finding, student.id, points)
 
 
-def _of_work(grade: AssignmentGrade, work: Work, excuse: str, late_costs: bool) -> tuple[str, str] | None:
+def _of_work(grade: AssignmentGrade, work: Work, excuse: str, late_costs: bool) -> tuple[Problem, str] | None:
     """Return what to do about a piece of work, and the command; None for nothing."""
     is_overdue = work.is_due and work.until is not None  # without any date, nobody is behind
     match work.state:
         case State.MISSING if is_overdue:
-            return f"missing: {grade.title}. Ask for it, excuse them, or give an extension in course.toml.", excuse
+            return Problem.of(Code.TODO_ASK_FOR_WORK, title=grade.title), excuse
         case State.UNTOUCHED if is_overdue:
-            what = f"untouched: {grade.title}. The file is as it was handed out. Ask for their work, or excuse them."
-            return what, excuse
+            return Problem.of(Code.TODO_ASK_FOR_CHANGES, title=grade.title), excuse
         case State.HANDED_IN:
-            return "handed in: not graded yet.", _GRADE
+            return Problem.of(Code.TODO_GRADE), _GRADE
         case State.WAITS if late_costs and work.timing is not None and work.timing.waits:
-            what = f"waits for a person: nobody knows when {grade.title} was handed in. Decide in MARKS/intake.csv."
-            return what, _GRADE
+            return Problem.of(Code.TODO_DECIDE_TIME, title=grade.title), _GRADE
     return None
 
 
@@ -228,90 +223,63 @@ class Cause(NamedTuple):
     Attributes
     ----------
     codes : of the problems that say it
-    what, command : to do; "{problem}" stands for the problem in words
-    cost : codes of the reasons of the missing marks that it cost; all of them count where it is empty
+    todo, command : what to do
+    cost : codes of the reasons of the missing marks that it cost
     costs_all : whether it cost every missing mark
+    in_full : whether what to do names the problem
     """
 
     codes: tuple[Code, ...]
-    what: str
+    todo: Code
     command: str
     cost: tuple[Code, ...] = ()
     costs_all: bool = False
+    in_full: bool = False
 
 
-_STOPPED = "the run was stopped"
-_INTAKE = "Decide it in MARKS/intake.csv."
+_FILES = (Code.OWN_FILE_REFUSED, Code.MORE_OWN_FILES_REFUSED, Code.FILE_AND_FOLDER, Code.OUTSIDE_THE_FOLDER)
+_TEXTS = (Code.TEXT_TOO_LONG, Code.TEXT_BESIDE_NOT_READ, Code.CELL_TOO_LONG)
+_PICTURES = (Code.PICTURE_LEFT_OUT, Code.TOO_MANY_PICTURES, Code.PASTED_PICTURE_LEFT_OUT)
+_UNREAD = (Code.NOTEBOOK_UNREAD, Code.SUBMISSION_UNREAD, Code.NO_NOTEBOOK)
+_LONGER, _LONGER_CELL = f"{_GRADE} --deadline 1200", f"{_GRADE} --cell-timeout 120"
+_LONGER_TOO, _MORE_MEMORY = f"{_GRADE} --cell-timeout 90", f"{_GRADE} --memory 4096"
 #: The first that fits a problem counts.
 CAUSES = (
-    Cause((Code.GRADING_FAILED,), "could not be graded: {problem}", _GRADE, costs_all=True),
-    Cause((Code.UNKNOWN,), "could not be graded: {problem}", _GRADE),
-    Cause((Code.EARLIER_MARKS_STAY,), "the last grading failed, and earlier marks stand. {problem}", _GRADE),
-    Cause((Code.RUN_TIMED_OUT,), f"{_STOPPED}: it took too long.", f"{_GRADE} --deadline 1200", costs_all=True),
-    Cause((Code.PYTHON_DIED,), f"{_STOPPED}: memory ran out, most likely.", f"{_GRADE} --memory 4096", costs_all=True),
-    Cause((Code.PRINTED_TOO_MUCH,), f"{_STOPPED}: it printed too much. Look at its cells.", _GRADE, costs_all=True),
-    Cause((Code.RUN_ENDED_EARLY,), f"{_STOPPED}. Nobody knows why.", f"{_GRADE} --cell-timeout 90", costs_all=True),
-    Cause(
-        (Code.ANSWERS_UNREAD, Code.RESULT_UNREAD),
-        "the answers of the run cannot be read. Look at its cells.",
-        _GRADE,
-        costs_all=True,
-    ),
-    Cause(
-        (Code.CELL_TIMED_OUT, Code.TOOK_TOO_LONG),
-        "a cell took too long.",
-        f"{_GRADE} --cell-timeout 120",
-        (Code.TOOK_TOO_LONG,),
-    ),
-    Cause(
-        (Code.MODULE_MISSING,),
-        "a module is missing where grading runs. Install it.",
-        f"{_GRADE} --cell-timeout 90",
-        (Code.MODULE_MISSING,),
-    ),
-    Cause((Code.NEWER_PYTHON_NEEDED,), "a newer Python is needed. Grade with it.", _GRADE, (Code.NEWER_PYTHON_NEEDED,)),
-    Cause(
-        (Code.OWN_FILE_REFUSED, Code.MORE_OWN_FILES_REFUSED, Code.FILE_AND_FOLDER, Code.OUTSIDE_THE_FOLDER),
-        "a cell needs a file that was left out.",
-        _GRADE,
-        (Code.FILE_NOT_FOUND,),
-    ),
-    Cause((Code.RECORDED_AT_HOME,), "answers were recorded at home and are missing.", _MARK, (Code.MISSING_HERE,)),
-    Cause((Code.REPORT_UNREAD, Code.MAY_ASK_FOR_PASSWORD), "a report cannot be read, it seems. Look at it.", _GRADE),
-    Cause((Code.OLDER_NOTEBOOK_COUNTS,), "an older file counts: {problem}", _GRADE),
-    Cause(
-        (Code.NOTEBOOK_UNREAD, Code.SUBMISSION_UNREAD, Code.NO_NOTEBOOK),
-        "could not be graded: {problem} Ask for it again.",
-        _GRADE,
-    ),
-    Cause(
-        (Code.OTHER_STUDENT_NAMED, Code.PARTNERS_UNCONFIRMED), f"there is a doubt about who did it. {_INTAKE}", _GRADE
-    ),
-    Cause((Code.ANSWERS_OF_ANOTHER_BENCH,), f"the answers are of another bench. {_INTAKE}", _GRADE),
-    Cause((Code.RELEASE_UNKNOWN,), "a release is unknown. Put its zip where the message says.", _GRADE),
-    Cause((Code.DOUBTED_BY_COURSE,), "a recording does not count until you have looked at it.", _MARK),
-    Cause((Code.EMPTY_BESIDE_ANSWERED,), "a newer file is empty, so that an older one counts. Look at both.", _GRADE),
-    Cause(
-        (
-            *(Code.TEXT_TOO_LONG, Code.TEXT_BESIDE_NOT_READ, Code.CELL_TOO_LONG),
-            *(Code.PICTURE_LEFT_OUT, Code.TOO_MANY_PICTURES, Code.PASTED_PICTURE_LEFT_OUT),
-        ),
-        "part of a text is not read. Look at it.",
-        _MARK,
-    ),
+    Cause((Code.GRADING_FAILED,), Code.TODO_FAILED, _GRADE, costs_all=True, in_full=True),
+    Cause((Code.UNKNOWN,), Code.TODO_FAILED, _GRADE, in_full=True),
+    Cause((Code.EARLIER_MARKS_STAY,), Code.TODO_FAILED_AGAIN, _GRADE, in_full=True),
+    Cause((Code.RUN_TIMED_OUT,), Code.TODO_RUN_TIMED_OUT, _LONGER, costs_all=True),
+    Cause((Code.PYTHON_DIED,), Code.TODO_OUT_OF_MEMORY, _MORE_MEMORY, costs_all=True),
+    Cause((Code.PRINTED_TOO_MUCH,), Code.TODO_PRINTED_TOO_MUCH, _GRADE, costs_all=True),
+    Cause((Code.RUN_ENDED_EARLY,), Code.TODO_RUN_ENDED_EARLY, _LONGER_TOO, costs_all=True),
+    Cause((Code.ANSWERS_UNREAD, Code.RESULT_UNREAD), Code.TODO_ANSWERS_UNREAD, _GRADE, costs_all=True),
+    Cause((Code.CELL_TIMED_OUT, Code.TOOK_TOO_LONG), Code.TODO_CELL_TIMED_OUT, _LONGER_CELL, (Code.TOOK_TOO_LONG,)),
+    Cause((Code.MODULE_MISSING,), Code.TODO_INSTALL_MODULE, _LONGER_TOO, (Code.MODULE_MISSING,)),
+    Cause((Code.NEWER_PYTHON_NEEDED,), Code.TODO_NEWER_PYTHON, _GRADE, (Code.NEWER_PYTHON_NEEDED,)),
+    Cause(_FILES, Code.TODO_FILE_LEFT_OUT, _GRADE, (Code.FILE_NOT_FOUND,)),
+    Cause((Code.RECORDED_AT_HOME,), Code.TODO_RECORDED_AT_HOME, _MARK, (Code.MISSING_HERE,)),
+    Cause((Code.REPORT_UNREAD, Code.MAY_ASK_FOR_PASSWORD), Code.TODO_READ_REPORT, _GRADE),
+    Cause((Code.OLDER_NOTEBOOK_COUNTS,), Code.TODO_OLDER_FILE_COUNTS, _GRADE, in_full=True),
+    Cause(_UNREAD, Code.TODO_ASK_AGAIN, _GRADE, in_full=True),
+    Cause((Code.OTHER_STUDENT_NAMED, Code.PARTNERS_UNCONFIRMED), Code.TODO_DECIDE_OWNER, _GRADE),
+    Cause((Code.ANSWERS_OF_ANOTHER_BENCH,), Code.TODO_OTHER_BENCH, _GRADE),
+    Cause((Code.RELEASE_UNKNOWN,), Code.TODO_ADD_RELEASE, _GRADE),
+    Cause((Code.DOUBTED_BY_COURSE,), Code.TODO_LOOK_AT_RECORDING, _MARK),
+    Cause((Code.EMPTY_BESIDE_ANSWERED,), Code.TODO_NEWER_FILE_EMPTY, _GRADE),
+    Cause((*_TEXTS, *_PICTURES), Code.TODO_LOOK_AT_TEXT, _MARK),
 )
 
 
-def causes(student: Student) -> dict[tuple[Cause, str], list[Problem]]:
+def causes(student: Student) -> dict[tuple[Cause, Problem], list[Problem]]:
     """Return the causes that the problems of a student's run name, each with what to do → the problems."""
-    found: dict[tuple[Cause, str], list[Problem]] = {}
+    found: dict[tuple[Cause, Problem], list[Problem]] = {}
     if student.graded is not None:
         run = student.graded.run
         for problem in dict.fromkeys((*facts_of(run).ended, *run.problems, *run.notes)):
             known = codes(problem)
             cause = next((one for one in CAUSES if known & {*one.codes}), None)
             if cause is not None:
-                what = cause.what.format(problem=shortened(sentence(problem).removeprefix("Not graded. ")))
+                what = Problem.of(cause.todo, **({"problem": problem} if cause.in_full else {}))
                 found.setdefault((cause, what), []).append(problem)
     return found
 
@@ -319,9 +287,11 @@ def causes(student: Student) -> dict[tuple[Cause, str], list[Problem]]:
 def cost(of: Class, student: Student, cause: Cause, problems: Sequence[Problem]) -> Fraction | None:
     """Return the points that a cause cost a student, by their marks, or by the files it names; None if unknown."""
     if not (cause.cost or cause.costs_all):
-        files = [name for name in student.work if any(one.where == f"{name}.ipynb" for one in problems)]
-        whole = [name for name in files if cause.codes[0] in _ABOUT_FILES]
-        return sum(map(of.of_notebook, whole), Fraction(0)) if whole else None
+        about = [one for one in problems if "part" in one.parameters]
+        parts = [(one.parameters["question"], one.parameters["part"]) for one in about]
+        whole = {one.where for one in problems if one.code in _ABOUT_FILES}
+        files = [name for name in student.work if f"{name}.ipynb" in whole]
+        return sum(map(of.of_notebook, files), of.at_stake(student, parts)) if files or parts else None
     if (graded := student.graded) is None:
         return None
     if is_failed(graded.run):
@@ -353,15 +323,13 @@ def _by_mark(of: Class) -> Iterator[Finding]:
             continue
         faults = key_faults(graded)
         for question, part in (mark.where for mark in graded.marks if mark.status == Status.NOT_MARKED):
-            fault = faults.get((question, part))
-            named = f"{question}, {part}" if fault is None else shortened(sentence(fault))
-            what = f"could not be graded: {named} Mend the key."
+            what = Problem.of(Code.TODO_MEND_KEY, problem=faults.get((question, part), f"{question}, {part}."))
             regrade = f"regrade MARKS --question {quote(question)}"
             yield Finding(what, regrade, student.id, of.at_stake(student, [(question, part)]))
         if graded.key_digest not in ("", digest):
-            yield Finding("marks are of an older key, or of an older version.", "regrade MARKS", student.id)
+            yield Finding(Problem.of(Code.TODO_OLDER_KEY), "regrade MARKS", student.id)
         for question, part in (given.mark.where for given in graded.lapsed):
-            what = f"a person's mark for {question} {part} lapsed, as the answer or its points changed."
+            what = Problem.of(Code.TODO_MARK_LAPSED, answer=f"{question} {part}")
             again = f'mark MARKS {_STUDENT} {quote(question)} {quote(part)} POINTS --reason "..." --by NAME'
             yield Finding(what, again, student.id, of.at_stake(student, [(question, part)]))
 
@@ -378,13 +346,13 @@ def _by_answer(of: Class) -> Iterator[Finding]:
             continue
         worth, (question, part) = of.at_stake(student, [answer.where]), answer.where
         if answer.asked:
-            yield Finding("a scorer asks you to decide.", "score MARKS --by NAME", answer.student, worth)
+            yield Finding(Problem.of(Code.TODO_SCORER_ASKS), "score MARKS --by NAME", answer.student, worth)
         elif answer.where in by_persons:
-            what = f"waits for a person: answers of {assignment.title}."
+            what = Problem.of(Code.TODO_READ_ANSWERS, title=assignment.title)
             yield Finding(what, "score MARKS --by NAME", answer.student, worth)
         else:
             mark = f'mark MARKS {_STUDENT} {quote(question)} {quote(part)} POINTS --reason "..." --by NAME'
-            what = f"waits for a person: {question} {part}. {shortened(sentence(answer.mark.reason))}"
+            what = Problem.of(Code.TODO_DECIDE_ANSWER, answer=f"{question} {part}", reason=answer.mark.reason)
             yield Finding(what, mark, answer.student, worth)
 
 
@@ -398,20 +366,21 @@ def _by_class(of: Class) -> Iterator[Finding]:
         marks = student.graded.marks if student.graded else ()
         left = sum(exact(mark.out_of) - exact(mark.points) for mark in marks if mark.where == request.where)
         answer = f'comment MARKS {_STUDENT} "TEXT" --question {quote(question)} --part {quote(part)} --by NAME'
-        yield Finding(f"a request to look again at {question} {part}.", answer, student.id, Fraction(left))
+        what = Problem.of(Code.TODO_ANSWER_REQUEST, answer=f"{question} {part}")
+        yield Finding(what, answer, student.id, Fraction(left))
     for change in of.changes:
         one = of.assignment_of(change.question)
         title = one.title if one else "what is not asked any more"
         scale = ratio(of.worths.get((change.question, change.part), Fraction(0)), _out_of(change))
         moved = abs(_points(change.after) - _points(change.before)) * scale
-        yield Finding(f"marks of {title} moved since you gave them back.", _publish(one), change.student, moved)
+        yield Finding(Problem.of(Code.TODO_MARKS_MOVED, title=title), _publish(one), change.student, moved)
     for one in of.assignments:
         yield from _handed_in_again(of, one)
         grades = [grade for student in of.students for grade in student.assignments if grade.title == one.title]
         counted = [grade for grade in grades if not grade.is_excused]
         is_done = all(grade.state in DONE and grade.is_due for grade in counted)
         if is_done and any(grade.state is State.MARKED for grade in counted) and of.given_back(one) is None:
-            yield Finding(f"marked: all of {one.title}, and not given back yet.", _publish(one), worth=Fraction(0))
+            yield Finding(Problem.of(Code.TODO_GIVE_BACK, title=one.title), _publish(one), worth=Fraction(0))
     yield from _names_nobody(of)
 
 
@@ -423,7 +392,7 @@ def _handed_in_again(of: Class, one: Assignment) -> Iterator[Finding]:
         for name in {*one.notebooks} & {*student.work}:
             arrival = student.received.get(f"{name}.ipynb")
             if arrival is not None and back.when < arrival.received:
-                what = f"{one.title}: a version came after you gave it back. It counts, late or not."
+                what = Problem.of(Code.TODO_HANDED_IN_AGAIN, title=one.title)
                 yield Finding(what, f"history MARKS {_STUDENT}", student.id)
 
 
@@ -445,17 +414,14 @@ def _names_nobody(of: Class) -> Iterator[Finding]:
     deadlines, extensions = unknown_names(of.course.settings, (student.about for student in of.students))
     for where, names in (("deadlines", deadlines), ("extensions", extensions)):
         if names:
-            what = f"course.toml has unknown students or sections in {where}: {listed(names, _SHOWN)}. Correct it."
-            yield Finding(what, "report MARKS")
+            yield Finding(Problem.of(Code.TODO_CORRECT_SETTINGS, where, names=names), "report MARKS")
     doubts = [doubt for doubt in of.doubts if doubt.about != TIME]
     unknown = [doubt.submission for doubt in doubts if doubt.about == OWNER and not doubt.assumed]
     if unknown:
-        what = f"nobody knows who handed in {listed(unknown, _SHOWN)}, so that it is not graded. {_INTAKE}"
-        yield Finding(what, _GRADE)
+        yield Finding(Problem.of(Code.TODO_FIND_OWNERS, names=unknown), _GRADE)
     assumed = [f"{doubt.submission} ({doubt.about})" for doubt in doubts if doubt.about != OWNER or doubt.assumed]
     if assumed:
-        yield Finding(f"not certain: {listed(assumed, _SHOWN)}. {_INTAKE}", _GRADE)
+        yield Finding(Problem.of(Code.TODO_DOUBTS, names=assumed), _GRADE)
     strangers = [student.id for student in of.students if not student.about.enrolled]
     for who in strangers if len(strangers) < len(of.students) else ():
-        what = "not on the roster. Take the roster in again, or rename the submission."
-        yield Finding(what, "roster MARKS NAMES.csv", who)
+        yield Finding(Problem.of(Code.TODO_NOT_ON_ROSTER), "roster MARKS NAMES.csv", who)

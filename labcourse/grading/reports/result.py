@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import textwrap
 from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -25,14 +24,13 @@ from labcourse.grading.graded_run import facts_of, key_faults
 from labcourse.grading.intake import is_absent, is_unread
 from labcourse.grading.marking.marking import Mark
 from labcourse.grading.verdicts import UNDECIDED, Status
-from labcourse.messages import plural
+from labcourse.messages import plural, shortened
 from labcourse.patterns import pattern
 from labcourse.student_id import caseless
 
 if TYPE_CHECKING:
     from labcourse.grading.reports.changes import Change
 
-_LONGEST = 300  # characters of what somebody wrote
 #: No digit of a name, as in K_2 or q3, and no full stop that ends a sentence.
 _NUMBER = pattern(r"(?<![\w.])[-+\u2212]?\d+(?:[.,]\d+)*(?:[eE][-+]?\d+)?(?:[·×]10[⁻⁺⁰¹²³⁴⁵⁶⁷⁸⁹]+)?j?(?!\w)")
 
@@ -257,8 +255,3 @@ def lapse(given: GivenMark) -> str:
 def without_numbers(reason: str) -> str:
     """Return a reason as it is the same for everybody with the same slip: each number in it as "…"."""
     return shortened(_NUMBER.sub("…", reason))
-
-
-def shortened(text: str) -> str:
-    """Return the beginning of a text in one line."""
-    return textwrap.shorten(text, _LONGEST, placeholder="…")
