@@ -28,7 +28,15 @@ from labcourse.errors import AnswerError, CourseError, GradingError, IsolationEr
 from labcourse.files import COURSE_FILE
 from labcourse.grading import graded_run, intake
 from labcourse.grading.course import Course
-from labcourse.grading.gradebook import GIVEN_BY_A_PERSON, Delivery, Gradebook, Graded, MarkRecord, RunRecord
+from labcourse.grading.gradebook import (
+    GIVEN_BY_A_PERSON,
+    Delivery,
+    EarlierRun,
+    Gradebook,
+    Graded,
+    MarkRecord,
+    RunRecord,
+)
 from labcourse.grading.graded_run import Facts, facts_of
 from labcourse.grading.marking import marking
 from labcourse.grading.marking.marking_processes import Marker, marking_digest
@@ -105,7 +113,8 @@ class Batch:
 
     Parameters
     ----------
-    submissions : folder that holds a folder or a zip for each student
+    submissions : folder that holds a folder or a zip for each student; or, to grade what the gradebook holds of an
+        earlier one, ID of each student → what to know of their run
     course : the course, with its key
     gradebook : where results are stored
     settings : how to grade
@@ -125,7 +134,11 @@ class Batch:
     """
 
     def __init__(
-        self, submissions: Path, course: Course, gradebook: Gradebook, settings: Settings | None = None
+        self,
+        submissions: Path | Mapping[str, EarlierRun],
+        course: Course,
+        gradebook: Gradebook,
+        settings: Settings | None = None,
     ) -> None:
         self._course, self._gradebook = course, gradebook
         self._settings = settings = settings or Settings()
@@ -133,10 +146,15 @@ class Batch:
         roster = [student for student in gradebook.students() if student.enrolled]
         named = partial(students_named_before, gradebook)
         options = (settings.times, settings.zone, named, settings.decisions, settings.platform)
-        collected = intake.find(submissions, roster, *options)
+        if isinstance(submissions, Path):
+            collected = intake.find(submissions, roster, *options)
+        else:
+            collected = intake.ClassFolder([*map(_stored, submissions, submissions.values())], [])
         # A declined partner who handed in nothing and has no marks is left out.
         found = [
-            one for one in collected.submissions if one.pieces or one.unconfirmed or gradebook.current(one.student)
+            one
+            for one in collected.submissions
+            if one.pieces or one.unconfirmed or not isinstance(submissions, Path) or gradebook.current(one.student)
         ]
         taken, erased = leave_out_erased(gradebook, found, settings.again)
         self._submissions = [*taken, *take_from_earlier_owners(gradebook, taken), *no_longer_named(gradebook, taken)]
@@ -483,6 +501,12 @@ def _record(gradebook: Gradebook, graded: Graded, actor: str, reason: str) -> Gr
     """
     gradebook.record(graded, actor=actor, reason=reason)
     return gradebook.current(graded.run.student) or graded
+
+
+def _stored(student: str, run: EarlierRun) -> intake.Submission:
+    """Return the submission of a student of whom all is in the gradebook, or in that of their partner."""
+    bench_of = run.bench_of or student
+    return intake.Submission(student, bench_of=bench_of, claimed_by="" if run.has_files else bench_of)
 
 
 # --- what the gradebook has of earlier submissions --------------------------------------------------------------------

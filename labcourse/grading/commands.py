@@ -286,13 +286,13 @@ def grade(
 ) -> None:
     """Run and mark the submissions of a class. Unchanged submissions are not run again.
 
+    If SUBMISSIONS is a gradebook of an earlier version, the files that are stored in it are graded once more.
     MARKS is made if needed. Marks, grades.csv and all students' feedback are written there.
 
     Exit code: 0 all graded, 1 trouble with some submissions (they get the points that they earned), 2 nothing graded,
     3 nothing graded, because students' code cannot be isolated here.
     """
-    folder, zone = _results(marks, out), _zone(time_zone)
-    _check_submissions(submissions, folder)
+    folder, zone = _check_submissions(submissions, _results(marks, out)), _zone(time_zone)
     from labcourse.grading.isolation import unisolated
     from labcourse.grading.running import isolation_report
 
@@ -302,6 +302,7 @@ def grade(
     from labcourse.grading.assignments import find
     from labcourse.grading.batch import Batch, Settings
     from labcourse.grading.gradebook import StudentRecord
+    from labcourse.grading.gradebook.earlier import is_gradebook, take_over
     from labcourse.grading.intake.platforms import read_times
     from labcourse.grading.reports import intake_table
     from labcourse.grading.reports.changes import changes_since
@@ -321,12 +322,25 @@ def grade(
         make_folder(folder)
         decided = intake_table.read(folder / INTAKE_FILE)
         decisions = {row.key: text for row, text in decided.items() if text}
-        how = (limits, jobs, scheduler, probe_seed, not unsafe_no_isolation, every_cell, values, when, zone)
         with _gradebook(marks, make=True) as book:
             only = find(course, assignment) if assignment else None
-            batch = Batch(
-                submissions, course, book, Settings(*how, tuple(again or ()), decisions, only, platform or "")
+            earlier = take_over(_file_of(marks), submissions) if is_gradebook(submissions) else None
+            settings = Settings(
+                limits=limits,
+                jobs=jobs,
+                scheduler=scheduler,
+                probe_seed=probe_seed,
+                isolated=not unsafe_no_isolation,
+                supplied=values if earlier is None else (*supplied.of_earlier(earlier), *values),
+                every_cell=every_cell,
+                times=when,
+                zone=zone,
+                again=tuple(again or ()),
+                decisions=decisions,
+                only=only,
+                platform=platform or "",
             )
+            batch = Batch(submissions if earlier is None else earlier, course, book, settings)
             if not batch.students:  # nothing is graded until somebody decides
                 intake_table.write(folder / INTAKE_FILE, batch.doubts, decided, batch.sources)
                 raise GradingError(
@@ -344,22 +358,27 @@ def grade(
     except IsolationError as error:
         isolation_report.print_refusal(error)
         raise typer.Exit(NOT_ISOLATED) from None
-    doubts = (
-        f"What cannot be known for certain is in {folder / INTAKE_FILE}, with what was assumed "
-        f"({plural(rows, '{count} row', '{count} rows')}): write what is right under decision and grade again."
-    )
-    say(*batch.left_out, *reports.notices(), *([doubts] if rows else []), err=True)
+    say(*batch.left_out, *reports.notices(), *_doubts_text(folder / INTAKE_FILE, rows), err=True)
     raise typer.Exit(SOME_TROUBLE if progress.trouble else ALL_WELL)
 
 
-def _check_submissions(submissions: Path, results: Path) -> None:
-    """Refuse a folder that cannot be that of the submissions, before anything is made."""
+def _doubts_text(path: Path, rows: int) -> Iterator[str]:
+    if rows:
+        yield (
+            f"What cannot be known for certain is in {path}, with what was assumed "
+            f"({plural(rows, '{count} row', '{count} rows')}): write what is right under decision and grade again."
+        )
+
+
+def _check_submissions(submissions: Path, results: Path) -> Path:
+    """Refuse a folder that cannot be that of the submissions, before anything is made; return that of the results."""
     if not submissions.exists() or (submissions.is_dir() and not any(submissions.iterdir())):
         raise GradingError(f"There is nothing in {submissions}.")
     if (submissions / GRADEBOOK_FILE).is_file():
         raise GradingError(f"{submissions} is a class's folder of marks. Name that first, then the submissions.")
     if results.resolve().is_relative_to(submissions.resolve()):
         raise GradingError(f"{results} lies among the submissions: choose another folder for the results.")
+    return results
 
 
 def _zone(name: str) -> tzinfo:

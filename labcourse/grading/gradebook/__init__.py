@@ -15,6 +15,7 @@ It is a general package: it knows of students, questions and points, but of no c
 
 from __future__ import annotations
 
+from labcourse.grading.gradebook.earlier import EarlierRun as EarlierRun
 from labcourse.grading.gradebook.records import DECIDED as DECIDED
 from labcourse.grading.gradebook.records import FOR_A_PERSON as FOR_A_PERSON
 from labcourse.grading.gradebook.records import GIVEN_BY_A_PERSON as GIVEN_BY_A_PERSON

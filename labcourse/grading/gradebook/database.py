@@ -102,10 +102,10 @@ class Database:
         version = 0 if is_former else session.scalar(select(About.version)) or 0
         name = program.name()
         if version < VERSION:
+            again = f"{name} grade NEW {self.where} grades the files that are stored in it once more, into a new folder"
             raise GradebookError(
                 f"The gradebook {self.where} was made by an earlier labcourse, and this one cannot read it. It is not "
-                f"changed. Grade the submissions again into a new folder ({name} grade). What persons scored is not "
-                f"taken over: look at it with the earlier labcourse, and score it again ({name} score)."
+                f"changed. {again}; what persons scored comes along."
             )
         if version > VERSION:
             raise GradebookError(

@@ -11,7 +11,17 @@
 What is ambiguous is a :class:`Doubt`, a row of ``intake.csv`` for the instructor to decide.
 """
 
-from labcourse.grading.intake.finding import OWNER, PARTNER, PLATFORM, TIME, Decisions, Doubt, Submission, find
+from labcourse.grading.intake.finding import (
+    OWNER,
+    PARTNER,
+    PLATFORM,
+    TIME,
+    ClassFolder,
+    Decisions,
+    Doubt,
+    Submission,
+    find,
+)
 from labcourse.grading.intake.owners import students_in
 from labcourse.grading.intake.reading import (
     Contents,
@@ -29,6 +39,7 @@ __all__ = [
     "PARTNER",
     "PLATFORM",
     "TIME",
+    "ClassFolder",
     "Contents",
     "Decisions",
     "Doubt",

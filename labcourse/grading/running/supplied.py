@@ -17,6 +17,7 @@ import numpy as np
 from labcourse.answers import forms
 from labcourse.answers.catalogue import Catalogue
 from labcourse.errors import AnswerError, GradingError, StudentIDError
+from labcourse.grading.gradebook.earlier import EarlierRun
 from labcourse.run.alignment import recorded
 from labcourse.student_id import caseless, normalised
 
@@ -71,6 +72,12 @@ def read(text: str, catalogue: Catalogue) -> Supplied:
         return _check_fits(Supplied(normalised(student), question, part, parsed), catalogue)
     except (AnswerError, StudentIDError, forms.FormError, forms.NotAnswered, ValueError) as error:
         raise GradingError(f"{text!r} cannot be supplied: {error}") from None
+
+
+def of_earlier(runs: Mapping[str, EarlierRun]) -> list[Supplied]:
+    """Return the values that were supplied in an earlier gradebook: ID of a student → their run."""
+    given = ((one, name.rpartition("."), value) for one in runs for name, value in runs[one].supplied.items())
+    return [Supplied(student, question, part, value) for student, (question, _dot, part), value in given]
 
 
 def values_for(

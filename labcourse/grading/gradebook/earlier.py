@@ -1,0 +1,103 @@
+"""Take over a gradebook of the version before: what was handed in, and what persons decided; not runs and marks.
+
+Runs and marks are made anew from the files that are stored in it (``grade MARKS EARLIER.sqlite``).
+"""
+
+from __future__ import annotations
+
+import json
+import sqlite3
+from collections.abc import Mapping
+from contextlib import closing
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from labcourse.errors import GradebookError
+from labcourse.grading.gradebook.database import VERSION
+from labcourse.grading.gradebook.records import Base
+
+_MAGIC = b"SQLite format 3\0"
+_MADE_ANEW = ("gradebook", "runs", "marks", "claims")
+#: Columns that held a text and hold JSON now.
+_JSON = {("decisions", "reason")}
+_RUNS = "SELECT student, cells, supplied, EXISTS (SELECT 1 FROM earlier.deliveries WHERE student_id = students.id)"
+_CURRENT = f"{_RUNS} FROM earlier.runs JOIN earlier.students ON students.id = runs.student_id WHERE current"
+
+
+@dataclass(frozen=True)
+class EarlierRun:
+    """What of a student's run cannot be read from the files that are stored.
+
+    Attributes
+    ----------
+    bench_of : ID of the student on whose bench it was run; "" if that is not known
+    has_files : whether the student handed in files, and not only a partner for them
+    supplied : "1.2.speed" → value that an instructor supplied
+    """
+
+    bench_of: str = ""
+    has_files: bool = True
+    supplied: Mapping[str, Any] = field(default_factory=dict)
+
+
+def is_gradebook(path: Path) -> bool:
+    """Return whether a file is a database of SQLite."""
+    if not path.is_file():
+        return False
+    with path.open("rb") as file:
+        return file.read(len(_MAGIC)) == _MAGIC
+
+
+def take_over(new: Path, earlier: Path) -> dict[str, EarlierRun]:
+    """Copy all but runs and marks from an earlier gradebook into a new one, unless that was done before.
+
+    Parameters
+    ----------
+    new : file of a gradebook, which is empty or was made of the earlier one
+    earlier : file of a gradebook of the version before
+
+    Returns
+    -------
+    dict
+        ID of each student who was graded → what to know for grading them again.
+
+    Raises
+    ------
+    GradebookError
+        If the earlier file is of another version, or if the new one has other students.
+    """
+    with closing(sqlite3.connect(new, isolation_level=None)) as connection:
+        connection.execute("ATTACH DATABASE ? AS earlier", (f"{earlier}",))
+        try:
+            (version, secret), *_ = connection.execute("SELECT version, secret FROM earlier.gradebook")
+            if version != VERSION - 1:
+                raise GradebookError(f"{earlier} has version {version}, and only {VERSION - 1} can be taken over.")
+            connection.execute("BEGIN IMMEDIATE")
+            if connection.execute("SELECT secret FROM gradebook").fetchone() != (secret,):
+                if connection.execute("SELECT count(*) FROM students").fetchone() != (0,):
+                    raise GradebookError(f"{new} has students already. Name a new gradebook, and then {earlier}.")
+                _copy(connection)
+                connection.execute("UPDATE gradebook SET secret = ?", (secret,))
+            connection.execute("COMMIT")
+            runs = connection.execute(_CURRENT).fetchall()
+        except sqlite3.Error as error:
+            raise GradebookError(f"{earlier} cannot be taken over: {error}.") from None
+    return {student: _run(cells, supplied, has_files) for student, cells, supplied, has_files in runs}
+
+
+def _copy(connection: sqlite3.Connection) -> None:
+    """Copy the rows of all tables that are not made anew."""
+    for table in Base.metadata.sorted_tables:
+        if table.name not in _MADE_ANEW:
+            names = [column.name for column in table.columns]
+            values = [f'json_quote("{name}")' if (table.name, name) in _JSON else f'"{name}"' for name in names]
+            columns = ", ".join(f'"{name}"' for name in names)
+            connection.execute(
+                f'INSERT INTO "{table.name}" ({columns}) SELECT {", ".join(values)} FROM earlier."{table.name}"'
+            )
+
+
+def _run(cells: str, supplied: str, has_files: int) -> EarlierRun:
+    facts = [*json.loads(cells or "[]"), {}][0]
+    return EarlierRun(facts.get("bench_of", ""), bool(has_files), json.loads(supplied or "{}"))
