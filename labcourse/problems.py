@@ -40,6 +40,8 @@ class Code(StrEnum):
     CALLED_LIKE_NOBODY = auto()
     NOTHING_OF_THE_COURSE = auto()
     COURSE_FILE_NAMES = auto()
+    LOOSE_NOTEBOOK = auto()
+    OWNER_TO_BE_GIVEN = auto()
     # why a file, a folder or an archive is not read
     TOO_MANY_FILES = auto()
     TOO_MANY_BYTES = auto()
@@ -63,6 +65,20 @@ class Code(StrEnum):
     NEWER_OF_SAME_NAME = auto()
     SEVERAL_HAND_INS = auto()
     NO_FOLDER_NO_ZIP = auto()
+    WRITTEN_BY_PLATFORM = auto()
+    IGNORED = auto()
+    # what an instructor may decide, and why
+    DECIDED = auto()
+    CHOSEN_BY_TIME = auto()
+    ONLY_THEIR_COMPUTER = auto()
+    ONLY_THEIR_COURSE_FILE = auto()
+    NAMES_FIT_PLATFORMS = auto()
+    NAMES_OF_SEVERAL_PLATFORMS = auto()
+    PLATFORM_UNDECIDED = auto()
+    DECISION_ON_NO_FILE = auto()
+    DECISION_ON_PARTNER_UNCLEAR = auto()
+    DECIDED_OWNER_UNKNOWN = auto()
+    DECIDED_TIME_UNCLEAR = auto()
     # what was read
     SUBMISSION_UNREAD = auto()
     ARCHIVE_UNREAD = auto()
@@ -86,9 +102,11 @@ class Code(StrEnum):
     OUTSIDE_THE_FOLDER = auto()
     OWN_FILE_REFUSED = auto()
     MORE_OWN_FILES_REFUSED = auto()
-    DECISION_ON_NO_FILE = auto()
     ARRIVED = auto()
     OTHER_ASSIGNMENT = auto()
+    # who was erased
+    ERASED_HANDED_IN = auto()
+    ERASED_NAMED = auto()
     # why an own file does not come along
     CHANGES_SETTINGS = auto()
     WRITTEN_BY_RUN = auto()

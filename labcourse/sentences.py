@@ -6,11 +6,11 @@ import string
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
-from labcourse import messages
+from labcourse import messages, program
 from labcourse.problems import Code, Problem, Reason
 from labcourse.safe_text import no_escapes
 
-_LONGEST_NAME, _MOST_NAMES = 120, 5  # characters of a name in a sentence, and names
+_LONGEST_NAME = 120  # characters of a name in a sentence
 _MOST_QUESTIONS = 2  # that are named before "and 12 more"
 _ALONE = "It counts as {owners}'s alone, on their own bench"
 
@@ -48,7 +48,8 @@ class _Values(dict[str, Any]):
         about = problem.parameters
         answer = f"{about['question']}, {about['part']}" if "part" in about else ""
         place = "".join(f"{text}: " for text in (problem.where, answer) if text)
-        super().__init__({**about, "where": problem.where, "place": place, "cell_name": _cell(about)})
+        made = {"where": problem.where, "place": place, "cell_name": _cell(about), "command": program.name()}
+        super().__init__({**about, **made, "some_files": _some_files(about)})
 
     def __missing__(self, name: str) -> str:
         return ""
@@ -57,8 +58,8 @@ class _Values(dict[str, Any]):
 class _Formatter(string.Formatter):
     """Formats parameters: other problems in words, lists with commas.
 
-    ``!q`` quotes a name, ``!l`` lists names in quotes, ``!b`` leaves out the full stop at the end, ``!c`` cuts what is
-    long, and ``:MB`` is megabytes.
+    ``!q`` quotes a name, ``!l`` lists names in quotes, ``!a`` joins texts by "and", ``!b`` leaves out the full stop at
+    the end, ``!c`` cuts what is long, and ``:MB`` is megabytes.
     """
 
     def convert_field(self, value: Any, conversion: str | None) -> Any:
@@ -67,6 +68,8 @@ class _Formatter(string.Formatter):
                 return quoted(str(value))
             case "l":
                 return messages.listed([*map(quoted, value)], _MOST_NAMES)
+            case "a":
+                return " and ".join(value)
             case "b":
                 return _said(value).rstrip(".")
             case "c":
@@ -88,6 +91,12 @@ def _said(value: Any) -> str:
         joint = " " if any(isinstance(one, Problem) for one in value) else ", "
         return joint.join(map(_said, value))
     return sentence(value) if isinstance(value, Problem) else str(value)
+
+
+def _some_files(about: Mapping[str, Any]) -> str:
+    """Return the names of files in quotes, and how many more there are."""
+    names, more = ", ".join(map(quoted, about.get("files", []))), about.get("more", 0)
+    return f"{names} and {more} more" if more else names
 
 
 def _cell(about: Mapping[str, Any]) -> str:
@@ -129,6 +138,11 @@ def _stopped(problem: Problem) -> str:
     *most, last = others
     building = f"{', '.join(most)} and {last} build" if most else f"{last} builds"
     return f"{{cell_name}} stopped: {{why!b}}; {building} on it."
+
+
+def _ignored(problem: Problem) -> str:
+    are = "are" if len(problem.parameters.get("files", [])) > 1 else "is"
+    return f"{{some_files}} {are} not read: {{why}}"
 
 
 _LINE = _if("line", ", line {line}")
@@ -180,6 +194,11 @@ _SENTENCES: Mapping[Code, str | Callable[[Problem], str]] = {
     Code.CALLED_LIKE_NOBODY: "nobody on the roster is called so.",
     Code.NOTHING_OF_THE_COURSE: "nobody on the roster is called so, and there is nothing of the course in it.",
     Code.COURSE_FILE_NAMES: "Its course.json names {named!q}.",
+    Code.LOOSE_NOTEBOOK: "it does not say who handed it in. Put it into a folder that is named by the student's ID.",
+    Code.OWNER_TO_BE_GIVEN: (
+        "Rename it to the student's ID, put the student on the roster ({command} roster), or write the ID into "
+        "intake.csv."
+    ),
     # why a file, a folder or an archive is not read
     Code.TOO_MANY_FILES: _after_others("it has more than {most} files and folders."),
     Code.TOO_MANY_BYTES: _after_others("it has more than {most} bytes."),
@@ -205,42 +224,65 @@ _SENTENCES: Mapping[Code, str | Callable[[Problem], str]] = {
         "it holds the hand-ins of several. Put a class's into a folder of its own; rename a student's to the ID."
     ),
     Code.NO_FOLDER_NO_ZIP: "it is neither a folder nor a zip.",
+    Code.WRITTEN_BY_PLATFORM: "{platform} itself wrote it.",
+    Code.IGNORED: _ignored,
+    # what an instructor may decide, and why
+    Code.DECIDED: "as the instructor decided",
+    Code.CHOSEN_BY_TIME: _if(
+        "saved", "saved {saved} UTC, with {cells} cells written", "without a time, with {cells} cells written"
+    ),
+    Code.ONLY_THEIR_COMPUTER: "only the student's computer says when it was saved",
+    Code.ONLY_THEIR_COURSE_FILE: "only the course.json of {student} says so",
+    Code.NAMES_FIT_PLATFORMS: "all names fit {platforms!a}",
+    Code.NAMES_OF_SEVERAL_PLATFORMS: "its names are not of one platform",
+    Code.PLATFORM_UNDECIDED: (
+        "{why}. If one platform named it, give --platform ({choices}), or decide it in intake.csv; else put each into "
+        "its own folder."
+    ),
+    Code.DECISION_ON_NO_FILE: "intake.csv: there is no file {file!q} that may be {where}.",
+    Code.DECISION_ON_PARTNER_UNCLEAR: "intake.csv: on the partner {partner!q} of {where}, write yes or no.",
+    Code.DECIDED_OWNER_UNKNOWN: "intake.csv: {owner!q}, the owner of {where!q}, is unknown.",
+    Code.DECIDED_TIME_UNCLEAR: "intake.csv: {time!q} is not a time; write it as 2026-11-21 13:05.",
     # what was read
     Code.SUBMISSION_UNREAD: "The submission cannot be read: {where!q}: {why} Hand it in again.",
     Code.ARCHIVE_UNREAD: "{where!q} cannot be read: {why}",
     Code.NO_NOTEBOOK: _with(
         "There is no notebook of the course in the submission. Names of notebooks end in .ipynb.",
-        _if("held", " It holds {held!l}."),
+        _if("files", " It holds {some_files}."),
     ),
     Code.NOTEBOOK_UNREAD: "{where} cannot be read: {why!b}.",
     Code.REPORT_UNREAD: "{where} cannot be read: {why!b}.",
     Code.OLDER_NOTEBOOK_COUNTS: "{where} cannot be read: {why!b}. The one that was handed in before it counts.",
     Code.NOT_HANDED_IN: "{where} was not handed in.",
     Code.EMPTY_BESIDE_ANSWERED: "{where} in {source!q} is empty; the one that was handed in before it counts.",
-    Code.FILES_REFUSED: "{files!l}: not read: {why!b}.",
-    Code.PACKED_FILES: "{files!l}: packed in a way that is not read; hand it in plain.",
-    Code.PACKED_ARCHIVES: "{files!l}: packed in a way that is not read; hand in an ordinary zip.",
-    Code.ONE_OF_SEVERAL: _with(
-        "There are {count} files {where}; {chosen!q} counts, ",
-        _if("decided", "as the instructor decided", "{saved}, with {cells} cells written"),
-        lambda _problem: "; not {others!l}.",
-    ),
+    Code.FILES_REFUSED: "{some_files}: not read: {why!b}.",
+    Code.PACKED_FILES: "{some_files}: packed in a way that is not read; hand it in plain.",
+    Code.PACKED_ARCHIVES: "{some_files}: packed in a way that is not read; hand in an ordinary zip.",
+    Code.ONE_OF_SEVERAL: "There are {count} files {where}; {chosen!q} counts, {why}; not {some_files}.",
     Code.TAKEN_BY_NAME: "{file!q} is taken for {where}.",
     Code.TAKEN_BY_CELLS: "{file!q} is taken for {where}, by its cells.",
     Code.NOT_RECOGNISED: (
-        "{files!l}: not recognised as notebooks of the course, by their names or by the course's cells in them."
+        "{some_files}: not recognised as notebooks of the course, by their names or by the course's cells in them."
     ),
-    Code.NO_NOTEBOOK_IN_PLACE: "{files!l} is no notebook. Hand in {name}.",
+    Code.NO_NOTEBOOK_IN_PLACE: "{some_files} is no notebook. Hand in {where}.",
     Code.FILE_UNREAD: "{where} is not read: {why!b}.",
     Code.COURSE_FILE_UNREAD: "{error}",
-    Code.FILE_AND_FOLDER: "{files!l}: not taken along: a file has the name of its folder.",
-    Code.OUTSIDE_THE_FOLDER: "{files!l}: not taken along: not in the notebooks' folder.",
+    Code.FILE_AND_FOLDER: "{some_files}: not taken along: a file has the name of its folder.",
+    Code.OUTSIDE_THE_FOLDER: "{some_files}: not taken along: not in the notebooks' folder.",
     Code.OWN_FILE_REFUSED: "{where} does not come along: {why!b}.",
     Code.MORE_OWN_FILES_REFUSED: _counts("{{count}} more file of yours do not come along, either."),
-    Code.DECISION_ON_NO_FILE: "intake.csv: there is no file {file!q} that may be {where}.",
     Code.ARRIVED: "Of {time} UTC ({source}): {names}.",
     Code.OTHER_ASSIGNMENT: (
         "{where} in {source} is not taken, as this is for {title}; the version that was handed in before counts."
+    ),
+    # who was erased
+    Code.ERASED_HANDED_IN: (
+        "{student} was erased on {when}, but there is a submission of theirs. It is not taken in: delete it "
+        "({sources}). If they begin anew, use --again {student}."
+    ),
+    Code.ERASED_NAMED: (
+        "{student} handed in work that names {partner}, who was erased on {when}: take {partner} out of its "
+        "course.json and its name, or the gradebook names them again."
     ),
     # why an own file does not come along
     Code.CHANGES_SETTINGS: "it would change {program}'s settings.",

@@ -18,10 +18,11 @@ from labcourse import clock
 from labcourse.errors import GradingError
 from labcourse.grading.gradebook import Arrival, Excuse, Graded, MarkRecord, Publication, StudentRecord
 from labcourse.grading.graded_run import facts_of, is_failed
-from labcourse.grading.intake import is_all_unread, is_unread
+from labcourse.grading.intake import is_unread
 from labcourse.grading.marking.marking import Mark
 from labcourse.grading.settings import Assignment, CourseSettings, Deadline, Extension
 from labcourse.grading.verdicts import UNDECIDED, Status
+from labcourse.problems import Code, has
 from labcourse.student_id import caseless
 
 if TYPE_CHECKING:
@@ -258,7 +259,7 @@ def works(course: Course, handed: Handed, when: datetime | None = None) -> dict[
     last = max((time.until for time in times.values() if time is not None), default=None)
     grace = timedelta(hours=settings.late.grace_hours)
     untouched = facts_of(graded.run).untouched if graded is not None else ()
-    nothing_read = graded is not None and is_all_unread(graded.run.problems)
+    nothing_read = graded is not None and has(Code.SUBMISSION_UNREAD, graded.run.problems)
     statuses = _statuses(course, handed.marks)
     found = {}
     for name, time in times.items():

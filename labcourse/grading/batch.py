@@ -46,7 +46,7 @@ from labcourse.grading.running.prepared import Prepared, content_digest, prepare
 from labcourse.grading.running.supplied import Supplied, values_for
 from labcourse.grading.settings import Assignment
 from labcourse.grading.verdicts import UNDECIDED, Status
-from labcourse.problems import Code, Problem
+from labcourse.problems import Code, Problem, Reason
 from labcourse.run.reasons import explain
 from labcourse.student_id import caseless
 
@@ -121,11 +121,11 @@ class Batch:
 
     Attributes
     ----------
-    ignored : a message on everything among the submissions that is not taken in
+    ignored : why something among the submissions is not taken in
     sources : what was read, to which rows of ``intake.csv`` belong: archives, folders, files, and students
     absent : students of the gradebook's roster who have not handed in anything
     doubts : what an instructor may decide otherwise; complete when all are graded
-    left_out : messages on notebooks that are not taken, as they are of another assignment; complete as above
+    left_out : notebooks that are not taken, as they are of another assignment; complete as above
 
     Raises
     ------
@@ -168,10 +168,10 @@ class Batch:
             for name, notebook in self._bundles.current.pristine.items()
         }
         self._reports = list(report_files.names(course.catalogue).values())
-        self.ignored = [*collected.ignored, *erased, *self._bundles.problems]
+        self.ignored: list[Reason] = [*collected.ignored, *erased, *self._bundles.problems]
         time_matters = course.settings.dues and course.settings.late.per_day
         self.doubts = [doubt for doubt in collected.doubts if doubt.about != intake.TIME or time_matters]
-        self.left_out: list[str] = []
+        self.left_out: list[Problem] = []
         present = {caseless(student) for student in (*self.students, *gradebook.handed_in())}
         self.absent = [student.student for student in roster if caseless(student.student) not in present]
 
@@ -259,8 +259,7 @@ class Batch:
         for one in [item for item in read.items if item.name in others and item.name in before]:
             read.items.remove(one)
             if one.digest != before[one.name]:
-                counts = "the version that was handed in before counts."
-                note = f"{one.name} in {one.source} is not taken, as this is for {only.title}; {counts}"
+                note = Problem.of(Code.OTHER_ASSIGNMENT, one.name, source=one.source, title=only.title)
                 read.notes.append(note)
                 self.left_out.append(note)
 
@@ -581,7 +580,7 @@ def take_from_earlier_owners(gradebook: Gradebook, submissions: Sequence[intake.
     emptied: dict[str, intake.Submission] = {}
     for owner, piece in ((submission.student, piece) for submission in submissions for piece in submission.pieces):
         if piece.owner.is_decided:
-            reason = f"{piece.source} is {owner}'s, as the instructor decided."
+            reason = Problem.of(Code.GIVEN_TO_OWNER, piece.source, owner=owner)
             for student in gradebook.delete_of_others(piece.source, piece.received, owner):
                 emptied[student] = intake.Submission(student, problems=(reason,))
     return [submission for student, submission in emptied.items() if caseless(student) not in present]
@@ -601,7 +600,7 @@ def no_longer_named(gradebook: Gradebook, submissions: Sequence[intake.Submissio
 
 def leave_out_erased(
     gradebook: Gradebook, submissions: Sequence[intake.Submission], again: Sequence[str]
-) -> tuple[list[intake.Submission], list[str]]:
+) -> tuple[list[intake.Submission], list[Problem]]:
     """Leave out the submissions of persons who were erased.
 
     Parameters
@@ -613,7 +612,7 @@ def leave_out_erased(
     Returns
     -------
     tuple
-        the other submissions, and a message on each erased person who is in a submission
+        the other submissions, and a problem for each erased person who is in a submission
     """
     named = {each.student for each in submissions} | {each.bench_of for each in submissions if each.bench_of}
     anew = set(map(caseless, again))
@@ -622,23 +621,19 @@ def leave_out_erased(
         for student, when in gradebook.persons.erased(sorted(named)).items()
         if caseless(student) not in anew
     }
-    taken, messages = [], []
+    taken, problems = [], []
     for submission in submissions:
         student, partner = submission.student, submission.bench_of
         if student in erased:
-            sources = ", ".join(dict.fromkeys(piece.source for piece in submission.pieces))
-            messages.append(
-                f"{student} was erased on {erased[student]}, but there is a submission of theirs. It is not taken in: "
-                f"delete it ({sources}). If they begin anew, use --again {student}."
-            )
+            sources = list(dict.fromkeys(piece.source for piece in submission.pieces))
+            when = erased[student]
+            problems.append(Problem.of(Code.ERASED_HANDED_IN, student=student, when=when, sources=sources))
             continue
         taken.append(submission)
         if partner in erased:
-            messages.append(
-                f"{student} handed in work that names {partner}, who was erased on {erased[partner]}: take {partner} "
-                "out of its course.json and its name, or the gradebook names them again."
-            )
-    return taken, messages
+            when = erased[partner]
+            problems.append(Problem.of(Code.ERASED_NAMED, student=student, partner=partner, when=when))
+    return taken, problems
 
 
 # --- marking again ----------------------------------------------------------------------------------------------------

@@ -344,7 +344,7 @@ def grade(
             if not batch.students:  # nothing is graded until somebody decides
                 intake_table.write(folder / INTAKE_FILE, batch.doubts, decided, batch.sources)
                 raise GradingError(
-                    " ".join([f"Nothing was graded. Decide it in {folder / INTAKE_FILE}.", *batch.ignored])
+                    " ".join([f"Nothing was graded. Decide it in {folder / INTAKE_FILE}.", *sentences(batch.ignored)])
                 )
             show = JsonLines if as_json else Screen
             progress = show(len(batch.students), [*batch.ignored, *problems], batch.absent)
@@ -358,7 +358,7 @@ def grade(
     except IsolationError as error:
         isolation_report.print_refusal(error)
         raise typer.Exit(NOT_ISOLATED) from None
-    say(*batch.left_out, *reports.notices(), *_doubts_text(folder / INTAKE_FILE, rows), err=True)
+    say(*sentences(batch.left_out), *reports.notices(), *_doubts_text(folder / INTAKE_FILE, rows), err=True)
     raise typer.Exit(SOME_TROUBLE if progress.trouble else ALL_WELL)
 
 

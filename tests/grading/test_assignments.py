@@ -14,6 +14,7 @@ from labcourse.grading.assignments import Handed, State, find, of_course, works
 from labcourse.grading.gradebook import Arrival, Excuse, MarkRecord, StudentRecord
 from labcourse.grading.graded_run import FAILED, Facts
 from labcourse.grading.settings import Assignment, CourseSettings, Deadline, Extension, LateSettings, MarkSettings
+from labcourse.problems import Code, Problem
 
 DUE = datetime(2026, 11, 20, 18, tzinfo=UTC)
 DAY = timedelta(days=1)
@@ -67,13 +68,15 @@ def test_each_state_before_and_after_the_deadline(what, before, after):
 
 def test_a_file_that_cannot_be_read_could_not_be_graded():
     what = handed(MISSING, received={})
-    problem = replace(what.graded, run=replace(what.graded.run, problems=(f"{SECOND}.ipynb cannot be read: x",)))
-    assert state(replace(what, graded=problem)) == State.NOT_GRADED
+    for code in (Code.NOTEBOOK_UNREAD, Code.OLDER_NOTEBOOK_COUNTS):
+        for name, expected in ((SECOND, State.NOT_GRADED), ("another", State.MISSING)):
+            run = replace(what.graded.run, problems=(Problem.of(code, f"{name}.ipynb"),))
+            assert state(replace(what, graded=replace(what.graded, run=run))) == expected
 
 
 def test_of_a_submission_that_cannot_be_read_what_is_due_could_not_be_graded():
     what = handed(MISSING, received={})
-    problem = "The submission cannot be read: ada.zip: it is broken."
+    problem = Problem.of(Code.SUBMISSION_UNREAD, "ada.zip")
     unread = replace(what, graded=replace(what.graded, run=replace(what.graded.run, problems=(problem,))))
     assert (state(unread, DUE), state(unread)) == (State.NOT_DUE, State.NOT_GRADED)
     grade = account_of(course(LAB), unread, DUE + DAY)

@@ -20,6 +20,7 @@ from labcourse.grading.graded_run import facts_of
 from labcourse.grading.intake import TIME
 from labcourse.grading.running import runner
 from labcourse.grading.settings import Assignment, Deadline, LateSettings, MarkSettings
+from labcourse.problems import Code, Problem, has
 
 
 @pytest.mark.parametrize("jobs", [1, 2])
@@ -67,8 +68,7 @@ def test_an_empty_notebook_of_a_later_download_does_not_replace_one_with_answers
         assert fake_class.grade() == {"ada": 2}
     assert fake_class.asked["ada"].notebooks["a.ipynb"]["cells"][0]["source"] == "omega_n = 1"
     with fake_class.book() as book:
-        (note,) = (note for note in book.current("ada").run.notes if "is empty" in note)
-        assert note == "a.ipynb in 'ada' is empty; the one that was handed in before it counts."
+        assert Problem.of(Code.EMPTY_BESIDE_ANSWERED, "a.ipynb", source="ada") in book.current("ada").run.notes
 
 
 def test_a_hand_in_for_one_assignment_leaves_earlier_notebooks_of_others_as_they_are(fake_class):
@@ -79,7 +79,8 @@ def test_a_hand_in_for_one_assignment_leaves_earlier_notebooks_of_others_as_they
     sources = {who: job.notebooks["a.ipynb"]["cells"][0]["source"] for who, job in fake_class.asked.items()}
     assert sources == {"ada": "omega_n = 1", "bob": "omega_n = 2"}
     with fake_class.book() as book:
-        assert any("is not taken, as this is for Other" in note for note in book.current("ada").run.notes)
+        other = Problem.of(Code.OTHER_ASSIGNMENT, "a.ipynb", source="ada", title="Other")
+        assert other in book.current("ada").run.notes
 
 
 def test_settings_of_what_marks_come_to_neither_run_nor_mark_anything_again(fake_class):
@@ -227,4 +228,4 @@ def test_what_is_missing_with_its_notebook_says_so_and_nothing_else_does(fake_cl
         graded = book.current("ada")
     reasons = {mark.reason for mark in graded.marks if mark.question == "2.11"}
     assert reasons == {f"Its notebook, {name}, {reason}."} if reason else not any(name in one for one in reasons)
-    assert (f"{name} was not handed in." in graded.run.notes) is (there == "")
+    assert has(Code.NOT_HANDED_IN, graded.run.notes, name) is (there == "")

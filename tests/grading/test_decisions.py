@@ -14,6 +14,8 @@ from labcourse.grading.gradebook import DECIDED, Arrival, Delivery, StudentRecor
 from labcourse.grading.intake import Doubt, find, platforms
 from labcourse.grading.reports import intake_table
 from labcourse.grading.verdicts import UNDECIDED, Status
+from labcourse.problems import Code, Problem
+from labcourse.sentences import sentence
 
 CELL = {"id": "q1", "cell_type": "code", "metadata": {}}
 
@@ -62,11 +64,12 @@ def test_the_owner_that_an_instructor_decides_has_the_marks_and_the_former_has_n
     fake_class.hand_in("ada")
     assert fake_class.grade() == {"ada": 2}
     assert fake_class.grade(decisions={("ada", "owner"): "bob"}) == {"ada": 0, "bob": 2}
+    given = Problem.of(Code.GIVEN_TO_OWNER, "ada", owner="bob")
     with fake_class.book() as book:
-        assert book.delivered("ada") == [] and "bob" in book.current("ada").run.problems[0]
+        assert book.delivered("ada") == [] and given in book.current("ada").run.problems
 
 
-DOUBT = Doubt("=1+1.zip", "a.ipynb", "a.ipynb", "as it is newer", "a (1).ipynb")
+DOUBT = Doubt("=1+1.zip", "a.ipynb", "a.ipynb", ("as it is newer",), "a (1).ipynb")
 
 
 @pytest.mark.parametrize("separator", [",", ";"])
@@ -84,6 +87,17 @@ def test_a_decision_is_read_as_a_spreadsheet_saves_it_and_stays_on_its_row(tmp_p
     assert intake_table.read(path) == earlier
     assert intake_table.write(path, [], {DOUBT: ""}) == 1  # another download has not got it: it still waits
     assert intake_table.write(path, [], {DOUBT: ""}, {DOUBT.submission}) == 0 and not path.exists()
+
+
+def test_reasons_are_said_in_the_table_and_are_texts_when_it_is_read(tmp_path):
+    path = tmp_path / "intake.csv"
+    why = (Problem.of(Code.CALLED_LIKE_NOBODY), Problem.of(Code.COURSE_FILE_NAMES, named="ada"))
+    row = Doubt("work.zip", "owner", "", why, "ada")
+    intake_table.write(path, [row], {})
+    ((read, decision),) = intake_table.read(path).items()
+    assert (read.key, read.why, decision) == (row.key, (" ".join(map(sentence, why)),), "")
+    assert intake_table.write(path, [], {read: "bob"}) == 0
+    assert intake_table.read(path) == {read: "bob"}
 
 
 def test_a_table_is_read_whole_or_refused(tmp_path, monkeypatch):

@@ -19,6 +19,7 @@ from labcourse.grading.reports.changes import changes_since
 from labcourse.grading.reports.grades import Reports
 from labcourse.grading.reports.result import Result
 from labcourse.grading.running import runner, supplied
+from labcourse.problems import Code, has
 
 FAULTY = """
 from labcourse.grading.marking.checks import ForAPerson, Number
@@ -126,7 +127,7 @@ def test_own_files_go_into_the_run_and_change_it(fake_class):
     assert list(fake_class.asked["ada"].files) == ["helpers.py"]
     with fake_class.book() as book:
         assert book.current("ada").run.files == ("helpers.py",)
-        assert any("numpy.py" in note for note in book.current("ada").run.notes)
+        assert has(Code.OWN_FILE_REFUSED, book.current("ada").run.notes, "numpy.py")
     (folder / "helpers.py").write_text("x = 2\n")
     fake_class.grade()
     assert fake_class.runs == ["ada", "ada"]
@@ -290,7 +291,7 @@ def stage(tmp_path):
             for path in (folder / name).iterdir():
                 os.utime(path, (FUTURE, FUTURE) if name == "mallory" else None)
         with Gradebook(tmp_path / "book.sqlite") as book:
-            decisions = {intake.Doubt("bob", intake.PARTNER, "", "", "ada").key: decided}
+            decisions = {intake.Doubt("bob", intake.PARTNER, "", (), "ada").key: decided}
             before = partial(batch.students_named_before, book)
             found = intake.find(folder, earlier=before, decisions=decisions).submissions
             return {one.student: _answer(stored) for one in found if (stored := _stored(book, one))}

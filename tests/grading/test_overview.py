@@ -187,7 +187,7 @@ def test_unknown_times_names_and_owners_are_to_do(book, tmp_path):
     more = Extension(NOW, ("nobody",))
     course = term(late=LateSettings(per_day=10), extensions=(more,))
     abouts = (("a.zip", "owner", ""), ("b.zip", "owner", "ada"), ("ada", "time received", ""))
-    doubts = [Doubt(*about, "x") for about in abouts]
+    doubts = [Doubt(*about, ("x",)) for about in abouts]
     intake_table.write(tmp_path / "intake.csv", doubts, {})
     found = tasks(book, course, tmp_path)
     when = "waits for a person: nobody knows when Lab 02 was handed in. Decide in MARKS/intake.csv."

@@ -8,6 +8,7 @@ import pytest
 from fake_class import FakeClass, InlineMarker
 from made_courses import loaded
 from pdfs import blank, composed, typeset
+from said_problems import codes
 from scoring_class import LEVELS, clients
 
 from labcourse.answers import report_files
@@ -18,6 +19,7 @@ from labcourse.grading.reports.feedback import page
 from labcourse.grading.reports.result import Result
 from labcourse.grading.scoring import cards, server
 from labcourse.grading.scoring.desk import Desk, key_of
+from labcourse.problems import Code
 from rotflex.course.questions import CATALOGUE
 
 REPORT, WHOLE, PART = "Modeling report", "Modeling report, as a whole", "organisation"
@@ -76,22 +78,22 @@ def test_whatever_its_name_became_it_is_the_report_and_no_file_of_ones_own(tmp_p
 
 
 @pytest.mark.parametrize(
-    ("data", "why"), [(b"PK\x03\x04", "no PDF"), (b"%PDF-1.7" + bytes(report_files.MAX_BYTES), "more than")]
+    ("data", "why"),
+    [(b"PK\x03\x04", Code.NOT_A_PDF), (b"%PDF-1.7" + bytes(report_files.MAX_BYTES), Code.TOO_MANY_BYTES)],
 )
 def test_what_is_no_pdf_or_too_large_is_told_and_kept_nowhere(tmp_path, data, why):
     hand_in(tmp_path, {f"work/{NAME}": data})
     found = taken(tmp_path)
     assert [item.name for item in found.items] == ["a.ipynb"]
     (problem,) = found.problems()
-    assert NAME in problem and why in problem
+    assert (problem.code, problem.where, problem.parameters["why"].code) == (Code.NOTEBOOK_UNREAD, NAME, why)
 
 
 def test_a_report_that_could_not_be_read_is_no_problem_once_it_was_handed_in_again(tmp_path):
     hand_in(tmp_path, {f"work/{NAME}": b"no PDF"})
     (tmp_path / "ada.zip").rename(tmp_path / "ada (1).zip")
     hand_in(tmp_path, {f"work/{NAME}": b"no PDF"})
-    (problem,) = taken(tmp_path).problems()
-    assert NAME in problem
+    assert codes(taken(tmp_path).problems()) == [(Code.NOTEBOOK_UNREAD, NAME)]
     hand_in(tmp_path, {f"work/{NAME}": blank()})
     (tmp_path / "ada.zip").rename(tmp_path / "ada (2).zip")
     assert taken(tmp_path).problems() == []
@@ -156,7 +158,7 @@ def test_a_document_alone_can_be_scored_too_and_is_marked_again(made):
     assert made.marks("ada")[WHOLE, PART].status == "for a person"
     with made.book() as book:
         graded = book.current("ada")
-    assert "There is no notebook" in graded.run.problems[0]
+    assert graded.run.problems[0].code is Code.NO_NOTEBOOK
     again = _marked_again(replace(graded, marks=()), InlineMarker(made.course, 1), (), "another").after
     assert again.marks == graded.marks
 

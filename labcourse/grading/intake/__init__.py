@@ -26,8 +26,6 @@ from labcourse.grading.intake.owners import students_in
 from labcourse.grading.intake.reading import (
     Contents,
     Master,
-    is_absent,
-    is_all_unread,
     is_answered,
     is_unread,
     newest,
@@ -46,8 +44,6 @@ __all__ = [
     "Master",
     "Submission",
     "find",
-    "is_absent",
-    "is_all_unread",
     "is_answered",
     "is_unread",
     "newest",

@@ -14,7 +14,7 @@ import struct
 import tarfile
 import zipfile
 import zlib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass, field
 from datetime import UTC, datetime, tzinfo
@@ -23,10 +23,11 @@ from itertools import islice
 from pathlib import Path
 from typing import IO, Any
 
-from labcourse import messages
 from labcourse.answers.own_files import RECEIPTS, is_leftover
-from labcourse.files import ANSWERS_FILE, COURSE_FILE
+from labcourse.files import ANSWERS_FILE, COURSE_FILE, reason
 from labcourse.grading.intake.platforms import in_utc, readable
+from labcourse.problems import Code, Problem
+from labcourse.sentences import sentence
 
 MAX_CLASS_ENTRIES = 100_000  #: files and folders of the whole class; 1000 students with 100 each
 MAX_ENTRIES = 5_000  #: files and folders of one submission
@@ -59,15 +60,20 @@ _USTAR = slice(257, 262)  # where a tar that is not compressed has its mark
 _FIRST_TIME, _LAST_TIME = 315_532_800, 4_294_967_294  # s since 1970: a zip's times lie between 1980 and 2106
 _NO_TIME = datetime(1980, 1, 2)  # an entry with an earlier time has none: 1980-01-01 is the first that a zip can have
 _PIECE = 1_000_000  # bytes that are read at a time
-_LONGEST_SHOWN, _MOST_SHOWN = 120, 5  # characters of a name in a message, and names
-TOO_MANY = "it has more than {} files and folders."
-_WITH_OTHERS = "with what was read before it, "
-_TWICE, _TOO_DEEP = "it is there twice; the first is taken", f"it lies deeper than {MAX_DEPTH} folders"
-_NOT_A_FILE = "it is a link, or another thing than a file"
+_MOST_NAMED = 5  # files in a problem
+_TWICE, _TOO_DEEP = Problem.of(Code.THERE_TWICE), Problem.of(Code.TOO_DEEP, most=MAX_DEPTH)
+_NOT_A_FILE = Problem.of(Code.NOT_A_FILE)
 
 
 class Unreadable(Exception):
-    """A folder, archive or file that cannot be read; the message says why."""
+    """A folder, archive or file that cannot be read; ``problem`` says why."""
+
+    def __init__(self, code: Code, **parameters: Any) -> None:
+        self.problem = Problem.of(code, **parameters)
+        super().__init__(self.problem)
+
+    def __str__(self) -> str:
+        return sentence(self.problem)
 
 
 @dataclass(frozen=True)
@@ -99,11 +105,11 @@ class Listing:
     """
 
     files: dict[str, Entry] = field(default_factory=dict)
-    refused: dict[str, str] = field(default_factory=dict)
+    refused: dict[str, Problem] = field(default_factory=dict)
 
-    def add(self, path: str, content: Entry | str) -> None:
+    def add(self, path: str, content: Entry | Problem) -> None:
         """Add a file, or the reason why it is refused."""
-        if isinstance(content, str):
+        if isinstance(content, Problem):
             self.refused[path] = content
         elif path in self.files:
             self.refused[path] = _TWICE
@@ -144,15 +150,10 @@ def _is_skipped(path: str) -> bool:
     return any(is_leftover(part) or part.endswith(RECEIPTS) for part in path.split("/"))
 
 
-def shown(name: str) -> str:
-    """Return a name for a message: quoted, on one line, cut if it is long."""
-    cut = name if len(name) <= _LONGEST_SHOWN else f"{name[: _LONGEST_SHOWN - 1]}…"
-    return repr(cut.encode("utf-8", "replace").decode())
-
-
-def listed(names: list[str]) -> str:
-    """Return some names for a message; of many, the first, and how many more there are."""
-    return messages.listed([*map(shown, names)], _MOST_SHOWN)
+def named(paths: Sequence[str]) -> dict[str, Any]:
+    """Return the parameters of a problem of some files: the names of the first, and how many more there are."""
+    more = len(paths[_MOST_NAMED:])
+    return {"files": paths[:_MOST_NAMED]} | ({"more": more} if more else {})
 
 
 class Shelf(ExitStack):
@@ -188,7 +189,7 @@ class Shelf(ExitStack):
         listing, before = Listing(), self._listed
         for number, (path, content) in enumerate(self.open(store).entries(), before + 1):
             if number > most:
-                raise Unreadable(_WITH_OTHERS * (before > 0) + TOO_MANY.format(most))
+                raise Unreadable(Code.TOO_MANY_FILES, most=most, with_others=before > 0)
             if content is not None:
                 listing.add(path, content)
             if most <= MAX_ENTRIES:  # a class's do not count as one student's
@@ -199,7 +200,7 @@ class Shelf(ExitStack):
         """Count entries of an archive within a submission; raise Unreadable if they are too many with others."""
         self._looked_through += number
         if self._looked_through > MAX_LOOKED_THROUGH:
-            raise Unreadable(_WITH_OTHERS + TOO_MANY.format(MAX_LOOKED_THROUGH))
+            raise Unreadable(Code.TOO_MANY_FILES, most=MAX_LOOKED_THROUGH, with_others=True)
 
     def open(self, store: Path | Entry) -> _Folder | _Zip:
         """Open a folder on disk or an archive; raise Unreadable if that cannot be done."""
@@ -236,9 +237,9 @@ class Shelf(ExitStack):
         data = read(min(most, left) + 1) if left else b""
         self._left = max(self._left + expected - len(data) * times, 0)
         if not left or len(data) > left:
-            raise Unreadable(f"{_WITH_OTHERS}it has more than {MAX_SUBMISSION // times} bytes.")
+            raise Unreadable(Code.TOO_MANY_BYTES, most=MAX_SUBMISSION // times, with_others=True)
         if len(data) > most:
-            raise Unreadable(f"it has more than {most} bytes.")
+            raise Unreadable(Code.TOO_MANY_BYTES, most=most)
         return data
 
 
@@ -248,15 +249,15 @@ def _open_file(path: Path) -> IO[bytes]:
     try:
         descriptor = os.open(path, sum(flags, os.O_RDONLY))
     except OSError as error:
-        raise Unreadable(f"{error.strerror}.") from None
+        raise Unreadable(Code.SYSTEM_ERROR, error=reason(error)) from None
     if not stat.S_ISREG(os.fstat(descriptor).st_mode):
         os.close(descriptor)
-        raise Unreadable("it is not an ordinary file.")
+        raise Unreadable(Code.NOT_ORDINARY)
     return open(descriptor, "rb")
 
 
 #: Path of each thing in a folder or archive, and the file, the reason why it is refused, or None for a folder.
-_Entries = Iterator[tuple[str, Entry | str | None]]
+_Entries = Iterator[tuple[str, Entry | Problem | None]]
 
 
 class _Folder:
@@ -292,7 +293,7 @@ def scan(folder: Path) -> list[os.DirEntry[str]]:
             submitted = (item for item in items if not _is_skipped(item.name))
             return sorted(islice(submitted, MAX_CLASS_ENTRIES + 1), key=lambda item: item.name)
     except OSError as error:
-        raise Unreadable(f"{error.strerror}.") from None
+        raise Unreadable(Code.SYSTEM_ERROR, error=reason(error)) from None
 
 
 def on_disk(folder: Path, item: os.DirEntry[str] | Path, key: str) -> Entry:
@@ -309,7 +310,7 @@ class _Bounded:
 
     def read(self, size: int = -1) -> bytes:
         if size > MAX_DIRECTORY:
-            raise Unreadable(f"its table of contents has more than {MAX_DIRECTORY} bytes.")
+            raise Unreadable(Code.LONG_TABLE_OF_CONTENTS, most=MAX_DIRECTORY)
         return self._file.read(MAX_DIRECTORY if size < 0 else size)
 
     def __getattr__(self, name: str) -> Any:
@@ -332,7 +333,7 @@ class _Zip:
                 file = _tar_as_zip(data, shelf)
             self._zip = _open_zip(_Bounded(file))
         except _DAMAGED as error:
-            raise Unreadable(f"it is not an archive that can be read ({type(error).__name__}).") from None
+            raise Unreadable(Code.NOT_AN_ARCHIVE, error=type(error).__name__) from None
         if isinstance(archive.store, Entry):
             shelf.look_through(len(self._zip.infolist()))
         self._entries = {entry.filename: entry for entry in reversed(self._zip.infolist()) if entry.filename}
@@ -347,9 +348,9 @@ class _Zip:
             parts = [part for part in name.split("/") if part not in ("", ".")]
             path = "/".join(parts) or entry.filename
             if not parts or ".." in parts:
-                yield path, "its name leads outside"
+                yield path, Problem.of(Code.LEADS_OUTSIDE)
             elif len(entry.filename) > MAX_PATH:
-                yield path, f"its path has more than {MAX_PATH} characters"
+                yield path, Problem.of(Code.LONG_PATH, most=MAX_PATH)
             elif _is_skipped(path):
                 continue
             elif stat.S_IFMT(entry.external_attr >> 16) not in (0, stat.S_IFREG):
@@ -363,18 +364,18 @@ class _Zip:
         """Read the first bytes of a file."""
         entry = self._entries.get(key)
         if entry is None:
-            raise Unreadable("it is no longer there.")
+            raise Unreadable(Code.GONE)
         if entry.flag_bits & 1:
-            raise Unreadable("it is encrypted.")
+            raise Unreadable(Code.ENCRYPTED)
         try:
             if entry.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):  # the others take long
                 raise NotImplementedError
             with self._zip.open(entry) as file:
                 return _first(size, file)
         except NotImplementedError:
-            raise Unreadable("it is compressed in an unusual way; use an ordinary zip.") from None
+            raise Unreadable(Code.UNUSUAL_COMPRESSION) from None
         except _DAMAGED as error:
-            raise Unreadable(f"the zip is damaged ({type(error).__name__}).") from None
+            raise Unreadable(Code.ARCHIVE_DAMAGED, error=type(error).__name__) from None
 
 
 def _first(size: int, file: IO[bytes]) -> bytes:
@@ -392,7 +393,7 @@ def _unpacked(size: int, file: IO[bytes], unpack: Callable[[], Any] | None) -> b
     stream = unpack()
     data: bytes = stream.decompress(file.read(), size)
     if stream.unused_data.strip(b"\0"):
-        raise Unreadable("it is compressed in several pieces. Use an ordinary zip.")
+        raise Unreadable(Code.SEVERAL_PIECES)
     if not stream.eof and len(data) < size:
         raise EOFError
     return data
@@ -410,7 +411,7 @@ def _check_headers(data: bytes) -> None:
                 size = tarfile.TarInfo.frombuf(data[512 * number : 512 * (number + 1)], "utf-8", "replace").size
                 squares += size**2
                 if size < 0 or size > MAX_HEADER or squares > MAX_HEADERS:
-                    raise Unreadable("its headers are unusual or too long. Use an ordinary zip.")
+                    raise Unreadable(Code.UNUSUAL_HEADERS)
 
 
 def _tar_as_zip(data: bytes, shelf: Shelf) -> IO[bytes]:

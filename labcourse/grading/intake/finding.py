@@ -9,14 +9,16 @@ from datetime import UTC, datetime, tzinfo
 from pathlib import Path
 from typing import Any
 
-from labcourse import clock, messages, program
+from labcourse import clock, messages
 from labcourse.errors import GradingError
 from labcourse.files import COURSE_FILE
 from labcourse.grading.gradebook.records import DECIDED, ON_DISK, StudentRecord
 from labcourse.grading.intake import archives, owners, platforms
-from labcourse.grading.intake.archives import Entry, Listing, Shelf, Unreadable, is_notebook, is_work, shown
+from labcourse.grading.intake.archives import Entry, Listing, Shelf, Unreadable, is_notebook, is_work, named
 from labcourse.grading.intake.owners import Owner, Roster, student_in
 from labcourse.grading.intake.platforms import Label, in_utc, label_of, platforms_of, readable
+from labcourse.problems import Code, Problem, Reason
+from labcourse.sentences import sentences
 from labcourse.student_id import LONGEST, caseless
 
 MAX_CLASS_DEPTH = 3  #: folders and zips around those of the students; a platform's zip, its folder, and a section's
@@ -25,9 +27,7 @@ MAX_INNER_ARCHIVES = 20  #: archives within one submission
 MAX_COURSE_FILE = 10_000  #: bytes of course.json; a name, a release, and partners
 
 _NEVER = datetime.fromtimestamp(0, UTC)
-_NO_NAME = "it does not say who handed it in."
-_NEITHER = "it is neither a folder nor a zip"
-_SEVERAL = "it holds the hand-ins of several. Put a class's into a folder of its own; rename a student's to the ID."
+_NO_FOLDER_NO_ZIP = Problem.of(Code.NO_FOLDER_NO_ZIP)
 
 #: What an instructor may decide, besides a file (by its name in the course).
 OWNER, TIME, PARTNER, PLATFORM = "owner", "time received", "partner", "platform"
@@ -48,14 +48,14 @@ class Doubt:
     about : :data:`OWNER`, :data:`TIME`, :data:`PARTNER` or :data:`PLATFORM`; or the name of a file of the course, if
         several of the submission may be it
     assumed : what counts without a decision; "" for nothing
-    why : reason
+    why : reasons; a text where the row was read from the file
     alternatives : what else it may be; the partner
     """
 
     submission: str
     about: str
     assumed: str
-    why: str
+    why: tuple[Reason, ...]
     alternatives: str = ""
 
     @property
@@ -79,7 +79,7 @@ class Piece:
     copy : number of the copy in the name of an archive within the submission; the higher, the later
     files : path → file
     refused : path → reason why it is not read
-    trouble : why nothing of it can be read; "" if it can be read
+    trouble : why nothing of it can be read; nothing if it can be read
     course : content of its course.json
     owner : the students to whom it belongs
     received : time of receipt, UTC
@@ -94,8 +94,8 @@ class Piece:
     archived: datetime | None = None
     copy: int = 0
     files: Mapping[str, Entry] = field(default_factory=dict)
-    refused: Mapping[str, str] = field(default_factory=dict)
-    trouble: str = ""
+    refused: Mapping[str, Problem] = field(default_factory=dict)
+    trouble: tuple[Problem, ...] = ()
     course: Mapping[str, Any] = field(default_factory=dict)
     owner: Owner = field(default_factory=Owner)
     received: datetime = _NEVER
@@ -116,7 +116,7 @@ class Submission:
     claimed_by : ID of the partner who handed in, if this student handed in nothing; "" otherwise
     unconfirmed : what others handed in who name this student as a partner, which a person has to confirm
     problems : contradictions about its owner
-    notes : other messages about its owner
+    notes : what else is worth knowing about its owner
     """
 
     student: str
@@ -125,8 +125,8 @@ class Submission:
     partners: tuple[str, ...] = ()
     claimed_by: str = ""
     unconfirmed: tuple[Piece, ...] = ()
-    problems: tuple[str, ...] = ()
-    notes: tuple[str, ...] = ()
+    problems: tuple[Problem, ...] = ()
+    notes: tuple[Problem, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -136,13 +136,13 @@ class ClassFolder:
     Attributes
     ----------
     submissions : one for each student, by ID
-    ignored : a message on everything that is not read
+    ignored : why something is not read, for everything of which that is so; and decisions that cannot be followed
     doubts : what an instructor may decide; while the platform of a download is not decided, there are no submissions
     read : what rows of ``intake.csv`` may be about: archives, folders and files, and students
     """
 
     submissions: list[Submission]
-    ignored: list[str]
+    ignored: list[Problem]
     doubts: list[Doubt] = field(default_factory=list)
     read: set[str] = field(default_factory=set)
 
@@ -155,11 +155,11 @@ class Place:
     ----------
     source : path in the class's folder, which may lead through archives
     content : a file; a listing of a folder in an archive, or of files side by side; the path of a folder on disk; or
-        a text: the reason why it is not read
+        the reason why it is not read
     """
 
     source: str
-    content: Entry | Listing | Path | str
+    content: Entry | Listing | Path | Problem
 
     @property
     def name(self) -> str:
@@ -179,7 +179,7 @@ class Place:
     @property
     def is_store(self) -> bool:
         """Whether it is a folder, or an archive that can be read, by its name."""
-        return archives.is_archive(self.name) if self.file else not isinstance(self.content, str)
+        return archives.is_archive(self.name) if self.file else not isinstance(self.content, Problem)
 
     def look(self, shelf: Shelf, whole_class: bool = False) -> Listing:
         """Look into a folder or an archive.
@@ -193,12 +193,12 @@ class Place:
         largest = archives.MAX_CLASS_ARCHIVE if whole_class else archives.MAX_ARCHIVE
         if isinstance(self.content, Listing):
             if len(self.content.files) > most:
-                raise Unreadable(archives.TOO_MANY.format(most))
+                raise Unreadable(Code.TOO_MANY_FILES, most=most)
             return self.content
-        if isinstance(self.content, str) or not self.is_store:
-            raise Unreadable("it is packed in a way that is not read. Unpack it, or ask for an ordinary zip.")
+        if isinstance(self.content, Problem) or not self.is_store:
+            raise Unreadable(Code.PACKED_OTHERWISE)
         if isinstance(self.content, Entry) and self.content.size > largest:
-            raise Unreadable(f"it has more than {largest} bytes.")
+            raise Unreadable(Code.TOO_MANY_BYTES, most=largest)
         return shelf.listing(self.content, most)
 
     def children(self, shelf: Shelf) -> list[Place]:
@@ -214,7 +214,7 @@ class Place:
             return []
         places: list[Place] = []
         folders: dict[str, Listing] = defaultdict(Listing)
-        contents: list[tuple[str, Entry | str]] = [*listing.files.items(), *listing.refused.items()]
+        contents: list[tuple[str, Entry | Problem]] = [*listing.files.items(), *listing.refused.items()]
         for path, content in contents:
             name, slash, rest = path.partition("/")
             if slash:
@@ -234,7 +234,7 @@ def on_disk_in(folder: Path, prefix: str = "") -> Iterator[Place]:
         elif item.is_file(follow_symlinks=False):
             yield Place(source, archives.on_disk(folder, item, item.name))
         else:
-            yield Place(source, _NEITHER)
+            yield Place(source, _NO_FOLDER_NO_ZIP)
 
 
 def _together(places: Mapping[str, Place]) -> Place:
@@ -280,10 +280,10 @@ def find(
         except Unreadable as error:
             raise GradingError(f"{folder} cannot be read: {error}") from None
         submissions = finder.submissions(earlier)
-    ignored = finder.messages()
+    ignored = finder.ignored()
     if not submissions and not finder.doubts:
         nothing = f"There are no submissions in {folder}: it should hold a folder or a zip for each student."
-        raise GradingError(" ".join([nothing, *ignored]))
+        raise GradingError(" ".join([nothing, *sentences(ignored)]))
     return ClassFolder(submissions, ignored, finder.doubts, finder.read)
 
 
@@ -306,8 +306,8 @@ class _Finder:
         self._given_platform, self._is_given_zip = platform, False
         self._times = {caseless(name): in_utc(time, UTC) for name, time in times.items()}
         self._pieces: list[Piece] = []
-        self._ignored: dict[str, list[str]] = defaultdict(list)
-        self._invalid: list[str] = []  # decisions
+        self._ignored: dict[tuple[Problem, ...], list[str]] = defaultdict(list)
+        self._invalid: list[Problem] = []  # decisions
         self._archives_left = 0
 
     # --- where submissions are ----------------------------------------------------------------------------------------
@@ -331,7 +331,7 @@ class _Finder:
         by_name = self._roster.by_name(place.name)
         student = self._roster.spelled(student_in(self._course(place.look(self._shelf).files)))
         if by_name.is_certain or self._roster or not student:
-            return by_name if by_name.is_certain else owners.nobody(_NO_NAME)
+            return by_name if by_name.is_certain else owners.nobody(Problem.of(Code.NAMES_NOBODY))
         return Owner((student,), bench_of=student)
 
     def _platform(self, source: str, places: Sequence[Place]) -> str | None:
@@ -345,7 +345,7 @@ class _Finder:
         str | None
             "" if no name is a platform's; None if the instructor has to decide
         """
-        fits = {place.name: platforms_of(place.name) for place in places if not isinstance(place.content, str)}
+        fits = {place.name: platforms_of(place.name) for place in places if not isinstance(place.content, Problem)}
         strangers = {place.name for place in places if _may_be_submission(place) and not self._is_on_roster(place)}
         names = [name for name in fits if fits[name] or name in strangers]
         possible = sorted({platform for name in names for platform in fits[name]})
@@ -356,12 +356,12 @@ class _Finder:
         choices = [*possible, NO_PLATFORM]
         decided = caseless(self._given_platform or self._decisions.get((source, PLATFORM), ""))
         chosen = next((choice for choice in choices if caseless(choice) == decided), "")
-        why = f"all names fit {' and '.join(fitting)}" if fitting else "its names are not of one platform"
-        self.doubts.append(Doubt(source, PLATFORM, chosen, why, ", ".join(choices)))
+        several = Problem.of(Code.NAMES_OF_SEVERAL_PLATFORMS)
+        why = Problem.of(Code.NAMES_FIT_PLATFORMS, platforms=fitting) if fitting else several
+        self.doubts.append(Doubt(source, PLATFORM, chosen, (why,), ", ".join(choices)))
         if not chosen:
             self.is_undecided = True
-            decide = f"give --platform ({', '.join(choices)}), or decide it in intake.csv"
-            self._ignore(source, f"{why}. If one platform named it, {decide}; else put each into its own folder.")
+            self._ignore(source, Problem.of(Code.PLATFORM_UNDECIDED, why=why, choices=choices))
         return "" if chosen == NO_PLATFORM else chosen or None
 
     def _is_on_roster(self, place: Place) -> bool:
@@ -385,25 +385,25 @@ class _Finder:
         loose: dict[tuple[object, ...], list[tuple[Place, Label]]] = defaultdict(list)
         for place in places:
             label = labels[place.source]
-            if isinstance(place.content, str):
-                self._ignore(place.source, f"{place.content}.")
+            if isinstance(place.content, Problem):
+                self._ignore(place.source, place.content)
             elif label is not None and label.is_receipt:
-                self._ignore(place.source, f"{label.platform} itself wrote it.")
+                self._ignore(place.source, Problem.of(Code.WRITTEN_BY_PLATFORM, platform=label.platform))
             elif label is not None and label.file and place.file:
                 loose[label.platform, label.people, label.number, label.time].append((place, label))
             elif place.source in classes and are_classes:
                 self._explore(place.source, classes[place.source], depth + 1)
             elif any(self._roster or platforms_of(inside.name) for inside in classes.get(place.source, ())):
-                self._ignore(place.source, _SEVERAL)
+                self._ignore(place.source, Problem.of(Code.SEVERAL_HAND_INS))
             elif place.is_store:
                 self._take(place, label)
             elif is_notebook(place.name):
-                nobody = owners.nobody(f"{_NO_NAME} Put it into a folder that is named by the student's ID.")
-                self._take(_together({place.name: place}), label, nobody)
+                loose_notebook = owners.nobody(Problem.of(Code.LOOSE_NOTEBOOK))
+                self._take(_together({place.name: place}), label, loose_notebook)
             elif archives.is_other_archive(place.name):
                 self._take(place, label)
             else:
-                self._ignore(place.source, f"{_NEITHER}.")
+                self._ignore(place.source, _NO_FOLDER_NO_ZIP)
         for files in loose.values():
             self._take_loose(files)
 
@@ -420,7 +420,7 @@ class _Finder:
 
     def _is_class(self, places: Sequence[Place], depth: int) -> bool:
         """Check whether what lies in a folder or an archive are the submissions of a class, and not one student's."""
-        places = [place for place in places if not isinstance(place.content, str)]
+        places = [place for place in places if not isinstance(place.content, Problem)]
         if any(is_work(place.name) and not (place.is_store or platforms_of(place.name)) for place in places):
             return False
         if any(map(self._is_a_students, places)):
@@ -470,7 +470,7 @@ class _Finder:
         try:
             pieces = self._split(whole, place)
         except Unreadable as error:
-            pieces = [replace(whole, trouble=str(error))]
+            pieces = [replace(whole, trouble=(error.problem,))]
         owner = self._roster.by_label(label) if label else owner
         for piece in pieces:
             by_name = owner or self._roster.by_name(piece.name, student_in(piece.course))
@@ -496,7 +496,7 @@ class _Finder:
             if place.is_store:
                 self._take(place, label)
             elif label.file in loose:
-                self._ignore(place.source, "there is a newer one of the same name.")
+                self._ignore(place.source, Problem.of(Code.NEWER_OF_SAME_NAME))
             else:
                 loose[label.file] = place
         if loose:
@@ -523,7 +523,7 @@ class _Finder:
             try:
                 inside = self._inside(whole, Place(f"{place.source}/{path}", files[path]), nesting)
             except Unreadable as error:
-                refused[path] = str(error).rstrip(".")
+                refused[path] = error.problem
                 del files[path]
                 continue
             if any(is_work(name) for piece in inside for name in piece.files):
@@ -531,20 +531,20 @@ class _Finder:
                 del files[path]
         if pieces and not files:
             return [replace(pieces[0], refused={**pieces[0].refused, **refused}), *pieces[1:]]
-        trouble = ""
+        trouble: list[Problem] = []
         if not pieces and not any(map(is_work, files)):
-            broken = [path for path in refused if archives.is_archive(path)]
-            trouble = " ".join(f"{shown(path)} cannot be read: {refused[path]}." for path in broken)
+            broken = filter(archives.is_archive, refused)
+            trouble += [Problem.of(Code.ARCHIVE_UNREAD, path, why=refused[path]) for path in broken]
             if packed := [*filter(archives.is_other_archive, files)]:
-                trouble += f"{archives.listed(packed)}: packed in a way that is not read; hand in an ordinary zip."
+                trouble.append(Problem.of(Code.PACKED_ARCHIVES, **named(packed)))
         course = self._course(files)
-        rest = replace(whole, source=place.source, files=files, refused=refused, trouble=trouble, course=course)
+        rest = replace(whole, source=place.source, files=files, refused=refused, trouble=tuple(trouble), course=course)
         return [rest, *pieces]
 
     def _inside(self, whole: Piece, place: Place, nesting: int) -> list[Piece]:
         """Return the pieces of an archive within a submission; parameters as for :meth:`_split`."""
         if nesting == MAX_NESTING or not self._archives_left:
-            raise Unreadable(f"of archives in a submission, {MAX_INNER_ARCHIVES} are read, {MAX_NESTING} in each other")
+            raise Unreadable(Code.TOO_MANY_ARCHIVES, most=MAX_INNER_ARCHIVES, nested=MAX_NESTING)
         self._archives_left -= 1
         if whole.archived is None and whole.label and not (nesting or archives.is_archive(whole.outer)):
             # The platform wrote it into its folder.
@@ -577,18 +577,19 @@ class _Finder:
         )
         pieces = [replace(piece, owner=owner) for piece, owner in zip(pieces, resolved, strict=True)]
         for student, partner in [(owner.students[0], name) for owner in resolved for name in owner.waiting]:
-            self.doubts.append(Doubt(student, PARTNER, "", f"only the {COURSE_FILE} of {student} says so", partner))
+            why = Problem.of(Code.ONLY_THEIR_COURSE_FILE, student=student)
+            self.doubts.append(Doubt(student, PARTNER, "", (why,), partner))
         students = {student for owner in resolved for student in (*owner.students, *owner.claimed)}
         return [_submission(student, pieces) for student in sorted(students, key=caseless)]
 
     def _decided_partner(self, student: str, partner: str) -> bool | None:
         """Return whether two students are partners as the instructor decided; None without a decision."""
         for one, other in ((student, partner), (partner, student)):
-            decision = caseless(self._decisions.get(Doubt(one, PARTNER, "", "", other).key, ""))
+            decision = caseless(self._decisions.get(Doubt(one, PARTNER, "", (), other).key, ""))
             if decision in (YES, NO):
                 return decision == YES
             if decision:
-                self._invalid.append(f"intake.csv: on the partner {shown(other)} of {one}, write {YES} or {NO}.")
+                self._invalid.append(Problem.of(Code.DECISION_ON_PARTNER_UNCLEAR, one, partner=other))
         return None
 
     def _owner(self, piece: Piece) -> Owner:
@@ -599,17 +600,14 @@ class _Finder:
         decided = self._roster.known(decision) if decision else None
         unlisted = any(self._roster.known(student) is None for student in owner.students)
         if owner.problems or unlisted or decided:
-            why = " ".join((*owner.problems, *owner.notes))
-            instead = student_in(piece.course)[:LONGEST]
-            self.doubts.append(Doubt(piece.source, OWNER, " ".join(owner.students), why, instead))
+            assumed, instead = " ".join(owner.students), student_in(piece.course)[:LONGEST]
+            self.doubts.append(Doubt(piece.source, OWNER, assumed, owner.problems + owner.notes, instead))
         if decided:
             return Owner((decided,), bench_of=decided, is_decided=True)
         if decision:
-            self._invalid.append(f"intake.csv: {shown(decision)}, the owner of {shown(piece.source)}, is unknown.")
+            self._invalid.append(Problem.of(Code.DECIDED_OWNER_UNKNOWN, piece.source, owner=decision))
         if not owner.students:
-            roster = f"put the student on the roster ({program.name()} roster)"
-            what_to_do = f"Rename it to the student's ID, {roster}, or write the ID into intake.csv."
-            self._ignore(piece.source, " ".join(filter(None, (piece.trouble, *owner.problems, what_to_do))))
+            self._ignore(piece.source, *piece.trouble, *owner.problems, Problem.of(Code.OWNER_TO_BE_GIVEN))
         return owner
 
     def _with_time(self, piece: Piece) -> Piece:
@@ -622,10 +620,11 @@ class _Finder:
         saved = min(max(times, default=piece.archived or _NEVER), clock.now())
         is_written = (piece.source, TIME) in self._decisions
         when_saved = "" if is_written else f"saved {saved:%Y-%m-%d %H:%M:%S} UTC"
-        doubt = Doubt(piece.source, TIME, "", "only the student's computer says when it was saved", when_saved)
+        doubt = Doubt(piece.source, TIME, "", (Problem.of(Code.ONLY_THEIR_COMPUTER),), when_saved)
         received, evidence = self._time_received(piece, self._decisions.get(doubt.key))
         if evidence == DECIDED:
-            self.doubts.append(replace(doubt, assumed=f"{received:%Y-%m-%d %H:%M} UTC", why=evidence))
+            why = (Problem.of(Code.DECIDED),)
+            self.doubts.append(replace(doubt, assumed=f"{received:%Y-%m-%d %H:%M} UTC", why=why))
         elif not evidence and piece.files:
             self.doubts.append(doubt)
         return replace(piece, received=received or saved, clock=evidence, saved=saved)
@@ -642,7 +641,7 @@ class _Finder:
         if decided:
             if (time := platforms.parse_time(decided, self._zone)) is not None:
                 return time, DECIDED
-            self._invalid.append(f"intake.csv: {shown(decided)} is not a time; write it as 2026-11-21 13:05.")
+            self._invalid.append(Problem.of(Code.DECIDED_TIME_UNCLEAR, piece.source, time=decided))
         if label is not None and label.time is not None:
             return in_utc(label.time, self._zone), "the time in its name"
         names = [piece.outer, piece.name, *piece.owner.students]
@@ -655,19 +654,21 @@ class _Finder:
             return times[0], "the list of times"
         return piece.archived, piece.clock
 
-    # --- messages -----------------------------------------------------------------------------------------------------
+    # --- what is not read ---------------------------------------------------------------------------------------------
 
-    def _ignore(self, source: str, why: str) -> None:
+    def _ignore(self, source: str, *why: Problem) -> None:
         """Note that something is not read, and why."""
         self._ignored[why].append(source)
 
-    def messages(self) -> list[str]:
-        """Return a message for each reason why something is not read, and on decisions that cannot be followed."""
-        ignored = [
-            f"{', '.join(map(shown, sources))} {'are' if len(sources) > 1 else 'is'} not read: {why}"
-            for why, sources in self._ignored.items()
+    def ignored(self) -> list[Problem]:
+        """Return a problem for each reason why something is not read, and those of decisions.
+
+        Each name is in it, however many there are: whoever grades has to look at all of them.
+        """
+        return [
+            *(Problem(Code.IGNORED, "", {"files": files, "why": [*why]}) for why, files in self._ignored.items()),
+            *self._invalid,
         ]
-        return [*ignored, *self._invalid]
 
 
 def _may_be_submission(place: Place) -> bool:
@@ -684,11 +685,10 @@ def _submission(student: str, pieces: Iterable[Piece]) -> Submission:
     problems = dict.fromkeys(problem for piece in own for problem in piece.owner.problems)
     notes = dict.fromkeys(note for piece in own for note in piece.owner.notes)
     if claimed_by:
-        notes[f"Handed in by {claimed_by}: their {COURSE_FILE} says that it was made together."] = None
+        notes[Problem.of(Code.HANDED_IN_BY_PARTNER, partner=claimed_by)] = None
     for piece in pieces:
         if student in piece.owner.declined:
-            names = f"The {COURSE_FILE} of {', '.join(piece.owner.students)} names {student} as a partner."
-            notes[f"{names} It does not count for you, as the instructor decided."] = None
+            notes[Problem.of(Code.DECLINED_AS_PARTNER, owners=piece.owner.students, student=student)] = None
     together = {partner for piece in own for partner in piece.owner.everybody}
     return Submission(
         student,

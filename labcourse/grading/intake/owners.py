@@ -10,11 +10,11 @@ from typing import Any
 
 from labcourse import course_file, student_id
 from labcourse.errors import ConfigurationError, StudentIDError
-from labcourse.files import COURSE_FILE
 from labcourse.grading.gradebook.records import StudentRecord
 from labcourse.grading.intake import platforms
-from labcourse.grading.intake.archives import is_notebook, shown
+from labcourse.grading.intake.archives import is_notebook
 from labcourse.grading.intake.platforms import Label, encodings, letters, plain_letters, without_copy_number
+from labcourse.problems import Code, Problem
 from labcourse.student_id import caseless
 
 MOST_TOGETHER = 4  #: students of one submission; as many as stand around a bench
@@ -37,8 +37,8 @@ class Owner:
     group : the platform's group in the name; "" without one
     is_certain : whether the name is on the roster, be it of several students
     is_decided : whether the instructor decided this
-    problems : contradictions about the owner; if nobody was identified, the reason
-    notes : other messages about the owner
+    problems : contradictions about the owner; if nobody was identified, the reasons
+    notes : what else is worth knowing about the owner
     """
 
     students: tuple[str, ...] = ()
@@ -50,8 +50,8 @@ class Owner:
     group: str = ""
     is_certain: bool = False
     is_decided: bool = False
-    problems: tuple[str, ...] = ()
-    notes: tuple[str, ...] = ()
+    problems: tuple[Problem, ...] = ()
+    notes: tuple[Problem, ...] = ()
 
     @property
     def everybody(self) -> tuple[str, ...]:
@@ -59,9 +59,9 @@ class Owner:
         return (*self.students, *(name for name in self.claimed if name not in (*self.waiting, *self.declined)))
 
 
-def nobody(why: str) -> Owner:
+def nobody(*why: Problem) -> Owner:
     """Return the owner of a submission of which nobody was identified."""
-    return Owner(problems=(why,))
+    return Owner(problems=why)
 
 
 class Roster:
@@ -131,8 +131,7 @@ class Roster:
         by_name = self.lookup(person)
         by_number = self.lookup(label.number) if label.number else set[str]()
         if len(by_name) == 1 and by_number and not by_name & by_number:
-            both = ", ".join(sorted(by_name | by_number))
-            return nobody(f"its name and its number are of different students ({both}).")
+            return nobody(Problem.of(Code.NAME_AND_NUMBER_DIFFER, students=sorted(by_name | by_number)))
         students = by_name & by_number or by_name
         if not students:  # a number alone may be another platform's, of somebody else
             students = {
@@ -144,8 +143,8 @@ class Roster:
             return replace(owner, group=group)
         if students:
             return _ambiguous(students)
-        why = "nobody on the roster is called so" if self else "there is no roster to say who that is"
-        return nobody(f"{label.platform} named it, and {why}.")
+        why = Code.PLATFORM_NAME_UNKNOWN if self else Code.PLATFORM_NAME_WITHOUT_ROSTER
+        return nobody(Problem.of(why, platform=label.platform))
 
     def by_name(self, name: str, course_student: str = "") -> Owner:
         """Identify the students in the name of a folder or of an archive (without its ending).
@@ -172,7 +171,7 @@ class Roster:
         try:
             student = student_id.normalised(base)
         except StudentIDError as error:
-            return nobody(f"it is not named by a student's ID. {error}")
+            return nobody(Problem.of(Code.NOT_AN_ID, error=str(error)))
         return _by_name((self.spelled(student) or student,), attempt)
 
     def before_underscore(self, name: str) -> Label | None:
@@ -188,7 +187,7 @@ def _by_name(students: tuple[str, ...], attempt: int, is_certain: bool = False) 
 
 
 def _ambiguous(students: Collection[str]) -> Owner:
-    return replace(nobody(f"it may be any of {', '.join(sorted(students))}."), is_certain=True)
+    return replace(nobody(Problem.of(Code.SEVERAL_STUDENTS, students=sorted(students))), is_certain=True)
 
 
 def _meanings(name: str) -> Iterator[tuple[tuple[str, ...], int]]:
@@ -245,7 +244,7 @@ def owner_of(name: str, by_name: Owner, course: Mapping[str, Any], roster: Roste
 
     Parameters
     ----------
-    name : name of the folder, archive or file, for messages
+    name : name of the folder, archive or file, for problems
     by_name : owner by this name
     course : content of its course.json
     roster : the students
@@ -256,18 +255,17 @@ def owner_of(name: str, by_name: Owner, course: Mapping[str, Any], roster: Roste
     partners = {str(one): roster.known(one) if isinstance(one, str) else None for one in _partners(course)}
     claimed = tuple(dict.fromkeys(filter(None, partners.values())))
     unknown = [partner for partner, known in partners.items() if not known]
-    notes = tuple(f"{COURSE_FILE} names {shown(partner)} as a partner, who is unknown." for partner in unknown)
+    notes = tuple(Problem.of(Code.PARTNER_UNKNOWN, partner=partner) for partner in unknown)
     if by_name.students and (by_name.is_certain or not roster):
         return _checked(replace(by_name, notes=notes), written, student, claimed)
-    says = f" Its {COURSE_FILE} names {shown(written)}." if written else ""
+    says = [Problem.of(Code.COURSE_FILE_NAMES, named=written)] if written else []
     if not by_name.students:
-        return nobody(f"{' '.join(by_name.problems)}{says}")
+        return nobody(*by_name.problems, *says)
     if not holds_work:
-        return nobody("nobody on the roster is called so, and there is nothing of the course in it.")
+        return nobody(Problem.of(Code.NOTHING_OF_THE_COURSE))
     if written and student not in by_name.students:
-        return nobody(f"nobody on the roster is called so.{says}")
-    note = f"{by_name.students[0]} is not on the roster: by the name of {shown(name)} alone."
-    return replace(by_name, notes=(*notes, note))
+        return nobody(Problem.of(Code.CALLED_LIKE_NOBODY), *says)
+    return replace(by_name, notes=(*notes, Problem.of(Code.NOT_ON_ROSTER, name, student=by_name.students[0])))
 
 
 def _checked(owner: Owner, written: str, student: str | None, partners: Sequence[str]) -> Owner:
@@ -286,11 +284,8 @@ def _checked(owner: Owner, written: str, student: str | None, partners: Sequence
     claimed = tuple(name for name in in_course if name not in owner.students)
     if student in owner.students or (student and len(owner.students) == 1 and owner.students[0] in partners):
         return replace(owner, bench_of=student, claimed=claimed)
-    problem = (
-        f"{COURSE_FILE} names the student {(student or written)[: student_id.LONGEST]!r}; this counts as "
-        f"{owner.students[0]!r}'s work, because it was handed in under that name. If it is not theirs, rename it."
-    )
-    return replace(owner, problems=(problem,))
+    named = (student or written)[: student_id.LONGEST]
+    return replace(owner, problems=(Problem.of(Code.OTHER_STUDENT_NAMED, named=named, owner=owner.students[0]),))
 
 
 def resolve_partners(
@@ -341,7 +336,7 @@ def _with_partners(owner: Owner, most: Collection[str]) -> Owner:
     """Leave out the partners of an owner that are too many with those of the owner's other submissions."""
     if not (others := [name for name in owner.claimed if name not in most]):
         return owner
-    note = f"{COURSE_FILE} names more than {MOST_TOGETHER} partners: {', '.join(others)} are left out."
+    note = Problem.of(Code.TOO_MANY_PARTNERS, most=MOST_TOGETHER, partners=others)
     return replace(owner, claimed=tuple(filter(most.__contains__, owner.claimed)), notes=(*owner.notes, note))
 
 
@@ -350,17 +345,9 @@ def _resolved(owner: Owner, counts: Mapping[str, bool | None]) -> Owner:
     waiting = tuple(name for name, is_partner in counts.items() if is_partner is None)
     declined = tuple(name for name, is_partner in counts.items() if is_partner is False)
     bench_of = owner.students[0] if owner.bench_of in (*waiting, *declined) else owner.bench_of
-    alone = f"It counts as {', '.join(owner.students)}'s alone, on their own bench"
-    problems, notes = [*owner.problems], [*owner.notes]
+    problems, notes = owner.problems, owner.notes
     if waiting:
-        names = ", ".join(waiting)
-        problems.append(
-            f"{COURSE_FILE} says that it was made with {names}, which nobody has confirmed. {alone}, until then."
-        )
+        problems += (Problem.of(Code.PARTNERS_UNCONFIRMED, partners=waiting, owners=owner.students),)
     if declined:
-        notes.append(
-            f"{COURSE_FILE} says that it was made with {', '.join(declined)}. {alone}, as the instructor decided."
-        )
-    return replace(
-        owner, waiting=waiting, declined=declined, bench_of=bench_of, problems=tuple(problems), notes=tuple(notes)
-    )
+        notes += (Problem.of(Code.PARTNERS_DECLINED, partners=declined, owners=owner.students),)
+    return replace(owner, waiting=waiting, declined=declined, bench_of=bench_of, problems=problems, notes=notes)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime, timedelta
 from functools import cached_property
 from pathlib import PurePosixPath
@@ -17,20 +17,19 @@ from labcourse.answers import answers, notebooks, own_files, report_files
 from labcourse.answers.notebooks import MAX_FILE, Cell, HandIn, Notebook, NotebookError, to_bytes
 from labcourse.errors import ConfigurationError
 from labcourse.files import ANSWERS_FILE, COURSE_FILE
-from labcourse.grading.gradebook.records import DECIDED, Delivery
+from labcourse.grading.gradebook.records import Delivery
 from labcourse.grading.intake import archives
-from labcourse.grading.intake.archives import Shelf, Unreadable, is_notebook, listed, shown
+from labcourse.grading.intake.archives import Shelf, Unreadable, is_notebook, named
 from labcourse.grading.intake.finding import MAX_COURSE_FILE, Decisions, Doubt, Piece, Submission
 from labcourse.grading.intake.owners import course_data
 from labcourse.patterns import pattern
+from labcourse.problems import Code, Problem, Reason, has
 from labcourse.run.alignment import source_of
 from labcourse.run.portability import Version, version
 from labcourse.student_id import caseless
 
 MAX_STRANGERS = 30  #: notebooks of other names that are compared with the course's cells
 _MOST_COMPARED = 10  # files that may be the same notebook
-_UNREAD, _ABSENT = "{name} cannot be read: {error}", "{name} was not handed in."
-_ALL_UNREAD = "The submission cannot be read: "
 _SAME_TIME = timedelta(seconds=2)  # to which a zip rounds
 _OLD = datetime.min.replace(tzinfo=UTC)
 _WORD, _DIGITS = pattern(r"[^\W_]+"), pattern(r"\d+")
@@ -50,27 +49,27 @@ class Contents:
     Attributes
     ----------
     items : all files that count, in order of time; notebooks without outputs
-    notes : messages for the student and the instructor
+    notes : what is worth knowing for the student and the instructor
     doubts : rows of ``intake.csv``: what an instructor may decide
     python : newest version of Python with which a notebook was saved; None if no notebook says it
     faults : problems that nothing that is read later solves
     unread : name of a file of the course → why it cannot be read; removed when a later one is read
-    unreadable : messages on pieces that cannot be read; moved to the notes when a later piece has notebooks
+    unreadable : pieces that cannot be read; moved to the notes when a later piece has notebooks
     held : names of all files that were handed in
     has_notebooks : whether notebooks of the course are among the items
     """
 
     items: list[Delivery] = field(default_factory=list)
-    notes: list[str] = field(default_factory=list)
+    notes: list[Problem] = field(default_factory=list)
     doubts: list[Doubt] = field(default_factory=list)
     python: Version | None = None
-    faults: list[str] = field(default_factory=list)
-    unread: dict[str, str] = field(default_factory=dict)
-    unreadable: list[str] = field(default_factory=list)
+    faults: list[Problem] = field(default_factory=list)
+    unread: dict[str, Problem] = field(default_factory=dict)
+    unreadable: list[Problem] = field(default_factory=list)
     held: set[str] = field(default_factory=set)
     has_notebooks: bool = False
 
-    def problems(self, earlier: Collection[str] = ()) -> list[str]:
+    def problems(self, earlier: Collection[str] = ()) -> list[Problem]:
         """Return what could not be read as it should, and is not replaced by something later.
 
         Parameters
@@ -78,15 +77,13 @@ class Contents:
         earlier : names of what was handed in before
         """
         read = {item.name for item in self.items} | set(earlier)
-        messages = [*self.faults, *self.unreadable]
+        problems = [*self.faults, *self.unreadable]
         for name, why in self.unread.items():
-            counts = " The one that was handed in before it counts." if name in read else ""
-            messages.append(_UNREAD.format(name=name, error=why) + counts)
+            code = Code.OLDER_NOTEBOOK_COUNTS if name in read else Code.NOTEBOOK_UNREAD
+            problems.append(Problem.of(code, name, why=why))
         if not (self.has_notebooks or self.unreadable or any(map(is_notebook, [*self.unread, *earlier]))):
-            held = f" It holds {listed(sorted(self.held))}." if self.held else ""
-            why = "There is no notebook of the course in the submission. Names of notebooks end in .ipynb."
-            messages.append(f"{why}{held}")
-        return list(dict.fromkeys(messages))
+            problems.append(Problem.of(Code.NO_NOTEBOOK, **named(sorted(self.held))))
+        return list(dict.fromkeys(problems))
 
 
 def read(
@@ -118,19 +115,9 @@ def read(
     return reader.contents
 
 
-def is_unread(name: str, problems: Collection[str]) -> bool:
+def is_unread(name: str, problems: Collection[Reason]) -> bool:
     """Tell whether the problems of a run say that a file was handed in and could not be read."""
-    return any(line.startswith(_UNREAD.format(name=name, error="")) for line in problems)
-
-
-def is_all_unread(problems: Collection[str]) -> bool:
-    """Tell whether the problems of a run say that nothing that was handed in could be read."""
-    return any(line.startswith(_ALL_UNREAD) for line in problems)
-
-
-def is_absent(name: str, notes: Collection[str]) -> bool:
-    """Tell whether the notes of a run say that a file was not handed in."""
-    return _ABSENT.format(name=name) in notes
+    return any(has(code, problems, name) for code in (Code.NOTEBOOK_UNREAD, Code.OLDER_NOTEBOOK_COUNTS))
 
 
 @dataclass
@@ -157,11 +144,12 @@ class _Reader:
                 self.shelf.open(next(iter(piece.files.values())).store)
                 self._read_all(piece)
         except Unreadable as error:
-            trouble = str(error)
+            trouble = (error.problem,)
         if trouble:
-            contents.unreadable.append(f"{_ALL_UNREAD}{shown(piece.source)}: {trouble} Hand it in again.")
+            contents.unreadable.append(Problem.of(Code.SUBMISSION_UNREAD, piece.source, why=trouble))
         for why in dict.fromkeys(piece.refused.values()):
-            self._note_files([path for path, reason in piece.refused.items() if reason == why], f"not read: {why}")
+            refused = [path for path, reason in piece.refused.items() if reason == why]
+            self._note_files(Code.FILES_REFUSED, refused, why=why)
 
     def _read_all(self, piece: Piece) -> None:
         """Read the files of a piece: notebooks, reports, what was recorded at home, and own files."""
@@ -174,7 +162,7 @@ class _Reader:
             if isinstance(notebook, Notebook):
                 self._add_notebook(name, notebook)
             else:
-                self.contents.unread[name] = str(notebook)
+                self.contents.unread[name] = notebook
         self._by_cells()
         self._in_their_place()
         for name, candidates in _fitting(self._piece.files, self.reports, report_files.PDF).items():
@@ -194,15 +182,15 @@ class _Reader:
 
     # --- notebooks ----------------------------------------------------------------------------------------------------
 
-    def _notebook(self, path: str) -> Notebook | Exception:
-        """Return a notebook, or the error that says why it cannot be read."""
+    def _notebook(self, path: str) -> Notebook | Problem:
+        """Return a notebook, or why it cannot be read."""
         try:
             data = self._read(path, MAX_FILE)
             if (parts := self.parts + notebooks.parts_in(data)) > notebooks.MAX_PARTS:
-                raise Unreadable(f"with the notebooks before it, it has more than {notebooks.MAX_PARTS} parts.")
+                return Problem.of(Code.TOO_MANY_PARTS, most=notebooks.MAX_PARTS, with_others=True)
             self.parts, notebook = parts, Notebook.without_outputs(data)
         except (Unreadable, NotebookError) as error:
-            return error
+            return error.problem
         self.contents.python = max(filter(None, (version(notebook.python), self.contents.python)), default=None)
         return notebook
 
@@ -212,11 +200,10 @@ class _Reader:
         if master is None or _cells_written(notebook.cells, master):
             self.answered.add(name)
         elif name in self.answered or self._was_answered(name, master):
-            source = shown(self._piece.source)
-            contents.notes.append(f"{name} in {source} is empty; the one that was handed in before it counts.")
+            contents.notes.append(Problem.of(Code.EMPTY_BESIDE_ANSWERED, name, source=self._piece.source))
             return
         self._add(name, to_bytes(notebook.cells))
-        contents.faults += [f"{name}: {why}" for why in notebook.problems]
+        contents.faults += [replace(problem, where=name) for problem in notebook.problems]
         contents.notes += contents.unreadable
         contents.unreadable.clear()
         contents.has_notebooks = True
@@ -257,15 +244,14 @@ class _Reader:
         if len(paths) > 1:
             path, why = self._chosen(name, candidates)
             paths.remove(path)
-            self.contents.notes.append(
-                f"There are {len(paths) + 1} files {name}; {shown(path)} counts, {why}; not {listed(paths)}."
-            )
-            self.contents.doubts.append(Doubt(self._piece.source, name, path, why, "; ".join(paths)))
+            about = {"count": len(paths) + 1, "chosen": path, "why": why, **named(paths)}
+            self.contents.notes.append(Problem.of(Code.ONE_OF_SEVERAL, name, **about))
+            self.contents.doubts.append(Doubt(self._piece.source, name, path, (why,), "; ".join(paths)))
         elif changes:
-            self.contents.notes.append(f"{shown(path)} is taken for {name}.")
+            self.contents.notes.append(Problem.of(Code.TAKEN_BY_NAME, name, file=path))
         return path
 
-    def _chosen(self, name: str, candidates: Sequence[tuple[Fit, str]]) -> tuple[str, str]:
+    def _chosen(self, name: str, candidates: Sequence[tuple[Fit, str]]) -> tuple[str, Problem]:
         """Choose the newest of the files in which something is written; of equal times, the one with most written.
 
         Returns
@@ -277,9 +263,9 @@ class _Reader:
         paths = [path for *_order, path in ordered]
         decided = self.decisions.get((self._piece.source, name))
         if decided in paths:
-            return decided, DECIDED
+            return decided, Problem.of(Code.DECIDED)
         if decided:
-            self.contents.faults.append(f"intake.csv: there is no file {shown(decided)} that may be {name}.")
+            self.contents.faults.append(Problem.of(Code.DECISION_ON_NO_FILE, name, file=decided))
         compared = paths[:_MOST_COMPARED]
         written = {path: self._written(name, path) if is_notebook(path) else 0 for path in compared}
         saved = {path: self._piece.files[path].modified or _OLD for path in written}
@@ -287,8 +273,8 @@ class _Reader:
         usable = [path for path in written if written[path] >= best]
         newest = max(saved[path] for path in usable)
         path = max(usable, key=lambda path: (newest - saved[path] <= _SAME_TIME, written[path]))
-        when = f"saved {saved[path]:%Y-%m-%d %H:%M} UTC" if saved[path] > _OLD else "without a time"
-        return path, f"{when}, with {max(written[path], 0)} cells written"
+        when = {"saved": f"{saved[path]:%Y-%m-%d %H:%M}"} if saved[path] > _OLD else {}
+        return path, Problem.of(Code.CHOSEN_BY_TIME, cells=max(written[path], 0), **when)
 
     def _written(self, name: str, path: str) -> int:
         """Return in how many cells of a notebook a student wrote; -1 if it cannot be read."""
@@ -308,10 +294,9 @@ class _Reader:
                 self._missing.remove(name)
                 self._used.add(path)
                 self._add_notebook(name, notebook)
-                self.contents.notes.append(f"{shown(path)} is taken for {name}, by its cells.")
+                self.contents.notes.append(Problem.of(Code.TAKEN_BY_CELLS, name, file=path))
         if missing:
-            why = "not recognised as notebooks of the course, by their names or by the course's cells in them"
-            self._note_files([path for path in others if path not in self._used], why)
+            self._note_files(Code.NOT_RECOGNISED, [path for path in others if path not in self._used])
 
     def _in_their_place(self) -> None:
         """Name files in the place of missing notebooks: pages, programs, and archives that are not read."""
@@ -319,10 +304,10 @@ class _Reader:
         for name in self._missing if self.masters else ():
             stem = name.casefold().removesuffix(".ipynb")
             if instead := [path for path in unused if PurePosixPath(path.casefold()).stem == stem]:
-                self.contents.unread[name] = f"{listed(instead)} is no notebook. Hand in {name}."
+                self.contents.unread[name] = Problem.of(Code.NO_NOTEBOOK_IN_PLACE, name, **named(instead))
         packed = [*filter(archives.is_other_archive, self._piece.files)]
         if packed and self._missing and not self._piece.trouble:
-            self.contents.faults.append(f"{listed(packed)}: packed in a way that is not read; hand it in plain.")
+            self.contents.faults.append(Problem.of(Code.PACKED_FILES, **named(packed)))
 
     # --- other files --------------------------------------------------------------------------------------------------
 
@@ -332,9 +317,9 @@ class _Reader:
             data = self._read(path, report_files.MAX_BYTES)
             why = report_files.refusal(data)
         except Unreadable as error:
-            why = str(error).rstrip(".")
+            why = error.problem
         if why:
-            self.contents.unread[name] = f"{why}."
+            self.contents.unread[name] = why
         else:
             self._add(name, data)
 
@@ -348,9 +333,9 @@ class _Reader:
                 if name == COURSE_FILE:
                     course_file.parse(data)
         except Unreadable as error:
-            self.contents.notes.append(f"{name} is not read: {error}")
+            self.contents.notes.append(Problem.of(Code.FILE_UNREAD, name, why=error.problem))
         except ConfigurationError as error:
-            self.contents.notes.append(str(error))
+            self.contents.notes.append(Problem.of(Code.COURSE_FILE_UNREAD, name, error=str(error)))
 
     def _own_files(self) -> None:
         """Read the other files, as far as they lie with the notebooks or below."""
@@ -358,7 +343,7 @@ class _Reader:
         others = [path for path in self._piece.files if path not in self._used]
         beside = {path.removeprefix(prefix): path for path in others if path.startswith(prefix)}
         folders = {str(folder) for path in beside for folder in PurePosixPath(path).parents} & {*beside}
-        self._note_files(sorted(folders), "not taken along: a file has the name of its folder")
+        self._note_files(Code.FILE_AND_FOLDER, sorted(folders))
         sizes = [(PurePosixPath(name), self._piece.files[beside[name]].size) for name in beside if name not in folders]
         paths, notes = own_files.choose(sizes, [*self.wanted, *report_files.made_files(self.reports)], self.packages)
         self.contents.notes += notes
@@ -366,19 +351,19 @@ class _Reader:
             try:  # by their sizes, they are few enough together
                 self._add(name, self._read(beside[name], own_files.MAX_FILE))
             except Unreadable as error:
-                self.contents.notes.append(f"{shown(name)} does not come along: {error}")
+                self.contents.notes.append(Problem.of(Code.OWN_FILE_REFUSED, name, why=error.problem))
         outside = [path for path in others if not path.startswith(prefix)]
-        self._note_files(sorted(outside), "not taken along: not in the notebooks' folder")
+        self._note_files(Code.OUTSIDE_THE_FOLDER, sorted(outside))
 
-    def _note_files(self, paths: list[str], why: str) -> None:
+    def _note_files(self, code: Code, paths: Sequence[str], **about: Any) -> None:
         """Note why some files are not read; nothing without files."""
         if paths:
-            self.contents.notes.append(f"{listed(paths)}: {why}.")
+            self.contents.notes.append(Problem.of(code, **named(paths), **about))
 
 
 def newest(
     items: Iterable[Delivery], wanted: Sequence[str], reports: Sequence[str] = (), unread: Collection[str] = ()
-) -> tuple[HandIn, list[str]]:
+) -> tuple[HandIn, list[Problem]]:
     """Return the newest of all that was handed in, and notes on what came when.
 
     Parameters
@@ -403,9 +388,12 @@ def newest(
     for name in (*received, *hand_in.reports):
         stages[latest[name].received, latest[name].source].append(name)
     counting = sorted((stage, names) for stage, names in stages.items() if names and len(stages) > 1)
-    notes = [f"Of {time:%Y-%m-%d %H:%M} UTC ({source}): {', '.join(names)}." for (time, source), names in counting]
+    notes = [
+        Problem.of(Code.ARRIVED, time=f"{time:%Y-%m-%d %H:%M}", source=source, names=names)
+        for (time, source), names in counting
+    ]
     absent = [name for name in wanted if received and name not in latest and name not in unread]
-    return hand_in, notes + [_ABSENT.format(name=name) for name in absent]
+    return hand_in, notes + [Problem.of(Code.NOT_HANDED_IN, name) for name in absent]
 
 
 # --- which notebook of the course a file is ---------------------------------------------------------------------------

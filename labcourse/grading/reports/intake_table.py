@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable
-from dataclasses import asdict, fields
+from dataclasses import fields
 from pathlib import Path
 
 from labcourse import files
@@ -11,6 +11,7 @@ from labcourse.errors import GradingError
 from labcourse.grading.intake import Doubt
 from labcourse.grading.intake.platforms import read_table
 from labcourse.safe_text import as_csv, from_spreadsheet_cell
+from labcourse.sentences import sentences
 
 _DECISION = "decision"
 _COLUMNS = [*(field.name for field in fields(Doubt)), _DECISION]
@@ -32,8 +33,9 @@ def read(path: Path) -> dict[Doubt, str]:
     decisions = {}
     for row in filter(None, rows):
         cells = dict(zip(headings, [*row, *[""] * len(headings)], strict=False))
-        *doubt, decision = (from_spreadsheet_cell(cells[name].strip()) for name in _COLUMNS)
-        decisions[Doubt(*doubt)] = decision
+        doubt = {name: from_spreadsheet_cell(cells[name].strip()) for name in _COLUMNS}
+        decision, why = doubt.pop(_DECISION), doubt.pop("why")
+        decisions[Doubt(**doubt, why=(why,))] = decision
     return decisions
 
 
@@ -58,7 +60,10 @@ def write(path: Path, doubts: Iterable[Doubt], earlier: dict[Doubt, str], read_n
     if not rows:
         path.unlink(missing_ok=True)
         return 0
-    lines = ((*asdict(doubt).values(), decision) for _key, (doubt, decision) in sorted(rows.items()))
+    lines = (
+        (*{**vars(doubt), "why": " ".join(sentences(doubt.why))}.values(), decision)
+        for _key, (doubt, decision) in sorted(rows.items())
+    )
     try:
         files.write(path, as_csv([_COLUMNS, *lines]).encode("utf-8-sig"))
     except OSError as error:

@@ -8,6 +8,7 @@ import sys
 from labcourse import program
 from labcourse.grading.reports.changes import HANDED_IN_AGAIN, Changes
 from labcourse.grading.reports.result import Result, lapse, points
+from labcourse.problems import Reason
 from labcourse.safe_text import no_escapes
 from labcourse.sentences import sentences
 
@@ -20,7 +21,7 @@ class ProgressReport:
     Parameters
     ----------
     total : number of submissions
-    ignored : messages on files among them that are no submissions
+    ignored : why files among them are not read
     absent : students who have not handed in anything
 
     Attributes
@@ -28,7 +29,7 @@ class ProgressReport:
     trouble : whether something was not as it should be
     """
 
-    def __init__(self, total: int, ignored: list[str], absent: list[str]) -> None:
+    def __init__(self, total: int, ignored: list[Reason], absent: list[str]) -> None:
         self.total, self.ignored, self.absent = total, ignored, absent
         self.trouble = bool(ignored)
         self.counts = {"ran": 0, "known": 0, "failed": 0}
@@ -50,7 +51,7 @@ class JsonLines(ProgressReport):
     """An object a line on the standard output: one for each submission as it is done, one for all in the end."""
 
     def __enter__(self) -> JsonLines:
-        for message in self.ignored:
+        for message in sentences(self.ignored):
             self._print(event="ignored", what=message)
         for student in self.absent:
             self._print(event="absent", student=student)
@@ -84,7 +85,7 @@ class JsonLines(ProgressReport):
 class Screen(ProgressReport):
     """A bar with what is done, what failed, and how long it will take; a table in the end."""
 
-    def __init__(self, total: int, ignored: list[str], absent: list[str]) -> None:
+    def __init__(self, total: int, ignored: list[Reason], absent: list[str]) -> None:
         from rich.console import Console
         from rich.progress import Progress, TextColumn
 
@@ -99,7 +100,7 @@ class Screen(ProgressReport):
         self._changed: list[Changes] = []
 
     def __enter__(self) -> Screen:
-        self._say(*self.ignored)
+        self._say(*sentences(self.ignored))
         self._bar.start()
         self._task = self._bar.add_task("Grading", total=self.total, counts="")
         return self

@@ -21,11 +21,12 @@ from labcourse.grading.gradebook import (
     StudentRecord,
 )
 from labcourse.grading.graded_run import facts_of, key_faults
-from labcourse.grading.intake import is_absent, is_unread
+from labcourse.grading.intake import is_unread
 from labcourse.grading.marking.marking import Mark
 from labcourse.grading.verdicts import UNDECIDED, Status
 from labcourse.messages import plural, shortened
 from labcourse.patterns import pattern
+from labcourse.problems import Code, has
 from labcourse.student_id import caseless
 
 if TYPE_CHECKING:
@@ -223,7 +224,7 @@ def received(book: Gradebook, student: str, graded: Graded | None) -> dict[str, 
     if graded is None or not partner or caseless(partner) == caseless(student):
         return book.received(student)
     run, theirs = graded.run, book.received(partner)
-    own = [name for name in theirs if is_absent(name, run.notes) or is_unread(name, run.problems)]
+    own = [name for name in theirs if has(Code.NOT_HANDED_IN, run.notes, name) or is_unread(name, run.problems)]
     theirs = {name: when for name, when in theirs.items() if name not in own}
     return {**theirs, **book.received(student)}
 

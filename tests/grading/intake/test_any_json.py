@@ -12,6 +12,8 @@ from packings import WANTED, lay, notebook, work
 from labcourse.grading import intake
 from labcourse.grading.running.bundle import Bundle
 from labcourse.grading.running.prepared import prepare
+from labcourse.problems import Code, has
+from labcourse.sentences import sentence
 from rotflex.course.questions import CATALOGUE
 
 BROKEN = WANTED[1]
@@ -53,10 +55,10 @@ def test_the_other_files_are_read_and_this_one_is_or_is_named(broken):
     others = [one for one in WANTED if one != name]
     assert [hand_in.notebooks[one][0].source for one in others] == ["x = 1"] * len(others)
     if name == BROKEN:
-        assert (BROKEN in hand_in.notebooks) != any(BROKEN in line for line in reported)
+        assert (BROKEN in hand_in.notebooks) != any(one.where == BROKEN for one in reported)
     elif name == "answers.json":
         bundle = Bundle(b"", {}, {}, (), "", CATALOGUE)
         prepared = prepare(hand_in, bundle, CATALOGUE, "ada")
-        assert (prepared.claim is not None) != any("answers.json" in note for note in prepared.notes)
+        assert (prepared.claim is not None) != any("answers.json" in sentence(note) for note in prepared.notes)
     else:
-        assert hand_in.course or content == b"{}" or any("course.json" in line for line in reported)
+        assert hand_in.course or content == b"{}" or has(Code.COURSE_FILE_UNREAD, reported, name)

@@ -6,6 +6,7 @@ import re
 import pytest
 from checkout import ROOT
 from packings import WANTED, lay, notebook, tarred, under, work, zipped
+from said_problems import within
 
 from labcourse.answers import answers, notebooks
 from labcourse.errors import GradingError
@@ -13,6 +14,7 @@ from labcourse.grading import intake
 from labcourse.grading.gradebook.records import StudentRecord
 from labcourse.grading.intake import archives, finding, owners, platforms, reading
 from labcourse.grading.intake.archives import Entry, Shelf, Unreadable
+from labcourse.problems import Code, Problem, has
 
 ROSTER = [StudentRecord("ada", "Ada Lovelace")]
 FITS = pytest.mark.parametrize("fits", [True, False], ids=["fits", "one more"])
@@ -25,8 +27,13 @@ def limited(monkeypatch, module, name, size, fits):
 def read(folder, roster=ROSTER):
     submission = next(one for one in intake.find(folder, roster).submissions if one.student == "ada")
     delivered = intake.read(submission, WANTED)
-    reported = " ".join([*delivered.problems(), *delivered.notes])
+    reported = within([*delivered.problems(), *delivered.notes])
     return sorted({item.name for item in delivered.items} & set(WANTED)), reported, delivered
+
+
+def whys(piece):
+    """Why files are not read, and whether it is because of what was read before them."""
+    return [(why.code, why.parameters.get("with_others")) for why in piece.refused.values()]
 
 
 def zip_in(folder, files):
@@ -44,7 +51,8 @@ def test_files_and_folders(tmp_path, monkeypatch, fits, packed):
     files |= {".git/config": b"", ".DS_Store": b"", "__pycache__/x.pyc": b""}
     lay(tmp_path, {"ada.zip": zipped(files)}) if packed else lay(tmp_path / "ada", files)
     found, reported, _delivered = read(tmp_path)
-    assert (found == WANTED, "3 files" in reported) == (fits, not fits)
+    too_many = Problem.of(Code.TOO_MANY_FILES, most=len(work("ada")) - 1, with_others=False)
+    assert (found == WANTED, too_many in reported) == (fits, not fits)
 
 
 @FITS
@@ -64,7 +72,7 @@ def test_folders_within_folders(tmp_path, fits, packed):
     lay(tmp_path, {"ada.zip": zipped(files)}) if packed else lay(tmp_path / "ada", files)
     (piece,) = intake.find(tmp_path, ROSTER).submissions[0].pieces
     assert (f"{deep}/deep.csv" in piece.files) == fits
-    assert [f"{archives.MAX_DEPTH} folders" in why for why in piece.refused.values()] == [True] * (not fits)
+    assert [*piece.refused.values()] == [Problem.of(Code.TOO_DEEP, most=archives.MAX_DEPTH)] * (not fits)
 
 
 @FITS
@@ -74,7 +82,8 @@ def test_bytes_of_a_zip(tmp_path, monkeypatch, fits, name, levels):
     limited(monkeypatch, archives, name, len(packed), fits)
     lay(tmp_path, {"ada.zip": zipped({"inner.zip": packed}) if levels else packed})
     found, reported, _delivered = read(tmp_path)
-    assert (found == WANTED, f"{len(packed) - 1} bytes" in reported or "zip has more" in reported) == (fits, not fits)
+    too_large = Problem.of(Code.TOO_MANY_BYTES, most=len(packed) - 1)
+    assert (found == WANTED, too_large in reported) == (fits, not fits)
 
 
 @FITS
@@ -86,8 +95,9 @@ def test_bytes_of_a_zips_table_of_contents(tmp_path, monkeypatch, fits):
         if fits:
             assert len(shelf.listing(Entry(tmp_path, "ada.zip", 0)).files) == len(work("ada"))
         else:
-            with pytest.raises(Unreadable, match=f"{table - 1} bytes"):
+            with pytest.raises(Unreadable) as refused:
                 shelf.listing(Entry(tmp_path, "ada.zip", 0))
+            assert refused.value.problem == Problem.of(Code.LONG_TABLE_OF_CONTENTS, most=table - 1)
 
 
 def test_the_table_of_contents_of_a_zip_within_a_zip_is_limited_too(tmp_path, monkeypatch):
@@ -95,7 +105,8 @@ def test_the_table_of_contents_of_a_zip_within_a_zip_is_limited_too(tmp_path, mo
     inner = zipped({f"{number:09}": b"" for number in range(archives._PIECE // 55 + 1)})
     lay(tmp_path, {"ada.zip": zipped({"many.zip": inner, **work("ada")})})
     found, reported, _delivered = read(tmp_path)
-    assert found == WANTED and f"more than {archives._PIECE} bytes" in reported and "'many.zip'" in reported
+    why = Problem.of(Code.LONG_TABLE_OF_CONTENTS, most=archives._PIECE)
+    assert found == WANTED and Problem.of(Code.FILES_REFUSED, files=["many.zip"], why=why) in reported
 
 
 @FITS
@@ -132,7 +143,7 @@ def test_bytes_of_answers_that_were_recorded_at_home(tmp_path, monkeypatch, fits
     lay(tmp_path / "ada", work("ada") | {"answers.json": claim})
     _found, reported, delivered = read(tmp_path)
     taken = claim in [item.content for item in delivered.items]
-    assert (taken, "answers.json" in reported) == (fits, not fits)
+    assert (taken, has(Code.FILE_UNREAD, reported, "answers.json")) == (fits, not fits)
 
 
 @FITS
@@ -169,7 +180,7 @@ def test_what_is_unpacked_of_all_archives_counts_together(tmp_path, monkeypatch,
     monkeypatch.setattr(archives, "MAX_SUBMISSION", (3 if fits else 2) * size * times + packed)
     zip_in(tmp_path, files | work("ada"))
     (piece,) = intake.find(tmp_path, ROSTER).submissions[0].pieces
-    assert ["with what was read before it" in why for why in piece.refused.values()] == [True] * (not fits)
+    assert whys(piece) == [(Code.TOO_MANY_BYTES, True)] * (not fits)
 
 
 @FITS
@@ -181,13 +192,15 @@ def test_what_is_damaged_counts_as_what_it_says(tmp_path, monkeypatch, fits):
     lay(tmp_path, {"ada.zip": bytes(packed)})
     archive = Entry(tmp_path, "ada.zip", len(packed))
     with Shelf() as shelf:
-        with pytest.raises(Unreadable, match="damaged"):
+        with pytest.raises(Unreadable) as refused:
             shelf.read(Entry(archive, "damaged.csv", 10_000), 10_000)
+        assert refused.value.problem.code is Code.ARCHIVE_DAMAGED
         if fits:
             assert shelf.read(Entry(archive, "x.csv", 1), 10) == b"1"
         else:
-            with pytest.raises(Unreadable, match="before it"):
+            with pytest.raises(Unreadable) as refused:
                 shelf.read(Entry(archive, "x.csv", 1), 10)
+            assert refused.value.problem == Problem.of(Code.TOO_MANY_BYTES, most=10_000, with_others=True)
 
 
 @FITS
@@ -195,7 +208,7 @@ def test_files_of_all_archives_count_together(tmp_path, monkeypatch, fits):
     limited(monkeypatch, archives, "MAX_ENTRIES", len(work("ada")) + 3, fits)
     zip_in(tmp_path, work("ada") | {"a.zip": zipped({"x.csv": b"1", "y.csv": b"1"})})
     (piece,) = intake.find(tmp_path, ROSTER).submissions[0].pieces
-    assert [archives._WITH_OTHERS in f"{why}" for why in piece.refused.values()] == [True] * (not fits)
+    assert whys(piece) == [(Code.TOO_MANY_FILES, True)] * (not fits)
 
 
 @FITS
@@ -206,7 +219,7 @@ def test_files_that_are_looked_through_count_also_where_they_are_skipped(tmp_pat
     inner = {"a.zip": zipped(hidden)} if kind == "zip" else {"a.tar.gz": tarred(hidden)}
     zip_in(tmp_path, work("ada") | inner)
     (piece,) = intake.find(tmp_path, ROSTER).submissions[0].pieces
-    assert ["more than" in why for why in piece.refused.values()] == [True] * (not fits)
+    assert whys(piece) == [(Code.TOO_MANY_FILES, True)] * (not fits)
 
 
 @FITS
@@ -232,7 +245,7 @@ def test_a_zip_of_the_whole_class(tmp_path, monkeypatch, fits, name):
     for submission in submissions:  # which lie in an archive that is larger than a student's may be
         assert intake.read(submission, WANTED).problems() == []
     if not fits:
-        assert "more than" in intake.find(path, roster).ignored[0]
+        assert has(Code.TOO_MANY_BYTES, within(intake.find(path, roster).ignored[:1]))
 
 
 @FITS

@@ -10,6 +10,7 @@ from labcourse.grading import intake
 from labcourse.grading.gradebook.records import Delivery, StudentRecord
 from labcourse.grading.intake import OWNER, TIME
 from labcourse.grading.intake.platforms import parse_time
+from labcourse.problems import Code, Problem
 
 A, B, C = WANTED
 EARLY, LATE = datetime(2026, 11, 20, 9, 0, tzinfo=UTC), datetime(2026, 11, 20, 9, 1, tzinfo=UTC)
@@ -49,8 +50,8 @@ def test_of_two_files_the_newer_counts_else_the_fuller_and_both_are_named(tmp_pa
     (doubt,) = delivered.doubts
     other = A if taken == COPY else COPY
     assert (doubt.submission, doubt.about, doubt.assumed, doubt.alternatives) == ("ada", A, taken, other)
-    (note,) = delivered.notes
-    assert taken in note and other in note and doubt.why in note
+    about = {"count": 2, "chosen": taken, "why": doubt.why[0], "files": [other]}
+    assert delivered.notes == [Problem.of(Code.ONE_OF_SEVERAL, A, **about)]
 
     decided = read(tmp_path, {("ada", A): other})
     other_content = plain[1] if other == A else copy[1]
@@ -62,7 +63,7 @@ def test_a_decision_for_a_file_that_is_not_there_is_reported(tmp_path):
     lay(tmp_path / "ada", {A: ANSWERED, COPY: EMPTY})
     delivered = read(tmp_path, {("ada", A): "02.ipynb"})
     assert source_of_first(delivered) == "x = 1"
-    assert "'02.ipynb'" in delivered.problems()[0]
+    assert delivered.problems()[0] == Problem.of(Code.DECISION_ON_NO_FILE, A, file="02.ipynb")
 
 
 def test_an_instructor_decides_owner_and_time(tmp_path):
@@ -81,7 +82,8 @@ def test_an_instructor_decides_owner_and_time(tmp_path):
     found = intake.find(tmp_path, roster, decisions=decisions)
     assert [one.student for one in found.submissions] == ["ada", "bob", "cleo"]
     (piece,) = found.submissions[2].pieces
-    assert piece.received == parse_time("2026-11-19 08:00") and any("nobody at all" in one for one in found.ignored)
+    assert piece.received == parse_time("2026-11-19 08:00")
+    assert Problem.of(Code.DECIDED_OWNER_UNKNOWN, "cleo.zip", owner="nobody at all") in found.ignored
 
 
 def test_an_empty_notebook_that_came_later_does_not_replace_an_answered_one(tmp_path):
@@ -93,8 +95,7 @@ def test_an_empty_notebook_that_came_later_does_not_replace_an_answered_one(tmp_
     read = intake.read(submission, WANTED, MASTERS)
     counts = intake.newest(read.items, WANTED)[0].notebooks
     assert [counts[name][0].source for name in WANTED] == ["x = 1", "x = 2", ""]
-    (note,) = read.notes
-    assert A in note and "ada (2).zip" in note
+    assert read.notes == [Problem.of(Code.EMPTY_BESIDE_ANSWERED, A, source="ada (2).zip")]
 
 
 @pytest.mark.parametrize(("before", "stays"), [(EARLY, True), (LATE, False)])
@@ -125,5 +126,6 @@ def test_a_program_in_place_of_a_notebook_is_named_and_comes_along(tmp_path):
     lay(tmp_path / "ada", {A: ANSWERED, B.replace(".ipynb", ".py"): b"omega_n = 21\n", C: notebook(C)})
     contents = read(tmp_path)
     (problem,) = contents.problems()
-    assert B.replace(".ipynb", ".py") in problem and B in problem
+    why = Problem.of(Code.NO_NOTEBOOK_IN_PLACE, B, files=[B.replace(".ipynb", ".py")])
+    assert problem == Problem.of(Code.NOTEBOOK_UNREAD, B, why=why)
     assert {item.name for item in contents.items} == {A, C, B.replace(".ipynb", ".py")}

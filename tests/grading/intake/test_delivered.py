@@ -9,6 +9,7 @@ from packings import WANTED
 from labcourse.answers.notebooks import HandIn
 from labcourse.grading.gradebook.records import Delivery
 from labcourse.grading.intake import newest
+from labcourse.problems import Code
 
 names = st.sampled_from([*WANTED, "answers.json", "course.json", "h.py", "data/x.csv"])
 items = st.builds(
@@ -34,7 +35,7 @@ def test_the_newest_of_each_name_counts_and_of_one_time_the_last(given_items):
     assert (hand_in.claim is None) == ("answers.json" not in best)
     if hand_in.claim is not None:
         assert hand_in.claim == given_items[best["answers.json"][1]].content
-    missing = [note for note in notes if note.endswith("was not handed in.")]
+    missing = [note for note in notes if note.code is Code.NOT_HANDED_IN]
     assert len(missing) == (len(set(WANTED) - set(best)) if hand_in.notebooks else 0)
 
 

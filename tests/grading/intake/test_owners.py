@@ -4,12 +4,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from packings import WANTED, before, lay, moodle, under, work, zipped
+from said_problems import names
 
 from labcourse.errors import GradingError
 from labcourse.grading import intake
 from labcourse.grading.gradebook.records import StudentRecord
 from labcourse.grading.intake import Doubt
 from labcourse.grading.intake.owners import Roster
+from labcourse.problems import Code, Problem
 
 COMPOSED, APART = "j\u00fcrgen", "ju\u0308rgen"
 ROSTER = [
@@ -24,6 +26,11 @@ def found_in(folder, roster=()):
     return {one.student: one for one in found.submissions}, found.ignored
 
 
+def not_read(*whys):
+    """What is told of names that are not read for some reasons: (names, codes of the reasons)."""
+    return [([*one.parameters["files"]], [why.code for why in one.parameters["why"]]) for one in whys]
+
+
 def names_in(submission):
     return {item.name for item in intake.read(submission, WANTED).items}
 
@@ -35,8 +42,10 @@ def test_submissions_are_folders_and_zips_by_the_students_names(tmp_path):
     (tmp_path / "linked").symlink_to(tmp_path / "grace", target_is_directory=True)
     found, ignored = found_in(tmp_path)
     assert list(found) == ["Ada L", "emmy", "grace", "work"]
-    neither, nobodys = ignored
-    assert "'linked', 'readme.txt'" in neither and "'lonely.ipynb'" in nobodys
+    assert not_read(*ignored) == [
+        (["linked", "readme.txt"], [Code.NO_FOLDER_NO_ZIP]),
+        (["lonely.ipynb"], [Code.LOOSE_NOTEBOOK, Code.OWNER_TO_BE_GIVEN]),
+    ]
 
 
 @pytest.mark.parametrize(
@@ -47,7 +56,7 @@ def test_a_name_that_cannot_be_an_id_is_reported_and_not_used(tmp_path, name):
     (tmp_path / "ada").mkdir()
     found, ignored = found_in(tmp_path)
     assert list(found) == ["ada"]
-    assert "not named by a student's ID" in ignored[0]
+    assert not_read(ignored[0]) == [([name], [Code.NOT_AN_ID, Code.OWNER_TO_BE_GIVEN])]
 
 
 @pytest.mark.parametrize("other", [APART, APART.upper(), COMPOSED.upper(), f"{APART} "])
@@ -109,7 +118,8 @@ def test_loose_notebooks_may_begin_with_an_id_of_the_roster(tmp_path):
     assert list(found) == ["ada", "ada_b"]
     for submission in found.values():
         assert set(WANTED) <= names_in(submission)
-    assert len(ignored) == 1 and "'eve_01_first_look.ipynb'" in ignored[0]
+    (told,) = ignored
+    assert "eve_01_first_look.ipynb" in told.parameters["files"]
 
 
 @pytest.mark.parametrize("roster", [ROSTER, ()], ids=["roster", "no roster"])
@@ -117,8 +127,7 @@ def test_where_name_and_course_file_contradict_each_other_the_name_counts_and_it
     lay(tmp_path / "ada", work("bob"))
     found, _ignored = found_in(tmp_path, roster)
     assert list(found) == ["ada"] and found["ada"].bench_of == "ada"
-    (problem,) = found["ada"].problems
-    assert "'bob'" in problem and "'ada'" in problem
+    assert found["ada"].problems == (Problem.of(Code.OTHER_STUDENT_NAMED, named="bob", owner="ada"),)
 
 
 @pytest.mark.parametrize("says", ["ADA ", "", None, 7, ["ada"]])
@@ -129,7 +138,8 @@ def test_the_same_student_written_otherwise_and_nobody_are_no_contradiction(tmp_
 
 def test_a_course_file_that_names_what_cannot_be_an_id_is_reported(tmp_path):
     lay(tmp_path / "ada", work("a/b"))
-    assert "'a/b'" in found_in(tmp_path)[0]["ada"].problems[0]
+    (problem,) = found_in(tmp_path)[0]["ada"].problems
+    assert problem == Problem.of(Code.OTHER_STUDENT_NAMED, named="a/b", owner="ada")
 
 
 def test_what_a_course_file_says_makes_nobody_the_owner_but_is_what_the_row_asks(tmp_path):
@@ -139,7 +149,7 @@ def test_what_a_course_file_says_makes_nobody_the_owner_but_is_what_the_row_asks
     lay(tmp_path / "old stuff", {"x.txt": b""})
     found = intake.find(tmp_path, ROSTER)
     assert [one.student for one in found.submissions] == ["zoe"]
-    assert "name of 'zoe'" in found.submissions[0].notes[0]
+    assert found.submissions[0].notes == (Problem.of(Code.NOT_ON_ROSTER, "zoe", student="zoe"),)
     rows = {doubt.submission: (doubt.assumed, doubt.alternatives) for doubt in found.doubts if doubt.about == "owner"}
     assert rows == {"final version": ("", "ada"), "C:": ("", "bob"), "zoe": ("zoe", ""), "old stuff": ("", "")}
 
@@ -192,14 +202,15 @@ def test_a_course_file_may_name_a_partner_who_handed_in_nothing(tmp_path):
     found, _ignored = found_in(tmp_path, ROSTER)
     assert list(found) == ["ada", "bob"]
     assert [piece.source for piece in found["bob"].unconfirmed] == ["ada"] and not found["bob"].pieces
-    assert ["'nobody/at/all'" in note for note in found["ada"].notes] == [True, False]
-    row = Doubt("ada", "partner", "", "only the course.json of ada says so", "bob")
+    unknown = [Problem.of(Code.PARTNER_UNKNOWN, partner=name) for name in ("nobody/at/all", "7")]
+    assert [*found["ada"].notes] == unknown
+    row = Doubt("ada", "partner", "", (Problem.of(Code.ONLY_THEIR_COURSE_FILE, student="ada"),), "bob")
     assert [doubt for doubt in intake.find(tmp_path, ROSTER).doubts if doubt.about == "partner"] == [row]
 
 
 def by_instructor(answer):
     """One answer to the row on ada and bob."""
-    return {"decisions": {Doubt("ada", "partner", "", "", "bob").key: answer}}
+    return {"decisions": {Doubt("ada", "partner", "", (), "bob").key: answer}}
 
 
 @pytest.mark.parametrize(
@@ -284,7 +295,7 @@ def test_a_class_download_without_a_roster_is_believed_alone_only(tmp_path):
     lay(tmp_path, {"class.zip": zipped(several), "bob.zip": zipped(work("bob"))})
     for roster in ((), ROSTER):
         found, ignored = found_in(tmp_path, roster)
-        assert list(found) == ["bob"] and "'class.zip' is not read: it holds the hand-ins of several" in ignored[0]
+        assert list(found) == ["bob"] and not_read(ignored[0]) == [(["class.zip"], [Code.SEVERAL_HAND_INS])]
     (tmp_path / "bob.zip").unlink()
     assert list(found_in(tmp_path, ROSTER)[0]) == ["ada"]
 
@@ -322,7 +333,7 @@ def test_every_entry_is_taken_or_reported(tmp_path_factory, given_names, course,
             found = intake.find(root, roster, platform=asked[0].alternatives.partition(",")[0])
         sources = [piece.source for one in found.submissions for piece in one.pieces]
         files = [path for one in found.submissions for piece in one.pieces for path in piece.files]
-        reported = " ".join([*sources, *files, *found.ignored])
+        reported = " ".join([*sources, *files, names(found.ignored)])
     except GradingError as error:
         reported = str(error)
     for name in given_names:

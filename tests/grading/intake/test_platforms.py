@@ -7,6 +7,7 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 from packings import WANTED, lay, under, work, zipped
+from said_problems import within
 
 from labcourse.errors import GradingError
 from labcourse.grading import intake
@@ -14,6 +15,8 @@ from labcourse.grading.gradebook.records import StudentRecord
 from labcourse.grading.intake import platforms
 from labcourse.grading.intake.owners import Roster
 from labcourse.grading.intake.platforms import Label, label_of
+from labcourse.problems import Code, Problem
+from labcourse.sentences import sentence
 
 ROSTER = [
     StudentRecord("ada", "Ada King Lovelace", "ada@example.org", aliases=("alovelace", "12345")),
@@ -43,8 +46,11 @@ def test_nobody_is_guessed_whom_the_roster_does_not_have(tmp_path):
     found = intake.find(tmp_path, ROSTER)
     assert students(found) == ["bob"]
     assert [doubt.alternatives for doubt in found.doubts if doubt.about == intake.OWNER] == ["ada"]
-    (reported,) = found.ignored
-    assert "'Grace Hopper_7_assignsubmission_file_'" in reported and "rotflex roster" in reported
+    (told,) = found.ignored
+    assert told.parameters["files"] == ["Grace Hopper_7_assignsubmission_file_"]
+    whys = [Problem.of(Code.PLATFORM_NAME_UNKNOWN, platform="Moodle"), Problem.of(Code.COURSE_FILE_NAMES, named="ada")]
+    assert told.parameters["why"] == [*whys, Problem.of(Code.OWNER_TO_BE_GIVEN)]
+    assert "rotflex roster" in sentence(told)
 
 
 def test_two_of_one_name_are_distinguished_by_their_number_or_not_at_all(tmp_path):
@@ -54,8 +60,9 @@ def test_two_of_one_name_are_distinguished_by_their_number_or_not_at_all(tmp_pat
     lay(tmp_path, under("Ada Lovelace", work(None)))
     found = intake.find(tmp_path, roster)
     assert students(found) == ["a1"]
-    assert len(found.ignored) == 1 and "'lovelaceada_222_" in found.ignored[0] and "'Ada Lovelace'" in found.ignored[0]
-    assert "it may be any of a1, a2." in found.ignored[0]
+    (told,) = found.ignored
+    assert [name.rpartition("_222_")[0] or name for name in told.parameters["files"]] == ["Ada Lovelace", "lovelaceada"]
+    assert told.parameters["why"][0] == Problem.of(Code.SEVERAL_STUDENTS, students=["a1", "a2"])
 
 
 def test_a_number_that_is_somebody_elses_decides_nothing(tmp_path):
@@ -64,7 +71,8 @@ def test_a_number_that_is_somebody_elses_decides_nothing(tmp_path):
     lay(tmp_path, packings.canvas("lovelaceada", 12345, work(None)))
     lay(tmp_path, packings.canvas("hoppergrace", 12345, work(None)))
     found = intake.find(tmp_path, roster)
-    assert not found.submissions and any("(12345, 777)" in message for message in found.ignored)
+    differ = Problem.of(Code.NAME_AND_NUMBER_DIFFER, students=["12345", "777"])
+    assert not found.submissions and differ in within(found.ignored)
 
 
 def test_what_the_platform_wrote_itself_is_reported_and_not_read(tmp_path):
@@ -73,9 +81,12 @@ def test_what_the_platform_wrote_itself_is_reported_and_not_read(tmp_path):
     lay(tmp_path / "2" / "in", {typed: b"<p>Here it is</p>", "ada/x.txt": b"", "index.html": b""})
     (blackboard,) = intake.find(tmp_path / "1", ROSTER).ignored
     moodle, index = intake.find(tmp_path / "2", ROSTER).ignored
-    assert "Ada King Lovelace_1_assignsubmission_onlinetext_'" in moodle and "Moodle itself" in moodle
-    assert "2026-11-21-13-06-59.txt'" in blackboard and "Blackboard itself" in blackboard
-    assert index.startswith("'in/index.html'")
+    (typed,), (receipt,) = moodle.parameters["files"], blackboard.parameters["files"]
+    assert typed.endswith("Ada King Lovelace_1_assignsubmission_onlinetext_")
+    assert receipt.endswith("2026-11-21-13-06-59.txt")
+    whys = [Problem.of(Code.WRITTEN_BY_PLATFORM, platform=name) for name in ("Moodle", "Blackboard")]
+    assert [moodle.parameters["why"], blackboard.parameters["why"]] == [[why] for why in whys]
+    assert index.parameters["files"] == ["in/index.html"]
 
 
 def only_piece(found, student="ada"):
@@ -185,8 +196,9 @@ def test_the_newest_of_each_notebook_counts_and_what_came_when_is_reported(tmp_p
     assert [first_answer(found, "ada", name) for name in WANTED] == ["old = 1", "new = 1", "new = 1"]
     items = intake.read(found.submissions[0], WANTED).items
     first, second = intake.newest(items, WANTED)[1]
-    assert "2026-11-21 13:05" in first and [name in first for name in WANTED] == [True, False, False]
-    assert "2026-12-01 09:00" in second and [name in second for name in WANTED] == [False, True, True]
+    assert (first.parameters["time"], first.parameters["names"]) == ("2026-11-21 13:05", WANTED[:1])
+    assert (second.parameters["time"], second.parameters["names"]) == ("2026-12-01 09:00", WANTED[1:])
+    assert first.code is second.code is Code.ARRIVED
 
 
 @pytest.mark.parametrize(
@@ -206,8 +218,8 @@ def test_of_loose_files_of_one_name_the_newer_counts_and_it_is_reported(tmp_path
     lay(tmp_path, packings.canvas("lovelaceadaking", 12345, work(answer="new = 1", names=WANTED[:1]), first=700000))
     found = intake.find(tmp_path, ROSTER)
     assert [first_answer(found, "ada", name) for name in WANTED] == ["new = 1", "old = 1", "old = 1"]
-    (reported,) = [line for line in found.ignored if "there is a newer one of the same name" in line]
-    assert "_678901_" in reported
+    (reported,) = [one for one in found.ignored if one.parameters["why"] == [Problem.of(Code.NEWER_OF_SAME_NAME)]]
+    assert any("_678901_" in name for name in reported.parameters["files"])
 
 
 @given(st.datetimes(datetime(1990, 1, 1), datetime(2090, 1, 1)), st.sampled_from(["%I", "%H"]))

@@ -5,7 +5,6 @@ import io
 import json
 import os
 import random
-import re
 import struct
 import tarfile
 from datetime import datetime
@@ -14,12 +13,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from packings import NOTEBOOKS, WANTED, lay, notebook, renamed, tarred, under, work, zipped
+from said_problems import codes, names, within
 
 from labcourse.answers import notebooks, own_files
 from labcourse.answers.catalogue import Catalogue
+from labcourse.files import shown
 from labcourse.grading import intake
 from labcourse.grading.gradebook.records import StudentRecord
 from labcourse.grading.intake import archives
+from labcourse.problems import Code, Problem, has
 from labcourse.run import student_folder, submit
 
 A, B, C = WANTED
@@ -99,7 +101,8 @@ def test_a_whole_release_handed_in_counts_by_the_folder_of_its_notebooks(taken):
     result = taken(others | under("notebooks", work() | {"h.py": b""}))
     assert result.notebooks == WANTED and list(result.hand_in.files) == ["h.py"]
     (note,) = result.notes
-    assert all(name in note for name in others)
+    assert note.code is Code.OUTSIDE_THE_FOLDER
+    assert [name.removeprefix("work/") for name in note.parameters["files"]] == sorted(others)
 
 
 def test_notebooks_count_where_most_lie_and_the_others_are_reported(taken):
@@ -113,7 +116,8 @@ def test_notebooks_count_where_most_lie_and_the_others_are_reported(taken):
     )
     assert result.first(A) == "x = 1" and result.problems == []
     (note,) = result.notes
-    assert A in note and ("'old/" in note or f"'work/old/{A}'" in note)
+    (other,) = note.parameters["files"]
+    assert (note.code, note.where) == (Code.ONE_OF_SEVERAL, A) and other in (f"old/{A}", f"work/old/{A}")
 
 
 @pytest.mark.parametrize(
@@ -139,7 +143,9 @@ def test_a_notebook_that_was_renamed_on_the_way_is_found(taken, name):
     given = name.format(stem=stem, spaced=stem.replace("_", " "))
     result = taken(files | {given: notebook(A, "mine = 1")})
     assert result.first(A) == "mine = 1" and result.problems == []
-    assert len(result.notes) == 1 and f"is taken for {A}." in result.notes[0] and given in result.notes[0]
+    (note,) = result.notes
+    assert (note.code, note.where) == (Code.TAKEN_BY_NAME, A)
+    assert note.parameters["file"].rpartition("/")[2] == given
 
 
 def test_a_copy_does_not_count_beside_the_notebook_itself_and_of_copies_the_last_does(taken):
@@ -150,7 +156,8 @@ def test_a_copy_does_not_count_beside_the_notebook_itself_and_of_copies_the_last
         | {f"{stem} (2).ipynb": notebook(B, "second = 1"), f"{stem} (10).ipynb": notebook(B, "tenth = 1")}
     )
     assert (result.first(A), result.first(B)) == ("itself = 1", "tenth = 1")
-    assert len(result.notes) == 2 and result.hand_in.files == {}
+    assert codes(result.notes) == [(Code.ONE_OF_SEVERAL, A), (Code.ONE_OF_SEVERAL, B)]
+    assert result.hand_in.files == {}
 
 
 def test_a_notebook_renamed_beyond_recognition_is_recognised_by_its_cells(taken):
@@ -158,9 +165,10 @@ def test_a_notebook_renamed_beyond_recognition_is_recognised_by_its_cells(taken)
     masters = {name: {one: {"id": one, "source": ""} for one in ids} for name, ids in NOTEBOOKS.items()}
     result = taken(files, masters=masters)
     assert result.first(B) == "mine = 1" and list(result.hand_in.files) == ["own.ipynb"]
-    (note, unknown), (missing,) = result.notes, result.missing
-    assert "my answers.ipynb'" in note and B in note and "cells" in note and missing.startswith(C)
-    assert "own.ipynb" in unknown
+    assert codes(result.notes) == [(Code.TAKEN_BY_CELLS, B), (Code.NOT_RECOGNISED, "")]
+    assert codes(result.missing) == [(Code.NOT_HANDED_IN, C)]
+    known, unknown = result.notes
+    assert known.parameters["file"].endswith("my answers.ipynb") and "own.ipynb" in names([unknown])
 
 
 MASTERS = {name: {cell["id"]: cell for cell in json.loads(notebook(name, "# your turn"))["cells"]} for name in WANTED}
@@ -186,7 +194,7 @@ def test_a_notebook_that_is_not_recognised_is_named_where_one_is_missing(taken):
     stranger = {"notes.ipynb": with_new_ids(WANTED[1], cells=[])}
     few = {name: content for name, content in work().items() if name != WANTED[1]}
     (note,) = taken(few | stranger, masters=MASTERS).notes
-    assert "notes.ipynb" in note
+    assert note.code is Code.NOT_RECOGNISED and "notes.ipynb" in names([note])
 
 
 def test_a_notebook_of_ones_own_beside_all_of_the_course_is_not_named(taken):
@@ -224,20 +232,21 @@ def test_what_cannot_be_compressed_is_read_from_a_zip_whatever_its_size(tmp_path
 def test_what_is_no_notebook_is_a_problem_and_the_others_are_taken(taken, content):
     result = taken({A: content.encode(), B: notebook(B)})
     assert result.notebooks == [B]
-    assert len(result.problems) == 1 and result.problems[0].startswith(f"{A} cannot be read: it is")
+    assert codes(result.problems) == [(Code.NOTEBOOK_UNREAD, A)]
+    assert result.problems[0].parameters["why"].code in (Code.NOT_JSON, Code.NO_CELLS)
 
 
 @pytest.mark.parametrize("files", [{"essay.txt": b"I think that"}, {"own.ipynb": notebook(A)}])
 def test_a_submission_without_any_notebook_of_the_course_is_a_problem(taken, files):
     (problem,) = taken(files).problems
-    assert "no notebook of the course" in problem and any(name in problem for name in (*files, "x.zip"))
+    assert problem.code is Code.NO_NOTEBOOK and problem.parameters["files"] in ([*files], ["x.zip"])
 
 
 def test_a_notebook_that_cannot_be_read_leaves_the_one_before_it(tmp_path):
     lay(tmp_path, {"ada.zip": zipped(work(answer="old = 1")), "ada (1).zip": zipped({A: b"{", B: notebook(B)})})
     result = Read(tmp_path)
     assert result.first(A) == "old = 1"
-    assert len(result.problems) == 1 and A in result.problems[0] and "before it" in result.problems[0]
+    assert codes(result.problems) == [(Code.OLDER_NOTEBOOK_COUNTS, A)]
 
 
 def test_a_notebook_that_could_not_be_read_and_was_handed_in_again_is_no_problem(tmp_path):
@@ -247,10 +256,11 @@ def test_a_notebook_that_could_not_be_read_and_was_handed_in_again_is_no_problem
 
 def test_a_zip_that_cannot_be_read_is_reported_and_no_longer_a_problem_once_it_was_handed_in_again(tmp_path):
     lay(tmp_path, {"ada.zip": b"no zip"})
-    assert "'ada.zip'" in intake.read(intake.find(tmp_path).submissions[0], WANTED).problems()[0]
+    ada = intake.read(intake.find(tmp_path).submissions[0], WANTED)
+    assert codes(ada.problems()) == [(Code.SUBMISSION_UNREAD, "ada.zip")]
     lay(tmp_path, {"ada (1).zip": zipped(work(), datetime(2107, 1, 1))})
     ada = intake.read(intake.find(tmp_path).submissions[0], WANTED)
-    assert ada.problems() == [] and "'ada.zip'" in ada.notes[0]
+    assert ada.problems() == [] and codes(ada.notes[:1]) == [(Code.SUBMISSION_UNREAD, "ada.zip")]
 
 
 @pytest.mark.parametrize("name", ["Random.py", "springlab.py"])
@@ -258,7 +268,8 @@ def test_a_file_that_would_come_before_a_module_does_not_come_along(taken, name)
     """Which names these are: tests/labcourse/run/test_own_files.py."""
     result = taken(work() | {name: b"", "mine.py": b""}, packages=["springlab"])
     assert list(result.hand_in.files) == ["mine.py"]
-    assert len(result.notes) == 1 and name in result.notes[0]
+    assert codes(result.notes) == [(Code.OWN_FILE_REFUSED, name)]
+    assert result.notes[0].parameters["why"].code is Code.HIDES_MODULE
 
 
 def test_own_files_may_be_shorter_than_the_zip_says_but_never_longer(tmp_path, monkeypatch):
@@ -281,7 +292,8 @@ def test_links_and_pipes_in_a_folder_are_not_followed(tmp_path):
     os.mkfifo(folder / "pipes" / A)
     result = Read(tmp_path / "in")
     assert result.notebooks == [B] and result.hand_in.files == {}
-    assert len(result.notes) == 1 and "it is a link, or another thing than a file" in result.notes[0]
+    (note,) = result.notes
+    assert (note.code, note.parameters["why"]) == (Code.FILES_REFUSED, Problem.of(Code.NOT_A_FILE))
 
 
 def test_a_link_put_in_a_files_place_between_finding_and_reading_is_not_followed(tmp_path):
@@ -300,7 +312,7 @@ def test_names_in_a_zip_that_point_elsewhere_write_nothing_anywhere(tmp_path):
     result = Read(tmp_path)
     assert set(tmp_path.rglob("*")) == before
     assert result.notebooks == [B] and result.hand_in.files == {}
-    assert any("its name leads outside" in note for note in result.notes)
+    assert Problem.of(Code.LEADS_OUTSIDE) in within(result.notes)
 
 
 def test_a_zip_that_swells_is_read_no_further_than_the_limit(tmp_path, monkeypatch):
@@ -308,17 +320,21 @@ def test_a_zip_that_swells_is_read_no_further_than_the_limit(tmp_path, monkeypat
     as_zip(tmp_path, {A: b"[" + b" " * 20_000_000, B: notebook(B)})
     assert (tmp_path / "ada.zip").stat().st_size < 200_000
     result = Read(tmp_path)
-    assert result.notebooks == [B] and "more than 1000000 bytes" in result.problems[0]
+    why = Problem.of(Code.NOTEBOOK_TOO_LARGE, most=1_000_000)
+    assert result.notebooks == [B] and result.problems == [Problem.of(Code.NOTEBOOK_UNREAD, A, why=why)]
 
 
 @pytest.mark.parametrize("content", [b"", b"PK", b"this is no zip at all", b"PK\x05\x06" + b"\xff" * 18])
 def test_what_is_no_zip_is_a_problem(tmp_path, content):
     (tmp_path / "ada.zip").write_bytes(content)
     result = Read(tmp_path)
-    assert result.notebooks == [] and "cannot be read" in result.problems[0]
+    assert result.notebooks == [] and codes(result.problems[:1]) == [(Code.SUBMISSION_UNREAD, "ada.zip")]
 
 
-@pytest.mark.parametrize(("place", "byte", "why"), [(6, 1, "encrypted"), (8, 12, "unusual way"), (14, 0, "damaged")])
+@pytest.mark.parametrize(
+    ("place", "byte", "why"),
+    [(6, 1, Code.ENCRYPTED), (8, 12, Code.UNUSUAL_COMPRESSION), (14, 0, Code.ARCHIVE_DAMAGED)],
+)
 def test_a_zip_that_says_something_else_of_a_file_and_one_of_another_make_are_problems(tmp_path, place, byte, why):
     packed = bytearray(zipped({A: notebook(A)}))
     for header, further in ((b"PK\3\4", 0), (b"PK\1\2", 2)):  # what stands before the file, and in the zip's table
@@ -327,8 +343,9 @@ def test_a_zip_that_says_something_else_of_a_file_and_one_of_another_make_are_pr
     found = intake.find(tmp_path / "in")
     assert [one.student for one in found.submissions] == ["ada", "bob", "eve"]
     reported = {one.student: intake.read(one, WANTED).problems() for one in found.submissions}
-    assert A in reported["ada"][0] and why in reported["ada"][0]
-    assert "ordinary zip" in reported["bob"][0] and "ordinary zip" in reported["eve"][0]
+    assert reported["ada"][0].where == A and has(why, within(reported["ada"][:1]))
+    assert Problem.of(Code.PACKED_ARCHIVES, files=["work.7z"]) in within(reported["bob"][:1])
+    assert Problem.of(Code.PACKED_OTHERWISE) in within(reported["eve"][:1])
 
 
 def test_an_own_file_that_cannot_be_read_is_named_and_the_others_are_taken(tmp_path):
@@ -337,7 +354,7 @@ def test_an_own_file_that_cannot_be_read_is_named_and_the_others_are_taken(tmp_p
     lay(tmp_path, {"ada.zip": bytes(packed)})
     result = Read(tmp_path)
     assert result.hand_in.files == {"kept.csv": b"3,4\n"} and result.notebooks == WANTED
-    assert ["lost.csv" in note for note in result.notes] == [True]
+    assert codes(result.notes) == [(Code.OWN_FILE_REFUSED, "lost.csv")]
 
 
 @given(data=st.data())
@@ -364,12 +381,12 @@ def test_nothing_leads_outside_and_everything_is_taken_or_reported(files, tmp_pa
     for path in taken:
         assert not path.startswith("/") and not {"..", ".", ""} & set(path.split("/")) and "\\" not in path
         assert not any(other.startswith(f"{path}/") for other in taken)
-    reported = " ".join(result.notes)
-    many = re.findall(r" and \d+ more", reported)
+    reported = {name for note in result.notes for name in (note.where, *note.parameters.get("files", []))}
+    many = has(Code.MORE_OWN_FILES_REFUSED, result.notes) or any("more" in note.parameters for note in result.notes)
     with archives.Shelf() as shelf:
         listing = shelf.listing(archives.Entry(root, "ada.zip", 0))
     for path in {*listing.files, *listing.refused} - taken - {*WANTED, "course.json"}:
-        assert many or repr(path)[1:-1] in reported or path in reported, path
+        assert many or {path, shown(path)} & reported, path
 
 
 def test_of_a_tar_only_ordinary_files_within_it_are_read(tmp_path):
@@ -416,7 +433,8 @@ def test_a_sparse_file_in_a_tar_is_not_unpacked(tmp_path):
 
 
 def test_an_archive_that_cannot_be_read_beside_notebooks_is_named(taken):
-    assert any("more.zip'" in note for note in taken(work() | {"more.zip": b"no zip"}).notes)
+    notes = taken(work() | {"more.zip": b"no zip"}).notes
+    assert has(Code.FILES_REFUSED, notes) and "more.zip" in names(notes)
 
 
 def header(name, size, kind=b"0"):
@@ -442,5 +460,5 @@ def test_a_tar_that_would_take_for_ever_is_refused(tmp_path, tar):
     lay(tmp_path, {"ada.tar": tar, "bob.zip": zipped(work("bob") | {"x.tar": tar})})
     found = intake.find(tmp_path, [StudentRecord("ada"), StudentRecord("bob")])
     ada, bob = found.submissions
-    assert "Use an ordinary zip" in ada.pieces[0].trouble
-    assert "Use an ordinary zip" in bob.pieces[0].refused["x.tar"]
+    (trouble,), refused = ada.pieces[0].trouble, bob.pieces[0].refused["x.tar"]
+    assert trouble.code is refused.code and trouble.code in (Code.UNUSUAL_HEADERS, Code.SEVERAL_PIECES)

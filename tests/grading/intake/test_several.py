@@ -4,9 +4,11 @@ from datetime import UTC, datetime, timedelta
 
 import pytest
 from packings import WANTED, lay, notebook, work, zipped
+from said_problems import codes
 
 from labcourse.grading import intake
 from labcourse.grading.gradebook.records import StudentRecord
+from labcourse.problems import Code
 
 ROSTER = [StudentRecord("ada", "Ada Lovelace"), StudentRecord("bob", "Bob Noether")]
 EARLY = datetime(2026, 11, 20, 12, 0, 0, tzinfo=UTC)
@@ -61,7 +63,8 @@ def test_two_that_cannot_be_read_are_both_reported_and_the_third_counts(tmp_path
         lay(tmp_path, {name: b"no zip"}, EARLY)
     (submission,) = intake.find(tmp_path, ROSTER).submissions
     delivered = intake.read(submission, WANTED)
-    assert delivered.problems() == [] and ["cannot be read" in note for note in delivered.notes] == [True, True]
+    unread = [(Code.SUBMISSION_UNREAD, name) for name in ("ada (1).zip", "ADA (2).zip")]
+    assert delivered.problems() == [] and codes(delivered.notes) == unread
     assert {item.name for item in delivered.items if item.source == "ada"} == {*WANTED, "course.json"}
 
 

@@ -28,6 +28,7 @@ from labcourse.grading.running.bundle import Bundle
 from labcourse.grading.running.prepared import prepare
 from labcourse.run.reasons import explain
 from labcourse.safe_text import no_escapes
+from labcourse.sentences import sentences
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="these files cannot be made there")
 
@@ -78,8 +79,7 @@ def taken(request, frame, tmp_path, handed_in):
         claim=ready.claim,
     )
     said = [*found[student].problems, *read.problems(), *ready.problems, *ready.notes, *reasons.lost]
-    said += read.notes
-    return student, ready, said, found
+    return student, ready, sentences([*said, *read.notes]), found
 
 
 @pytest.fixture
