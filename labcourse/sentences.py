@@ -10,7 +10,7 @@ from labcourse import messages, program
 from labcourse.problems import Code, Problem, Reason
 from labcourse.safe_text import no_escapes
 
-_LONGEST_NAME = 120  # characters of a name in a sentence
+_LONGEST_NAME, _MOST_NAMES = 120, 5  # characters of a name in a sentence, and names
 _MOST_QUESTIONS = 2  # that are named before "and 12 more"
 _ALONE = "It counts as {owners}'s alone, on their own bench"
 
