@@ -96,6 +96,7 @@ class Code(StrEnum):
     TAKEN_BY_CELLS = auto()
     NOT_RECOGNISED = auto()
     NO_NOTEBOOK_IN_PLACE = auto()
+    OTHER_PDF = auto()
     FILE_UNREAD = auto()
     COURSE_FILE_UNREAD = auto()
     FILE_AND_FOLDER = auto()
@@ -307,6 +308,15 @@ class Problem:
             values["named"] = str(content.get("code", ""))[:LONGEST]
         return cls(code, str(content.get("where", "")), {name: from_json(value) for name, value in values.items()})
 
+
+#: Something that a student made, and that does not count.
+NOT_COUNTED = (
+    *(Code.SUBMISSION_UNREAD, Code.NOTEBOOK_UNREAD, Code.OLDER_NOTEBOOK_COUNTS, Code.REPORT_UNREAD),
+    *(Code.ONE_OF_SEVERAL, Code.NOT_RECOGNISED, Code.OTHER_ASSIGNMENT, Code.OTHER_PDF, Code.CELL_TOO_LONG),
+    *(Code.FILES_REFUSED, Code.PACKED_FILES, Code.FILE_UNREAD, Code.FILE_AND_FOLDER, Code.OUTSIDE_THE_FOLDER),
+    *(Code.OWN_FILE_REFUSED, Code.MORE_OWN_FILES_REFUSED, Code.TEXT_TOO_LONG, Code.TEXT_BESIDE_NOT_READ),
+    *(Code.PICTURE_LEFT_OUT, Code.TOO_MANY_PICTURES, Code.PASTED_PICTURE_LEFT_OUT),
+)
 
 #: Why a mark is what it is: the words of a key or a person, or a problem.
 Reason = str | Problem

@@ -251,7 +251,9 @@ _SENTENCES: Mapping[Code, str | Callable[[Problem], str]] = {
         _if("files", " It holds {some_files}."),
     ),
     Code.NOTEBOOK_UNREAD: "{where} cannot be read: {why!b}.",
-    Code.REPORT_UNREAD: "{where} cannot be read: {why!b}.",
+    Code.REPORT_UNREAD: _with(
+        "{where} cannot be read: {why!b}.", _if("earlier", " The one that was handed in before it counts.")
+    ),
     Code.OLDER_NOTEBOOK_COUNTS: "{where} cannot be read: {why!b}. The one that was handed in before it counts.",
     Code.NOT_HANDED_IN: "{where} was not handed in.",
     Code.EMPTY_BESIDE_ANSWERED: "{where} in {source!q} is empty; the one that was handed in before it counts.",
@@ -265,6 +267,7 @@ _SENTENCES: Mapping[Code, str | Callable[[Problem], str]] = {
         "{some_files}: not recognised as notebooks of the course, by their names or by the course's cells in them."
     ),
     Code.NO_NOTEBOOK_IN_PLACE: "{some_files} is no notebook. Hand in {where}.",
+    Code.OTHER_PDF: "{where} has the name of no report. It came along as a file of yours, and is not read as a report.",
     Code.FILE_UNREAD: "{where} is not read: {why!b}.",
     Code.COURSE_FILE_UNREAD: "{error}",
     Code.FILE_AND_FOLDER: "{some_files}: not taken along: a file has the name of its folder.",

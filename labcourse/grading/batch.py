@@ -293,6 +293,9 @@ class Batch:
             delivered(self._gradebook, submission, read, self._masters), names, self._reports, read.unread
         )
         chosen = self._bundles.choose(hand_in)
+        catalogue = chosen.bundle.catalogue
+        asked = {f"{catalogue.everything[question].notebook}.ipynb" for question, _part in chosen.bundle.asked}
+        arrivals = [note for note in arrivals if note.code is not Code.NOT_HANDED_IN or note.where in asked]
         prepared = prepare(
             hand_in,
             chosen.bundle,

@@ -31,7 +31,7 @@ from labcourse.grading.settings import Assignment, MarkSettings
 from labcourse.grading.todo import NOTHING_THERE, Class, Student, Task, causes, todo
 from labcourse.grading.verdicts import Status
 from labcourse.messages import plural, shortened
-from labcourse.problems import Code, codes
+from labcourse.problems import NOT_COUNTED, Code, Problem, codes
 from labcourse.safe_text import no_escapes
 from labcourse.sentences import sentence, sentences
 from labcourse.student_id import HINTS_FILE, INTAKE_FILE, caseless
@@ -40,6 +40,7 @@ PAGE_FILE = "class.html"  #: in the folder of results
 FAR_BELOW, FEWEST = 1 / 2, 5  #: of the class's median share of points, of at least so many students
 MANY, SEVERAL = 0.2, 2  #: share of the judged answers, and students, for whom a part went wrong
 _WIDTH, _MOST_ROWS = 100, 60  # of a terminal: columns, and rows of a table
+_MOST_LINES = 5  # of one reason
 _MOST_NAMED = 4  # students in a row; of more, the first three
 _HINTS = (
     "As {program} grade or report wrote them into hints.md. It may be chance, or help that you allow. No mark depends "
@@ -264,8 +265,42 @@ def sections(found: Mapping[str, Any]) -> Iterator[Section]:
         else "No run, no file and no lapsed mark cost anybody points.",
         [Table("Messages", ["Student", "Messages"], [(_named(one), "\n".join(said)) for one, said in details])],
     )
+    yield from _of_not_counted(students)
     yield from _of_answers(found, titles)
     yield from _of_work(found, titles)
+
+
+#: Code of what does not count → what takes it in; else the student has to hand it in again.
+_DECIDE, _ASK = "decide in MARKS/intake.csv, then grade again", "ask for it again, then grade it"
+_TAKES_IT = {
+    Code.ONE_OF_SEVERAL: _DECIDE,
+    Code.OTHER_ASSIGNMENT: "grade MARKS SUBMISSIONS without --assignment",
+    Code.TEXT_BESIDE_NOT_READ: "give points with mark",
+}
+
+
+def _of_not_counted(students: Sequence[Student]) -> Iterator[Section]:
+    """Yield the section of what students made and does not count, grouped by reason."""
+    rows: list[Sequence[Cell]] = []
+    for student in students:
+        run = student.graded.run if student.graded else None
+        reported = (*run.problems, *run.notes) if run else ()
+        by_code = defaultdict[Code, list[Problem]](list)
+        for one in dict.fromkeys(reported):
+            if isinstance(one, Problem) and one.code in NOT_COUNTED:
+                by_code[one.code].append(one)
+        for code, those in by_code.items():
+            shown = sentences(those[:_MOST_LINES])
+            more = [f"and {len(those) - _MOST_LINES} more"] if len(those) > _MOST_LINES else []
+            rows.append((_named(student), "\n".join([*shown, *more]), _TAKES_IT.get(code, _ASK)))
+    concerned = {words(row[0]) for row in rows}
+    yield Section(
+        "What does not count",
+        f"Some of what {_students_text(concerned)} made does not count."
+        if rows
+        else "Everything that was made counts.",
+        [Table("Made by students, and not counted", ["Student", "What, and why", "What takes it in"], rows)],
+    )
 
 
 def _students_text(students: Sized) -> str:

@@ -80,7 +80,10 @@ class Contents:
         problems = [*self.faults, *self.unreadable]
         for name, why in self.unread.items():
             code = Code.OLDER_NOTEBOOK_COUNTS if name in read else Code.NOTEBOOK_UNREAD
-            problems.append(Problem.of(code, name, why=why))
+            if name.endswith(report_files.PDF):
+                problems.append(Problem.of(Code.REPORT_UNREAD, name, why=why, earlier=name in read))
+            else:
+                problems.append(Problem.of(code, name, why=why))
         if not (self.has_notebooks or self.unreadable or any(map(is_notebook, [*self.unread, *earlier]))):
             problems.append(Problem.of(Code.NO_NOTEBOOK, **named(sorted(self.held))))
         return list(dict.fromkeys(problems))
@@ -154,6 +157,7 @@ class _Reader:
     def _read_all(self, piece: Piece) -> None:
         """Read the files of a piece: notebooks, reports, what was recorded at home, and own files."""
         self._piece, self._used, self._missing = piece, set[str](), list(self.wanted)
+        self._notebooks: dict[str, Notebook | Problem] = {}
         fits = _fitting(self._piece.files, self.wanted, *archives.NOTEBOOKS)
         self._base = self._folder_of_most(fits)
         for name, candidates in fits.items():
@@ -183,7 +187,12 @@ class _Reader:
     # --- notebooks ----------------------------------------------------------------------------------------------------
 
     def _notebook(self, path: str) -> Notebook | Problem:
-        """Return a notebook, or why it cannot be read."""
+        """Return a notebook, or why it cannot be read; each file is read once."""
+        if path not in self._notebooks:
+            self._notebooks[path] = self._read_notebook(path)
+        return self._notebooks[path]
+
+    def _read_notebook(self, path: str) -> Notebook | Problem:
         try:
             data = self._read(path, MAX_FILE)
             if (parts := self.parts + notebooks.parts_in(data)) > notebooks.MAX_PARTS:
@@ -243,10 +252,11 @@ class _Reader:
         self._used.update(paths)
         if len(paths) > 1:
             path, why = self._chosen(name, candidates)
-            paths.remove(path)
-            about = {"count": len(paths) + 1, "chosen": path, "why": why, **named(paths)}
-            self.contents.notes.append(Problem.of(Code.ONE_OF_SEVERAL, name, **about))
-            self.contents.doubts.append(Doubt(self._piece.source, name, path, (why,), "; ".join(paths)))
+            others = [other for other in paths if other != path and self._differs(other, path)]
+            if others:
+                about = {"count": len(others) + 1, "chosen": path, "why": why, **named(others)}
+                self.contents.notes.append(Problem.of(Code.ONE_OF_SEVERAL, name, **about))
+                self.contents.doubts.append(Doubt(self._piece.source, name, path, (why,), "; ".join(others)))
         elif changes:
             self.contents.notes.append(Problem.of(Code.TAKEN_BY_NAME, name, file=path))
         return path
@@ -275,6 +285,16 @@ class _Reader:
         path = max(usable, key=lambda path: (newest - saved[path] <= _SAME_TIME, written[path]))
         when = {"saved": f"{saved[path]:%Y-%m-%d %H:%M}"} if saved[path] > _OLD else {}
         return path, Problem.of(Code.CHOSEN_BY_TIME, cells=max(written[path], 0), **when)
+
+    def _differs(self, path: str, chosen: str) -> bool:
+        """Return whether a file holds anything else than the one that counts; files that cannot be read do."""
+        if is_notebook(path):
+            one, other = self._notebook(path), self._notebook(chosen)
+            return not (isinstance(one, Notebook) and isinstance(other, Notebook) and one.cells == other.cells)
+        try:
+            return self._read(path, report_files.MAX_BYTES) != self._read(chosen, report_files.MAX_BYTES)
+        except Unreadable:
+            return True
 
     def _written(self, name: str, path: str) -> int:
         """Return in how many cells of a notebook a student wrote; -1 if it cannot be read."""
@@ -350,6 +370,8 @@ class _Reader:
         for name in map(str, paths):
             try:  # by their sizes, they are few enough together
                 self._add(name, self._read(beside[name], own_files.MAX_FILE))
+                if self.reports and "/" not in name and name.casefold().endswith(report_files.PDF):
+                    self.contents.notes.append(Problem.of(Code.OTHER_PDF, name))
             except Unreadable as error:
                 self.contents.notes.append(Problem.of(Code.OWN_FILE_REFUSED, name, why=error.problem))
         outside = [path for path in others if not path.startswith(prefix)]

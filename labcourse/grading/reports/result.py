@@ -26,7 +26,7 @@ from labcourse.grading.marking.marking import Mark
 from labcourse.grading.verdicts import UNDECIDED, Status
 from labcourse.messages import plural, shortened
 from labcourse.patterns import pattern
-from labcourse.problems import Code, has
+from labcourse.problems import NOT_COUNTED, Code, Problem, has
 from labcourse.student_id import caseless
 
 if TYPE_CHECKING:
@@ -139,6 +139,12 @@ class Result:
         """Whether nothing could be marked, through no fault of the student's: then there are no points, and not 0."""
         worth_points = [mark for mark in self.marks if mark.out_of]
         return bool(worth_points) and all(mark.status == Status.NOT_MARKED for mark in worth_points)
+
+    def not_counted(self) -> list[Problem]:
+        """Return what the student made and does not count, each kind of it together."""
+        reported = (*self.run.problems, *self.run.notes)
+        found = [one for one in reported if isinstance(one, Problem) and one.code in NOT_COUNTED]
+        return sorted(dict.fromkeys(found), key=lambda one: NOT_COUNTED.index(one.code))
 
     def undecided(self) -> list[MarkRecord]:
         """Return what is worth points, counts so far, and nobody has given or refused yet."""
