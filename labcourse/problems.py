@@ -175,6 +175,7 @@ class Code(StrEnum):
     CELL_STOPPED = auto()
     STOPPED_WITHOUT_COST = auto()
     STOPPED_ON_UNANSWERED = auto()
+    STOPPED_ON_REFUSED = auto()
     RECORDED_AT_HOME = auto()
     NAME_NOT_USED = auto()
     # why a cell stopped
@@ -263,9 +264,27 @@ class Code(StrEnum):
     TODO_FIND_OWNERS = auto()
     TODO_DOUBTS = auto()
     TODO_NOT_ON_ROSTER = auto()
-    # at home
+    # a student's folder
     REPORT_NOT_HANDED_IN = auto()
     LOOKS_LIKE_REPORT = auto()
+    TEXTS_UNREAD = auto()
+    MISNAMED = auto()
+    NOT_THERE = auto()
+    # a check at home
+    HOME_ANSWERS_UNREAD = auto()
+    HOME_ANSWERS_ABSENT = auto()
+    HOME_ANSWERS_OF_ANOTHER = auto()
+    ANSWERS_UNLIKE = auto()
+    CELLS_CHANGED = auto()
+    OTHER_RELEASE_BEGUN = auto()
+    OLDER_PYTHON_GRADES = auto()
+    MODULE_NOT_OF_COURSE = auto()
+    FILE_NOT_HANDED_IN = auto()
+    OWN_REPORT_READ = auto()
+    REPORT_OUT_OF_DATE = auto()
+    # a receipt
+    PARTNER_TO_CONFIRM = auto()
+    OUTPUTS_LEFT_OUT = auto()
 
 
 @dataclass(frozen=True)
@@ -290,8 +309,9 @@ class Problem:
 
     @classmethod
     def of(cls, code: Code, where: str = "", **parameters: Any) -> Problem:
-        """Make a problem; texts and lists among its parameters are cut to a bounded length."""
-        return cls(code, where[:LONGEST], {name: _bounded(value) for name, value in parameters.items()})
+        """Make a problem; texts and lists among its parameters are cut, and empty texts and None are left out."""
+        given = {name: _bounded(value) for name, value in parameters.items() if value not in ("", None)}
+        return cls(code, where[:LONGEST], given)
 
     def as_json(self) -> dict[str, Any]:
         """Return the problem as plain data, for :meth:`from_json`."""

@@ -11,6 +11,7 @@ from labcourse.problems import Code, Problem, Reason
 from labcourse.safe_text import no_escapes
 
 _LONGEST_NAME, _MOST_NAMES = 120, 5  # characters of a name in a sentence, and names
+_MOST_CELLS = 6  # that are named before "and 12 more"
 _MOST_QUESTIONS = 2  # that are named before "and 12 more"
 _ALONE = "It counts as {owners}'s alone, on their own bench"
 
@@ -58,23 +59,12 @@ class _Values(dict[str, Any]):
 class _Formatter(string.Formatter):
     """Formats parameters: other problems in words, lists with commas.
 
-    ``!q`` quotes a name, ``!l`` lists names in quotes, ``!a`` joins texts by "and", ``!b`` leaves out the full stop at
-    the end, ``!c`` cuts what is long, and ``:MB`` is megabytes.
+    The conversions are in :data:`_CONVERSIONS`; ``:MB`` is megabytes.
     """
 
     def convert_field(self, value: Any, conversion: str | None) -> Any:
-        match conversion:
-            case "q":
-                return quoted(str(value))
-            case "l":
-                return messages.listed([*map(quoted, value)], _MOST_NAMES)
-            case "a":
-                return " and ".join(value)
-            case "b":
-                return _said(value).rstrip(".")
-            case "c":
-                return messages.shortened(_said(value))
-        return super().convert_field(value, conversion)
+        convert = _CONVERSIONS.get(conversion or "")
+        return super().convert_field(value, conversion) if convert is None else convert(value)
 
     def format_field(self, value: Any, format_spec: str) -> str:
         if not isinstance(value, int | float):
@@ -91,6 +81,17 @@ def _said(value: Any) -> str:
         joint = " " if any(isinstance(one, Problem) for one in value) else ", "
         return joint.join(map(_said, value))
     return sentence(value) if isinstance(value, Problem) else str(value)
+
+
+#: How ``{name!q}`` and the like show a parameter.
+_CONVERSIONS: Mapping[str, Callable[[Any], str]] = {
+    "q": lambda value: quoted(str(value)),  # in quotes
+    "l": lambda value: messages.listed([*map(quoted, value)], _MOST_NAMES),  # names in quotes
+    "c": lambda value: messages.listed(value, _MOST_CELLS) if value else "",  # cells
+    "a": " and ".join,
+    "b": lambda value: _said(value).rstrip("."),  # bare: without the full stop at the end
+    "t": lambda value: messages.shortened(_said(value)),  # trimmed
+}
 
 
 def _some_files(about: Mapping[str, Any]) -> str:
@@ -154,9 +155,33 @@ def _changed(problem: Problem) -> str:
     return "{place}the course's cell {cell} was {what}; it is run as the course has it."
 
 
-def _counts(text: str) -> Callable[[Problem], str]:
-    """Return a template that says how many more there are."""
-    return lambda problem: messages.plural(problem.parameters.get("count", 2), text, text.replace("file", "files"))
+def _counts(one: str, several: str) -> Callable[[Problem], str]:
+    """Return a template that depends on whether there is one, or several."""
+    return lambda problem: one if problem.parameters.get("count") == 1 else several
+
+
+def _not_there(problem: Problem) -> str:
+    are = "are" if len(problem.parameters.get("files", [])) > 1 else "is"
+    return f"{{files}} {are} not there. ({{command}} restore NAME gives a new one.)"
+
+
+def _misnamed(problem: Problem) -> str:
+    places = range(len(problem.parameters.get("similar", [])))
+    names = " or ".join(f"{{similar[{place}]}}" for place in places) or "{similar}"
+    return (
+        f"{{where}} is not there. (Is it {names}? Then give it its name again. Else {{command}} restore {{where}} "
+        "gives a new one.)"
+    )
+
+
+def _cells_changed(problem: Problem) -> str:
+    """Say what happened to the course's cells of a notebook, and how to have them back."""
+    places = range(len(problem.parameters.get("cells", [])))
+    happened = "; ".join(f"{{cells[{place}][0]}}: {{cells[{place}][1]!c}}" for place in places) or "{cells}"
+    return (
+        f"{{where}}: of the course's cells, {happened}. They are run as the course has them; {{command}} restore "
+        '{number}, or lab.restore("{number}") in a notebook, gives them back and touches no answer.'
+    )
 
 
 # --- all sentences ----------------------------------------------------------------------------------------------------
@@ -273,7 +298,9 @@ _SENTENCES: Mapping[Code, str | Callable[[Problem], str]] = {
     Code.FILE_AND_FOLDER: "{some_files}: not taken along: a file has the name of its folder.",
     Code.OUTSIDE_THE_FOLDER: "{some_files}: not taken along: not in the notebooks' folder.",
     Code.OWN_FILE_REFUSED: "{where} does not come along: {why!b}.",
-    Code.MORE_OWN_FILES_REFUSED: _counts("{{count}} more file of yours do not come along, either."),
+    Code.MORE_OWN_FILES_REFUSED: _counts(
+        "One more file of yours does not come along, either.", "{count} more files of yours do not come along, either."
+    ),
     Code.ARRIVED: "Of {time} UTC ({source}): {names}.",
     Code.OTHER_ASSIGNMENT: (
         "{where} in {source} is not taken, as this is for {title}; the version that was handed in before counts."
@@ -316,7 +343,11 @@ _SENTENCES: Mapping[Code, str | Callable[[Problem], str]] = {
     Code.CELL_CHANGED: _changed,
     Code.UNTOUCHED: "{place}it was handed in as it was handed out; nothing is written in it.",
     Code.TEXT_TOO_LONG: ("{place}it has {count} characters, of which the first {most} are read; shorten it."),
-    Code.TEXT_OF_FEW_WORDS: "{place}{text!b}.",
+    Code.TEXT_OF_FEW_WORDS: _with(
+        "{place}it is ",
+        _counts("1 word", "{count} words"),
+        lambda _one: " long: is that all that you want to say? A person reads it.",
+    ),
     Code.TEXT_IN_OTHER_KIND: "{place}written in a cell that is no text cell any more.",
     Code.TEXT_ALSO_BELOW: "{place}with the text of an added cell just below the answer cell.",
     Code.TEXT_BELOW: "{place}taken from an added cell just below the answer cell, which is empty.",
@@ -371,13 +402,21 @@ _SENTENCES: Mapping[Code, str | Callable[[Problem], str]] = {
     Code.CELL_STOPPED: _stopped,
     Code.STOPPED_WITHOUT_COST: "{cell_name} stopped: {why!b}; no answer is missing for it.",
     Code.STOPPED_ON_UNANSWERED: "{cell_name} stopped: {why!b}; it builds on {on}, which is not answered.",
+    Code.STOPPED_ON_REFUSED: (
+        "{cell_name} stopped: {why!b}; it builds on {on}, which was given and not recorded: {refusal!b}."
+    ),
     Code.RECORDED_AT_HOME: "Recorded at home and missing here: {parts}; {why!b}.",
     Code.NAME_NOT_USED: ("{where}: {name} = {value!q} changes nothing, since a check and grading set the {name}."),
     # why a cell stopped
     Code.PYTHON_ENDED: "Python ended in it, and nothing after it in this notebook was run.",
     Code.LEFT_PYTHON: "it called exit(), which ends Python: nothing after it in this notebook was run.",
     Code.TOOK_TOO_LONG: _with("it took longer than {seconds:g} s and was stopped", _LINE),
-    Code.MODULE_MISSING: _with("{module} is not installed {place_of_run}, and no file of that name was found", _LINE),
+    Code.MODULE_MISSING: _with(
+        "{module} is not installed ",
+        _if("at_home", "here", "where grading runs"),
+        lambda _one: ", and no file of that name was found",
+        _LINE,
+    ),
     Code.FILE_NOT_FOUND: _with("{type}", _if("text", ", {text}"), _LINE),
     Code.BENCH_STOPPED: _with("your bench stopped: {text}", _LINE),
     Code.NEWER_PYTHON_NEEDED: _with(
@@ -440,8 +479,8 @@ _SENTENCES: Mapping[Code, str | Callable[[Problem], str]] = {
     ),
     Code.TODO_GRADE: "handed in: not graded yet.",
     Code.TODO_DECIDE_TIME: ("waits for a person: nobody knows when {title} was handed in. Decide in MARKS/intake.csv."),
-    Code.TODO_FAILED: "could not be graded: {problem!c}",
-    Code.TODO_FAILED_AGAIN: "the last grading failed, and earlier marks stand. {problem!c}",
+    Code.TODO_FAILED: "could not be graded: {problem!t}",
+    Code.TODO_FAILED_AGAIN: "the last grading failed, and earlier marks stand. {problem!t}",
     Code.TODO_RUN_TIMED_OUT: "the run was stopped: it took too long.",
     Code.TODO_OUT_OF_MEMORY: "the run was stopped: memory ran out, most likely.",
     Code.TODO_PRINTED_TOO_MUCH: "the run was stopped: it printed too much. Look at its cells.",
@@ -453,20 +492,20 @@ _SENTENCES: Mapping[Code, str | Callable[[Problem], str]] = {
     Code.TODO_FILE_LEFT_OUT: "a cell needs a file that was left out.",
     Code.TODO_RECORDED_AT_HOME: "answers were recorded at home and are missing.",
     Code.TODO_READ_REPORT: "a report cannot be read, it seems. Look at it.",
-    Code.TODO_OLDER_FILE_COUNTS: "an older file counts: {problem!c}",
-    Code.TODO_ASK_AGAIN: "could not be graded: {problem!c} Ask for it again.",
+    Code.TODO_OLDER_FILE_COUNTS: "an older file counts: {problem!t}",
+    Code.TODO_ASK_AGAIN: "could not be graded: {problem!t} Ask for it again.",
     Code.TODO_DECIDE_OWNER: "there is a doubt about who did it. Decide it in MARKS/intake.csv.",
     Code.TODO_OTHER_BENCH: "the answers are of another bench. Decide it in MARKS/intake.csv.",
     Code.TODO_ADD_RELEASE: "a release is unknown. Put its zip where the message says.",
     Code.TODO_LOOK_AT_RECORDING: "a recording does not count until you have looked at it.",
     Code.TODO_NEWER_FILE_EMPTY: "a newer file is empty, so that an older one counts. Look at both.",
     Code.TODO_LOOK_AT_TEXT: "part of a text is not read. Look at it.",
-    Code.TODO_MEND_KEY: "could not be graded: {problem!c} Mend the key.",
+    Code.TODO_MEND_KEY: "could not be graded: {problem!t} Mend the key.",
     Code.TODO_OLDER_KEY: "marks are of an older key, or of an older version.",
     Code.TODO_MARK_LAPSED: "a person's mark for {answer} lapsed, as the answer or its points changed.",
     Code.TODO_SCORER_ASKS: "a scorer asks you to decide.",
     Code.TODO_READ_ANSWERS: "waits for a person: answers of {title}.",
-    Code.TODO_DECIDE_ANSWER: "waits for a person: {answer}. {reason!c}",
+    Code.TODO_DECIDE_ANSWER: "waits for a person: {answer}. {reason!t}",
     Code.TODO_ANSWER_REQUEST: "a request to look again at {answer}.",
     Code.TODO_MARKS_MOVED: "marks of {title} moved since you gave them back.",
     Code.TODO_HANDED_IN_AGAIN: "{title}: a version came after you gave it back. It counts, late or not.",
@@ -477,10 +516,59 @@ _SENTENCES: Mapping[Code, str | Callable[[Problem], str]] = {
     ),
     Code.TODO_DOUBTS: "not certain: {names!l}. Decide it in MARKS/intake.csv.",
     Code.TODO_NOT_ON_ROSTER: "not on the roster. Take the roster in again, or rename the submission.",
-    # at home
+    # a student's folder
     Code.REPORT_NOT_HANDED_IN: "{where} is not handed in: {why!b}.",
     Code.LOOKS_LIKE_REPORT: (
         "{where} comes along as a file of your own. If it is your report, hand it in as that: "
         'lab.report("NAME OF THE REPORT", pdf="{where}").'
+    ),
+    Code.TEXTS_UNREAD: "{where} could not be read for answers in words: {why!b}.",
+    Code.MISNAMED: _misnamed,
+    Code.NOT_THERE: _not_there,
+    # a check at home
+    Code.HOME_ANSWERS_UNREAD: "{where} cannot be compared with. {error}",
+    Code.HOME_ANSWERS_ABSENT: (
+        "There is no {where} here: nothing was recorded on the page. That costs no points, for your notebooks are run "
+        "anew. But what they answer then cannot be compared with what you saw."
+    ),
+    Code.HOME_ANSWERS_OF_ANOTHER: "{where} has the answers of {student!q}, and is not compared with.",
+    Code.ANSWERS_UNLIKE: (
+        "Your notebooks, as they are saved and run from the first cell to the last, do not give what is on your page: "
+        "{answers!c}. Save them (Ctrl+S), and check again. If that changes nothing, choose Kernel → Restart Kernel and "
+        "Run All Cells… in them, and look at these answers. Random numbers need a seed."
+    ),
+    Code.CELLS_CHANGED: _cells_changed,
+    Code.OTHER_RELEASE_BEGUN: (
+        "This folder was begun with release {begun} of the course, and is checked with {here}, which is installed. "
+        "Started once more, {command} lab brings the folder to it, and touches no answer."
+    ),
+    Code.OLDER_PYTHON_GRADES: (
+        "Your Python is {here}, and Python {there} grades: a cell with newer syntax than that stops there."
+    ),
+    Code.MODULE_NOT_OF_COURSE: (
+        "{module} does not come with the course: it may be missing where your work is graded. Ask your instructor, or "
+        "do without it."
+    ),
+    Code.FILE_NOT_HANDED_IN: (
+        "{where} names the file {file!r}, which is not handed in: put it beside your notebooks, and name it as it is "
+        "called there."
+    ),
+    Code.OWN_REPORT_READ: (
+        "{where}: a text that is not written in its cell is looked for in your own document, {name}: let its headings "
+        "say which is which. A text cell that is filled in is read first."
+    ),
+    Code.REPORT_OUT_OF_DATE: (
+        "{where} was not made of {notebook} as it is saved now. If you changed a text, a figure or a table since, run "
+        "the cell with lab.report() again: whoever judges the report as a whole reads the PDF."
+    ),
+    # a receipt
+    Code.PARTNER_TO_CONFIRM: (
+        "Your partner {partner} counts once they hand in with {student} as their partner, too, or your instructor "
+        "confirms it."
+    ),
+    Code.OUTPUTS_LEFT_OUT: _with(
+        "{where}: what ",
+        _counts("1 cell", "{count} cells"),
+        lambda _one: " had shown is left out, for its size. Marking needs none of it.",
     ),
 }

@@ -23,6 +23,7 @@ from labcourse.messages import plural
 from labcourse.report import making, recorded_figures
 from labcourse.run import by_program, from_notebook, place
 from labcourse.run.from_notebook import cell_now
+from labcourse.sentences import sentences
 
 if TYPE_CHECKING:  # the bar is for live notebooks alone
     from labcourse.scene.course_bar import Chip, CourseBar
@@ -192,10 +193,10 @@ class Session:
 
     def print_notices(self) -> None:
         """Print messages about the stored answers."""
-        for notices in (self.book.notices, self.saved_texts.notices):
-            for notice in notices:
-                print(f"Note      {notice}")
-            notices.clear()
+        for notice in (*self.book.notices, *sentences(self.saved_texts.notices)):
+            print(f"Note      {notice}")
+        self.book.notices.clear()
+        self.saved_texts.notices.clear()
 
     # --- answers -------------------------------------------------------------------------------------------------
 

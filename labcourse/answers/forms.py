@@ -23,8 +23,9 @@ from labcourse.answers.expressions import is_symbolic
 from labcourse.answers.json_values import FormError, NotAnswered, check_given, clean, rounded, thin
 from labcourse.answers.parts import YES_NO, Part
 from labcourse.errors import AnswerError
-from labcourse.messages import plural
 from labcourse.patterns import SHORT, pattern
+from labcourse.problems import Code, Problem
+from labcourse.sentences import sentence
 
 __all__ = ["MAX_BYTES", "Encoded", "FormError", "NotAnswered", "Sampled", "decode", "encode", "show"]
 
@@ -343,16 +344,15 @@ def _encode_prose(_part: Part, value: Any) -> tuple[Fields, Hints]:
         raise FormError(
             f"it has {len(text)} characters; {json_values.LONGEST_PROSE} at most are recorded, so shorten it"
         )
-    return {"value": text}, [hint for hint in [of_few_words(text)] if hint]
+    return {"value": text}, [sentence(question).rstrip(".") for question in of_few_words(text)]
 
 
-def of_few_words(text: str) -> str | None:
-    """Return a question about an explanation of a word or two; None if it is longer, or has a formula or a picture."""
+def of_few_words(text: str) -> list[Problem]:
+    """Return a question about an explanation of a word or two; none if it is longer, or has a formula or a picture."""
     count = len(text.split())
     if count >= _FEWEST_WORDS or len(text) > _SHORT or _FORMULA_OR_PICTURE.search(text):
-        return None
-    length = plural(count, "{count} word", "{count} words")
-    return f"it is {length} long: is that all that you want to say? A person reads it"
+        return []
+    return [Problem.of(Code.TEXT_OF_FEW_WORDS, count=count)]
 
 
 # --- expressions, functions, recordings ------------------------------------------------------------------------------

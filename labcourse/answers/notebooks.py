@@ -53,6 +53,13 @@ class NotebookError(Exception):
         return sentence(self.problem)
 
 
+def why_unread(error: OSError | NotebookError) -> Problem:
+    """Return why a notebook's file cannot be read."""
+    if isinstance(error, NotebookError):
+        return error.problem
+    return Problem.of(Code.SYSTEM_ERROR, error=files.reason(error))
+
+
 @dataclass(frozen=True)
 class Cell:
     """A cell of a student's notebook.

@@ -15,7 +15,7 @@ import itertools
 import re
 import warnings
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 from urllib.parse import unquote
@@ -27,9 +27,10 @@ from labcourse.answers import json_values
 from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.forms import STUBS, of_few_words
 from labcourse.answers.json_values import clean
-from labcourse.answers.notebooks import CODE, RAW, TEXT, Cell, Notebook, NotebookError
+from labcourse.answers.notebooks import CODE, RAW, TEXT, Cell, Notebook, NotebookError, why_unread
 from labcourse.answers.parts import Where
 from labcourse.patterns import CELL, SHORT, pattern
+from labcourse.problems import Code, Problem
 
 KEY = "labcourse"  #: of a cell's metadata: {"question": ..., "part": ...}
 INSTRUCTOR = "instructor"  #: tag of cells that only an instructor's notebook has
@@ -74,7 +75,7 @@ class TextAnswer:
 
 @dataclass
 class Written:
-    """A student's answers in the text cells of a notebook.
+    """A student's answers in the text cells of a notebook. What there is to say of one has its question and part.
 
     Attributes
     ----------
@@ -85,9 +86,9 @@ class Written:
     """
 
     words: dict[Where, TextAnswer] = field(default_factory=dict)
-    notes: list[str] = field(default_factory=list)
-    problems: list[str] = field(default_factory=list)
-    asked: list[str] = field(default_factory=list)
+    notes: list[Problem] = field(default_factory=list)
+    problems: list[Problem] = field(default_factory=list)
+    asked: list[Problem] = field(default_factory=list)
 
 
 def where_of(cell: Mapping[str, Any]) -> Where | None:
@@ -118,23 +119,24 @@ def written(
     result, budget = Written(), budget or Budget()
     places = _Places(master_cells, student_cells)
     for where, master in places.asked.items():
-        label = f"{where[0]}, {where[1]}"
         cells, notes = places.cells_for(master)
-        result.notes += [f"{label}: {note}" for note in notes]
+        result.notes += _about(where, notes)
         text, attachments = _joined(cells, master)
         if not text:
             continue
         shown = pictures_of(text, attachments, files or {}, budget) if with_pictures else Pictures(lifted(text)[0])
-        result.problems += [f"{label}: {problem}" for problem in shown.problems]
-        if len(shown.text) > json_values.LONGEST_PROSE:
-            result.problems.append(
-                f"{label}: it has {len(shown.text)} characters, of which the first {json_values.LONGEST_PROSE} are "
-                "read; shorten it."
-            )
-        if question := of_few_words(text):
-            result.asked.append(f"{label}: {question}.")
-        result.words[where] = TextAnswer(shown.text[: json_values.LONGEST_PROSE], shown.saved)
+        if len(shown.text) > (most := json_values.LONGEST_PROSE):
+            shown.problems.append(Problem.of(Code.TEXT_TOO_LONG, count=len(shown.text), most=most))
+        result.problems += _about(where, shown.problems)
+        result.asked += _about(where, of_few_words(text))
+        result.words[where] = TextAnswer(shown.text[:most], shown.saved)
     return result
+
+
+def _about(where: Where, problems: Iterable[Problem]) -> list[Problem]:
+    """Return problems with the question and part that they concern."""
+    about = {"question": where[0], "part": where[1]}
+    return [replace(problem, parameters={**about, **problem.parameters}) for problem in problems]
 
 
 def _joined(cells: Sequence[Cell], master: Mapping[str, Any]) -> tuple[str, dict[str, Mapping[str, str]]]:
@@ -218,35 +220,29 @@ class _Places:
                 self._runs.append(_Run(owner))
             (self._runs[-1].pieces if owner else self._runs[-1].added).append(cell)
 
-    def cells_for(self, master: Mapping[str, Any]) -> tuple[list[Cell], list[str]]:
+    def cells_for(self, master: Mapping[str, Any]) -> tuple[list[Cell], list[Problem]]:
         """Find the cells with an answer, in order; and notes on where they are."""
         own, notes = self._own(master)
         before = self._before(_id(master))
         filled = [cell for run in own for cell in run.pieces if without_stub(cell.source, master)]
         below = _texts(own[-1].added) if own else []
         if any(cell.kind != TEXT for cell in filled):
-            notes.append("written in a cell that is no text cell any more.")
-        if filled and below:
-            notes.append("with the text of an added cell just below the answer cell.")
-        elif below:
-            notes.append("taken from an added cell just below the answer cell, which is empty.")
+            notes.append(Problem.of(Code.TEXT_IN_OTHER_KIND))
+        if below:
+            notes.append(Problem.of(Code.TEXT_ALSO_BELOW if filled else Code.TEXT_BELOW))
         elif not filled and (below := _texts(self._above(_id(master), own, before))):
-            notes.append(
-                "taken from an added cell just above the answer cell, which is empty."
-                if own
-                else "taken from an added cell where the answer cell is missing."
-            )
+            notes.append(Problem.of(Code.TEXT_ABOVE if own else Code.TEXT_IN_PLACE))
         elif not filled and any(map(_may_be_words, [*before.added, *(own[-1].added if own else [])])):
-            notes.append("nothing is written in its cell; an added cell beside it is not read as the answer.")
+            notes.append(Problem.of(Code.TEXT_BESIDE_NOT_READ))
         return [*filled, *below], notes
 
-    def _own(self, master: Mapping[str, Any]) -> tuple[list[_Run], list[str]]:
+    def _own(self, master: Mapping[str, Any]) -> tuple[list[_Run], list[Problem]]:
         """Find the runs of an answer cell: all where there are copies that differ, else one, with text if possible."""
         own = [run for run in self._runs if run.owner == _id(master)]
         filled = [run for run in own if any(without_stub(cell.source, master) for cell in run.pieces)]
         if len({"\n\n".join(cell.source for cell in run.pieces) for run in filled}) < 2:
             return (filled or own)[:1], []
-        return own, [f"there are {len(filled)} copies of its cell that differ; all are read, one after the other."]
+        return own, [Problem.of(Code.TEXT_COPIES_DIFFER, count=len(filled))]
 
     def _before(self, name: str) -> _Run:
         """Return the run of the course's last cell before this one that the student still has; else the first run."""
@@ -344,11 +340,11 @@ class SavedTexts:
     """
 
     def __init__(self, folder: Path, catalogue: Catalogue) -> None:
-        self.notices: list[str] = []
+        self.notices: list[Problem] = []
         self._paths = [folder / f"{name}.ipynb" for name in catalogue.notebooks]
         self._versions: dict[Path, tuple[int, ...] | None] = {}
         self._texts: dict[Path, dict[Where, str]] = {}
-        self._asked: set[str] = set()  # each question once, and not at each saving
+        self._asked: set[Problem] = set()  # each question once, and not at each saving
 
     def refresh(self) -> None:
         """Read the notebooks that have been saved since."""
@@ -370,11 +366,11 @@ class SavedTexts:
         try:
             notebook = Notebook.without_outputs(files.read(path))
         except (OSError, NotebookError) as error:
-            self.notices.append(f"{path.name} could not be read for answers in words: {files.reason(error)}")
+            self.notices.append(Problem.of(Code.TEXTS_UNREAD, path.name, why=why_unread(error)))
             return {}
         answers = written(own_masters(notebook.content["cells"]), notebook.cells, with_pictures=False)
-        asked = {f"{path.name}: {question}": None for question in answers.asked}
-        self.notices += [f"{path.name}: {problem}" for problem in answers.problems]
+        asked = [replace(question, where=path.name) for question in answers.asked]
+        self.notices += [replace(problem, where=path.name) for problem in answers.problems]
         self.notices += [question for question in asked if question not in self._asked]
         self._asked.update(asked)
         return {where: answer.text for where, answer in answers.words.items()}
@@ -398,8 +394,6 @@ LONGEST_SIDE = 1400  #: pixels, as it is stored; handwriting on a page can be re
 MAX_STORED = 700_000  #: of a picture as it is stored; six of them are within 5 MB
 _FORMATS = ("PNG", "JPEG", "GIF", "WEBP", "BMP")
 _SMALLER = (LONGEST_SIDE, 1000, 700, 400)  # until it is within MAX_STORED
-_TOO_MANY_PIXELS = f"it has more than {MAX_PIXELS // 1_000_000} million pixels"
-_SHOWN = 60  # characters of an untrusted name in a message
 
 #: A picture in Markdown, ``![words](target)``: its target in angle brackets or not, with or without a title.
 PICTURE = pattern(
@@ -412,7 +406,11 @@ _IN_TEXT = pattern(r"(!\[[^\[\]\n]{0,500}\]\(\s{0,9}<?)data:image/[\w.+-]{1,30};
 
 
 class PictureError(Exception):
-    """A picture that is left out; the message says why."""
+    """A picture that is left out; ``problem`` says why."""
+
+    def __init__(self, code: Code, **parameters: Any) -> None:
+        super().__init__(code)
+        self.problem = Problem.of(code, **parameters)
 
 
 @dataclass
@@ -435,7 +433,7 @@ class Pictures:
 
     text: str
     saved: dict[str, bytes] = field(default_factory=dict)
-    problems: list[str] = field(default_factory=list)
+    problems: list[Problem] = field(default_factory=list)
 
 
 def lifted(text: str) -> tuple[str, dict[str, dict[str, str]]]:
@@ -468,12 +466,12 @@ def pictures_of(
     )
     for target in targets:
         if len(result.saved) == MOST_PICTURES:
-            result.problems.append(f"more than {MOST_PICTURES} pictures: the first {MOST_PICTURES} are shown")
+            result.problems.append(Problem.of(Code.TOO_MANY_PICTURES, most=MOST_PICTURES))
             break
         try:
             result.saved[target] = as_png(_content(target, {**attachments, **inside}, files), budget)
         except PictureError as error:
-            result.problems.append(f"the picture {target[:_SHOWN]!r}: {error}")
+            result.problems.append(Problem.of(Code.PICTURE_LEFT_OUT, picture=target, why=error.problem))
     return result
 
 
@@ -485,12 +483,12 @@ def _content(target: str, attachments: Mapping[str, Mapping[str, str]], files: M
         for media, data in (attachments.get(name) or attachments.get(unquote(name), {})).items():
             if media.startswith("image/"):
                 return _decoded(data)
-        raise PictureError("it is not in the cell; paste it again")
+        raise PictureError(Code.PICTURE_NOT_IN_CELL)
     path = target.removeprefix("./")
     try:
         return files[path if path in files else unquote(path)]
     except KeyError:
-        raise PictureError("it is not in the notebook; paste it into the cell") from None
+        raise PictureError(Code.PICTURE_NOT_IN_NOTEBOOK) from None
 
 
 def _decoded(data: str) -> bytes:
@@ -499,12 +497,12 @@ def _decoded(data: str) -> bytes:
     try:
         return base64.b64decode(data)
     except (binascii.Error, ValueError):
-        raise PictureError("it is damaged") from None
+        raise PictureError(Code.PICTURE_DAMAGED) from None
 
 
 def _check_size(size: int) -> None:
     if size > MAX_PICTURE:
-        raise PictureError(f"it has more than {MAX_PICTURE // 1_000_000} million bytes")
+        raise PictureError(Code.PICTURE_TOO_LARGE, most=MAX_PICTURE)
 
 
 def as_png(data: bytes, budget: Budget) -> bytes:
@@ -519,31 +517,31 @@ def as_png(data: bytes, budget: Budget) -> bytes:
     try:
         with Image.open(io.BytesIO(data), formats=_FORMATS) as image:
             if image.format == "JPEG" and data.count(_SCAN) > MOST_SCANS:
-                raise PictureError("it was saved in an unusual way; save it anew")
+                raise PictureError(Code.PICTURE_UNUSUAL)
             _spend(image, budget)
             ImageOps.exif_transpose(image, in_place=True)
             return _packed(image)
     except PictureError:
         raise
     except Image.DecompressionBombError:
-        raise PictureError(_TOO_MANY_PIXELS) from None
+        raise PictureError(Code.PICTURE_OF_MANY_PIXELS, most=MAX_PIXELS // 1_000_000) from None
     except UnidentifiedImageError:
-        raise PictureError(f"it is none of {', '.join(_FORMATS)}") from None
+        raise PictureError(Code.PICTURE_OF_OTHER_FORMAT, formats=_FORMATS) from None
     except Exception:  # pillow raises all sorts of errors on what is damaged
-        raise PictureError("it is damaged") from None
+        raise PictureError(Code.PICTURE_DAMAGED) from None
 
 
 def _spend(image: Image.Image, budget: Budget) -> None:
     """Check the size that a picture's header states, before anything is decoded; a JPEG is decoded at a smaller one."""
     pixels = image.width * image.height
     if max(image.size) > MAX_SIDE:
-        raise PictureError(f"it is more than {MAX_SIDE} pixels wide or high")
+        raise PictureError(Code.PICTURE_TOO_WIDE, most=MAX_SIDE)
     if pixels > MAX_PIXELS:
-        raise PictureError(_TOO_MANY_PIXELS)
+        raise PictureError(Code.PICTURE_OF_MANY_PIXELS, most=MAX_PIXELS // 1_000_000)
     image.draft("RGB", (LONGEST_SIDE, LONGEST_SIDE))
     pixels = max(image.width * image.height, FEWEST_PIXELS)
     if pixels > budget.left:
-        raise PictureError("all pictures of the submission together have too many pixels; paste smaller ones")
+        raise PictureError(Code.PICTURES_OF_MANY_PIXELS)
     budget.left -= pixels
 
 
@@ -570,4 +568,4 @@ def _packed(image: Image.Image) -> bytes:
                 continue
             if len(packed := _as_bytes(colours(image))) <= MAX_STORED:
                 return packed
-    raise PictureError("it cannot be made small enough")
+    raise PictureError(Code.PICTURE_NOT_REDUCED)

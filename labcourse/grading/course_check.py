@@ -38,7 +38,7 @@ from labcourse.grading.running import bundle, runner
 from labcourse.grading.running.bundle import Bundle
 from labcourse.grading.scoring import rubric
 from labcourse.grading.verdicts import Case, Check, OwnAnswers, Status
-from labcourse.problems import Reason
+from labcourse.problems import Problem, Reason
 from labcourse.run import reasons
 from labcourse.run.alignment import recorded
 from labcourse.run.merge import Merged, merged
@@ -308,7 +308,7 @@ def check_solutions(course: Course, released: Bundle) -> Iterator[Finding]:
     yield from check_verdicts(course, claims, missing)
 
 
-def check_verdicts(course: Course, claims: Claims, missing: Mapping[Where, str]) -> Iterator[Finding]:
+def check_verdicts(course: Course, claims: Claims, missing: Mapping[Where, Problem]) -> Iterator[Finding]:
     """Mark the solutions' answers, and wrong answers made of them; find verdicts that are not as expected.
 
     Parameters
@@ -323,7 +323,7 @@ def check_verdicts(course: Course, claims: Claims, missing: Mapping[Where, str])
         checks, question = course.key[number], course.asked.marked[number]
         for part in question.parts:
             own = _KnownAnswers(case.own, course.catalogue)
-            why = missing.get((number, part.name), "its cell runs to its end, and leaves it empty.")
+            why = sentence(missing.get((number, part.name), "its cell runs to its end, and leaves it empty."))
             for fault in _faults_of_check(question, part, checks[part.name], claims, replace(case, own=own), why):
                 yield Finding(_in_key(question, part), fault)
             for fault in own.unknown:
@@ -402,7 +402,7 @@ def solved_cells(course: Course, pristine: Mapping[str, dict[str, Any]]) -> dict
     }
 
 
-def answers_of_solutions(course: Course, released: Bundle) -> tuple[Claims, Mapping[Where, str]]:
+def answers_of_solutions(course: Course, released: Bundle) -> tuple[Claims, Mapping[Where, Problem]]:
     """Run the notebooks with solutions.
 
     Returns

@@ -28,6 +28,7 @@ from labcourse.answers.notebooks import TEXT, Notebook, NotebookError
 from labcourse.answers.parts import Question, ReportItem
 from labcourse.errors import AnswerError
 from labcourse.report import recorded_figures, values
+from labcourse.sentences import sentences
 
 if TYPE_CHECKING:
     from labcourse.session import Session
@@ -141,7 +142,7 @@ class _Reading:
         own, _problems = own_files.read(folder, [f"{name}.ipynb" for name in lab.catalogue.notebooks])
         self._keyword = report_files.keyword(notebook.cells)
         self._written = words.written(words.own_masters(cells), notebook.cells, own)
-        self._problems = list(self._written.problems)
+        self._problems = sentences(self._written.problems)
         front = [words.source_of(cell) for cell in cells if _is_front(cell, report)]
         if not front:
             self._problems.append("The cell for authors, captions and sources is missing: lab.restore() gives it back.")

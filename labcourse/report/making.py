@@ -17,7 +17,9 @@ from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.own_files import megabytes
 from labcourse.errors import AnswerError
 from labcourse.messages import plural
+from labcourse.problems import Reason
 from labcourse.run import by_program, from_notebook
+from labcourse.sentences import sentence
 
 if TYPE_CHECKING:
     from labcourse.session import Session
@@ -195,11 +197,11 @@ def attach(folder: Path, catalogue: Catalogue, report: str, pdf: str | os.PathLi
         raise AnswerError(
             f"{path} cannot be read: {error.strerror}. Give the file’s name as it is in this folder, or its whole path."
         ) from None
-    why = report_files.refusal(data)
+    why: Reason | None = report_files.refusal(data)
     if not why and report_files.of_data(report, data).encrypted:
-        why = "it asks for a password, or forbids printing or copying: export it without"
+        why = "it asks for a password, or forbids printing or copying: export it without."
     if why:
-        raise AnswerError(f"{path.name} is not taken: {why}.")
+        raise AnswerError(f"{path.name} is not taken: {sentence(why)}")
     target = folder / report_files.file_name(report)
     if not (target.exists() and path.samefile(target)):
         files.write(target, data)

@@ -61,17 +61,12 @@ class Happened(StrEnum):
 
 @dataclass(frozen=True)
 class Change:
-    """What happened to a cell of the course. ``str()`` of it is a sentence that begins with a small letter."""
+    """What happened to a cell of the course."""
 
     what: Happened
     cell: str
     role: Role
     kind: str = CODE
-
-    def __str__(self) -> str:
-        if self.role is Role.ANSWER:
-            return f"the answer cell {self.cell} was {self.what}."
-        return f"the course's cell {self.cell} was {self.what}; it is run as the course has it."
 
 
 @dataclass(frozen=True)

@@ -9,13 +9,13 @@ from __future__ import annotations
 import tempfile
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from pathlib import Path
 from typing import Any
 
 import labcourse
-from labcourse import course_file, courses, files, program
+from labcourse import course_file, courses, files
 from labcourse.answers import answers, notebooks, report_files, schema, words
 from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.cell_reports import REPORTS_FILE, Reports
@@ -23,7 +23,8 @@ from labcourse.answers.parts import Where
 from labcourse.answers.report_files import ReportFile
 from labcourse.errors import AnswerError
 from labcourse.files import ANSWERS_FILE, COURSE_FILE
-from labcourse.messages import listed, plural
+from labcourse.messages import plural
+from labcourse.problems import Code, Problem
 from labcourse.run import execute, merge, portability, reasons, student_folder
 from labcourse.run.alignment import Change, Happened, Role, asked, source_of
 from labcourse.run.merge import Merged
@@ -32,12 +33,6 @@ from labcourse.run.student_folder import Work
 from labcourse.student_id import caseless
 
 CLOSE = 1e-4  #: relative: answers are stored to six digits, and another library may differ in the last of them
-_NAMED = 6  # cells that are named before "and 12 more"
-_UNLIKE = (
-    "Your notebooks, as they are saved and run from the first cell to the last, do not give what is on your page: "
-    "{answers}. Save them (Ctrl+S), and check again. If that changes nothing, choose Kernel → Restart Kernel and Run "
-    "All Cells… in them, and look at these answers. Random numbers need a seed."
-)
 
 
 class State(StrEnum):
@@ -62,12 +57,12 @@ class Part:
     question: str
     name: str
     state: State
-    why: str = ""
+    why: Problem | None = None
 
 
 @dataclass(frozen=True)
 class Checked:
-    """The result of a check: plain data, and sentences for the student.
+    """The result of a check: plain data.
 
     Attributes
     ----------
@@ -75,7 +70,6 @@ class Checked:
     parts : all that is asked, in the notebooks' order
     problems : what could not be read
     stops : what stopped, and what builds on it
-    lost : what was recorded at home and is not here, though nothing stopped; the parts say it, too
     unlike : what to do about answers that the saved notebooks do not give as they were recorded
     notes : what else is worth knowing
     seconds : that it took
@@ -84,11 +78,10 @@ class Checked:
     student: str
     folder: Path
     parts: tuple[Part, ...]
-    problems: tuple[str, ...] = ()
-    stops: tuple[str, ...] = ()
-    lost: tuple[str, ...] = ()
-    unlike: tuple[str, ...] = ()
-    notes: tuple[str, ...] = ()
+    problems: tuple[Problem, ...] = ()
+    stops: tuple[Problem, ...] = ()
+    unlike: tuple[Problem, ...] = ()
+    notes: tuple[Problem, ...] = ()
     seconds: float = 0.0
 
     @property
@@ -109,14 +102,18 @@ class Checked:
         return f"All there: {count}." if there == len(self.questions) else f"{there} of {count} are all there."
 
     @property
-    def advice(self) -> tuple[str, ...]:
-        """What to look at first, a sentence each, besides the missing answers and why they are missing."""
-        causes = tuple(part.why.rstrip(".") for part in self.parts if part.why)
-        stops = [stop for stop in self.stops if not stop.startswith(causes)]
-        return (*self.problems, *stops, *self.unlike)
+    def advice(self) -> tuple[Problem, ...]:
+        """What to look at first, besides the missing answers and why they are missing."""
+        causes = {_cell_of(part.why) for part in self.parts if part.why}
+        return (*self.problems, *(stop for stop in self.stops if _cell_of(stop) not in causes), *self.unlike)
 
     def _states(self, question: str) -> set[State]:
         return {part.state for part in self.parts if part.question == question}
+
+
+def _cell_of(problem: Problem) -> tuple[str | None, ...]:
+    """Return which cell stopped: its notebook and id."""
+    return tuple(problem.parameters.get(name) for name in ("notebook", "cell"))
 
 
 def check(
@@ -152,7 +149,7 @@ def check(
     (run, unreadable), (home, incomparable) = _parsed(data), _at_home(work, student)
     given = {(question, part) for question, parts in run.get("answers", {}).items() for part in parts}
     seconds = cell_timeout if time.monotonic() - begun > cell_timeout else None  # else nothing can have run so long
-    limits: dict[str, Any] = {"handed_in": work.hand_in.notebooks, "seconds": seconds, "place": "here"}
+    limits: dict[str, Any] = {"handed_in": work.hand_in.notebooks, "seconds": seconds, "at_home": True}
     why = reasons.explain(masters, merged, reports, given, catalogue, claim=home.get("cells"), **limits)
     answered, budget = work.hand_in.notebooks, words.Budget()
     written = {
@@ -167,21 +164,24 @@ def check(
         for where in asked_for:
             in_words = texts.get(where) or in_pdf.get(entry.question) or State.EMPTY
             state = in_words if entry.in_words else _state(where, run, home, why)
-            cause = why.roots.get(where) or why.missing.get(where, "")
-            parts.setdefault(where, Part(name, *where, state, cause if state is State.MISSING else ""))
+            cause = why.roots.get(where) or why.missing.get(where)
+            parts.setdefault(where, Part(name, *where, state, cause if state is State.MISSING else None))
     return Checked(
         student,
         folder,
         tuple(parts.values()),
-        problems=(*work.problems, *filter(None, [unreadable])),
+        problems=(*work.problems, *([Problem.of(Code.ANSWERS_UNREAD, error=unreadable)] if unreadable else [])),
         stops=why.stops,
-        lost=why.lost,
         unlike=tuple(_unlike(parts, home, why)),
         notes=(
             *(_of_changes(name, changed) for name, changed in merged.changes.items() if changed),
             *work.notes,
             *filter(None, (incomparable, _other_release(work), _newer_python(work))),
-            *(f"{name}: {note}" for name, of in written.items() for note in (*of.problems, *of.notes, *of.asked)),
+            *(
+                replace(note, where=name)
+                for name, of in written.items()
+                for note in (*of.problems, *of.notes, *of.asked)
+            ),
             *_foreign(work, merged),
             *_of_reports(work, pdfs.values(), catalogue),
             *why.harmless,
@@ -225,19 +225,16 @@ def _parsed(data: bytes | None) -> tuple[Mapping[str, Any], str]:
         return {}, str(error)
 
 
-def _at_home(work: Work, student: str) -> tuple[Mapping[str, Any], str]:
+def _at_home(work: Work, student: str) -> tuple[Mapping[str, Any], Problem | None]:
     """Return what the student recorded at home, and a note if there is nothing to compare with."""
     home, problem = _parsed(work.hand_in.claim)
     if problem:
-        return {}, f"{ANSWERS_FILE} cannot be compared with. {problem}"
+        return {}, Problem.of(Code.HOME_ANSWERS_UNREAD, ANSWERS_FILE, error=problem)
     if not home:
-        return {}, (
-            f"There is no {ANSWERS_FILE} here: nothing was recorded on the page. That costs no points, for your "
-            "notebooks are run anew. But what they answer then cannot be compared with what you saw."
-        )
+        return {}, Problem.of(Code.HOME_ANSWERS_ABSENT, ANSWERS_FILE)
     if caseless(home["student"]) != caseless(student):
-        return {}, f"{ANSWERS_FILE} has the answers of {home['student'][:40]!r}, and is not compared with."
-    return home, ""
+        return {}, Problem.of(Code.HOME_ANSWERS_OF_ANOTHER, ANSWERS_FILE, student=home["student"])
+    return home, None
 
 
 def _state(where: Where, run: Mapping[str, Any], home: Mapping[str, Any], why: Reasons) -> State:
@@ -274,7 +271,7 @@ def _is_number(value: Any) -> bool:
 # --- what else is worth knowing ---------------------------------------------------------------------------------------
 
 
-def _unlike(parts: Mapping[Where, Part], home: Mapping[str, Any], why: Reasons) -> Iterator[str]:
+def _unlike(parts: Mapping[Where, Part], home: Mapping[str, Any], why: Reasons) -> Iterator[Problem]:
     """Yield what to do about answers of a cell that the saved notebooks do not give, though nothing stopped."""
     cells = home.get("cells", {})
     unlike = {
@@ -284,57 +281,44 @@ def _unlike(parts: Mapping[Where, Part], home: Mapping[str, Any], why: Reasons) 
         or (part.state is State.MISSING and cells.get(part.question, {}).get(part.name) and where not in why.roots)
     }
     if unlike:
-        yield _UNLIKE.format(answers=listed([*unlike], _NAMED))
+        yield Problem.of(Code.ANSWERS_UNLIKE, answers=[*unlike])
 
 
-def _of_changes(name: str, changes: Iterable[Change]) -> str:
-    """Say what happened to the course's cells in a notebook."""
-    cells = {what: [change.cell for change in changes if change.what is what] for what in Happened}
-    happened = "; ".join(f"{what}: {listed(names, _NAMED)}" for what, names in cells.items() if names)
-    number = name.partition("_")[0]
-    return (
-        f"{name}: of the course's cells, {happened}. They are run as the course has them; {program.name()} restore "
-        f'{number}, or lab.restore("{number}") in a notebook, gives them back and touches no answer.'
-    )
+def _of_changes(name: str, changes: Iterable[Change]) -> Problem:
+    """Return what happened to the course's cells in a notebook."""
+    cells = [(what, [change.cell for change in changes if change.what is what]) for what in Happened]
+    happened = [one for one in cells if one[1]]
+    return Problem.of(Code.CELLS_CHANGED, name, cells=happened, number=name.partition("_")[0])
 
 
-def _other_release(work: Work) -> str | None:
-    """Say that work was begun under another release than the one that is installed."""
+def _other_release(work: Work) -> Problem | None:
+    """Return that work was begun under another release than the one that is installed."""
     begun, here = work.hand_in.course.get(course_file.RELEASE), notebooks.release()
     if not here or not isinstance(begun, str) or begun == here:
         return None
-    return (
-        f"This folder was begun with release {begun[:80]} of the course, and is checked with {here}, which is "
-        f"installed. Started once more, {program.name()} lab brings the folder to it, and touches no answer."
-    )
+    return Problem.of(Code.OTHER_RELEASE_BEGUN, begun=begun[:80], here=here)
 
 
-def _newer_python(work: Work) -> str | None:
-    """Say that an older Python grades than the one that runs here."""
+def _newer_python(work: Work) -> Problem | None:
+    """Return that an older Python grades than the one that runs here."""
     grader = portability.version(work.hand_in.course.get(course_file.PYTHON))
     if grader is None or grader >= portability.HERE:
         return None
     here, there = map(portability.version_text, (portability.HERE, grader))
-    return f"Your Python is {here}, and Python {there} grades: a cell with newer syntax than that stops there."
+    return Problem.of(Code.OLDER_PYTHON_GRADES, here=here, there=there)
 
 
-def _foreign(work: Work, merged: Merged) -> Iterator[str]:
-    """Yield a message on each module and each file that is here and may be missing elsewhere."""
+def _foreign(work: Work, merged: Merged) -> Iterator[Problem]:
+    """Yield a note on each module and each file that is here and may be missing elsewhere."""
     sources = [*_own_code(work, merged)]
     own = {name.partition("/")[0].partition(".")[0] for name in work.hand_in.files}
     packages = (labcourse.__name__, courses.current().package.partition(".")[0])
     for name in portability.foreign((source for _name, source in sources), own, packages):
-        yield (
-            f"{name} does not come with the course: it may be missing where your work is graded. Ask your "
-            "instructor, or do without it."
-        )
+        yield Problem.of(Code.MODULE_NOT_OF_COURSE, module=name)
     packed = {*work.hand_in.files, *work.hand_in.reports, *work.hand_in.notebooks, ANSWERS_FILE, COURSE_FILE}
     left = ((place, name) for place, code in sources for name in portability.not_packed(code, work.folder, packed))
     for place, name in dict.fromkeys(left):
-        yield (
-            f"{place} names the file {name!r}, which is not handed in: put it beside your notebooks, and name it as "
-            "it is called there."
-        )
+        yield Problem.of(Code.FILE_NOT_HANDED_IN, place, file=name)
 
 
 def _own_code(work: Work, merged: Merged) -> Iterator[tuple[str, str]]:
@@ -346,19 +330,13 @@ def _own_code(work: Work, merged: Merged) -> Iterator[tuple[str, str]]:
             yield name, content.decode(errors="replace")
 
 
-def _of_reports(work: Work, pdfs: Iterable[ReportFile], catalogue: Catalogue) -> Iterator[str]:
+def _of_reports(work: Work, pdfs: Iterable[ReportFile], catalogue: Catalogue) -> Iterator[Problem]:
     """Yield notes on the reports that are handed in as PDF."""
     for pdf in pdfs:
-        yield str(pdf)
+        yield pdf.note
         notebook = catalogue.reports[pdf.report].notebook
         keyword = report_files.keyword(work.hand_in.notebooks.get(f"{notebook}.ipynb", ()))
         if pdf.own:
-            yield (
-                f"{pdf.report}: a text that is not written in its cell is looked for in your own document, {pdf.name}: "
-                "let its headings say which is which. A text cell that is filled in is read first."
-            )
+            yield Problem.of(Code.OWN_REPORT_READ, pdf.report, name=pdf.name)
         elif keyword.encode() not in work.hand_in.reports[pdf.name]:
-            yield (
-                f"{pdf.name} was not made of {notebook} as it is saved now. If you changed a text, a figure or a table "
-                "since, run the cell with lab.report() again: whoever judges the report as a whole reads the PDF."
-            )
+            yield Problem.of(Code.REPORT_OUT_OF_DATE, pdf.name, notebook=notebook)

@@ -20,9 +20,11 @@ from labcourse.messages import plural
 from labcourse.run import by_program
 from labcourse.run.from_notebook import nothing_here
 from labcourse.safe_text import say
+from labcourse.sentences import sentence, sentences
 
 if TYPE_CHECKING:  # modules load when a command needs them
-    from labcourse.run.check import Checked, Part
+    from labcourse.problems import Problem
+    from labcourse.run.check import Checked, Part, State
 
 _MOST_NOTES, _MOST_LINES = 5, 18  # lines of a block of a check's result
 FINE, LOOK, STOPPED = 0, 1, 130  #: exit codes, besides 2 for what cannot be done
@@ -218,9 +220,9 @@ def lines(checked: Checked, notebook: str = "", everything: bool = False) -> Ite
     yield f"Student {checked.student}, folder {checked.folder}"
     yield from ("", checked.summary)
     blocks = {
-        "Look at this first": (_MOST_NOTES, checked.advice),
-        "By notebook": (_MOST_LINES, tuple(_by_notebook(checked, "" if everything else notebook))),
-        "Worth knowing": (_MOST_NOTES, checked.notes),
+        "Look at this first": (_MOST_NOTES, sentences(checked.advice)),
+        "By notebook": (_MOST_LINES, [*_by_notebook(checked, "" if everything else notebook)]),
+        "Worth knowing": (_MOST_NOTES, sentences(checked.notes)),
     }
     for title, (most, content) in blocks.items():
         shown = content if everything else content[:most]
@@ -251,25 +253,22 @@ def _by_notebook(checked: Checked, asks: str) -> Iterator[str]:
 
 def _missing(checked: Checked, name: str, parts: Sequence[Part]) -> Iterator[str]:
     """Yield what is recorded of a notebook that is begun, and what is missing, each part once."""
-    from labcourse.run.check import GOOD
+    from labcourse.run.check import GOOD, State
 
     there = [number for number in dict.fromkeys(part.question for part in parts) if checked.questions[number]]
     yield f"{_stems([name])}: all there of {', '.join(there) or 'no question'}"
-    causes: dict[str, dict[str, list[str]]] = {}
+    texts = {State.DIFFERENT: "recorded, but different from your page", State.MISSING: "not recorded. "}
+    causes: dict[tuple[State, Problem | None], dict[str, list[str]]] = {}
     for part in parts:
         if part.state not in GOOD:
-            causes.setdefault(_why(part), {}).setdefault(part.question, []).append(part.name)
-    for why, questions in causes.items():
-        yield f"  {'; '.join(' '.join((number, ', '.join(names))) for number, names in questions.items())}: {why}"
+            causes.setdefault((part.state, part.why), {}).setdefault(part.question, []).append(part.name)
+    for (state, why), questions in causes.items():
+        lost = "; ".join(" ".join((number, ", ".join(names))) for number, names in questions.items())
+        yield f"  {lost}: {texts.get(state, state)}{sentence(why) if why else ''}"
 
 
 def _stems(names: Sequence[str]) -> str:
     return ", ".join(name.removesuffix(".ipynb") for name in names)
-
-
-def _why(part: Part) -> str:
-    texts = {"different": "recorded, but different from your page", "missing": f"not recorded. {part.why}"}
-    return texts.get(part.state, part.state)
 
 
 @contextlib.contextmanager

@@ -7,28 +7,24 @@ earlier answers that it asked for. All of this is taken from claims of the run, 
 A reason is given under these facts, and not without them. Above a cell are those that bind the names that it uses.
 "Reported" is what the run wrote down; "at home" is what the ``answers.json`` that was handed in has.
 
-=====================================  =================================================================================
-reason                                 facts
-=====================================  =================================================================================
-it was given, and not recorded         reported: the answer was refused
-it builds on ..., which was given ...  reported of that one; a cell beside or above this one asked for it
-it builds on ..., which is not         that one is missing; a cell beside or above this one asked for it, or stopped on
-answered                               its name
-X stopped: ERROR                       reported: an error stopped this cell, beside the answer
-it builds on what stopped before it    reported: an error stopped that cell, above one beside the answer
-X stopped: it took longer              reported: an interrupt; and the runner stopped a cell or the run
-X stopped: Python ended in it          reported: this cell began; its end is not
-its cell was left as it was            reported: it had no value; no code for it is written in the notebook
-its cell was run, and left it empty    reported: it had no value; code for it is written in the notebook
-... is not there, or cannot be read    at home; the notebook is not among those that were handed in and read
-nothing is left of it after ... was    at home; not reported that it had no value
-run
-no cell is known that did it           at home, without a cell's id; reported: it had no value
-the cell that did it, X, is not among  at home, by a cell that is not in the run; reported: it had no value
-those of ... that were run
-run from top to bottom, leaves it      at home, by a cell that is in the run; reported: it had no value
-empty
-=====================================  =================================================================================
+====================  ==================================================================================================
+code                  facts
+====================  ==================================================================================================
+REFUSED               reported: the answer was refused
+BUILDS_ON_REFUSED     reported of that one; a cell beside or above this one asked for it
+BUILDS_ON_UNANSWERED  that one is missing; a cell beside or above this one asked for it, or stopped on its name
+CELL_STOPPED          reported: an error stopped this cell, beside the answer
+BUILDS_ON_STOPPED     reported: an error stopped that cell, above one beside the answer
+TOOK_TOO_LONG         reported: an interrupt; and the runner stopped a cell or the run
+PYTHON_ENDED          reported: this cell began; its end is not
+LEFT_AS_IT_WAS        reported: it had no value; no code for it is written in the notebook
+RUN_AND_EMPTY         reported: it had no value; code for it is written in the notebook
+NOTEBOOK_NOT_THERE    at home; the notebook is not among those that were handed in and read
+NOTHING_LEFT          at home; not reported that it had no value
+NO_CELL_KNOWN         at home, without a cell's id; reported: it had no value
+CELL_NOT_AMONG        at home, by a cell that is not in the run; reported: it had no value
+RUN_LEAVES_EMPTY      at home, by a cell that is in the run; reported: it had no value
+====================  ==================================================================================================
 
 Where none applies, marking says that there is no answer, and no more (:mod:`labcourse.grading.marking.marking`).
 """
@@ -46,24 +42,19 @@ from typing import Any
 from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.cell_reports import LEFT, CellReport, Reports
 from labcourse.answers.parts import Where
-from labcourse.messages import listed
 from labcourse.patterns import pattern
+from labcourse.problems import Code, Problem
 from labcourse.run import skippable_cells
 from labcourse.run.alignment import Role, asked, source_of
 from labcourse.run.merge import Merged, role_of
 from labcourse.run.portability import HERE, Version, version_text
 
-STOPPED = " stopped: "  #: in the message on a cell
 _UNDEFINED = pattern(r"name '(\w+)' is not defined")
 _NO_MODULE = pattern(r"No module named '([\w.]+)'")
 #: Errors of a cell that uses a name without a value: a name that is not defined, or is None.
 _OF_NO_VALUE = {"NameError", "TypeError", "AttributeError", "ValueError", "IndexError", "LinAlgError", "UFuncTypeError"}
 _BINDS_UNSEEN = ("import *", "%")  # in a cell's source: it may bind names that are not written in it
-_NAMED = 2  # questions that are named before "and 12 more"
 _MOST = 20  # cells, and parameters, that are mentioned though they cost nothing
-_BLANK = ("left as it was", "run, and left it empty")  # a cell without a value; if the student wrote code in it
-#: Message on a student or a bench that a notebook gives, and that is not the one that is set from outside.
-_UNUSED = "{0}: {1} = {2!r:.80} changes nothing, since a check and grading set the {1}."
 
 #: What a student's own ``answers.json`` says was recorded: question → part → id of the cell; "" if no cell did it.
 Claim = Mapping[str, Mapping[str, str]]
@@ -76,19 +67,19 @@ class Reasons:
     Attributes
     ----------
     missing : (question, part) → why, for the student; only if there is more to say than that it is missing
-    roots : (question, part) → what stopped and cost this answer; the same sentence for all that it cost
-    stops : what stopped, a sentence each, and what builds on it
-    lost : what was recorded at home and is not here, though nothing stopped; a sentence each
-    harmless : what stopped and cost no answer, and parameters that changed nothing; a sentence each
-    ended_by : types of the errors in all these sentences; "" where Python ended without one
+    roots : (question, part) → what stopped and cost this answer; the same for all that it cost
+    stops : what stopped, and what builds on it
+    lost : what was recorded at home and is not here, though nothing stopped
+    harmless : what stopped and cost no answer, and parameters that changed nothing
+    ended_by : types of the errors in all of these; "" where Python ended without one
     begun : (question, part) of what the student wrote code for, or what needs none of theirs
     """
 
-    missing: Mapping[Where, str]
-    roots: Mapping[Where, str] = field(default_factory=dict)
-    stops: tuple[str, ...] = ()
-    lost: tuple[str, ...] = ()
-    harmless: tuple[str, ...] = ()
+    missing: Mapping[Where, Problem]
+    roots: Mapping[Where, Problem] = field(default_factory=dict)
+    stops: tuple[Problem, ...] = ()
+    lost: tuple[Problem, ...] = ()
+    harmless: tuple[Problem, ...] = ()
     ended_by: frozenset[str] = frozenset()
     begun: frozenset[Where] = frozenset()
 
@@ -103,7 +94,7 @@ def explain(
     handed_in: Collection[str],
     claim: Claim | None = None,
     seconds: float | None = None,
-    place: str = "",
+    at_home: bool = False,
     python: Version | None = None,
 ) -> Reasons:
     """Explain why answers are missing.
@@ -118,46 +109,50 @@ def explain(
     handed_in : file names of the notebooks that were handed in
     claim : what was recorded at home; None if it is not known
     seconds : time limit of a cell
-    place : where it was run, as in "pandas is not installed ..."
+    at_home : whether it was run on the student's computer
     python : version that the notebooks were saved with, if it is known
     """
     run = Causes(pristine, merged, reports, set(recorded), catalogue)
-    texts = _Texts(run, seconds, place or "where grading runs", python or HERE)
+    make = _Maker(run, seconds, at_home, python or HERE)
     away = {where for where in run.missing() if run.recorder[where][0] not in handed_in and not run.is_begun(where)}
     causes = {where: None if where in away else run.cause_of(where) for where in run.missing()}
     built_on: dict[RunCell, list[str]] = {}
-    for where, cause in causes.items():
-        if isinstance(cause, RunCell):
-            built_on.setdefault(cause, []).append(where[0])
-    stops = (texts.of_stop(cell, list(dict.fromkeys(questions))) for cell, questions in built_on.items())
+    stopping = {where: cause for where, cause in causes.items() if isinstance(cause, RunCell)}
+    for where, cell in stopping.items():
+        built_on.setdefault(cell, []).append(where[0])
     lost = _lost(run, claim, causes, handed_in) if claim else {}
-    missing = {where: text for where, cause in causes.items() if (text := texts.of_missing(where, cause))}
-    missing |= {where: f"It was recorded at home; {why}." for where, why in lost.items() if where not in missing}
+    missing = {where: why for where, cause in causes.items() if (why := make.of_missing(where, cause))}
+    missing |= {where: Problem.of(Code.MISSING_HERE, why=why) for where, why in lost.items() if where not in missing}
     for where in causes:
         if where in run.empty and run.recorder[where][0] in handed_in:
-            missing.setdefault(where, f"There is no answer: its cell was {_BLANK[run.is_begun(where)]}.")
-    by_reason: dict[str, list[str]] = {}
+            empty = Code.RUN_AND_EMPTY if run.is_begun(where) else Code.LEFT_AS_IT_WAS
+            missing.setdefault(where, Problem.of(empty))
+    by_reason: dict[Problem, list[str]] = {}
     for (question, part), why in lost.items():
         by_reason.setdefault(why, []).append(f"{question} {part}")
     stopped = [cell for cells in run.cells.values() for cell in cells if cell.stopped]
     # A cell that stopped beside a missing answer with a cause is not named again.
     beside = {cell for where, cause in causes.items() if cause or where in away for cell in run.cells_of(where)}
     aside = [cell for cell in stopped if cell not in beside and cell not in built_on]
-    said = ((cell, text) for cell in aside if (text := texts.of_harmless(cell)))
+    said = ((cell, problem) for cell in aside if (problem := make.of_harmless(cell)))
     harmless = dict(islice(said, _MOST))
+    unused = [one for one in reports.unused[:_MOST] if one[0] in run.cells]
     named = [*built_on, *harmless]
     return Reasons(
         missing,
-        {where: f"{texts.stop(cause)}." for where, cause in causes.items() if isinstance(cause, RunCell)},
-        tuple(stops),
-        tuple(f"Recorded at home and missing here: {', '.join(parts)}; {why}." for why, parts in by_reason.items()),
-        (*harmless.values(), *(_UNUSED.format(*one) for one in reports.unused[:_MOST] if one[0] in run.cells)),
+        {where: make.of_cell(Code.CELL_STOPPED, cell) for where, cell in stopping.items()},
+        tuple(make.of_stop(cell, questions) for cell, questions in built_on.items()),
+        tuple(Problem.of(Code.RECORDED_AT_HOME, parts=parts, why=why) for why, parts in by_reason.items()),
+        (
+            *harmless.values(),
+            *(Problem.of(Code.NAME_NOT_USED, where, name=name, value=value) for where, name, value in unused),
+        ),
         frozenset(error.type if (error := cell.report and cell.report.error) else "" for cell in named),
         frozenset(filter(run.is_begun, run.recorder)),
     )
 
 
-def _lost(run: Causes, claim: Claim, causes: Mapping[Where, Cause], handed_in: Collection[str]) -> dict[Where, str]:
+def _lost(run: Causes, claim: Claim, causes: Mapping[Where, Cause], handed_in: Collection[str]) -> dict[Where, Problem]:
     """Return what is claimed, and missing though nothing stopped: (question, part) → why."""
     lost = {}
     for where, cause in causes.items():
@@ -166,91 +161,87 @@ def _lost(run: Causes, claim: Claim, causes: Mapping[Where, Cause], handed_in: C
             continue
         notebook = run.recorder[where][0]
         if notebook not in handed_in:
-            lost[where] = f"{notebook} is not there, or cannot be read"
+            lost[where] = Problem.of(Code.NOTEBOOK_NOT_THERE, notebook)
         elif where not in run.empty:
-            lost[where] = f"nothing is left of it after {notebook} was run"
+            lost[where] = Problem.of(Code.NOTHING_LEFT, notebook)
         elif not cell:
-            lost[where] = f"no cell is known that did it, as after an explorer's button, and {notebook} leaves it empty"
+            lost[where] = Problem.of(Code.NO_CELL_KNOWN, notebook)
         elif all(cell != other.id for other in run.cells[notebook]):
-            lost[where] = f"the cell that did it, {cell[:64]}, is not among those of {notebook} that were run"
+            lost[where] = Problem.of(Code.CELL_NOT_AMONG, notebook, cell=cell[:64])
         else:
-            lost[where] = f"{notebook}, run from top to bottom, leaves it empty"
+            lost[where] = Problem.of(Code.RUN_LEAVES_EMPTY, notebook)
     return lost
 
 
 @dataclass(frozen=True)
-class _Texts:
-    """The sentences about causes."""
+class _Maker:
+    """Makes the problems about causes."""
 
     run: Causes
     seconds: float | None
-    place: str
+    at_home: bool
     python: Version
 
-    def of_missing(self, where: Where, cause: Cause) -> str:
-        """Say why one answer is missing, for the student."""
+    def of_missing(self, where: Where, cause: Cause) -> Problem | None:
+        """Return why one answer is missing, for the student."""
         match cause:
             case Refused() if cause.where == where:
-                return f"It was given, and not recorded: {cause.why.rstrip('.')}."
-            case Refused() | Unanswered():
-                return f"It builds on {cause}."
-            case RunCell() if self.run.question_of(cause) == where[0]:
-                return f"{self.stop(cause)}."
+                return Problem.of(Code.REFUSED, why=cause.why)
+            case Refused():
+                return Problem.of(Code.BUILDS_ON_REFUSED, on=cause.where[0], why=cause.why)
+            case Unanswered():
+                return Problem.of(Code.BUILDS_ON_UNANSWERED, on=cause.question)
             case RunCell():
-                return f"It builds on what stopped before it: {self._name(cause)} ({self._error(cause)})."
-        return ""
+                is_own = self.run.question_of(cause) == where[0]
+                return self.of_cell(Code.CELL_STOPPED if is_own else Code.BUILDS_ON_STOPPED, cause)
+        return None
 
-    def of_stop(self, cell: RunCell, questions: Sequence[str]) -> str:
-        """Say what stopped, and which questions build on it."""
-        others = [question for question in questions if question != self.run.question_of(cell)]
-        if not others:
-            return f"{self.stop(cell)}."
-        if len(others) > _NAMED + 1:
-            return f"{self.stop(cell)}; {listed(others, _NAMED)} build on it."
-        *most, last = others
-        building = f"{', '.join(most)} and {last} build" if most else f"{last} builds"
-        return f"{self.stop(cell)}; {building} on it."
+    def of_stop(self, cell: RunCell, questions: Sequence[str]) -> Problem:
+        """Return what stopped, and which questions build on it."""
+        building = [question for question in dict.fromkeys(questions) if question != self.run.question_of(cell)]
+        return self.of_cell(Code.CELL_STOPPED, cell, **({"building": building} if building else {}))
 
-    def of_harmless(self, cell: RunCell) -> str:
-        """Say that a cell stopped beside which no answer is missing; "" if another sentence says what caused it."""
+    def of_harmless(self, cell: RunCell) -> Problem | None:
+        """Return that a cell stopped beside which no answer is missing; None if another problem says what caused it."""
         cause = self.run.root(cell)
         if isinstance(cause, RunCell):
             if cause is not cell:
-                return ""
+                return None
             cause = next((Unanswered(where[0]) for where in self.run.without_value(cell, anywhere=True)), None)
-        return f"{self.stop(cell)}; {f'it builds on {cause}' if cause else 'no answer is missing for it'}."
+        match cause:
+            case Unanswered():
+                return self.of_cell(Code.STOPPED_ON_UNANSWERED, cell, on=cause.question)
+            case Refused():
+                return self.of_cell(Code.STOPPED_ON_REFUSED, cell, on=cause.where[0], refusal=cause.why)
+        return self.of_cell(Code.STOPPED_WITHOUT_COST, cell)
 
-    def stop(self, cell: RunCell) -> str:
-        """Say that a cell stopped, and why."""
-        return f"{self._name(cell)}{STOPPED}{self._error(cell)}"
+    def of_cell(self, code: Code, cell: RunCell, **more: Any) -> Problem:
+        """Return that a cell stopped, and why."""
+        is_recorder = cell.role is not Role.ADDED and cell.place in self.run.questions.get(cell.notebook, ())
+        about = {"cell": cell.id, "notebook": cell.notebook, "role": "recorder" if is_recorder else cell.role}
+        return Problem.of(code, **about, question=self.run.question_of(cell), why=self._why(cell), **more)
 
-    def _name(self, cell: RunCell) -> str:
-        question = self.run.question_of(cell)
-        if cell.role is Role.ADDED:
-            return f"Your own cell before {question}" if question else f"Your own cell {cell.id} in {cell.notebook}"
-        if cell.role is Role.ANSWER or cell.place in self.run.questions.get(cell.notebook, ()):
-            return question or cell.id
-        return f"The course's cell {cell.id} in {cell.notebook}"
-
-    def _error(self, cell: RunCell) -> str:
+    def _why(self, cell: RunCell) -> Problem:
         error = cell.report.error if cell.report else None
         if error is None:
-            return "Python ended in it, and nothing after it in this notebook was run"
+            return Problem.of(Code.PYTHON_ENDED)
         if error.type == LEFT:
-            return "it called exit(), which ends Python: nothing after it in this notebook was run"
-        line = f", line {error.line}" if error.line else ""
-        message = " ".join(error.message.split()).rstrip(".")
-        no_module = _NO_MODULE.search(message)
+            return Problem.of(Code.LEFT_PYTHON)
+        text = " ".join(error.message.split()).rstrip(".")
+        code, about = Code.RAISED, dict[str, Any](type=error.type, text=text)
+        no_module = _NO_MODULE.search(text)
         if error.type == "KeyboardInterrupt" and self.seconds is not None:
-            return f"it took longer than {self.seconds:g} s and was stopped{line}"
-        if error.type == "ModuleNotFoundError" and no_module:
-            return f"{no_module[1]} is not installed {self.place}, and no file of that name was found{line}"
-        if error.type == "LimitExceeded":
-            return f"your bench stopped: {message}{line}"
-        if error.type == "SyntaxError" and self.python > HERE:
-            needed, here = version_text(self.python), version_text(HERE)
-            line += f": it seems that this needs Python {needed}; grading runs {here}"
-        return f"{error.type}, {message}{line}" if message else f"{error.type}{line}"
+            code, about = Code.TOOK_TOO_LONG, {"seconds": self.seconds}
+        elif error.type == "FileNotFoundError":
+            code = Code.FILE_NOT_FOUND
+        elif error.type == "ModuleNotFoundError" and no_module:
+            code, about = Code.MODULE_MISSING, {"module": no_module[1], "at_home": self.at_home}
+        elif error.type == "LimitExceeded":
+            code, about = Code.BENCH_STOPPED, {"text": text}
+        elif error.type == "SyntaxError" and self.python > HERE:
+            code = Code.NEWER_PYTHON_NEEDED
+            about |= {"needed": version_text(self.python), "here": version_text(HERE)}
+        return Problem.of(code, line=error.line, **about)
 
 
 # --- what stopped first -----------------------------------------------------------------------------------------------
@@ -305,9 +296,6 @@ class Unanswered:
 
     question: str
 
-    def __str__(self) -> str:
-        return f"{self.question}, which is not answered"
-
 
 @dataclass(frozen=True)
 class Refused:
@@ -315,9 +303,6 @@ class Refused:
 
     where: Where
     why: str
-
-    def __str__(self) -> str:
-        return f"{self.where[0]}, which was given and not recorded: {self.why.rstrip('.')}"
 
 
 Cause = RunCell | Unanswered | Refused | None

@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from labcourse import course_file, files, program, student_id
+from labcourse import course_file, files, student_id
 from labcourse.answers import own_files, report_files
 from labcourse.answers.answers import student_in
 from labcourse.answers.catalogue import Catalogue
-from labcourse.answers.notebooks import Cell, HandIn, Notebook, NotebookError
+from labcourse.answers.notebooks import Cell, HandIn, Notebook, NotebookError, why_unread
 from labcourse.course_file import NOBODY
 from labcourse.errors import CheckError, ConfigurationError, StudentIDError
 from labcourse.files import ANSWERS_FILE, COURSE_FILE
+from labcourse.problems import Code, Problem
 
 
 @dataclass(frozen=True)
@@ -31,8 +32,8 @@ class Work:
 
     folder: Path
     hand_in: HandIn
-    problems: tuple[str, ...]
-    notes: tuple[str, ...]
+    problems: tuple[Problem, ...]
+    notes: tuple[Problem, ...]
 
 
 def read(
@@ -48,17 +49,17 @@ def read(
     catalogue : of the course, which has reports; without it no report is looked for
     """
     cells: dict[str, tuple[Cell, ...]] = {}
-    problems: list[str] = []
+    problems: list[Problem] = []
     absent: list[str] = []
     for name in notebooks:
         try:
             notebook = Notebook.without_outputs(files.read(folder / name))
             cells[name] = notebook.cells
-            problems += [f"{name}: {problem}" for problem in notebook.problems]
+            problems += [replace(problem, where=name) for problem in notebook.problems]
         except FileNotFoundError:
             absent.append(name)
         except (NotebookError, OSError) as error:
-            problems.append(f"{name} cannot be read: {files.reason(error)}")
+            problems.append(Problem.of(Code.NOTEBOOK_UNREAD, name, why=why_unread(error)))
     problems += _not_there(folder, absent)
     reports: dict[str, bytes] = {}
     pdfs: Iterable[str] = ()
@@ -69,45 +70,38 @@ def read(
     own, notes = own_files.read(folder, [*notebooks, *report_files.made_files(pdfs)], modules)
     for path_ in own if pdfs and not reports else ():
         if path_.casefold().endswith(report_files.PDF) and "/" not in path_:
-            notes.append(
-                f"{path_} comes along as a file of your own. If it is your report, hand it in as that: "
-                f'lab.report("NAME OF THE REPORT", pdf="{path_}").'
-            )
+            notes.append(Problem.of(Code.LOOKS_LIKE_REPORT, path_))
     claim, about = (_read_file(folder / name, problems) for name in (ANSWERS_FILE, COURSE_FILE))
     course: dict[str, Any] = {}
     try:
         course = course_file.parse(about) if about is not None else {}
     except ConfigurationError as error:
-        problems.append(str(error))
+        problems.append(Problem.of(Code.COURSE_FILE_UNREAD, COURSE_FILE, error=str(error)))
     return Work(folder, HandIn(cells, own, claim, course, reports), tuple(problems), tuple(notes))
 
 
-def _read_file(path: Path, problems: list[str]) -> bytes | None:
+def _read_file(path: Path, problems: list[Problem]) -> bytes | None:
     """Return the content of a file; None if it is not there, or cannot be read, which is added to the problems."""
     try:
         return files.read(path)
     except FileNotFoundError:
         pass
     except OSError as error:
-        problems.append(f"{path.name} cannot be read: {error.strerror}.")
+        problems.append(Problem.of(Code.FILE_UNREAD, path.name, why=why_unread(error)))
     return None
 
 
-def _not_there(folder: Path, absent: Sequence[str]) -> Iterator[str]:
-    """Yield a message on each missing notebook for which there are files that may be it, and one on all others."""
+def _not_there(folder: Path, absent: Sequence[str]) -> Iterator[Problem]:
+    """Yield a problem for each missing notebook for which there are files that may be it, and one for all others."""
     others = []
     for name in absent:
         similar = folder.glob(f"{name.partition('_')[0]}*.ipynb")
         if names := sorted(files.shown(path.name) for path in similar if own_files.BACKUP not in path.name):
-            yield (
-                f"{name} is not there. (Is it {' or '.join(names)}? Then give it its name again. Else "
-                f"{program.name()} restore {name} gives a new one.)"
-            )
+            yield Problem.of(Code.MISNAMED, name, similar=names)
         else:
             others.append(name)
     if others:
-        are = "is" if len(others) == 1 else "are"
-        yield f"{', '.join(others)} {are} not there. ({program.name()} restore NAME gives a new one.)"
+        yield Problem.of(Code.NOT_THERE, files=others)
 
 
 def student_of(work: Work, given: str = "") -> str:

@@ -20,8 +20,10 @@ from labcourse.course_file import NOBODY
 from labcourse.errors import CheckError, StudentIDError
 from labcourse.files import ANSWERS_FILE, COURSE_FILE
 from labcourse.messages import plural
+from labcourse.problems import Code, Problem
 from labcourse.run import student_folder
 from labcourse.run.check import Checked
+from labcourse.sentences import sentence, sentences
 
 MAX_OUTPUT = 200_000  #: characters, as JSON, of what a cell shows; more is left out: it is for people, and not needed
 _SHOWN = 16  # digits of the content's hash that are printed; 64 bits, which nobody hits by chance
@@ -98,7 +100,7 @@ def submit(
         f"Receipt    {', '.join((student, *receipt['with']))}",
         f"Time       {time.astimezone():%Y-%m-%d %H:%M:%S %z} ({time.astimezone(UTC):%Y-%m-%d %H:%M:%S} UTC)",
         f"Content    {receipt['content'][:_SHOWN]} ({plural(len(content), '{count} file', '{count} files')})",
-        *(f"Report     {pdf}" for pdf in pdfs),
+        *(f"Report     {sentence(pdf.note)}" for pdf in pdfs),
         *of_questions,
         *(f"Note       {note}" for note in receipt["notes"]),
         f"Upload     {target}: this one file is all that you hand in.{again}",
@@ -113,7 +115,8 @@ def submit(
         raise CheckError(
             f"{error.filename or target} cannot be written: {error.strerror}. Choose another folder by --out."
         ) from None
-    known = {*of_questions, *(f"Note       {note}" for note in (*checked.problems, *checked.notes))} if checked else {}
+    said = sentences((*checked.problems, *checked.notes)) if checked else ()
+    known = {*of_questions, *(f"Note       {note}" for note in said)} if checked else {}
     return Submitted(target, receipt, lines, tuple(line for line in lines if line not in known), receipts)
 
 
@@ -151,14 +154,13 @@ def _partners(given: Any, student: str) -> list[str]:
 
 def _content(work: student_folder.Work, student: str, partners: list[str]) -> tuple[dict[str, bytes], dict[str, Any]]:
     """Return the files that are handed in, and what their receipt says."""
-    confirm = f"counts once they hand in with {student} as their partner, too, or your instructor confirms it"
-    notes = [*work.problems, *work.notes, *(f"Your partner {partner} {confirm}." for partner in partners)]
+    waits = (Problem.of(Code.PARTNER_TO_CONFIRM, partner=partner, student=student) for partner in partners)
+    notes = [*work.problems, *work.notes, *waits]
     content = {**work.hand_in.files, **work.hand_in.reports}
     for name in work.hand_in.notebooks:
         content[name], dropped = slim(files.read(work.folder / name))
         if dropped:
-            cells = plural(dropped, "{count} cell", "{count} cells")
-            notes.append(f"{name}: what {cells} had shown is left out, for its size. Marking needs none of it.")
+            notes.append(Problem.of(Code.OUTPUTS_LEFT_OUT, name, count=dropped))
     if work.hand_in.claim is not None:
         content[ANSWERS_FILE] = work.hand_in.claim
     content[COURSE_FILE] = _json(
@@ -171,7 +173,7 @@ def _content(work: student_folder.Work, student: str, partners: list[str]) -> tu
         "content": hashlib.sha256(json.dumps(digests, sort_keys=True).encode()).hexdigest(),
         "software": f"labcourse {labcourse.__version__}",
         "files": digests,
-        "notes": notes,
+        "notes": sentences(notes),
     }
     return content, receipt
 

@@ -29,6 +29,7 @@ from labcourse.grading.settings import (
     LateSettings,
     MarkSettings,
 )
+from labcourse.problems import Code, Problem
 
 IN_02, IN_03 = f"{FIRST}.ipynb", f"{SECOND}.ipynb"
 
@@ -341,9 +342,11 @@ def test_questions_that_the_course_does_not_ask_any_more_are_there_without_a_tit
 
 
 def test_whose_cells_stopped_is_listed_with_what_builds_on_them(book):
-    stop = "2.11 stopped: NameError, name 'f' is not defined, line 3; 2.12 builds on it."
+    why = Problem.of(Code.RAISED, type="NameError", text="name 'f' is not defined", line=3)
+    stop = Problem.of(Code.CELL_STOPPED, cell="q2-11", question="2.11", role="answer", why=why, building=["2.12"])
+    said = "2.11 stopped: NameError, name 'f' is not defined, line 3; 2.12 builds on it."
     record(book, graded("ada", mark(), problems=(stop, "own.py is too large.")), graded("bob", mark()))
-    assert [(one.id, said) for one, said in overview.class_overview(book, OURS)["stopped"]] == [("ada", [stop])]
+    assert [(one.id, those) for one, those in overview.class_overview(book, OURS)["stopped"]] == [("ada", [said])]
     assert "Cells of 1 student stopped" in text(book) and "ada 2.11 stopped: NameError" in text(book)
 
 

@@ -12,23 +12,24 @@ from made_courses import OURS
 from labcourse.grading.gradebook import Gradebook
 from labcourse.grading.graded_run import facts_of, recorded_in
 from labcourse.grading.release import student_course
+from labcourse.problems import Code, Problem
+from labcourse.sentences import sentences
 
 Where = tuple[str, str]
 HERE, THERE = "here", "where grading runs"
-_STOPPED = (" stopped: ", " build on it", "builds on it")
 _PROGRAM = """
 import json, sys
-from dataclasses import asdict
 from pathlib import Path
 from labcourse.answers import notebooks
 from labcourse.run import execute
 from labcourse.run.check import check
+from labcourse.sentences import sentences
 folder, student, seconds = sys.argv[1:]
 execute._run_in_kernels = None  # by the warm runner alone
 masters = notebooks.masters()
 found = check(Path(folder), masters, notebooks.catalogue_of(masters), student=student, cell_timeout=float(seconds))
 parts = [[one.question, one.name, one.state.value] for one in found.parts]
-print(json.dumps([parts, found.stops, found.seconds]))
+print(json.dumps([parts, sentences(found.stops), found.seconds]))
 """
 
 
@@ -39,7 +40,7 @@ class Seen:
     Attributes
     ----------
     recorded : (question, part) of what is recorded, words included
-    stops : what stopped, and what builds on it
+    stops : what stopped, and what builds on it, a sentence each
     seconds : that it took; 0 where that is not known
     """
 
@@ -80,5 +81,6 @@ def when_graded(book: Gradebook, student: str) -> Seen:
     assert graded is not None
     run = graded.run
     words = {(question, part) for question, parts in run.words.items() for part in parts}
-    stops = {line.replace(THERE, HERE) for line in facts_of(run).problems if any(one in line for one in _STOPPED)}
+    stopped = [one for one in facts_of(run).problems if isinstance(one, Problem) and one.code is Code.CELL_STOPPED]
+    stops = {line.replace(THERE, HERE) for line in sentences(stopped)}
     return Seen(frozenset(recorded_in(run.answers) | words), frozenset(stops))

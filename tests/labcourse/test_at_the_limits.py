@@ -15,6 +15,7 @@ from labcourse.answers import answers, cell_reports, expressions, forms, json_va
 from labcourse.answers.parts import Question, number, prose, recording
 from labcourse.answers.words import Budget, PictureError, as_png, pictures_of
 from labcourse.errors import AnswerError
+from labcourse.problems import Code, Problem
 from labcourse.run import student_folder, submit
 from rotflex.recording import Channel, Recording
 
@@ -112,13 +113,17 @@ def png(width, height):
 @FITS
 @pytest.mark.parametrize("size", [(20, 10), (10, 20)])
 @pytest.mark.parametrize(
-    ("name", "limit", "message"),
-    [("MAX_PICTURE", None, "million bytes"), ("MAX_PIXELS", 200, "million pixels"), ("MAX_SIDE", 20, "pixels")],
+    ("name", "limit", "code"),
+    [
+        ("MAX_PICTURE", None, Code.PICTURE_TOO_LARGE),
+        ("MAX_PIXELS", 200, Code.PICTURE_OF_MANY_PIXELS),
+        ("MAX_SIDE", 20, Code.PICTURE_TOO_WIDE),
+    ],
 )
-def test_bytes_pixels_and_sides_of_a_picture(monkeypatch, fits, size, name, limit, message):
+def test_bytes_pixels_and_sides_of_a_picture(monkeypatch, fits, size, name, limit, code):
     data = png(*size)
     monkeypatch.setattr(words, name, (limit or len(data)) - (not fits))
-    taken(fits, lambda: as_png(data, Budget()), PictureError, message)
+    taken(fits, lambda: as_png(data, Budget()), PictureError, code)
 
 
 @FITS
@@ -127,7 +132,7 @@ def test_pixels_of_all_pictures_together(monkeypatch, fits):
     budget = Budget(400 - (not fits))
     as_png(png(20, 10), budget)
     assert budget.left == 200 - (not fits)
-    taken(fits, lambda: as_png(png(20, 10), budget), PictureError, "together")
+    taken(fits, lambda: as_png(png(20, 10), budget), PictureError, Code.PICTURES_OF_MANY_PIXELS)
 
 
 @FITS
@@ -138,7 +143,7 @@ def test_scans_of_a_jpeg(fits):
     start, mark, last = packed.getvalue().rpartition(words._SCAN)
     more = words.MOST_SCANS - start.count(words._SCAN) + (not fits)
     data = start + (mark + last[:-2]) * more + last[-2:]
-    taken(fits, lambda: as_png(data, Budget()), PictureError, "unusual")
+    taken(fits, lambda: as_png(data, Budget()), PictureError, Code.PICTURE_UNUSUAL)
 
 
 @pytest.mark.parametrize("number", [6, 7])
@@ -147,7 +152,7 @@ def test_pictures_of_one_answer(number):
     data = base64.b64encode(png(20, 10)).decode()
     found = pictures_of(text, {f"{place}.png": {"image/png": data} for place in range(number)}, {}, Budget())
     assert len(found.saved) == 6
-    assert found.problems == ([] if number == 6 else ["more than 6 pictures: the first 6 are shown"])
+    assert found.problems == ([] if number == 6 else [Problem.of(Code.TOO_MANY_PICTURES, most=6)])
 
 
 @pytest.mark.parametrize("side", [1399, 1400, 1401, 3000])
@@ -215,7 +220,7 @@ def test_folders_of_own_files_on_disk(tmp_path, fits):
     (deep / "x.csv").write_text("1")
     contents, notes = own_files.read(tmp_path, [])
     assert (len(contents), len(notes)) == (int(fits), int(not fits))
-    assert fits or "more than 8 folders within folders" in notes[0]
+    assert fits or notes[0].parameters["why"] == Problem.of(Code.OWN_FILE_TOO_DEEP, most=8)
 
 
 def lines(events):

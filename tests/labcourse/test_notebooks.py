@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from labcourse.answers import notebooks
 from labcourse.answers.notebooks import UNREADABLE, Cell, Notebook, NotebookError
+from labcourse.problems import Code, Problem
 from labcourse.run import student_folder
 
 FITS = pytest.mark.parametrize("fits", [True, False], ids=["fits", "one more"])
@@ -43,7 +44,7 @@ def is_read(monkeypatch, data, **limits):
     try:
         return bool(Notebook.without_outputs(data).cells)
     except NotebookError as error:
-        assert "more than" in str(error) or "nested" in str(error)
+        assert error.problem.parameters.get("most") or "nested" in error.problem.parameters["error"]
         return False
 
 
@@ -120,8 +121,7 @@ def test_pictures_are_taken_as_far_as_they_fit_and_the_text_always_is(monkeypatc
     notebook = Notebook.without_outputs(made(*attached, a_cell(outputs=outputs)))
     assert [cell.source for cell in notebook.cells[:3]] == ["see 0", "see 1", "see 2"]
     assert [bool(cell.attachments) for cell in notebook.cells[:3]] == [True, False, True]
-    (problem,) = notebook.problems
-    assert "in its cell 2" in problem and "too large" in problem
+    assert notebook.problems == (Problem.of(Code.PASTED_PICTURE_LEFT_OUT, picture="a.png", cell=2),)
 
 
 def test_a_picture_in_a_text_as_colab_writes_it_costs_nobody_the_notebook():
@@ -168,4 +168,5 @@ def test_the_check_at_home_names_what_would_be_refused_or_left_out(tmp_path, mon
     (tmp_path / "b.ipynb").write_bytes(made(a_cell("see", kind="markdown", attachments=picture)))
     work = student_folder.read(tmp_path, ["a.ipynb", "b.ipynb"])
     assert [*work.hand_in.notebooks] == ["b.ipynb"]
-    assert [problem.split(":")[0].split()[0] for problem in work.problems] == ["a.ipynb", "b.ipynb"]
+    told = [(Code.NOTEBOOK_UNREAD, "a.ipynb"), (Code.PASTED_PICTURE_LEFT_OUT, "b.ipynb")]
+    assert [(problem.code, problem.where) for problem in work.problems] == told

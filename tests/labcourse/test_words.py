@@ -14,6 +14,7 @@ from labcourse.answers import words
 from labcourse.answers.json_values import LONGEST_PROSE
 from labcourse.answers.notebooks import Cell
 from labcourse.answers.words import STUB, TextAnswer
+from labcourse.problems import Code, Problem
 
 HEADING = words.heading("Your answer: 1.1, why")
 OTHER = words.heading("Your answer: 1.2, how")
@@ -35,6 +36,7 @@ MASTER = [
     master("end", "## The end"),
 ]
 WHY = ("1.1", "why")
+NO_FORMAT = Problem.of(Code.PICTURE_OF_OTHER_FORMAT, formats=words._FORMATS)
 
 
 def cell(source, cell_id="", kind="markdown", grade_id="", attachments=None):
@@ -53,6 +55,17 @@ def pristine(**changes):
 
 def texts(cells, **options):
     return {where: found.text for where, found in words.written(MASTER, cells, **options).words.items()}
+
+
+def of_why(code, **parameters):
+    return Problem.of(code, question=WHY[0], part=WHY[1], **parameters)
+
+
+def left_out(problems):
+    """The pictures that are left out of the answer, and why."""
+    about = [(one.code, one.parameters["question"], one.parameters["part"]) for one in problems]
+    assert about == [(Code.PICTURE_LEFT_OUT, *WHY)] * len(problems)
+    return {one.parameters["picture"]: one.parameters["why"] for one in problems}
 
 
 def why(source, **more):
@@ -128,7 +141,7 @@ def test_without_ids_metadata_and_heading_the_place_tells():
     cells = [cell(one.source, kind=one.kind) for one in pristine(why=why("It bends."))]
     found = words.written(MASTER, cells)
     assert found.words == {WHY: TextAnswer("It bends.")}
-    assert len(found.notes) == 1
+    assert found.notes == [of_why(Code.TEXT_IN_PLACE)]
 
 
 def test_pieces_of_a_split_cell_are_joined_in_order():
@@ -144,27 +157,27 @@ def test_a_copy_that_was_left_as_it_was_does_not_count_and_one_that_differs_is_t
     assert texts(empty) == {WHY: "It bends."}
     found = words.written(MASTER, pristine(why=why("It bends."), end=[why("It breaks.", cell_id="copy")]))
     assert found.words[WHY].text == "It bends.\n\nIt breaks."
-    assert "2 copies" in found.notes[0]
+    assert found.notes == [of_why(Code.TEXT_COPIES_DIFFER, count=2)]
 
 
 @pytest.mark.parametrize("kind", ["code", "raw"])
 def test_an_answer_cell_that_became_another_kind_is_read(kind):
     found = words.written(MASTER, pristine(why=why("It bends.", kind=kind)))
     assert found.words[WHY].text == "It bends."
-    assert len(found.notes) == 1
+    assert found.notes == [of_why(Code.TEXT_IN_OTHER_KIND)]
 
 
 def test_a_text_beside_an_empty_answer_cell_is_the_answer_and_one_below_goes_on_with_it():
     stub, beside = why(f"{HEADING}\n\n{STUB}"), cell("It bends.")
-    for cells, text, place in (
-        ([stub, beside], "It bends.", "just below"),
-        ([beside, stub], "It bends.", "just above"),
-        ([why("It bends."), cell("And how.")], "It bends.\n\nAnd how.", "just below"),
-        ([stub, cell("It bends.", kind="raw")], "It bends.", "just below"),
+    for cells, text, code in (
+        ([stub, beside], "It bends.", Code.TEXT_BELOW),
+        ([beside, stub], "It bends.", Code.TEXT_ABOVE),
+        ([why("It bends."), cell("And how.")], "It bends.\n\nAnd how.", Code.TEXT_ALSO_BELOW),
+        ([stub, cell("It bends.", kind="raw")], "It bends.", Code.TEXT_BELOW),
     ):
         found = words.written(MASTER, pristine(why=cells))
         assert found.words == {WHY: TextAnswer(text)}
-        assert len(found.notes) == 1 and place in found.notes[0]
+        assert found.notes == [of_why(code)]
 
 
 def test_helper_cells_and_notes_elsewhere_are_no_answers():
@@ -178,21 +191,23 @@ def test_helper_cells_and_notes_elsewhere_are_no_answers():
 
 
 def test_words_in_a_code_cell_beside_an_empty_answer_cell_are_told_and_code_is_not():
-    for source, told in (("The link falls behind, as nothing pushes it.", 1), ("for k in n:\n    print(k)", 0)):
+    told = [of_why(Code.TEXT_BESIDE_NOT_READ)]
+    for source, notes in (("The link falls behind, as nothing pushes it.", told), ("for k in n:\n    print(k)", [])):
         cells = [why(f"{HEADING}\n\n{STUB}"), cell(source, kind="code")]
         found = words.written(MASTER, pristine(why=cells))
-        assert (found.words, len(found.notes)) == ({}, told)
+        assert (found.words, found.notes) == ({}, notes)
 
 
 def test_of_two_answers_that_lack_none_gets_a_text_that_may_be_the_others():
     found = words.written([MASTER[1], MASTER[4]], [cell("Because.")])
-    assert (found.words, len(found.notes)) == ({}, 2)
+    assert (found.words, {note.code for note in found.notes}) == ({}, {Code.TEXT_BESIDE_NOT_READ})
+    assert {note.parameters["question"] for note in found.notes} == {"1.1", "1.2"}
 
 
 def test_a_text_that_is_too_long_is_kept_as_far_as_it_goes_and_told():
     found = words.written(MASTER, pristine(why=why("x" * (LONGEST_PROSE + 7))))
     assert len(found.words[WHY].text) == LONGEST_PROSE
-    assert "5007" in found.problems[0]
+    assert found.problems == [of_why(Code.TEXT_TOO_LONG, count=LONGEST_PROSE + 7, most=LONGEST_PROSE)]
     assert words.written(MASTER, pristine(why=why("x" * LONGEST_PROSE))).problems == []
 
 
@@ -217,7 +232,8 @@ def test_pictures_written_into_the_text_count_as_pictures_and_not_as_characters(
     assert found.words[WHY].text == "a ![p](attachment:in-text-1) b"
     assert list(found.words[WHY].pictures) == ["attachment:in-text-1"]
     found = words.written(MASTER, pristine(why=why(f"a ![p](data:image/png;base64,{'A' * 8000}) b")))
-    assert "attachment:in-text-1" in found.problems[0] and found.words[WHY].pictures == {}
+    assert left_out(found.problems) == {"attachment:in-text-1": NO_FORMAT}
+    assert found.words[WHY].pictures == {}
 
 
 def test_a_picture_beside_the_notebook_is_taken_from_there():
@@ -225,7 +241,7 @@ def test_a_picture_beside_the_notebook_is_taken_from_there():
     cells = pristine(why=why("![](plots/my%20plot.png) ![](<./plots/my plot.png>) ![](a%20b.png) ![](other.png)"))
     found = words.written(MASTER, cells, files)
     assert set(found.words[WHY].pictures) == {"plots/my%20plot.png", "./plots/my plot.png", "a%20b.png"}
-    assert len(found.problems) == 1 and "other.png" in found.problems[0]
+    assert left_out(found.problems) == {"other.png": Problem.of(Code.PICTURE_NOT_IN_NOTEBOOK)}
 
 
 def bomb(side):
@@ -237,21 +253,21 @@ def bomb(side):
 
 
 @pytest.mark.parametrize(
-    ("data", "told"),
+    ("data", "why"),
     [
-        (bomb(60_000), "60 million"),
-        (bomb(8_000), "60 million"),
-        (png((1, 20_001)), "20000 pixels"),
-        (png((400, 400))[:60], "damaged"),
-        (b"<svg onload='alert(1)'/>", "PNG, JPEG"),
-        (b"", "PNG, JPEG"),
+        (bomb(60_000), Problem.of(Code.PICTURE_OF_MANY_PIXELS, most=60)),
+        (bomb(8_000), Problem.of(Code.PICTURE_OF_MANY_PIXELS, most=60)),
+        (png((1, 20_001)), Problem.of(Code.PICTURE_TOO_WIDE, most=20_000)),
+        (png((400, 400))[:60], Problem.of(Code.PICTURE_DAMAGED)),
+        (b"<svg onload='alert(1)'/>", NO_FORMAT),
+        (b"", NO_FORMAT),
     ],
     ids=["bomb", "too large", "strip", "cut off", "svg", "empty"],
 )
-def test_a_picture_that_is_not_read_is_left_out_and_told(data, told):
-    pictures, (problem,) = with_pictures("![](attachment:image.png)", attached(data))
+def test_a_picture_that_is_not_read_is_left_out_and_told(data, why):
+    pictures, problems = with_pictures("![](attachment:image.png)", attached(data))
     assert pictures == {}
-    assert "attachment:image.png" in problem and told in problem
+    assert left_out(problems) == {"attachment:image.png": why}
 
 
 @pytest.mark.slow

@@ -20,6 +20,7 @@ from labcourse.grading.graded_run import facts_of
 from labcourse.grading.release import student_course, student_notebooks
 from labcourse.grading.reports.grades import Reports
 from labcourse.grading.verdicts import Status
+from labcourse.sentences import sentences
 
 NOTEBOOKS = [path.name for path in OURS.notebooks]
 GUIDE = (ROOT / "docs" / "guide" / "middle.md").read_text(encoding="utf-8")
@@ -79,7 +80,7 @@ def test_who_begins_in_the_middle_has_all_points_of_what_is_asked(sandbox, tmp_p
         (*where, one.reason) for where, one in marks.items() if one.status not in (Status.RIGHT, Status.FOR_A_PERSON)
     ]
     assert lost == []
-    assert not [line for line in step.graded.run.problems if "Table" in line or "is missing" in line]
+    assert not [line for line in sentences(step.graded.run.problems) if "Table" in line or "is missing" in line]
     facts = facts_of(step.graded.run)
     assert set(facts.asked) >= set(marks) - {one for one in marks if "as a whole" in one[0]}
     page = (tmp_path / "marks" / "ada" / "feedback.html").read_text(encoding="utf-8")

@@ -156,7 +156,7 @@ def read(archive: Path) -> StoredRelease:
             raise ConfigurationError("it holds no notebooks")
         if not (isinstance(name, str) and name):
             raise ConfigurationError(f"its {COURSE_FILE} does not name the release")
-    except (*_UNREADABLE, ConfigurationError, NotebookError) as error:
+    except (*_UNREADABLE, ConfigurationError) as error:
         why = str(error).rstrip(".")
         advice = "Replace it by the zip that was handed out, or remove it."
         raise GradingError(f"{archive} is not a release of the course: {why}. {advice}") from None
@@ -170,11 +170,11 @@ def _notebooks_in(entries: Mapping[str, bytes]) -> list[PurePosixPath]:
 
 
 def _read_notebook(name: str, content: bytes) -> dict[str, Any]:
-    """Return a notebook of a release; raise NotebookError, which names it, if it is invalid."""
+    """Return a notebook of a release; raise ConfigurationError, which names it, if it is invalid."""
     try:
         Notebook.read(content)
     except NotebookError as error:
-        raise NotebookError(f"{name}: {error}") from None
+        raise ConfigurationError(f"{name}: {error}") from None
     return dict(json.loads(content))
 
 

@@ -13,6 +13,7 @@ from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.cell_reports import Reports
 from labcourse.answers.parts import Question, ReportItem, number
 from labcourse.errors import AnswerError
+from labcourse.problems import Code, Problem, has
 from labcourse.report import writing
 from labcourse.run import check as checking
 from labcourse.run import student_folder
@@ -131,12 +132,12 @@ def test_what_a_check_says_of_a_text(folder, monkeypatch, text, pdf, state):
     found = checked(folder, monkeypatch, text)
     assert [part.state for part in found.parts] == [state]
     assert (state in GOOD) == (state is not State.EMPTY)
-    assert any("own document" in note and "headings" in note for note in found.notes) == (pdf == typeset())
+    assert has(Code.OWN_REPORT_READ, found.notes, "First report") == (pdf == typeset())
 
 
 def test_a_report_is_asked_about_if_its_notebook_was_changed_since_whatever_the_clock_says(folder, lab, monkeypatch):
     def asked_about(text):
-        return any("was not made of 02 as it is saved" in note for note in checked(folder, monkeypatch, text).notes)
+        return has(Code.REPORT_OUT_OF_DATE, checked(folder, monkeypatch, text).notes, NAME)
 
     assert not asked_about("It swings.")
     lab.report("first")
@@ -170,7 +171,7 @@ def test_a_report_is_no_file_of_ones_own_that_a_run_depends_on(folder):
 def test_another_pdf_beside_the_notebooks_is_asked_about_unless_there_is_a_report(folder):
     (folder / "Report final.pdf").write_bytes(typeset())
     (note,) = student_folder.read(folder, ["02.ipynb"], catalogue=CATALOGUE).notes
-    assert "Report final.pdf" in note and "lab.report" in note
+    assert note == Problem.of(Code.LOOKS_LIKE_REPORT, "Report final.pdf")
     (folder / NAME).write_bytes(typeset())
     assert student_folder.read(folder, ["02.ipynb"], catalogue=CATALOGUE).notes == ()
 
@@ -178,12 +179,14 @@ def test_another_pdf_beside_the_notebooks_is_asked_about_unless_there_is_a_repor
 @pytest.mark.skipif(os.name == "nt", reason="links need rights there")
 def test_what_is_no_pdf_or_a_link_is_not_handed_in_and_that_is_told(folder, tmp_path):
     (folder / NAME).write_bytes(b"PK\x03\x04")
-    assert NAME in "".join(student_folder.read(folder, ["02.ipynb"], catalogue=CATALOGUE).problems)
+    problems = student_folder.read(folder, ["02.ipynb"], catalogue=CATALOGUE).problems
+    assert Problem.of(Code.REPORT_NOT_HANDED_IN, NAME, why=Problem.of(Code.NOT_A_PDF)) in problems
     (folder / NAME).unlink()
     (tmp_path / "else.pdf").write_bytes(typeset())
     (folder / NAME).symlink_to(tmp_path / "else.pdf")
     work = student_folder.read(folder, ["02.ipynb"], catalogue=CATALOGUE)
-    assert work.hand_in.reports == {} and "it is a link" in work.problems[0]
+    (link,) = [problem for problem in work.problems if problem.code is Code.REPORT_NOT_HANDED_IN]
+    assert work.hand_in.reports == {} and "it is a link" in link.parameters["why"].parameters["error"]
 
 
 def test_a_name_says_which_of_two_files_a_mark_was_given_for():

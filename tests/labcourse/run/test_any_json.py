@@ -20,6 +20,7 @@ from labcourse import course_file
 from labcourse.answers import answers, reflection, schema
 from labcourse.answers.notebooks import Notebook
 from labcourse.errors import AnswerError, ConfigurationError, CourseError
+from labcourse.problems import Code, has
 from labcourse.run import check, from_notebook, restore, student_folder, submit
 from labcourse.session import Session
 from rotflex.course.questions import CATALOGUE
@@ -104,7 +105,7 @@ def test_the_other_files_are_read_and_this_one_is_or_is_named(broken):
 def _packed_and_checked(folder, name):
     work = student_folder.read(folder, list(MASTERS), catalogue=CATALOGUE)
     assert work.hand_in.notebooks[FIRST] == Notebook.read(saved(NEW)).cells
-    assert (BROKEN in work.hand_in.notebooks) != any(BROKEN in line for line in work.problems)
+    assert (BROKEN in work.hand_in.notebooks) != has(Code.NOTEBOOK_UNREAD, work.problems, BROKEN)
     for act in (
         lambda: submit.submit(folder, MASTERS, CATALOGUE, student="ada"),
         lambda: check.check(folder, MASTERS, CATALOGUE, student="ada"),
@@ -126,7 +127,7 @@ def _session(folder, name):
         assert name == "course.json" and name in str(error)
         return
     lab.refresh()
-    broken = any(BROKEN in notice for notice in lab.saved_texts.notices)
+    broken = has(Code.TEXTS_UNREAD, lab.saved_texts.notices, BROKEN)
     assert not broken or name == BROKEN
     lab.print_notices()
     try:

@@ -8,9 +8,11 @@ import pytest
 from made_notebooks import ANSWER, answer, code, locked, notebook, saved, text
 
 from labcourse.answers.answers import AnswerBook
+from labcourse.problems import Code, Problem, has
 from labcourse.run import commands
 from labcourse.run.check import Checked, Part, State, check
 from labcourse.run.portability import HERE, version_text
+from labcourse.sentences import sentence
 from rotflex.course.questions import CATALOGUE
 from rotflex.hil.student_benches import student_seed
 
@@ -112,9 +114,15 @@ def test_what_stopped_and_what_builds_on_it_is_told_and_no_value_is(folder):
     assert missing == {("2.11", "omega_n"), ("2.12", "J_l"), ("2.12", "K_s")} and not found.good
     assert states(found)["2.11", "explanation"] is State.EMPTY
     assert found.summary == "1 of 3 questions are all there."
-    assert found.stops == ("2.11 stopped: NameError, name 'omgea' is not defined, line 2; 2.12 builds on it.",)
-    (changes,) = [note for note in found.notes if "restore" in note]
-    assert "changed: setup; deleted: title." in changes and 'lab.restore("01")' in changes
+    (stop,) = found.stops
+    assert sentence(stop) == "2.11 stopped: NameError, name 'omgea' is not defined, line 2; 2.12 builds on it."
+    assert found.advice == ()  # it is told with the parts
+    (changes,) = [note for note in found.notes if note.code is Code.CELLS_CHANGED]
+    assert (changes.where, changes.parameters["cells"]) == (
+        "01_swing.ipynb",
+        [["changed", ["setup"]], ["deleted", ["title"]]],
+    )
+    assert "changed: setup; deleted: title." in sentence(changes) and 'lab.restore("01")' in sentence(changes)
     said = "\n".join(commands.lines(found))
     assert "    2.11 explanation: empty" in said
     (loss,) = [line for line in said.splitlines() if "omgea" in line]  # told once, with all that it costs
@@ -126,18 +134,20 @@ def test_what_stopped_and_what_builds_on_it_is_told_and_no_value_is(folder):
 
 def test_what_is_said_fits_a_screen_and_says_how_to_see_the_rest():
     parts = [
-        Part(f"{n:02}_x.ipynb", f"{n}.{m}", "a", State.MISSING, f"It took {n}.{m} s.")
+        Part(f"{n:02}_x.ipynb", f"{n}.{m}", "a", State.MISSING, Problem.of(Code.REFUSED, why=f"took {n}.{m} s"))
         for n in range(9)
         for m in range(5)
     ]
     parts += [Part("09_x.ipynb", "9.1", "a", State.EMPTY), Part("10_x.ipynb", "10.1", "a", State.RECORDED)]
-    checked = Checked("ada", Path("work"), tuple(parts), notes=tuple(f"Note {n}." for n in range(9)))
+    notes = tuple(Problem.of(Code.SAID_BY_COURSE, text=f"Note {n}.") for n in range(9))
+    checked = Checked("ada", Path("work"), tuple(parts), notes=notes)
     said = [*commands.lines(checked)]
     assert len(said) <= 36 and sum("check --everything" in line for line in said) == 2
     everything = "\n".join(commands.lines(checked, everything=True))
-    assert all(part.why in everything for part in parts) and "Note 8." in everything and "more line" not in everything
+    assert all(sentence(part.why) in everything for part in parts if part.why)
+    assert "Note 8." in everything and "more line" not in everything
     asked = "\n".join(commands.lines(checked, "03_x.ipynb"))
-    assert [f"It took {n}.2 s." in asked for n in (2, 3, 4)] == [False, True, False]
+    assert [f"took {n}.2 s." in asked for n in (2, 3, 4)] == [False, True, False]
     assert "something is missing: 00_x, 01_x, 02_x, 04_x" in asked
     assert "nothing yet: 09_x" in asked and "all there: 10_x" in asked
 
@@ -147,8 +157,8 @@ def test_an_answer_other_than_on_the_page_or_missing_is_told_with_what_to_do(fol
     recorded_at_home(folder, RECORDED)
     found = check(folder, MASTERS, CATALOGUE)
     assert states(found)["2.11", "omega_n"] is State.DIFFERENT
-    (unlike,) = found.unlike
-    assert "2.11 in 01_swing.ipynb, 2.12 in 01_swing.ipynb." in unlike and unlike in found.advice
+    answers = ["2.11 in 01_swing.ipynb", "2.12 in 01_swing.ipynb"]
+    assert found.advice == found.unlike == (Problem.of(Code.ANSWERS_UNLIKE, answers=answers),)
 
 
 def test_a_notebook_that_is_missing_or_broken_and_one_that_ends_python_are_told(folder):
@@ -156,10 +166,14 @@ def test_a_notebook_that_is_missing_or_broken_and_one_that_ends_python_are_told(
     (folder / "02_later.ipynb").rename(folder / "02_later (1).ipynb")
     found = check(folder, MASTERS, CATALOGUE)
     assert not found.good and states(found)["0.1", "resolution"] is State.EMPTY
-    assert "Is it 02_later (1).ipynb?" in found.problems[0] and "exit()" in found.stops[0]
-    assert any("There is no answers.json here" in note for note in found.notes)
+    assert found.problems == (Problem.of(Code.MISNAMED, "02_later.ipynb", similar=["02_later (1).ipynb"]),)
+    assert "Is it 02_later (1).ipynb?" in sentence(found.problems[0])
+    assert found.stops[0].parameters["why"].code is Code.LEFT_PYTHON
+    assert has(Code.HOME_ANSWERS_ABSENT, found.notes, "answers.json")
     (folder / "02_later.ipynb").write_text("<html>")
-    assert "02_later.ipynb cannot be read: it is not JSON" in check(folder, MASTERS, CATALOGUE).problems[0]
+    (unread,) = check(folder, MASTERS, CATALOGUE).problems
+    assert (unread.code, unread.where) == (Code.NOTEBOOK_UNREAD, "02_later.ipynb")
+    assert unread.parameters["why"].code is Code.NOT_JSON
 
 
 def test_what_works_at_home_only_is_told_before_handing_in(folder):
@@ -172,12 +186,13 @@ def test_what_works_at_home_only_is_told_before_handing_in(folder):
     (folder / "helper.py").write_text("import json\n")
     (folder / "course.json").write_text('{"student": "ada", "python": "3.10"}')
     found = check(folder, MASTERS, CATALOGUE)
-    assert [note for note in found.notes if "Python 3.10 grades" in note]
-    assert any("02_later.ipynb" in note and str(elsewhere) in note for note in found.notes)
-    assert [note.split()[0] for note in found.notes if "does not come with the course" in note] == ["nbval"]
-    assert "nowhere_to_be_found is not installed here" in found.stops[0]
+    assert Problem.of(Code.OLDER_PYTHON_GRADES, here=version_text(HERE), there="3.10") in found.notes
+    assert Problem.of(Code.FILE_NOT_HANDED_IN, "02_later.ipynb", file=str(elsewhere)) in found.notes
+    foreign = [note.parameters["module"] for note in found.notes if note.code is Code.MODULE_NOT_OF_COURSE]
+    assert foreign == ["nbval"]
+    assert "nowhere_to_be_found is not installed here" in sentence(found.stops[0])
     (folder / "course.json").write_text(json.dumps({"student": "ada", "python": version_text(HERE)}))
-    assert not [note for note in check(folder, MASTERS, CATALOGUE).notes if "grades" in note]
+    assert not has(Code.OLDER_PYTHON_GRADES, check(folder, MASTERS, CATALOGUE).notes)
 
 
 def test_another_students_answers_are_not_compared_with(folder):
@@ -185,4 +200,4 @@ def test_another_students_answers_are_not_compared_with(folder):
     recorded_at_home(folder, RECORDED)
     found = check(folder, MASTERS, CATALOGUE, student="bob")
     assert found.student == "bob"
-    assert any("answers of 'Ada'" in note for note in found.notes)
+    assert Problem.of(Code.HOME_ANSWERS_OF_ANOTHER, "answers.json", student="Ada") in found.notes

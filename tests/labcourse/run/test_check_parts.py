@@ -2,10 +2,11 @@
 
 import pytest
 
+from labcourse.problems import Code, Problem
 from labcourse.run.check import State, _state, alike
 from labcourse.run.reasons import Reasons
 
-WHERE = ("2.10", "spectrum")
+WHERE, WHY = ("2.10", "spectrum"), Problem.of(Code.BUILDS_ON_UNANSWERED, on="2.9")
 
 
 def recorded(content, seed=1):
@@ -20,7 +21,7 @@ def number(value, seed=1):
     return recorded({"kind": "number", "value": value}, seed)
 
 
-NONE, STOPPED, BEGUN = recorded(None), Reasons({WHERE: "It stopped."}), frozenset([WHERE])
+NONE, STOPPED, BEGUN = recorded(None), Reasons({WHERE: WHY}), frozenset([WHERE])
 
 
 @pytest.mark.parametrize(
@@ -34,7 +35,7 @@ NONE, STOPPED, BEGUN = recorded(None), Reasons({WHERE: "It stopped."}), frozense
         (function(1.0), function(1.5), STOPPED, State.DIFFERENT),
         (function(1.0), function(1.5, seed=2), STOPPED, State.RECORDED),  # tried on other inputs: nothing to compare
         (NONE, number(20.0), Reasons({}), State.EMPTY),
-        (NONE, NONE, Reasons({WHERE: "It stopped."}, begun=BEGUN), State.MISSING),
+        (NONE, NONE, Reasons({WHERE: WHY}, begun=BEGUN), State.MISSING),
         (NONE, number(20.0), STOPPED, State.MISSING),
         (NONE, NONE, STOPPED, State.EMPTY),  # of what nobody has begun
     ],

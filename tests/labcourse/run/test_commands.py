@@ -11,6 +11,7 @@ from typer.testing import CliRunner
 from labcourse import courses
 from labcourse.answers import notebooks
 from labcourse.courses import InstalledCourse
+from labcourse.problems import Code, Problem
 from labcourse.run import check as checking
 from labcourse.run.check import Checked, Part, State
 from rotflex import cli
@@ -57,7 +58,8 @@ def finds(monkeypatch):
         def check(folder, masters, catalogue, *, student, report):
             asked.append((folder, student))
             report("01_swing.ipynb")
-            return Checked("ada", folder, (Part("01_swing.ipynb", "2.11", "omega_n", state, "It stopped."),))
+            why = Problem.of(Code.BUILDS_ON_UNANSWERED, on="2.9") if state is State.MISSING else None
+            return Checked("ada", folder, (Part("01_swing.ipynb", "2.11", "omega_n", state, why),))
 
         monkeypatch.setattr(checking, "check", check)
         return asked
@@ -69,7 +71,7 @@ def finds(monkeypatch):
     ("state", "code", "said"),
     [
         (State.RECORDED, 0, "All there: 1 question."),
-        (State.MISSING, 1, "2.11 omega_n: not recorded. It stopped."),
+        (State.MISSING, 1, "2.11 omega_n: not recorded. It builds on 2.9, which is not answered."),
         (State.DIFFERENT, 1, "recorded, but different from your page"),
         (State.EMPTY, 1, "nothing yet: 01_swing"),
     ],

@@ -4,6 +4,7 @@ from pathlib import PurePosixPath
 
 from labcourse import files
 from labcourse.answers import own_files
+from labcourse.problems import Code, Problem
 
 COURSE = ["01_springs.ipynb"]
 
@@ -37,9 +38,12 @@ def test_number_and_size_are_bounded_and_those_of_the_folder_itself_come_first()
         names = [f"f{number:03}" for number in range(own_files.MAX_FILES + more)]
         paths, notes = choice(*names)
         assert [str(path) for path in paths] == names[: own_files.MAX_FILES]
-        assert len(notes) == told and ("10 more files" in notes[-1]) == (more == 30)
+        assert len(notes) == told
+        assert (notes[-1] == Problem.of(Code.MORE_OWN_FILES_REFUSED, count=10)) == (more == 30)
     paths, notes = choice("a/1", "a/2", "a/3", "b", size=own_files.MAX_FILE)
-    assert [str(path) for path in paths] == ["b", "a/1", "a/2"] and "30 MB" in notes[0]
+    assert [str(path) for path in paths] == ["b", "a/1", "a/2"]
+    why = Problem.of(Code.OWN_FILES_TOO_LARGE, most=own_files.MAX_TOTAL)
+    assert notes == [Problem.of(Code.OWN_FILE_REFUSED, "a/3", why=why)]
 
 
 def test_files_are_read_from_a_folder_and_links_are_not_followed(tmp_path):
@@ -55,32 +59,39 @@ def test_files_are_read_from_a_folder_and_links_are_not_followed(tmp_path):
     (tmp_path / "work" / "u\u0308ber.csv").write_bytes(b"1")  # as macOS names it
     contents, notes = own_files.read(tmp_path / "work", COURSE)
     assert contents == {"tools/fits.py": b"a = 1\r\n", "\u00fcber.csv": b"1"}
-    assert [note.split()[0] for note in notes] == ["all", "link"]
+    assert [(note.code, note.where) for note in notes] == [(Code.OWN_FILE_REFUSED, name) for name in ("all", "link")]
 
 
 HARMFUL = {
-    "a run writes": ["cell_reports.jsonl/a.txt", "Cell_Reports.JSONL"],
-    "matplotlib's settings": ["matplotlibrc", "tools/matplotlibrc"],
-    "module __main__ already": ["__main__.py"],
-    "module numpy already": [
+    Problem.of(Code.WRITTEN_BY_RUN): ["cell_reports.jsonl/a.txt", "Cell_Reports.JSONL"],
+    Problem.of(Code.CHANGES_SETTINGS, program="matplotlib"): ["matplotlibrc", "tools/matplotlibrc"],
+    Problem.of(Code.HIDES_MODULE, module="__main__"): ["__main__.py"],
+    Problem.of(Code.HIDES_MODULE, module="numpy"): [
         "numpy.py",
         "NumPy.PY",
         "numpy/__init__.py",
         "numpy/__init__.cpython-312-x86_64-linux-gnu.so",
     ],
-    "module statistics already": ["statistics.py", "statistics.cpython-311-x86_64-linux-gnu.so"],
-    "module nbformat already": ["nbformat.abi3.so"],
-    "module ipython already": ["IPython.py"],
-    "module sitecustomize already": ["sitecustomize.py", "sitecustomize.pyc"],
-    "module mine already": ["mine.py", "mine/__init__.py"],
-    "8 folders": ["a/b/c/d/e/f/g/h/i/j.py"],
-    "too long": ["x" * 300, "a\\..\\b.txt", "a\\b.py", "\x1b[2J.txt", "a\x1b[31m.py", "\u202etxt.py"],
+    Problem.of(Code.HIDES_MODULE, module="statistics"): ["statistics.py", "statistics.cpython-311-x86_64-linux-gnu.so"],
+    Problem.of(Code.HIDES_MODULE, module="nbformat"): ["nbformat.abi3.so"],
+    Problem.of(Code.HIDES_MODULE, module="ipython"): ["IPython.py"],
+    Problem.of(Code.HIDES_MODULE, module="sitecustomize"): ["sitecustomize.py", "sitecustomize.pyc"],
+    Problem.of(Code.HIDES_MODULE, module="mine"): ["mine.py", "mine/__init__.py"],
+    Problem.of(Code.OWN_FILE_TOO_DEEP, most=8): ["a/b/c/d/e/f/g/h/i/j.py"],
+    Problem.of(Code.UNUSUAL_NAME): [
+        "x" * 300,
+        "a\\..\\b.txt",
+        "a\\b.py",
+        "\x1b[2J.txt",
+        "a\x1b[31m.py",
+        "\u202etxt.py",
+    ],
 }
 
 
 def test_what_is_meant_to_harm_or_no_system_takes_does_not_come_along_and_is_told():
-    for fragment, names in HARMFUL.items():
+    for why, names in HARMFUL.items():
         for name in names:
-            paths, (note,) = choice(name, modules=["mine"])
-            assert paths == [] and note.startswith(f"{files.shown(name)} does not come along") and fragment in note
+            told = Problem.of(Code.OWN_FILE_REFUSED, files.shown(name), why=why)
+            assert choice(name, modules=["mine"]) == ([], [told])
     assert len(choice("numpy/__init__.py", "numpy/linalg/extra.py")[1]) == 2  # all files of such a package
