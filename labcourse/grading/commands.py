@@ -32,7 +32,7 @@ from labcourse.sentences import sentences
 from labcourse.student_id import GRADEBOOK_FILE, GRADES_FILE, INTAKE_FILE
 
 if TYPE_CHECKING:
-    from labcourse.grading.gradebook import Erased, Gradebook
+    from labcourse.grading.gradebook import EarlierRun, Erased, Gradebook
 
 ALL_WELL, SOME_TROUBLE, NOT_ISOLATED = 0, 1, 3  #: exit codes; 2 is for any error that stops the command
 _COURSE, _CLASS, _PERSON = "Course", "Class", "Person"  # panels of --help
@@ -302,7 +302,6 @@ def grade(
     from labcourse.grading.assignments import find
     from labcourse.grading.batch import Batch, Settings
     from labcourse.grading.gradebook import StudentRecord
-    from labcourse.grading.gradebook.earlier import is_gradebook, take_over
     from labcourse.grading.intake.platforms import read_times
     from labcourse.grading.reports import intake_table
     from labcourse.grading.reports.changes import changes_since
@@ -324,7 +323,7 @@ def grade(
         decisions = {row.key: text for row, text in decided.items() if text}
         with _gradebook(marks, make=True) as book:
             only = find(course, assignment) if assignment else None
-            earlier = take_over(_file_of(marks), submissions) if is_gradebook(submissions) else None
+            earlier = _taken_over(marks, submissions)
             settings = Settings(
                 limits=limits,
                 jobs=jobs,
@@ -360,6 +359,17 @@ def grade(
         raise typer.Exit(NOT_ISOLATED) from None
     say(*sentences(batch.left_out), *reports.notices(), *_doubts_text(folder / INTAKE_FILE, rows), err=True)
     raise typer.Exit(SOME_TROUBLE if progress.trouble else ALL_WELL)
+
+
+def _taken_over(marks: str, submissions: Path) -> dict[str, EarlierRun] | None:
+    """Take over the gradebook of an earlier version that is named in place of submissions; None for submissions."""
+    from labcourse.grading.gradebook.earlier import is_gradebook, take_over
+
+    if not is_gradebook(submissions):
+        return None
+    if (file := _file_of(marks)) is None:
+        raise GradingError("An earlier gradebook is graded into a file: name a folder as MARKS.")
+    return take_over(file, submissions)
 
 
 def _doubts_text(path: Path, rows: int) -> Iterator[str]:

@@ -46,7 +46,7 @@ _HINTS = (
     "As {program} grade or report wrote them into hints.md. It may be chance, or help that you allow. No mark depends "
     "on it. Ask before you conclude anything."
 )
-_STOPS = {Code.CELL_STOPPED, Code.STOPPED_WITHOUT_COST, Code.STOPPED_ON_UNANSWERED}
+_STOPS = {Code.CELL_STOPPED, Code.STOPPED_WITHOUT_COST, Code.STOPPED_ON_UNANSWERED, Code.STOPPED_ON_REFUSED}
 _WENT_WRONG = (Status.WRONG, Status.PARTLY)
 _JUDGED = (*_WENT_WRONG, Status.RIGHT, Status.FOLLOW_THROUGH)
 
