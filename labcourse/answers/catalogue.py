@@ -5,13 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from difflib import get_close_matches
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from labcourse.answers.parts import WHOLE, Part, Question, ReportItem, prose
+from labcourse.answers.parts import WHOLE, Part, Predictable, Question, ReportItem, prose
 from labcourse.errors import AnswerError
-
-if TYPE_CHECKING:
-    from labcourse.answers.reflection import Predictable
 
 
 class Catalogue:

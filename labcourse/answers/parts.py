@@ -338,3 +338,21 @@ def function(name: str, probe: Probe, outcome: str, prompt: str, points: float =
 def entry(question: Question, name: str, points: float = 0.5) -> Part:
     """Let a results table carry over a part of a question."""
     return replace(question.part(name), points=points, shows=(question.number, name))
+
+
+@dataclass(frozen=True)
+class Predictable:
+    """Something that can be predicted of an experiment.
+
+    Attributes
+    ----------
+    part : its name, kind ("number" or "choice"), unit and choices, and what is asked; it is worth no points
+    found_in : answers, (question, part), that show it once the experiment is done
+    seen : these answers → what they show, a number in the part's unit or one of its choices
+    ask : what to think about when both are there
+    """
+
+    part: Part
+    found_in: tuple[tuple[str, str], ...]
+    seen: Callable[..., Any]
+    ask: str

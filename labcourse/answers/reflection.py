@@ -23,7 +23,7 @@ from labcourse.answers import forms, json_values
 from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.forms import FormError, NotAnswered
 from labcourse.answers.json_values import clean
-from labcourse.answers.parts import Part, Where
+from labcourse.answers.parts import Predictable, Where
 from labcourse.course_file import OFF, ON, REFLECT
 from labcourse.errors import AnswerError, ConfigurationError, CourseError
 from labcourse.messages import plural
@@ -33,25 +33,7 @@ if TYPE_CHECKING:
 
 
 SECTION = "predictions"  #: of answers.json
-Predictions = Mapping[str, tuple["Predictable", ...]]
-
-
-@dataclass(frozen=True)
-class Predictable:
-    """Something that can be predicted of an experiment.
-
-    Attributes
-    ----------
-    part : its name, kind ("number" or "choice"), unit and choices, and what is asked; it is worth no points
-    found_in : answers, (question, part), that show it once the experiment is done
-    seen : these answers → what they show, a number in the part's unit or one of its choices
-    ask : what to think about when both are there
-    """
-
-    part: Part
-    found_in: tuple[tuple[str, str], ...]
-    seen: Callable[..., Any]
-    ask: str
+Predictions = Mapping[str, tuple[Predictable, ...]]
 
 
 def of_question(predictions: Predictions, question: Any) -> dict[str, Predictable]:

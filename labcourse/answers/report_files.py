@@ -8,11 +8,12 @@ from __future__ import annotations
 
 import hashlib
 import json
+import os
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Any, Protocol
 
 from labcourse import files
 from labcourse.answers.catalogue import Catalogue
@@ -22,9 +23,6 @@ from labcourse.answers.parts import ReportItem
 from labcourse.errors import AnswerError
 from labcourse.patterns import ANSWER, pattern
 from labcourse.problems import Code, Problem
-
-if TYPE_CHECKING:
-    from labcourse.session import Session
 
 PDF, HTML = ".pdf", ".html"
 MAX_BYTES = 20_000_000  #: of a report; ten photographs as telephones make them
@@ -36,6 +34,21 @@ _MAGIC, _WITHIN = b"%PDF-", 1024  # a PDF begins with it, or nearly so
 _SHOWN = 12  # digits of a digest, by which people tell the files of a class apart
 _GIVEN = pattern(r"^\[PDF: [\w.-]+, SHA-256 [0-9a-f]{64}\]$", ANSWER, re.MULTILINE)
 _SIGNS = pattern(r"\W+")
+
+
+class Lab(Protocol):
+    """What a report needs of a student's session: the questions, who they are, and their answers."""
+
+    catalogue: Catalogue
+    student: str
+
+    def refresh(self) -> None: ...
+
+    def content(self, question: str, part: str) -> dict[str, Any] | None: ...
+
+    def own_document(self, report: str) -> ReportFile | None: ...
+
+    def report(self, name: str, pdf: str | os.PathLike[str] = "") -> None: ...
 
 
 def file_name(report: str) -> str:
@@ -176,7 +189,7 @@ def read_all(folder: Path, catalogue: Catalogue) -> tuple[dict[str, bytes], list
 # --- the texts of a report --------------------------------------------------------------------------------------------
 
 
-def outline(catalogue: Catalogue, report: str, lab: Session) -> str:
+def outline(catalogue: Catalogue, report: str, lab: Lab) -> str:
     """List the rows of a report as a Markdown table: text, the questions that it uses, and what is still missing.
 
     Parameters
@@ -215,7 +228,7 @@ def in_one_piece(items: Iterable[ReportItem], texts: Mapping[str, str]) -> str:
     )
 
 
-def _progress(catalogue: Catalogue, item: ReportItem, lab: Session) -> str:
+def _progress(catalogue: Catalogue, item: ReportItem, lab: Lab) -> str:
     """Say which answers of a report's row are missing: those that it shows, and its own text.
 
     With an own document, the text counts as written. For a row on the report as a whole, return "".

@@ -46,6 +46,17 @@ def in_full(number: Fraction) -> str:
         return f"{(Decimal(number.numerator) / Decimal(number.denominator)).normalize():f}"
 
 
+def points(number: float) -> str:
+    """Format points with two decimals at most: "2", "1.5"."""
+    return f"{round(number, 2):g}"
+
+
+def worth(number: float) -> str:
+    """Format points with the word: "1 point", "1.5 points"."""
+    text = points(number)
+    return "1 point" if text == "1" else f"{text} points"
+
+
 # --- names in the settings --------------------------------------------------------------------------------------------
 
 

@@ -25,9 +25,10 @@ from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 from labcourse import files
 from labcourse.answers.catalogue import Catalogue
 from labcourse.errors import GradingError
+from labcourse.grading.accounts import points
 from labcourse.grading.course import OUTCOMES_FILE, Course
 from labcourse.grading.gradebook import GIVEN_BY_A_PERSON, Gradebook, MarkRecord, StudentRecord
-from labcourse.grading.reports.result import account_in, points
+from labcourse.grading.reports.result import account_in
 from labcourse.grading.settings import SHARE_DIGITS, CourseSettings, MarkSettings, read_toml, refuse
 from labcourse.grading.verdicts import UNDECIDED
 from labcourse.messages import plural

@@ -18,14 +18,14 @@ from typing import Any, NamedTuple
 
 from labcourse import clock, program
 from labcourse.answers.parts import Where
-from labcourse.grading.accounts import Account, AssignmentGrade, in_full
+from labcourse.grading.accounts import Account, AssignmentGrade, in_full, points, worth
 from labcourse.grading.assignments import State, short
 from labcourse.grading.course import Course
 from labcourse.grading.gradebook import Act, Answer, Gradebook, Graded, MarkRecord
 from labcourse.grading.graded_run import key_faults
 from labcourse.grading.reports import hints, intake_table
 from labcourse.grading.reports.changes import changed_in, state_text
-from labcourse.grading.reports.result import account_in, lapse, points, received, without_numbers, worth
+from labcourse.grading.reports.result import account_in, lapse, received, without_numbers
 from labcourse.grading.reports.templating import templates
 from labcourse.grading.settings import Assignment, MarkSettings
 from labcourse.grading.todo import NOTHING_THERE, Class, Student, Task, causes, todo

@@ -18,10 +18,10 @@ from labcourse import files, program
 from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.parts import Part, Question, ReportItem, Where
 from labcourse.errors import GradingError
+from labcourse.grading.accounts import points
 from labcourse.grading.course import SHEETS_FILE, Course
 from labcourse.grading.gradebook import Gradebook
 from labcourse.grading.outcomes import Evidence, Judged, Standing, evidence, read_as, standings
-from labcourse.grading.reports.result import points
 from labcourse.grading.reports.templating import templates
 from labcourse.grading.settings import LevelSettings, refuse
 from labcourse.student_id import caseless

@@ -17,7 +17,7 @@ from dataclasses import dataclass, field
 from datetime import datetime
 from itertools import groupby
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -29,9 +29,6 @@ from labcourse.answers.parts import Question, ReportItem
 from labcourse.errors import AnswerError
 from labcourse.report import recorded_figures, values
 from labcourse.sentences import sentences
-
-if TYPE_CHECKING:
-    from labcourse.session import Session
 
 FIGURE = "figure"  #: kind of a part
 FRONT = "front"  #: in the metadata of the cell: the report's number
@@ -108,7 +105,7 @@ class Contents:
     problems: tuple[str, ...] = ()
 
 
-def read(lab: Session, folder: Path, report: str, now: datetime) -> Contents:
+def read(lab: report_files.Lab, folder: Path, report: str, now: datetime) -> Contents:
     """Read the contents of a student's report as they are now.
 
     Parameters
@@ -128,7 +125,7 @@ def read(lab: Session, folder: Path, report: str, now: datetime) -> Contents:
 
 
 class _Reading:
-    def __init__(self, lab: Session, folder: Path, report: str) -> None:
+    def __init__(self, lab: report_files.Lab, folder: Path, report: str) -> None:
         self._lab, self._folder, self._report = lab, folder, report
         self._catalogue = lab.catalogue
         name = f"{lab.catalogue.reports[report].notebook}.ipynb"

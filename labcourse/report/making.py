@@ -9,7 +9,7 @@ from collections.abc import Iterable, Sequence
 from datetime import datetime
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from labcourse import clock, course_file, files
 from labcourse.answers import report_files
@@ -21,15 +21,12 @@ from labcourse.problems import Reason
 from labcourse.run import by_program, from_notebook
 from labcourse.sentences import sentence
 
-if TYPE_CHECKING:
-    from labcourse.session import Session
-
 #: Libraries that make a report: name to import → name to install.
 NEEDED = {"pypandoc": "pypandoc_binary", "typst": "typst"}
 _NOT_CHECKED = "Now read it. Are all texts, answers and captions there, and does a text refer to each figure?"
 
 
-def report(lab: Session, folder: Path, name: str, cell: str = "", pdf: str | os.PathLike[str] = "") -> None:
+def report(lab: report_files.Lab, folder: Path, name: str, cell: str = "", pdf: str | os.PathLike[str] = "") -> None:
     """Write a report as HTML and as PDF, and show where they are and what is not in them.
 
     Parameters
@@ -94,7 +91,7 @@ def find(reports: Iterable[str], name: str) -> str:
     return (exact or matches)[0]
 
 
-def _make(lab: Session, folder: Path, number: str) -> None:
+def _make(lab: report_files.Lab, folder: Path, number: str) -> None:
     from labcourse.report import contents, pandoc, writing  # they need the libraries
 
     started = time.perf_counter()
@@ -133,7 +130,7 @@ def _link(name: str) -> str:
 # --- a button --------------------------------------------------------------------------------------------------------
 
 
-def button(report: str, lab: Session) -> None:
+def button(report: str, lab: report_files.Lab) -> None:
     """Show a button that makes a report, and below it what there is to say of it.
 
     Parameters

@@ -7,8 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from labcourse.answers.parts import choice, number
-from labcourse.answers.reflection import Predictable
+from labcourse.answers.parts import Predictable, choice, number
 from rotflex.units import DEG
 
 Kept = Mapping[str, Any]  # a recording as the answers have it: 400 points of each channel

@@ -9,11 +9,11 @@ from datetime import datetime
 from functools import cache
 from typing import Any, NamedTuple
 
+from labcourse.grading.accounts import points
 from labcourse.grading.course import Course
 from labcourse.grading.gradebook import AuditRecord, Gradebook, Graded, MarkRecord, MarkState, Publication
 from labcourse.grading.gradebook.store import NO_LONGER
 from labcourse.grading.graded_run import is_failed
-from labcourse.grading.reports.result import points
 from labcourse.grading.verdicts import UNDECIDED, Status
 from labcourse.sentences import sentence
 

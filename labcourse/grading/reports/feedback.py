@@ -15,14 +15,14 @@ from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.json_values import clean
 from labcourse.answers.parts import WHOLE, Question
 from labcourse.errors import AnswerError
-from labcourse.grading.accounts import in_full
+from labcourse.grading.accounts import in_full, points, worth
 from labcourse.grading.assignments import State, Work
 from labcourse.grading.course import Course
 from labcourse.grading.gradebook import MarkRecord, RunRecord
 from labcourse.grading.graded_run import answers_of
 from labcourse.grading.reports import drawn_figure, markdown
 from labcourse.grading.reports.changes import state_text
-from labcourse.grading.reports.result import Result, asked, lapse, points, state_of, sums, worth
+from labcourse.grading.reports.result import Result, asked, lapse, state_of, sums
 from labcourse.grading.reports.templating import templates
 from labcourse.grading.settings import FeedbackSettings
 from labcourse.grading.verdicts import UNDECIDED, Status

@@ -18,13 +18,13 @@ from typing import Any
 import labcourse
 from labcourse import clock, files, program
 from labcourse.errors import GradingError
-from labcourse.grading.accounts import Account, in_full, unknown_names
+from labcourse.grading.accounts import Account, in_full, points, unknown_names
 from labcourse.grading.assignments import given_back
 from labcourse.grading.course import Course
 from labcourse.grading.gradebook import Gradebook, Graded, Publication, StudentRecord
 from labcourse.grading.reports import feedback, hints
 from labcourse.grading.reports.changes import Change, changed_in
-from labcourse.grading.reports.result import Result, account_in, asked, lapse, points, result_in, state_of, sums
+from labcourse.grading.reports.result import Result, account_in, asked, lapse, result_in, state_of, sums
 from labcourse.messages import DISK_FULL, FREE_SPACE
 from labcourse.safe_text import as_csv, no_escapes
 from labcourse.sentences import sentence, sentences

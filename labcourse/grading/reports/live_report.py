@@ -6,8 +6,9 @@ import json
 import sys
 
 from labcourse import program
+from labcourse.grading.accounts import points
 from labcourse.grading.reports.changes import HANDED_IN_AGAIN, Changes
-from labcourse.grading.reports.result import Result, lapse, points
+from labcourse.grading.reports.result import Result, lapse
 from labcourse.problems import Reason
 from labcourse.safe_text import no_escapes
 from labcourse.sentences import sentences

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 from labcourse.grading.accounts import Account, AssignmentGrade, account_of
 from labcourse.grading.assignments import Handed
@@ -23,28 +22,15 @@ from labcourse.grading.gradebook import (
 from labcourse.grading.graded_run import facts_of, key_faults
 from labcourse.grading.intake import is_unread
 from labcourse.grading.marking.marking import Mark
+from labcourse.grading.reports.changes import Change
 from labcourse.grading.verdicts import UNDECIDED, Status
 from labcourse.messages import plural, shortened
 from labcourse.patterns import pattern
 from labcourse.problems import NOT_COUNTED, Code, Problem, has
 from labcourse.student_id import caseless
 
-if TYPE_CHECKING:
-    from labcourse.grading.reports.changes import Change
-
 #: No digit of a name, as in K_2 or q3, and no full stop that ends a sentence.
 _NUMBER = pattern(r"(?<![\w.])[-+\u2212]?\d+(?:[.,]\d+)*(?:[eE][-+]?\d+)?(?:[·×]10[⁻⁺⁰¹²³⁴⁵⁶⁷⁸⁹]+)?j?(?!\w)")
-
-
-def points(number: float) -> str:
-    """Format points with two decimals at most: "2", "1.5"."""
-    return f"{round(number, 2):g}"
-
-
-def worth(number: float) -> str:
-    """Format points with the word: "1 point", "1.5 points"."""
-    text = points(number)
-    return "1 point" if text == "1" else f"{text} points"
 
 
 _AWAITING = (Status.FOR_A_PERSON, Status.UNCONFIRMED)

@@ -19,11 +19,11 @@ from itertools import islice
 from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.report_files import is_given
 from labcourse.errors import GradebookError
+from labcourse.grading.accounts import points as shown_points
+from labcourse.grading.accounts import worth as in_points
 from labcourse.grading.assignments import exact
 from labcourse.grading.gradebook import FOR_A_PERSON, Act, Answer, Gradebook, standing
-from labcourse.grading.reports.result import points as shown_points
 from labcourse.grading.reports.result import without_numbers
-from labcourse.grading.reports.result import worth as in_points
 from labcourse.grading.scoring.rubric import Item
 from labcourse.grading.settings import LevelSettings
 from labcourse.patterns import ANSWER, pattern

@@ -25,13 +25,13 @@ from uvicorn.protocols.http.h11_impl import H11Protocol
 
 from labcourse import program
 from labcourse.errors import GradebookError, GradingError
+from labcourse.grading.accounts import points as shown_points
+from labcourse.grading.accounts import worth as in_points
 from labcourse.grading.course import Course
 from labcourse.grading.gradebook import Answer, StudentRecord
 from labcourse.grading.graded_run import facts_of
 from labcourse.grading.reports import feedback
 from labcourse.grading.reports.result import asked, lapse, result_in
-from labcourse.grading.reports.result import points as shown_points
-from labcourse.grading.reports.result import worth as in_points
 from labcourse.grading.reports.templating import templates
 from labcourse.grading.scoring import cards, progress
 from labcourse.grading.scoring.desk import Desk, Done, Pick, Where, key_of, moment, seen, state

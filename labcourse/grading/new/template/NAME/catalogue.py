@@ -7,6 +7,7 @@ import numpy as np
 from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.parts import (
     YES_NO,
+    Predictable,
     Probe,
     Question,
     ReportItem,
@@ -21,7 +22,6 @@ from labcourse.answers.parts import (
     prose,
     recording,
 )
-from labcourse.answers.reflection import Predictable
 
 LAB, REPORT = "01_first_lab", "02_report"  # notebooks
 
